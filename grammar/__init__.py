@@ -1,0 +1,1 @@
+"""Model text into checked clauses (the language is not built yet)."""

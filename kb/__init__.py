@@ -1,0 +1,1 @@
+"""Facts and models into verdicts and proofs, by an embedded SWI-Prolog."""

@@ -1,0 +1,1 @@
+"""Views into a scene and its facts: features, tracks, vertices, faces, with their uncertainty."""

@@ -1,0 +1,271 @@
+"""The nouns of the house: camera, pose, view, track, vertex, plane, edge, face, scene.
+
+World frame: right-handed, any unit of length (metres where the unit is known).
+Camera frame: OpenCV's, x right, y down, z forward. Pixels: the centre of the top-left pixel is
+(0, 0), u to the right, v down. Arrays are float64, copied on entry and not writeable.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from facetlog.errors import CalibrationError
+
+__all__ = [
+    "Camera",
+    "Edge",
+    "Evidence",
+    "Face",
+    "FloatArray",
+    "Image",
+    "Observation",
+    "Plane",
+    "Pose",
+    "PositionLabel",
+    "Scene",
+    "Track",
+    "Vertex",
+    "View",
+]
+
+FloatArray = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+# A rotation read from text keeps some 5 digits; more than this off orthogonal is another thing.
+ROTATION_TOLERANCE = 1e-3
+
+
+def _frozen(values: ArrayLike, *shape: int) -> FloatArray:
+    array = np.array(values, dtype=np.float64)
+    if array.shape != shape:
+        raise ValueError(f"expected shape {shape}, got {array.shape}")
+    array.setflags(write=False)
+    return array
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A pinhole camera without distortion: size and intrinsics in pixels."""
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+
+    def __post_init__(self) -> None:
+        if self.width <= 0 or self.height <= 0:
+            raise CalibrationError(f"picture size {self.width} x {self.height} is not positive")
+        if not (self.fx > 0 and self.fy > 0 and np.isfinite([self.cx, self.cy]).all()):
+            raise CalibrationError("focal lengths must be positive and the centre finite")
+
+    @property
+    def matrix(self) -> FloatArray:
+        """Intrinsic matrix K, (3, 3)."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Where a camera stands: `rotation` (3, 3) is world_from_camera, `centre` (3,) in the world."""
+
+    rotation: FloatArray
+    centre: FloatArray
+
+    def __post_init__(self) -> None:
+        rotation = np.array(self.rotation, dtype=np.float64)
+        if rotation.shape != (3, 3) or not np.isfinite(rotation).all():
+            raise CalibrationError("the rotation is not a finite 3 x 3 matrix")
+        off = np.abs(rotation @ rotation.T - np.eye(3)).max()
+        if off > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0:
+            raise CalibrationError(
+                f"the rotation is not one (off by {off:.2g}, "
+                f"determinant {np.linalg.det(rotation):.3g})"
+            )
+        u, _, vt = np.linalg.svd(rotation)  # the nearest true rotation
+        object.__setattr__(self, "rotation", _frozen(u @ vt, 3, 3))
+        centre = _frozen(self.centre, 3)
+        if not np.isfinite(centre).all():
+            raise CalibrationError("the camera centre is not finite")
+        object.__setattr__(self, "centre", centre)
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """One grey picture (H, W) uint8 with its camera and pose; `name` is what messages call it."""
+
+    name: str
+    image: Image
+    camera: Camera
+    pose: Pose
+
+    def __post_init__(self) -> None:
+        if self.image.shape != (self.camera.height, self.camera.width):
+            raise CalibrationError(
+                f"{self.name}: the picture is {self.image.shape[1]} x {self.image.shape[0]}, "
+                f"its camera says {self.camera.width} x {self.camera.height}"
+            )
+
+    @cached_property
+    def projection(self) -> FloatArray:
+        """P = K [R | -R c] with R camera_from_world, (3, 4): world (homogeneous) to pixels."""
+        r = self.pose.rotation.T
+        return self.camera.matrix @ np.column_stack([r, -r @ self.pose.centre])
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Observation:
+    """A vertex seen in one view: index of the view, pixel (2,), covariance (2, 2) in px²."""
+
+    view: int
+    uv: FloatArray
+    cov: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "uv", _frozen(self.uv, 2))
+        object.__setattr__(self, "cov", _frozen(self.cov, 2, 2))
+
+
+class PositionLabel(StrEnum):
+    """Position of a vertex on its block, as the paper labels them (section 5.3)."""
+
+    FRONT_LEFT_TOP = "front_left_top"
+    FRONT_RIGHT_TOP = "front_right_top"
+    BACK_LEFT_TOP = "back_left_top"
+    BACK_RIGHT_TOP = "back_right_top"
+    FRONT_LEFT_BOTTOM = "front_left_bottom"
+    FRONT_RIGHT_BOTTOM = "front_right_bottom"
+    BACK_LEFT_BOTTOM = "back_left_bottom"
+    BACK_RIGHT_BOTTOM = "back_right_bottom"
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """The same vertex in several views; at most one observation a view."""
+
+    observations: tuple[Observation, ...]
+    label: PositionLabel | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Vertex:
+    """A 3-D vertex: mean (3,), covariance (3, 3), and the observations that it was made from."""
+
+    point: FloatArray
+    cov: FloatArray
+    observations: tuple[Observation, ...] = ()
+    label: PositionLabel | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", _frozen(self.point, 3))
+        object.__setattr__(self, "cov", _frozen(self.cov, 3, 3))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Plane:
+    """The plane normal · x + offset = 0 with a unit normal; `cov` (4, 4) of (normal, offset).
+
+    The covariance has rank 3: along the normal itself there is nothing to vary.
+    """
+
+    normal: FloatArray
+    offset: float
+    cov: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normal", _frozen(self.normal, 3))
+        object.__setattr__(self, "cov", _frozen(self.cov, 4, 4))
+        if abs(np.linalg.norm(self.normal) - 1.0) > 1e-6:
+            raise ValueError("the normal is not of unit length")
+
+    def flipped(self) -> "Plane":
+        """The same plane with the opposite normal."""
+        return Plane(-self.normal, -self.offset, self.cov)
+
+    def distance(self, points: ArrayLike) -> FloatArray:
+        """Signed distance of points (..., 3), positive on the side the normal points to."""
+        return np.asarray(points, dtype=np.float64) @ self.normal + self.offset
+
+
+class Evidence(StrEnum):
+    """Whether pictures support a thing, or it was completed from its neighbours."""
+
+    MEASURED = "measured"
+    IMPLIED = "implied"
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A straight 3-D edge between two vertices (indices into the scene).
+
+    `support` in [0, 1] is the share of its length that was found in the views that could see it.
+    """
+
+    start: int
+    end: int
+    support: float = 1.0
+    evidence: Evidence = Evidence.MEASURED
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Face:
+    """A flat face: `outline` is a loop of vertex indices, counter-clockwise seen from outside.
+
+    The plane's normal points outwards, to the side from which the face was seen. `coverage` in
+    [0, 1] is the share of the face that was seen in at least one view.
+    """
+
+    outline: tuple[int, ...]
+    plane: Plane
+    holes: tuple[tuple[int, ...], ...] = ()
+    support: float = 1.0
+    coverage: float = 1.0
+    evidence: Evidence = Evidence.MEASURED
+
+    def __post_init__(self) -> None:
+        if len(self.outline) < 3 or len(set(self.outline)) != len(self.outline):
+            raise ValueError("an outline is a loop of at least three different vertices")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scene:
+    """Everything that was reconstructed: what the facts are made of.
+
+    `up` is a unit vector, or None where it is not known. `metric` says that lengths are metres;
+    otherwise the scale is unknown and only ratios mean something. Edges need not bound a face.
+    """
+
+    name: str
+    views: tuple[str, ...] = ()
+    vertices: tuple[Vertex, ...] = ()
+    edges: tuple[Edge, ...] = ()
+    faces: tuple[Face, ...] = ()
+    up: FloatArray | None = None
+    metric: bool = False
+    warnings: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        if self.up is not None:
+            object.__setattr__(self, "up", _frozen(self.up, 3))
+        count = len(self.vertices)
+        used: Iterable[int] = (
+            i
+            for ring in (
+                *((e.start, e.end) for e in self.edges),
+                *(f.outline for f in self.faces),
+                *(h for f in self.faces for h in f.holes),
+            )
+            for i in ring
+        )
+        if any(not 0 <= i < count for i in used):
+            raise ValueError("an edge or face names a vertex that the scene does not have")
+
+    @property
+    def points(self) -> FloatArray:
+        """All vertices' means, (n, 3)."""
+        return np.array([v.point for v in self.vertices], dtype=np.float64).reshape(-1, 3)

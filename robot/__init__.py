@@ -1,0 +1,1 @@
+"""Views from a robot, simulated so far: worlds, renderer, tours."""

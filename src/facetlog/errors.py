@@ -1,0 +1,41 @@
+"""The errors a reader can do something about; each message is one line that names the way out.
+
+This module is the lowest of the house: every room may import it, and it imports nothing.
+"""
+
+__all__ = [
+    "CalibrationError",
+    "EngineError",
+    "FacetlogError",
+    "InconsistentViewsError",
+    "InputError",
+    "RuleSyntaxError",
+]
+
+
+class FacetlogError(Exception):
+    """Root of all errors of facetlog; `exit_code` is what the command line ends with."""
+
+    exit_code = 2
+
+
+class InputError(FacetlogError):
+    """A file or folder given by the user cannot be used as it is."""
+
+
+class CalibrationError(InputError):
+    """A camera or a pose is missing, incomplete or impossible."""
+
+
+class InconsistentViewsError(InputError):
+    """The pictures and the poses do not belong together."""
+
+
+class RuleSyntaxError(InputError):
+    """A model file cannot be read; the message names file and line."""
+
+
+class EngineError(FacetlogError):
+    """SWI-Prolog is missing, too old, or failed."""
+
+    exit_code = 3

@@ -1,0 +1,9 @@
+"""The house itself: what may be imported from where, and what the package promises."""
+
+import subprocess
+import sys
+
+
+def test_the_knowledge_base_does_not_load_opencv() -> None:
+    code = "import sys, facetlog.kb; sys.exit('cv2' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
