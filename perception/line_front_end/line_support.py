@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.edge_maps import EdgeMap, direction_bits
+from facetlog.perception.line_front_end.edge_maps import EdgeMap, direction_bits
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["coverage", "project_points", "segment_samples"]

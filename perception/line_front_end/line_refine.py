@@ -7,8 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.edge_maps import EdgeMap
-from facetlog.perception.line_support import project_points, segment_samples
+from facetlog.perception.line_front_end.edge_maps import EdgeMap
+from facetlog.perception.line_front_end.line_support import project_points, segment_samples
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["EdgeReadings", "read_edges", "refine_segments"]

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from facetlog.perception.edge_maps import noise_sd
+from facetlog.perception.line_front_end.edge_maps import noise_sd
 from facetlog.perception.types import FloatArray, Image
 
 __all__ = ["detect_segments"]

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.edge_maps import EdgeMap
-from facetlog.perception.line_candidates import candidate_segments
-from facetlog.perception.line_refine import refine_segments
-from facetlog.perception.line_support import coverage
+from facetlog.perception.line_front_end.edge_maps import EdgeMap
+from facetlog.perception.line_front_end.line_candidates import candidate_segments
+from facetlog.perception.line_front_end.line_refine import refine_segments
+from facetlog.perception.line_front_end.line_support import coverage
 from facetlog.perception.types import FloatArray, View
-from facetlog.perception.viewing import ViewGraph
+from facetlog.perception.line_front_end.viewing import ViewGraph
 
 __all__ = ["LineCloud", "reconstruct_lines"]
 
