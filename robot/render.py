@@ -1,0 +1,155 @@
+"""The simulated camera: a grey picture of a world, by casting rays.
+
+One ray through the middle of every pixel finds what is seen there; pixels in which surfaces or
+light and shadow meet are then averaged over many rays, so that an edge lies where it is to a few
+hundredths of a pixel.
+"""
+
+import math
+
+import cv2
+import numpy as np
+
+from facetlog.perception.types import Camera, FloatArray, Image, Pose
+from facetlog.robot.rays import BACKGROUND, FLOOR, Hits, IndexArray, first_hits, in_shadow
+from facetlog.robot.texture import sample
+from facetlog.robot.world import World
+
+__all__ = ["render"]
+
+# A Fibonacci lattice (Niederreiter, Random Number Generation, 1992, section 5.3): seen along
+# either axis its points are evenly spaced, so an upright edge is placed to 1/55 of a pixel.
+LATTICE_POINTS = 55
+LATTICE_STEP = 34
+# Rays cast at a time for the mixed pixels: bounds the memory, some 100 bytes a ray.
+RAYS_AT_A_TIME = 500_000
+# The picture is cut from a larger one, so that the blur near its border sees true neighbours.
+MARGIN_SDS = 3.0
+WHITE = 255.0
+
+
+def render(
+    world: World,
+    camera: Camera,
+    pose: Pose,
+    *,
+    noise_sd: float = 5.0,
+    blur_px: float = 1.0,
+    rng: np.random.Generator,
+) -> Image:
+    """Grey picture (H, W) of the world: Lambert and ambient light, cast shadows, blur, noise.
+
+    `noise_sd` is in grey levels, `blur_px` the sd of the lens blur. The middle of the top-left
+    pixel is (0, 0).
+    """
+    margin = math.ceil(MARGIN_SDS * blur_px)
+    grey = _irradiance_picture(world, camera, pose, margin=margin)
+    if blur_px > 0:
+        grey = np.asarray(cv2.GaussianBlur(grey, (0, 0), blur_px), dtype=np.float64)
+    grey = grey[margin : margin + camera.height, margin : margin + camera.width]
+    if noise_sd > 0:
+        grey = grey + rng.normal(0.0, noise_sd, grey.shape)
+    return np.clip(np.rint(grey), 0, 255).astype(np.uint8)
+
+
+def _irradiance_picture(world: World, camera: Camera, pose: Pose, *, margin: int) -> FloatArray:
+    """The picture before blur and noise, with `margin` more pixels on every side."""
+    rows, columns = camera.height + 2 * margin, camera.width + 2 * margin
+    v, u = np.mgrid[0:rows, 0:columns].astype(np.float64) - margin
+    uv = np.column_stack([u.ravel(), v.ravel()])
+    flat, surface = _shade(world, camera, pose, uv, spacing=1.0)
+    mixed = np.flatnonzero(_differs_from_neighbours(surface.reshape(rows, columns)))
+
+    i = np.arange(LATTICE_POINTS)
+    lattice = np.column_stack([i, i * LATTICE_STEP % LATTICE_POINTS]) + 0.5
+    offsets = lattice / LATTICE_POINTS - 0.5
+    step = RAYS_AT_A_TIME // LATTICE_POINTS
+    for start in range(0, len(mixed), step):
+        part = mixed[start : start + step]
+        rays = (uv[part, None, :] + offsets).reshape(-1, 2)
+        fine, _ = _shade(world, camera, pose, rays, spacing=LATTICE_POINTS**-0.5)
+        flat[part] = fine.reshape(-1, LATTICE_POINTS).mean(axis=1)
+    return flat.reshape(rows, columns)
+
+
+def _differs_from_neighbours(surface: IndexArray) -> IndexArray:
+    """Pixels one of whose eight neighbours shows another surface, or the same in other light."""
+    cells = surface.astype(np.float32)  # exact: numbers of surfaces stay far below 2^24
+    square = np.ones((3, 3), np.uint8)
+    return np.asarray(cv2.dilate(cells, square) != cv2.erode(cells, square))
+
+
+def _shade(
+    world: World, camera: Camera, pose: Pose, uv: FloatArray, *, spacing: float
+) -> tuple[FloatArray, IndexArray]:
+    """Grey (n,) seen through pixels uv (n, 2), and a number (n,) per surface and light."""
+    hits = first_hits(world, camera, pose, uv)
+    normals, albedos, surfaces = _tables(world)
+    solid = np.flatnonzero(hits.facet != BACKGROUND)
+    facet = hits.facet[solid]
+    normal = normals[facet]
+    points = pose.centre + hits.depth[solid, None] * hits.directions[solid]
+
+    facing = normals @ world.sun
+    lit = facing[facet] > 0
+    sunny = np.flatnonzero(lit)
+    lit[sunny] = ~in_shadow(world, points[sunny])
+    light = _ambient(world, normals)[facet] + (1 - world.ambient) * facing[facet] * lit
+    value = WHITE * albedos[facet] * light
+    value *= _print(world, camera, hits, solid, points, normal, spacing)
+
+    grey = np.full(len(uv), float(world.background))
+    grey[solid] = value
+    surface = np.full(len(uv), BACKGROUND, dtype=np.intp)
+    surface[solid] = 2 * surfaces[facet] + lit
+    return grey, surface
+
+
+def _tables(world: World) -> tuple[FloatArray, FloatArray, IndexArray]:
+    """Normal, albedo and number of the surface per facet; index FLOOR, the last but one, too."""
+    rows = len(world.facets) + 2
+    normals, albedos = np.zeros((rows, 3)), np.zeros(rows)
+    surfaces = np.zeros(rows, dtype=np.intp)
+    for i, facet in enumerate(world.facets):
+        normals[i], albedos[i], surfaces[i] = facet.normal, facet.albedo, facet.surface
+    normals[FLOOR] = 0.0, 0.0, 1.0
+    albedos[FLOOR] = world.floor.albedo if world.floor is not None else 0.0
+    surfaces[FLOOR] = 2 * rows
+    return normals, albedos, surfaces
+
+
+def _ambient(world: World, normals: FloatArray) -> FloatArray:
+    """Ambient light on faces with these normals (n, 3): a little more on the window's side."""
+    window = np.cross([0.0, 0.0, 1.0], world.sun)
+    length = np.linalg.norm(window)
+    window = window / length if length > 0 else np.array([1.0, 0.0, 0.0])
+    return np.asarray(world.ambient * (1 - world.sided / 2 * (1 - normals @ window)))
+
+
+def _print(
+    world: World,
+    camera: Camera,
+    hits: Hits,
+    solid: IndexArray,
+    points: FloatArray,
+    normal: FloatArray,
+    spacing: float,
+) -> FloatArray:
+    """Factor (n,) of the textures at the points that the rays `solid` meet."""
+    factor = np.ones(len(solid))
+    facet = hits.facet[solid]
+    if world.floor is not None and world.floor.texture is not None:
+        textured = [(FLOOR, world.floor.texture, np.zeros(3), np.eye(3)[:2])]
+    else:
+        textured = []
+    textured += [(i, f.texture, f.origin, f.axes) for i, f in enumerate(world.facets) if f.texture]
+    for index, texture, origin, axes in textured:
+        here = np.flatnonzero(facet == index)
+        if len(here):
+            rays = solid[here]
+            d = hits.directions[rays]
+            # A square pixel covers a rectangle of sides depth/f and depth/(f cos), cos = -n·d/|d|.
+            slant = np.abs(d @ normal[here[0]]) / np.linalg.norm(d, axis=1)
+            footprint = spacing * hits.depth[rays] / camera.fx / np.sqrt(np.maximum(slant, 1e-9))
+            factor[here] = sample(texture, (points[here] - origin) @ axes.T, footprint)
+    return factor
