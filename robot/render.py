@@ -84,30 +84,25 @@ def _shade(
 ) -> tuple[FloatArray, IndexArray]:
     """Grey (n,) seen through pixels uv (n, 2), and a number (n,) per surface and light."""
     hits = first_hits(world, camera, pose, uv)
-    normals, albedos, surfaces = _tables(world)
+    in_sun, in_shade, surfaces = _tables(world)
     solid = np.flatnonzero(hits.facet != BACKGROUND)
     facet = hits.facet[solid]
-    normal = normals[facet]
     points = pose.centre + hits.depth[solid, None] * hits.directions[solid]
 
-    facing = normals @ world.sun
-    lit = facing[facet] > 0
+    lit = in_sun[facet] > in_shade[facet]
     sunny = np.flatnonzero(lit)
     lit[sunny] = ~in_shadow(world, points[sunny])
-    light = _ambient(world, normals)[facet] + (1 - world.ambient) * facing[facet] * lit
-    value = WHITE * albedos[facet] * light
-    value *= _print(world, camera, hits, solid, points, normal, spacing)
-
     grey = np.full(len(uv), float(world.background))
-    grey[solid] = value
+    grey[solid] = np.where(lit, in_sun[facet], in_shade[facet])
+    _apply_prints(grey, world, camera, hits, solid, points, spacing)
     surface = np.full(len(uv), BACKGROUND, dtype=np.intp)
     surface[solid] = 2 * surfaces[facet] + lit
     return grey, surface
 
 
 def _tables(world: World) -> tuple[FloatArray, FloatArray, IndexArray]:
-    """Normal, albedo and number of the surface per facet; index FLOOR, the last but one, too."""
-    rows = len(world.facets) + 2
+    """Grey in the sun, grey in the shade and number of the surface, of each facet and at FLOOR."""
+    rows = len(world.facets) + 2  # FLOOR and BACKGROUND count from the end
     normals, albedos = np.zeros((rows, 3)), np.zeros(rows)
     surfaces = np.zeros(rows, dtype=np.intp)
     for i, facet in enumerate(world.facets):
@@ -115,7 +110,10 @@ def _tables(world: World) -> tuple[FloatArray, FloatArray, IndexArray]:
     normals[FLOOR] = 0.0, 0.0, 1.0
     albedos[FLOOR] = world.floor.albedo if world.floor is not None else 0.0
     surfaces[FLOOR] = 2 * rows
-    return normals, albedos, surfaces
+    # Lambert: I = albedo (ambient + (1 - ambient) max(0, n·s))
+    shade = WHITE * albedos * _ambient(world, normals)
+    sun = WHITE * albedos * (1 - world.ambient) * np.maximum(normals @ world.sun, 0.0)
+    return shade + sun, shade, surfaces
 
 
 def _ambient(world: World, normals: FloatArray) -> FloatArray:
@@ -126,30 +124,29 @@ def _ambient(world: World, normals: FloatArray) -> FloatArray:
     return np.asarray(world.ambient * (1 - world.sided / 2 * (1 - normals @ window)))
 
 
-def _print(
+def _apply_prints(
+    grey: FloatArray,
     world: World,
     camera: Camera,
     hits: Hits,
     solid: IndexArray,
     points: FloatArray,
-    normal: FloatArray,
     spacing: float,
-) -> FloatArray:
-    """Factor (n,) of the textures at the points that the rays `solid` meet."""
-    factor = np.ones(len(solid))
+) -> None:
+    """Multiply grey (n,) by the textures at the `points` (m, 3) that the rays `solid` (m,) meet."""
     facet = hits.facet[solid]
+    textured = [
+        (i, f.texture, f.origin, f.axes, f.normal) for i, f in enumerate(world.facets) if f.texture
+    ]
     if world.floor is not None and world.floor.texture is not None:
-        textured = [(FLOOR, world.floor.texture, np.zeros(3), np.eye(3)[:2])]
-    else:
-        textured = []
-    textured += [(i, f.texture, f.origin, f.axes) for i, f in enumerate(world.facets) if f.texture]
-    for index, texture, origin, axes in textured:
+        level = np.eye(3)
+        textured.append((FLOOR, world.floor.texture, np.zeros(3), level[:2], level[2]))
+    for index, texture, origin, axes, normal in textured:
         here = np.flatnonzero(facet == index)
         if len(here):
             rays = solid[here]
             d = hits.directions[rays]
             # A square pixel covers a rectangle of sides depth/f and depth/(f cos), cos = -n·d/|d|.
-            slant = np.abs(d @ normal[here[0]]) / np.linalg.norm(d, axis=1)
-            footprint = spacing * hits.depth[rays] / camera.fx / np.sqrt(np.maximum(slant, 1e-9))
-            factor[here] = sample(texture, (points[here] - origin) @ axes.T, footprint)
-    return factor
+            cos = np.abs(d @ normal) / np.sqrt(np.einsum("ij,ij->i", d, d))
+            footprint = spacing / camera.fx * hits.depth[rays] / np.sqrt(cos)
+            grey[rays] *= sample(texture, (points[here] - origin) @ axes.T, footprint)

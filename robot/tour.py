@@ -23,7 +23,7 @@ def tour_camera() -> Camera:
     >>> round(tour_camera().fx, 2)
     502.3
     """
-    focal = TOUR_WIDTH_PX / 2 / np.tan(np.deg2rad(TOUR_ANGLE_ACROSS_DEG / 2))
+    focal = float(TOUR_WIDTH_PX / 2 / np.tan(np.deg2rad(TOUR_ANGLE_ACROSS_DEG / 2)))
     # The middle of the picture, where the middle of the first pixel is (0, 0).
     cx, cy = (TOUR_WIDTH_PX - 1) / 2, (TOUR_HEIGHT_PX - 1) / 2
     return Camera(TOUR_WIDTH_PX, TOUR_HEIGHT_PX, focal, focal, cx, cy)
