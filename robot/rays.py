@@ -8,7 +8,16 @@ from numpy.typing import NDArray
 from facetlog.perception.types import Camera, FloatArray, Pose
 from facetlog.robot.world import Facet, World
 
-__all__ = ["BACKGROUND", "FLOOR", "Hits", "first_hits", "in_shadow"]
+__all__ = [
+    "BACKGROUND",
+    "FLOOR",
+    "Hits",
+    "Screen",
+    "first_hits",
+    "in_shadow",
+    "seen_by",
+    "seen_from_sun",
+]
 
 IndexArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
@@ -35,8 +44,50 @@ class Hits:
     directions: FloatArray
 
 
-def first_hits(world: World, camera: Camera, pose: Pose, uv: FloatArray) -> Hits:
-    """The first surface that the rays through pixels uv (n, 2) meet; faces are one-sided."""
+@dataclass(frozen=True, eq=False, slots=True)
+class Screened:
+    """A facet that faces the eye: its index and its bounds (u0, v0, u1, v1) on the screen."""
+
+    index: int
+    facet: Facet
+    box: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Screen:
+    """The facets that face the eye, solid by solid, each solid with the bounds of all of them."""
+
+    solids: tuple[tuple[FloatArray, tuple[Screened, ...]], ...]
+
+
+def seen_by(world: World, camera: Camera, pose: Pose) -> Screen:
+    """The facets turned to the camera and not behind it, with their bounds in pixels."""
+    found = []
+    for index, facet in enumerate(world.facets):
+        if facet.normal @ (pose.centre - facet.corners[0]) > 0:
+            box = _picture_box(facet, camera, pose)
+            if box is not None:
+                found.append(Screened(index, facet, box))
+    return _screen(found)
+
+
+def seen_from_sun(world: World) -> Screen:
+    """The facets turned to the sun, with their bounds on a plane square to its rays."""
+    across = _square_to(world.sun)
+    found = []
+    for index, facet in enumerate(world.facets):
+        if facet.normal @ world.sun > 0:
+            flat = facet.corners @ across.T
+            box = np.concatenate([flat.min(axis=0), flat.max(axis=0)])
+            found.append(Screened(index, facet, box))
+    return _screen(found)
+
+
+def first_hits(world: World, camera: Camera, pose: Pose, screen: Screen, uv: FloatArray) -> Hits:
+    """The first surface that the rays through pixels uv (n, 2) meet; faces are one-sided.
+
+    `screen` is what `seen_by` says of the same camera.
+    """
     in_camera = np.ones((len(uv), 3))
     in_camera[:, 0] = (uv[:, 0] - camera.cx) / camera.fx
     in_camera[:, 1] = (uv[:, 1] - camera.cy) / camera.fy
@@ -49,17 +100,14 @@ def first_hits(world: World, camera: Camera, pose: Pose, uv: FloatArray) -> Hits
         facet_of[down] = FLOOR
 
     u, v = np.ascontiguousarray(uv[:, 0]), np.ascontiguousarray(uv[:, 1])
-    seen: list[tuple[int, Facet, FloatArray]] = []
-    for index, facet in enumerate(world.facets):
-        if facet.normal @ (pose.centre - facet.corners[0]) > 0:
-            box = _picture_box(facet, camera, pose)
-            if box is not None:
-                seen.append((index, facet, box))
-    for group in _by_solid(seen):
-        near_solid = _within(u, v, _union([box for _, _, box in group]))
+    for solid_box, facets in screen.solids:
+        near_solid = _within(u, v, solid_box)
+        if not len(near_solid):
+            continue
         u_near, v_near = u[near_solid], v[near_solid]
-        for index, facet, box in group:
-            rays = near_solid[_within(u_near, v_near, box)]
+        for screened in facets:
+            facet = screened.facet
+            rays = near_solid[_within(u_near, v_near, screened.box)]
             d = directions[rays]
             # centre + t d meets the plane at t = n·(origin - centre) / n·d
             slope = d @ facet.normal
@@ -69,26 +117,25 @@ def first_hits(world: World, camera: Camera, pose: Pose, uv: FloatArray) -> Hits
             x, y = (d @ facet.axes.T * t[:, None] + facet.axes @ (pose.centre - facet.origin)).T
             hit = (t > _near(facet)) & (t < depth[rays]) & _inside(facet, x, y)
             depth[rays[hit]] = t[hit]
-            facet_of[rays[hit]] = index
+            facet_of[rays[hit]] = screened.index
     return Hits(facet_of, depth, directions)
 
 
-def in_shadow(world: World, points: FloatArray) -> BoolArray:
-    """Whether a solid stands between each point (n, 3) and the sun, (n,)."""
-    # Seen along the sun's rays: two axes square to them, and the sun's direction as depth.
-    across = _square_to(world.sun)
-    p, q = across @ points.T
+def in_shadow(world: World, screen: Screen, points: FloatArray) -> BoolArray:
+    """Whether a solid stands between each point (n, 3) and the sun, (n,).
+
+    `screen` is what `seen_from_sun` says of the world.
+    """
+    p, q = _square_to(world.sun) @ points.T
     shadowed = np.zeros(len(points), dtype=np.bool_)
-    lit_faces: list[tuple[int, Facet, FloatArray]] = []
-    for index, facet in enumerate(world.facets):
-        if facet.normal @ world.sun > 0:
-            flat = facet.corners @ across.T
-            lit_faces.append((index, facet, np.concatenate([flat.min(axis=0), flat.max(axis=0)])))
-    for group in _by_solid(lit_faces):
-        near_solid = _within(p, q, _union([box for _, _, box in group]))
+    for solid_box, facets in screen.solids:
+        near_solid = _within(p, q, solid_box)
+        if not len(near_solid):
+            continue
         p_near, q_near = p[near_solid], q[near_solid]
-        for _, facet, box in group:
-            which = near_solid[_within(p_near, q_near, box)]
+        for screened in facets:
+            facet = screened.facet
+            which = near_solid[_within(p_near, q_near, screened.box)]
             start = points[which] - facet.origin
             t = -(start @ facet.normal) / (world.sun @ facet.normal)
             x, y = (start @ facet.axes.T + t[:, None] * (facet.axes @ world.sun)).T
@@ -141,18 +188,16 @@ def _within(u: FloatArray, v: FloatArray, box: FloatArray) -> IndexArray:
     return np.flatnonzero((u >= box[0]) & (u <= box[2]) & (v >= box[1]) & (v <= box[3]))
 
 
-def _union(boxes: list[FloatArray]) -> FloatArray:
-    stack = np.array(boxes)
-    return np.concatenate([stack[:, :2].min(axis=0), stack[:, 2:].max(axis=0)])
-
-
-def _by_solid(
-    faces: list[tuple[int, Facet, FloatArray]],
-) -> list[list[tuple[int, Facet, FloatArray]]]:
-    groups: dict[int, list[tuple[int, Facet, FloatArray]]] = {}
-    for item in faces:
-        groups.setdefault(item[1].solid, []).append(item)
-    return list(groups.values())
+def _screen(found: list[Screened]) -> Screen:
+    by_solid: dict[int, list[Screened]] = {}
+    for screened in found:
+        by_solid.setdefault(screened.facet.solid, []).append(screened)
+    solids = []
+    for facets in by_solid.values():
+        boxes = np.array([f.box for f in facets])
+        bounds = np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
+        solids.append((bounds, tuple(facets)))
+    return Screen(tuple(solids))
 
 
 def _square_to(direction: FloatArray) -> FloatArray:

@@ -135,7 +135,8 @@ class World:
 
     `ambient` is the share of the light that comes from everywhere; `sided` says how much of that
     share depends on the side a face looks to (a window at right angles to the sun), so that two
-    faces in the shade still differ.
+    faces in the shade still differ. `exposure` is the grey of a white face in full light, over
+    255.
     """
 
     solids: tuple[Solid, ...]
@@ -143,7 +144,8 @@ class World:
     sun: FloatArray
     background: float = 60.0
     ambient: float = 0.72
-    sided: float = 0.2
+    sided: float = 0.15
+    exposure: float = 1.15
     name: str = field(default="world")
 
     def __post_init__(self) -> None:
@@ -155,6 +157,8 @@ class World:
         object.__setattr__(self, "sun", sun)
         if not (0 <= self.ambient <= 1 and 0 <= self.sided <= 1):
             raise ValueError("ambient and sided are shares in [0, 1]")
+        if not self.exposure > 0:
+            raise ValueError("the exposure must be positive")
 
     @cached_property
     def facets(self) -> tuple[Facet, ...]:
