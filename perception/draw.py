@@ -1,6 +1,5 @@
 """What was found, drawn into the view it was found in."""
 
-import textwrap
 from collections.abc import Mapping, Sequence
 
 import cv2
@@ -18,7 +17,7 @@ from facetlog.perception.lettering import (
     ColourImage,
     Lettering,
     plain,
-    text_size,
+    wrap,
     write,
 )
 from facetlog.perception.types import Evidence, FloatArray, Scene, Vertex, View
@@ -280,9 +279,7 @@ def _legend(view: View, scene: Scene, verdict: str, scale: float) -> ColourImage
     )
     width = view.image.shape[1]
     height = LEGEND_LETTERS_PX * scale
-    letter = text_size("n" * 50, height)[0] / 50
-    columns = max(12, int((width - 2 * height) / letter))
-    wrapped = [part for line in lines for part in textwrap.wrap(plain(line), columns)]
+    wrapped = [row for line in lines for row in wrap(plain(line), height, width - 2 * height)]
     strip = np.full((round(height * (1.9 * len(wrapped) + 1.2)), width, 3), PAPER, dtype=np.uint8)
     for row, line in enumerate(wrapped):
         write(strip, line, (height, height * (1.9 * row + 1.9)), height, WHITE)

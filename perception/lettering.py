@@ -7,7 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Colour", "ColourImage", "Lettering", "plain", "text_size", "write"]
+__all__ = ["Colour", "ColourImage", "Lettering", "plain", "text_size", "wrap", "write"]
 
 ColourImage = NDArray[np.uint8]
 Colour = tuple[int, int, int]  # blue, green, red
@@ -70,6 +70,18 @@ class Lettering:
         return all(
             right <= x0 or left >= x1 or bottom <= y0 or top >= y1 for x0, y0, x1, y1 in self._taken
         )
+
+
+def wrap(text: str, height: float, width: float) -> list[str]:
+    """The text in rows of at most `width` px where its words allow; letters `height` px high."""
+    rows: list[str] = []
+    for word in text.split():
+        longer = f"{rows[-1]} {word}" if rows else word
+        if rows and text_size(longer, height)[0] <= width:
+            rows[-1] = longer
+        else:
+            rows.append(word)
+    return rows
 
 
 def write(

@@ -28,22 +28,19 @@ SAME_PLACE = 1e-9
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ViewSet:
-    """The views of one set and what is known of their world.
+    """The views of one set, what it is called, and what is known of its world.
 
     `problems` has one line for each picture that could not be read and was left out. `up` is a
-    unit vector or None, `metric` says that lengths are metres, `source` is the poses file.
+    unit vector or None, `metric` says that lengths are metres. `source` is the poses file, None
+    for views that come from no file.
     """
 
+    name: str
     views: tuple[View, ...]
-    source: Path
     problems: tuple[str, ...] = ()
     up: FloatArray | None = None
     metric: bool = False
-
-    @property
-    def name(self) -> str:
-        """What the set is called: the name of its folder."""
-        return self.source.resolve().parent.name or "views"
+    source: Path | None = None
 
 
 def read_views(
@@ -92,7 +89,8 @@ def read_views(
     if len(views) < LEAST_VIEWS:
         raise InputError(_too_few(source, len(views), problems))
     _check_places(views, source)
-    return ViewSet(tuple(views), source, tuple(problems), file.up, file.metric)
+    name = source.resolve().parent.name or "views"  # "/" has no name
+    return ViewSet(name, tuple(views), tuple(problems), file.up, file.metric, source)
 
 
 def _poses_path(path: Path) -> Path:
