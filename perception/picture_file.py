@@ -1,0 +1,195 @@
+"""Pictures from files: whole ones only, grey, as they are stored.
+
+A decoder that meets a cut-off file fills the rest with grey and says so only on the terminal. Such
+a picture would show edges that nobody photographed, so files are checked to be whole first.
+"""
+
+import os
+import sys
+import tempfile
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from facetlog.errors import InputError
+from facetlog.perception.types import Image
+
+__all__ = ["read_picture"]
+
+KINDS = "JPEG, PNG, TIFF, BMP, WebP or PNM"
+# Neither turned by EXIF (poses and intrinsics belong to the picture as stored) nor in colour.
+DECODE_FLAGS = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
+# What libjpeg says of a picture that has all its markers but not all its data.
+DAMAGE = b"Corrupt JPEG data"
+
+
+def read_picture(path: Path) -> Image:
+    """The picture as stored, grey, (H, W) uint8; InputError if missing, damaged or none at all."""
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path} is not a file: give the picture itself")
+        data = path.read_bytes()
+    except FileNotFoundError as exc:
+        raise InputError(
+            f"picture {path} is missing: put it there or remove its pose from the poses file"
+        ) from exc
+    except (OSError, ValueError) as exc:  # ValueError: a zero byte in the name
+        raise InputError(f"picture {str(path)!r} cannot be read: {_reason(exc)}") from exc
+    check = _check_of(data)
+    if check is None:
+        raise InputError(f"{path} is not a picture: give one as {KINDS}")
+    if not check(data):
+        raise InputError(f"picture {path} is cut off or damaged: copy it again from its source")
+    image, chatter = _decode(data)
+    if image is None or DAMAGE in chatter:
+        raise InputError(f"picture {path} is damaged: copy it again from its source")
+    image.setflags(write=False)
+    return image
+
+
+def _reason(exc: OSError | ValueError) -> str:
+    return exc.strerror if isinstance(exc, OSError) and exc.strerror else str(exc)
+
+
+def _check_of(data: bytes) -> Callable[[bytes], bool] | None:
+    """The test for being whole that belongs to the kind of file, None for an unknown kind."""
+    for signature, check in (
+        (b"\xff\xd8\xff", _jpeg_is_whole),
+        (b"\x89PNG\r\n\x1a\n", _png_is_whole),
+        (b"BM", _bmp_is_whole),
+        (b"II*\0", _decoder_judges),
+        (b"MM\0*", _decoder_judges),
+    ):
+        if data.startswith(signature):
+            return check
+    if data[:4] == b"RIFF" and data[8:12] == b"WEBP":
+        return _riff_is_whole
+    if data[:1] == b"P" and data[1:2] in tuple(b"%d" % i for i in range(1, 7)):
+        return _pnm_is_whole
+    return None
+
+
+def _jpeg_is_whole(data: bytes) -> bool:
+    """Whether the chain of JPEG markers reads from SOI to EOI (ITU-T T.81, annex B)."""
+    at = 2
+    while at + 1 < len(data):
+        if data[at] != 0xFF:
+            return False
+        marker = data[at + 1]
+        if marker == 0xD9:  # EOI
+            return True
+        if marker == 0xFF:  # fill byte
+            at += 1
+            continue
+        if marker == 0x01 or 0xD0 <= marker <= 0xD7:  # TEM, RSTn: no length
+            at += 2
+            continue
+        if at + 4 > len(data):
+            return False
+        at += 2 + int.from_bytes(data[at + 2 : at + 4], "big")
+        if marker == 0xDA:  # SOS: entropy-coded data up to the next marker that is not RSTn
+            at = _end_of_scan(data, at)
+    return False
+
+
+def _end_of_scan(data: bytes, at: int) -> int:
+    while (at := data.find(b"\xff", at)) >= 0:
+        follower = data[at + 1 : at + 2]
+        # FF00 is a stuffed data byte, FFD0..FFD7 are restarts inside the scan.
+        if follower and follower != b"\0" and not b"\xd0" <= follower <= b"\xd7":
+            return at
+        at += 2
+    return len(data)
+
+
+def _png_is_whole(data: bytes) -> bool:
+    """Whether all PNG chunks up to IEND are there and their checksums agree."""
+    at = 8
+    while at + 12 <= len(data):
+        length = int.from_bytes(data[at : at + 4], "big")
+        body_end = at + 8 + length
+        if body_end + 4 > len(data):
+            return False
+        if zlib.crc32(data[at + 4 : body_end]) != int.from_bytes(
+            data[body_end : body_end + 4], "big"
+        ):
+            return False
+        if data[at + 4 : at + 8] == b"IEND":
+            return True
+        at = body_end + 4
+    return False
+
+
+def _bmp_is_whole(data: bytes) -> bool:
+    return len(data) >= max(int.from_bytes(data[2:6], "little"), 26)
+
+
+def _riff_is_whole(data: bytes) -> bool:
+    return len(data) >= int.from_bytes(data[4:8], "little") + 8
+
+
+def _pnm_is_whole(data: bytes) -> bool:
+    """Whether a binary PGM or PPM holds as many bytes as its header asks for."""
+    if data[1:2] not in b"56":
+        return True
+    # Header fields are separated by white space; a comment runs from # to the end of its line.
+    fields: list[int] = []
+    at = 2
+    while len(fields) < 3 and at < len(data):
+        if data[at : at + 1] == b"#":
+            at = data.find(b"\n", at) + 1 or len(data)
+        elif data[at : at + 1].isspace():
+            at += 1
+        else:
+            start = at
+            while at < len(data) and data[at : at + 1].isdigit():
+                at += 1
+            if at == start:
+                return False
+            fields.append(int(data[start : min(at, start + 9)]))
+    if len(fields) < 3:
+        return False
+    width, height, largest = fields
+    channels = 3 if data[1:2] == b"6" else 1
+    return len(data) - at - 1 >= width * height * channels * (2 if largest > 255 else 1)
+
+
+def _decoder_judges(data: bytes) -> bool:
+    return bool(data)
+
+
+def _decode(data: bytes) -> tuple[Image | None, bytes]:
+    """The decoded picture, or None, and what the decoders wrote to the terminal meanwhile.
+
+    The C libraries inside OpenCV write to file descriptor 2 with no switch to stop them, so it
+    leads to a temporary file for the time of the call.
+    """
+    buffer = np.frombuffer(data, dtype=np.uint8)
+    if sys.stderr is not None:
+        sys.stderr.flush()
+    try:
+        terminal = os.dup(2)
+    except OSError:  # started without a stderr
+        return _decoded(buffer), b""
+    with tempfile.TemporaryFile() as sink:
+        os.dup2(sink.fileno(), 2)
+        try:
+            image = _decoded(buffer)
+        finally:
+            os.dup2(terminal, 2)
+            os.close(terminal)
+        sink.seek(0)
+        return image, sink.read()
+
+
+def _decoded(buffer: np.ndarray[tuple[int], np.dtype[np.uint8]]) -> Image | None:
+    try:
+        image = cv2.imdecode(buffer, DECODE_FLAGS)
+    except cv2.error:
+        return None
+    if image is None or image.dtype != np.uint8 or image.ndim != 2:
+        return None
+    return np.ascontiguousarray(image, dtype=np.uint8)

@@ -1,0 +1,214 @@
+"""The command line: results on stdout, everything else on stderr.
+
+Exit codes: 0 yes or done, 1 a clean no, 2 bad input or usage, 3 engine failure, 130 Ctrl-C.
+"""
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from functools import wraps
+from pathlib import Path
+from typing import Annotated, NoReturn, ParamSpec
+
+import typer
+
+from facetlog import __version__
+from facetlog.errors import FacetlogError
+from facetlog.output_folder import check_replaceable
+from facetlog.perception.step_clock import StepClock
+from facetlog.pipeline import (
+    DEMO_WORLD,
+    FrontEnd,
+    Progress,
+    Recognised,
+    check_models,
+    recognize_views,
+    reconstruct_views,
+    simulated_views,
+    views_from,
+)
+from facetlog.terminal import error, show_times, showing_progress, warn
+
+__all__ = ["app", "main", "run"]
+
+YES, NO, INTERRUPTED, BROKEN_PIPE = 0, 1, 130, 141  # the last two: 128 + the signal's number
+
+P = ParamSpec("P")
+
+app = typer.Typer(
+    name="facetlog",
+    help="Recognises things made of flat faces in pictures with known cameras.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+
+Views = Annotated[
+    Path,
+    typer.Argument(
+        metavar="VIEWS",
+        help="Folder with transforms.json, or with poses.csv and camera.toml; or such a file.",
+    ),
+]
+Models = Annotated[
+    list[Path] | None,
+    typer.Option("--models", metavar="PATH", help="Your own models: a file or folder; repeatable."),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object instead of text.")]
+Out = Annotated[
+    Path | None,
+    typer.Option("-o", "--out", metavar="OUT", help="Folder for scene, facts, meshes, pictures."),
+]
+Unit = Annotated[
+    str | None,
+    typer.Option("--unit", metavar="U", help="Unit of the poses: m, cm, mm, in or ft."),
+]
+WithFrontEnd = Annotated[
+    FrontEnd,
+    typer.Option("--front-end", help="lines: any scene; paper: one bright block on dark ground."),
+]
+
+
+def _command(body: Callable[P, int]) -> Callable[P, None]:
+    """A command that ends with the exit code of its body, and with one line for an error."""
+
+    @wraps(body)
+    def command(*args: P.args, **kwargs: P.kwargs) -> None:
+        try:
+            code = body(*args, **kwargs)
+            sys.stdout.flush()
+        except FacetlogError as exc:
+            error(str(exc))
+            code = exc.exit_code
+        except KeyboardInterrupt:
+            code = INTERRUPTED
+        except BrokenPipeError:  # the reader went away, as `| head` does
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            code = BROKEN_PIPE
+        raise typer.Exit(code)
+
+    del command.__annotations__["return"]
+    return command
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"facetlog {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _shared(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+) -> None:
+    """What all commands share."""
+
+
+@app.command("recognize")
+@_command
+def recognize_command(
+    views: Views,
+    models: Models = None,
+    as_json: AsJson = False,
+    out: Out = None,
+    unit: Unit = None,
+    front_end: WithFrontEnd = FrontEnd.LINES,
+) -> int:
+    """Says what is there, and why. Exit code 0: a model matches, 1: none does."""
+    model_paths = tuple(models or ())
+    check_models(model_paths)
+    if out is not None:
+        check_replaceable(out)
+    clock = StepClock()
+    with showing_progress() as progress:
+        view_set = views_from(views, unit=unit, progress=progress, clock=clock)
+        found = recognize_views(
+            view_set,
+            model_paths=model_paths,
+            front_end=front_end,
+            progress=progress,
+            clock=clock,
+        )
+        _write(out, found, progress)
+    return _answer(found, as_json=as_json)
+
+
+@app.command("reconstruct")
+@_command
+def reconstruct_command(
+    views: Views,
+    out: Annotated[
+        Path, typer.Option("-o", "--out", metavar="FILE", help="Where the scene goes; - is stdout.")
+    ],
+    unit: Unit = None,
+    front_end: WithFrontEnd = FrontEnd.LINES,
+) -> int:
+    """Writes the vertices, edges and faces that the views show, with their uncertainty."""
+    from facetlog.perception.scene_file import write_scene
+
+    clock = StepClock()
+    with showing_progress() as progress:
+        view_set = views_from(views, unit=unit, progress=progress, clock=clock)
+        scene = reconstruct_views(view_set, front_end=front_end, progress=progress, clock=clock)
+    write_scene(scene, out)
+    for line in (*view_set.problems, *scene.warnings):
+        warn(line)
+    show_times(clock)
+    return YES
+
+
+@app.command("demo")
+@_command
+def demo_command(
+    out: Out = None,
+    seed: Annotated[int, typer.Option("--seed", metavar="N", help="Noise, floor and light.")] = 0,
+    world: Annotated[
+        str, typer.Option("--world", metavar="NAME", help="What the simulated camera looks at.")
+    ] = DEMO_WORLD,
+    as_json: AsJson = False,
+) -> int:
+    """Renders the paper's tour of 24 views round a block, and recognises it from the pixels."""
+    if out is not None:
+        check_replaceable(out)
+    clock = StepClock()
+    with showing_progress() as progress:
+        view_set = simulated_views(world, seed, progress=progress, clock=clock)
+        found = recognize_views(view_set, progress=progress, clock=clock)
+        _write(out, found, progress)
+    return _answer(found, as_json=as_json)
+
+
+def _write(out: Path | None, found: Recognised, progress: Progress | None) -> None:
+    from facetlog.report import write_report
+
+    if out is not None:
+        write_report(out, found, progress=progress)
+
+
+def _answer(found: Recognised, *, as_json: bool) -> int:
+    from facetlog.report import verdicts_json, verdicts_text
+
+    for line in (*found.view_set.problems, *found.scene.warnings):
+        warn(line)
+    show_times(found.clock)
+    typer.echo(verdicts_json(found) if as_json else verdicts_text(found))
+    return YES if found.recognition.best else NO
+
+
+def main(argv: Sequence[str]) -> int:
+    """The exit code of the command line `argv` (without the program's name)."""
+    try:
+        app(args=list(argv), prog_name="facetlog")
+    except SystemExit as exc:
+        return exc.code if isinstance(exc.code, int) else int(exc.code is not None)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return YES
+
+
+def run() -> NoReturn:
+    """The console script."""
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,147 @@
+"""The way through the house: views, scene, facts, verdicts, each step timed.
+
+    views → features → tracks → vertices → faces → facts → models → verdicts
+
+Rooms are imported where they are used: the command line answers `--help` without loading them.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from facetlog.errors import InputError
+from facetlog.perception.step_clock import StepClock
+
+if TYPE_CHECKING:
+    from facetlog.kb.recognize import Recognition
+    from facetlog.perception.types import Scene
+    from facetlog.perception.views import ViewSet
+
+__all__ = [
+    "DEMO_WORLD",
+    "FrontEnd",
+    "Progress",
+    "Recognised",
+    "check_models",
+    "recognize_views",
+    "reconstruct_views",
+    "simulated_views",
+    "views_from",
+]
+
+Progress: TypeAlias = Callable[[str, int, int], None]
+"""Called with the step's name, how much of it is done, and of how much."""
+
+DEMO_WORLD = "block"
+
+
+class FrontEnd(StrEnum):
+    """How pictures become features: straight lines in general, or the paper's bright block."""
+
+    LINES = "lines"
+    PAPER = "paper"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Recognised:
+    """Everything that a run found, from the views to the verdicts."""
+
+    view_set: "ViewSet"
+    scene: "Scene"
+    facts: tuple[tuple[str | int | float, ...], ...]
+    recognition: "Recognition"
+    clock: StepClock = field(default_factory=StepClock)
+
+
+def views_from(
+    path: Path, *, unit: str | None, progress: Progress | None, clock: StepClock
+) -> "ViewSet":
+    """The views of a folder or poses file; see perception/views.py for what it may hold."""
+    from facetlog.perception.views import read_views
+
+    with clock.step("read pictures"):
+        return read_views(path, unit=unit, progress=progress)
+
+
+def simulated_views(
+    world: str, seed: int, *, progress: Progress | None, clock: StepClock
+) -> "ViewSet":
+    """The paper's tour of 24 views through a simulated world, in metres; InputError lists worlds.
+
+    The world's noise, floor, light and place follow from the seed.
+    """
+    import numpy as np
+
+    from facetlog.perception.types import Pose, View
+    from facetlog.perception.views import ViewSet
+    from facetlog.robot.simulate import views_of
+    from facetlog.robot.tour import tour_camera, tour_poses
+    from facetlog.robot.worlds import INCH, WORLDS, make_world
+
+    if world not in WORLDS:
+        raise InputError(f"there is no world {world!r}: use one of {', '.join(WORLDS)}")
+    if seed < 0:
+        raise InputError(f"the seed is {seed}: give a whole number from 0")
+    poses = tour_poses()
+    with clock.step("render pictures"):
+        if progress is not None:
+            progress("pictures", 0, len(poses))
+        in_inches = views_of(make_world(world, seed), poses, tour_camera(), seed=seed)
+        if progress is not None:
+            progress("pictures", len(poses), len(poses))
+    views: tuple[View, ...] = tuple(
+        View(v.name, v.image, v.camera, Pose(v.pose.rotation, v.pose.centre * INCH))
+        for v in in_inches
+    )
+    up = np.array([0.0, 0.0, 1.0])  # the z axis of simulated worlds and of the paper's tour
+    return ViewSet(f"{world}-{seed}", views, up=up, metric=True)
+
+
+def check_models(model_paths: tuple[Path, ...]) -> None:
+    """Raises InputError for a model file or folder that is not there, before any long work."""
+    for path in model_paths:
+        if not path.exists():
+            raise InputError(f"{path} does not exist: give a model file or a folder of them")
+
+
+def reconstruct_views(
+    view_set: "ViewSet",
+    *,
+    front_end: FrontEnd = FrontEnd.LINES,
+    progress: Progress | None = None,
+    clock: StepClock,
+) -> "Scene":
+    """The scene that the views show; InconsistentViewsError if their poses contradict them."""
+    from facetlog.perception.reconstruct import reconstruct
+
+    return reconstruct(
+        view_set.views,
+        name=view_set.name,
+        up=view_set.up,
+        metric=view_set.metric,
+        front_end=front_end.value,
+        progress=progress,
+        clock=clock,
+    )
+
+
+def recognize_views(
+    view_set: "ViewSet",
+    *,
+    model_paths: tuple[Path, ...] = (),
+    front_end: FrontEnd = FrontEnd.LINES,
+    progress: Progress | None = None,
+    clock: StepClock,
+) -> Recognised:
+    """Scene, facts and verdicts for the views."""
+    scene = reconstruct_views(view_set, front_end=front_end, progress=progress, clock=clock)
+    from facetlog.kb.recognize import recognize
+    from facetlog.perception.facts import scene_facts
+
+    with clock.step("facts"):
+        facts = scene_facts(scene)
+    with clock.step("verdicts"):
+        recognition = recognize(facts, scene_name=scene.name, model_paths=model_paths)
+    return Recognised(view_set, scene, facts, recognition, clock)

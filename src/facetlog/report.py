@@ -1,0 +1,94 @@
+"""What a run found, as text for a reader, as JSON, and as a folder of files and pictures."""
+
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from facetlog import __version__
+from facetlog.output_folder import output_folder
+from facetlog.pipeline import Progress, Recognised
+from facetlog.terminal import one_line
+
+if TYPE_CHECKING:
+    from facetlog.perception.step_clock import StepClock
+
+__all__ = ["verdicts_json", "verdicts_text", "write_report"]
+
+SHEET_FILE = "contact-sheet.png"
+
+
+def verdicts_json(found: Recognised) -> str:
+    """All verdicts with their proofs, one JSON object with `schema` inside."""
+    notes = {"problems": list(found.view_set.problems), "warnings": list(found.scene.warnings)}
+    return json.dumps({**found.recognition.to_json(), **notes}, indent=1)
+
+
+def verdicts_text(found: Recognised) -> str:
+    """The same for a reader: what is there and why, and what each other model lacks."""
+    scene = found.scene
+    seen = f"{len(scene.faces)} faces, {len(scene.edges)} edges, {len(scene.vertices)} vertices"
+    head = f"{one_line(scene.name)}: {len(found.view_set.views)} views, {seen}"
+    answer = () if found.recognition.best else ("no model matches",)
+    return "\n".join([head, *answer, *found.recognition.lines()])
+
+
+def write_report(folder: Path, found: Recognised, *, progress: Progress | None = None) -> None:
+    """Writes scene, facts, verdicts, meshes and drawn views; InputError if that cannot be.
+
+    The folder appears as a whole when all is written (see output_folder.py).
+    """
+    from facetlog.kb.encode import facts_program
+    from facetlog.perception.mesh_file import write_glb, write_ply
+    from facetlog.perception.scene_file import write_scene
+
+    scene, clock = found.scene, found.clock
+    about: dict[str, object] = {
+        "facetlog": __version__,
+        "scene": scene.name,
+        "source": str(found.view_set.source) if found.view_set.source else None,
+        "problems": list(found.view_set.problems),
+    }
+    with output_folder(folder, about) as made:
+        with clock.step("write results"):
+            write_scene(scene, made / "scene.json")
+            facts = "\n".join(facts_program(found.facts, scene.name))
+            (made / "facts.pl").write_text(facts + "\n", encoding="utf-8")
+            (made / "verdicts.json").write_text(verdicts_json(found) + "\n", encoding="utf-8")
+            if scene.faces:
+                write_ply(scene, made / "faces.ply")
+                write_glb(scene, made / "faces.glb")
+        with clock.step("draw pictures"):
+            _write_pictures(made, found, progress)
+        about["seconds"] = _seconds(clock)
+
+
+def _write_pictures(made: Path, found: Recognised, progress: Progress | None) -> None:
+    import cv2
+
+    from facetlog.perception.draw import contact_sheet, draw_scene
+
+    best = found.recognition.best
+    verdict = "; ".join(v.summary for v in best) or "no model matches"
+    parts = {face: p.role for v in reversed(best) for p in v.parts for face in p.faces}
+    views = found.view_set.views
+    drawn = []
+    (made / "views").mkdir()
+    for number, view in enumerate(views, start=1):
+        image = draw_scene(view, found.scene, parts=parts, verdict=verdict)
+        # Numbered, for names may repeat in different folders, and may be no file names at all.
+        name = re.sub(r"[^A-Za-z0-9_.-]+", "_", Path(view.name).stem)[:80]
+        _, data = cv2.imencode(".png", image)
+        (made / "views" / f"{number:04d}-{name}.png").write_bytes(data.tobytes())
+        drawn.append(image)
+        if progress is not None:
+            progress("draw pictures", number, len(views))
+    _, data = cv2.imencode(".png", contact_sheet(drawn))
+    (made / SHEET_FILE).write_bytes(data.tobytes())
+
+
+def _seconds(clock: "StepClock") -> dict[str, dict[str, float]]:
+    return {
+        t.name: {"wall": round(t.wall, 4), "cpu": round(t.cpu, 4)}
+        for t in (*clock.times, clock.total)
+    }

@@ -1,0 +1,70 @@
+"""What goes to stderr: progress on a terminal, warnings, and the table of times."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import typer
+
+from facetlog.perception.step_clock import StepClock
+
+if TYPE_CHECKING:
+    from facetlog.pipeline import Progress
+
+__all__ = ["error", "show_times", "showing_progress", "warn"]
+
+
+def one_line(text: str) -> str:
+    """The text on one line, without control characters that a file name may hold.
+
+    >>> one_line("a\\nb")
+    'a b'
+    """
+    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+
+
+def error(message: str) -> None:
+    """Writes one line that says what was wrong and the way out."""
+    typer.echo(f"facetlog: {one_line(message)}", err=True)
+
+
+def warn(message: str) -> None:
+    """Writes one line about something that was left out or is doubtful."""
+    typer.echo(f"facetlog: warning: {one_line(message)}", err=True)
+
+
+@contextmanager
+def showing_progress() -> Iterator["Progress | None"]:
+    """A progress display that goes away at the end; None where stderr is not a terminal."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield None
+        return
+    columns = (TextColumn("{task.description:<20}"), BarColumn(), MofNCompleteColumn())
+    # Drawn when a step reports, not by a thread of its own: pictures are decoded with stderr
+    # turned away (see picture_file.py), which would swallow what another thread writes.
+    with Progress(*columns, console=console, transient=True, auto_refresh=False) as display:
+        tasks: dict[str, TaskID] = {}
+
+        def report(step: str, done: int, total: int) -> None:
+            if step not in tasks:
+                tasks[step] = display.add_task(step, total=total)
+            display.update(tasks[step], completed=done, total=total, refresh=True)
+
+        yield report
+
+
+def show_times(clock: StepClock) -> None:
+    """Writes the table of the time that each step took."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("step", box=None, pad_edge=False)
+    table.add_column("wall s", justify="right")
+    table.add_column("CPU s", justify="right")
+    for time in (*clock.times, clock.total):
+        table.add_row(time.name, f"{time.wall:.3f}", f"{time.cpu:.3f}")
+    Console(stderr=True).print(table)
