@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["OutlineShape", "chain_length", "freeman_chain", "outline_shape", "outer_outline"]
+__all__ = ["OutlineShape", "chain_length", "freeman_chain", "outer_outline", "outline_shape"]
 
 # The code of the step (du, dv), at [dv + 1, du + 1]; v runs down.
 STEP_CODES = np.array([[3, 2, 1], [4, -1, 0], [5, 6, 7]], dtype=np.int8)

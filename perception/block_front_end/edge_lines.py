@@ -7,6 +7,7 @@ places it some ten times better than the pixels of the chain do.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import numpy as np
@@ -15,7 +16,7 @@ from scipy.special import ndtr
 
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["SLOPE_CHANGE", "EdgeLine", "fit_edge_line", "straight_pieces"]
+__all__ = ["SLOPE_CHANGE", "EdgeLine", "extended_line", "fit_edge_line", "straight_pieces"]
 
 # The paper's change in slope at a vertex (algorithm, step 4), radians.
 SLOPE_CHANGE = np.deg2rad(30.0)
@@ -27,11 +28,15 @@ MOST_BOW_PX = 1.2
 # Half the length of the grey profiles across an edge, px: the step is over by 2.5 blur, and two
 # pixels of each side tell its grey level.
 HALF_PROFILE_PX = 5
+ACROSS_PX = np.arange(-HALF_PROFILE_PX, HALF_PROFILE_PX + 0.5, 0.5)
 # Blur that is taken for granted (lens and pixel), px; a fit at the wrong blur has no bias.
 NOMINAL_BLUR_PX = 1.1
 # Grey levels beside an edge are averaged over this many pixels along it.
 LEVEL_SPAN_PX = 15
 FIT_STEPS = 4
+# An edge goes on while its step, mean over GAP_PX, is at least this share of its contrast.
+SAME_STEP_SHARE = 0.5
+GAP_PX = 3
 # Offsets beyond this many robust sd are another edge's (Rousseeuw and Leroy 1987).
 OUTLIER_SD = 2.5
 # Calibration, sampling and a not quite straight real edge leave at least this, px.
@@ -59,8 +64,8 @@ class EdgeLine:
     @property
     def direction(self) -> FloatArray:
         """Unit vector from start to end, (2,)."""
-        unit: FloatArray = (self.end - self.start) / self.length
-        return unit
+        along: FloatArray = self.end - self.start
+        return along / float(np.hypot(*along))
 
     @property
     def normal(self) -> FloatArray:
@@ -100,7 +105,7 @@ def straight_pieces(
     turn = _turn(chain[: -2 * SUPPORT_PX], middle, chain[2 * SUPPORT_PX :])
     cuts = [0, *(int(i) + SUPPORT_PX for i in _peaks(turn, slope_change)), count - 1]
     pieces: list[FloatArray] = []
-    for begin, end in zip(cuts[:-1], cuts[1:], strict=True):
+    for begin, end in pairwise(cuts):
         pieces.extend(_without_bow(chain[begin : end + 1], least_px))
     return tuple(pieces)
 
@@ -109,7 +114,8 @@ def _turn(before: FloatArray, at: FloatArray, after: FloatArray) -> FloatArray:
     """Angle (radians, 0..pi) between the chords before and after each pixel."""
     back, ahead = at - before, after - at
     cross = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0]
-    return np.abs(np.arctan2(cross, (back * ahead).sum(axis=1)))
+    turn: FloatArray = np.abs(np.arctan2(cross, (back * ahead).sum(axis=1)))
+    return turn
 
 
 def _from_corner(loop: FloatArray) -> FloatArray:
@@ -168,16 +174,8 @@ def fit_edge_line(
         direction = (end - start) / length
         normal = np.array([-direction[1], direction[0]])
         along = np.linspace(0.0, length, count)
-        across = np.arange(-HALF_PROFILE_PX, HALF_PROFILE_PX + 0.5, 0.5)
-        grid = (
-            start[:, None, None]
-            + direction[:, None, None] * along[None, :, None]
-            + normal[:, None, None] * across[None, None, :]
-        ).astype(np.float32)
-        profiles = cv2.remap(
-            image, grid[0], grid[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-        ).astype(np.float64)
-        offsets, variances, contrast = _offsets(profiles, across, sd_grey, blur_px)
+        profiles = _profiles(image, start, direction, along)
+        offsets, variances, contrast = _offsets(profiles, ACROSS_PX, sd_grey, blur_px)
         lever = along - length / 2.0
         fit = _robust_line(lever, offsets, variances)
         if fit is None:
@@ -197,6 +195,46 @@ def fit_edge_line(
 
 # Fewer profiles than this do not fix offset and angle and still tell their scatter.
 LEAST_PROFILES = 5
+
+
+def extended_line(image: Image, line: EdgeLine) -> tuple[FloatArray, FloatArray]:
+    """Ends (u, v) of the line drawn out as far as the picture shows the same step along it.
+
+    Tracing loses an edge near its ends (the Laplacian's zero crossings leave a corner early) and
+    where it is faint; the step itself goes on to the vertex.
+    """
+    most = max(SUPPORT_PX, round(line.length))
+    along = np.arange(-most, int(line.length) + most + 1, dtype=np.float64)
+    profiles = _profiles(image, line.start, line.direction, along)
+    near = (np.abs(ACROSS_PX) >= 0.5) & (np.abs(ACROSS_PX) <= 2.5)
+    step = profiles[:, near & (ACROSS_PX > 0)].mean(axis=1)
+    step -= profiles[:, near & (ACROSS_PX < 0)].mean(axis=1)
+    step = np.convolve(step, np.full(GAP_PX, 1.0 / GAP_PX), mode="same")
+    height, width = image.shape
+    at = line.start + along[:, None] * line.direction
+    inside = (at >= 0).all(axis=1) & (at[:, 0] <= width - 1) & (at[:, 1] <= height - 1)
+    inner = np.flatnonzero((along >= 0) & (along <= line.length))
+    lost = ~(inside & (step >= SAME_STEP_SHARE * line.contrast))
+    before, after = np.flatnonzero(lost[: inner[0]]), np.flatnonzero(lost[inner[-1] + 1 :])
+    first = before[-1] + 1 if len(before) else 0
+    last = inner[-1] + after[0] if len(after) else len(along) - 1
+    low, high = min(0.0, along[first]), max(line.length, along[last])
+    return line.start + low * line.direction, line.start + high * line.direction
+
+
+def _profiles(
+    image: Image, start: FloatArray, direction: FloatArray, along: FloatArray
+) -> FloatArray:
+    """Grey levels (n, m) at ACROSS_PX along the normal, at n places along the line."""
+    normal = np.array([-direction[1], direction[0]])
+    grid = (
+        start[:, None, None]
+        + direction[:, None, None] * along[None, :, None]
+        + normal[:, None, None] * ACROSS_PX[None, None, :]
+    ).astype(np.float32)
+    return cv2.remap(
+        image, grid[0], grid[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    ).astype(np.float64)
 
 
 def _trimmed(piece: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -251,7 +289,7 @@ def _robust_line(
         normal_matrix = design[good].T @ weighted
         if np.linalg.det(normal_matrix) <= 0:
             return None
-        cov = np.linalg.inv(normal_matrix)
+        cov[:] = np.linalg.inv(normal_matrix)
         solution = cov @ (weighted.T @ offsets[good])
         residual = offsets - design @ solution
         spread = max(1.4826 * float(np.median(np.abs(residual[good]))), 0.02)

@@ -12,6 +12,7 @@ from facetlog.perception.block_front_end.contours import edge_pixels, noise_sd, 
 from facetlog.perception.block_front_end.edge_lines import (
     SLOPE_CHANGE,
     EdgeLine,
+    extended_line,
     fit_edge_line,
     straight_pieces,
 )
@@ -31,8 +32,8 @@ SAME_LINE_PX = 0.7
 SAME_LINE_SD = 4.0
 # Edges are cut short at both ends by the slope's support and by the smoothing, px; a vertex lies
 # within this reach of the ends of its edges. Larger objects lose more at faint junctions.
-REACH_PX = 9.0
-REACH_SHARE = 0.06
+REACH_PX = 8.0
+REACH_SHARE = 0.05
 # Crossings nearer than this are one vertex, px and in sd.
 SAME_VERTEX_PX = 3.0
 # Chi-square of one line's distance from the vertex, 1 degree of freedom, .1 %.
@@ -65,12 +66,23 @@ def find_edge_lines(
         for piece in straight_pieces(chain, least, slope_change):
             line = fit_edge_line(image, piece, noise)
             if line is not None:
-                lines.append(line)
+                lines.append(_drawn_out(image, line, noise))
     return merged_lines(image, tuple(lines), noise, _reach(size))
 
 
 def _reach(size: float) -> float:
     return max(REACH_PX, REACH_SHARE * size)
+
+
+def _drawn_out(image: Image, line: EdgeLine, sd_grey: float) -> EdgeLine:
+    """The line extended to where its step ends, and refitted over that length."""
+    start, end = extended_line(image, line)
+    return _refitted(image, start, end, sd_grey) or line
+
+
+def _refitted(image: Image, start: FloatArray, end: FloatArray, sd_grey: float) -> EdgeLine | None:
+    steps = np.linspace(0.0, 1.0, int(np.hypot(*(end - start))) + 2)[:, None]
+    return fit_edge_line(image, start + (end - start) * steps, sd_grey)
 
 
 def _one_edge(a: EdgeLine, b: EdgeLine, gap: float) -> bool:
@@ -102,10 +114,9 @@ def merged_lines(
             if not _one_edge(line, other, gap):
                 continue
             along = [(p - line.start) @ line.direction for p in (other.start, other.end)]
-            low, high = min(0.0, *along), max(line.length, *along)
+            low, high = min(0.0, *map(float, along)), max(line.length, *map(float, along))
             ends = line.start + line.direction * np.array([[low], [high]])
-            steps = np.linspace(0.0, 1.0, int(high - low) + 2)[:, None]
-            joined = fit_edge_line(image, ends[0] + (ends[1] - ends[0]) * steps, sd_grey)
+            joined = _refitted(image, ends[0], ends[1], sd_grey)
             todo.remove(other)
             if joined is not None and joined.length >= line.length:
                 line = joined
@@ -126,7 +137,7 @@ def _crossing(a: EdgeLine, b: EdgeLine) -> FloatArray:
 
 
 def _ends_at(line: EdgeLine, point: FloatArray, reach: float) -> bool:
-    return min(np.hypot(*(point - line.start)), np.hypot(*(point - line.end))) <= reach
+    return bool(min(np.hypot(*(point - line.start)), np.hypot(*(point - line.end))) <= reach)
 
 
 def _passes(line: EdgeLine, point: FloatArray) -> bool:
@@ -151,7 +162,7 @@ def _meeting(
             weight = 1.0 / lines[i].offset_variance(point)
             information += weight * np.outer(n, n)
             right += weight * n * float(n @ lines[i].start)
-        cov = np.linalg.inv(information)
+        cov = np.asarray(np.linalg.inv(information), dtype=np.float64)
         point = cov @ right
         misses = {
             i: float(lines[i].normal @ (point - lines[i].start)) ** 2

@@ -85,7 +85,7 @@ def _by_shape(binary: Image, smallest: float) -> Localisation:
         window[: grown.shape[0], : grown.shape[1]] = grown
         # The rim of the region fills no sub-block; it is the white within two blocks of one.
         reach = np.ones((4 * side + 1, 4 * side + 1), dtype=np.uint8)
-        near = cv2.bitwise_and(binary, cv2.dilate(window, reach) * np.uint8(255))
+        near = np.where(cv2.dilate(window, reach) > 0, binary, np.uint8(0))
         mask = _largest(_filled(near))
         area = int(np.count_nonzero(mask))
         if area < max(smallest, LEAST_AREA_PX):

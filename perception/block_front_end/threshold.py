@@ -41,7 +41,7 @@ def binary_picture(image: Image, threshold: int = PAPER_THRESHOLD) -> Image:
 def grey_histogram(image: Image, mask: Image | None = None) -> FloatArray:
     """Number of pixels of each grey level, (256,), of the whole picture or where mask is not 0."""
     counts = cv2.calcHist([image], [0], mask, [GREY_LEVELS], [0, GREY_LEVELS])
-    return counts[:, 0].astype(np.float64)
+    return counts.ravel().astype(np.float64)  # (256, 1) or (256,), as OpenCV's version has it
 
 
 def otsu_threshold(image: Image) -> int:
