@@ -1,0 +1,300 @@
+"""Straight edges: traced chains cut where their slope changes, and refitted to the grey levels.
+
+Section 5.3 of the paper: "at each pixel the change in geometric direction gradient is determined.
+The pixels having a change in slope greater than 30 degrees are regarded as the 2-D vertices".
+Between two such pixels the edge is straight; its line is then fitted to the picture itself, which
+places it some ten times better than the pixels of the chain do.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr
+
+from facetlog.perception.types import FloatArray, Image
+
+__all__ = ["SLOPE_CHANGE", "EdgeLine", "extended_line", "fit_edge_line", "straight_pieces"]
+
+# The paper's change in slope at a vertex (algorithm, step 4), radians.
+SLOPE_CHANGE = np.deg2rad(30.0)
+# Slopes are chords over this many pixels of chain: on the grid 8 pixels tell 7 degrees apart.
+SUPPORT_PX = 8
+# A piece that bows more than this is bent below SLOPE_CHANGE somewhere and is cut there; traced
+# pixels of a straight edge stay within .5 px of rounding and about as much of noise.
+MOST_BOW_PX = 1.2
+# Half the length of the grey profiles across an edge, px: the step is over by 2.5 blur, and two
+# pixels of each side tell its grey level.
+HALF_PROFILE_PX = 5
+ACROSS_PX = np.arange(-HALF_PROFILE_PX, HALF_PROFILE_PX + 0.5, 0.5)
+# Blur that is taken for granted (lens and pixel), px; a fit at the wrong blur has no bias.
+NOMINAL_BLUR_PX = 1.1
+# Grey levels beside an edge are averaged over this many pixels along it.
+LEVEL_SPAN_PX = 15
+FIT_STEPS = 4
+# An edge goes on while its step, mean over GAP_PX, is at least this share of its contrast.
+SAME_STEP_SHARE = 0.5
+GAP_PX = 3
+# Offsets beyond this many robust sd are another edge's (Rousseeuw and Leroy 1987).
+OUTLIER_SD = 2.5
+# Calibration, sampling and a not quite straight real edge leave at least this, px.
+MODEL_SD_PX = 0.02
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EdgeLine:
+    """A straight edge in one picture, from `start` to `end` (u, v), with its brighter side right.
+
+    `cov` (2, 2) is of (offset along the normal at the middle in px, angle in radians).
+    `contrast` is in grey levels. The normal is the direction turned by 90° to the right as seen.
+    """
+
+    start: FloatArray
+    end: FloatArray
+    cov: FloatArray
+    contrast: float
+
+    @property
+    def length(self) -> float:
+        """Length in pixels."""
+        return float(np.hypot(*(self.end - self.start)))
+
+    @property
+    def direction(self) -> FloatArray:
+        """Unit vector from start to end, (2,)."""
+        along: FloatArray = self.end - self.start
+        return along / float(np.hypot(*along))
+
+    @property
+    def normal(self) -> FloatArray:
+        """Unit normal (2,), towards the brighter side."""
+        du, dv = self.direction
+        return np.array([-dv, du])
+
+    @property
+    def middle(self) -> FloatArray:
+        """Middle of the edge, (2,)."""
+        half: FloatArray = (self.start + self.end) / 2.0
+        return half
+
+    def offset_variance(self, point: FloatArray) -> float:
+        """Variance (px²) across the line at the foot of `point`, which may lie beyond the ends."""
+        lever = np.array([1.0, float(self.direction @ (point - self.middle))])
+        return float(lever @ self.cov @ lever)
+
+
+def straight_pieces(
+    chain: FloatArray, least_px: float, slope_change: float = SLOPE_CHANGE
+) -> tuple[FloatArray, ...]:
+    """The straight pieces of a chain (n, 2), cut at slope changes and where a piece bows.
+
+    >>> corner = np.array([[u, 0] for u in range(20)] + [[19, v] for v in range(1, 20)], float)
+    >>> [len(piece) for piece in straight_pieces(corner, least_px=8)]
+    [20, 20]
+    """
+    count = len(chain)
+    closed = count > 2 * SUPPORT_PX and bool((chain[0] == chain[-1]).all())
+    if closed:
+        chain = _from_corner(chain[:-1])
+        count = len(chain)
+    if count <= 2 * SUPPORT_PX:
+        return tuple(_without_bow(chain, least_px))
+    middle = chain[SUPPORT_PX:-SUPPORT_PX]
+    turn = _turn(chain[: -2 * SUPPORT_PX], middle, chain[2 * SUPPORT_PX :])
+    cuts = [0, *(int(i) + SUPPORT_PX for i in _peaks(turn, slope_change)), count - 1]
+    pieces: list[FloatArray] = []
+    for begin, end in pairwise(cuts):
+        pieces.extend(_without_bow(chain[begin : end + 1], least_px))
+    return tuple(pieces)
+
+
+def _turn(before: FloatArray, at: FloatArray, after: FloatArray) -> FloatArray:
+    """Angle (radians, 0..pi) between the chords before and after each pixel."""
+    back, ahead = at - before, after - at
+    cross = back[:, 0] * ahead[:, 1] - back[:, 1] * ahead[:, 0]
+    turn: FloatArray = np.abs(np.arctan2(cross, (back * ahead).sum(axis=1)))
+    return turn
+
+
+def _from_corner(loop: FloatArray) -> FloatArray:
+    """The same closed loop, open at its sharpest corner (and with that pixel at both ends)."""
+    turn = _turn(np.roll(loop, SUPPORT_PX, axis=0), loop, np.roll(loop, -SUPPORT_PX, axis=0))
+    turned = np.roll(loop, -int(np.argmax(turn)), axis=0)
+    return np.concatenate([turned, turned[:1]])
+
+
+def _peaks(turn: FloatArray, least: float) -> NDArray[np.int64]:
+    """Indices of the largest turns of at least `least`, each SUPPORT_PX from the next."""
+    taken: list[int] = []
+    for i in np.argsort(-turn, kind="stable"):
+        if turn[i] < least:
+            break
+        if all(abs(int(i) - j) >= SUPPORT_PX for j in taken):
+            taken.append(int(i))
+    return np.array(sorted(taken), dtype=np.int64)
+
+
+def _without_bow(piece: FloatArray, least_px: float) -> list[FloatArray]:
+    """The piece cut where it is farthest from its chord, until no part bows (Ramer 1972)."""
+    pending, straight = [piece], []
+    while pending:
+        part = pending.pop()
+        chord = part[-1] - part[0]
+        length = float(np.hypot(*chord))
+        if length < least_px:
+            continue
+        off = np.abs((part - part[0]) @ np.array([-chord[1], chord[0]])) / length
+        worst = int(np.argmax(off))
+        if off[worst] <= MOST_BOW_PX:
+            straight.append(part)
+        else:
+            pending += [part[worst:], part[: worst + 1]]
+    return straight
+
+
+def fit_edge_line(
+    image: Image, piece: FloatArray, sd_grey: float, blur_px: float = NOMINAL_BLUR_PX
+) -> EdgeLine | None:
+    """The line of largest likelihood through a straight piece (n, 2) of an edge, or None.
+
+    Grey profiles across the edge are compared with a blurred step: with levels a and a + C beside
+    the edge, residual r(t) and blurred step's slope g(t), the offset of one pixel of edge is
+    -(sum g r) / (C sum g²), variance sd² 2 sqrt(pi) blur / C² (research bound for one pixel of
+    edge); the line is the weighted fit of those offsets, its covariance scaled up where they
+    scatter more than the noise explains. None where too few profiles show a step.
+    """
+    start, end = _trimmed(piece)
+    for step in range(FIT_STEPS):
+        length = float(np.hypot(*(end - start)))
+        count = int(length) + 1
+        if count < LEAST_PROFILES:
+            return None
+        direction = (end - start) / length
+        normal = np.array([-direction[1], direction[0]])
+        along = np.linspace(0.0, length, count)
+        profiles = _profiles(image, start, direction, along)
+        offsets, variances, contrast = _offsets(profiles, ACROSS_PX, sd_grey, blur_px)
+        lever = along - length / 2.0
+        fit = _robust_line(lever, offsets, variances)
+        if fit is None:
+            return None
+        middle_offset, slope, cov = fit
+        start, end = (
+            start + normal * (middle_offset - slope * length / 2.0),
+            end + normal * (middle_offset + slope * length / 2.0),
+        )
+        if step and abs(middle_offset) + abs(slope) * length / 2.0 < 0.01:
+            break
+    cov = cov + np.diag([MODEL_SD_PX**2, (2.0 * MODEL_SD_PX / length) ** 2])
+    if contrast < 0:  # the brighter side is to the right
+        start, end = end, start
+    return EdgeLine(start, end, cov, abs(contrast))
+
+
+# Fewer profiles than this do not fix offset and angle and still tell their scatter.
+LEAST_PROFILES = 5
+
+
+def extended_line(image: Image, line: EdgeLine) -> tuple[FloatArray, FloatArray]:
+    """Ends (u, v) of the line drawn out as far as the picture shows the same step along it.
+
+    Tracing loses an edge near its ends (the Laplacian's zero crossings leave a corner early) and
+    where it is faint; the step itself goes on to the vertex.
+    """
+    most = max(SUPPORT_PX, round(line.length))
+    along = np.arange(-most, int(line.length) + most + 1, dtype=np.float64)
+    profiles = _profiles(image, line.start, line.direction, along)
+    near = (np.abs(ACROSS_PX) >= 0.5) & (np.abs(ACROSS_PX) <= 2.5)
+    step = profiles[:, near & (ACROSS_PX > 0)].mean(axis=1)
+    step -= profiles[:, near & (ACROSS_PX < 0)].mean(axis=1)
+    step = np.convolve(step, np.full(GAP_PX, 1.0 / GAP_PX), mode="same")
+    height, width = image.shape
+    at = line.start + along[:, None] * line.direction
+    inside = (at >= 0).all(axis=1) & (at[:, 0] <= width - 1) & (at[:, 1] <= height - 1)
+    inner = np.flatnonzero((along >= 0) & (along <= line.length))
+    lost = ~(inside & (step >= SAME_STEP_SHARE * line.contrast))
+    before, after = np.flatnonzero(lost[: inner[0]]), np.flatnonzero(lost[inner[-1] + 1 :])
+    first = before[-1] + 1 if len(before) else 0
+    last = inner[-1] + after[0] if len(after) else len(along) - 1
+    low, high = min(0.0, along[first]), max(line.length, along[last])
+    return line.start + low * line.direction, line.start + high * line.direction
+
+
+def _profiles(
+    image: Image, start: FloatArray, direction: FloatArray, along: FloatArray
+) -> FloatArray:
+    """Grey levels (n, m) at ACROSS_PX along the normal, at n places along the line."""
+    normal = np.array([-direction[1], direction[0]])
+    grid = (
+        start[:, None, None]
+        + direction[:, None, None] * along[None, :, None]
+        + normal[:, None, None] * ACROSS_PX[None, None, :]
+    ).astype(np.float32)
+    return cv2.remap(
+        image, grid[0], grid[1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    ).astype(np.float64)
+
+
+def _trimmed(piece: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Ends of the piece's least-squares line, without the stretch that its corners bend."""
+    bent = min(SUPPORT_PX // 2, (len(piece) - LEAST_PROFILES) // 4)
+    inner = piece[bent:-bent] if bent > 0 else piece
+    middle = inner.mean(axis=0)
+    _, _, vt = np.linalg.svd(inner - middle, full_matrices=False)
+    ends = (inner[[0, -1]] - middle) @ vt[0]
+    return middle + vt[0] * ends[0], middle + vt[0] * ends[1]
+
+
+def _offsets(
+    profiles: FloatArray, across: FloatArray, sd_grey: float, blur_px: float
+) -> tuple[FloatArray, FloatArray, float]:
+    """Offset (px) of the step in each profile (n, m), its variance, and the median contrast."""
+    outer = np.abs(across) >= 2.5 * blur_px
+    span = min(LEVEL_SPAN_PX, (len(profiles) - 1) | 1)
+    kernel = np.ones(min(span, len(profiles)))
+    weights = np.convolve(np.ones(len(profiles)), kernel, mode="same")
+    low = np.convolve(profiles[:, outer & (across < 0)].mean(axis=1), kernel, mode="same") / weights
+    high = (
+        np.convolve(profiles[:, outer & (across > 0)].mean(axis=1), kernel, mode="same") / weights
+    )
+    contrast = high - low
+    step = ndtr(across / blur_px)
+    slope = np.exp(-0.5 * (across / blur_px) ** 2) / (np.sqrt(2.0 * np.pi) * blur_px)
+    residual = profiles - (low[:, None] + contrast[:, None] * step[None, :])
+    # A contrast that is noise itself tells no offset: it is given the least it can be.
+    safe = np.where(np.abs(contrast) < 1.0, np.where(contrast < 0, -1.0, 1.0), contrast)
+    offsets = -(residual @ slope) / (safe * float(slope @ slope))
+    noise = max(sd_grey, 1.0 / np.sqrt(12.0))  # rounding to whole grey levels
+    variances = noise**2 * 2.0 * np.sqrt(np.pi) * blur_px / safe**2
+    # The comparison is linear within about one blur.
+    return np.clip(offsets, -2.0 * blur_px, 2.0 * blur_px), variances, float(np.median(contrast))
+
+
+def _robust_line(
+    lever: FloatArray, offsets: FloatArray, variances: FloatArray
+) -> tuple[float, float, FloatArray] | None:
+    """Offset at lever 0, slope, and covariance (2, 2) of the line offset + slope lever."""
+    middle = float(np.median(offsets))
+    spread = max(1.4826 * float(np.median(np.abs(offsets - middle))), 0.05)
+    good = np.abs(offsets - middle) <= 2.0 * OUTLIER_SD * spread
+    design = np.column_stack([np.ones_like(lever), lever])
+    solution = np.zeros(2)
+    cov = np.zeros((2, 2))
+    for _ in range(3):
+        if good.sum() < LEAST_PROFILES:
+            return None
+        weighted = design[good] / variances[good, None]
+        normal_matrix = design[good].T @ weighted
+        if np.linalg.det(normal_matrix) <= 0:
+            return None
+        cov[:] = np.linalg.inv(normal_matrix)
+        solution = cov @ (weighted.T @ offsets[good])
+        residual = offsets - design @ solution
+        spread = max(1.4826 * float(np.median(np.abs(residual[good]))), 0.02)
+        good = np.abs(residual) <= OUTLIER_SD * np.maximum(spread, np.sqrt(variances))
+    if good.sum() <= 2:
+        return None
+    chi_square = float((residual[good] ** 2 / variances[good]).sum() / (good.sum() - 2))
+    return float(solution[0]), float(solution[1]), cov * max(1.0, chi_square)
