@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["ORIENTATION_BINS", "EdgeMap", "edge_map", "noise_sd"]
+__all__ = ["ORIENTATION_BINS", "EdgeMap", "direction_bits", "edge_map", "noise_sd"]
 
 # One bit of a uint16 for each 11.25° of orientation: as fine as a short segment is known.
 ORIENTATION_BINS = 16
@@ -46,8 +46,8 @@ def noise_sd(image: Image) -> float:
 def edge_map(image: Image) -> EdgeMap:
     """Gradients and oriented edge mask of one grey picture."""
     smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), GRADIENT_SIGMA)
-    gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8)
-    gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=1 / 8)
+    gx = _float32(cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8))
+    gy = _float32(cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=1 / 8))
     # Noise of a Gaussian derivative: sd = sigma / (sqrt(8 π) s²), Sobel's own smoothing included.
     s2 = GRADIENT_SIGMA**2 + 0.5
     noise = noise_sd(image) / (np.sqrt(8 * np.pi) * s2)
@@ -60,6 +60,10 @@ def edge_map(image: Image) -> EdgeMap:
 
     reach = max(2.0, 0.0025 * float(np.hypot(*image.shape)))
     return EdgeMap(gx, gy, float(noise), _oriented_mask(edges, gx, gy, reach), reach)
+
+
+def _float32(picture: cv2.typing.MatLike) -> NDArray[np.float32]:
+    return np.asarray(picture, dtype=np.float32)
 
 
 def _oriented_mask(

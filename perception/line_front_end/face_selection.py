@@ -1,4 +1,4 @@
-"""Which outlines are faces: those that single views show whole, that do not overlap or hide others."""
+"""Which outlines are faces: shown whole by single views, not overlapping or hiding others."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -131,7 +131,7 @@ def _blocks(near: SelectedFace, far: SelectedFace, views: Sequence[View], pixel:
     # The far face's sides were seen; do those sight lines pass through the inside of the near one?
     sides = np.stack([far.corners, np.roll(far.corners, -1, axis=0)], axis=1)
     target = segment_samples(sides, 6).reshape(-1, 3)
-    centres = np.array([views[k].pose.centre for k in np.nonzero(far.shown)[0]])
+    centres = np.array([v.pose.centre for v, seen in zip(views, far.shown, strict=True) if seen])
     offset = near.normal @ near.corners.mean(axis=0)
     before = centres @ near.normal - offset  # (c,)
     behind = target @ near.normal - offset  # (s,)

@@ -36,13 +36,15 @@ class LineProfiles:
         low, high = np.minimum(start, end), np.maximum(start, end)
         length = np.maximum(high - low, 1e-300)
         inside = self._at(line, high) - self._at(line, low)
-        return np.clip(inside * self.step[line] / length, 0.0, 1.0)
+        mean: FloatArray = np.clip(inside * self.step[line] / length, 0.0, 1.0)
+        return mean
 
     def _at(self, line: NDArray[np.intp], place: FloatArray) -> FloatArray:
         x = np.clip((place - self.begin[line]) / self.step[line], 0, SAMPLES)
         k = np.minimum(x.astype(np.intp), SAMPLES - 1)
         c = self.cumulated
-        return c[line, k] + (x - k) * (c[line, k + 1] - c[line, k])
+        value: FloatArray = c[line, k] + (x - k) * (c[line, k + 1] - c[line, k])
+        return value
 
 
 def line_profiles(

@@ -56,8 +56,8 @@ def read_edges(view: View, edges: EdgeMap, points: FloatArray, search_px: float)
     normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / safe[:, None]
     reach = np.arange(-search_px, search_px + STEP_PX / 2, STEP_PX)
     at = uv[:, :, None, :] + reach[:, None] * normal[:, None, None, :]
-    at = np.where(visible[..., None, None], at, -1e6).astype(np.float32)
-    flat = at.reshape(len(at), -1, 2)
+    at = np.where(visible[..., None, None], at, -1e6)
+    flat: NDArray[np.float32] = at.reshape(len(at), -1, 2).astype(np.float32)
     gx = _bilinear(edges.gx, flat).reshape(at.shape[:-1])
     gy = _bilinear(edges.gy, flat).reshape(at.shape[:-1])
     across = gx * normal[:, None, None, 0] + gy * normal[:, None, None, 1]
@@ -68,7 +68,6 @@ def read_edges(view: View, edges: EdgeMap, points: FloatArray, search_px: float)
 
 
 def _bilinear(picture: NDArray[np.float32], at: NDArray[np.float32]) -> FloatArray:
-    # cv2.remap is limited to 32767 rows and columns; long lists are cut into rows.
     return cv2.remap(
         picture, at[..., 0], at[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT
     ).astype(np.float64)

@@ -145,7 +145,8 @@ def _crossings(flat: FloatArray) -> FloatArray:
     d = a[None] - a[:, None]
     s = d[..., 0] * u[None, :, 1] - d[..., 1] * u[None, :, 0]
     safe = np.where(np.abs(sine) > MIN_TURN_SINE, sine, np.nan)
-    return a[:, None] + (s / safe)[..., None] * u[:, None]
+    crossings: FloatArray = a[:, None] + (s / safe)[..., None] * u[:, None]
+    return crossings
 
 
 @cache

@@ -69,12 +69,14 @@ def _picture_motion(views: Sequence[View], focus: FloatArray, radius: float) -> 
     cloud = focus + radius * np.vstack([np.eye(3), -np.eye(3)])
     seen = np.array([_pixels(v.projection, cloud) for v in views])
     shift = seen[:, None] - seen[None]
-    return np.sqrt((shift**2).sum(axis=-1).mean(axis=-1))
+    motion: FloatArray = np.sqrt((shift**2).sum(axis=-1).mean(axis=-1))
+    return motion
 
 
 def _pixels(projection: FloatArray, points: FloatArray) -> FloatArray:
     h = points @ projection[:, :3].T + projection[:, 3]
-    return h[..., :2] / h[..., 2:]
+    uv: FloatArray = h[..., :2] / h[..., 2:]
+    return uv
 
 
 def _key_views(motion: FloatArray) -> list[int]:

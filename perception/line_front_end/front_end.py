@@ -1,0 +1,66 @@
+"""From views to tracked faces by straight lines; the steps in their order."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from facetlog.perception.line_front_end.corner_tracks import merge_corners, track_corners
+from facetlog.perception.line_front_end.edge_maps import edge_map
+from facetlog.perception.line_front_end.face_selection import select_faces
+from facetlog.perception.line_front_end.line_cloud import SUPPORTED, reconstruct_lines
+from facetlog.perception.line_front_end.line_extent import line_profiles
+from facetlog.perception.line_front_end.line_support import coverage
+from facetlog.perception.line_front_end.outlines import find_outlines
+from facetlog.perception.line_front_end.plane_hypotheses import plane_hypotheses
+from facetlog.perception.line_front_end.segments import detect_segments
+from facetlog.perception.line_front_end.viewing import view_graph
+from facetlog.perception.step_clock import StepClock
+from facetlog.perception.tracked_faces import TrackedFace, TrackedFaces
+from facetlog.perception.types import View
+
+__all__ = ["line_front_end"]
+
+
+def line_front_end(
+    views: Sequence[View],
+    *,
+    clock: StepClock,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> TrackedFaces:
+    """Faces with their corners tracked through the views, found by lines first."""
+    with clock.step("features"):
+        maps, segments = [], []
+        for k, view in enumerate(views):
+            if progress is not None:
+                progress("features", k, len(views))
+            maps.append(edge_map(view.image))
+            segments.append(detect_segments(view.image))
+    graph = view_graph(views)
+    with clock.step("3-D segments"):
+        cloud = reconstruct_lines(views, maps, segments, graph)
+    with clock.step("faces"):
+        cover = coverage(cloud.segments, views, maps)
+        use = np.nan_to_num(cover) > SUPPORTED
+        profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
+        planes = plane_hypotheses(cloud.segments, cloud.support, cloud.pixel)
+        outlines = [
+            outline
+            for plane in planes
+            for outline in find_outlines(
+                plane, cloud.segments, cloud.support, profiles, cloud.pixel
+            )
+        ]
+        faces = select_faces(outlines, views, maps, graph, cloud.pixel)
+    weight = tuple(float(w) for w in graph.weight)
+    if not faces:
+        return TrackedFaces((), (), weight)
+    with clock.step("corner tracks"):
+        corners = merge_corners(faces, cloud.pixel)
+        shown = np.array([f.shown for f in faces])
+        tracks = track_corners(corners, shown, views, maps)
+    tracked = tuple(
+        TrackedFace(loop, tuple(int(k) for k in np.nonzero(f.shown)[0]), f.support)
+        for loop, f in zip(corners.loops, faces, strict=True)
+    )
+    return TrackedFaces(tracks, tracked, weight)

@@ -1,0 +1,35 @@
+"""What a front end hands over: vertices tracked through the views, and the loops they form."""
+
+from dataclasses import dataclass
+
+from facetlog.perception.types import Track
+
+__all__ = ["TrackedFace", "TrackedFaces"]
+
+
+@dataclass(frozen=True, slots=True)
+class TrackedFace:
+    """A face as a loop of tracks (indices), and the views (indices) that show it.
+
+    `support` and `coverage` are in [0, 1], as in `Face`; which way round the loop runs is open.
+    """
+
+    outline: tuple[int, ...]
+    views: tuple[int, ...]
+    support: float = 1.0
+    coverage: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class TrackedFaces:
+    """All tracks and faces of a set of views.
+
+    `weight` has one number in (0, 1] for each view: how much it counts beside views almost like
+    it. `edges` are straight edges between tracks that bound no face.
+    """
+
+    tracks: tuple[Track, ...]
+    faces: tuple[TrackedFace, ...]
+    weight: tuple[float, ...]
+    edges: tuple[tuple[int, int], ...] = ()
+    warnings: tuple[str, ...] = ()
