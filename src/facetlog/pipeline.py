@@ -29,6 +29,7 @@ __all__ = [
     "reconstruct_views",
     "simulated_views",
     "views_from",
+    "write_scene_file",
 ]
 
 Progress: TypeAlias = Callable[[str, int, int], None]
@@ -125,6 +126,13 @@ def reconstruct_views(
         progress=progress,
         clock=clock,
     )
+
+
+def write_scene_file(scene: "Scene", path: Path) -> None:
+    """Writes the scene as facetlog-scene/1."""
+    from facetlog.perception.scene_file import write_scene
+
+    write_scene(scene, path)
 
 
 def recognize_views(
