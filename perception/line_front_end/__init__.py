@@ -1,0 +1,1 @@
+"""Faces by lines first: segments, 3-D segments that many views support, planes, outlines."""

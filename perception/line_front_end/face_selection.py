@@ -1,0 +1,148 @@
+"""Which outlines are faces: those that single views show whole, that do not overlap or hide others."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.line_front_end.edge_maps import EdgeMap
+from facetlog.perception.line_front_end.line_support import hits, segment_samples
+from facetlog.perception.line_front_end.outlines import Outline
+from facetlog.perception.line_front_end.plane_hypotheses import plane_basis
+from facetlog.perception.types import FloatArray, View
+from facetlog.perception.line_front_end.viewing import ViewGraph
+
+__all__ = ["SelectedFace", "select_faces"]
+
+# A view shows an outline when this share of its sides is found, the weakest side at least half so.
+SHOWN = 0.75
+# Distinct views that must show it.
+MIN_SHOWN = 1.5
+# Of the distinct views that face it, this share must show it: the rest may be hidden or too dark.
+MIN_SHOWN_SHARE = 0.25
+# A view faces a plane when it looks at it by more than this sine: else it is seen edge-on.
+FACING_SINE = 0.2
+# Overlap of two coplanar faces, as a share of the smaller.
+MAX_OVERLAP = 0.15
+# Two planes are one within this angle, and this many px at the face's middle.
+SAME_PLANE_COSINE = np.cos(np.radians(10.0))
+SAME_PLANE_PX = 6.0
+# Share of an accepted face's sight lines that a further face may block.
+MAX_BLOCKED = 0.2
+SIDE_SAMPLES = 12
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SelectedFace:
+    """An outline judged a face, its corners counter-clockwise seen from the side that views see.
+
+    `shown` (V,) tells which views show it whole; `support` is the mean coverage in those.
+    """
+
+    corners: FloatArray
+    lines: tuple[int, ...]
+    normal: FloatArray
+    shown: NDArray[np.bool_]
+    support: float
+
+
+def select_faces(
+    outlines: Sequence[Outline],
+    views: Sequence[View],
+    maps: Sequence[EdgeMap],
+    graph: ViewGraph,
+    pixel: float,
+) -> tuple[SelectedFace, ...]:
+    """Faces among the outlines, the worthiest first, none contradicting a worthier one."""
+    faces: list[SelectedFace] = []
+    for outline in sorted(outlines, key=lambda o: -o.worth):
+        if any(_overlap(outline.corners, outline.normal, f, pixel) for f in faces):
+            continue
+        face = _judged(outline, views, maps, graph)
+        if face is None:
+            continue
+        if any(_blocks(face, f, views, pixel) or _blocks(f, face, views, pixel) for f in faces):
+            continue
+        faces.append(face)
+    return tuple(faces)
+
+
+def _judged(
+    outline: Outline, views: Sequence[View], maps: Sequence[EdgeMap], graph: ViewGraph
+) -> SelectedFace | None:
+    corners = outline.corners
+    sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+    length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
+    samples = segment_samples(sides, SIDE_SAMPLES)
+    middle = corners.mean(axis=0)
+    cover = np.zeros(len(views))
+    shown = np.zeros(len(views), np.bool_)
+    sine = np.zeros(len(views))
+    for k, (view, edges) in enumerate(zip(views, maps, strict=True)):
+        ray = view.pose.centre - middle
+        sine[k] = ray @ outline.normal / np.linalg.norm(ray)
+        found, inside = hits(view, edges, samples)
+        if not inside.all():
+            continue
+        by_side = found.mean(axis=1)
+        cover[k] = (by_side * length).sum() / length.sum()
+        shown[k] = cover[k] >= SHOWN and by_side.min() >= SHOWN / 2
+    best: SelectedFace | None = None
+    best_weight = 0.0
+    for sign in (1.0, -1.0):
+        facing = sign * sine > FACING_SINE
+        weight = float((graph.weight * (shown & facing)).sum())
+        possible = float((graph.weight * facing).sum())
+        if weight >= max(MIN_SHOWN, MIN_SHOWN_SHARE * possible) and weight > best_weight:
+            best_weight = weight
+            chosen = shown & facing
+            normal = sign * outline.normal
+            ring, lines = _counter_clockwise(corners, outline.lines, normal)
+            best = SelectedFace(ring, lines, normal, chosen, float(cover[chosen].mean()))
+    return best
+
+
+def _counter_clockwise(
+    corners: FloatArray, lines: tuple[int, ...], normal: FloatArray
+) -> tuple[FloatArray, tuple[int, ...]]:
+    area = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+    if area @ normal > 0:
+        return corners, lines
+    # Reversed, side i runs from the old corner k - i to k - i - 1: it is the old side k - i - 1.
+    k = len(lines)
+    return corners[::-1].copy(), tuple(lines[(k - 2 - i) % k] for i in range(k))
+
+
+def _overlap(corners: FloatArray, normal: FloatArray, face: SelectedFace, pixel: float) -> bool:
+    if abs(normal @ face.normal) < SAME_PLANE_COSINE:
+        return False
+    apart = np.abs((corners - face.corners.mean(axis=0)) @ face.normal)
+    if apart.min() > SAME_PLANE_PX * pixel:
+        return False
+    basis = plane_basis(face.normal)
+    a = shapely.Polygon(corners @ basis)
+    b = shapely.Polygon(face.corners @ basis)
+    return bool(a.intersection(b).area > MAX_OVERLAP * min(a.area, b.area))
+
+
+def _blocks(near: SelectedFace, far: SelectedFace, views: Sequence[View], pixel: float) -> bool:
+    # The far face's sides were seen; do those sight lines pass through the inside of the near one?
+    sides = np.stack([far.corners, np.roll(far.corners, -1, axis=0)], axis=1)
+    target = segment_samples(sides, 6).reshape(-1, 3)
+    centres = np.array([views[k].pose.centre for k in np.nonzero(far.shown)[0]])
+    offset = near.normal @ near.corners.mean(axis=0)
+    before = centres @ near.normal - offset  # (c,)
+    behind = target @ near.normal - offset  # (s,)
+    margin = SAME_PLANE_PX * pixel
+    crosses = (before[:, None] * behind < 0) & (np.abs(behind) > margin)
+    if not crosses.any():
+        return False
+    t = before[:, None] / np.where(crosses, before[:, None] - behind, 1.0)
+    at = centres[:, None] + t[..., None] * (target - centres[:, None])
+    basis = plane_basis(near.normal)
+    inner = shapely.Polygon(near.corners @ basis).buffer(-margin)
+    flat = at @ basis
+    inside = shapely.contains_xy(inner, flat[..., 0], flat[..., 1]) & crosses
+    return bool(inside.mean() > MAX_BLOCKED)

@@ -1,0 +1,134 @@
+"""The 3-D segments of a scene: candidates of many view pairs, kept by support, merged, fitted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.line_front_end.edge_maps import EdgeMap
+from facetlog.perception.line_front_end.line_candidates import candidate_segments
+from facetlog.perception.line_front_end.line_refine import refine_segments
+from facetlog.perception.line_front_end.line_support import coverage
+from facetlog.perception.types import FloatArray, View
+from facetlog.perception.line_front_end.viewing import ViewGraph
+
+__all__ = ["LineCloud", "reconstruct_lines"]
+
+# A view supports a segment when it shows this share of it.
+SUPPORTED = 0.6
+# Support by this many distinct views: the two that made the candidate prove nothing.
+MIN_SUPPORT = 3.0
+# Candidates are screened on this many distinct views before all are asked.
+SCREEN_VIEWS = 10
+# Cameras stand near enough to see the object: depths beyond this many distances are background.
+MAX_DEPTH = 4.0
+# A candidate with this share of the best score is as good: scores carry noise.
+NEARLY_BEST = 0.97
+# Two candidates are one line when they lie within this many px of each other.
+MERGE_PX = 3.0
+# Finer, after the fit.
+MERGE_FITTED_PX = 1.5
+# Beyond this rms residual the "line" is a contour that slides over a curved surface, or chance.
+MAX_RMS_PX = 1.5
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LineCloud:
+    """3-D segments (n, 2, 3), their support (n,) in distinct views, rms residual px (n,)."""
+
+    segments: FloatArray
+    support: FloatArray
+    rms: FloatArray
+    pixel: float  # length of one pixel at the focus, in the world's unit
+
+
+def reconstruct_lines(
+    views: Sequence[View],
+    maps: Sequence[EdgeMap],
+    segments: Sequence[FloatArray],
+    graph: ViewGraph,
+) -> LineCloud:
+    """The 3-D segments that at least MIN_SUPPORT distinct views show."""
+    pixel = graph.distance / float(np.median([v.camera.fx for v in views]))
+    candidates, owners = _screened_candidates(views, maps, segments, graph)
+    cover = coverage(candidates, views, maps)
+    support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
+    score = (np.nan_to_num(cover) ** 2 * graph.weight).sum(axis=1)
+    keep = (support >= MIN_SUPPORT) & _best_of_an_owner(score, owners)
+    candidates, cover, score = candidates[keep], cover[keep], score[keep]
+
+    score = score * np.sqrt(_lengths(candidates))
+    chosen = _merge(candidates, score, MERGE_PX * pixel)
+    use = np.nan_to_num(cover[chosen]) > SUPPORTED
+    fitted, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
+    cover = coverage(fitted, views, maps)
+    support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
+    keep = (support >= MIN_SUPPORT) & (rms < MAX_RMS_PX)
+    fitted, support, rms = fitted[keep], support[keep], rms[keep]
+    chosen = _merge(fitted, support * np.sqrt(_lengths(fitted)), MERGE_FITTED_PX * pixel)
+    return LineCloud(fitted[chosen], support[chosen], rms[chosen], pixel)
+
+
+def _screened_candidates(
+    views: Sequence[View],
+    maps: Sequence[EdgeMap],
+    segments: Sequence[FloatArray],
+    graph: ViewGraph,
+) -> tuple[FloatArray, NDArray[np.intp]]:
+    # Candidates (n, 2, 3) that some third view supports, and the numbers (n, 2) of the 2-D
+    # segments, counted through all views, that made each.
+    first_number = np.cumsum([0, *map(len, segments)])
+    found, owners = [np.zeros((0, 2, 3))], [np.zeros((0, 2), dtype=np.intp)]
+    screen = _distinct_views(graph.weight)
+    for i, j in graph.pairs:
+        c, made_of = candidate_segments(views[i], segments[i], views[j], segments[j])
+        near = np.linalg.norm(c.mean(axis=1) - graph.focus, axis=1) < MAX_DEPTH * graph.distance
+        c, made_of = c[near], made_of[near]
+        others = [k for k in screen if k not in (i, j)]
+        seen = coverage(c, [views[k] for k in others], [maps[k] for k in others], samples=6)
+        keep = (np.nan_to_num(seen) > SUPPORTED).any(axis=1)
+        found.append(c[keep])
+        owners.append(made_of[keep] + first_number[[i, j]])
+    return np.concatenate(found), np.concatenate(owners)
+
+
+def _best_of_an_owner(score: FloatArray, owners: NDArray[np.intp]) -> NDArray[np.bool_]:
+    # A 2-D segment shows one 3-D segment: the best of those that it could. A candidate stays if
+    # it is the best one of both of its segments, or nearly.
+    best = np.zeros(owners.max(initial=-1) + 1)
+    np.maximum.at(best, owners.ravel(), np.repeat(score, 2))
+    nearly: NDArray[np.bool_] = (score[:, None] >= NEARLY_BEST * best[owners]).all(axis=1)
+    return nearly
+
+
+def _distinct_views(weight: FloatArray) -> list[int]:
+    # Evenly through the cumulated weight: crowded views are passed over.
+    position = np.cumsum(weight) / weight.sum()
+    wanted = (np.arange(SCREEN_VIEWS) + 0.5) / SCREEN_VIEWS
+    return sorted({int(np.searchsorted(position, w)) for w in wanted})
+
+
+def _lengths(segments: FloatArray) -> FloatArray:
+    lengths: FloatArray = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
+    return lengths
+
+
+def _merge(segments: FloatArray, score: FloatArray, tolerance: float) -> NDArray[np.intp]:
+    # Greedy: the best stays, those that lie on its line and mostly beside it go.
+    left = np.argsort(-score, kind="stable")
+    chosen: list[int] = []
+    while len(left):
+        best, left = left[0], left[1:]
+        chosen.append(int(best))
+        a, b = segments[best]
+        length = np.linalg.norm(b - a)
+        unit = (b - a) / length
+        relative = segments[left] - a
+        t = relative @ unit
+        away = np.linalg.norm(relative - t[..., None] * unit, axis=-1).max(axis=1)
+        t.sort(axis=1)
+        overlap = np.minimum(t[:, 1], length) - np.maximum(t[:, 0], 0.0)
+        same = (away < tolerance) & (overlap > 0.5 * (t[:, 1] - t[:, 0]))
+        left = left[~same]
+    return np.array(chosen, dtype=np.intp)

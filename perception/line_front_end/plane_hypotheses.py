@@ -1,0 +1,114 @@
+"""Planes that several 3-D segments share: seeded by segments that meet, fitted to all on them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.types import FloatArray
+
+__all__ = ["PlaneHypothesis", "plane_basis", "plane_hypotheses"]
+
+# Two segments meet when their lines pass within this many px, and near both segments.
+MEET_PX = 4.0
+MEET_BEYOND = 0.35  # of a segment's length, beyond its end
+MIN_CROSSING_SINE = np.sin(np.radians(15.0))
+# A segment lies on a plane when both ends are within this many px of it.
+ON_PLANE_PX = 3.0
+MIN_LINES = 3
+# Two planes are one when they agree this well over the segments that they share.
+SAME_SHARE = 0.7
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlaneHypothesis:
+    """Plane normal · x = distance and the indices of the segments that lie on it."""
+
+    normal: FloatArray
+    distance: float
+    lines: NDArray[np.intp]
+
+
+def plane_hypotheses(
+    segments: FloatArray, support: FloatArray, pixel: float
+) -> tuple[PlaneHypothesis, ...]:
+    """Planes through pairs of segments (n, 2, 3) that meet, best supported first.
+
+    `pixel` is the length of one pixel at the object. A plane must hold MIN_LINES segments.
+    """
+    first, second = _meeting_pairs(segments, pixel)
+    if not len(first):
+        return ()
+    along = segments[:, 1] - segments[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    unit = along / length[:, None]
+    normal = np.cross(unit[first], unit[second])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    middle = (segments[first].sum(axis=1) + segments[second].sum(axis=1)) / 4
+    distance = np.einsum("pk,pk->p", normal, middle)
+    # (pairs, segments, ends)
+    away = np.abs(np.einsum("pk,nek->pne", normal, segments) - distance[:, None, None])
+    on = (away < ON_PLANE_PX * pixel).all(axis=-1)
+    worth = on @ (support * length)
+    left = [p for p in np.argsort(-worth, kind="stable") if on[p].sum() >= MIN_LINES]
+    planes: list[PlaneHypothesis] = []
+    used: list[NDArray[np.bool_]] = []
+    for p in left:
+        if any(on[p, first[p]] and u[first[p]] and u[second[p]] for u in used) and any(
+            (on[p] & u).sum() >= SAME_SHARE * on[p].sum() for u in used
+        ):
+            continue
+        fit, members = _fit(segments, length * support, on[p], pixel)
+        if members.sum() >= MIN_LINES:
+            planes.append(PlaneHypothesis(fit[:3], float(fit[3]), np.nonzero(members)[0]))
+            used.append(members)
+    return tuple(planes)
+
+
+def _meeting_pairs(segments: FloatArray, pixel: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    a = segments[:, 0]
+    along = segments[:, 1] - a
+    length = np.linalg.norm(along, axis=1)
+    u = along / length[:, None]
+    # Nearest points of lines a_i + s u_i and a_j + t u_j.
+    cosine = u @ u.T
+    between = a[None] - a[:, None]  # a_j - a_i
+    on_i = np.einsum("ijk,ik->ij", between, u)
+    on_j = np.einsum("ijk,jk->ij", between, u)
+    square = 1 - cosine**2
+    crossing = square > MIN_CROSSING_SINE**2
+    safe = np.where(crossing, square, 1.0)
+    s = (on_i - cosine * on_j) / safe
+    t = (cosine * on_i - on_j) / safe
+    gap = np.linalg.norm(between + t[..., None] * u[None] - s[..., None] * u[:, None], axis=-1)
+    near_i = (s > -MEET_BEYOND * length[:, None]) & (s < (1 + MEET_BEYOND) * length[:, None])
+    near_j = (t > -MEET_BEYOND * length) & (t < (1 + MEET_BEYOND) * length)
+    i, j = np.nonzero(np.triu(crossing & near_i & near_j & (gap < MEET_PX * pixel), 1))
+    return i, j
+
+
+def _fit(
+    segments: FloatArray, weight: FloatArray, on: NDArray[np.bool_], pixel: float
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    # Total least squares through the ends, members asked again with the fitted plane, twice.
+    fit = np.zeros(4)
+    for _ in range(2):
+        points = segments[on].reshape(-1, 3)
+        w = np.repeat(weight[on], 2)
+        centre = (w[:, None] * points).sum(axis=0) / w.sum()
+        _, _, vt = np.linalg.svd((points - centre) * np.sqrt(w)[:, None], full_matrices=False)
+        fit = np.append(vt[2], vt[2] @ centre)
+        away = np.abs(segments @ fit[:3] - fit[3])
+        refreshed = (away < ON_PLANE_PX * pixel).all(axis=-1)
+        if refreshed.sum() < MIN_LINES:
+            break
+        on = refreshed
+    return fit, on
+
+
+def plane_basis(normal: FloatArray) -> FloatArray:
+    """Two unit vectors (3, 2) that span the plane across `normal`."""
+    least = np.eye(3)[int(np.argmin(np.abs(normal)))]
+    first = np.cross(normal, least)
+    first /= np.linalg.norm(first)
+    return np.column_stack([first, np.cross(normal, first)])

@@ -1,0 +1,96 @@
+"""How views stand to one another: what they look at, which differ, which pair up for depth."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["ViewGraph", "view_graph"]
+
+# Two views count as two only as far as the picture of the object moved between them, px: less
+# than this, and a thing that stands still in the picture looks rigid with everything.
+DISTINCT_PX = 6.0
+# Best angle between the rays of a pair: below it depth is poor, above it appearance changes.
+PAIR_ANGLE = np.radians(15.0)
+PARTNERS = 4
+# Views whose segments are matched; more views add support, hardly new segments.
+KEY_VIEWS = 16
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ViewGraph:
+    """What the views look at, and how they relate.
+
+    `focus` (3,) is the point nearest to all optical axes, `distance` the median distance of the
+    cameras from it; `weight` (V,) is how much a view counts beside those almost like it;
+    `pairs` lists (i, j), i < j, the views between which segments are matched.
+    """
+
+    focus: FloatArray
+    distance: float
+    weight: FloatArray
+    pairs: tuple[tuple[int, int], ...]
+
+
+def view_graph(views: Sequence[View]) -> ViewGraph:
+    """The views' common focus, their weights and the pairs to match."""
+    centres = np.array([v.pose.centre for v in views])
+    axes = np.array([v.pose.rotation[:, 2] for v in views])
+    focus = _focus(centres, axes)
+    rays = focus - centres
+    range_ = np.linalg.norm(rays, axis=1)
+    distance = float(np.median(range_))
+    motion = _picture_motion(views, focus, 0.1 * distance)
+    weight = 1.0 / np.exp(-((motion / DISTINCT_PX) ** 2)).sum(axis=1)
+    directions = rays / range_[:, None]
+    angle = np.arccos(np.clip(directions @ directions.T, -1, 1))
+    return ViewGraph(focus, distance, weight, _pairs(angle, _key_views(motion)))
+
+
+def _focus(centres: FloatArray, axes: FloatArray) -> FloatArray:
+    # Least squares: sum (I - d dᵀ)(x - c) = 0. Nearly parallel axes leave the depth open; a weak
+    # pull to a point before the cameras, some baselines away, decides it then.
+    spread = np.linalg.norm(centres - centres.mean(axis=0), axis=1).max()
+    prior = centres.mean(axis=0) + 3.0 * spread * axes.mean(axis=0)
+    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    pull = 1e-3 * len(centres)
+    lhs = across.sum(axis=0) + pull * np.eye(3)
+    rhs = np.einsum("nij,nj->i", across, centres) + pull * prior
+    focus: FloatArray = np.linalg.solve(lhs, rhs)
+    depth = np.einsum("ni,ni->n", focus - centres, axes)
+    return focus if np.median(depth) > 0.3 * spread else prior
+
+
+def _picture_motion(views: Sequence[View], focus: FloatArray, radius: float) -> FloatArray:
+    # Where six points round the focus appear in each view; rms shift between views, px.
+    cloud = focus + radius * np.vstack([np.eye(3), -np.eye(3)])
+    seen = np.array([_pixels(v.projection, cloud) for v in views])
+    shift = seen[:, None] - seen[None]
+    return np.sqrt((shift**2).sum(axis=-1).mean(axis=-1))
+
+
+def _pixels(projection: FloatArray, points: FloatArray) -> FloatArray:
+    h = points @ projection[:, :3].T + projection[:, 3]
+    return h[..., :2] / h[..., 2:]
+
+
+def _key_views(motion: FloatArray) -> list[int]:
+    # Farthest-point choice: each next view is the one whose picture differs most from all chosen.
+    chosen = [int(np.argmax(motion.sum(axis=1)))]
+    while len(chosen) < min(KEY_VIEWS, len(motion)):
+        chosen.append(int(np.argmax(motion[:, chosen].min(axis=1))))
+    return sorted(chosen)
+
+
+def _pairs(angle: FloatArray, key: list[int]) -> tuple[tuple[int, int], ...]:
+    # Each key view with those key views that see the focus under about the best angle.
+    pairs: set[tuple[int, int]] = set()
+    for i in key:
+        others = np.array([j for j in key if j != i])
+        cost = np.abs(np.log(np.maximum(angle[i, others], 1e-6) / PAIR_ANGLE))
+        for j in others[np.argsort(cost, kind="stable")[:PARTNERS]]:
+            pairs.add((min(i, int(j)), max(i, int(j))))
+    return tuple(sorted(pairs))

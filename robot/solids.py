@@ -1,0 +1,210 @@
+"""Makers of solids: each stands on z = 0 with the middle of its plan at the origin.
+
+Lengths are in world units; x is along the length, y along the width, z up.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from facetlog.perception.types import FloatArray
+from facetlog.robot.texture import Pattern, Texture
+from facetlog.robot.world import Solid
+
+__all__ = [
+    "chair",
+    "cuboid",
+    "cylinder",
+    "placed",
+    "printed",
+    "prism",
+    "pyramid",
+    "room_corner",
+    "standing_wedge",
+    "table",
+    "wedge",
+]
+
+WHITE_PAINT = 0.96
+# Neighbouring facets of a lit cylinder then differ by about one grey level: no edge to be seen.
+CYLINDER_FACETS = 180
+# What is seen of a chair's back or a table's leg must not lie in one plane with what it stands on.
+INSET_SHARE = 0.05
+
+Loops = list[tuple[int, ...]]
+
+
+def placed(
+    solid: Solid, x: float, y: float, *, yaw: float = 0.0, z: float = 0.0, scale: float = 1.0
+) -> Solid:
+    """The solid scaled, turned by `yaw` (radians) about the vertical, and set down at (x, y, z)."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    return solid.moved([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], (x, y, z), scale)
+
+
+def printed(solid: Solid, seed: int, contrast: float = 0.7) -> Solid:
+    """The solid with a different picture printed on each of its faces."""
+    prints = []
+    for index, face in enumerate(solid.faces):
+        corners = solid.vertices[list(face)]
+        reach = float(np.linalg.norm(corners - corners[0], axis=1).max())
+        prints.append(Texture(Pattern.PRINT, seed + index, reach, contrast))
+    return replace(solid, prints=tuple(prints))
+
+
+def prism(
+    plan: Sequence[tuple[float, float]], height: float, *, name: str, albedo: float = WHITE_PAINT
+) -> Solid:
+    """An upright prism over a simple polygon, given counter-clockwise."""
+    n = len(plan)
+    vertices = np.array([(x, y, z) for z in (0.0, height) for x, y in plan])
+    faces: Loops = [tuple(reversed(range(n))), tuple(range(n, 2 * n))]
+    faces += [(i, (i + 1) % n, n + (i + 1) % n, n + i) for i in range(n)]
+    return _solid(name, vertices, faces, albedo)
+
+
+def cuboid(
+    length: float,
+    width: float,
+    height: float,
+    *,
+    name: str = "cuboid",
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """A rectangular block.
+
+    >>> block = cuboid(10, 8, 6)
+    >>> len(block.vertices), len(block.edges), len(block.faces)
+    (8, 12, 6)
+    """
+    x, y = length / 2, width / 2
+    return prism([(-x, -y), (x, -y), (x, y), (-x, y)], height, name=name, albedo=albedo)
+
+
+def standing_wedge(side: float, height: float, *, albedo: float = WHITE_PAINT) -> Solid:
+    """A prism over an equilateral triangle, standing on it: its upright edges are of 60°."""
+    r = side / np.sqrt(3.0)
+    plan = [(r * np.cos(a), r * np.sin(a)) for a in np.deg2rad([-30.0, 90.0, 210.0])]
+    return prism(plan, height, name="wedge", albedo=albedo)
+
+
+def wedge(length: float, side: float, *, albedo: float = WHITE_PAINT) -> Solid:
+    """A prism over an equilateral triangle, lying on one of its rectangular sides like a roof."""
+    x, y, ridge = length / 2, side / 2, side * np.sqrt(0.75)
+    vertices = np.array(
+        [(-x, -y, 0), (-x, y, 0), (-x, 0, ridge), (x, -y, 0), (x, y, 0), (x, 0, ridge)]
+    )
+    faces: Loops = [(0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)]
+    return _solid("wedge", vertices, faces, albedo)
+
+
+def pyramid(length: float, width: float, height: float, *, albedo: float = WHITE_PAINT) -> Solid:
+    """A pyramid with its tip over the middle of a rectangle."""
+    x, y = length / 2, width / 2
+    vertices = np.array([(-x, -y, 0), (x, -y, 0), (x, y, 0), (-x, y, 0), (0, 0, height)])
+    faces: Loops = [(3, 2, 1, 0), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
+    return _solid("pyramid", vertices, faces, albedo)
+
+
+def cylinder(
+    diameter: float,
+    height: float,
+    *,
+    facets: int = CYLINDER_FACETS,
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """An upright cylinder; its side is one curved surface, whose facets have no true edges."""
+    angles = 2 * np.pi * np.arange(facets) / facets
+    plan = [(diameter / 2 * np.cos(a), diameter / 2 * np.sin(a)) for a in angles]
+    solid = prism(plan, height, name="cylinder", albedo=albedo)
+    return replace(solid, curved=frozenset(range(2, 2 + facets)))
+
+
+def room_corner(
+    length: float, width: float, height: float, thickness: float, *, albedo: float = WHITE_PAINT
+) -> Solid:
+    """Two walls that meet square and leave the floor between them open: a prism over an L."""
+    x, y, t = length / 2, width / 2, thickness
+    plan = [(-x, -y), (x, -y), (x, t - y), (t - x, t - y), (t - x, y), (-x, y)]
+    return prism(plan, height, name="room_corner", albedo=albedo)
+
+
+def table(
+    length: float,
+    width: float,
+    height: float,
+    *,
+    thickness: float,
+    leg: float,
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """A top on four square legs, which stand in a little from its border."""
+    top = _slab((-length / 2, -width / 2, height - thickness), (length, width, thickness))
+    parts = [top, *_legs(length, width, height - thickness, leg)]
+    return _joined("table", parts, albedo)
+
+
+def chair(
+    width: float,
+    depth: float,
+    seat_height: float,
+    back_height: float,
+    *,
+    thickness: float,
+    leg: float,
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """A seat on four legs with a back over its rear (+y); `back_height` is above the seat."""
+    seat = _slab((-width / 2, -depth / 2, seat_height - thickness), (width, depth, thickness))
+    inset = INSET_SHARE * min(width, depth)
+    back = _slab(
+        (inset - width / 2, depth / 2 - inset - thickness, seat_height),
+        (width - 2 * inset, thickness, back_height),
+        without="bottom",
+    )
+    parts = [seat, back, *_legs(width, depth, seat_height - thickness, leg)]
+    return _joined("chair", parts, albedo)
+
+
+def _solid(name: str, vertices: FloatArray, faces: Loops, albedo: float) -> Solid:
+    sides = np.ptp(np.asarray(vertices, dtype=np.float64), axis=0)
+    return Solid(
+        name,
+        vertices,
+        tuple(faces),
+        (albedo,) * len(faces),
+        size=(float(sides[0]), float(sides[1]), float(sides[2])),
+    )
+
+
+def _slab(
+    low: tuple[float, float, float], sides: tuple[float, float, float], *, without: str = ""
+) -> tuple[FloatArray, Loops]:
+    """A box from its lowest corner; one face may be left out where it touches another part."""
+    x, y, z = sides
+    block = cuboid(x, y, z)
+    faces = list(block.faces)
+    if without:
+        del faces[{"bottom": 0, "top": 1}[without]]
+    return block.vertices + np.array(low) + np.array([x / 2, y / 2, 0.0]), faces
+
+
+def _legs(
+    length: float, width: float, height: float, side: float
+) -> list[tuple[FloatArray, Loops]]:
+    inset = INSET_SHARE * min(length, width)
+    x, y = length / 2 - inset, width / 2 - inset
+    corners = [(-x, -y), (x - side, -y), (x - side, y - side), (-x, y - side)]
+    return [_slab((u, v, 0.0), (side, side, height), without="top") for u, v in corners]
+
+
+def _joined(name: str, parts: Iterable[tuple[FloatArray, Loops]], albedo: float) -> Solid:
+    vertices: list[FloatArray] = []
+    faces: Loops = []
+    count = 0
+    for points, loops in parts:
+        vertices.append(points)
+        faces += [tuple(i + count for i in loop) for loop in loops]
+        count += len(points)
+    return _solid(name, np.concatenate(vertices), faces, albedo)

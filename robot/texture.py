@@ -1,0 +1,149 @@
+"""Seeded procedural surfaces: what multiplies the albedo of a floor or of a printed face.
+
+A texture is a periodic bitmap of factors in (0, 1], drawn once from its seed, and read through a
+pyramid by the footprint of the pixel, so that fine detail far away averages instead of flickering.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import lru_cache
+from itertools import pairwise
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.types import FloatArray
+
+__all__ = ["Pattern", "Texture", "sample"]
+
+# Texels along a side of the bitmap: one period over 512 is finer than a pixel of a usual view.
+BITMAP_SIZE = 512
+# cv2.remap takes maps of at most 32,767 columns or rows: long lists of samples are folded.
+FOLD = 4096
+TILES_A_PERIOD = 6
+PLANKS_A_PERIOD = 8
+PRINTED_SHAPES = 40
+
+
+class Pattern(StrEnum):
+    """What is drawn: square tiles, wooden planks, or a printed picture."""
+
+    TILES = "tiles"
+    WOOD = "wood"
+    PRINT = "print"
+
+
+@dataclass(frozen=True, slots=True)
+class Texture:
+    """A pattern that repeats every `period` (world units); factors lie in [1 - contrast, 1]."""
+
+    pattern: Pattern
+    seed: int
+    period: float
+    contrast: float
+
+    def __post_init__(self) -> None:
+        if not self.period > 0:
+            raise ValueError("the period of a texture must be positive")
+        if not 0 <= self.contrast < 1:
+            raise ValueError("the contrast of a texture must be in [0, 1)")
+
+
+def sample(texture: Texture, points: FloatArray, footprint: FloatArray) -> FloatArray:
+    """Factors (n,) at points (n, 2) of the surface, each averaged over about its footprint (n,).
+
+    Points and footprints are in world units.
+    """
+    levels = _pyramid(texture.pattern, texture.seed)
+    texels = footprint * (BITMAP_SIZE / texture.period)
+    # The level is log2(texels), rounded; frexp's exponent of x is floor(log2(x)) + 1.
+    exponent = np.frexp(texels * np.sqrt(0.5))[1]
+    level = np.clip(exponent, 0, len(levels) - 1)
+    turns = points / texture.period
+    turns -= np.floor(turns)
+    ink = np.empty(len(points))
+    for i in np.flatnonzero(np.bincount(level)):
+        here = np.flatnonzero(level == i)
+        ink[here] = _read(levels[i], turns[here])
+    return 1.0 - texture.contrast * ink
+
+
+def _read(bitmap: NDArray[np.float32], turns: FloatArray) -> FloatArray:
+    # Texel j covers [j, j + 1) / size: its middle is at j + 1/2.
+    at = turns * bitmap.shape[0] - 0.5
+    rows = -(-len(at) // FOLD)
+    folded = np.zeros((rows * FOLD, 2), dtype=np.float32)
+    folded[: len(at)] = at
+    x, y = folded[:, 0].reshape(rows, FOLD), folded[:, 1].reshape(rows, FOLD)
+    out = cv2.remap(bitmap, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+    return np.asarray(out, dtype=np.float64).reshape(-1)[: len(at)]
+
+
+@lru_cache(maxsize=32)
+def _pyramid(pattern: Pattern, seed: int) -> tuple[NDArray[np.float32], ...]:
+    """Ink in [0, 1], one bitmap a level, each half the size of the one before."""
+    rng = np.random.default_rng(seed)
+    draw = {Pattern.TILES: _tiles, Pattern.WOOD: _wood, Pattern.PRINT: _print}[pattern]
+    levels = [np.clip(draw(rng), 0.0, 1.0).astype(np.float32)]
+    while levels[-1].shape[0] > 1:
+        fine = levels[-1]
+        levels.append((fine[::2, ::2] + fine[1::2, ::2] + fine[::2, 1::2] + fine[1::2, 1::2]) / 4)
+    return tuple(levels)
+
+
+def _blotches(rng: np.random.Generator, across: float, along: float) -> FloatArray:
+    """Periodic smooth noise with mean 0 and sd 1, (size, size); lengths of a blob in texels."""
+    fx = np.fft.fftfreq(BITMAP_SIZE)
+    low_pass = np.exp(-2 * (np.pi * along * fx[:, None]) ** 2 - 2 * (np.pi * across * fx) ** 2)
+    noise = rng.normal(size=(BITMAP_SIZE, BITMAP_SIZE))
+    smooth = np.fft.ifft2(np.fft.fft2(noise) * low_pass).real
+    smooth -= smooth.mean()
+    return np.asarray(smooth / smooth.std())
+
+
+def _tiles(rng: np.random.Generator) -> FloatArray:
+    side = np.linspace(0, BITMAP_SIZE, TILES_A_PERIOD + 1).round().astype(int)
+    ink = 0.3 + 0.12 * _blotches(rng, 24, 24) + 0.05 * _blotches(rng, 3, 3)
+    for i in range(TILES_A_PERIOD):
+        for j in range(TILES_A_PERIOD):
+            ink[side[i] : side[i + 1], side[j] : side[j + 1]] += rng.normal(0, 0.06)
+    for k in side[:-1]:
+        ink[k : k + 3] = 0.9
+        ink[:, k : k + 3] = 0.9
+    return ink
+
+
+def _wood(rng: np.random.Generator) -> FloatArray:
+    edge = np.linspace(0, BITMAP_SIZE, PLANKS_A_PERIOD + 1).round().astype(int)
+    ink = 0.35 + 0.1 * _blotches(rng, 2, 60) + 0.1 * _blotches(rng, 20, 50)
+    for left, right in pairwise(edge):
+        ink[:, left:right] += rng.normal(0, 0.12)
+        end = int(rng.integers(BITMAP_SIZE - 2))
+        ink[end : end + 2, left:right] = 0.9
+        ink[:, left : left + 2] = 0.9
+    return ink
+
+
+def _print(rng: np.random.Generator) -> FloatArray:
+    """A picture of overlapping shapes and lines of lettering on a light ground."""
+    sheet = np.full((BITMAP_SIZE, BITMAP_SIZE), 25, dtype=np.uint8)  # 8 bits: anti-aliased
+    for _ in range(PRINTED_SHAPES):
+        at = rng.integers(0, BITMAP_SIZE, 2)
+        size = rng.integers(12, 110, 2)
+        ink = int(rng.integers(256))
+        kind = rng.integers(3)
+        if kind == 0:
+            corners = cv2.boxPoints((at.tolist(), size.tolist(), float(rng.uniform(0, 180))))
+            cv2.fillPoly(sheet, [corners.round().astype(np.int32)], ink, cv2.LINE_AA)
+        elif kind == 1:
+            axes = (size // 2).tolist()
+            angle = float(rng.uniform(0, 180))
+            cv2.ellipse(sheet, at.tolist(), axes, angle, 0, 360, ink, -1, cv2.LINE_AA)
+        else:
+            where = (int(at[0]) - 40, int(at[1]))
+            word = "".join(chr(c) for c in rng.integers(65, 91, 6))
+            height = float(rng.uniform(0.8, 2.2))
+            font = cv2.FONT_HERSHEY_SIMPLEX
+            cv2.putText(sheet, word, where, font, height, ink, 4, cv2.LINE_AA)
+    return sheet / 255.0

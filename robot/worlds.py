@@ -1,0 +1,147 @@
+"""Worlds by name, in inches: the paper's block where its tour looks, and what is not a block.
+
+Every maker takes a seed, which varies the turn of the object, a shift of up to an inch, the floor
+and the light.
+"""
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
+import numpy as np
+
+from facetlog.robot.solids import (
+    chair,
+    cuboid,
+    cylinder,
+    placed,
+    printed,
+    pyramid,
+    room_corner,
+    standing_wedge,
+    table,
+    wedge,
+)
+from facetlog.robot.texture import Pattern, Texture
+from facetlog.robot.world import Floor, Solid, World
+
+__all__ = ["BLOCK_CENTRE", "BLOCK_SIZE", "INCH", "WORLDS", "make_world"]
+
+INCH = 0.0254  # metres
+# Where the pans of the paper's tour (figure 8) cross, and the block of its section 6, inches.
+BLOCK_CENTRE = (23.2, 56.1)
+BLOCK_SIZE = (10.0, 8.0, 6.0)
+
+# Keeps a world's draws apart from those of the pictures taken of it with the same seed.
+WORLD_STREAM = 1
+SHIFT_IN = 1.0
+# Darker than the paper's threshold of 150 of 255 by far, as its ground is.
+FLOOR_ALBEDO = (0.28, 0.37)
+FLOOR_CONTRAST = (0.25, 0.45)
+FLOOR_PERIOD_IN = (40.0, 60.0)
+# Well above 45 degrees: there the top and the side that faces the sun would be equally bright.
+SUN_ELEVATION_DEG = (55.0, 70.0)
+# Clutter stands outside the block's own shadow and nearer than the cameras, which are 33 in away.
+CLUTTER_DISTANCE_IN = (14.0, 20.0)
+CLUTTER_ALBEDO = (0.1, 0.5)
+CLUTTER_COUNT = 5
+
+Maker = Callable[[np.random.Generator], tuple[Solid, ...]]
+
+
+def make_world(name: str, seed: int = 0) -> World:
+    """The world of that name; ValueError if there is none.
+
+    >>> make_world("block").solids[0].size
+    (10.0, 8.0, 6.0)
+    """
+    try:
+        maker = WORLDS[name]
+    except KeyError:
+        raise ValueError(f"no world {name!r}; there are {', '.join(WORLDS)}") from None
+    rng = np.random.default_rng([seed, 0, WORLD_STREAM])
+    yaw = float(rng.uniform(-np.pi, np.pi))
+    x, y = np.array(BLOCK_CENTRE) + rng.uniform(-SHIFT_IN, SHIFT_IN, 2)
+    pattern = (Pattern.TILES, Pattern.WOOD)[int(rng.integers(2))]
+    texture = Texture(
+        pattern,
+        int(rng.integers(2**31)),
+        float(rng.uniform(*FLOOR_PERIOD_IN)),
+        float(rng.uniform(*FLOOR_CONTRAST)),
+    )
+    floor = Floor(float(rng.uniform(*FLOOR_ALBEDO)), texture)
+    azimuth, elevation = rng.uniform(-np.pi, np.pi), np.deg2rad(rng.uniform(*SUN_ELEVATION_DEG))
+    level = np.cos(elevation)
+    sun = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+    solids = tuple(placed(solid, float(x), float(y), yaw=yaw) for solid in maker(rng))
+    return World(solids, floor, sun, name=name)
+
+
+def _block(_: np.random.Generator) -> tuple[Solid, ...]:
+    return (cuboid(*BLOCK_SIZE, name="block"),)
+
+
+def _empty(_: np.random.Generator) -> tuple[Solid, ...]:
+    return ()
+
+
+def _wedge(rng: np.random.Generator) -> tuple[Solid, ...]:
+    return (wedge(10.0, 8.0) if rng.random() < 0.5 else standing_wedge(9.0, 7.0),)
+
+
+def _pyramid(_: np.random.Generator) -> tuple[Solid, ...]:
+    return (pyramid(10.0, 9.0, 7.0),)
+
+
+def _cylinder(_: np.random.Generator) -> tuple[Solid, ...]:
+    return (cylinder(9.0, 7.0),)
+
+
+def _corner(_: np.random.Generator) -> tuple[Solid, ...]:
+    return (room_corner(14.0, 12.0, 8.0, 0.8),)
+
+
+def _table(_: np.random.Generator) -> tuple[Solid, ...]:
+    return (table(14.0, 10.0, 9.0, thickness=0.8, leg=0.9),)
+
+
+def _chair(_: np.random.Generator) -> tuple[Solid, ...]:
+    return (chair(7.0, 7.0, 6.5, 6.5, thickness=0.7, leg=0.8),)
+
+
+def _printed_block(rng: np.random.Generator) -> tuple[Solid, ...]:
+    return (printed(cuboid(*BLOCK_SIZE, name="block"), int(rng.integers(2**31))),)
+
+
+def _clutter_block(rng: np.random.Generator) -> tuple[Solid, ...]:
+    clutter = []
+    first = rng.uniform(0, 2 * np.pi)
+    for i in range(CLUTTER_COUNT):
+        albedo = float(rng.uniform(*CLUTTER_ALBEDO))
+        size = rng.uniform(2.0, 4.5, 3)
+        solid = (
+            pyramid(size[0], size[1], size[2], albedo=albedo),
+            wedge(size[0], size[1], albedo=albedo),
+            standing_wedge(size[0], size[2], albedo=albedo),
+            cylinder(size[0], size[2], albedo=albedo),
+        )[int(rng.integers(4))]
+        distance = rng.uniform(*CLUTTER_DISTANCE_IN)
+        angle = first + 2 * np.pi * i / CLUTTER_COUNT
+        x, y = distance * np.cos(angle), distance * np.sin(angle)
+        clutter.append(placed(solid, float(x), float(y), yaw=float(rng.uniform(0, np.pi))))
+    return (*_block(rng), *clutter)
+
+
+WORLDS: Mapping[str, Maker] = MappingProxyType(
+    {
+        "block": _block,
+        "empty": _empty,
+        "wedge": _wedge,
+        "pyramid": _pyramid,
+        "cylinder": _cylinder,
+        "corner": _corner,
+        "table": _table,
+        "chair": _chair,
+        "printed_block": _printed_block,
+        "clutter_block": _clutter_block,
+    }
+)

@@ -1,0 +1,170 @@
+"""What the pictures show lies where the ground truth projects to, in the light it should."""
+
+import cv2
+import numpy as np
+import pytest
+
+from facetlog.perception.types import Camera, FloatArray, Image, View
+from facetlog.robot.render import render
+from facetlog.robot.simulate import views_of
+from facetlog.robot.solids import cuboid, cylinder, placed, printed
+from facetlog.robot.texture import Pattern, Texture
+from facetlog.robot.tour import looking_at, ring_poses, tour_camera
+from facetlog.robot.world import Floor, World
+
+SMALL = Camera(160, 120, 130.0, 130.0, 79.5, 59.5)
+HALF_PROFILE_PX = 5.0
+
+
+def clean(world: World, camera: Camera, eye: list[float], aim: list[float]) -> Image:
+    rng = np.random.default_rng(0)
+    return render(world, camera, looking_at(eye, aim), noise_sd=0.0, blur_px=0.0, rng=rng)
+
+
+def project(view: View, points: FloatArray) -> FloatArray:
+    h = np.column_stack([points, np.ones(len(points))]) @ view.projection.T
+    return np.asarray(h[:, :2] / h[:, 2:])
+
+
+def edge_offsets(image: Image, start: FloatArray, end: FloatArray) -> FloatArray:
+    """Signed distances (px) of the step in the picture from a line, along its middle half.
+
+    For a step between flat levels a and b at x0 the integral of (I - a) / (b - a) over
+    [-h, h] is h - x0, however it is blurred.
+    """
+    along = (end - start) / np.linalg.norm(end - start)
+    normal = np.array([-along[1], along[0]])
+    steps = np.linspace(-HALF_PROFILE_PX, HALF_PROFILE_PX, 201)
+    offsets = []
+    for share in np.linspace(0.3, 0.7, 21):
+        at = start + share * (end - start) + steps[:, None] * normal
+        x, y = at[:, 0].astype(np.float32), at[:, 1].astype(np.float32)
+        profile = cv2.remap(image.astype(np.float32), x, y, cv2.INTER_LINEAR).ravel()
+        low, high = profile[:10].mean(), profile[-10:].mean()
+        flat = profile[:10].std() < 0.5 and profile[-10:].std() < 0.5
+        if flat and abs(high - low) > 20:
+            rise = (profile - low) / (high - low)
+            offsets.append(HALF_PROFILE_PX - np.trapezoid(rise, steps))
+    return np.array(offsets)
+
+
+@pytest.mark.parametrize("blur_px", [0.0, 1.0])
+def test_edges_lie_on_the_projected_truth_to_a_twentieth_of_a_pixel(blur_px: float) -> None:
+    # No cast shadow and no texture: both sides of each edge are flat.
+    block = placed(cuboid(10, 8, 6), 23.2, 56.1, yaw=0.4)
+    world = World(
+        (block,), Floor(0.3), np.array([1.0, 1.0, 2.0]), ambient=1.0, sided=0.5, exposure=1.0
+    )
+    poses = ring_poses([23.2, 56.1, 3], 30, (15.0, 22.0), 5, jitter=0.1)
+    medians = []
+    for view in views_of(world, poses, tour_camera(), noise_sd=0, blur_px=blur_px):
+        pixels = project(view, block.vertices)
+        hull = cv2.convexHull(pixels.astype(np.float32)).reshape(-1, 2)
+        for i, j in block.edges:
+            on_hull = all(np.linalg.norm(hull - pixels[k], axis=1).min() < 1e-3 for k in (i, j))
+            if on_hull and np.linalg.norm(pixels[i] - pixels[j]) > 40:
+                offsets = edge_offsets(view.image, pixels[i], pixels[j])
+                if len(offsets) == 21:
+                    medians.append(np.median(offsets))
+    assert len(medians) >= 20
+    assert np.abs(medians).max() < 0.05
+    assert abs(np.mean(medians)) < 0.01
+
+
+def test_the_edge_of_a_shadow_lies_where_the_sun_throws_it() -> None:
+    # Sun in the plane of x and z at 45 degrees: a wall 2 high at x = 0 shades 0 < x < 2.
+    wall = placed(cuboid(0.1, 400, 2), -0.05, 0)
+    world = World(
+        (wall,), Floor(0.8), np.array([-1.0, 0.0, 1.0]), ambient=0.3, sided=0.0, exposure=1.0
+    )
+    camera = Camera(101, 11, 100.0, 100.0, 50.0, 5.0)
+    view = views_of(
+        world, [looking_at([2.0, -1e-6, 10.0], [2.0, 0, 0])], camera, noise_sd=0, blur_px=0
+    )[0]
+    centre, up_the_picture = view.image[5], view.image[:, 50]
+    dark, bright = round(255 * 0.8 * 0.3), round(255 * 0.8 * (0.3 + 0.7 * np.sqrt(0.5)))
+    assert centre[31:50].tolist() == [dark] * 19
+    assert centre[51:].tolist() == [bright] * 50
+    # The shadow ends in the middle of pixel 50: half of it is in the sun.
+    assert np.abs(up_the_picture - (dark + bright) / 2).max() <= 0.02 * (bright - dark) + 1
+
+
+def test_faces_have_the_greys_of_lambert_and_ambient_light() -> None:
+    sun = np.array([0.0, -1.0, 1.0])
+    block = cuboid(4, 4, 4, albedo=0.5)
+    world = World((block,), Floor(0.2), sun, background=33, ambient=0.4, sided=0.0, exposure=1.0)
+    picture = clean(world, SMALL, [0, -10, 6], [0, 0, 3])
+    top = 255 * 0.5 * (0.4 + 0.6 * np.sqrt(0.5))
+    assert set(np.unique(picture[60:70, 75:85])) == {round(top)}
+    away = clean(world, SMALL, [0, 10, 3], [0, 0, 2])  # the face in its own shade
+    assert set(np.unique(away[58:62, 75:85])) == {round(255 * 0.5 * 0.4)}
+    assert away[0, 0] == 33
+
+
+def test_faces_in_the_shade_still_differ() -> None:
+    block = placed(cuboid(4, 4, 4), 0, 0, yaw=np.pi / 4)
+    world = World((block,), None, np.array([0.0, -1.0, 1.0]))
+    picture = clean(world, SMALL, [0, 12, 3], [0, 0, 2])
+    left, right = picture[58, 70].astype(int), picture[58, 90].astype(int)
+    assert abs(left - right) > 10
+
+
+def test_a_cylinder_shows_no_edges_between_its_facets() -> None:
+    world = World((cylinder(9, 7),), None, np.array([1.0, -1.0, 1.0]))
+    row = clean(world, tour_camera(), [0, -25, 5], [0, 0, 3])[240].astype(int)
+    inside = row[np.flatnonzero(row > 70)[3:-3]]
+    assert len(inside) > 100
+    assert np.abs(np.diff(inside)).max() <= 2
+
+
+def test_noise_has_its_sd_and_blur_keeps_the_mean() -> None:
+    world = World((), None, np.array([0.0, 0.0, 1.0]), background=120)
+    pose = looking_at([0, 0, 1], [1, 0, 1])
+    image = render(world, SMALL, pose, noise_sd=5.0, blur_px=2.0, rng=np.random.default_rng(3))
+    assert image.mean() == pytest.approx(120, abs=0.2)
+    assert image.std() == pytest.approx(5.0, abs=0.2)
+
+
+def test_the_lens_blur_has_its_width() -> None:
+    block = cuboid(4, 4, 4)
+    world = World((block,), None, np.array([1.0, 0.0, 1.0]), ambient=1.0, sided=0.0, background=0)
+    view = views_of(world, [looking_at([0, -8, 2], [0, 0, 2])], SMALL, noise_sd=0, blur_px=1.5)[0]
+    slope = np.diff(view.image[60].astype(float))
+    slope = np.clip(slope, 0, None)  # the left edge only
+    at = np.arange(len(slope))
+    mean = (slope * at).sum() / slope.sum()
+    sd = np.sqrt((slope * (at - mean) ** 2).sum() / slope.sum())
+    # A pixel and the difference of two add their own squares: 1/12 each.
+    assert sd == pytest.approx(np.sqrt(1.5**2 + 2 / 12), abs=0.1)
+
+
+def test_prints_belong_to_the_face_and_follow_the_seed() -> None:
+    sun = np.array([1.0, -2.0, 2.0])
+    pictures = [
+        clean(World((printed(cuboid(4, 4, 4), s),), None, sun), SMALL, [2, -9, 6], [0, 0, 2])
+        for s in (1, 1, 2)
+    ]
+    assert np.array_equal(pictures[0], pictures[1])
+    assert not np.array_equal(pictures[0], pictures[2])
+    plain = clean(World((cuboid(4, 4, 4),), None, sun), SMALL, [2, -9, 6], [0, 0, 2])
+    assert pictures[0][50:70, 70:90].std() > plain[50:70, 70:90].std() + 5
+
+
+@pytest.mark.parametrize("pattern", list(Pattern))
+def test_a_texture_fades_to_its_mean_far_away(pattern: Pattern) -> None:
+    texture = Texture(pattern, 5, 3.0, 0.6)
+    world = World((), Floor(0.9, texture), np.array([0.3, 0.0, 1.0]))
+    picture = clean(world, SMALL, [0, 0, 4], [60, 0, 0]).astype(float)
+    horizon = np.flatnonzero(picture[:, 0] != 60)[0]
+    assert picture[horizon + 2].std() < 3
+    assert picture[-10:].std() > 3
+
+
+def test_the_picture_scales_with_the_world() -> None:
+    def picture(scale: float) -> Image:
+        block = placed(cuboid(4, 3, 2), 0, 0, yaw=0.3, scale=scale)
+        world = World((block,), Floor(0.4), np.array([1.0, 0.3, 1.0]))
+        return clean(world, SMALL, [scale * c for c in (0, -9, 5)], [0, 0, scale])
+
+    worst = [np.abs(picture(s).astype(int) - picture(1.0).astype(int)).max() for s in (1e-4, 1e5)]
+    assert max(worst) <= 4  # a sample on an edge may fall to the other side
