@@ -97,7 +97,7 @@ def test_a_hidden_edge_is_not_drawn() -> None:
 
 
 def test_implied_edges_are_dashed() -> None:
-    view = _view((4.0, 3.0, 2.5))
+    view = _view((4.0, 3.0, 2.5), 640)
     solid = _green(draw_scene(view, _scene(UNIT_CUBE)))
     dashed = _green(draw_scene(view, _scene(UNIT_CUBE, implied=True)))
     assert 0.3 * solid < dashed < 0.75 * solid
