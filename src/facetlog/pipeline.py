@@ -15,7 +15,7 @@ from facetlog.errors import InputError
 from facetlog.perception.step_clock import StepClock
 
 if TYPE_CHECKING:
-    from facetlog.kb.recognize import Recognition
+    from facetlog.kb.verdict import Recognition
     from facetlog.perception.types import Scene
     from facetlog.perception.views import ViewSet
 
@@ -149,7 +149,8 @@ def recognize_views(
     from facetlog.perception.facts import scene_facts
 
     with clock.step("facts"):
-        facts = scene_facts(scene)
+        # The knowledge base takes flat tuples: it knows nothing of perception's types.
+        facts = tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
     with clock.step("verdicts"):
         recognition = recognize(facts, scene_name=scene.name, model_paths=model_paths)
     return Recognised(view_set, scene, facts, recognition, clock)
