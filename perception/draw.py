@@ -31,7 +31,7 @@ FACE_LETTERS_PX = 12.0
 VERTEX_LETTERS_PX = 8.0
 LEGEND_LETTERS_PX = 9.0
 CROSS_PX = 5.0
-DASH_PX = 6.0
+DASH_PERIOD_PX, DASH_SHARE = 11.0, 0.6
 SAMPLE_PX = 1.0  # an edge is tested for being hidden at every so many px
 
 TINT_MEASURED, TINT_IMPLIED = 0.38, 0.18
@@ -137,7 +137,7 @@ def _draw_edges(
         pixels = first + np.outer(share, last - first)
         drawn = surface.visible(pixels, depth)
         if evidence is Evidence.IMPLIED:
-            drawn &= (share * length // (DASH_PX * scale)).astype(np.int64) % 2 == 0
+            drawn &= share * length / (DASH_PERIOD_PX * scale) % 1.0 < DASH_SHARE
         for piece in _runs(drawn):
             _line(image, pixels[piece[0]], pixels[piece[1]], scale)
 

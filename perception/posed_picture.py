@@ -115,7 +115,9 @@ def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str)
 
     Needs a focal length, or a field of view (then the centre may be left out: the middle).
     """
-    model = fields.get("camera_model", "OPENCV")
+    model = fields.get("camera_model")
+    if model is None:  # the general one, as nerfstudio takes it
+        model = "OPENCV"
     if not isinstance(model, str) or model not in DISTORTION_OF:
         raise CalibrationError(
             f"{where}: camera_model {model!r} is not one of {', '.join(DISTORTION_OF)}: "

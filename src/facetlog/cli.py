@@ -13,7 +13,7 @@ from typing import Annotated, NoReturn, ParamSpec
 import typer
 
 from facetlog import __version__
-from facetlog.errors import FacetlogError
+from facetlog.errors import FacetlogError, InputError
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import (
@@ -26,6 +26,7 @@ from facetlog.pipeline import (
     reconstruct_views,
     simulated_views,
     views_from,
+    write_scene_file,
 )
 from facetlog.terminal import error, show_times, showing_progress, warn
 
@@ -140,20 +141,18 @@ def recognize_command(
 @_command
 def reconstruct_command(
     views: Views,
-    out: Annotated[
-        Path, typer.Option("-o", "--out", metavar="FILE", help="Where the scene goes; - is stdout.")
-    ],
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The scene as JSON.")],
     unit: Unit = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
 ) -> int:
     """Writes the vertices, edges and faces that the views show, with their uncertainty."""
-    from facetlog.perception.scene_file import write_scene
-
+    if out.is_dir() or not out.absolute().parent.is_dir():
+        raise InputError(f"{out} cannot be written: give a file in a folder that exists")
     clock = StepClock()
     with showing_progress() as progress:
         view_set = views_from(views, unit=unit, progress=progress, clock=clock)
         scene = reconstruct_views(view_set, front_end=front_end, progress=progress, clock=clock)
-    write_scene(scene, out)
+    write_scene_file(scene, out)
     for line in (*view_set.problems, *scene.warnings):
         warn(line)
     show_times(clock)

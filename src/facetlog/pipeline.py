@@ -15,7 +15,7 @@ from facetlog.errors import InputError
 from facetlog.perception.step_clock import StepClock
 
 if TYPE_CHECKING:
-    from facetlog.kb.recognize import Recognition
+    from facetlog.kb.verdict import Recognition
     from facetlog.perception.types import Scene
     from facetlog.perception.views import ViewSet
 
@@ -29,6 +29,7 @@ __all__ = [
     "reconstruct_views",
     "simulated_views",
     "views_from",
+    "write_scene_file",
 ]
 
 Progress: TypeAlias = Callable[[str, int, int], None]
@@ -127,6 +128,13 @@ def reconstruct_views(
     )
 
 
+def write_scene_file(scene: "Scene", path: Path) -> None:
+    """Writes the scene as facetlog-scene/1."""
+    from facetlog.perception.scene_file import write_scene
+
+    write_scene(scene, path)
+
+
 def recognize_views(
     view_set: "ViewSet",
     *,
@@ -141,7 +149,8 @@ def recognize_views(
     from facetlog.perception.facts import scene_facts
 
     with clock.step("facts"):
-        facts = scene_facts(scene)
+        # The knowledge base takes flat tuples: it knows nothing of perception's types.
+        facts = tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
     with clock.step("verdicts"):
         recognition = recognize(facts, scene_name=scene.name, model_paths=model_paths)
     return Recognised(view_set, scene, facts, recognition, clock)

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 __all__ = ["verdicts_json", "verdicts_text", "write_report"]
 
 SHEET_FILE = "contact-sheet.png"
+# Pictures wait for the sheet at this width: in full size a hundred large ones fill the memory.
+SHEET_PICTURE_PX = 800
 
 
 def verdicts_json(found: Recognised) -> str:
@@ -52,7 +54,7 @@ def write_report(folder: Path, found: Recognised, *, progress: Progress | None =
     with output_folder(folder, about) as made:
         with clock.step("write results"):
             write_scene(scene, made / "scene.json")
-            facts = "\n".join(facts_program(found.facts, scene.name))
+            facts = "\n".join(facts_program(found.facts))
             (made / "facts.pl").write_text(facts + "\n", encoding="utf-8")
             (made / "verdicts.json").write_text(verdicts_json(found) + "\n", encoding="utf-8")
             if scene.faces:
@@ -65,6 +67,7 @@ def write_report(folder: Path, found: Recognised, *, progress: Progress | None =
 
 def _write_pictures(made: Path, found: Recognised, progress: Progress | None) -> None:
     import cv2
+    import numpy as np
 
     from facetlog.perception.draw import contact_sheet, draw_scene
 
@@ -80,7 +83,9 @@ def _write_pictures(made: Path, found: Recognised, progress: Progress | None) ->
         name = re.sub(r"[^A-Za-z0-9_.-]+", "_", Path(view.name).stem)[:80]
         _, data = cv2.imencode(".png", image)
         (made / "views" / f"{number:04d}-{name}.png").write_bytes(data.tobytes())
-        drawn.append(image)
+        shrink = min(1.0, SHEET_PICTURE_PX / image.shape[1])
+        small = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
+        drawn.append(np.asarray(small, dtype=np.uint8))
         if progress is not None:
             progress("draw pictures", number, len(views))
     _, data = cv2.imencode(".png", contact_sheet(drawn))

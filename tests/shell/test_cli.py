@@ -1,0 +1,130 @@
+"""The command line: exit codes, one-line errors, and what goes to which stream."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from facetlog import __version__
+from facetlog.cli import main
+
+
+def _views(folder: Path, count: int = 3) -> Path:
+    frames = []
+    (folder / "images").mkdir(parents=True)
+    for i in range(count):
+        matrix = np.eye(4)
+        matrix[0, 3] = i
+        frames.append({"file_path": f"images/{i}.png", "transform_matrix": matrix.tolist()})
+        cv2.imwrite(str(folder / "images" / f"{i}.png"), np.full((48, 64), 90, np.uint8))
+    camera = {"fl_x": 60, "fl_y": 60, "cx": 32, "cy": 24, "w": 64, "h": 48}
+    (folder / "transforms.json").write_text(json.dumps({**camera, "frames": frames}))
+    return folder
+
+
+def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
+    """The one line on stderr, with nothing on stdout."""
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("facetlog: ")
+    assert err.count("\n") == 1
+    return err
+
+
+def test_the_version_is_a_result(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--version"]) == 0
+    assert capsys.readouterr() == (f"facetlog {__version__}\n", "")
+
+
+@pytest.mark.parametrize("argv", [["bogus"], ["recognize"], ["reconstruct", "x"], ["demo", "-x"]])
+def test_wrong_usage_ends_with_2(argv: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(argv) == 2
+    assert capsys.readouterr().out == ""
+
+
+@pytest.mark.parametrize("command", ["recognize", "reconstruct"])
+def test_a_missing_folder_is_one_line(
+    command: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([command, str(tmp_path / "a\nb"), "-o", str(tmp_path / "out")]) == 2
+    assert "does not exist" in _refusal(capsys)
+    assert not list(tmp_path.iterdir())
+
+
+def test_bad_views_are_one_line_that_names_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = _views(tmp_path / "one", count=1)
+    assert main(["recognize", str(folder)]) == 2
+    assert str(folder) in _refusal(capsys)
+    (folder / "transforms.json").write_text("{")
+    assert main(["recognize", str(folder)]) == 2
+    assert "transforms.json:1:2" in _refusal(capsys)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (["--models", "absent.pl"], "absent.pl does not exist"),
+        (["--unit", "furlong"], "unknown unit"),
+        (["-o", "/dev/null"], "is no folder"),
+    ],
+)
+def test_bad_options_are_refused_before_the_work(
+    options: list[str], says: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["recognize", str(_views(tmp_path / "views")), *options]) == 2
+    assert says in _refusal(capsys)
+
+
+@pytest.mark.parametrize("options", [["--world", "moon"], ["--seed", "-1"]])
+def test_a_demo_that_cannot_be_is_one_line(
+    options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("facetlog.robot.worlds")
+    assert main(["demo", *options]) == 2
+    _refusal(capsys)
+
+
+def test_interruption_is_quiet(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("facetlog.cli.views_from", interrupted)
+    assert main(["recognize", "views"]) == 130
+    assert capsys.readouterr() == ("", "")
+
+
+def test_help_loads_neither_opencv_nor_the_engine() -> None:
+    code = (
+        "import sys; from facetlog.cli import main; main(['recognize', '--help']);"
+        "sys.exit(sum(m in sys.modules for m in ('cv2', 'numpy', 'pyswip', 'scipy')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], check=False, capture_output=True)
+    assert done.returncode == 0, done.stderr.decode()
+
+
+def test_pictures_that_show_nothing_are_a_clean_no(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for room in ("perception.reconstruct", "perception.facts", "kb.recognize"):
+        pytest.importorskip(f"facetlog.{room}")
+    folder = _views(tmp_path / "views")
+    (folder / "images" / "2.png").unlink()
+    assert main(["recognize", str(folder), "--json", "-o", str(tmp_path / "out")]) == 1
+    out, err = capsys.readouterr()
+    found = json.loads(out)
+    assert found["schema"] == "facetlog-verdicts/1"
+    assert found["recognised"] == []
+    assert "2.png" in found["problems"][0]
+    assert "facetlog: warning: picture" in err
+    assert "read pictures" in err
+    written = {p.name for p in (tmp_path / "out").iterdir()}
+    assert {"scene.json", "facts.pl", "verdicts.json", "run.json", "views"} <= written
+    assert len(list((tmp_path / "out" / "views").glob("*.png"))) == 2
