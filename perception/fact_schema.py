@@ -1,0 +1,385 @@
+"""The facts' schema: which facts perception states about a scene, and what their arguments are.
+
+This is the contract between perception and the knowledge base. It needs no numerics, so the
+knowledge base can read it cheaply; the table of docs/facts.md is made from it.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import NamedTuple
+
+__all__ = [
+    "FACT_SCHEMA",
+    "Argument",
+    "ArgumentKind",
+    "Fact",
+    "FactKind",
+    "Solutions",
+    "Value",
+    "fact_fault",
+    "schema_table",
+]
+
+Value = str | int | float
+
+
+class Fact(NamedTuple):
+    """A ground, flat term: strings are atoms, whole numbers integers, all else floats.
+
+    >>> str(Fact("area", ("f1", 2.0, 0.01)))
+    'area(f1, 2.0, 0.01)'
+    """
+
+    functor: str
+    args: tuple[Value, ...]
+
+    def __str__(self) -> str:
+        return f"{self.functor}({', '.join(str(a) for a in self.args)})"
+
+
+class ArgumentKind(StrEnum):
+    """What an argument is, and its unit."""
+
+    TEXT = "text"
+    SYMBOL = "symbol"
+    VIEW = "view"
+    VERTEX = "vertex"
+    EDGE = "edge"
+    FACE = "face"
+    THING = "thing"
+    PART = "face or edge"
+    BODY = "face, edge or thing"
+    COUNT = "count"
+    NUMBER = "number"
+    SHARE = "share"
+    DEGREES = "deg"
+    LENGTH = "length"
+    AREA = "length²"
+    PIXELS = "px"
+
+    @property
+    def is_atom(self) -> bool:
+        """Whether the argument is an atom; otherwise it is a number."""
+        return self not in _NUMBERS
+
+    @property
+    def is_name(self) -> bool:
+        """Whether the argument names something of the scene."""
+        return self.is_atom and self not in (ArgumentKind.TEXT, ArgumentKind.SYMBOL)
+
+
+_NUMBERS = frozenset(
+    {
+        ArgumentKind.COUNT,
+        ArgumentKind.NUMBER,
+        ArgumentKind.SHARE,
+        ArgumentKind.DEGREES,
+        ArgumentKind.LENGTH,
+        ArgumentKind.AREA,
+        ArgumentKind.PIXELS,
+    }
+)
+
+
+class Solutions(StrEnum):
+    """How many facts there are for given keys (different ones, where they are of one kind)."""
+
+    ONE = "det"
+    AT_MOST_ONE = "semidet"
+    ANY = "nondet"
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """Name and kind of one argument."""
+
+    name: str
+    kind: ArgumentKind
+
+
+@dataclass(frozen=True, slots=True)
+class FactKind:
+    """One functor: its arguments, of which the first `keys` are what a question starts from."""
+
+    functor: str
+    arguments: tuple[Argument, ...]
+    keys: int
+    solutions: Solutions
+    meaning: str
+    absent: str = ""
+
+    @property
+    def arity(self) -> int:
+        """Number of arguments."""
+        return len(self.arguments)
+
+
+def _kind(text: str, solutions: Solutions, meaning: str, absent: str = "") -> FactKind:
+    """A kind from "functor +Key:kind Name:kind ...", in the manner of a mode line."""
+    functor, *words = text.split()
+    arguments = []
+    for word in words:
+        name, _, kind = word.lstrip("+").partition(":")
+        arguments.append(Argument(name, _SHORT[kind]))
+    keys = sum(word.startswith("+") for word in words)
+    return FactKind(functor, tuple(arguments), keys, solutions, meaning, absent)
+
+
+_SHORT = {
+    "text": ArgumentKind.TEXT,
+    "symbol": ArgumentKind.SYMBOL,
+    "view": ArgumentKind.VIEW,
+    "vertex": ArgumentKind.VERTEX,
+    "edge": ArgumentKind.EDGE,
+    "face": ArgumentKind.FACE,
+    "thing": ArgumentKind.THING,
+    "part": ArgumentKind.PART,
+    "body": ArgumentKind.BODY,
+    "count": ArgumentKind.COUNT,
+    "number": ArgumentKind.NUMBER,
+    "share": ArgumentKind.SHARE,
+    "deg": ArgumentKind.DEGREES,
+    "length": ArgumentKind.LENGTH,
+    "area": ArgumentKind.AREA,
+    "px": ArgumentKind.PIXELS,
+}
+_ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
+_NO_UP = "up is not known"
+_UPRIGHT = "up is not known, or a face stands within 10° of upright (its plan is a line)"
+
+FACT_SCHEMA: tuple[FactKind, ...] = (
+    _kind("scene Name:text", _ONE, "the scene's name"),
+    _kind("scale Unit:symbol", _ONE, "`metric`: lengths are metres; `unknown`: only ratios count"),
+    _kind("up X:number Y:number Z:number", _MAYBE, "unit vector upwards", _NO_UP),
+    _kind("view +View:view Name:text", _ONE, "a picture and its file name"),
+    _kind("vertex +V:vertex", _ONE, "a 3-D vertex"),
+    _kind("point +V:vertex X:length Y:length Z:length", _ONE, "where the vertex is"),
+    _kind(
+        "point_cov +V:vertex XX:area XY:area XZ:area YY:area YZ:area ZZ:area",
+        _ONE,
+        "covariance of that place",
+    ),
+    _kind(
+        "vertex_label +V:vertex Label:symbol",
+        _MAYBE,
+        "position label of the paper, e.g. `front_left_top`",
+        "the vertex has no label",
+    ),
+    _kind(
+        "observed +V:vertex +View:view U:px W:px SdU:px SdW:px",
+        _MAYBE,
+        "pixel (column, row) at which a view saw the vertex",
+        "the view did not see it",
+    ),
+    _kind(
+        "edge +E:edge V1:vertex V2:vertex",
+        _ONE,
+        "a straight edge; every side of every face has one",
+    ),
+    _kind("edge_length +E:edge L:length Sd:length", _ONE, "its length"),
+    _kind(
+        "edge_support +E:edge Share:share",
+        _MAYBE,
+        "share of it found in the views that could see it",
+        "the edge is known only as the side of a face",
+    ),
+    _kind("face +F:face", _ONE, "a flat face"),
+    _kind(
+        "evidence +X:part How:symbol",
+        _ONE,
+        "`measured`: pictures support it; `implied`: completed from its neighbours",
+    ),
+    _kind(
+        "plane +F:face A:number B:number C:number D:length",
+        _ONE,
+        "unit outward normal and offset, A x + B y + C z + D = 0",
+    ),
+    _kind(
+        "plane_sd +F:face TiltSd:deg OffsetSd:length",
+        _ONE,
+        "how sure the plane is: worst tilt of the normal, offset at the face's middle",
+    ),
+    _kind(
+        "corner +F:face +I:count V:vertex",
+        _ONE,
+        "V is the I-th vertex (from 1) of the outline, counter-clockwise from outside",
+        "I is above the number of corners",
+    ),
+    _kind(
+        "bounds +E:edge F:face",
+        _ANY,
+        "E is a side of F, or lies along one within 3 sd",
+        "a loose edge bounds nothing",
+    ),
+    _kind("area +F:face A:area Sd:area", _ONE, "area without holes"),
+    _kind(
+        "length +F:face L:length Sd:length",
+        _ONE,
+        "longer side of the least rectangle round the face",
+    ),
+    _kind("width +F:face W:length Sd:length", _ONE, "shorter side of that rectangle"),
+    _kind("fill +F:face R:share Sd:share", _ONE, "area over that rectangle's"),
+    _kind("coverage +F:face R:share", _ONE, "share of the face seen in at least one view"),
+    _kind(
+        "thing +T:thing", _ONE, "a connected group of faces and loose edges, judged as one object"
+    ),
+    _kind(
+        "part_of +X:part T:thing",
+        _MAYBE,
+        "the face or loose edge X belongs to T",
+        "X is a side of a face, or a loose edge that touches no face's thing",
+    ),
+    _kind(
+        "thing_size +T:thing L:length W:length H:length",
+        _ONE,
+        "sides of the least box round the thing that is square to its largest face, longest first",
+    ),
+    _kind(
+        "share +F:face R:share Sd:share",
+        _ONE,
+        "area of F over the silhouette of its thing along F's normal",
+    ),
+    _kind(
+        "protrusion +F:face P:length Sd:length",
+        _ONE,
+        "how far the thing reaches in front of F's plane",
+    ),
+    _kind(
+        "angle +F1:face +F2:face Angle:deg Sd:deg",
+        _ONE,
+        "angle between the outward normals, 0..180",
+    ),
+    _kind(
+        "adjoins +F1:face +F2:face E:edge",
+        _ANY,
+        "the outlines share the edge E, or run along each other within 3 sd over at least 20 % "
+        "of E, the shorter of the two sides",
+        "no sides meet",
+    ),
+    _kind(
+        "dihedral +F1:face +F2:face Angle:deg Sd:deg",
+        _MAYBE,
+        "angle through the solid at the (longest) edge where they adjoin, 0..360: 90 at a box's "
+        "edge, 270 in a room's corner",
+        "they do not adjoin, or run the same way along the edge (one stands on the other's rim)",
+    ),
+    _kind(
+        "convex +F1:face +F2:face",
+        _MAYBE,
+        "the solid bulges at their edge: dihedral below 180 by more than 3 sd",
+        "otherwise, or it cannot be told",
+    ),
+    _kind(
+        "concave +F1:face +F2:face",
+        _MAYBE,
+        "the solid is hollow at their edge: dihedral above 180 by more than 3 sd",
+        "otherwise, or it cannot be told",
+    ),
+    _kind(
+        "opposite +F1:face +F2:face",
+        _MAYBE,
+        "outward normals opposed within 3 sd or 5°, whichever is more (at most 15°), and the "
+        "outlines overlap along the normal by at least 1 % of the smaller",
+        "otherwise",
+    ),
+    _kind(
+        "coplanar +F1:face +F2:face",
+        _MAYBE,
+        "in one plane within 3 sd (of at most 15°), whichever way the normals point",
+        "otherwise",
+    ),
+    _kind(
+        "offset +F1:face +F2:face D:length Sd:length",
+        _ONE,
+        "signed distance of the middle of F1 from the plane of F2, positive in front of F2",
+    ),
+    _kind(
+        "tilt +F:face Angle:deg Sd:deg",
+        _MAYBE,
+        "0 level, 90 upright, whichever way it faces",
+        _NO_UP,
+    ),
+    _kind(
+        "upward +F:face",
+        _MAYBE,
+        "the outward normal points above the horizon by more than 2 sd",
+        "otherwise, or " + _NO_UP,
+    ),
+    _kind(
+        "downward +F:face",
+        _MAYBE,
+        "the outward normal points below the horizon by more than 2 sd",
+        "otherwise, or " + _NO_UP,
+    ),
+    _kind(
+        "elevation +F:face H:length Sd:length",
+        _MAYBE,
+        "height of the face's middle above the lowest point of its thing",
+        _NO_UP,
+    ),
+    _kind(
+        "top_of +X:body H:length Sd:length",
+        _MAYBE,
+        "height of the highest point of a face, loose edge or thing above the lowest of its thing",
+        _NO_UP + ", or X belongs to no thing",
+    ),
+    _kind(
+        "bottom_of +X:body H:length Sd:length",
+        _MAYBE,
+        "height of the lowest point of a face, loose edge or thing above the lowest of its thing",
+        _NO_UP + ", or X belongs to no thing",
+    ),
+    _kind(
+        "clear_below +F:face H:length",
+        _MAYBE,
+        "free height under most (80 %) of the face, down to the next face or the thing's lowest "
+        "point",
+        _UPRIGHT,
+    ),
+    _kind(
+        "overlap +F1:face +F2:face R:share",
+        _MAYBE,
+        "share of the smaller one's plan that lies over or under the other's",
+        _UPRIGHT + "; else absent means less than 0.001",
+    ),
+)
+
+
+def fact_fault(fact: Fact) -> str | None:
+    """What is wrong with a fact by the schema, or None.
+
+    >>> fact_fault(Fact("area", ("f1", 2.0)))
+    'area takes 3 arguments, not 2'
+    """
+    kind = _BY_FUNCTOR.get(fact.functor)
+    if kind is None:
+        return f"{fact.functor} is no fact of perception"
+    if len(fact.args) != kind.arity:
+        return f"{fact.functor} takes {kind.arity} arguments, not {len(fact.args)}"
+    for argument, value in zip(kind.arguments, fact.args, strict=True):
+        wanted = str if argument.kind.is_atom else int if argument.kind == "count" else float
+        if type(value) is not wanted:
+            return f"{fact.functor}: {argument.name} is {value!r}, not of type {wanted.__name__}"
+    return None
+
+
+_BY_FUNCTOR = {kind.functor: kind for kind in FACT_SCHEMA}
+
+
+def schema_table() -> str:
+    """The schema as the Markdown table of docs/facts.md."""
+    lines = [
+        "| fact | given the + ones | units | meaning | absent when |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for kind in FACT_SCHEMA:
+        names = [
+            ("+" if i < kind.keys else "") + argument.name
+            for i, argument in enumerate(kind.arguments)
+        ]
+        units = dict.fromkeys(a.kind.value for a in kind.arguments if not a.kind.is_name)
+        lines.append(
+            f"| `{kind.functor}({', '.join(names)})` | {kind.solutions} | {', '.join(units)} "
+            f"| {kind.meaning} | {kind.absent} |"
+        )
+    return "\n".join(lines) + "\n"

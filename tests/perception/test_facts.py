@@ -1,0 +1,143 @@
+"""Facts of exact solids: what the schema promises, and what a reader would measure by hand."""
+
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+from facetlog.perception.fact_schema import FACT_SCHEMA, Fact, Solutions, fact_fault, schema_table
+from facetlog.perception.facts import scene_facts
+from facetlog.perception.polyhedra import (
+    chair,
+    cuboid,
+    l_block,
+    pyramid,
+    room_corner,
+    seen_from,
+    stick_table,
+    table,
+    wedge,
+)
+from facetlog.perception.types import Scene
+
+SOLIDS = [cuboid, wedge, pyramid, l_block, room_corner, table, stick_table, chair]
+
+
+def rows(scene: Scene, functor: str) -> dict[tuple[str, ...], tuple[float, ...]]:
+    """Facts of one functor as names -> numbers."""
+    return {
+        tuple(a for a in fact.args if isinstance(a, str)): tuple(
+            a for a in fact.args if not isinstance(a, str)
+        )
+        for fact in scene_facts(scene)
+        if fact.functor == functor
+    }
+
+
+@pytest.mark.parametrize("build", SOLIDS)
+def test_every_fact_keeps_to_the_schema(build: object) -> None:
+    facts = scene_facts(build())  # type: ignore[operator]
+    assert [fault for fact in facts if (fault := fact_fault(fact))] == []
+    order = [kind.functor for kind in FACT_SCHEMA]
+    places = [order.index(fact.functor) for fact in facts]
+    assert places == sorted(places)
+    assert len(set(facts)) == len(facts)
+
+
+@pytest.mark.parametrize("build", SOLIDS)
+def test_keys_have_as_many_facts_as_the_schema_says(build: object) -> None:
+    scene: Scene = build()  # type: ignore[operator]
+    count: dict[tuple[object, ...], int] = defaultdict(int)
+    keys = {kind.functor: kind.keys for kind in FACT_SCHEMA}
+    for fact in scene_facts(scene):
+        count[fact.functor, *fact.args[: keys[fact.functor]]] += 1
+    for kind in FACT_SCHEMA:
+        found = [n for key, n in count.items() if key[0] == kind.functor]
+        if kind.solutions is not Solutions.ANY:
+            assert all(n == 1 for n in found), kind.functor
+    faces, vertices = len(scene.faces), len(scene.vertices)
+    per_functor: dict[str, int] = defaultdict(int)
+    for key, n in count.items():
+        per_functor[str(key[0])] += n
+    for functor in ("face", "plane", "plane_sd", "area", "length", "fill", "share", "protrusion"):
+        assert per_functor[functor] == faces, functor
+    assert per_functor["point"] == vertices
+    for functor in ("angle", "offset"):
+        assert per_functor[functor] == faces * (faces - 1), functor
+
+
+def test_a_block_has_its_sizes_and_full_shares() -> None:
+    scene = cuboid(0.3, 0.2, 0.1)
+    assert rows(scene, "thing_size")["t1",] == pytest.approx((0.3, 0.2, 0.1))
+    assert rows(scene, "area")["f2",][0] == pytest.approx(0.06)
+    # ∂A/∂p is half a diagonal at each of the four corners: var A = σ² (l² + w²)
+    assert rows(scene, "area")["f2",][1] == pytest.approx(1e-3 * (0.3**2 + 0.2**2) ** 0.5)
+    assert [value for value, _ in rows(scene, "share").values()] == pytest.approx([1.0] * 6)
+    assert {value for value, _ in rows(scene, "protrusion").values()} == {0.0}
+    assert all(deg == pytest.approx(90) for deg, _ in rows(scene, "dihedral").values())
+    assert len(rows(scene, "convex")) == 24
+    assert not rows(scene, "concave")
+    assert set(rows(scene, "opposite")) == {
+        pair for a, b in (("f1", "f2"), ("f3", "f4"), ("f5", "f6")) for pair in ((a, b), (b, a))
+    }
+
+
+def test_a_block_of_which_three_faces_are_seen_keeps_its_shares() -> None:
+    scene = seen_from(cuboid(), (2.0, -1.0, 1.5))
+    assert len(scene.faces) == 3
+    assert [value for value, _ in rows(scene, "share").values()] == pytest.approx([1.0] * 3)
+    assert len(rows(scene, "adjoins")) == 6
+
+
+def test_a_room_corner_is_one_thing_with_hollow_edges() -> None:
+    scene = room_corner()
+    assert set(rows(scene, "thing")) == {("t1",)}
+    assert all(deg == pytest.approx(270) for deg, _ in rows(scene, "dihedral").values())
+    assert len(rows(scene, "concave")) == 6
+
+
+def test_an_l_has_one_hollow_edge_and_less_than_its_silhouette() -> None:
+    scene = l_block()
+    assert len(rows(scene, "concave")) == 2
+    assert rows(scene, "share")["f1",][0] == pytest.approx(6 / 7)
+    assert rows(scene, "fill")["f1",][0] == pytest.approx(0.75)
+
+
+@pytest.mark.parametrize("build", [table, stick_table])
+def test_a_table_is_one_thing_whose_rim_shows_little_of_it(build: object) -> None:
+    scene: Scene = build()  # type: ignore[operator]
+    assert set(rows(scene, "thing")) == {("t1",)}
+    assert rows(scene, "thing_size")["t1",] == pytest.approx((1.2, 0.8, 0.74))
+    shares = sorted(value for value, _ in rows(scene, "share").values())
+    assert shares[-1] == pytest.approx(1.0)
+    assert shares[0] < 0.06
+    tops = rows(scene, "top_of")
+    for (face,), (free,) in rows(scene, "clear_below").items():
+        if tops[face,][0] > 0.7:
+            assert free == pytest.approx(0.7), face
+
+
+def test_a_chair_is_one_thing_with_its_back() -> None:
+    scene = chair()
+    assert set(rows(scene, "thing")) == {("t1",)}
+    assert rows(scene, "clear_below")["f2",] == (pytest.approx(0.41),)
+
+
+def test_the_document_holds_the_schema() -> None:
+    document = Path(__file__).parents[2] / "docs" / "facts.md"
+    assert schema_table() in document.read_text(encoding="utf-8")
+
+
+def test_an_empty_scene_has_only_its_name_and_scale() -> None:
+    assert scene_facts(Scene("nothing")) == (
+        Fact("scene", ("nothing",)),
+        Fact("scale", ("unknown",)),
+    )
+
+
+def test_without_up_no_fact_speaks_of_heights() -> None:
+    known = cuboid()
+    scene = Scene("tilted", vertices=known.vertices, edges=known.edges, faces=known.faces)
+    functors = {fact.functor for fact in scene_facts(scene)}
+    assert not functors & {"up", "tilt", "upward", "elevation", "top_of", "clear_below", "overlap"}
+    assert {"share", "angle", "convex"} <= functors
