@@ -1,0 +1,126 @@
+"""Prolog terms as Python values, and their text: quoted and escaped to ASCII.
+
+Any name may be written, and no text can become a goal.
+"""
+
+import json
+import math
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from facetlog.errors import EngineError
+
+__all__ = ["Atom", "Failure", "Struct", "Term", "Var", "decode_reply", "term_text"]
+
+
+@dataclass(frozen=True, slots=True)
+class Atom:
+    """A Prolog atom; a Python `str` is a Prolog string."""
+
+    name: str
+
+    def __str__(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Var:
+    """A Prolog variable."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Struct:
+    """A compound term."""
+
+    functor: str
+    args: tuple["Term", ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """What a request reports instead of a result; `kind` is rules, limit or prolog."""
+
+    kind: str
+    message: str
+
+
+Term: TypeAlias = "Atom | Var | Struct | str | int | float | tuple[Term, ...]"
+"""A tuple is a proper list."""
+
+
+def _escaped(text: str, quote: str) -> str:
+    # \x41\ is ISO's escape: it needs no fixed number of digits and takes every code, also NUL.
+    return "".join(
+        f"\\{c}" if c in (quote, "\\") else c if " " <= c <= "~" else f"\\x{ord(c):x}\\"
+        for c in text
+    )
+
+
+def _number(value: float) -> str:
+    if isinstance(value, int):
+        return str(int(value))  # int() turns True, which is an int, into 1
+    if not math.isfinite(value):
+        raise ValueError(f"Prolog facts have no {value}")
+    text = repr(float(value))
+    mantissa, e, exponent = text.partition("e")  # Prolog wants 1.0e-05, Python writes 1e-05
+    return f"{mantissa if '.' in mantissa else mantissa + '.0'}{e}{exponent}"
+
+
+def term_text(term: Term) -> str:
+    """The term in Prolog syntax, ASCII, on one line.
+
+    >>> term_text(Struct("near", (Struct("angle", (Atom("f1"), Var("X"))), 90, 15.0)))
+    "'near'('angle'('f1',X),90,15.0)"
+    """
+    match term:
+        case Atom(name):
+            return f"'{_escaped(name, chr(39))}'"
+        case Var(name):
+            if not (
+                name.isascii() and name.isidentifier() and (name[0] == "_" or name[0].isupper())
+            ):
+                raise ValueError(f"{name!r} is no name of a Prolog variable")
+            return name
+        case str():
+            return f'"{_escaped(term, chr(34))}"'
+        case int() | float():
+            return _number(term)
+        case Struct(functor, args):
+            inner = ",".join(map(term_text, args))
+            return f"'{_escaped(functor, chr(39))}'({inner})"
+        case tuple():
+            return f"[{','.join(map(term_text, term))}]"
+
+
+def _decode(node: object) -> Term:
+    match node:
+        case bool():
+            raise EngineError(f"Prolog's reply cannot be read: {node!r}")
+        case int() | float():
+            return node
+        case list():
+            return tuple(_decode(item) for item in node)
+        case {"a": str(name)}:
+            return Atom(name)
+        case {"s": str(text)} | {"x": str(text)}:
+            return text
+        case {"v": str(name)}:
+            return Var(name)
+        case {"f": str(functor), "t": list(args)}:
+            return Struct(functor, tuple(_decode(a) for a in args))
+    raise EngineError(f"Prolog's reply cannot be read: {node!r}")
+
+
+def decode_reply(reply: str) -> "Term | Failure":
+    """The result of a request as a term, or the failure that it reports.
+
+    The reply is JSON as kb/bridge.pl writes it.
+    """
+    match json.loads(reply):
+        case ["ok", result]:
+            return _decode(result)
+        case ["error", str(kind), str(message)]:
+            return Failure(kind, message)
+    raise EngineError("Prolog's reply cannot be read")

@@ -1,0 +1,174 @@
+"""What the models say of a scene: verdicts, each with parts, sizes, angles and proof."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from facetlog.kb.proof import MARKS, Comparison, Proof, State, amount
+
+__all__ = ["Condition", "Part", "Recognition", "Size", "Verdict"]
+
+SCHEMA = "facetlog-verdicts/1"
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of a model and the faces that play it: one, several, or none if it was not seen."""
+
+    role: str
+    faces: tuple[str, ...]
+
+    def __str__(self) -> str:
+        return f"{self.role} = {', '.join(self.faces) or 'unseen'}"
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """A length of the thing with its standard deviation, metres or units of the scene."""
+
+    name: str
+    value: float
+    sd: float
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """One line of a model: its label, the author's reason, and the proof of it."""
+
+    label: str
+    reason: str
+    proof: Proof
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What one model says of one thing.
+
+    `state` is what the measured values say. `degree` and `degree_at_most` bound the probability
+    that the true values lie within the model's tolerances; they are equal where all was measured.
+    `also` counts the other ways to choose the parts that hold as well. `length_unit` is 'm', or
+    None where the scale is not known.
+    """
+
+    model: str
+    thing: str
+    state: State
+    degree: float
+    degree_at_most: float
+    parts: tuple[Part, ...]
+    sizes: tuple[Size, ...]
+    conditions: tuple[Condition, ...]
+    also: int = 0
+    length_unit: str | None = None
+
+    @property
+    def angles(self) -> tuple[Comparison, ...]:
+        """The angles that the proof rests on, degrees, each once."""
+        found = (c for line in self.conditions for c in line.proof.comparisons())
+        return tuple(dict.fromkeys(c for c in found if c.kind == "deg"))
+
+    @property
+    def summary(self) -> str:
+        """One line: what it is, or why it is not, or what is missing."""
+        match self.state:
+            case State.HOLDS:
+                article = "an" if self.model[:1] in "aeiou" else "a"
+                return f"{self.thing} is {article} {self.model} ({self.degree:.0%})"
+            case State.FAILS:
+                holding = sum(c.proof.state is State.HOLDS for c in self.conditions)
+                return (
+                    f"{self.thing} is no {self.model}: {self._first_reason()} "
+                    f"({holding} of {len(self.conditions)} conditions hold)"
+                )
+            case State.UNKNOWN:
+                return f"{self.thing}: {self.model} is unknown: {self._first_reason()}"
+
+    def _first_reason(self) -> str:
+        unseen = [part.role for part in self.parts if not part.faces]
+        if not self.parts:
+            return "no face of it was measured"
+        if self.state is State.UNKNOWN and len(unseen) == len(self.parts):
+            return f"no face was measured that could be its {' or '.join(unseen)}"
+        if self.state is State.UNKNOWN and unseen:
+            seen = len(self.parts) - len(unseen)
+            return f"only {seen} of the {len(self.parts)} faces that it needs were measured"
+        line = next(c for c in self.conditions if c.proof.state is self.state)
+        leaf = line.proof.deciding().sentence(self.length_unit)
+        open_or_not = "it is open whether" if self.state is State.UNKNOWN else "it is not so that"
+        return f"{open_or_not} {line.reason}: {leaf}"
+
+    def lines(self) -> Iterator[str]:
+        """The verdict and its proof as text."""
+        yield self.summary
+        if self.parts:
+            yield f"  parts: {'; '.join(map(str, self.parts))}"
+        if self.sizes:
+            unit = f" {self.length_unit}" if self.length_unit else ""
+            sizes = (f"{s.name} {amount(s.value)} ± {s.sd:.2g}{unit}" for s in self.sizes)
+            scale = "" if self.length_unit else " (units of the scene)"
+            yield f"  sizes: {', '.join(sizes)}{scale}"
+        for line in self.conditions:
+            yield f"  {MARKS[line.proof.state]} {line.label}: {line.reason} ({line.proof.low:.0%})"
+            for step in line.proof.lines(self.length_unit):
+                yield f"      {step}"
+
+    def to_json(self) -> dict[str, Any]:
+        """The verdict as plain data."""
+        return {
+            "model": self.model,
+            "thing": self.thing,
+            "state": self.state.value,
+            "degree": self.degree,
+            "degree_at_most": self.degree_at_most,
+            "summary": self.summary,
+            "parts": {part.role: list(part.faces) for part in self.parts},
+            "sizes": {s.name: {"value": s.value, "sd": s.sd} for s in self.sizes},
+            "length_unit": self.length_unit,
+            "angles": [{"of": a.measure, "deg": a.value, "sd": a.sd} for a in self.angles],
+            "also": self.also,
+            "proof": [
+                {"label": c.label, "reason": c.reason, "because": c.proof.to_json()}
+                for c in self.conditions
+            ],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Recognition:
+    """All verdicts on a scene: one for each thing and model."""
+
+    scene: str
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def best(self) -> tuple[Verdict, ...]:
+        """What holds, the most probable first."""
+        holding = (v for v in self.verdicts if v.state is State.HOLDS)
+        return tuple(sorted(holding, key=lambda v: -v.degree))
+
+    @property
+    def models(self) -> frozenset[str]:
+        """Names of the models that hold somewhere in the scene."""
+        return frozenset(v.model for v in self.best)
+
+    def __bool__(self) -> bool:
+        return bool(self.best)
+
+    def lines(self) -> Iterator[str]:
+        """What holds with its proof, then a line for all that does not."""
+        for verdict in self.best:
+            yield from verdict.lines()
+        for verdict in self.verdicts:
+            if verdict.state is not State.HOLDS:
+                yield verdict.summary
+        if not self.verdicts:
+            yield "nothing was found that a model could be asked about"
+
+    def to_json(self) -> dict[str, Any]:
+        """The recognition as plain data, with the schema's name."""
+        return {
+            "schema": SCHEMA,
+            "scene": self.scene,
+            "recognised": [{"thing": v.thing, "model": v.model} for v in self.best],
+            "verdicts": [v.to_json() for v in self.verdicts],
+        }

@@ -1,0 +1,307 @@
+:- module(vocabulary, [ thing/1,              % ?Thing
+                        face_of/2,            % +Thing, -Face
+                        loose_edge_of/2,      % +Thing, -Edge
+                        shared_edge/3,        % ?Face, ?Face, -Edge
+                        standing_below/2,     % +Face, -FaceOrEdge
+                        separate/2,           % +FacesAndEdges, -Groups
+                        longest_first/2,      % +Measures, -Measures
+                        holds/1,              % :Test
+                        possible/1,           % :Test
+                        measure/4,            % +Measure, -Value, -Sd, -Kind
+                        relation/2            % +Relation, -Truth
+                      ]).
+
+/** <module> The geometry vocabulary
+
+What rules are written in. There are three sorts of words:
+
+  - *relations* (adjoins, convex, upward, ...), true, false or unknown of given faces;
+  - *measures* (angle, share, elevation, ...), a value with its standard deviation, or unknown;
+  - *searches* (face_of/2, standing_below/2, ...), Prolog predicates that propose faces.
+
+Relations and measures appear as terms in the tests of a model, so that every verdict can say what
+it compared with what; docs/models.md lists them. Unknown has causes that a reader can remove: up or
+scale not given, or a face not seen. A part that was not seen is written `unseen`; whatever is asked
+of it is unknown. Only measured faces are evidence: a face that was completed from its neighbours
+is never proposed.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(aggregate)).
+:- use_module(facetlog_kb(scene)).
+:- use_module(facetlog_kb(judge)).
+
+:- meta_predicate holds(:), possible(:).
+
+%!  tolerance(?Name, ?Value) is nondet.
+%
+%   How exact a word is meant, degrees or ratios. `level` and `upright` are the language's
+%   definitions; `reaches` and `apart` allow for ends that pictures show badly.
+
+tolerance(level,   10).     % degrees from horizontal
+tolerance(upright, 10).     % degrees from vertical
+tolerance(reaches, 0.15).   % of a height: how short of an end still counts as there
+tolerance(apart,   0.15).   % of the thing's length: feet nearer than this are one leg's
+
+                 /*******************************
+                 *           SEARCHES           *
+                 *******************************/
+
+%!  thing(?Thing) is nondet.
+
+thing(Thing) :-
+    fact(thing(Thing)).
+
+%!  face_of(?Thing, ?Face) is nondet.
+%
+%   Face is a measured face of Thing.
+
+face_of(Thing, Face) :-
+    fact(part_of(Face, Thing)),
+    fact(face(Face)),
+    fact(evidence(Face, measured)).
+
+%!  loose_edge_of(?Thing, ?Edge) is nondet.
+%
+%   Edge is a measured edge of Thing that bounds no face.
+
+loose_edge_of(Thing, Edge) :-
+    fact(part_of(Edge, Thing)),
+    fact(edge(Edge, _, _)),
+    \+ fact(bounds(Edge, _)),
+    fact(evidence(Edge, measured)).
+
+%!  shared_edge(?A, ?B, -Edge) is nondet.
+%
+%   The measured faces A and B of one thing share Edge.
+
+shared_edge(A, B, Edge) :-
+    fact(adjoins(A, B, Edge)),
+    fact(evidence(A, measured)),
+    fact(evidence(B, measured)).
+
+%!  standing_below(+Face, -Support) is nondet.
+%
+%   Support is an upright face or loose edge of the same thing that starts below Face and reaches
+%   down to the ground.
+
+standing_below(Face, Support) :-
+    fact(part_of(Face, Thing)),
+    (   face_of(Thing, Support)
+    ;   loose_edge_of(Thing, Support)
+    ),
+    Support \== Face,
+    tolerance(reaches, Share),
+    holds(upright(Support)),
+    holds(at_most(bottom_of(Support), Share*elevation(Face))),
+    holds(at_most(top_of(Support), (1 + Share)*elevation(Face))),
+    holds(at_least(top_of(Support), 0.5*elevation(Face))).
+
+%!  separate(+Supports, -Groups) is det.
+%
+%   Groups are lists of the Supports that belong together: faces that adjoin, and whatever stands
+%   on the ground at nearly one place. A square leg with four faces is one group.
+
+separate(Supports, Groups) :-
+    foldl(join_groups, Supports, [], Groups).
+
+join_groups(Support, Groups0, [[Support|Members]|Apart]) :-
+    partition([Group]>>( member(Other, Group), together(Support, Other) ), Groups0, Near, Apart),
+    append(Near, Members).
+
+together(A, B) :-
+    fact(adjoins(A, B, _)),
+    !.
+together(A, B) :-
+    fact(part_of(A, Thing)),
+    fact(thing_size(Thing, Length, _, _)),
+    foot(A, P, SpanA),
+    foot(B, Q, SpanB),
+    distance(P, Q, Distance),
+    tolerance(apart, Share),
+    % A wide panel's foot is its middle: only narrow supports can be sides of one leg.
+    SpanA =< Share*Length,
+    SpanB =< Share*Length,
+    Distance =< Share*Length,
+    !.
+
+%   The middle of a support's lowest end and how wide that end is.
+foot(Support, Middle, Span) :-
+    fact(up(X, Y, Z)),
+    findall(Height-Point,
+            ( end_point(Support, Point),
+              dot(Point, [X, Y, Z], Height) ),
+            Ends),
+    aggregate_all(bag(H), member(H-_, Ends), Heights),
+    min_list(Heights, Low),
+    max_list(Heights, High),
+    Limit is Low + 0.2*(High - Low),
+    findall(Point, ( member(H-Point, Ends), H =< Limit ), Feet),
+    middle(Feet, Middle),
+    aggregate_all(max(D), ( member(P, Feet), member(Q, Feet), distance(P, Q, D) ), Span).
+
+end_point(Edge, [X, Y, Z]) :-
+    fact(edge(Edge, V1, V2)),
+    ( V = V1 ; V = V2 ),
+    fact(point(V, X, Y, Z)).
+end_point(Face, [X, Y, Z]) :-
+    fact(corner(Face, _, V)),
+    fact(point(V, X, Y, Z)).
+
+middle(Points, [X, Y, Z]) :-
+    aggregate_all(r(count, sum(A), sum(B), sum(C)), member([A, B, C], Points), r(N, SX, SY, SZ)),
+    N > 0,
+    X is SX/N,
+    Y is SY/N,
+    Z is SZ/N.
+
+distance([A, B, C], [X, Y, Z], D) :-
+    D is sqrt((A-X)**2 + (B-Y)**2 + (C-Z)**2).
+
+dot([A, B, C], [X, Y, Z], D) :-
+    D is A*X + B*Y + C*Z.
+
+%!  longest_first(+Measures, -Sorted) is semidet.
+%
+%   The same measures, the greatest value first; fails if one of them is unknown.
+
+longest_first(Measures, Sorted) :-
+    maplist([M, V-M]>>measure(M, V, _, _), Measures, Pairs),
+    sort(1, @>=, Pairs, Descending),
+    findall(M, member(_-M, Descending), Sorted).
+
+%!  holds(:Test) is semidet.
+%
+%   Test is known to hold in the current scene, as measured.
+
+holds(Module:Test) :-
+    evaluate(Test, Module, proof(holds, _, _, _, _, _)).
+
+%!  possible(:Test) is semidet.
+%
+%   Test holds or is unknown.
+
+possible(Module:Test) :-
+    evaluate(Test, Module, proof(State, _, _, _, _, _)),
+    State \== fails.
+
+                 /*******************************
+                 *           MEASURES           *
+                 *******************************/
+
+%!  measure(+Measure, -Value, -Sd, -Kind) is semidet.
+%
+%   Value and standard deviation of Measure. Kind is deg, ratio, count, length or area. Fails if
+%   the scene does not know.
+
+measure(angle(A, B), V, Sd, deg)        :- fact(angle(A, B, V, Sd)).
+measure(dihedral(A, B), V, Sd, deg)     :- fact(dihedral(A, B, V, Sd)).
+measure(tilt(F), V, Sd, deg)            :- fact(tilt(F, V, Sd)).
+measure(tilt(E), V, 0, deg)             :- edge_tilt(E, V).
+measure(area(F), V, Sd, area)           :- fact(area(F, V, Sd)).
+measure(length(F), V, Sd, length)       :- fact(length(F, V, Sd)).
+measure(width(F), V, Sd, length)        :- fact(width(F, V, Sd)).
+measure(edge_length(E), V, Sd, length)  :- fact(edge_length(E, V, Sd)).
+measure(fill(F), V, Sd, ratio)          :- fact(fill(F, V, Sd)).
+measure(coverage(F), V, 0, ratio)       :- fact(coverage(F, V)).
+measure(share(F), V, Sd, ratio)         :- fact(share(F, V, Sd)).
+measure(protrusion(F), V, Sd, length)   :- fact(protrusion(F, V, Sd)).
+measure(offset(A, B), V, Sd, length)    :- fact(offset(A, B, V, Sd)).
+measure(elevation(F), V, Sd, length)    :- fact(elevation(F, V, Sd)).
+measure(top_of(X), V, Sd, length)       :- fact(top_of(X, V, Sd)).
+measure(bottom_of(X), V, Sd, length)    :- fact(bottom_of(X, V, Sd)).
+measure(clear_below(F), V, 0, length)   :- fact(clear_below(F, V)).
+measure(overlap(A, B), V, 0, ratio)     :- fact(overlap(A, B, V)).
+measure(thing_length(T), V, 0, length)  :- fact(thing_size(T, V, _, _)).
+measure(thing_width(T), V, 0, length)   :- fact(thing_size(T, _, V, _)).
+measure(thing_height(T), V, Sd, length) :-
+    aggregate_all(max(H, S), ( fact(part_of(X, T)), fact(top_of(X, H, S)) ), max(V, Sd)).
+measure(metres(V), V, 0, length)        :- number(V), fact(scale(metric)).
+measure(count(List), V, 0, count)       :- is_list(List), length(List, V).
+
+edge_tilt(Edge, Degrees) :-
+    fact(edge(Edge, V1, V2)),
+    fact(up(X, Y, Z)),
+    fact(point(V1, X1, Y1, Z1)),
+    fact(point(V2, X2, Y2, Z2)),
+    distance([X1, Y1, Z1], [X2, Y2, Z2], Length),
+    Length > 0,
+    DX is X2-X1,
+    DY is Y2-Y1,
+    DZ is Z2-Z1,
+    dot([DX, DY, DZ], [X, Y, Z], Rise),
+    % The tilt of an edge is that of its own direction: 0 lying, 90 standing.
+    Degrees is asin(min(1.0, abs(Rise)/Length))*180/pi.
+
+                 /*******************************
+                 *           RELATIONS          *
+                 *******************************/
+
+%!  relation(+Relation, -Truth) is semidet.
+%
+%   Truth is true, false or unknown. Fails if Relation is not a word of the vocabulary.
+
+relation(Relation, Truth) :-
+    known_relation(Relation),
+    (   arg(_, Relation, Part),
+        mentions_unseen(Part)
+    ->  Truth = unknown
+    ;   truth(Relation, Truth0)
+    ->  Truth = Truth0
+    ).
+
+known_relation(measured(_)).
+known_relation(adjoins(_, _)).
+known_relation(coplanar(_, _)).
+known_relation(opposite(_, _)).
+known_relation(convex(_, _)).
+known_relation(concave(_, _)).
+known_relation(upward(_)).
+known_relation(downward(_)).
+known_relation(share_corner(_)).
+
+mentions_unseen(unseen).
+mentions_unseen([Part|Parts]) :-
+    memberchk(unseen, [Part|Parts]).
+
+truth(measured(F), Truth)     :- settled(fact(evidence(F, measured)), Truth).
+truth(adjoins(A, B), Truth)   :- settled(fact(adjoins(A, B, _)), Truth).
+truth(coplanar(A, B), Truth)  :- settled(fact(coplanar(A, B)), Truth).
+truth(opposite(A, B), Truth)  :- settled(fact(opposite(A, B)), Truth).
+truth(convex(A, B), Truth)    :- either(fact(convex(A, B)), fact(concave(A, B)), Truth).
+truth(concave(A, B), Truth)   :- either(fact(concave(A, B)), fact(convex(A, B)), Truth).
+% The tilt of a face is known exactly where up is.
+truth(upward(F), Truth)       :- either(fact(upward(F)), fact(tilt(F, _, _)), Truth).
+truth(downward(F), Truth)     :- either(fact(downward(F)), fact(tilt(F, _, _)), Truth).
+truth(share_corner(Faces), Truth) :-
+    settled(( fact(corner(_, _, V)),
+              forall(member(F, Faces), fact(corner(F, _, V))) ), Truth).
+
+settled(Goal, Truth) :-
+    ( call(Goal) -> Truth = true ; Truth = false ).
+
+either(For, Against, Truth) :-
+    (   call(For)
+    ->  Truth = true
+    ;   call(Against)
+    ->  Truth = false
+    ;   Truth = unknown
+    ).
+
+                 /*******************************
+                 *         DERIVED WORDS        *
+                 *******************************/
+
+%!  means(?Word, -Test) is semidet.
+%
+%   Word is short for Test.
+
+means(level(X),   at_most(tilt(X), Limit))  :- tolerance(level, Limit).
+means(upright(X), at_least(tilt(X), Limit)) :- tolerance(upright, Slack), Limit is 90 - Slack.
+means(parallel(A, B, Tol), any([at_most(angle(A, B), Tol), at_least(angle(A, B), 180 - Tol)])).
+means(closes(Side, Face),
+      all([ adjoins(Side, Face),
+            upright(Side),
+            at_most(bottom_of(Side), 0.5*elevation(Face)),
+            at_least(fill(Side), 0.5),
+            at_least(share(Side), 0.5) ])).
