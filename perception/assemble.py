@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.plane_filter import fit_plane
 from facetlog.perception.point_filter import estimate_points
@@ -12,7 +13,6 @@ from facetlog.perception.types import (
     Face,
     FloatArray,
     Observation,
-    Plane,
     Scene,
     Vertex,
     View,
@@ -69,10 +69,9 @@ def assemble(
         fit = fit_plane(corners, np.array([vertices[k].cov for k in loop]))
         if not fit:
             continue
-        plane = _towards([views[k] for k in face.views], fit.plane)
-        # Newell's normal tells which way round the loop runs.
-        if np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0) @ plane.normal < 0:
-            loop = loop[::-1]
+        # Newell's normal: the loop runs counter-clockwise about the outward side.
+        newell = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+        plane = fit.plane if newell @ fit.plane.normal > 0 else fit.plane.flipped()
         faces.append(Face(loop, plane, support=face.support, coverage=face.coverage))
         for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
             side = (min(a, b), max(a, b))
@@ -93,7 +92,7 @@ def assemble(
 
 
 def pose_noise_px(
-    uv: FloatArray, cov: FloatArray, seen: FloatArray, projections: FloatArray
+    uv: FloatArray, cov: FloatArray, seen: NDArray[np.bool_], projections: FloatArray
 ) -> float:
     """Standard deviation in px, per axis, of what the corners' own noise does not explain.
 
@@ -115,7 +114,9 @@ def pose_noise_px(
     return float(np.sqrt(max(excess, 0.0)))
 
 
-def _as_arrays(tracked: TrackedFaces, view_count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _as_arrays(
+    tracked: TrackedFaces, view_count: int
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
     shape = (len(tracked.tracks), view_count)
     uv, cov = np.zeros((*shape, 2)), np.tile(np.eye(2), (*shape, 1, 1))
     seen = np.zeros(shape, np.bool_)
@@ -123,9 +124,3 @@ def _as_arrays(tracked: TrackedFaces, view_count: int) -> tuple[FloatArray, Floa
         for o in track.observations:
             uv[n, o.view], cov[n, o.view], seen[n, o.view] = o.uv, o.cov, True
     return uv, cov, seen
-
-
-def _towards(views: Sequence[View], plane: Plane) -> Plane:
-    # The outside is where the face was seen from.
-    side = sum(np.sign(plane.distance(v.pose.centre)) for v in views)
-    return plane if side >= 0 else plane.flipped()

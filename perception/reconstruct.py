@@ -3,7 +3,11 @@
 from collections.abc import Callable, Sequence
 
 from facetlog.perception.assemble import assemble
+from facetlog.perception.block_front_end.front_end import block_front_end
+from facetlog.perception.line_front_end.front_end import line_front_end
+from facetlog.perception.line_front_end.viewing import view_graph
 from facetlog.perception.step_clock import StepClock
+from facetlog.perception.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.types import FloatArray, Scene, View
 
 __all__ = ["reconstruct"]
@@ -25,8 +29,28 @@ def reconstruct(
     ground. `up` and `metric` are what is known of the world frame.
     """
     clock = clock or StepClock()
-    from facetlog.perception.line_front_end.front_end import line_front_end
-
-    tracked = line_front_end(views, clock=clock, progress=progress)
+    find = {"lines": line_front_end, "paper": _paper_front_end}[front_end]
+    tracked = find(views, up, clock, progress)
     with clock.step("vertices and planes"):
         return assemble(tracked, views, name=name, up=up, metric=metric)
+
+
+def _paper_front_end(
+    views: Sequence[View],
+    up: FloatArray | None,
+    clock: StepClock,
+    progress: Callable[[str, int, int], None] | None,
+) -> TrackedFaces:
+    def report(done: int, total: int) -> None:
+        if progress is not None:
+            progress("features", done, total)
+
+    with clock.step("features and tracks"):
+        block = block_front_end(tuple(views), up=up, progress=report)
+    weight = view_graph(views).weight
+    return TrackedFaces(
+        block.tracks,
+        tuple(TrackedFace(outline) for outline in block.outlines),
+        tuple(map(float, weight)),
+        warnings=block.warnings,
+    )

@@ -9,13 +9,12 @@ __all__ = ["TrackedFace", "TrackedFaces"]
 
 @dataclass(frozen=True, slots=True)
 class TrackedFace:
-    """A face as a loop of tracks (indices), and the views (indices) that show it.
+    """A face as a loop of tracks (indices), counter-clockwise seen from outside.
 
-    `support` and `coverage` are in [0, 1], as in `Face`; which way round the loop runs is open.
+    `support` and `coverage` are in [0, 1], as in `Face`.
     """
 
     outline: tuple[int, ...]
-    views: tuple[int, ...]
     support: float = 1.0
     coverage: float = 1.0
 

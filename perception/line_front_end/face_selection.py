@@ -11,8 +11,8 @@ from facetlog.perception.line_front_end.edge_maps import EdgeMap
 from facetlog.perception.line_front_end.line_support import hits, segment_samples
 from facetlog.perception.line_front_end.outlines import Outline
 from facetlog.perception.line_front_end.plane_hypotheses import plane_basis
-from facetlog.perception.types import FloatArray, View
 from facetlog.perception.line_front_end.viewing import ViewGraph
+from facetlog.perception.types import FloatArray, View
 
 __all__ = ["SelectedFace", "select_faces"]
 

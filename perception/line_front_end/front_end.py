@@ -1,7 +1,6 @@
 """From views to tracked faces by straight lines; the steps in their order."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -17,14 +16,14 @@ from facetlog.perception.line_front_end.segments import detect_segments
 from facetlog.perception.line_front_end.viewing import view_graph
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.tracked_faces import TrackedFace, TrackedFaces
-from facetlog.perception.types import View
+from facetlog.perception.types import FloatArray, View
 
 __all__ = ["line_front_end"]
 
 
 def line_front_end(
     views: Sequence[View],
-    *,
+    up: FloatArray | None,  # noqa: ARG001 (not needed here: all front ends are called alike)
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> TrackedFaces:
@@ -60,7 +59,6 @@ def line_front_end(
         shown = np.array([f.shown for f in faces])
         tracks = track_corners(corners, shown, views, maps)
     tracked = tuple(
-        TrackedFace(loop, tuple(int(k) for k in np.nonzero(f.shown)[0]), f.support)
-        for loop, f in zip(corners.loops, faces, strict=True)
+        TrackedFace(loop, f.support) for loop, f in zip(corners.loops, faces, strict=True)
     )
     return TrackedFaces(tracks, tracked, weight)

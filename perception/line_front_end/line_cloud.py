@@ -10,8 +10,8 @@ from facetlog.perception.line_front_end.edge_maps import EdgeMap
 from facetlog.perception.line_front_end.line_candidates import candidate_segments
 from facetlog.perception.line_front_end.line_refine import refine_segments
 from facetlog.perception.line_front_end.line_support import coverage
-from facetlog.perception.types import FloatArray, View
 from facetlog.perception.line_front_end.viewing import ViewGraph
+from facetlog.perception.types import FloatArray, View
 
 __all__ = ["LineCloud", "reconstruct_lines"]
 
@@ -55,7 +55,7 @@ def reconstruct_lines(
     cover = coverage(candidates, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
     score = (np.nan_to_num(cover) ** 2 * graph.weight).sum(axis=1)
-    keep = (support >= MIN_SUPPORT) & _best_of_an_owner(score, owners)
+    keep: NDArray[np.bool_] = (support >= MIN_SUPPORT) & _best_of_an_owner(score, owners)
     candidates, cover, score = candidates[keep], cover[keep], score[keep]
 
     score = score * np.sqrt(_lengths(candidates))
@@ -64,8 +64,8 @@ def reconstruct_lines(
     fitted, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
     cover = coverage(fitted, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
-    keep = (support >= MIN_SUPPORT) & (rms < MAX_RMS_PX)
-    fitted, support, rms = fitted[keep], support[keep], rms[keep]
+    good = (support >= MIN_SUPPORT) & (rms < MAX_RMS_PX)
+    fitted, support, rms = fitted[good], support[good], rms[good]
     chosen = _merge(fitted, support * np.sqrt(_lengths(fitted)), MERGE_FITTED_PX * pixel)
     return LineCloud(fitted[chosen], support[chosen], rms[chosen], pixel)
 
