@@ -74,7 +74,8 @@ condition(box, others, "every other face lies along one of the three", Thing, [A
             ( face_of(Thing, F),
               \+ memberchk(F, Seen),
               possible(some(P, Seen, at_least(area(F), tolerance(speck)*area(P)))) ),
-            Others).
+            Found),
+    sort(Found, Others).
 
 size(box, _, [A, B, C], Name, edge_length(Edge)) :-
     shared_edge(A, B, AB),
