@@ -48,7 +48,8 @@ load_user_rules(Path, loaded(Module, Models)) :-
     findall(Model, Module:model(Model, _, _), Models).
 
 use_vocabulary(Module) :-
-    forall(member(File, [facetlog(vocabulary), library(lists), library(apply), library(aggregate)]),
+    forall(member(File, [facetlog(vocabulary), library(lists), library(apply), library(aggregate),
+                        library(solution_sequences)]),
            @(use_module(File), Module)),
     @(use_module(facetlog_kb(scene), [fact/1]), Module).
 
@@ -100,6 +101,7 @@ syntax_fault(Path, Why, Where) :-
 
 check_directive(module(_, _), _, _) :- !.
 check_directive(use_module(facetlog(vocabulary)), _, _) :- !.
+check_directive(use_module(library(solution_sequences)), _, _) :- !.
 check_directive(Directive, Path, Line) :-
     throw(rule_error(Path, Line,
                      "the directive ~q is refused: only module/2 and use_module(facetlog(vocabulary)) are read",
@@ -183,6 +185,7 @@ control((A ; B), [A, B]).
 control((A -> B), [A, B]).
 control(\+ A, [A]).
 control(once(A), [A]).
+control(limit(_, A), [A]).
 control(forall(A, B), [A, B]).
 control(findall(_, A, _), [A]).
 control(aggregate_all(_, A, _), [A]).

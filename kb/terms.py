@@ -53,6 +53,8 @@ Term: TypeAlias = "Atom | Var | Struct | str | int | float | tuple[Term, ...]"
 def _escaped(text: str, quote: str) -> str:
     # \x41\ is ISO's escape: it needs no fixed number of digits, and takes NUL. Beyond ASCII the
     # character itself is written: SWI-Prolog 9.0.4 refuses some escapes of high planes.
+    if text.isascii() and text.isprintable() and quote not in text and "\\" not in text:
+        return text
     return "".join(
         f"\\{c}"
         if c in (quote, "\\")

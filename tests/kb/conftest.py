@@ -2,7 +2,9 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import permutations
+from typing import Any
 
 import numpy as np
 import pytest
@@ -284,7 +286,12 @@ def solid() -> Callable[[str], Solid]:
 @pytest.fixture(scope="session")
 def facts_of() -> Build:
     """Facts of an ideal solid by name; keywords as build_facts."""
-    return lambda name, **options: build_facts(SOLIDS[name](), **options)
+
+    @cache
+    def build(name: str, **options: Any) -> tuple[Fact, ...]:
+        return build_facts(SOLIDS[name](), **options)
+
+    return build
 
 
 @pytest.fixture(scope="session")

@@ -78,3 +78,18 @@ def test_a_file_without_a_model_says_what_is_missing(engine: Engine, tmp_path: P
 def test_a_file_that_is_not_there_is_named(engine: Engine, tmp_path: Path) -> None:
     with pytest.raises(RuleSyntaxError, match=r"gone\.pl: there is no such file"):
         engine.load_rules(tmp_path / "gone.pl")
+
+
+def test_the_built_in_models_pass_the_check_of_users_files(tmp_path: Path) -> None:
+    engine = Engine()
+    for builtin in engine.rules:
+        engine.unload_rules(engine.load_rules(builtin.path))
+
+
+def test_the_model_of_the_documentation_loads(engine: Engine, tmp_path: Path) -> None:
+    text = (Path(__file__).parents[2] / "docs" / "models.md").read_text()
+    path = tmp_path / "slab.pl"
+    path.write_text(text.split("```prolog\n")[1].split("```")[0])
+    loaded = engine.load_rules(path)
+    engine.unload_rules(loaded)
+    assert loaded.models == ("slab",)
