@@ -100,6 +100,15 @@ problem(rule_error(File, Line, Format, Args), "rules", Message) :-
     ->  format(string(Message), "~w:~d: ~w", [File, Line, What])
     ;   format(string(Message), "~w: ~w", [File, What])
     ).
+problem(error(type_error(comparable, Test), _), "rules", Message) :-
+    !,
+    format(string(Message),
+           "~p compares a length with a bare number: write metres(...) or a share of another length",
+           [Test]).
+problem(error(existence_error(Kind, What), _), "rules", Message) :-
+    memberchk(Kind, [word, tolerance]),
+    !,
+    format(string(Message), "~p is no ~w of the model or the vocabulary", [What, Kind]).
 problem(time_limit_exceeded, "limit", "the time limit was reached") :- !.
 problem(error(resource_error(What), _), "limit", Message) :-
     !,
@@ -125,10 +134,13 @@ atomics_to_string(Lines, String) :-
                  *             JSON             *
                  *******************************/
 
+%   Variables are named in the order in which they occur, so that equal terms give equal text.
 json(Term, Text) :-
-    with_output_to(string(Text), json(Term)).
+    with_output_to(string(Text),
+                   \+ \+ ( numbervars(Term, 0, _, [functor_name('facetlog variable')]),
+                           json(Term) )).
 
-json(X) :- var(X), !, tagged("v", X).
+json('facetlog variable'(N)) :- !, format(atom(Name), "X~d", [N]), tagged("v", Name).
 json({s:Text}) :- !, quoted(Text).
 json(X) :- integer(X), !, write(X).
 json(X) :- float(X), finite(X), !, write(X).

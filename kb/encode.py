@@ -29,11 +29,10 @@ def fact_text(fact: Fact) -> str:
     return term_text(Struct(functor, terms)) + "."
 
 
-def facts_program(facts: Iterable[Fact], scene_name: str) -> Iterator[str]:
+def facts_program(facts: Iterable[Fact]) -> Iterator[str]:
     """Lines of a file that `swipl` loads by itself, for `facts.pl`."""
     yield "% Facts of one scene; docs/facts.md says what they mean."
     yield ":- style_check(-discontiguous)."
-    yield f":- set_prolog_flag(facetlog_scene, {term_text(Atom(scene_name))})."
     yield from map(fact_text, facts)
 
 

@@ -6,6 +6,7 @@ exit), nothing is converted by pyswip (it cuts large integers and text with NUL)
 back as values. Limits on time and inferences act inside the goal, where they are heeded.
 """
 
+import atexit
 import ctypes
 import os
 import threading
@@ -80,6 +81,10 @@ class _Door:
     _ATOM, _STRING, _UTF8, _CATCH_EXCEPTION = 2, 6, 0x00100000, 0x0008
 
     def __init__(self, library: ctypes.CDLL) -> None:
+        # When the interpreter ends, what still holds a scene must not call a Prolog that is gone.
+        self.closed = False
+        atexit.register(self._close)
+
         def declare(name: str, result: type | None, *arguments: type) -> Any:
             return ctypes.CFUNCTYPE(result, *arguments)((name, library))
 
@@ -94,6 +99,9 @@ class _Door:
         self._get = declare(
             "PL_get_string", number, term, ctypes.POINTER(text), ctypes.POINTER(size)
         )
+
+    def _close(self) -> None:
+        self.closed = True
 
     def consult(self, path: Path) -> bool:
         """Whether the file was loaded."""
@@ -219,7 +227,8 @@ class Engine:
                 self._request("add_facts", "\n".join((first, *chunk)))
             yield LoadedScene(name, module)
         finally:
-            self._request("drop_scene", term_text(Atom(module)))
+            if not self._door.closed:
+                self._request("drop_scene", term_text(Atom(module)))
 
     def query(
         self, scene: LoadedScene, goal: Term, *, limits: Limits | None = None, most: int = 10_000

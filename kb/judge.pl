@@ -1,5 +1,6 @@
 :- module(facetlog_judge, [ evaluate/3,       % +Test, +Module, -Proof
-                            judge/4           % +Module, +Model, +Thing, -Verdict
+                            judge/4,          % +Module, +Model, +Thing, -Verdict
+                            comparison/3      % ?Test, ?Measure, ?Bounds
                           ]).
 
 /** <module> Tests into proofs, models into verdicts

@@ -15,6 +15,7 @@ what is not on the list is refused, so nothing has to be forbidden by name.
 :- use_module(library(error)).
 :- use_module(facetlog(vocabulary)).
 :- use_module(facetlog(schema)).
+:- use_module(facetlog_kb(judge)).
 
 %!  load_builtin(+Path, -Loaded) is det.
 %
@@ -33,10 +34,13 @@ load_user_rules(Path, loaded(Module, Models)) :-
     read_rules(Path, Clauses),
     findall(Name/Arity, ( member(rule(Clause, _), Clauses), head_of(Clause, Name/Arity) ), Own0),
     sort(Own0, Own),
-    forall(member(rule(Clause, Line), Clauses), check_clause(Clause, Own, Path, Line)),
+    findall(Word, ( member(rule(Clause, _), Clauses), means_head(Clause, Word) ), Words),
+    forall(member(rule(Clause, Line), Clauses),
+           ( check_clause(Clause, Own, Path, Line),
+             check_tests(Clause, Words, Path, Line) )),
     check_protocol(Clauses, Own, Path),
     gensym('facetlog_rules:', Module),
-    set_module(Module:class(user)),
+    set_module(Module:class(temporary)),
     forall(import_module(Module, Other), delete_import_module(Module, Other)),
     add_import_module(Module, system, start),
     use_vocabulary(Module),
@@ -44,8 +48,10 @@ load_user_rules(Path, loaded(Module, Models)) :-
     findall(Model, Module:model(Model, _, _), Models).
 
 use_vocabulary(Module) :-
-    forall(member(File, [facetlog(vocabulary), library(lists), library(apply), library(aggregate)]),
-           @(use_module(File), Module)).
+    forall(member(File, [facetlog(vocabulary), library(lists), library(apply), library(aggregate),
+                        library(solution_sequences)]),
+           @(use_module(File), Module)),
+    @(use_module(facetlog_kb(scene), [fact/1]), Module).
 
 %!  drop_rules(+Module) is det.
 
@@ -95,6 +101,7 @@ syntax_fault(Path, Why, Where) :-
 
 check_directive(module(_, _), _, _) :- !.
 check_directive(use_module(facetlog(vocabulary)), _, _) :- !.
+check_directive(use_module(library(solution_sequences)), _, _) :- !.
 check_directive(Directive, Path, Line) :-
     throw(rule_error(Path, Line,
                      "the directive ~q is refused: only module/2 and use_module(facetlog(vocabulary)) are read",
@@ -119,7 +126,7 @@ check_clause(Clause, Own, Path, Line) :-
     (   vocabulary_word(Head)
     ->  throw(rule_error(Path, Line, "~q is a word of the vocabulary and cannot be defined anew", [Head]))
     ;   functor(General, Name, Arity),
-        predicate_property(system:General, defined)
+        ( harmless(Head) ; predicate_property(system:General, built_in) )
     ->  throw(rule_error(Path, Line, "~q is Prolog's own and cannot be defined anew", [Head]))
     ;   true
     ),
@@ -168,7 +175,7 @@ check_closure(Closure, Extra, Own, Path, Line) :-
     Goal =.. [Name|All],
     check_body(Goal, Own, Path, Line).
 
-%   fact/1 is for questions; its argument must be seen to be one, for what is no fact might act.
+%   The argument of fact/1 must be seen to be a fact: what is none might act.
 control(fact(Fact), []) :-
     callable(Fact),
     functor(Fact, Name, Arity),
@@ -178,6 +185,7 @@ control((A ; B), [A, B]).
 control((A -> B), [A, B]).
 control(\+ A, [A]).
 control(once(A), [A]).
+control(limit(_, A), [A]).
 control(forall(A, B), [A, B]).
 control(findall(_, A, _), [A]).
 control(aggregate_all(_, A, _), [A]).
@@ -210,6 +218,103 @@ harmless(max_list/2).   harmless(min_list/2).  harmless(sum_list/2).
 harmless(max_member/2). harmless(min_member/2). harmless(subtract/3).
 harmless(select/3).     harmless(permutation/2). harmless(between/3).
 
+                 /*******************************
+                 *             TESTS            *
+                 *******************************/
+
+means_head(Clause, Word) :-
+    ( Clause = (Head :- _) -> true ; Head = Clause ),
+    nonvar(Head),
+    Head = means(Word, _).
+
+%   The tests of conditions and definitions may use only words that there are.
+check_tests(Clause, Words, Path, Line) :-
+    ( Clause = (Head :- _) -> true ; Head = Clause ),
+    (   tested(Head, Test)
+    ->  forall(unknown_word(Test, Words, Name/Arity),
+               ( suggestion(Name, Words, Hint),
+                 throw(rule_error(Path, Line, "~q is no word of the vocabulary or of this file~w",
+                                  [Name/Arity, Hint])) ))
+    ;   true
+    ).
+
+tested(condition(_, _, _, _, _, Test), Test).
+tested(means(_, Test), Test).
+
+%!  unknown_word(+Test, +Words, -Indicator) is nondet.
+%
+%   Indicator is what Test uses although neither the vocabulary nor Words has it. What is still a
+%   variable is bound by the clause's body and checked when it is asked.
+
+unknown_word(Test, _, _) :-
+    var(Test),
+    !,
+    fail.
+unknown_word(Test, _, Unknown) :-
+    comparison(Test, Measure, Bounds),
+    !,
+    Bounds =.. [_|Limits],
+    member(Expression, [Measure|Limits]),
+    unknown_measure(Expression, Unknown).
+unknown_word(Test, Words, Unknown) :-
+    subtests(Test, Tests),
+    !,
+    member(Subtest, Tests),
+    unknown_word(Subtest, Words, Unknown).
+unknown_word(Test, Words, Name/Arity) :-
+    callable(Test),
+    functor(Test, Name, Arity),
+    functor(General, Name, Arity),
+    \+ known_relation(General),
+    \+ derived_word(General),
+    \+ memberchk(General, Words).
+
+subtests(all(Tests), List) :- listed(Tests, List).
+subtests(any(Tests), List) :- listed(Tests, List).
+subtests(each(_, _, Test), [Test]).
+subtests(some(_, _, Test), [Test]).
+subtests(each_pair(_, _, _, Test), [Test]).
+subtests(not(Test), [Test]).
+subtests(if_known(Test), [Test]).
+subtests(expect(_, Test), [Test]).
+
+listed(Tests, List) :-
+    ( is_list(Tests) -> List = Tests ; List = [] ).
+
+unknown_measure(Expression, _) :-
+    ( var(Expression) ; number(Expression) ; Expression = tolerance(_) ),
+    !,
+    fail.
+unknown_measure(Expression, Unknown) :-
+    Expression =.. [Operator|Args],
+    memberchk(Operator, [+, -, *, /]),
+    !,
+    member(Arg, Args),
+    unknown_measure(Arg, Unknown).
+unknown_measure(Measure, Name/Arity) :-
+    callable(Measure),
+    functor(Measure, Name, Arity),
+    functor(General, Name, Arity),
+    \+ known_measure(General).
+
+suggestion(Name, Words, Hint) :-
+    (   known_name(Words, Known),
+        dwim_match(Name, Known)
+    ->  format(atom(Hint), "; did you mean ~w?", [Known])
+    ;   Hint = ''
+    ).
+
+known_name(Words, Name) :-
+    (   known_measure(Word)
+    ;   known_relation(Word)
+    ;   derived_word(Word)
+    ;   member(Word, Words)
+    ;   member(Word, [near(_, _, _), at_least(_, _), at_most(_, _), between(_, _, _), all(_),
+                      any(_), each(_, _, _), some(_, _, _), each_pair(_, _, _, _), not(_),
+                      expect(_, _), if_known(_)])
+    ),
+    functor(Word, Name, _).
+
 %   Every model says what it looks for, among what, and by which conditions.
 check_protocol(_, Own, Path) :-
     forall(member(Needed, [model/3, candidate/3, condition/6]),
@@ -226,4 +331,3 @@ check_query(Goal) :-
     check_body(Goal, [], "the question", 0).
 
 :- use_vocabulary(facetlog_query).
-:- @(use_module(facetlog_kb(scene), [fact/1]), facetlog_query).

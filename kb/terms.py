@@ -1,4 +1,4 @@
-"""Prolog terms as Python values, and their text: quoted and escaped to ASCII.
+"""Prolog terms as Python values, and their text, quoted and escaped.
 
 Any name may be written, and no text can become a goal.
 """
@@ -51,9 +51,16 @@ Term: TypeAlias = "Atom | Var | Struct | str | int | float | tuple[Term, ...]"
 
 
 def _escaped(text: str, quote: str) -> str:
-    # \x41\ is ISO's escape: it needs no fixed number of digits and takes every code, also NUL.
+    # \x41\ is ISO's escape: it needs no fixed number of digits, and takes NUL. Beyond ASCII the
+    # character itself is written: SWI-Prolog 9.0.4 refuses some escapes of high planes.
+    if text.isascii() and text.isprintable() and quote not in text and "\\" not in text:
+        return text
     return "".join(
-        f"\\{c}" if c in (quote, "\\") else c if " " <= c <= "~" else f"\\x{ord(c):x}\\"
+        f"\\{c}"
+        if c in (quote, "\\")
+        else c
+        if " " <= c <= "~" or c > "\xa0"
+        else f"\\x{ord(c):x}\\"
         for c in text
     )
 
@@ -69,7 +76,7 @@ def _number(value: float) -> str:
 
 
 def term_text(term: Term) -> str:
-    """The term in Prolog syntax, ASCII, on one line.
+    """The term in Prolog syntax, on one line.
 
     >>> term_text(Struct("near", (Struct("angle", (Atom("f1"), Var("X"))), 90, 15.0)))
     "'near'('angle'('f1',X),90,15.0)"

@@ -1,4 +1,5 @@
 :- module(box, []).
+:- use_module(library(solution_sequences)).
 :- use_module(facetlog(vocabulary)).
 
 /** <module> A box
@@ -25,7 +26,7 @@ candidate(box, Thing, [A, B, C]) :-
     \+ ( adjoining_three(Thing, X, Y, Z),
          possible(each_pair(F, G, [X, Y, Z], square(F, G))) ),
     face_of(Thing, A),
-    directions(Thing, A, B, C).
+    limit(20, directions(Thing, A, B, C)).    % of near misses a few are enough
 
 adjoining_three(Thing, A, B, C) :-
     face_of(Thing, A),
@@ -74,7 +75,8 @@ condition(box, others, "every other face lies along one of the three", Thing, [A
             ( face_of(Thing, F),
               \+ memberchk(F, Seen),
               possible(some(P, Seen, at_least(area(F), tolerance(speck)*area(P)))) ),
-            Others).
+            Found),
+    sort(Found, Others).
 
 size(box, _, [A, B, C], Name, edge_length(Edge)) :-
     shared_edge(A, B, AB),

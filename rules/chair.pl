@@ -37,16 +37,16 @@ back(Thing, Seat, unseen) :-
 rising(Thing, Seat, Back) :-
     face_of(Thing, Back),
     Back \== Seat,
-    possible(all([leaning(Back), at_least(top_of(Back), elevation(Seat))])).
+    possible(rises(Back, Seat)).
 
+means(rises(Back, Seat),
+      all([leaning(Back), at_least(top_of(Back), (1 + tolerance(rise))*elevation(Seat))])).
 means(leaning(Back), at_least(tilt(Back), 90 - tolerance(lean))).
 
 condition(chair, level, "the seat is level and faces up", _, [Seat, _],
           all([measured(Seat), level(Seat), upward(Seat)])).
 condition(chair, back, "an upright back rises above the seat", _, [Seat, Back],
-          all([ measured(Back),
-                leaning(Back),
-                at_least(top_of(Back), (1 + tolerance(rise))*elevation(Seat)) ])).
+          all([measured(Back), rises(Back, Seat)])).
 condition(chair, rises, "something rises above the seat", _, [Seat, _],
           at_least(protrusion(Seat), tolerance(rise)*elevation(Seat))).
 condition(chair, broad, "the back is about as broad as the seat", _, [Seat, Back],
@@ -55,10 +55,12 @@ condition(chair, rim, "the back stands at the rim of the seat", _, [Seat, Back],
           any([ at_least(offset(Seat, Back), tolerance(rim)*width(Seat)),
                 at_most(offset(Seat, Back), -(tolerance(rim)*width(Seat))) ])).
 condition(chair, room, "there is free space beneath the seat", _, [Seat, _],
-          at_least(clear_below(Seat), tolerance(room)*elevation(Seat))).
+          some(Face, Faces, at_least(clear_below(Face), tolerance(room)*elevation(Seat)))) :-
+    undersides(Seat, Faces).
 condition(chair, support, "it stands on three legs or two panels at least", _, [Seat, _],
           any([at_least(count(Legs), 3), at_least(count(Panels), 2)])) :-
-    findall(S, standing_below(Seat, S), Supports),
+    findall(S, standing_below(Seat, S), Found),
+    sort(Found, Supports),
     separate(Supports, Legs),
     findall(P, ( member(P, Supports), holds(at_least(width(P), 0.5*width(Seat))) ), Wide),
     separate(Wide, Panels).

@@ -31,7 +31,8 @@ condition(table, cover, "the top covers the thing seen from above", _, [Top],
 condition(table, topmost, "nothing rises above the top", _, [Top],
           at_most(protrusion(Top), tolerance(rise)*elevation(Top))).
 condition(table, room, "there is free space beneath the top", _, [Top],
-          at_least(clear_below(Top), tolerance(room)*elevation(Top))).
+          some(Face, Faces, at_least(clear_below(Face), tolerance(room)*elevation(Top)))) :-
+    undersides(Top, Faces).
 condition(table, open, "no two neighbouring sides are closed", _, [Top],
           each_pair(X, Y, Closed, not(adjoins(X, Y)))) :-
     closed_sides(Top, Closed).
@@ -45,10 +46,12 @@ condition(table, size, "tables are 30 cm to 120 cm high", _, [Top],
           expect(0.25, if_known(between(elevation(Top), metres(0.30), metres(1.20))))).
 
 closed_sides(Top, Sides) :-
-    findall(Side, ( shared_edge(Top, Side, _), holds(closes(Side, Top)) ), Sides).
+    findall(Side, ( shared_edge(Top, Side, _), holds(closes(Side, Top)) ), Found),
+    sort(Found, Sides).
 
 legs_and_panels(Top, Legs, Panels) :-
-    findall(S, standing_below(Top, S), Supports),
+    findall(S, standing_below(Top, S), Found),
+    sort(Found, Supports),
     separate(Supports, Legs),
     findall(P, ( member(P, Supports), holds(at_least(width(P), 0.5*width(Top))) ), Wide),
     separate(Wide, Panels).

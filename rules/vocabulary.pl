@@ -3,12 +3,16 @@
                         loose_edge_of/2,      % +Thing, -Edge
                         shared_edge/3,        % ?Face, ?Face, -Edge
                         standing_below/2,     % +Face, -FaceOrEdge
+                        undersides/2,         % +Face, -Faces
                         separate/2,           % +FacesAndEdges, -Groups
                         longest_first/2,      % +Measures, -Measures
                         holds/1,              % :Test
                         possible/1,           % :Test
                         measure/4,            % +Measure, -Value, -Sd, -Kind
-                        relation/2            % +Relation, -Truth
+                        relation/2,           % +Relation, -Truth
+                        known_measure/1,      % ?Measure
+                        known_relation/1,     % ?Relation
+                        derived_word/1        % ?Word
                       ]).
 
 /** <module> The geometry vocabulary
@@ -28,6 +32,8 @@ is never proposed.
 
 :- use_module(library(lists)).
 :- use_module(library(aggregate)).
+:- use_module(library(apply)).
+:- use_module(library(pairs)).
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(judge)).
 
@@ -41,6 +47,7 @@ is never proposed.
 tolerance(level,   10).     % degrees from horizontal
 tolerance(upright, 10).     % degrees from vertical
 tolerance(reaches, 0.15).   % of a height: how short of an end still counts as there
+tolerance(board,   0.20).   % of a height: how thick a board on legs may be
 tolerance(apart,   0.15).   % of the thing's length: feet nearer than this are one leg's
 
                  /*******************************
@@ -97,32 +104,61 @@ standing_below(Face, Support) :-
     holds(at_most(top_of(Support), (1 + Share)*elevation(Face))),
     holds(at_least(top_of(Support), 0.5*elevation(Face))).
 
+%!  undersides(+Face, -Faces) is det.
+%
+%   Faces are Face and, if they were measured, the lower sides of the board whose upper side it is:
+%   space beneath a board begins at its lower side.
+
+undersides(Face, [Face|Lower]) :-
+    tolerance(board, Share),
+    findall(Other,
+            ( fact(opposite(Face, Other)),
+              fact(evidence(Other, measured)),
+              holds(at_most(elevation(Other), elevation(Face))),
+              holds(at_least(elevation(Other), (1 - Share)*elevation(Face))) ),
+            Found),
+    sort(Found, Lower).
+
 %!  separate(+Supports, -Groups) is det.
 %
 %   Groups are lists of the Supports that belong together: faces that adjoin, and whatever stands
 %   on the ground at nearly one place. A square leg with four faces is one group.
 
 separate(Supports, Groups) :-
-    foldl(join_groups, Supports, [], Groups).
+    maplist(with_foot, Supports, Feet),
+    join_groups(Feet, [], Joined),
+    maplist(pairs_keys, Joined, Groups).
 
-join_groups(Support, Groups0, [[Support|Members]|Apart]) :-
-    partition([Group]>>( member(Other, Group), together(Support, Other) ), Groups0, Near, Apart),
-    append(Near, Members).
+with_foot(Support, Support-Foot) :-
+    (   foot(Support, Middle, Span)
+    ->  Foot = foot(Middle, Span)
+    ;   Foot = none
+    ).
 
-together(A, B) :-
+join_groups([], Groups, Groups).
+join_groups([Support|Supports], Groups0, Groups) :-
+    partition(has_neighbour(Support), Groups0, Near, Apart),
+    append(Near, Members),
+    join_groups(Supports, [[Support|Members]|Apart], Groups).
+
+has_neighbour(Support, Group) :-
+    member(Other, Group),
+    together(Support, Other),
+    !.
+
+together(A-_, B-_) :-
     fact(adjoins(A, B, _)),
     !.
-together(A, B) :-
+together(A-foot(P, SpanA), _-foot(Q, SpanB)) :-
     fact(part_of(A, Thing)),
     fact(thing_size(Thing, Length, _, _)),
-    foot(A, P, SpanA),
-    foot(B, Q, SpanB),
-    distance(P, Q, Distance),
     tolerance(apart, Share),
+    Reach is Share*Length,
     % A wide panel's foot is its middle: only narrow supports can be sides of one leg.
-    SpanA =< Share*Length,
-    SpanB =< Share*Length,
-    Distance =< Share*Length,
+    SpanA =< Reach,
+    SpanB =< Reach,
+    distance(P, Q, Distance),
+    Distance =< Reach,
     !.
 
 %   The middle of a support's lowest end and how wide that end is.
@@ -132,7 +168,7 @@ foot(Support, Middle, Span) :-
             ( end_point(Support, Point),
               dot(Point, [X, Y, Z], Height) ),
             Ends),
-    aggregate_all(bag(H), member(H-_, Ends), Heights),
+    pairs_keys(Ends, Heights),
     min_list(Heights, Low),
     max_list(Heights, High),
     Limit is Low + 0.2*(High - Low),
@@ -166,9 +202,13 @@ dot([A, B, C], [X, Y, Z], D) :-
 %   The same measures, the greatest value first; fails if one of them is unknown.
 
 longest_first(Measures, Sorted) :-
-    maplist([M, V-M]>>measure(M, V, _, _), Measures, Pairs),
+    maplist(value_of, Measures, Values),
+    pairs_keys_values(Pairs, Values, Measures),
     sort(1, @>=, Pairs, Descending),
-    findall(M, member(_-M, Descending), Sorted).
+    pairs_values(Descending, Sorted).
+
+value_of(Measure, Value) :-
+    measure(Measure, Value, _, _).
 
 %!  holds(:Test) is semidet.
 %
@@ -249,6 +289,18 @@ relation(Relation, Truth) :-
     ;   truth(Relation, Truth0)
     ->  Truth = Truth0
     ).
+
+%!  known_measure(?Measure) is nondet.
+%!  known_relation(?Relation) is nondet.
+%!  derived_word(?Word) is nondet.
+%
+%   The words of the vocabulary, as terms with fresh arguments.
+
+known_measure(Measure) :-
+    clause(measure(Measure, _, _, _), _).
+
+derived_word(Word) :-
+    clause(means(Word, _), _).
 
 known_relation(measured(_)).
 known_relation(adjoins(_, _)).

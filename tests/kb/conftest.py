@@ -2,7 +2,9 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import permutations
+from typing import Any
 
 import numpy as np
 import pytest
@@ -106,8 +108,8 @@ def _frame(normal: FloatArray) -> FloatArray:
 
 
 def _rectangle(flat: FloatArray) -> tuple[float, float]:
-    sides = [(e.exterior.coords, e) for e in [Polygon(flat).minimum_rotated_rectangle]][0][0]
-    a, b, c = (np.array(p) for p in sides[:3])
+    ring = Polygon(flat).minimum_rotated_rectangle.exterior.coords
+    a, b, c = (np.array(p) for p in ring[:3])
     lengths = sorted((float(np.linalg.norm(b - a)), float(np.linalg.norm(c - b))))
     return lengths[1], lengths[0]
 
@@ -220,10 +222,10 @@ def _heights(
 def _clearance(
     name: str, rings: dict[str, tuple[int, ...]], points: FloatArray, up: FloatArray
 ) -> float:
-    # Rays straight down from a grid of points of the face; only the level faces below stop them.
+    # Down from the face; what covers a fifth of it ends the free space, its own underside included.
     frame = _frame(up)
     outline = Polygon(points[list(rings[name])] @ frame.T)
-    if outline.area < 1e-9:
+    if outline.area < 1e-9 * float(np.ptp(points, axis=0).max()) ** 2:
         return 0.0
     height = float((points[list(rings[name])] @ up).mean())
     ground = float((points @ up).min())
@@ -232,7 +234,11 @@ def _clearance(
         for other, r in rings.items()
         if other != name
     ]
-    below = [(p, h) for p, h in below if p.area > 1e-9 and h < height - 0.05]
+    below = [
+        (p, h)
+        for p, h in below
+        if p.area > 1e-6 * outline.area and h < height - 1e-6 * (height - ground)
+    ]
     free = height - ground
     for shape, level in below:
         if shape.intersection(outline).area > 0.2 * outline.area:
@@ -280,7 +286,12 @@ def solid() -> Callable[[str], Solid]:
 @pytest.fixture(scope="session")
 def facts_of() -> Build:
     """Facts of an ideal solid by name; keywords as build_facts."""
-    return lambda name, **options: build_facts(SOLIDS[name](), **options)
+
+    @cache
+    def build(name: str, **options: Any) -> tuple[Fact, ...]:
+        return build_facts(SOLIDS[name](), **options)
+
+    return build
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,171 @@
+"""What the models say of ideal solids."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from facetlog.errors import RuleSyntaxError
+from facetlog.kb.proof import State
+from facetlog.kb.recognize import recognize
+from facetlog.kb.verdict import Recognition, Verdict
+
+Build = Callable[..., Any]
+
+
+def verdict(recognition: Recognition, model: str) -> Verdict:
+    return next(v for v in recognition.verdicts if v.model == model)
+
+
+@pytest.mark.parametrize("name", ["box", "table", "chair"])
+def test_each_model_recognises_its_thing_and_nothing_else_does(facts_of: Build, name: str) -> None:
+    found = recognize(facts_of(name), scene_name=name)
+    assert found.models == {name}
+    assert found.best[0].degree > 0.95
+
+
+@pytest.mark.parametrize(
+    "name", ["wedge", "ramp", "pyramid", "cylinder", "room", "table", "chair", "step"]
+)
+def test_what_is_no_box_is_never_called_one(facts_of: Build, name: str) -> None:
+    for up in ((0.0, 0.0, 1.0), None):
+        box = verdict(recognize(facts_of(name, up=up), scene_name=name), "box")
+        assert box.state is State.FAILS, box.summary
+
+
+def test_three_faces_without_up_or_scale_are_a_box(facts_of: Build) -> None:
+    found = recognize(facts_of("box", seen=(1, 2, 3), up=None, metric=False), scene_name="s")
+    box = verdict(found, "box")
+    assert box.state is State.HOLDS
+    assert [s.name for s in box.sizes] == ["length", "width", "height"]
+    assert [s.value for s in box.sizes] == pytest.approx([0.254, 0.2032, 0.1524])
+    assert box.length_unit is None
+    assert len(box.angles) == 3
+    assert all(a.value == pytest.approx(90) for a in box.angles)
+    assert verdict(found, "table").state is State.UNKNOWN
+
+
+@pytest.mark.parametrize("seen", [(1,), (1, 2), (2, 4), (1, 2, 4)])
+def test_too_few_directions_leave_a_box_open(facts_of: Build, seen: tuple[int, ...]) -> None:
+    box = verdict(recognize(facts_of("box", seen=seen), scene_name="s"), "box")
+    assert box.state is State.UNKNOWN
+    assert "of the 3 faces that it needs were measured" in box.summary
+
+
+def test_an_implied_face_is_no_evidence(facts_of: Build) -> None:
+    facts = facts_of("box", seen=(1, 2, 3), implied=(3,))
+    assert verdict(recognize(facts, scene_name="s"), "box").state is State.UNKNOWN
+
+
+def test_two_walls_in_a_corner_contradict_a_box(facts_of: Build) -> None:
+    box = verdict(recognize(facts_of("room", seen=(1, 2)), scene_name="s"), "box")
+    assert box.state is State.FAILS
+    assert "convex" in box.summary
+
+
+@pytest.mark.parametrize("name", ["box", "table", "chair"])
+def test_verdicts_do_not_depend_on_the_frame_or_scale(
+    facts_of_solid: Build, solid: Build, name: str
+) -> None:
+    rotation = Rotation.random(random_state=5).as_matrix()
+    turned = solid(name).turned(rotation, scale=1000.0)
+    up = rotation @ np.array([0.0, 0.0, 1.0])
+    found = recognize(facts_of_solid(turned, up=up, metric=False), scene_name=name)
+    assert found.models == {name}
+
+
+def test_verdicts_do_not_depend_on_the_order_of_facts(facts_of: Build) -> None:
+    facts = list(facts_of("box"))
+    ordered = recognize(facts, scene_name="s")
+    np.random.default_rng(1).shuffle(facts)
+    assert recognize(facts, scene_name="s").to_json() == ordered.to_json()
+
+
+def test_degree_falls_with_uncertainty(facts_of: Build) -> None:
+    degrees = [
+        verdict(recognize(facts_of("box", angle_sd=sd), scene_name="s"), "box").degree
+        for sd in (0.5, 5.0, 10.0)
+    ]
+    assert degrees[0] > 0.99 > degrees[1] > 0.9 > degrees[2] > 0.5
+
+
+def test_degree_is_the_probability_of_the_tolerances(facts_of: Build) -> None:
+    facts = facts_of("box", seen=(1, 2, 3), angle_sd=7.5)  # three angles within 2 sd
+    box = verdict(recognize(facts, scene_name="s"), "box")
+    square = next(c for c in box.conditions if c.label == "square")
+    assert square.proof.low == pytest.approx(0.9544997**3, rel=1e-6)
+
+
+def test_hopeless_uncertainty_is_not_called_a_box(facts_of: Build) -> None:
+    box = verdict(recognize(facts_of("box", angle_sd=60.0), scene_name="s"), "box")
+    assert box.state is State.UNKNOWN
+
+
+def test_no_things_give_no_verdicts() -> None:
+    found = recognize([("scene", "s")], scene_name="s")
+    assert not found
+    assert list(found.lines()) == ["nothing was found that a model could be asked about"]
+
+
+def test_proof_is_readable_down_to_the_measured_values(facts_of: Build) -> None:
+    text = "\n".join(recognize(facts_of("box", seen=(1, 2, 3)), scene_name="s").lines())
+    assert "t1 is a box (100%)" in text
+    assert "square: the faces meet at right angles" in text
+    assert "angle(f1, f2) = 90 ± 0.4 deg, within 90 ± 15" in text
+
+
+def test_json_of_a_verdict_names_parts_sizes_angles_and_proof(facts_of: Build) -> None:
+    data = recognize(facts_of("box", seen=(1, 2, 3)), scene_name="s").to_json()
+    assert data["schema"] == "facetlog-verdicts/1"
+    assert data["recognised"] == [{"thing": "t1", "model": "box"}]
+    box = data["verdicts"][0]
+    assert box["parts"] == {"a": ["f1"], "b": ["f2"], "c": ["f3"]}
+    assert box["length_unit"] == "m"
+    assert {"label", "reason", "because"} == set(box["proof"][0])
+
+
+def test_a_users_model_stands_beside_the_built_in_ones(facts_of: Build, tmp_path: Path) -> None:
+    (tmp_path / "slab.pl").write_text(SLAB)
+    found = recognize(facts_of("table"), scene_name="s", model_paths=[tmp_path])
+    assert "slab" in found.models
+    assert "slab" not in {v.model for v in recognize(facts_of("table"), scene_name="s").verdicts}
+
+
+def test_a_users_model_takes_the_place_of_a_built_in_one(facts_of: Build, tmp_path: Path) -> None:
+    (tmp_path / "box.pl").write_text(SLAB.replace("slab", "box"))
+    found = recognize(facts_of("table"), scene_name="s", model_paths=[tmp_path / "box.pl"])
+    assert found.models == {"box", "table"}
+    assert len(found.verdicts) == 3
+
+
+def test_two_files_with_one_model_are_refused(facts_of: Build, tmp_path: Path) -> None:
+    for stem in "ab":
+        (tmp_path / f"{stem}.pl").write_text(SLAB)
+    with pytest.raises(
+        RuleSyntaxError, match=r"b\.pl: the model slab is already defined in .*a\.pl"
+    ):
+        recognize(facts_of("box"), scene_name="s", model_paths=[tmp_path])
+    assert recognize(facts_of("box"), scene_name="s").models == {"box"}
+
+
+def test_a_folder_without_rules_is_named(tmp_path: Path) -> None:
+    with pytest.raises(RuleSyntaxError, match=r"has no \.pl files"):
+        recognize([], scene_name="s", model_paths=[tmp_path])
+    with pytest.raises(RuleSyntaxError, match="no such file or folder"):
+        recognize([], scene_name="s", model_paths=[tmp_path / "absent"])
+
+
+SLAB = """
+:- module(slab, []).
+:- use_module(facetlog(vocabulary)).
+
+model(slab, "A level board.", [board]).
+tolerance(flat, 5).
+candidate(slab, Thing, [Board]) :- face_of(Thing, Board).
+condition(slab, flat, "it lies level", _, [Board], at_most(tilt(Board), tolerance(flat))).
+condition(slab, face_up, "it faces up", _, [Board], upward(Board)).
+condition(slab, big, "it covers the thing", _, [Board], at_least(share(Board), 0.9)).
+"""

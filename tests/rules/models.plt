@@ -1,0 +1,90 @@
+% The built-in models on facts written by hand.
+:- prolog_load_context(directory, Here),
+   atom_concat(Here, '/../../kb/bridge.pl', Bridge),
+   load_files(Bridge, [silent(true)]).
+:- use_module(library(plunit)).
+:- use_module(facetlog_kb(scene)).
+:- use_module(facetlog_kb(judge)).
+:- use_module(facetlog(box), []).
+
+% Three faces of a block, 10 by 8 by 6, that meet at v1.
+block(Facts) :-
+    findall(Fact, block_fact(Fact), Facts).
+
+block_fact(scale(unknown)).
+block_fact(thing(t1)).
+block_fact(thing_size(t1, 10.0, 8.0, 6.0)).
+block_fact(Fact) :-
+    member(F, [f1, f2, f3]),
+    member(Fact, [face(F), part_of(F, t1), evidence(F, measured), corner(F, 1, v1),
+                  area(F, 60.0, 0.5), share(F, 1.0, 0.01), fill(F, 1.0, 0.01),
+                  protrusion(F, 0.0, 0.02)]).
+block_fact(Fact) :-
+    member(A-B-E, [f1-f2-e1, f2-f1-e1, f1-f3-e2, f3-f1-e2, f2-f3-e3, f3-f2-e3]),
+    member(Fact, [angle(A, B, 91.0, 0.5), adjoins(A, B, E), dihedral(A, B, 89.0, 0.5),
+                  convex(A, B)]).
+block_fact(edge_length(E, L, 0.05)) :-
+    member(E-L, [e1-8.0, e2-10.0, e3-6.0]).
+
+state(Facts, State) :-
+    verdict(Facts, verdict(_, _, State, _, _, _, _, _, _)).
+
+verdict(Facts, Verdict) :-
+    setup_call_cleanup(
+        new_scene(Scene),
+        ( forall(member(Fact, Facts), add_fact(Scene, Fact)),
+          in_scene(Scene, judge(box, box, t1, Verdict)) ),
+        drop_scene(Scene)).
+
+% The block with each of the old facts taken out and the new ones put in.
+changed(Old, New, Facts) :-
+    block(Facts0),
+    exclude([Fact]>>( member(Out, Old), \+ Fact \= Out ), Facts0, Kept),
+    append(New, Kept, Facts).
+
+:- begin_tests(box).
+
+test(three_faces_are_a_box, State == holds) :-
+    block(Facts),
+    state(Facts, State).
+test(sizes_are_the_edges_longest_first, Sizes == [length-10.0, width-8.0, height-6.0]) :-
+    block(Facts),
+    verdict(Facts, verdict(_, _, _, _, _, _, Named, _, _)),
+    findall(N-V, member(size(N, V, _), Named), Sizes).
+test(each_choice_of_faces_is_proposed_once, Also == 0) :-
+    block(Facts),
+    verdict(Facts, verdict(_, _, _, _, _, _, _, _, Also)).
+test(concave_corner_is_no_box, State == fails) :-
+    changed([convex(_, _)], [concave(f1, f2), concave(f1, f3), concave(f2, f3)], Facts),
+    state(Facts, State).
+test(what_sticks_out_is_no_box, State == fails) :-
+    changed([protrusion(f1, _, _)], [protrusion(f1, 2.0, 0.02)], Facts),
+    state(Facts, State).
+test(face_that_does_not_fill_its_side_is_no_box, State == fails) :-
+    changed([share(f2, _, _)], [share(f2, 0.3, 0.02)], Facts),
+    state(Facts, State).
+test(triangle_is_no_box, State == fails) :-
+    changed([fill(f2, _, _)], [fill(f2, 0.5, 0.02)], Facts),
+    state(Facts, State).
+test(skew_face_is_no_box, State == fails) :-
+    changed([angle(f1, f2, _, _), angle(f2, f1, _, _)],
+            [angle(f1, f2, 120.0, 0.5), angle(f2, f1, 120.0, 0.5)], Facts),
+    state(Facts, State).
+test(face_in_a_fourth_direction_is_no_box, State == fails) :-
+    changed([], [ face(f4), part_of(f4, t1), evidence(f4, measured), area(f4, 30.0, 0.5),
+                  angle(f4, f1, 45.0, 1.0), angle(f4, f2, 55.0, 1.0), angle(f4, f3, 60.0, 1.0) ],
+            Facts),
+    state(Facts, State).
+test(speck_in_a_fourth_direction_contradicts_nothing, State == holds) :-
+    changed([], [ face(f4), part_of(f4, t1), evidence(f4, measured), area(f4, 0.3, 0.01),
+                  angle(f4, f1, 45.0, 1.0), angle(f4, f2, 55.0, 1.0), angle(f4, f3, 60.0, 1.0) ],
+            Facts),
+    state(Facts, State).
+test(implied_third_face_leaves_a_box_open, State == unknown) :-
+    changed([evidence(f3, _)], [evidence(f3, implied)], Facts),
+    state(Facts, State).
+test(untold_convexity_leaves_a_box_open, State == unknown) :-
+    changed([convex(f1, f2), convex(f2, f1)], [], Facts),
+    state(Facts, State).
+
+:- end_tests(box).
