@@ -27,15 +27,14 @@ def candidate_segments(
     plane_2, rays_2 = _plane_and_rays(second, segments_2)
     c1, c2 = first.pose.centre, second.pose.centre
 
-    sine = np.linalg.norm(np.cross(plane_1[:, None, :3], plane_2[None, :, :3]), axis=-1)
+    cosine = plane_1[:, :3] @ plane_2[:, :3].T
+    sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
     # Where the rays of one segment's ends pierce the other's plane: c + s d.
     with np.errstate(divide="ignore", invalid="ignore"):
-        s1 = -(plane_2[:, :3] @ c1 + plane_2[:, 3])[None, :, None] / np.einsum(
-            "jk,iek->ije", plane_2[:, :3], rays_1
-        )
-        s2 = -(plane_1[:, :3] @ c2 + plane_1[:, 3])[:, None, None] / np.einsum(
-            "ik,jek->ije", plane_1[:, :3], rays_2
-        )
+        s1 = -(plane_2[:, :3] @ c1 + plane_2[:, 3])[None, :, None] / _slopes(rays_1, plane_2)
+        s2 = -(plane_1[:, :3] @ c2 + plane_1[:, 3])[:, None, None] / _slopes(
+            rays_2, plane_1
+        ).transpose(1, 0, 2)
     good = (sine > MIN_PLANE_SINE) & (s1 > 0).all(-1) & (s2 > 0).all(-1)
     i, j = np.nonzero(good & np.isfinite(s1).all(-1) & np.isfinite(s2).all(-1))
     x1 = c1 + s1[i, j, :, None] * rays_1[i]
@@ -54,6 +53,12 @@ def candidate_segments(
     keep = overlap > MIN_OVERLAP * shorter
     ends = np.stack([np.minimum(t1[:, 0], t2[:, 0]), np.maximum(t1[:, 1], t2[:, 1])], axis=1)
     return x1[keep, :1] + ends[keep, :, None] * unit[keep, None], made_of[keep]
+
+
+def _slopes(rays: FloatArray, planes: FloatArray) -> FloatArray:
+    # normal_j · ray_ie as (i, j, e)
+    slopes = rays.reshape(-1, 3) @ planes[:, :3].T
+    return slopes.reshape(len(rays), 2, len(planes)).transpose(0, 2, 1)
 
 
 def _plane_and_rays(view: View, segments: FloatArray) -> tuple[FloatArray, FloatArray]:

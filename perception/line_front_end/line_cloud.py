@@ -23,6 +23,12 @@ MIN_SUPPORT = 3.0
 SCREEN_VIEWS = 10
 # Cameras stand near enough to see the object: depths beyond this many distances are background.
 MAX_DEPTH = 4.0
+# The longest segments of a view take part in matching; all views' edges give support.
+MAX_SEGMENTS = 250
+# Matches of one segment in one other view that are looked at in all views.
+BEST_OF_PAIR = 4
+# 3-D segments kept in the end, the best supported ones: bounds the time on cluttered scenes.
+MAX_LINES = 600
 # A candidate with this share of the best score is as good: scores carry noise.
 NEARLY_BEST = 0.97
 # Two candidates are one line when they lie within this many px of each other.
@@ -59,7 +65,7 @@ def reconstruct_lines(
     candidates, cover, score = candidates[keep], cover[keep], score[keep]
 
     score = score * np.sqrt(_lengths(candidates))
-    chosen = _merge(candidates, score, MERGE_PX * pixel)
+    chosen = _merge(candidates, score, MERGE_PX * pixel)[:MAX_LINES]
     use = np.nan_to_num(cover[chosen]) > SUPPORTED
     fitted, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
     cover = coverage(fitted, views, maps)
@@ -82,15 +88,28 @@ def _screened_candidates(
     found, owners = [np.zeros((0, 2, 3))], [np.zeros((0, 2), dtype=np.intp)]
     screen = _distinct_views(graph.weight)
     for i, j in graph.pairs:
-        c, made_of = candidate_segments(views[i], segments[i], views[j], segments[j])
+        c, made_of = candidate_segments(
+            views[i], segments[i][:MAX_SEGMENTS], views[j], segments[j][:MAX_SEGMENTS]
+        )
         near = np.linalg.norm(c.mean(axis=1) - graph.focus, axis=1) < MAX_DEPTH * graph.distance
         c, made_of = c[near], made_of[near]
         others = [k for k in screen if k not in (i, j)]
         seen = coverage(c, [views[k] for k in others], [maps[k] for k in others], samples=6)
-        keep = (np.nan_to_num(seen) > SUPPORTED).any(axis=1)
+        promise = (np.nan_to_num(seen) ** 2).sum(axis=1)
+        keep = (np.nan_to_num(seen) > SUPPORTED).any(axis=1) & _among_best(promise, made_of)
         found.append(c[keep])
         owners.append(made_of[keep] + first_number[[i, j]])
     return np.concatenate(found), np.concatenate(owners)
+
+
+def _among_best(promise: FloatArray, made_of: NDArray[np.intp]) -> NDArray[np.bool_]:
+    # Of all that one view's segment could be with the other view's, the few most promising.
+    kept = np.ones(len(promise), np.bool_)
+    for owner in made_of.T:
+        order = np.lexsort((-promise, owner))
+        first = np.searchsorted(owner[order], owner[order])
+        kept[order] &= np.arange(len(order)) - first < BEST_OF_PAIR
+    return kept
 
 
 def _best_of_an_owner(score: FloatArray, owners: NDArray[np.intp]) -> NDArray[np.bool_]:
