@@ -143,9 +143,9 @@ class World:
     floor: Floor | None
     sun: FloatArray
     background: float = 60.0
-    ambient: float = 0.72
-    sided: float = 0.15
-    exposure: float = 1.15
+    ambient: float = 0.68
+    sided: float = 0.12
+    exposure: float = 1.12
     name: str = field(default="world")
 
     def __post_init__(self) -> None:

@@ -39,7 +39,7 @@ FLOOR_ALBEDO = (0.28, 0.37)
 FLOOR_CONTRAST = (0.25, 0.45)
 FLOOR_PERIOD_IN = (40.0, 60.0)
 # Well above 45 degrees: there the top and the side that faces the sun would be equally bright.
-SUN_ELEVATION_DEG = (55.0, 70.0)
+SUN_ELEVATION_DEG = (58.0, 70.0)
 # Clutter stands outside the block's own shadow and nearer than the cameras, which are 33 in away.
 CLUTTER_DISTANCE_IN = (14.0, 20.0)
 CLUTTER_ALBEDO = (0.1, 0.5)

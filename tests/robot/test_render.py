@@ -111,7 +111,7 @@ def test_faces_in_the_shade_still_differ() -> None:
 
 def test_a_cylinder_shows_no_edges_between_its_facets() -> None:
     # The lowest sun of the worlds: the higher it is, the less do the facets differ.
-    sun = np.array([1.0, -1.0, np.sqrt(2) * np.tan(np.deg2rad(55))])
+    sun = np.array([1.0, -1.0, np.sqrt(2) * np.tan(np.deg2rad(58))])
     world = World((cylinder(9, 7),), None, sun)
     row = clean(world, tour_camera(), [0, -25, 5], [0, 0, 3])[240].astype(int)
     inside = row[np.flatnonzero(row > 70)[3:-3]]
