@@ -107,7 +107,7 @@ def first_hits(world: World, camera: Camera, pose: Pose, screen: Screen, uv: Flo
         for screened in facets:
             facet = screened.facet
             rays = near_solid[_within(u_near, v_near, screened.box)]
-            d = directions[:, rays]
+            d = directions.take(rays, axis=1)
             # centre + t d meets the plane at t = n·(origin - centre) / n·d
             slope = facet.normal @ d
             towards = slope < 0
@@ -136,32 +136,30 @@ def in_shadow(world: World, screen: Screen, points: FloatArray) -> BoolArray:
         for screened in facets:
             facet = screened.facet
             which = near_solid[_within(p_near, q_near, screened.box)]
-            start = points[:, which] - facet.origin[:, None]
+            start = points.take(which, axis=1) - facet.origin[:, None]
             t = -(facet.normal @ start) / (facet.normal @ world.sun)
             x, y = facet.axes @ start + t * (facet.axes @ world.sun)[:, None]
-            contact = CONTACT_SHARE * float(facet.outline.max())
+            contact = CONTACT_SHARE * facet.reach
             shadowed[which[(t > contact) & _inside(facet, x, y)]] = True
     return shadowed
 
 
 def _inside(facet: Facet, x: FloatArray, y: FloatArray) -> BoolArray:
     """Whether points of the facet's plane lie within its outline."""
-    start = facet.outline
-    end = np.roll(start, -1, axis=0)
     if facet.convex:
         inside = np.ones(len(x), dtype=np.bool_)
-        for (x0, y0), (x1, y1) in zip(start, end, strict=True):
+        for x0, y0, x1, y1 in facet.sides:
             inside &= (x1 - x0) * (y - y0) >= (y1 - y0) * (x - x0)
         return inside
     inside = np.zeros(len(x), dtype=np.bool_)  # crossings to the right, even or odd
-    for (x0, y0), (x1, y1) in zip(start, end, strict=True):
+    for x0, y0, x1, y1 in facet.sides:
         if y0 != y1:
             inside ^= ((y0 > y) != (y1 > y)) & (x < x0 + (x1 - x0) * (y - y0) / (y1 - y0))
     return inside
 
 
 def _near(facet: Facet) -> float:
-    return NEAR_SHARE * float(facet.outline.max())
+    return NEAR_SHARE * facet.reach
 
 
 def _picture_box(facet: Facet, camera: Camera, pose: Pose) -> FloatArray | None:

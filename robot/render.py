@@ -126,11 +126,11 @@ def _shade(stage: _Stage, uv: FloatArray, *, spacing: float) -> tuple[FloatArray
     hits = first_hits(stage.world, stage.camera, stage.pose, stage.seen, uv)
     solid = np.flatnonzero(hits.facet != BACKGROUND)
     facet = hits.facet[solid]
-    points = hits.directions[:, solid] * hits.depth[solid] + stage.pose.centre[:, None]
+    points = hits.directions.take(solid, axis=1) * hits.depth[solid] + stage.pose.centre[:, None]
 
     lit = stage.in_sun[facet] > stage.in_shade[facet]
     sunny = np.flatnonzero(lit)
-    lit[sunny] = ~in_shadow(stage.world, stage.sunlit, points[:, sunny])
+    lit[sunny] = ~in_shadow(stage.world, stage.sunlit, points.take(sunny, axis=1))
     grey = np.full(uv.shape[1], float(stage.world.background))
     grey[solid] = np.where(lit, stage.in_sun[facet], stage.in_shade[facet])
     _apply_prints(grey, stage, hits, solid, points, spacing)
@@ -185,10 +185,10 @@ def _apply_prints(
         here = np.flatnonzero(facet == index)
         if len(here):
             rays = solid[here]
-            d = hits.directions[:, rays]
+            d = hits.directions.take(rays, axis=1)
             # A square pixel covers a rectangle of sides depth/f and depth/(f cos), cos = -n·d/|d|.
             cos = np.abs(normal @ d) / np.sqrt((d * d).sum(axis=0))
             footprint = spacing / stage.camera.fx * hits.depth[rays] / np.sqrt(cos)
             grey[rays] *= sample(
-                texture, axes @ points[:, here] - (axes @ origin)[:, None], footprint
+                texture, axes @ points.take(here, axis=1) - (axes @ origin)[:, None], footprint
             )

@@ -65,7 +65,7 @@ def sample(texture: Texture, points: FloatArray, footprint: FloatArray) -> Float
     ink = np.empty(len(footprint))
     for i in np.flatnonzero(np.bincount(level)):
         here = np.flatnonzero(level == i)
-        ink[here] = _read(levels[i], turns[:, here])
+        ink[here] = _read(levels[i], turns.take(here, axis=1))
     return 1.0 - texture.contrast * ink
 
 
