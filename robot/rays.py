@@ -35,7 +35,7 @@ CONTACT_SHARE = 1e-7
 class Hits:
     """Per ray (n,): index of the facet (or FLOOR, BACKGROUND) and depth along the optical axis.
 
-    `directions` (n, 3) are the rays in the world frame with one unit along the optical axis, so
+    `directions` (3, n) are the rays in the world frame with one unit along the optical axis, so
     the point met is centre + depth * direction; the depth of the background is infinite.
     """
 
@@ -84,22 +84,21 @@ def seen_from_sun(world: World) -> Screen:
 
 
 def first_hits(world: World, camera: Camera, pose: Pose, screen: Screen, uv: FloatArray) -> Hits:
-    """The first surface that the rays through pixels uv (n, 2) meet; faces are one-sided.
+    """The first surface that the rays through pixels uv (2, n) meet; faces are one-sided.
 
     `screen` is what `seen_by` says of the same camera.
     """
-    in_camera = np.ones((len(uv), 3))
-    in_camera[:, 0] = (uv[:, 0] - camera.cx) / camera.fx
-    in_camera[:, 1] = (uv[:, 1] - camera.cy) / camera.fy
-    directions = in_camera @ pose.rotation.T
-    depth = np.full(len(uv), np.inf)
-    facet_of = np.full(len(uv), BACKGROUND, dtype=np.intp)
+    u, v = uv
+    x_camera, y_camera = (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
+    directions = pose.rotation[:, :2] @ np.stack([x_camera, y_camera])
+    directions += pose.rotation[:, 2:]
+    depth = np.full(len(u), np.inf)
+    facet_of = np.full(len(u), BACKGROUND, dtype=np.intp)
     if world.floor is not None and pose.centre[2] > 0:
-        down = np.flatnonzero(directions[:, 2] < 0)
-        depth[down] = -pose.centre[2] / directions[down, 2]
+        down = directions[2] < 0
+        np.divide(-pose.centre[2], directions[2], out=depth, where=down)
         facet_of[down] = FLOOR
 
-    u, v = np.ascontiguousarray(uv[:, 0]), np.ascontiguousarray(uv[:, 1])
     for solid_box, facets in screen.solids:
         near_solid = _within(u, v, solid_box)
         if not len(near_solid):
@@ -108,13 +107,14 @@ def first_hits(world: World, camera: Camera, pose: Pose, screen: Screen, uv: Flo
         for screened in facets:
             facet = screened.facet
             rays = near_solid[_within(u_near, v_near, screened.box)]
-            d = directions[rays]
+            d = directions.take(rays, axis=1)
             # centre + t d meets the plane at t = n·(origin - centre) / n·d
-            slope = d @ facet.normal
+            slope = facet.normal @ d
             towards = slope < 0
-            rays, d, slope = rays[towards], d[towards], slope[towards]
+            if not towards.all():
+                rays, d, slope = rays[towards], d[:, towards], slope[towards]
             t = facet.normal @ (facet.origin - pose.centre) / slope
-            x, y = (d @ facet.axes.T * t[:, None] + facet.axes @ (pose.centre - facet.origin)).T
+            x, y = facet.axes @ d * t + (facet.axes @ (pose.centre - facet.origin))[:, None]
             hit = (t > _near(facet)) & (t < depth[rays]) & _inside(facet, x, y)
             depth[rays[hit]] = t[hit]
             facet_of[rays[hit]] = screened.index
@@ -122,12 +122,12 @@ def first_hits(world: World, camera: Camera, pose: Pose, screen: Screen, uv: Flo
 
 
 def in_shadow(world: World, screen: Screen, points: FloatArray) -> BoolArray:
-    """Whether a solid stands between each point (n, 3) and the sun, (n,).
+    """Whether a solid stands between each point (3, n) and the sun, (n,).
 
     `screen` is what `seen_from_sun` says of the world.
     """
-    p, q = _square_to(world.sun) @ points.T
-    shadowed = np.zeros(len(points), dtype=np.bool_)
+    p, q = _square_to(world.sun) @ points
+    shadowed = np.zeros(len(p), dtype=np.bool_)
     for solid_box, facets in screen.solids:
         near_solid = _within(p, q, solid_box)
         if not len(near_solid):
@@ -136,32 +136,30 @@ def in_shadow(world: World, screen: Screen, points: FloatArray) -> BoolArray:
         for screened in facets:
             facet = screened.facet
             which = near_solid[_within(p_near, q_near, screened.box)]
-            start = points[which] - facet.origin
-            t = -(start @ facet.normal) / (world.sun @ facet.normal)
-            x, y = (start @ facet.axes.T + t[:, None] * (facet.axes @ world.sun)).T
-            contact = CONTACT_SHARE * float(facet.outline.max())
+            start = points.take(which, axis=1) - facet.origin[:, None]
+            t = -(facet.normal @ start) / (facet.normal @ world.sun)
+            x, y = facet.axes @ start + t * (facet.axes @ world.sun)[:, None]
+            contact = CONTACT_SHARE * facet.reach
             shadowed[which[(t > contact) & _inside(facet, x, y)]] = True
     return shadowed
 
 
 def _inside(facet: Facet, x: FloatArray, y: FloatArray) -> BoolArray:
     """Whether points of the facet's plane lie within its outline."""
-    start = facet.outline
-    end = np.roll(start, -1, axis=0)
     if facet.convex:
         inside = np.ones(len(x), dtype=np.bool_)
-        for (x0, y0), (x1, y1) in zip(start, end, strict=True):
+        for x0, y0, x1, y1 in facet.sides:
             inside &= (x1 - x0) * (y - y0) >= (y1 - y0) * (x - x0)
         return inside
     inside = np.zeros(len(x), dtype=np.bool_)  # crossings to the right, even or odd
-    for (x0, y0), (x1, y1) in zip(start, end, strict=True):
+    for x0, y0, x1, y1 in facet.sides:
         if y0 != y1:
             inside ^= ((y0 > y) != (y1 > y)) & (x < x0 + (x1 - x0) * (y - y0) / (y1 - y0))
     return inside
 
 
 def _near(facet: Facet) -> float:
-    return NEAR_SHARE * float(facet.outline.max())
+    return NEAR_SHARE * facet.reach
 
 
 def _picture_box(facet: Facet, camera: Camera, pose: Pose) -> FloatArray | None:

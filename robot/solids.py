@@ -27,7 +27,8 @@ __all__ = [
 ]
 
 WHITE_PAINT = 0.96
-# Neighbouring facets of a lit cylinder then differ by about one grey level: no edge to be seen.
+# Neighbouring facets of a lit cylinder then differ by one or two grey levels, less than the noise
+# of any camera: no edge to be seen.
 CYLINDER_FACETS = 180
 # What is seen of a chair's back or a table's leg must not lie in one plane with what it stands on.
 INSET_SHARE = 0.05

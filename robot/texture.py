@@ -51,7 +51,7 @@ class Texture:
 
 
 def sample(texture: Texture, points: FloatArray, footprint: FloatArray) -> FloatArray:
-    """Factors (n,) at points (n, 2) of the surface, each averaged over about its footprint (n,).
+    """Factors (n,) at points (2, n) of the surface, each averaged over about its footprint (n,).
 
     Points and footprints are in world units.
     """
@@ -62,22 +62,22 @@ def sample(texture: Texture, points: FloatArray, footprint: FloatArray) -> Float
     level = np.clip(exponent, 0, len(levels) - 1)
     turns = points / texture.period
     turns -= np.floor(turns)
-    ink = np.empty(len(points))
+    ink = np.empty(len(footprint))
     for i in np.flatnonzero(np.bincount(level)):
         here = np.flatnonzero(level == i)
-        ink[here] = _read(levels[i], turns[here])
+        ink[here] = _read(levels[i], turns.take(here, axis=1))
     return 1.0 - texture.contrast * ink
 
 
 def _read(bitmap: NDArray[np.float32], turns: FloatArray) -> FloatArray:
+    count = turns.shape[1]
+    rows = -(-count // FOLD)
+    folded = np.zeros((2, rows * FOLD), dtype=np.float32)
     # Texel j covers [j, j + 1) / size: its middle is at j + 1/2.
-    at = turns * bitmap.shape[0] - 0.5
-    rows = -(-len(at) // FOLD)
-    folded = np.zeros((rows * FOLD, 2), dtype=np.float32)
-    folded[: len(at)] = at
-    x, y = folded[:, 0].reshape(rows, FOLD), folded[:, 1].reshape(rows, FOLD)
+    folded[:, :count] = turns * bitmap.shape[0] - 0.5
+    x, y = folded.reshape(2, rows, FOLD)
     out = cv2.remap(bitmap, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
-    return np.asarray(out, dtype=np.float64).reshape(-1)[: len(at)]
+    return np.asarray(out, dtype=np.float64).reshape(-1)[:count]
 
 
 @lru_cache(maxsize=32)

@@ -93,9 +93,9 @@ class Floor:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Facet:
-    """A face made ready for rays: its frame, and its outline (m, 2) in that frame.
+    """A face made ready for rays: its frame, and its sides (x0, y0, x1, y1) in that frame.
 
-    `axes` (2, 3) span the plane from `origin` and `outline` starts at 0 in both directions.
+    `axes` (2, 3) span the plane from `origin`; all of the face lies within [0, reach] along both.
     `surface` is equal for the facets of one curved surface and else different.
     """
 
@@ -103,7 +103,8 @@ class Facet:
     origin: FloatArray
     axes: FloatArray
     normal: FloatArray
-    outline: FloatArray
+    sides: tuple[tuple[float, float, float, float], ...]
+    reach: float
     convex: bool
     albedo: float
     texture: Texture | None
@@ -143,9 +144,9 @@ class World:
     floor: Floor | None
     sun: FloatArray
     background: float = 60.0
-    ambient: float = 0.72
-    sided: float = 0.15
-    exposure: float = 1.15
+    ambient: float = 0.68
+    sided: float = 0.12
+    exposure: float = 1.12
     name: str = field(default="world")
 
     def __post_init__(self) -> None:
@@ -199,13 +200,15 @@ def _facet(solid: Solid, index: int, face: int, corners: FloatArray, surface: in
     outline = flat - low
     along = np.roll(outline, -1, axis=0) - outline
     after = np.roll(along, -1, axis=0)
+    sides = np.column_stack([outline, np.roll(outline, -1, axis=0)])
     turns = along[:, 0] * after[:, 1] - along[:, 1] * after[:, 0]
     return Facet(
         corners=corners,
         origin=corners[0] + low @ axes,
         axes=axes,
         normal=normal,
-        outline=outline,
+        sides=tuple((x0, y0, x1, y1) for x0, y0, x1, y1 in sides.tolist()),
+        reach=float(outline.max()),
         convex=bool((turns > 0).all()),
         albedo=solid.albedo[face],
         texture=solid.prints[face],

@@ -39,10 +39,11 @@ FLOOR_ALBEDO = (0.28, 0.37)
 FLOOR_CONTRAST = (0.25, 0.45)
 FLOOR_PERIOD_IN = (40.0, 60.0)
 # Well above 45 degrees: there the top and the side that faces the sun would be equally bright.
-SUN_ELEVATION_DEG = (55.0, 70.0)
+SUN_ELEVATION_DEG = (58.0, 70.0)
 # Clutter stands outside the block's own shadow and nearer than the cameras, which are 33 in away.
 CLUTTER_DISTANCE_IN = (14.0, 20.0)
 CLUTTER_ALBEDO = (0.1, 0.5)
+CLUTTER_SIZE_IN = (2.0, 4.5)
 CLUTTER_COUNT = 5
 
 Maker = Callable[[np.random.Generator], tuple[Solid, ...]]
@@ -112,18 +113,26 @@ def _printed_block(rng: np.random.Generator) -> tuple[Solid, ...]:
     return (printed(cuboid(*BLOCK_SIZE, name="block"), int(rng.integers(2**31))),)
 
 
+def _scrap(rng: np.random.Generator) -> Solid:
+    """A small dark thing that is no box."""
+    albedo = float(rng.uniform(*CLUTTER_ALBEDO))
+    length, width, height = (float(x) for x in rng.uniform(*CLUTTER_SIZE_IN, 3))
+    match int(rng.integers(4)):
+        case 0:
+            return pyramid(length, width, height, albedo=albedo)
+        case 1:
+            return wedge(length, width, albedo=albedo)
+        case 2:
+            return standing_wedge(length, height, albedo=albedo)
+        case _:
+            return cylinder(length, height, albedo=albedo)
+
+
 def _clutter_block(rng: np.random.Generator) -> tuple[Solid, ...]:
     clutter = []
     first = rng.uniform(0, 2 * np.pi)
     for i in range(CLUTTER_COUNT):
-        albedo = float(rng.uniform(*CLUTTER_ALBEDO))
-        size = rng.uniform(2.0, 4.5, 3)
-        solid = (
-            pyramid(size[0], size[1], size[2], albedo=albedo),
-            wedge(size[0], size[1], albedo=albedo),
-            standing_wedge(size[0], size[2], albedo=albedo),
-            cylinder(size[0], size[2], albedo=albedo),
-        )[int(rng.integers(4))]
+        solid = _scrap(rng)
         distance = rng.uniform(*CLUTTER_DISTANCE_IN)
         angle = first + 2 * np.pi * i / CLUTTER_COUNT
         x, y = distance * np.cos(angle), distance * np.sin(angle)

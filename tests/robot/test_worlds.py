@@ -40,7 +40,7 @@ def test_the_object_stands_on_the_floor_and_inside_nearly_all_pictures(name: str
             u, v = camera.fx * x / z + camera.cx, camera.fy * y / z + camera.cy
             in_picture = (u > 5) & (u < camera.width - 6) & (v > 5) & (v < camera.height - 6)
             inside += bool((z > 0).all() and in_picture.all())
-        assert inside >= 22
+        assert inside >= (24 if name.endswith("block") else 20)
 
 
 def test_the_papers_threshold_parts_every_face_of_the_block_from_the_floor() -> None:
@@ -49,14 +49,14 @@ def test_the_papers_threshold_parts_every_face_of_the_block_from_the_floor() -> 
         for pose in tour_poses()[seed % 4 :: 8]:
             image = render(world, SMALL, pose, noise_sd=0, blur_px=0, rng=np.random.default_rng(0))
             v, u = np.mgrid[0:120, 0:160].astype(np.float64)
-            uv = np.column_stack([u.ravel(), v.ravel()])
+            uv = np.stack([u.ravel(), v.ravel()])
             facet = first_hits(world, SMALL, pose, seen_by(world, SMALL, pose), uv).facet
             own = facet.reshape(120, 160)
             # Only pixels whose neighbours show the same: edges hold a mixture of both sides.
             same = np.ones_like(own, dtype=bool)
             for shift, axis in ((1, 0), (-1, 0), (1, 1), (-1, 1)):
                 same &= np.roll(own, shift, axis) == own
-            assert image[same & (own >= 0)].min() > PAPER_THRESHOLD + 15
+            assert image[same & (own >= 0)].min() > PAPER_THRESHOLD + 10
             assert image[same & ((own == FLOOR) | (own == BACKGROUND))].max() < PAPER_THRESHOLD - 20
 
 
