@@ -32,7 +32,7 @@ CANDIDATES = 3
 # Views join or leave a candidate at most so often; in 24 views with 10 % wrong two rounds do.
 ROUNDS = 5
 # Pair-views per block of work, to bound memory (some 100 bytes each).
-BLOCK = 200_000
+BLOCK = 100_000
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -46,7 +46,7 @@ def agreeing_views(cameras: Cameras, seen: Sightings) -> tuple[Fit, BoolArray]:
     """Fits of n points, and the views (n, V) that each was made from and that agree with it."""
     masks = seen.seen.copy()
     count = masks.sum(axis=1)
-    fit = fit_points(cameras, seen, masks, linear_start(cameras, seen, masks))
+    fit = fit_points(cameras, seen, masks, linear_start(cameras, seen))
     fits, agrees = _judge(fit, masks)
     _trim(cameras, seen, fit, masks, fits, agrees)
     behind = ((fit.depth <= 0) & masks).any(axis=1)
@@ -100,8 +100,8 @@ def _trim(
     fit.put(part[settled], trimmed, settled)
 
 
-def _pairs(cameras: Cameras, seen: Sightings) -> tuple[IndexArray, BoolArray]:
-    """Owner (q,) and two-view masks (q, V) of the pairs that propose."""
+def _pairs(cameras: Cameras, seen: Sightings) -> tuple[IndexArray, IndexArray]:
+    """Owner (q,) and two views (q, 2) of the pairs that propose."""
     rays = cameras.rays(seen.uv)
     sine2 = 1.0 - (rays.swapaxes(1, 2) @ rays) ** 2
     views = seen.seen.shape[1]
@@ -115,17 +115,16 @@ def _pairs(cameras: Cameras, seen: Sightings) -> tuple[IndexArray, BoolArray]:
     chosen &= both
     chosen |= chosen.swapaxes(1, 2)
     owner, i, j = np.nonzero(np.triu(chosen))
-    masks = np.zeros((owner.size, views), dtype=np.bool_)
-    masks[np.arange(owner.size), i] = True
-    masks[np.arange(owner.size), j] = True
-    return owner, masks
+    return owner, np.stack([i, j], axis=1)
 
 
 def _propose(cameras: Cameras, seen: Sightings) -> _Proposals:
     """The candidates with the best votes, their points and the views that agree with them."""
-    owner, pair = _pairs(cameras, seen)
+    owner, views = _pairs(cameras, seen)
     part = seen.take(owner)
-    fit = assess(cameras, part, pair, linear_start(cameras, part, pair))
+    pair = np.zeros_like(part.seen)
+    np.put_along_axis(pair, views, True, axis=1)
+    fit = assess(cameras, part, pair, linear_start(cameras, seen, views, owner))
     chi2, volume = view_chi2(fit, pair)
     agrees = (chi2 <= GATE_CHI2) & (fit.depth > 0) & part.seen
     sound: BoolArray = np.all(agrees | ~pair, axis=1)
@@ -169,6 +168,6 @@ def _vote(cameras: Cameras, seen: Sightings) -> tuple[Fit, BoolArray]:
     chosen = (
         Fit(*(a[row] for a in fit.arrays))
         if owner.size
-        else assess(cameras, seen, seen.seen, linear_start(cameras, seen, seen.seen))
+        else assess(cameras, seen, seen.seen, linear_start(cameras, seen))
     )
     return chosen, agreed

@@ -70,30 +70,44 @@ def _regular(H: FloatArray) -> FloatArray:
     return H + ridge
 
 
-def linear_start(cameras: Cameras, seen: Sightings, mask: BoolArray) -> FloatArray:
-    """Points (n, 3) nearest to the rays of the masked views, then weighed by their depths.
+def linear_start(
+    cameras: Cameras,
+    seen: Sightings,
+    views: IndexArray | None = None,
+    owner: IndexArray | None = None,
+) -> FloatArray:
+    """Points nearest to the rays of what was seen, then weighed by their depths.
+
+    One point (n, 3) for each of the sightings, from all its views; or with `owner` (q,) and `views`
+    (q, w) points (q, 3), each from w views (none twice) of the sighting that it names.
 
     The first solution needs no depth; the later ones are the paper's implicit equations,
     (p12 - uv p3) a = -(p124 - uv p34), with W = depth² Λ taken at the solution before.
     """
-    rays = cameras.rays(seen.uv) * mask[:, None]
-    # Σ (I - d dᵀ) (a - c) = 0
-    H = mask.sum(axis=1)[:, None, None] * np.eye(3) - rays @ rays.transpose(0, 2, 1)
-    along = (rays * cameras.centres.T).sum(axis=1)
-    b = mask @ cameras.centres - (rays @ along[:, :, None])[:, :, 0]
-    points = np.linalg.solve(_regular(H), b[:, :, None])[:, :, 0]
     P = cameras.projections.transpose(2, 1, 0)
-    p3 = cameras.projections[:, 2]
+    rays = cameras.rays(seen.uv) * seen.seen[:, None]
     implicit = whiten(seen.factors, P[:, :2] - seen.uv[:, None] * P[:, 2:])
-    implicit *= mask[:, None, None]
-    rows = implicit.reshape(len(mask), 4, 2 * len(p3))
+    implicit *= seen.seen[:, None, None]
+    p3, centres = P[None, :, 2], cameras.centres.T[None]
+    if views is not None and owner is not None:
+        rows = owner[:, None]
+        rays = rays.transpose(0, 2, 1)[rows, views].transpose(0, 2, 1)
+        implicit = implicit.transpose(0, 3, 1, 2)[rows, views].transpose(0, 2, 3, 1)
+        p3 = cameras.projections[views, 2].transpose(0, 2, 1)
+        centres = cameras.centres[views].transpose(0, 2, 1)
+    # Σ (I - d dᵀ) (a - c) = 0 over the unit rays d
+    lengths = (rays * rays).sum(axis=1)
+    H = lengths.sum(axis=1)[:, None, None] * np.eye(3) - rays @ rays.transpose(0, 2, 1)
+    along = (rays * centres).sum(axis=1)
+    b = (centres * lengths[:, None] - rays * along[:, None]).sum(axis=2)
+    points = np.linalg.solve(_regular(H), b[:, :, None])[:, :, 0]
+    rows4 = implicit.reshape(*implicit.shape[:2], 2 * implicit.shape[3])
     for _ in range(WEIGHTING_PASSES):
-        depth = points @ p3[:, :3].T + p3[:, 3]
-        away2 = (points**2).sum(axis=1)[:, None] - 2 * points @ cameras.centres.T
-        away2 += (cameras.centres**2).sum(axis=1)
-        least2 = LEAST_DEPTH_SHARE**2 * np.maximum(away2, 0.0) + np.finfo(np.float64).eps ** 2
+        depth = (points[:, :, None] * p3[:, :3]).sum(axis=1) + p3[:, 3]
+        away2 = ((points[:, :, None] - centres) ** 2).sum(axis=1)
+        least2 = LEAST_DEPTH_SHARE**2 * away2 + np.finfo(np.float64).eps ** 2
         weight = np.tile(1.0 / np.maximum(depth * depth, least2), 2)
-        G = (rows * weight[:, None]) @ rows.transpose(0, 2, 1)
+        G = (rows4 * weight[:, None]) @ rows4.transpose(0, 2, 1)
         points = np.linalg.solve(_regular(G[:, :3, :3]), -G[:, :3, 3:])[:, :, 0]
     return points
 
