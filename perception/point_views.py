@@ -115,8 +115,8 @@ class Sightings:
         mask = np.array(seen, dtype=np.bool_)
         if mask.ndim != 2:
             raise ValueError(f"expected seen of shape (n, V), got {mask.shape}")
-        pixels = np.array(uv, dtype=np.float64)
-        noise = np.array(cov, dtype=np.float64)
+        pixels = np.array(uv, dtype=np.float64, order="C")
+        noise = np.array(cov, dtype=np.float64, order="C")
         if pixels.shape != (*mask.shape, 2) or noise.shape != (*mask.shape, 2, 2):
             raise ValueError(
                 f"pixels {pixels.shape} and covariances {noise.shape} do not fit seen {mask.shape}"

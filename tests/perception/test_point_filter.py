@@ -305,3 +305,16 @@ def test_no_points_are_no_points():
         np.zeros((0, 3, 2)), np.zeros((0, 3, 2, 2)), np.zeros((0, 3), bool), ring(3)
     )
     assert (len(points), len(covs), len(used), len(ok)) == (0, 0, 0, 0)
+
+
+def test_a_point_of_which_no_two_views_agree_is_refused_beside_one_that_stands():
+    projections = ring(6)
+    truth, uv, cov, _ = pictured(np.random.default_rng(17), 2, projections)
+    uv[1, ::2, 1] += 150.0
+    uv[1, 1::2, 1] -= 90.0 * np.arange(1, 4)
+    alone = estimate_point(observations(uv[1], cov[1]), projections)
+    assert alone.reason is PointFailure.INCONSISTENT
+    points, _, used, ok = estimate_points(uv, cov, np.ones((2, 6), bool), projections)
+    assert ok.tolist() == [True, False]
+    assert not used[1].any()
+    assert np.linalg.norm(points[0] - truth[0]) < 0.05
