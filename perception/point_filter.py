@@ -38,7 +38,7 @@ __all__ = [
 # A point whose largest standard deviation exceeds this share of its distance from the nearest
 # camera might as well be at infinity: infinity is then within 3 sd of its inverse depth.
 MAX_RELATIVE_SD = 1.0 / 3.0
-# Pinholes closer than this share of the distance to the point are one place, up to rounding.
+# Pinholes closer than this are one place, up to rounding (unit: the spread of all the cameras).
 ONE_PLACE = 1e-9
 
 
@@ -164,7 +164,7 @@ def estimate_point(
     states = recursion(
         state,
         (
-            pixel_measurement(seen.uv[0, i], cameras.projections[i], observations[i].cov, at)
+            pixel_measurement(seen.uv[0, :, i], cameras.projections[i], observations[i].cov, at)
             for i in agreed
         ),
     )
@@ -222,14 +222,14 @@ def _verdicts(
     for i in range(len(masks)):
         if few[i]:
             reasons.append(PointFailure.FEW_VIEWS)
+        elif not (alone[i] or vague[i] or behind[i]):
+            reasons.append(None)
+        elif bool((np.ptp(cameras.centres[seen.seen[i]], axis=0) <= ONE_PLACE).all()):
+            reasons.append(PointFailure.NO_PARALLAX)
         elif alone[i]:
             reasons.append(PointFailure.INCONSISTENT)
         elif vague[i]:
-            centres = cameras.centres[masks[i]]
-            one_place = bool((np.ptp(centres, axis=0) <= ONE_PLACE * nearest[i]).all())
-            reasons.append(PointFailure.NO_PARALLAX if one_place else PointFailure.PARALLEL)
-        elif behind[i]:
-            reasons.append(PointFailure.BEHIND)
+            reasons.append(PointFailure.PARALLEL)
         else:
-            reasons.append(None)
+            reasons.append(PointFailure.BEHIND)
     return reasons

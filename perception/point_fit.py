@@ -14,6 +14,7 @@ import numpy as np
 from facetlog.perception.point_views import (
     BoolArray,
     Cameras,
+    IndexArray,
     Sightings,
     normal_equations,
     whiten,
@@ -22,17 +23,19 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["START_SD", "Fit", "assess", "fit_points", "linear_start", "view_chi2"]
 
-# Standard deviation of the fresh S0, in distances from the cameras to the point: "a large S0" that
-# weighs nothing (1e-6 of the information at a depth known to one part in one), yet is finite.
-START_SD = 1e3
+# Standard deviation of the fresh S0, in distances from the cameras to the point: "a large S0". At
+# the vaguest depth that passes for a point it weighs 1e-5 of the information; a larger one would
+# cost the recursion more digits by cancellation than that.
+START_SD = 1e2
 # Passes of the implicit measurement that weigh each view by its depth, before the explicit ones;
 # after three the weights move by less than the noise (accuracy_estimation.py).
 WEIGHTING_PASSES = 3
 # The implicit weight 1/depth² is kept from growing without bound: least depth as a share of the
 # distance to the camera (a point 3° off the plane of the pinhole).
 LEAST_DEPTH_SHARE = 0.05
-# The passes end when none moves a point by more than this (unit: its own standard deviation).
-CONVERGED_SD = 1e-6
+# The passes end when none moves a point by more than this (unit: its own standard deviation); as
+# each shrinks the error some hundredfold, what remains is smaller still.
+CONVERGED_SD = 1e-4
 MAX_PASSES = 25
 # Damping after a pass that made the fit worse (Levenberg-Marquardt; share of the diagonal).
 FIRST_DAMPING = 1e-3
@@ -40,8 +43,8 @@ FIRST_DAMPING = 1e-3
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Fit:
-    """Points (n, 3), covariances (n, 3, 3), depths (n, V), whitened residuals (n, V, 2) and
-    Jacobians (n, V, 2, 3), for all views, in the mask or not."""
+    """Points (n, 3), covariances (n, 3, 3), depths (n, V), whitened residuals (n, 2, V) and
+    Jacobians (n, 3, 2, V), for all views, in the mask or not."""
 
     points: FloatArray
     covs: FloatArray
@@ -54,6 +57,11 @@ class Fit:
         """The fields in order, each with the points along its first axis."""
         return self.points, self.covs, self.depth, self.residual, self.jacobian
 
+    def put(self, index: IndexArray, other: "Fit", rows: BoolArray) -> None:
+        """Overwrite the points `index` by the `rows` of another fit."""
+        for mine, theirs in zip(self.arrays, other.arrays, strict=True):
+            mine[index] = theirs[rows]
+
 
 def _regular(H: FloatArray) -> FloatArray:
     # Parallel rays leave H singular; the ridge keeps the solution finite and far away.
@@ -62,26 +70,45 @@ def _regular(H: FloatArray) -> FloatArray:
     return H + ridge
 
 
-def linear_start(cameras: Cameras, seen: Sightings, mask: BoolArray) -> FloatArray:
-    """Points (n, 3) nearest to the rays of the masked views, then weighed by their depths.
+def linear_start(
+    cameras: Cameras,
+    seen: Sightings,
+    views: IndexArray | None = None,
+    owner: IndexArray | None = None,
+) -> FloatArray:
+    """Points nearest to the rays of what was seen, then weighed by their depths.
+
+    One point (n, 3) for each of the sightings, from all its views; or with `owner` (q,) and `views`
+    (q, w) points (q, 3), each from w views (none twice) of the sighting that it names.
 
     The first solution needs no depth; the later ones are the paper's implicit equations,
     (p12 - uv p3) a = -(p124 - uv p34), with W = depth² Λ taken at the solution before.
     """
-    rays = cameras.rays(seen.uv)
-    across = (np.eye(3) - rays[..., :, None] * rays[..., None, :]) * mask[:, :, None, None]
-    H = across.sum(axis=1)
-    b = np.einsum("nvij,vj->ni", across, cameras.centres)
+    P = cameras.projections.transpose(2, 1, 0)
+    rays = cameras.rays(seen.uv) * seen.seen[:, None]
+    implicit = whiten(seen.factors, P[:, :2] - seen.uv[:, None] * P[:, 2:])
+    implicit *= seen.seen[:, None, None]
+    p3, centres = P[None, :, 2], cameras.centres.T[None]
+    if views is not None and owner is not None:
+        rows = owner[:, None]
+        rays = rays.transpose(0, 2, 1)[rows, views].transpose(0, 2, 1)
+        implicit = implicit.transpose(0, 3, 1, 2)[rows, views].transpose(0, 2, 3, 1)
+        p3 = cameras.projections[views, 2].transpose(0, 2, 1)
+        centres = cameras.centres[views].transpose(0, 2, 1)
+    # Σ (I - d dᵀ) (a - c) = 0 over the unit rays d
+    lengths = (rays * rays).sum(axis=1)
+    H = lengths.sum(axis=1)[:, None, None] * np.eye(3) - rays @ rays.transpose(0, 2, 1)
+    along = (rays * centres).sum(axis=1)
+    b = (centres * lengths[:, None] - rays * along[:, None]).sum(axis=2)
     points = np.linalg.solve(_regular(H), b[:, :, None])[:, :, 0]
-    p12, p3 = cameras.projections[:, :2], cameras.projections[:, 2]
-    implicit = whiten(seen.factors, p12 - seen.uv[..., None] * p3[:, None, :])
+    rows4 = implicit.reshape(*implicit.shape[:2], 2 * implicit.shape[3])
     for _ in range(WEIGHTING_PASSES):
-        away = points[:, None, :] - cameras.centres
-        depth = np.einsum("nvi,vi->nv", away, p3[:, :3])
-        least = LEAST_DEPTH_SHARE * np.linalg.norm(away, axis=2) + np.finfo(np.float64).tiny
-        weighted = implicit / np.maximum(np.abs(depth), least)[:, :, None, None]
-        H, b = normal_equations(weighted[..., :3], -weighted[..., 3], mask)
-        points = np.linalg.solve(_regular(H), b[:, :, None])[:, :, 0]
+        depth = (points[:, :, None] * p3[:, :3]).sum(axis=1) + p3[:, 3]
+        away2 = ((points[:, :, None] - centres) ** 2).sum(axis=1)
+        least2 = LEAST_DEPTH_SHARE**2 * away2 + np.finfo(np.float64).eps ** 2
+        weight = np.tile(1.0 / np.maximum(depth * depth, least2), 2)
+        G = (rows4 * weight[:, None]) @ rows4.transpose(0, 2, 1)
+        points = np.linalg.solve(_regular(G[:, :3, :3]), -G[:, :3, 3:])[:, :, 0]
     return points
 
 
@@ -109,7 +136,7 @@ def _linearise(
     pixels, depth = cameras.project(points)
     residual = whiten(seen.factors, seen.uv - pixels)
     jacobian = whiten(seen.factors, cameras.jacobian(pixels, depth))
-    cost = ((residual**2).sum(axis=2) * mask).sum(axis=1)
+    cost = ((residual**2).sum(axis=1) * mask).sum(axis=1)
     cost[((depth <= 0) & mask).any(axis=1)] = np.inf
     H, g = normal_equations(jacobian, residual, mask)
     return cost, _regular(H), g
@@ -150,12 +177,13 @@ def view_chi2(fit: Fit, mask: BoolArray) -> tuple[FloatArray, FloatArray]:
     Of a masked view the residual counts as it is (its own share in the point makes it smaller, if
     anything); of another view it is the innovation, whose covariance has the point's added.
     """
-    r0, r1 = fit.residual[:, :, 0], fit.residual[:, :, 1]
-    spread = (fit.jacobian @ fit.covs[:, None]) @ fit.jacobian.swapaxes(2, 3)
+    r0, r1 = fit.residual[:, 0], fit.residual[:, 1]
+    n, _, _, views = fit.jacobian.shape
+    SJ = (fit.covs @ fit.jacobian.reshape(n, 3, 2 * views)).reshape(n, 3, 2, views)
     outside = ~mask
-    a = 1.0 + spread[:, :, 0, 0] * outside
-    b = spread[:, :, 0, 1] * outside
-    c = 1.0 + spread[:, :, 1, 1] * outside
+    a = 1.0 + (fit.jacobian[:, :, 0] * SJ[:, :, 0]).sum(axis=1) * outside
+    b = (fit.jacobian[:, :, 0] * SJ[:, :, 1]).sum(axis=1) * outside
+    c = 1.0 + (fit.jacobian[:, :, 1] * SJ[:, :, 1]).sum(axis=1) * outside
     determinant = a * c - b * b
     chi2 = (c * r0 * r0 - 2.0 * b * r0 * r1 + a * r1 * r1) / determinant
     return chi2, np.log(determinant)

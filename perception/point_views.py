@@ -71,30 +71,35 @@ class Cameras:
         )
 
     def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Pixels (n, V, 2) and depths (n, V) of points (n, 3)."""
-        count = len(self.projections)
-        flat = self.projections.reshape(-1, 4)
-        h = (points @ flat[:, :3].T + flat[:, 3]).reshape(-1, count, 3)
-        depth = h[:, :, 2]
+        """Pixels (n, 2, V) and depths (n, V) of points (n, 3)."""
+        flat = self.projections.swapaxes(0, 1).reshape(-1, 4)
+        h = (points @ flat[:, :3].T + flat[:, 3]).reshape(len(points), 3, len(self.projections))
+        depth = h[:, 2]
         divisor = np.where(np.abs(depth) < LEAST_DEPTH, LEAST_DEPTH, depth)
-        return h[:, :, :2] / divisor[:, :, None], depth
+        return h[:, :2] / divisor[:, None], depth
 
     def jacobian(self, pixels: FloatArray, depth: FloatArray) -> FloatArray:
-        """∂(pixel)/∂(point), (n, V, 2, 3): (p12 - pixel p3) / depth."""
-        p12, p3 = self.projections[:, :2, :3], self.projections[:, 2, :3]
+        """∂(pixel)/∂(point), (n, 3, 2, V): (p12 - pixel p3) / depth."""
+        left = self.projections[:, :, :3].transpose(2, 1, 0)
         divisor = np.where(np.abs(depth) < LEAST_DEPTH, LEAST_DEPTH, depth)
-        return (p12 - pixels[..., None] * p3[:, None, :]) / divisor[:, :, None, None]
+        derivative = pixels[:, None] * left[:, 2:]
+        np.subtract(left[:, :2], derivative, out=derivative)
+        derivative /= divisor[:, None, None]
+        return derivative
 
     def rays(self, uv: FloatArray) -> FloatArray:
-        """Unit directions (n, V, 3) from the pinholes through pixels (n, V, 2), to the front."""
-        inverse = self.inverses
-        d = np.einsum("vij,nvj->nvi", inverse[:, :, :2], uv) + inverse[:, :, 2]
-        return np.asarray(d / np.linalg.norm(d, axis=2, keepdims=True))
+        """Unit directions (n, 3, V) from the pinholes through pixels (n, 2, V), to the front."""
+        inverse = self.inverses.transpose(2, 1, 0)
+        d = uv[:, :1] * inverse[0] + uv[:, 1:] * inverse[1] + inverse[2]
+        return np.asarray(d / np.sqrt((d * d).sum(axis=1, keepdims=True)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sightings:
-    """What was seen: pixels (n, V, 2), whitening factors (n, V, 3), mask `seen` (n, V).
+    """What was seen: pixels (n, 2, V), whitening factors (n, 3, V), mask `seen` (n, V).
+
+    Views come last in all arrays of this module: numpy is quick along the last axis, and slow where
+    that has two or three entries.
 
     The factors are the entries (0, 0), (1, 0), (1, 1) of the inverse of the Cholesky factor of
     each covariance: applied to a residual they leave unit noise.
@@ -106,12 +111,12 @@ class Sightings:
 
     @classmethod
     def of(cls, uv: ArrayLike, cov: ArrayLike, seen: ArrayLike) -> Self:
-        """Checked and whitened; entries that were not seen may hold anything."""
+        """Of pixels (n, V, 2) and covariances (n, V, 2, 2); what was not seen may hold anything."""
         mask = np.array(seen, dtype=np.bool_)
         if mask.ndim != 2:
             raise ValueError(f"expected seen of shape (n, V), got {mask.shape}")
-        pixels = np.array(uv, dtype=np.float64)
-        noise = np.array(cov, dtype=np.float64)
+        pixels = np.array(uv, dtype=np.float64, order="C")
+        noise = np.array(cov, dtype=np.float64, order="C")
         if pixels.shape != (*mask.shape, 2) or noise.shape != (*mask.shape, 2, 2):
             raise ValueError(
                 f"pixels {pixels.shape} and covariances {noise.shape} do not fit seen {mask.shape}"
@@ -123,7 +128,8 @@ class Sightings:
             raise ValueError("pixels must be finite and their covariances positive definite")
         first = 1.0 / np.sqrt(a)
         last = 1.0 / np.sqrt(c - b * b / a)
-        return cls(pixels, np.stack([first, -b / a * last, last], axis=-1), mask)
+        factors = np.stack([first, -b / a * last, last], axis=1)
+        return cls(np.ascontiguousarray(pixels.swapaxes(1, 2)), factors, mask)
 
     def take(self, index: IndexArray) -> Self:
         """The sightings of some of the points."""
@@ -131,17 +137,19 @@ class Sightings:
 
 
 def whiten(factors: FloatArray, values: FloatArray) -> FloatArray:
-    """`values` (n, V, 2) or (n, V, 2, k) with unit noise in the third axis."""
-    f = factors if values.ndim == 3 else factors[..., None]
-    first, second = values[:, :, 0], values[:, :, 1]
-    return np.stack([f[:, :, 0] * first, f[:, :, 1] * first + f[:, :, 2] * second], axis=2)
+    """`values` (n, 2, V) or (n, k, 2, V) with unit noise in the axis of 2."""
+    f = factors if values.ndim == 3 else factors[:, None]
+    white = np.empty_like(values)
+    np.multiply(f[..., 0, :], values[..., 0, :], out=white[..., 0, :])
+    np.multiply(f[..., 2, :], values[..., 1, :], out=white[..., 1, :])
+    white[..., 1, :] += f[..., 1, :] * values[..., 0, :]
+    return white
 
 
 def normal_equations(
     jacobian: FloatArray, residual: FloatArray, mask: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Σ JᵀJ (n, 3, 3) and Σ Jᵀr (n, 3) over the views in `mask`, of whitened J and r."""
-    n = len(mask)
-    J = (jacobian * mask[:, :, None, None]).reshape(n, -1, 3)
-    Jt = J.transpose(0, 2, 1)
-    return Jt @ J, (Jt @ residual.reshape(n, -1, 1))[:, :, 0]
+    n, views = mask.shape
+    J = (jacobian * mask[:, None, None]).reshape(n, 3, 2 * views)
+    return J @ J.transpose(0, 2, 1), (J @ residual.reshape(n, 2 * views, 1))[:, :, 0]
