@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.outlines import FlatFace
+from facetlog.perception.outlines import FlatFace, cross
 from facetlog.perception.tolerance import ANGLE_RESOLUTION, SDS, Tolerance
 from facetlog.perception.types import FloatArray, Scene
 
@@ -17,7 +17,7 @@ __all__ = [
     "Side",
     "SideContact",
     "Touch",
-    "bend",
+    "bends",
     "plane_gaps",
     "side_contacts",
     "sides",
@@ -80,20 +80,27 @@ def sides(faces: tuple[FlatFace, ...]) -> tuple[Side, ...]:
     )
 
 
-def bend(scene: Scene, contact: SideContact) -> Bend:
-    """Turn of the solid at a contact: φ = atan2((n1 × n2) · d, n1 · n2), d along the first side.
+def bends(scene: Scene, contacts: Sequence[SideContact]) -> tuple[Bend, ...]:
+    """Turn of the solid at each contact: φ = atan2((n1 × n2) · d, n1 · n2), d along the first side.
 
     About the edge only the part of a normal's error along d × n counts, so
     var φ = Σ (d × n)ᵀ C (d × n).
     """
-    d = contact.direction
-    first, second = (scene.faces[side.face].plane for side in (contact.first, contact.second))
-    turn = np.arctan2(np.cross(first.normal, second.normal) @ d, first.normal @ second.normal)
-    variance = 0.0
-    for plane in (first, second):
-        axis = np.cross(d, plane.normal)
-        variance += float(axis @ plane.cov[:3, :3] @ axis)
-    return Bend(float(turn), float(np.sqrt(max(variance, 0.0))))
+    if not contacts:
+        return ()
+    d = np.array([contact.direction for contact in contacts])
+    normals = np.array([face.plane.normal for face in scene.faces])
+    covs = np.array([face.plane.cov[:3, :3] for face in scene.faces])
+    first = np.array([contact.first.face for contact in contacts])
+    second = np.array([contact.second.face for contact in contacts])
+    n1, n2 = normals[first], normals[second]
+    turns = np.arctan2((cross(n1, n2) * d).sum(axis=1), (n1 * n2).sum(axis=1))
+    variance = np.zeros(len(d))
+    for face, n in ((first, n1), (second, n2)):
+        axis = cross(d, n)
+        variance += np.einsum("ni,nij,nj->n", axis, covs[face], axis)
+    sds = np.sqrt(np.maximum(variance, 0.0))
+    return tuple(Bend(turn, sd) for turn, sd in zip(turns.tolist(), sds.tolist(), strict=True))
 
 
 def along(

@@ -5,8 +5,10 @@ v1 …, views view1 …, things t1 …, in the scene's order; sides of faces tha
 edge for follow the listed ones.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from itertools import repeat
 
 import numpy as np
 
@@ -14,7 +16,7 @@ from facetlog.perception import heights, measures, relations
 from facetlog.perception.contacts import (
     Bend,
     SideContact,
-    bend,
+    bends,
     edges_along_sides,
     side_contacts,
     sides,
@@ -54,7 +56,8 @@ class _Survey:
         }
         edges = (*listed, *missing.values())
         bounds = edges_along_sides(scene, faces, edges)
-        contacts = side_contacts(scene, faces)
+        found = side_contacts(scene, faces)
+        contacts = tuple(zip(found, bends(scene, found), strict=True))
         bounding = {edge for edge, _ in bounds}
         loose = tuple(i for i in range(len(listed)) if i not in bounding)
         return cls(
@@ -62,7 +65,7 @@ class _Survey:
             faces,
             edges,
             bounds,
-            tuple((contact, bend(scene, contact)) for contact in contacts),
+            contacts,
             find_things(scene, faces, contacts, loose),
             scene.points,
             np.array([v.cov for v in scene.vertices]).reshape(-1, 3, 3),
@@ -75,115 +78,120 @@ class _Survey:
         return tuple(sorted(own))
 
 
-def _rows(functor: str, *rows: tuple[Value, ...]) -> Iterator[Fact]:
-    return (Fact(functor, row) for row in rows)
+# What Fact(functor, args) comes to, without the call: a scene may have millions of facts.
+_fact: Callable[[tuple[str, tuple[Value, ...]]], Fact] = partial(tuple.__new__, Fact)
+
+_Rows = dict[str, list[tuple[Value, ...]]]
 
 
-def _scene_facts(s: _Survey) -> Iterator[Fact]:
+def _scene_facts(s: _Survey, rows: _Rows) -> None:
     scene = s.scene
-    yield Fact("scene", (scene.name,))
-    yield Fact("scale", ("metric" if scene.metric else "unknown",))
+    rows["scene"].append((scene.name,))
+    rows["scale"].append(("metric" if scene.metric else "unknown",))
     if scene.up is not None:
-        yield Fact("up", tuple(scene.up.tolist()))
+        rows["up"].append(tuple(scene.up.tolist()))
     for i, name in enumerate(scene.views, 1):
-        yield Fact("view", (f"view{i}", name))
+        rows["view"].append((f"view{i}", name))
 
 
-def _vertex_facts(s: _Survey) -> Iterator[Fact]:
+def _vertex_facts(s: _Survey, rows: _Rows) -> None:
     for i, vertex in enumerate(s.scene.vertices, 1):
         name = f"v{i}"
-        yield Fact("vertex", (name,))
-        yield Fact("point", (name, *vertex.point.tolist()))
-        yield Fact("point_cov", (name, *vertex.cov[np.triu_indices(3)].tolist()))
+        rows["vertex"].append((name,))
+        rows["point"].append((name, *vertex.point.tolist()))
+        rows["point_cov"].append((name, *vertex.cov[np.triu_indices(3)].tolist()))
         if vertex.label is not None:
-            yield Fact("vertex_label", (name, vertex.label.value))
+            rows["vertex_label"].append((name, vertex.label.value))
         for seen in vertex.observations:
             sds = np.sqrt(np.maximum(np.diag(seen.cov), 0.0))
             pixel = (*seen.uv.tolist(), *sds.tolist())
-            yield Fact("observed", (name, f"view{seen.view + 1}", *pixel))
+            rows["observed"].append((name, f"view{seen.view + 1}", *pixel))
 
 
-def _edge_facts(s: _Survey) -> Iterator[Fact]:
+def _edge_facts(s: _Survey, rows: _Rows) -> None:
     measured = {
         edge for edge, face in s.bounds if s.scene.faces[face].evidence is Evidence.MEASURED
     }
     for i, (start, end) in enumerate(s.edges):
         name = f"e{i + 1}"
-        yield Fact("edge", (name, f"v{start + 1}", f"v{end + 1}"))
+        rows["edge"].append((name, f"v{start + 1}", f"v{end + 1}"))
         span = s.points[end] - s.points[start]
         length = float(np.linalg.norm(span))
         # ∂|p - q|/∂p is the unit vector from q to p
         u = span / length if length > 0.0 else np.zeros(3)
         variance = float(u @ (s.covs[start] + s.covs[end]) @ u)
-        yield Fact("edge_length", (name, length, float(np.sqrt(max(variance, 0.0)))))
+        rows["edge_length"].append((name, length, float(np.sqrt(max(variance, 0.0)))))
         if i < len(s.scene.edges):
-            yield Fact("edge_support", (name, float(s.scene.edges[i].support)))
+            rows["edge_support"].append((name, float(s.scene.edges[i].support)))
             evidence = s.scene.edges[i].evidence
         else:
             evidence = Evidence.MEASURED if i in measured else Evidence.IMPLIED
-        yield Fact("evidence", (name, evidence.value))
-    yield from _rows("bounds", *((f"e{edge + 1}", f"f{face + 1}") for edge, face in s.bounds))
+        rows["evidence"].append((name, evidence.value))
+    rows["bounds"].extend((f"e{edge + 1}", f"f{face + 1}") for edge, face in s.bounds)
 
 
-def _face_facts(s: _Survey) -> Iterator[Fact]:
+def _face_facts(s: _Survey, rows: _Rows) -> None:
     for flat, face in zip(s.faces, s.scene.faces, strict=True):
         name = f"f{flat.index + 1}"
-        yield Fact("face", (name,))
-        yield Fact("evidence", (name, face.evidence.value))
-        yield Fact("plane", (name, *face.plane.normal.tolist(), float(face.plane.offset)))
+        rows["face"].append((name,))
+        rows["evidence"].append((name, face.evidence.value))
+        rows["plane"].append((name, *face.plane.normal.tolist(), float(face.plane.offset)))
         _, offset_sd = measures.distances(face.plane, flat.middle[None])
         tilt_sd = float(np.rad2deg(measures.tilt_sd(face.plane)))
-        yield Fact("plane_sd", (name, tilt_sd, float(offset_sd[0])))
-        yield from _rows("corner", *((name, i, f"v{v + 1}") for i, v in enumerate(flat.outline, 1)))
+        rows["plane_sd"].append((name, tilt_sd, float(offset_sd[0])))
+        rows["corner"].extend((name, i, f"v{v + 1}") for i, v in enumerate(flat.outline, 1))
         size = measures.face_size(flat, s.points, s.covs)
-        yield Fact("area", (name, *size.area))
-        yield Fact("length", (name, *size.length))
-        yield Fact("width", (name, *size.width))
-        yield Fact("fill", (name, *size.fill))
-        yield Fact("coverage", (name, float(face.coverage)))
+        rows["area"].append((name, *size.area))
+        rows["length"].append((name, *size.length))
+        rows["width"].append((name, *size.width))
+        rows["fill"].append((name, *size.fill))
+        rows["coverage"].append((name, float(face.coverage)))
 
 
-def _thing_facts(s: _Survey) -> Iterator[Fact]:
+def _thing_facts(s: _Survey, rows: _Rows) -> None:
     tolerance = Tolerance.of(s.scene)
     for i, thing in enumerate(s.things, 1):
         name = f"t{i}"
-        yield Fact("thing", (name,))
-        yield from _rows("part_of", *((f"f{face + 1}", name) for face in thing.faces))
-        yield from _rows("part_of", *((f"e{edge + 1}", name) for edge in thing.edges))
+        rows["thing"].append((name,))
+        rows["part_of"].extend((f"f{face + 1}", name) for face in thing.faces)
+        rows["part_of"].extend((f"e{edge + 1}", name) for edge in thing.edges)
         members = np.array(s.members(thing), dtype=np.intp)
         outer = measures.outer_members(members, s.points)
         own = tuple(s.faces[face] for face in thing.faces)
-        yield Fact("thing_size", (name, *measures.thing_box(own, outer, s.points)))
+        rows["thing_size"].append((name, *measures.thing_box(own, outer, s.points)))
         for flat in own:
             plane = s.scene.faces[flat.index].plane
             face = f"f{flat.index + 1}"
             part = measures.share(flat, plane, outer, s.points, s.covs, tolerance)
-            yield Fact("share", (face, *part))
+            rows["share"].append((face, *part))
             reach = measures.protrusion(flat, plane, members, s.points, s.covs)
-            yield Fact("protrusion", (face, *reach))
+            rows["protrusion"].append((face, *reach))
 
 
-def _pair_facts(s: _Survey) -> Iterator[Fact]:
+def _pair_facts(s: _Survey, rows: _Rows) -> None:
     names = [f"f{i}" for i in range(1, len(s.faces) + 1)]
     angles = relations.pairwise_angles([face.plane for face in s.scene.faces])
     offsets = relations.offsets(s.scene, s.faces)
+    n = len(names)
+    others = ~np.eye(n, dtype=bool)
     tables = (("angle", (np.rad2deg(angles[0]), np.rad2deg(angles[1]))), ("offset", offsets))
     for functor, (values, sds) in tables:
-        for i, (row, row_sds) in enumerate(zip(values.tolist(), sds.tolist(), strict=True)):
-            first = names[i]
-            for j, (value, sd) in enumerate(zip(row, row_sds, strict=True)):
-                if i != j:
-                    yield Fact(functor, (first, names[j], value, sd))
+        value_rows = values[others].reshape(n, max(n - 1, 0)).tolist()
+        sd_rows = sds[others].reshape(n, max(n - 1, 0)).tolist()
+        for i, name in enumerate(names):
+            second = names[:i] + names[i + 1 :]
+            # millions of rows: kept within zip
+            rows[functor].extend(zip(repeat(name), second, value_rows[i], sd_rows[i], strict=False))
     for functor, pairs in (
         ("opposite", relations.opposite_pairs(s.scene, s.faces, angles)),
         ("coplanar", relations.coplanar_pairs(s.scene, angles, offsets)),
     ):
         for i, j in pairs:
-            yield Fact(functor, (names[i], names[j]))
-            yield Fact(functor, (names[j], names[i]))
+            rows[functor].append((names[i], names[j]))
+            rows[functor].append((names[j], names[i]))
 
 
-def _contact_facts(s: _Survey) -> Iterator[Fact]:
+def _contact_facts(s: _Survey, rows: _Rows) -> None:
     edge_of = {frozenset(pair): i for i, pair in reversed(tuple(enumerate(s.edges, 1)))}
     longest: dict[tuple[int, int], tuple[SideContact, Bend]] = {}
     adjoining: set[tuple[int, int, int]] = set()
@@ -194,29 +202,29 @@ def _contact_facts(s: _Survey) -> Iterator[Fact]:
         if contact.against and (pair not in longest or contact.length > longest[pair][0].length):
             longest[pair] = contact, turn
     for i, j, edge in sorted(adjoining):
-        yield Fact("adjoins", (f"f{i}", f"f{j}", f"e{edge}"))
-        yield Fact("adjoins", (f"f{j}", f"f{i}", f"e{edge}"))
+        rows["adjoins"].append((f"f{i}", f"f{j}", f"e{edge}"))
+        rows["adjoins"].append((f"f{j}", f"f{i}", f"e{edge}"))
     for (i, j), (_, turn) in sorted(longest.items(), key=lambda item: item[0]):
         # the solid's angle is what is left of a straight line after the turn
         through = float(np.rad2deg(np.pi - turn.turn))
         way = "convex" if turn.convex else "concave" if turn.concave else None
         for a, b in ((f"f{i}", f"f{j}"), (f"f{j}", f"f{i}")):
-            yield Fact("dihedral", (a, b, through, float(np.rad2deg(turn.sd))))
+            rows["dihedral"].append((a, b, through, float(np.rad2deg(turn.sd))))
             if way is not None:
-                yield Fact(way, (a, b))
+                rows[way].append((a, b))
 
 
-def _height_facts(s: _Survey) -> Iterator[Fact]:
+def _height_facts(s: _Survey, rows: _Rows) -> None:
     up = s.scene.up
     if up is None:
         return
     for flat, face in zip(s.faces, s.scene.faces, strict=True):
         name = f"f{flat.index + 1}"
         leaning = heights.tilt(face.plane, up)
-        yield Fact("tilt", (name, *np.rad2deg(leaning).tolist()))
+        rows["tilt"].append((name, *np.rad2deg(leaning).tolist()))
         sense = heights.vertical_sense(face.plane, up)
         if sense:
-            yield Fact("upward" if sense > 0 else "downward", (name,))
+            rows["upward" if sense > 0 else "downward"].append((name,))
     for i, thing in enumerate(s.things, 1):
         members = s.members(thing)
         lowest = members[int(np.argmin(s.points[list(members)] @ up))]
@@ -225,19 +233,19 @@ def _height_facts(s: _Survey) -> Iterator[Fact]:
         bodies += [(f"e{edge + 1}", s.edges[edge]) for edge in thing.edges]
         for name, own in bodies:
             top, bottom = heights.extremes(own, lowest, s.scene, up)
-            yield Fact("top_of", (name, *top))
-            yield Fact("bottom_of", (name, *bottom))
+            rows["top_of"].append((name, *top))
+            rows["bottom_of"].append((name, *bottom))
         for index in thing.faces:
             middle = heights.elevation(s.faces[index], lowest, s.scene, up)
-            yield Fact("elevation", (f"f{index + 1}", *middle))
+            rows["elevation"].append((f"f{index + 1}", *middle))
     for index, free in heights.clear_below(s.scene, s.faces, s.things, s.contacts, up).items():
-        yield Fact("clear_below", (f"f{index + 1}", free))
+        rows["clear_below"].append((f"f{index + 1}", free))
     for i, j, share in heights.overlaps(s.scene, s.faces, up):
-        yield Fact("overlap", (f"f{i + 1}", f"f{j + 1}", share))
-        yield Fact("overlap", (f"f{j + 1}", f"f{i + 1}", share))
+        rows["overlap"].append((f"f{i + 1}", f"f{j + 1}", share))
+        rows["overlap"].append((f"f{j + 1}", f"f{i + 1}", share))
 
 
-_MAKERS: tuple[Callable[[_Survey], Iterator[Fact]], ...] = (
+_MAKERS: tuple[Callable[[_Survey, _Rows], None], ...] = (
     _scene_facts,
     _vertex_facts,
     _edge_facts,
@@ -258,8 +266,9 @@ def scene_facts(scene: Scene) -> tuple[Fact, ...]:
     ['thing(t1)', 'convex(f1, f3)', 'convex(f3, f1)']
     """
     survey = _Survey.of(scene)
-    grouped: dict[str, list[Fact]] = {kind.functor: [] for kind in FACT_SCHEMA}
+    rows: _Rows = {kind.functor: [] for kind in FACT_SCHEMA}
     for maker in _MAKERS:
-        for fact in maker(survey):
-            grouped[fact.functor].append(fact)
-    return tuple(fact for facts in grouped.values() for fact in facts)
+        maker(survey, rows)
+    return tuple(
+        fact for functor, found in rows.items() for fact in map(_fact, zip(repeat(functor), found))
+    )

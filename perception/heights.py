@@ -91,7 +91,7 @@ def overlaps(
     if not lying:
         return []
     axes = plane_axes(up, lying[0].axes[0])
-    plans = np.array([projected(f, scene.points, axes) for f in lying])
+    plans = projected(lying, scene.points, [axes] * len(lying))
     areas = shapely.area(plans)
     one, two = shapely.STRtree(plans).query(plans, predicate="intersects")
     keep = (one < two) & (np.minimum(areas[one], areas[two]) > 0.0)
@@ -182,7 +182,7 @@ def clear_below(
         return {}
     points = scene.points
     axes = plane_axes(up, lying[0].axes[0])
-    plans = [projected(f, points, axes) for f in lying]
+    plans = projected(lying, points, [axes] * len(lying))
     grids = [_ray_grid(plan) for plan in plans]
     owner = np.repeat(np.arange(len(lying)), [len(g) for g in grids])
     where = np.concatenate(grids)

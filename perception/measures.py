@@ -172,11 +172,16 @@ def distances(plane: Plane, points: FloatArray) -> tuple[FloatArray, FloatArray]
     return plane.distance(points), np.sqrt(np.maximum(variance, 0.0))
 
 
+def _without(vertices: NDArray[np.intp], face: FlatFace) -> NDArray[np.intp]:
+    own = set(face.members)
+    return np.array([i for i in vertices.tolist() if i not in own], dtype=np.intp)
+
+
 def protrusion(
     face: FlatFace, plane: Plane, others: NDArray[np.intp], points: FloatArray, covs: FloatArray
 ) -> Estimate:
     """How far the vertices `others` (indices) of the face's thing reach in front of its plane."""
-    outside = others[~np.isin(others, face.members)]
+    outside = _without(others, face)
     if not len(outside):
         return Estimate(0.0, float(distances(plane, face.middle[None])[1][0]))
     signed, plane_sds = distances(plane, points[outside])
@@ -212,7 +217,7 @@ def share(
     they are faces or mere edges. Holes count as silhouette, and a hollow (an L's notch) as well.
     With A = n · S, S = ½ Σ pi × pi+1 over the hull: ∂A/∂n = S, across the normal.
     """
-    others = outer[~np.isin(outer, face.members)]
+    others = _without(outer, face)
     flat = face.flatten(points[others])
     # What shows within 3 sd of the face does not reach beyond it: vertices stacked along the
     # normal would otherwise each push the silhouette out by their noise.

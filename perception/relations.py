@@ -4,8 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
-from facetlog.perception.outlines import FlatFace, plane_axes
+from facetlog.perception.outlines import FlatFace, cross, plane_axes
 from facetlog.perception.tolerance import ANGLE_RESOLUTION, SDS, Tolerance
 from facetlog.perception.types import FloatArray, Plane, Scene
 
@@ -30,7 +31,7 @@ def pairwise_angles(planes: Sequence[Plane]) -> tuple[FloatArray, FloatArray]:
     covs = np.array([p.cov[:3, :3] for p in planes]).reshape(n, 3, 3)
     across = np.eye(3) - normals[:, :, None] * normals[:, None, :]
     covs = across @ covs @ across  # nothing varies along the normal itself
-    sine = np.linalg.norm(np.cross(normals[:, None], normals[None]), axis=2)
+    sine = np.linalg.norm(cross(normals[:, None], normals[None]), axis=2)
     angles = np.arctan2(sine, normals @ normals.T)
     # t1 = (n2 - cos θ n1) / sin θ and C1 n1 = 0, so t1ᵀ C1 t1 = n2ᵀ C1 n2 / sin² θ
     squares = (normals[:, :, None] * normals[:, None, :]).reshape(n, 9)
@@ -81,11 +82,23 @@ def coplanar_pairs(
     return [(i, j) for i, j in np.argwhere(np.triu(flat & near & near.T, 1)).tolist()]
 
 
-def projected(face: FlatFace, points: FloatArray, axes: FloatArray) -> shapely.Geometry:
-    """The face's polygon along the normal of `axes` (2, 3); empty if it shows its side."""
-    outline, *holes = (points[list(ring)] @ axes.T for ring in face.rings)
-    polygon = shapely.Polygon(outline, holes)
-    return polygon if polygon.is_valid else polygon.buffer(0.0)
+def projected(
+    faces: Sequence[FlatFace], points: FloatArray, axes: Sequence[FloatArray]
+) -> NDArray[np.object_]:
+    """Polygon (n,) of every face in a frame (2, 3) of its own: its outline as seen along that."""
+    coordinates: list[FloatArray] = []
+    ring_of: list[int] = []
+    polygon_of: list[int] = []
+    for nth, (face, frame) in enumerate(zip(faces, axes, strict=True)):
+        for ring in face.rings:
+            coordinates.append(points[list(ring)] @ frame.T)
+            ring_of += [len(polygon_of)] * len(ring)
+            polygon_of.append(nth)
+    rings = shapely.linearrings(np.concatenate(coordinates), indices=ring_of)
+    polygons = shapely.polygons(rings, indices=polygon_of)
+    crossed = ~shapely.is_valid(polygons)
+    polygons[crossed] = shapely.buffer(polygons[crossed], 0.0)
+    return np.asarray(polygons, dtype=np.object_)
 
 
 def opposite_pairs(
@@ -108,11 +121,16 @@ def opposite_pairs(
     mean /= np.linalg.norm(mean, axis=1)[:, None]
     aside = between - np.einsum("ij,ij->i", between, mean)[:, None] * mean
     close = np.linalg.norm(aside, axis=1) < radii[one] + radii[two]
-    found = []
-    for i, j, normal in zip(one[close].tolist(), two[close].tolist(), mean[close], strict=True):
-        axes = plane_axes(normal, faces[i].axes[0])
-        first, second = (projected(faces[k], points, axes) for k in (i, j))
-        least = min(first.area, second.area)
-        if least > 0.0 and first.intersection(second).area >= LEAST_FACING * least:
-            found.append((i, j))
-    return found
+    one, two, mean = one[close], two[close], mean[close]
+    if not len(one):
+        return []
+    frames = [
+        plane_axes(normal, faces[i].axes[0]) for i, normal in zip(one.tolist(), mean, strict=True)
+    ]
+    first, second = (
+        projected([faces[i] for i in rows], points, frames) for rows in (one.tolist(), two.tolist())
+    )
+    least = np.minimum(shapely.area(first), shapely.area(second))
+    shared = shapely.area(shapely.intersection(first, second))
+    facing = (least > 0.0) & (shared >= LEAST_FACING * least)
+    return list(zip(one[facing].tolist(), two[facing].tolist(), strict=True))

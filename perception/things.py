@@ -22,8 +22,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from facetlog.perception.contacts import (
+    Bend,
     SideContact,
-    bend,
     plane_gaps,
     touches,
 )
@@ -41,6 +41,8 @@ SUPPORT_REACH = 1.5
 RIM_SHARE = 0.05
 # The normal must point this far above or below the horizon to carry or to hang: sin 30°.
 LEVEL_ENOUGH = 0.5
+
+BentContacts = tuple[tuple[SideContact, Bend], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,9 +122,9 @@ class _Parts:
             found += [(v, part) for v in used[near].tolist()]
         return found
 
-    def meetings(self, contacts: tuple[SideContact, ...]) -> Iterator[_Meeting]:
+    def meetings(self, contacts: BentContacts) -> Iterator[_Meeting]:
         """All meetings of parts with faces; a pair may have several."""
-        for contact in contacts:
+        for contact, _ in contacts:
             ends = (contact.shorter.start, contact.shorter.end)
             outer = not (contact.first.in_hole or contact.second.in_hole)
             for side, other in ((contact.first, contact.second), (contact.second, contact.first)):
@@ -159,12 +161,11 @@ class _Cores:
     bodies: frozenset[int]
 
     @classmethod
-    def among(cls, parts: _Parts, contacts: tuple[SideContact, ...]) -> "_Cores":
+    def among(cls, parts: _Parts, contacts: BentContacts) -> "_Cores":
         joined = list(_loose_pairs(parts))
         convex: list[int] = []
-        for contact in contacts:
+        for contact, turn in contacts:
             if contact.against:
-                turn = bend(parts.scene, contact)
                 if not turn.concave:
                     joined.append((contact.first.face, contact.second.face))
                 if turn.convex:
@@ -201,7 +202,7 @@ class _Stance:
 
 
 def _stances(
-    parts: _Parts, cores: _Cores, contacts: tuple[SideContact, ...]
+    parts: _Parts, cores: _Cores, contacts: BentContacts
 ) -> dict[tuple[int, int], _Stance]:
     """For each core and each face of another core that it meets, its stance."""
     used = parts.used
@@ -245,7 +246,7 @@ def _stands_apart(parts: _Parts, cores: _Cores, core: int, face: FlatFace, how: 
 def find_things(
     scene: Scene,
     faces: tuple[FlatFace, ...],
-    contacts: tuple[SideContact, ...],
+    contacts: BentContacts,
     loose: tuple[int, ...],
 ) -> tuple[Thing, ...]:
     """The scene's things, in the order of their first faces.
