@@ -40,7 +40,11 @@ LEAST_PROFILES = 5
 SETTLED_PX = 0.01
 # An edge goes on while its step, mean over GAP_PX, is at least this share of its contrast.
 SAME_STEP_SHARE = 0.5
-GAP_PX = 3
+GAP_PX = 5
+# ... and while it does not drift off the line, px, or sd where the noise is larger: an edge that
+# turns by 10 degrees has left by as much after 5 pixels.
+DRIFT_PX = 0.8
+DRIFT_SD = 3.0
 # Offsets beyond this many robust sd are another edge's (Rousseeuw and Leroy 1987).
 OUTLIER_SD = 2.5
 # Standard deviation over median magnitude of a Gaussian.
@@ -199,7 +203,9 @@ def fit_edge_line(
     return EdgeLine(start, end, cov, abs(contrast))
 
 
-def extended_line(image: Image, line: EdgeLine) -> tuple[FloatArray, FloatArray]:
+def extended_line(
+    image: Image, line: EdgeLine, sd_grey: float, blur_px: float = NOMINAL_BLUR_PX
+) -> tuple[FloatArray, FloatArray]:
     """Ends (u, v) of the line drawn out as far as the picture shows the same step along it.
 
     Tracing loses an edge near its ends (the Laplacian's zero crossings leave a corner early) and
@@ -211,12 +217,16 @@ def extended_line(image: Image, line: EdgeLine) -> tuple[FloatArray, FloatArray]
     near = (np.abs(ACROSS_PX) >= 0.5) & (np.abs(ACROSS_PX) <= 2.5)
     step = profiles[:, near & (ACROSS_PX > 0)].mean(axis=1)
     step -= profiles[:, near & (ACROSS_PX < 0)].mean(axis=1)
-    step = np.convolve(step, np.full(GAP_PX, 1.0 / GAP_PX), mode="same")
+    span = np.full(GAP_PX, 1.0 / GAP_PX)
+    step = np.convolve(step, span, mode="same")
+    offsets, variances, _ = _offsets(profiles, sd_grey, blur_px)
+    drift = np.abs(np.convolve(offsets, span, mode="same"))
+    drifts = drift > np.maximum(DRIFT_PX, DRIFT_SD * np.sqrt(variances / GAP_PX))
     height, width = image.shape
     at = line.start + along[:, None] * line.direction
     inside = (at >= 0).all(axis=1) & (at[:, 0] <= width - 1) & (at[:, 1] <= height - 1)
     inner = np.flatnonzero((along >= 0) & (along <= line.length))
-    lost = ~(inside & (step >= SAME_STEP_SHARE * line.contrast))
+    lost = ~inside | drifts | (step < SAME_STEP_SHARE * line.contrast)
     before, after = np.flatnonzero(lost[: inner[0]]), np.flatnonzero(lost[inner[-1] + 1 :])
     first = before[-1] + 1 if len(before) else 0
     last = inner[-1] + after[0] if len(after) else len(along) - 1
