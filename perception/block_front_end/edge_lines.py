@@ -34,11 +34,21 @@ NOMINAL_BLUR_PX = 1.1
 # Grey levels beside an edge are averaged over this many pixels along it.
 LEVEL_SPAN_PX = 15
 FIT_STEPS = 4
+# Fewer profiles than this do not fix offset and angle and still tell their scatter.
+LEAST_PROFILES = 5
+# Steps end when the line moves less than this, px: a tenth of the best line's own error.
+SETTLED_PX = 0.01
 # An edge goes on while its step, mean over GAP_PX, is at least this share of its contrast.
 SAME_STEP_SHARE = 0.5
-GAP_PX = 3
+GAP_PX = 5
+# ... and while it does not drift off the line, px, or sd where the noise is larger: an edge that
+# turns by 10 degrees has left by as much after 5 pixels.
+DRIFT_PX = 0.8
+DRIFT_SD = 3.0
 # Offsets beyond this many robust sd are another edge's (Rousseeuw and Leroy 1987).
 OUTLIER_SD = 2.5
+# Standard deviation over median magnitude of a Gaussian.
+MAD_TO_SD = 1.4826
 # Calibration, sampling and a not quite straight real edge leave at least this, px.
 MODEL_SD_PX = 0.02
 
@@ -175,7 +185,7 @@ def fit_edge_line(
         normal = np.array([-direction[1], direction[0]])
         along = np.linspace(0.0, length, count)
         profiles = _profiles(image, start, direction, along)
-        offsets, variances, contrast = _offsets(profiles, ACROSS_PX, sd_grey, blur_px)
+        offsets, variances, contrast = _offsets(profiles, sd_grey, blur_px)
         lever = along - length / 2.0
         fit = _robust_line(lever, offsets, variances)
         if fit is None:
@@ -185,7 +195,7 @@ def fit_edge_line(
             start + normal * (middle_offset - slope * length / 2.0),
             end + normal * (middle_offset + slope * length / 2.0),
         )
-        if step and abs(middle_offset) + abs(slope) * length / 2.0 < 0.01:
+        if step and abs(middle_offset) + abs(slope) * length / 2.0 < SETTLED_PX:
             break
     cov = cov + np.diag([MODEL_SD_PX**2, (2.0 * MODEL_SD_PX / length) ** 2])
     if contrast < 0:  # the brighter side is to the right
@@ -193,11 +203,9 @@ def fit_edge_line(
     return EdgeLine(start, end, cov, abs(contrast))
 
 
-# Fewer profiles than this do not fix offset and angle and still tell their scatter.
-LEAST_PROFILES = 5
-
-
-def extended_line(image: Image, line: EdgeLine) -> tuple[FloatArray, FloatArray]:
+def extended_line(
+    image: Image, line: EdgeLine, sd_grey: float, blur_px: float = NOMINAL_BLUR_PX
+) -> tuple[FloatArray, FloatArray]:
     """Ends (u, v) of the line drawn out as far as the picture shows the same step along it.
 
     Tracing loses an edge near its ends (the Laplacian's zero crossings leave a corner early) and
@@ -209,12 +217,16 @@ def extended_line(image: Image, line: EdgeLine) -> tuple[FloatArray, FloatArray]
     near = (np.abs(ACROSS_PX) >= 0.5) & (np.abs(ACROSS_PX) <= 2.5)
     step = profiles[:, near & (ACROSS_PX > 0)].mean(axis=1)
     step -= profiles[:, near & (ACROSS_PX < 0)].mean(axis=1)
-    step = np.convolve(step, np.full(GAP_PX, 1.0 / GAP_PX), mode="same")
+    span = np.full(GAP_PX, 1.0 / GAP_PX)
+    step = np.convolve(step, span, mode="same")
+    offsets, variances, _ = _offsets(profiles, sd_grey, blur_px)
+    drift = np.abs(np.convolve(offsets, span, mode="same"))
+    drifts = drift > np.maximum(DRIFT_PX, DRIFT_SD * np.sqrt(variances / GAP_PX))
     height, width = image.shape
     at = line.start + along[:, None] * line.direction
     inside = (at >= 0).all(axis=1) & (at[:, 0] <= width - 1) & (at[:, 1] <= height - 1)
     inner = np.flatnonzero((along >= 0) & (along <= line.length))
-    lost = ~(inside & (step >= SAME_STEP_SHARE * line.contrast))
+    lost = ~inside | drifts | (step < SAME_STEP_SHARE * line.contrast)
     before, after = np.flatnonzero(lost[: inner[0]]), np.flatnonzero(lost[inner[-1] + 1 :])
     first = before[-1] + 1 if len(before) else 0
     last = inner[-1] + after[0] if len(after) else len(along) - 1
@@ -248,53 +260,61 @@ def _trimmed(piece: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _offsets(
-    profiles: FloatArray, across: FloatArray, sd_grey: float, blur_px: float
+    profiles: FloatArray, sd_grey: float, blur_px: float
 ) -> tuple[FloatArray, FloatArray, float]:
     """Offset (px) of the step in each profile (n, m), its variance, and the median contrast."""
-    outer = np.abs(across) >= 2.5 * blur_px
-    span = min(LEVEL_SPAN_PX, (len(profiles) - 1) | 1)
-    kernel = np.ones(min(span, len(profiles)))
+    slope = np.exp(-0.5 * (ACROSS_PX / blur_px) ** 2) / (np.sqrt(2.0 * np.pi) * blur_px)
+    step = ndtr(ACROSS_PX / blur_px)
+    outer = np.abs(ACROSS_PX) >= 2.5 * blur_px
+    below, above = outer & (ACROSS_PX < 0), outer & (ACROSS_PX > 0)
+    sums = profiles @ np.column_stack([below / below.sum(), above / above.sum(), slope])
+    span = min(LEVEL_SPAN_PX, len(profiles))
+    kernel = np.ones(span)
     weights = np.convolve(np.ones(len(profiles)), kernel, mode="same")
-    low = np.convolve(profiles[:, outer & (across < 0)].mean(axis=1), kernel, mode="same") / weights
-    high = (
-        np.convolve(profiles[:, outer & (across > 0)].mean(axis=1), kernel, mode="same") / weights
-    )
-    contrast = high - low
-    step = ndtr(across / blur_px)
-    slope = np.exp(-0.5 * (across / blur_px) ** 2) / (np.sqrt(2.0 * np.pi) * blur_px)
-    residual = profiles - (low[:, None] + contrast[:, None] * step[None, :])
+    low = np.convolve(sums[:, 0], kernel, mode="same") / weights
+    contrast = np.convolve(sums[:, 1], kernel, mode="same") / weights - low
+    # sum g r with the residual r = profile - low - contrast step
+    matched = sums[:, 2] - low * slope.sum() - contrast * float(step @ slope)
     # A contrast that is noise itself tells no offset: it is given the least it can be.
     safe = np.where(np.abs(contrast) < 1.0, np.where(contrast < 0, -1.0, 1.0), contrast)
-    offsets = -(residual @ slope) / (safe * float(slope @ slope))
+    offsets = -matched / (safe * float(slope @ slope))
     noise = max(sd_grey, 1.0 / np.sqrt(12.0))  # rounding to whole grey levels
     variances = noise**2 * 2.0 * np.sqrt(np.pi) * blur_px / safe**2
     # The comparison is linear within about one blur.
-    return np.clip(offsets, -2.0 * blur_px, 2.0 * blur_px), variances, float(np.median(contrast))
+    return np.clip(offsets, -2.0 * blur_px, 2.0 * blur_px), variances, _middle(contrast)
+
+
+def _middle(values: FloatArray) -> float:
+    """The upper median; numpy's own takes ten times as long on arrays of this size."""
+    half = len(values) // 2
+    return float(np.partition(values, half)[half])
 
 
 def _robust_line(
     lever: FloatArray, offsets: FloatArray, variances: FloatArray
 ) -> tuple[float, float, FloatArray] | None:
     """Offset at lever 0, slope, and covariance (2, 2) of the line offset + slope lever."""
-    middle = float(np.median(offsets))
-    spread = max(1.4826 * float(np.median(np.abs(offsets - middle))), 0.05)
-    good = np.abs(offsets - middle) <= 2.0 * OUTLIER_SD * spread
-    design = np.column_stack([np.ones_like(lever), lever])
-    solution = np.zeros(2)
+    residual = offsets - _middle(offsets)
+    spread = max(MAD_TO_SD * _middle(np.abs(residual)), 0.05)
+    good = np.abs(residual) <= 2.0 * OUTLIER_SD * spread
+    weights = 1.0 / variances
     cov = np.zeros((2, 2))
+    offset = slope = 0.0
     for _ in range(3):
-        if good.sum() < LEAST_PROFILES:
+        w = np.where(good, weights, 0.0)
+        wt = w * lever
+        s0, s1, s2 = float(w.sum()), float(wt.sum()), float(wt @ lever)
+        r0, r1 = float(w @ offsets), float(wt @ offsets)
+        determinant = s0 * s2 - s1 * s1
+        if np.count_nonzero(good) < LEAST_PROFILES or not determinant > 0:
             return None
-        weighted = design[good] / variances[good, None]
-        normal_matrix = design[good].T @ weighted
-        if np.linalg.det(normal_matrix) <= 0:
-            return None
-        cov[:] = np.linalg.inv(normal_matrix)
-        solution = cov @ (weighted.T @ offsets[good])
-        residual = offsets - design @ solution
-        spread = max(1.4826 * float(np.median(np.abs(residual[good]))), 0.02)
+        cov = np.array([[s2, -s1], [-s1, s0]]) / determinant
+        offset, slope = (s2 * r0 - s1 * r1) / determinant, (s0 * r1 - s1 * r0) / determinant
+        residual = offsets - offset - slope * lever
+        spread = max(MAD_TO_SD * _middle(np.abs(residual[good])), 0.02)
         good = np.abs(residual) <= OUTLIER_SD * np.maximum(spread, np.sqrt(variances))
-    if good.sum() <= 2:
+    count = np.count_nonzero(good)
+    if count < LEAST_PROFILES:
         return None
-    chi_square = float((residual[good] ** 2 / variances[good]).sum() / (good.sum() - 2))
-    return float(solution[0]), float(solution[1]), cov * max(1.0, chi_square)
+    chi_square = float((residual**2 * weights)[good].sum() / (count - 2))
+    return offset, slope, cov * max(1.0, chi_square)

@@ -76,12 +76,42 @@ def _bordered(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
     return frozenset(int(label) for label in np.unique(window) if label > 0)
 
 
-def _sightings(tracks: tuple[Track, ...], regions: tuple[PlaneRegions, ...]) -> list[_Sighting]:
+def _on_border(regions: PlaneRegions, uv: FloatArray) -> frozenset[int]:
+    """The regions that a pixel lies on the border of, none where it is inside one."""
+    height, width = regions.labels.shape
+    if not (0 <= uv[0] <= width - 1 and 0 <= uv[1] <= height - 1):
+        return frozenset()
+    u, v = round(float(uv[0])), round(float(uv[1]))
+    near = BORDER_PX // 2
+    window = regions.labels[max(0, v - near) : v + near + 1, max(0, u - near) : u + near + 1]
+    labels = np.unique(window)
+    return frozenset(int(label) for label in labels if label > 0 and len(labels) > 1)
+
+
+def _sightings(
+    tracks: tuple[Track, ...],
+    points: FloatArray,
+    regions: tuple[PlaneRegions, ...],
+    views: tuple[View, ...],
+) -> list[_Sighting]:
+    """The regions of all views with the tracks that border them.
+
+    A track that this view missed counts where its point falls on a region's border: otherwise a
+    region of two faces, whose common edge is unseen, passes for the plane through its far corners.
+    """
     members: dict[tuple[int, int], set[int]] = {}
-    for index, track in enumerate(tracks):
-        for seen in track.observations:
-            for region in _bordered(regions[seen.view], seen.uv):
-                members.setdefault((seen.view, region), set()).add(index)
+    for index, (track, point) in enumerate(zip(tracks, points, strict=True)):
+        seen = {o.view: o.uv for o in track.observations}
+        for number, view in enumerate(views):
+            if number in seen:
+                bordered = _bordered(regions[number], seen[number])
+            else:
+                projected = view.projection @ np.append(point, 1.0)
+                if not projected[2] > 0:
+                    continue
+                bordered = _on_border(regions[number], projected[:2] / projected[2])
+            for region in bordered:
+                members.setdefault((number, region), set()).add(index)
     return [_Sighting(v, r, frozenset(found)) for (v, r), found in sorted(members.items())]
 
 
@@ -165,7 +195,9 @@ def face_outlines(
     if len(regions) != len(views):
         raise ValueError(f"regions of {len(regions)} views, but {len(views)} views")
     points = track_points(tracks, views)
-    groups = sorted(_groups(_sightings(tracks, regions), points), key=lambda g: -len(g))
+    groups = sorted(
+        _groups(_sightings(tracks, points, regions, views), points), key=lambda g: -len(g)
+    )
     outlines: list[tuple[int, ...]] = []
     for group in groups:
         if len({s.view for s in group}) < min(LEAST_VIEWS, len(views)):

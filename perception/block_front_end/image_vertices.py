@@ -76,13 +76,24 @@ def _reach(size: float) -> float:
 
 def _drawn_out(image: Image, line: EdgeLine, sd_grey: float) -> EdgeLine:
     """The line extended to where its step ends, and refitted over that length."""
-    start, end = extended_line(image, line)
+    start, end = extended_line(image, line, sd_grey)
     return _refitted(image, start, end, sd_grey) or line
 
 
 def _refitted(image: Image, start: FloatArray, end: FloatArray, sd_grey: float) -> EdgeLine | None:
+    """The line fitted between two ends, and reaching to their feet on it."""
     steps = np.linspace(0.0, 1.0, int(np.hypot(*(end - start))) + 2)[:, None]
-    return fit_edge_line(image, start + (end - start) * steps, sd_grey)
+    line = fit_edge_line(image, start + (end - start) * steps, sd_grey)
+    if line is None:
+        return None
+    # The fit leaves the bent stretches at both ends out, alike, so its middle stays the middle.
+    low, high = sorted(float((p - line.start) @ line.direction) for p in (start, end))
+    return EdgeLine(
+        line.start + low * line.direction,
+        line.start + high * line.direction,
+        line.cov,
+        line.contrast,
+    )
 
 
 def _one_edge(a: EdgeLine, b: EdgeLine, gap: float) -> bool:

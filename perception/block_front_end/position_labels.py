@@ -178,6 +178,8 @@ def _label(
     level = _decided(words, "top", "bottom", level_position)
     side = _decided(words, "left", "right", side_position)
     depth = _decided(words, "front", "back", depth_rule)
+    if level == "bottom" and words & {"left", "right"} and not words & {"front", "back"}:
+        depth = "front"  # the back's own bottom edge is hidden behind the block
     for word, names in (
         (level, ("top", "bottom")),
         (side, ("left", "right")),

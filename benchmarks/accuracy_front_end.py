@@ -1,0 +1,253 @@
+"""How well the paper's front end sees the paper's block: `python benchmarks/accuracy_front_end.py`.
+
+Renders the 24-view tour (noise 5 grey levels, blur 1 px, shadow, textured floor) for several
+seeds and prints one JSON line: recall and precision of 2-D vertices, their error against the
+bound of the two edges of largest contrast and length, honest covariance, correct labels, tracks
+and outlines, error of the tracks' points (inches), and CPU time per picture.
+"""
+
+import argparse
+import json
+import platform
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from facetlog.perception.block_front_end.face_outlines import track_points
+from facetlog.perception.block_front_end.front_end import BlockFeatures, block_front_end
+from facetlog.perception.block_front_end.picture_features import picture_features
+from facetlog.perception.types import FloatArray, View
+from facetlog.robot.simulate import views_of
+from facetlog.robot.tour import tour_camera, tour_poses
+from facetlog.robot.world import SolidTruth
+from facetlog.robot.worlds import make_world
+
+MATCH_PX = 3.0  # a found vertex this near to a true one is that one
+RIM_PX = 3.0  # true vertices nearer to the rim of the picture are not asked for
+NOISE_GREY, BLUR_PX = 5.0, 1.0
+
+
+@dataclass
+class Tally:
+    """Counts and errors over all seeds."""
+
+    true: int = 0
+    found: int = 0
+    hit: int = 0
+    errors: list[float] = field(default_factory=list)
+    over_bound: list[float] = field(default_factory=list)
+    squares: list[float] = field(default_factory=list)
+    labelled: int = 0
+    label_right: int = 0
+    labels_all: int = 0
+    tracks: int = 0
+    tracks_pure: int = 0
+    observations: int = 0
+    observations_right: int = 0
+    vertices_tracked: int = 0
+    vertices: int = 0
+    outlines: int = 0
+    outlines_right: int = 0
+    faces_seen: int = 0
+    point_errors: list[float] = field(default_factory=list)
+    rms: list[float] = field(default_factory=list)
+    ms_per_picture: list[float] = field(default_factory=list)
+    ms_matching: list[float] = field(default_factory=list)
+
+
+def true_pixels(solid: SolidTruth, view: View) -> tuple[FloatArray, list[int], list[int]]:
+    """Pixels (n, 2) of all vertices, indices of the visible ones, indices of the visible faces."""
+    corners = np.array(solid.vertices)
+    projected = np.column_stack([corners, np.ones(len(corners))]) @ view.projection.T
+    pixels = projected[:, :2] / projected[:, 2:]
+    faces = []
+    for index, face in enumerate(solid.faces):
+        a, b, c = corners[list(face[:3])]
+        if np.cross(b - a, c - b) @ (view.pose.centre - a) > 0:
+            faces.append(index)
+    seen = sorted({i for f in faces for i in solid.faces[f]})
+    size = np.array([view.camera.width, view.camera.height]) - 1 - RIM_PX
+    inside = [i for i in seen if (pixels[i] > RIM_PX).all() and (pixels[i] < size).all()]
+    return pixels, inside, faces
+
+
+def corner_bound(solid: SolidTruth, view: View, pixels: FloatArray, corner: int) -> float:
+    """Cramér-Rao bound (px, root mean square of both axes) of a corner from its visible edges.
+
+    Edge-offset variance per pixel sd² 2 sqrt(pi) blur / C², times 4 / length at the edge's end;
+    the contrast C is read from the picture beside the middle of the edge.
+    """
+    _, _, faces = true_pixels(solid, view)
+    visible = {
+        frozenset(pair)
+        for f in faces
+        for pair in zip(solid.faces[f], (*solid.faces[f][1:], solid.faces[f][0]), strict=True)
+    }
+    information = np.zeros((2, 2))
+    image = view.image.astype(np.float64)
+    for edge in visible:
+        if corner not in edge:
+            continue
+        (other,) = edge - {corner}
+        along = pixels[other] - pixels[corner]
+        length = float(np.hypot(*along))
+        normal = np.array([-along[1], along[0]]) / length
+        sides = []
+        for sign in (-4.0, 4.0):
+            at = pixels[corner] + np.linspace(0.2, 0.8, 30)[:, None] * along + sign * normal
+            u = np.clip(np.rint(at[:, 0]).astype(int), 0, image.shape[1] - 1)
+            v = np.clip(np.rint(at[:, 1]).astype(int), 0, image.shape[0] - 1)
+            sides.append(image[v, u].mean())
+        contrast = max(abs(sides[1] - sides[0]), 1.0)
+        variance = NOISE_GREY**2 * 2 * np.sqrt(np.pi) * BLUR_PX / contrast**2 * 4.0 / length
+        information += np.outer(normal, normal) / variance
+    return float(np.sqrt(np.trace(np.linalg.inv(information)) / 2.0))
+
+
+def tally_pictures(
+    tally: Tally, solid: SolidTruth, views: tuple[View, ...], found: BlockFeatures
+) -> list[dict[int, int]]:
+    """Adds the 2-D figures; returns for each view which true vertex each found one is."""
+    matches = []
+    for view, labelled in zip(views, found.vertices, strict=True):
+        pixels, inside, _ = true_pixels(solid, view)
+        tally.true += len(inside)
+        tally.found += len(labelled)
+        match: dict[int, int] = {}
+        if labelled and inside:
+            uv = np.array([v.vertex.uv for v in labelled])
+            distance = np.linalg.norm(uv[:, None] - pixels[inside][None], axis=2)
+            rows, columns = linear_sum_assignment(np.minimum(distance, 10 * MATCH_PX))
+            for row, column in zip(rows, columns, strict=True):
+                if distance[row, column] > MATCH_PX:
+                    continue
+                corner = inside[column]
+                match[int(row)] = corner
+                error = uv[row] - pixels[corner]
+                tally.hit += 1
+                tally.errors.append(float(np.hypot(*error)))
+                bound = corner_bound(solid, view, pixels, corner)
+                tally.over_bound.append(float(np.hypot(*error) / np.sqrt(2.0) / bound))
+                square = error @ np.linalg.solve(labelled[row].vertex.cov, error)
+                tally.squares.append(float(square))
+        matches.append(match)
+    return matches
+
+
+def tally_labels(tally: Tally, found: BlockFeatures, matches: list[dict[int, int]]) -> None:
+    """Adds how many vertices have a label, and how many the one that their corner mostly has."""
+    votes: dict[int, Counter[str]] = {}
+    given = []
+    for labelled, match in zip(found.vertices, matches, strict=True):
+        tally.labels_all += len(match)
+        for index, corner in match.items():
+            label = labelled[index].block_label
+            if label is not None:
+                votes.setdefault(corner, Counter())[label] += 1
+                given.append((corner, label))
+    tally.labelled += len(given)
+    tally.label_right += sum(votes[c].most_common(1)[0][0] == label for c, label in given)
+
+
+def tally_tracks(
+    tally: Tally, solid: SolidTruth, views: tuple[View, ...], found: BlockFeatures
+) -> None:
+    """Adds the figures of tracks, their points and outlines."""
+    corners = np.array(solid.vertices)
+    owners = []
+    for track in found.tracks:
+        names: Counter[int] = Counter()
+        for seen in track.observations:
+            pixels, inside, _ = true_pixels(solid, views[seen.view])
+            near = np.linalg.norm(pixels[inside] - seen.uv, axis=1)
+            best = int(np.argmin(near))
+            names[inside[best] if near[best] <= MATCH_PX else -1] += 1
+        owner, count = names.most_common(1)[0]
+        owners.append(owner)
+        tally.observations += len(track.observations)
+        tally.observations_right += count if owner >= 0 else 0
+        tally.tracks_pure += int(owner >= 0 and count == len(track.observations))
+    tally.tracks += len(found.tracks)
+    tally.vertices += len(corners)
+    tally.vertices_tracked += len({o for o in owners if o >= 0})
+    points = track_points(found.tracks, views)
+    errors = [
+        float(np.linalg.norm(point - corners[owner]))
+        for point, owner in zip(points, owners, strict=True)
+        if owner >= 0
+    ]
+    tally.point_errors += errors
+    tally.rms.append(float(np.sqrt(np.mean(np.square(errors)))) if errors else float("nan"))
+    seen_faces = {f for view in views for f in true_pixels(solid, view)[2]}
+    true_faces = {frozenset(solid.faces[f]) for f in seen_faces}
+    tally.faces_seen += len(true_faces)
+    tally.outlines += len(found.outlines)
+    tally.outlines_right += sum(
+        frozenset(owners[i] for i in outline) in true_faces for outline in found.outlines
+    )
+
+
+def main() -> None:
+    """Runs the benchmark and prints its figures."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--world", default="block")
+    arguments = parser.parse_args()
+    tally = Tally()
+    for seed in range(arguments.seeds):
+        world = make_world(arguments.world, seed)
+        views = views_of(
+            world, tour_poses(), tour_camera(), seed=seed, noise_sd=NOISE_GREY, blur_px=BLUR_PX
+        )
+        begin = time.process_time()
+        for view in views:
+            picture_features(view.image)
+        middle = time.process_time()
+        found = block_front_end(views)
+        end = time.process_time()
+        per_picture = (middle - begin) / len(views)
+        tally.ms_per_picture.append(1e3 * per_picture)
+        tally.ms_matching.append(1e3 * (end - middle - (middle - begin)))
+        solid = world.truth.solids[0]
+        tally_labels(tally, found, tally_pictures(tally, solid, views, found))
+        tally_tracks(tally, solid, views, found)
+    print(json.dumps(_figures(tally, arguments.world, arguments.seeds)))
+
+
+def _figures(tally: Tally, world: str, seeds: int) -> dict[str, object]:
+    def quantile(values: list[float], share: float) -> float:
+        return round(float(np.quantile(values, share)), 4)
+
+    return {
+        "schema": "facetlog-benchmark/1",
+        "benchmark": "accuracy_front_end",
+        "machine": platform.machine(),
+        "world": world,
+        "seeds": seeds,
+        "recall": round(tally.hit / tally.true, 4),
+        "precision": round(tally.hit / tally.found, 4),
+        "error_px_median": quantile(tally.errors, 0.5),
+        "error_px_p90": quantile(tally.errors, 0.9),
+        "error_over_bound_median": quantile(tally.over_bound, 0.5),
+        # Median of chi-square with 2 degrees of freedom over its expectation 2 ln 2.
+        "nees_median_over_expected": round(quantile(tally.squares, 0.5) / (2 * np.log(2)), 3),
+        "labelled_share": round(tally.labelled / tally.labels_all, 4),
+        "labels_right": round(tally.label_right / max(1, tally.labelled), 4),
+        "tracks": tally.tracks,
+        "tracks_without_a_wrong_observation": tally.tracks_pure,
+        "observations_right": round(tally.observations_right / max(1, tally.observations), 4),
+        "vertices_tracked": f"{tally.vertices_tracked}/{tally.vertices}",
+        "outlines_right": f"{tally.outlines_right}/{tally.outlines}",
+        "faces_seen": tally.faces_seen,
+        "point_error_median_in": quantile(tally.point_errors, 0.5),
+        "point_rms_per_seed_worst_in": quantile(tally.rms, 1.0),
+        "cpu_ms_per_picture_median": quantile(tally.ms_per_picture, 0.5),
+        "cpu_ms_labels_tracks_outlines_median": quantile(tally.ms_matching, 0.5),
+    }
+
+
+if __name__ == "__main__":
+    main()
