@@ -96,7 +96,8 @@ def _screened_candidates(
         others = [k for k in screen if k not in (i, j)]
         seen = coverage(c, [views[k] for k in others], [maps[k] for k in others], samples=6)
         promise = (np.nan_to_num(seen) ** 2).sum(axis=1)
-        keep = (np.nan_to_num(seen) > SUPPORTED).any(axis=1) & _among_best(promise, made_of)
+        supported: NDArray[np.bool_] = (np.nan_to_num(seen) > SUPPORTED).any(axis=1)
+        keep = supported & _among_best(promise, made_of)
         found.append(c[keep])
         owners.append(made_of[keep] + first_number[[i, j]])
     return np.concatenate(found), np.concatenate(owners)

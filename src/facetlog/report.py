@@ -41,7 +41,7 @@ def write_report(folder: Path, found: Recognised, *, progress: Progress | None =
     The folder appears as a whole when all is written (see output_folder.py).
     """
     from facetlog.kb.encode import facts_program
-    from facetlog.perception.mesh_file import write_glb, write_ply
+    from facetlog.perception.mesh_file import write_mesh
     from facetlog.perception.scene_file import write_scene
 
     scene, clock = found.scene, found.clock
@@ -54,12 +54,12 @@ def write_report(folder: Path, found: Recognised, *, progress: Progress | None =
     with output_folder(folder, about) as made:
         with clock.step("write results"):
             write_scene(scene, made / "scene.json")
-            facts = "\n".join(facts_program(found.facts))
+            facts = "\n".join(facts_program(found.facts, scene.name))
             (made / "facts.pl").write_text(facts + "\n", encoding="utf-8")
             (made / "verdicts.json").write_text(verdicts_json(found) + "\n", encoding="utf-8")
             if scene.faces:
-                write_ply(scene, made / "faces.ply")
-                write_glb(scene, made / "faces.glb")
+                write_mesh(scene, made / "faces.ply")
+                write_mesh(scene, made / "faces.glb")
         with clock.step("draw pictures"):
             _write_pictures(made, found, progress)
         about["seconds"] = _seconds(clock)
