@@ -118,8 +118,7 @@ def _best_of_an_owner(score: FloatArray, owners: NDArray[np.intp]) -> NDArray[np
     # it is the best one of both of its segments, or nearly.
     best = np.zeros(owners.max(initial=-1) + 1)
     np.maximum.at(best, owners.ravel(), np.repeat(score, 2))
-    nearly: NDArray[np.bool_] = (score[:, None] >= NEARLY_BEST * best[owners]).all(axis=1)
-    return nearly
+    return score >= NEARLY_BEST * best[owners].max(axis=1)
 
 
 def _distinct_views(weight: FloatArray) -> list[int]:

@@ -54,7 +54,7 @@ def write_report(folder: Path, found: Recognised, *, progress: Progress | None =
     with output_folder(folder, about) as made:
         with clock.step("write results"):
             write_scene(scene, made / "scene.json")
-            facts = "\n".join(facts_program(found.facts, scene.name))
+            facts = "\n".join(facts_program(found.facts))
             (made / "facts.pl").write_text(facts + "\n", encoding="utf-8")
             (made / "verdicts.json").write_text(verdicts_json(found) + "\n", encoding="utf-8")
             if scene.faces:
