@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from facetlog.perception.line_front_end.consistency import check_consistency
 from facetlog.perception.line_front_end.corner_tracks import merge_corners, track_corners
 from facetlog.perception.line_front_end.edge_maps import edge_map
 from facetlog.perception.line_front_end.face_selection import select_faces
@@ -53,6 +54,7 @@ def line_front_end(
         faces = select_faces(outlines, views, maps, graph, cloud.pixel)
     weight = tuple(float(w) for w in graph.weight)
     if not faces:
+        check_consistency(cloud.segments, use, views, segments)
         return TrackedFaces((), (), weight)
     with clock.step("corner tracks"):
         corners = merge_corners(faces, cloud.pixel)

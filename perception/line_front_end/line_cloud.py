@@ -61,7 +61,7 @@ def reconstruct_lines(
     cover = coverage(candidates, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
     score = (np.nan_to_num(cover) ** 2 * graph.weight).sum(axis=1)
-    keep: NDArray[np.bool_] = (support >= MIN_SUPPORT) & _best_of_an_owner(score, owners)
+    keep = np.logical_and(support >= MIN_SUPPORT, _best_of_an_owner(score, owners))
     candidates, cover, score = candidates[keep], cover[keep], score[keep]
 
     score = score * np.sqrt(_lengths(candidates))
@@ -96,8 +96,9 @@ def _screened_candidates(
         others = [k for k in screen if k not in (i, j)]
         seen = coverage(c, [views[k] for k in others], [maps[k] for k in others], samples=6)
         promise = (np.nan_to_num(seen) ** 2).sum(axis=1)
-        supported: NDArray[np.bool_] = (np.nan_to_num(seen) > SUPPORTED).any(axis=1)
-        keep = supported & _among_best(promise, made_of)
+        keep = np.logical_and(
+            (np.nan_to_num(seen) > SUPPORTED).any(axis=1), _among_best(promise, made_of)
+        )
         found.append(c[keep])
         owners.append(made_of[keep] + first_number[[i, j]])
     return np.concatenate(found), np.concatenate(owners)
@@ -118,7 +119,8 @@ def _best_of_an_owner(score: FloatArray, owners: NDArray[np.intp]) -> NDArray[np
     # it is the best one of both of its segments, or nearly.
     best = np.zeros(owners.max(initial=-1) + 1)
     np.maximum.at(best, owners.ravel(), np.repeat(score, 2))
-    return score >= NEARLY_BEST * best[owners].max(axis=1)
+    nearly: NDArray[np.bool_] = score >= NEARLY_BEST * best[owners].max(axis=1)
+    return nearly
 
 
 def _distinct_views(weight: FloatArray) -> list[int]:
