@@ -287,7 +287,21 @@ def track_vertices(
             alive = np.isfinite(used[pairs].max(axis=1))
             alive[top] = False
         points, pairs, off = points[alive], pairs[alive], off[alive]
-    return tuple(sorted(tracks, key=lambda track: -len(track.observations)))
+    return _each_label_once(sorted(tracks, key=lambda track: -len(track.observations)))
+
+
+def _each_label_once(tracks: list[Track]) -> tuple[Track, ...]:
+    """The tracks, best supported first; of those with one label only the first keeps it."""
+    given: set[PositionLabel] = set()
+    result = []
+    for track in tracks:
+        if track.label is not None and track.label in given:
+            result.append(Track(track.observations))
+        else:
+            result.append(track)
+            if track.label is not None:
+                given.add(track.label)
+    return tuple(result)
 
 
 def _labelled_pair(views: tuple[View, ...], seen: _Sightings, members: list[int]) -> bool:

@@ -280,3 +280,16 @@ def test_front_in_set_one_is_back_in_set_three():
 def test_one_picture_can_be_labelled_alone(tour):
     labelled = labelled_pictures(tour.views[:1], (picture_features(tour.views[0].image),))
     assert sum(v.label is not None for v in labelled[0]) >= 3
+
+
+def test_no_two_tracks_have_the_same_label(tour, found):
+    alike = tuple(
+        tuple(
+            LabelledVertex(v.vertex, v.label, PositionLabel.FRONT_LEFT_TOP, v.reason)
+            for v in labelled
+        )
+        for labelled in found.vertices
+    )
+    tracks = track_vertices(alike, tour.views)
+    assert len(tracks) >= 8
+    assert sum(t.label is not None for t in tracks) == 1
