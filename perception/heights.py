@@ -114,24 +114,28 @@ def elevation(face: FlatFace, ground: Ground, covs: FloatArray) -> Estimate:
     return Estimate(float(face.middle @ ground.up) - base, sd)
 
 
-def _not_upright(faces: tuple[FlatFace, ...], up: FloatArray) -> list[FlatFace]:
+def _plans(
+    scene: Scene, faces: tuple[FlatFace, ...], up: FloatArray
+) -> tuple[list[FlatFace], NDArray[np.object_], FloatArray]:
+    """Faces that are not upright, their plans (n,), and the plan's axes (2, 3)."""
     least = np.sin(UPRIGHT)
-    return [f for f in faces if abs(float(f.normal @ up)) > least and f.area > 0.0]
+    lying = [f for f in faces if abs(float(f.normal @ up)) > least and f.area > 0.0]
+    axes = plane_axes(up, lying[0].axes[0] if lying else np.eye(3)[0])
+    if not lying:
+        return [], np.zeros(0, dtype=np.object_), axes
+    plans = projected(lying, scene.points, [axes] * len(lying))
+    seen = shapely.area(plans) > 0.0
+    return [f for f, there in zip(lying, seen.tolist(), strict=True) if there], plans[seen], axes
 
 
 def overlaps(
     scene: Scene, faces: tuple[FlatFace, ...], up: FloatArray
 ) -> list[tuple[int, int, float]]:
     """(i, j, share) for pairs i < j whose plans overlap: the intersection over the smaller plan."""
-    lying = _not_upright(faces, up)
-    if not lying:
-        return []
-    axes = plane_axes(up, lying[0].axes[0])
-    plans = projected(lying, scene.points, [axes] * len(lying))
+    lying, plans, _ = _plans(scene, faces, up)
     areas = shapely.area(plans)
     one, two = shapely.STRtree(plans).query(plans, predicate="intersects")
-    keep = (one < two) & (np.minimum(areas[one], areas[two]) > 0.0)
-    one, two = one[keep], two[keep]
+    one, two = one[one < two], two[one < two]
     shares = shapely.area(shapely.intersection(plans[one], plans[two]))
     shares /= np.minimum(areas[one], areas[two])
     return [
@@ -213,12 +217,10 @@ def clear_below(
     if none was seen, where the sides of the solid end. From there it is free down to the next
     face of any thing, or to the level of the lowest point of its own.
     """
-    lying = _not_upright(faces, up)
+    lying, plans, axes = _plans(scene, faces, up)
     if not lying:
         return {}
     points = scene.points
-    axes = plane_axes(up, lying[0].axes[0])
-    plans = projected(lying, points, [axes] * len(lying))
     grids = [_ray_grid(plan) for plan in plans]
     owner = np.repeat(np.arange(len(lying)), [len(g) for g in grids])
     where = np.concatenate(grids)
