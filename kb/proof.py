@@ -129,11 +129,17 @@ class Proof:
                 return self.test
 
     def lines(self, length_unit: str | None = None, depth: int = 0) -> Iterator[str]:
-        """The tree as text, one line a step; steps that only join others are left out."""
+        """The tree as text, one line a step; steps that only join others are left out.
+
+        Of alternatives that hold, those that do not are left out as well: they are no reason.
+        """
         joins = isinstance(self.detail, Note) and self.detail.name in ("all", "any", "short")
         if not joins:
             yield f"{'  ' * depth}{MARKS[self.state]} {self.sentence(length_unit)}"
-        for child in self.children:
+        children = self.children
+        if joins and self.detail == Note("any") and self.state is State.HOLDS:
+            children = tuple(c for c in children if c.state is State.HOLDS)
+        for child in children:
             yield from child.lines(length_unit, depth if joins else depth + 1)
 
     def to_json(self) -> dict[str, Any]:
