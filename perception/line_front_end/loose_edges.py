@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.behind import stands_behind
+from facetlog.perception.behind import lies_inside, stands_behind
 from facetlog.perception.line_front_end.face_selection import (
     MAX_BLOCKED,
     SelectedFace,
@@ -70,9 +70,11 @@ def find_loose_edges(
     for k, face in enumerate(faces):
         inside = stands_behind(extents, face.corners, face.normal)
         for other in (f for n, f in enumerate(faces) if n != k and _is_convex(face, f)):
-            # Behind one side of a solid is inside it only if it is behind the others as well.
+            # What stands behind two sides of one solid at once would be seen inside it; what stands
+            # before the other side is not part of the solid.
             depth = (extents - other.corners.mean(axis=0)) @ other.normal
             inside &= (depth < ON_FACE_PX * cloud.pixel).all(axis=1)
+            inside &= ~lies_inside(extents, other.corners, other.normal)
         belongs |= inside
     margin = ON_FACE_PX * cloud.pixel
     centres = np.array([v.pose.centre for v in views])
