@@ -66,6 +66,8 @@ def find_loose_edges(
     for face in faces:
         keep &= ~_lies_on(extents, face, ON_FACE_PX * cloud.pixel)
         keep &= ~_runs_along(extents, face, ALONG_SIDE_PX * cloud.pixel)
+    # The ends are the least known: whether a segment is inside its middle part tells.
+    cores = segment_samples(extents, 5)[:, [1, 3]]
     belongs = np.zeros(len(extents), np.bool_)
     for k, face in enumerate(faces):
         inside = stands_behind(extents, face.corners, face.normal)
@@ -74,7 +76,7 @@ def find_loose_edges(
             # before the other side is not part of the solid.
             depth = (extents - other.corners.mean(axis=0)) @ other.normal
             inside &= (depth < ON_FACE_PX * cloud.pixel).all(axis=1)
-            inside &= ~lies_inside(extents, other.corners, other.normal)
+            inside &= ~lies_inside(cores, other.corners, other.normal)
         belongs |= inside
     margin = ON_FACE_PX * cloud.pixel
     centres = np.array([v.pose.centre for v in views])
