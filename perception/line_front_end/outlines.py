@@ -21,6 +21,9 @@ MIN_WEAKEST = 0.6
 MIN_TURN_SINE = np.sin(np.radians(20.0))
 # Sides shorter, or outlines thinner, than this many px are below what a segment detector sees.
 MIN_SIDE_PX = 10.0
+# A notch costs no length, and print offers many: what is not plain must be better supported. A
+# true L still wins over its rectangle, half of whose two false sides is missing.
+COMPLEXITY = 0.1
 # Outlines kept for one plane, before views judge them.
 KEEP = 12
 
@@ -29,7 +32,8 @@ KEEP = 12
 class Outline:
     """A polygon: corners (k, 3); side i, on line `lines[i]`, runs from corner i to corner i + 1.
 
-    `worth` is Σ (2 · coverage - 1) · length: true borders are longer than printed ones.
+    `worth` is Σ (2 · coverage - 1) · length, for true borders are longer than printed ones, less
+    COMPLEXITY of the outline's length for each side beyond four and each reflex corner.
     """
 
     corners: FloatArray
@@ -93,6 +97,9 @@ def _supported(
     cover = profiles.mean(line, start, end)
     weakest = np.sort(cover, axis=1)[:, :2].mean(axis=1)
     worth = ((2 * cover - 1) * length).sum(axis=1)
+    sides = cycles.shape[1]
+    complexity = max(sides - 4, 0) + _reflex_corners(corners)
+    worth = worth - COMPLEXITY * complexity * length.sum(axis=1)
     keep = np.nonzero(weakest >= MIN_WEAKEST)[0]
     keep = keep[np.argsort(-worth[keep], kind="stable")][:KEEP]
     return [
@@ -124,6 +131,15 @@ def _is_simple(corners: FloatArray, side: FloatArray, length: FloatArray) -> NDA
             continue
         simple &= ~_cross(corners[:, i], side[:, i], corners[:, j], side[:, j])
     return simple
+
+
+def _reflex_corners(corners: FloatArray) -> NDArray[np.intp]:
+    side = np.roll(corners, -1, axis=1) - corners
+    following = np.roll(side, -1, axis=1)
+    turn = side[..., 0] * following[..., 1] - side[..., 1] * following[..., 0]
+    inward = turn * np.sign(turn.sum(axis=1, keepdims=True)) < 0
+    count: NDArray[np.intp] = inward.sum(axis=1)
+    return count
 
 
 def _cross(a: FloatArray, u: FloatArray, b: FloatArray, v: FloatArray) -> NDArray[np.bool_]:
