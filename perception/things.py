@@ -3,7 +3,8 @@
 Faces that meet in a convex or flat edge are of one body (a core); a core without a convex edge is
 a sheet. Then cores join where they touch, unless one merely stands on a face of the other:
 
-- What touches a face from behind (a leg under a table top) or in its plane belongs to it.
+- What touches a face from behind (a leg under a table top) or in its plane belongs to it; so does
+  a loose edge that begins a little behind it: of a thick top pictures show the upper side only.
 - What stands before a *sheet* that reaches on beyond the contact is not part of it: the sheet is
   a support, such as a floor. Two sheets that share a side join: a room's corner is a thing.
 - What stands before an upward face of a *body* is not part of it either, unless it stands at the
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from facetlog.perception.behind import stands_behind
 from facetlog.perception.contacts import (
     Bend,
     SideContact,
@@ -85,8 +87,8 @@ class _Parts:
     """The scene's faces and then its loose edges, numbered as parts; who holds which vertex."""
 
     scene: Scene
+    points: FloatArray
     faces: tuple[FlatFace, ...]
-    loose: tuple[int, ...]
     members: tuple[tuple[int, ...], ...]
     holders: dict[int, tuple[int, ...]]
 
@@ -98,7 +100,7 @@ class _Parts:
         for part, own in enumerate(members):
             for vertex in own:
                 holders[vertex] = (*holders.get(vertex, ()), part)
-        return cls(scene, faces, loose, members, holders)
+        return cls(scene, scene.points, faces, members, holders)
 
     @property
     def used(self) -> NDArray[np.intp]:
@@ -107,7 +109,7 @@ class _Parts:
 
     def on_loose_edges(self) -> list[tuple[int, int]]:
         """(vertex, part) wherever a vertex lies on a loose edge that does not end there."""
-        points, used = self.scene.points, self.used
+        points, used = self.points, self.used
         tolerance = Tolerance.of(self.scene)
         sds = tolerance.vertex_sds
         found: list[tuple[int, int]] = []
@@ -137,7 +139,7 @@ class _Parts:
                 if face < count and face != part:
                     yield _Meeting(part, face, (vertex,), vertex in self.faces[face].outline)
         for vertex, face, depth in touches(self.scene, self.faces, self.used):
-            outline = self.faces[face].flatten(self.scene.points[list(self.faces[face].outline)])
+            outline = self.faces[face].flatten(self.points[list(self.faces[face].outline)])
             rim = depth <= RIM_SHARE * float(np.ptp(outline, axis=0).min())
             for part in self.holders[vertex]:
                 yield _Meeting(part, face, (vertex,), rim)
@@ -166,7 +168,7 @@ class _Cores:
         convex: list[int] = []
         for contact, turn in contacts:
             if contact.against:
-                if not turn.concave:
+                if not turn.concave and not turn.back_to_back:
                     joined.append((contact.first.face, contact.second.face))
                 if turn.convex:
                     convex.append(contact.first.face)
@@ -229,9 +231,25 @@ def _stances(
     return stances
 
 
+def _hanging(parts: _Parts, cores: _Cores) -> Iterator[tuple[int, int]]:
+    """Pairs of cores: loose edges that stand behind a face within its outline, near enough."""
+    loose = parts.members[len(parts.faces) :]
+    if not loose:
+        return
+    ends = parts.points[np.array(loose)]
+    for face in parts.faces:
+        if face.area == 0.0:
+            continue
+        behind = stands_behind(ends, parts.points[list(face.outline)], face.normal)
+        for nth in np.nonzero(behind)[0].tolist():
+            core, other = cores.of[len(parts.faces) + nth], cores.of[face.index]
+            if core != other:
+                yield min(core, other), max(core, other)
+
+
 def _stands_apart(parts: _Parts, cores: _Cores, core: int, face: FlatFace, how: _Stance) -> bool:
     """Whether a core in front of a face only stands there: see the module's rules."""
-    up, points = parts.scene.up, parts.scene.points
+    up, points = parts.scene.up, parts.points
     rise = 0.0 if up is None else float(face.normal @ up)
     if not how.in_front or rise < -LEVEL_ENOUGH:
         return False
@@ -257,7 +275,7 @@ def find_things(
         return ()
     parts = _Parts.of(scene, faces, loose)
     cores = _Cores.among(parts, contacts)
-    met: set[tuple[int, int]] = set()
+    met = set(_hanging(parts, cores))
     apart: set[tuple[int, int]] = set()
     for (core, face), stance in _stances(parts, cores, contacts).items():
         pair = (min(core, cores.of[face]), max(core, cores.of[face]))

@@ -42,9 +42,12 @@ MAX_RMS_PX = 1.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LineCloud:
-    """3-D segments (n, 2, 3), their support (n,) in distinct views, rms residual px (n,)."""
+    """3-D segments (n, 2, 3), the covariance of their ends across themselves (n, 2, 3, 3), their
+    support (n,) in distinct views, rms residual px (n,).
+    """
 
     segments: FloatArray
+    end_covs: FloatArray
     support: FloatArray
     rms: FloatArray
     pixel: float  # length of one pixel at the focus, in the world's unit
@@ -69,13 +72,13 @@ def reconstruct_lines(
     apart = [views[k] for k in _distinct_views(graph.weight, MERGE_VIEWS)]
     chosen = _merge(candidates, score, apart, MERGE_PX)
     use = np.nan_to_num(cover[chosen]) > SUPPORTED
-    fitted, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
+    fitted, end_covs, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
     cover = coverage(fitted, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
     good = (support >= MIN_SUPPORT) & (rms < MAX_RMS_PX)
-    fitted, support, rms = fitted[good], support[good], rms[good]
+    fitted, end_covs, support, rms = fitted[good], end_covs[good], support[good], rms[good]
     chosen = _merge(fitted, support * np.sqrt(_lengths(fitted)), apart, MERGE_FITTED_PX)
-    return LineCloud(fitted[chosen], support[chosen], rms[chosen], pixel)
+    return LineCloud(fitted[chosen], end_covs[chosen], support[chosen], rms[chosen], pixel)
 
 
 def _screened_candidates(

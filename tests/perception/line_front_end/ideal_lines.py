@@ -24,6 +24,11 @@ def sides_of(corners: FloatArray) -> FloatArray:
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
+def exact_ends(segments: FloatArray) -> FloatArray:
+    """Covariances (n, 2, 3, 3) of ends that are known exactly."""
+    return np.zeros((len(segments), 2, 3, 3))
+
+
 def plane_of(corners: FloatArray, lines: int) -> PlaneHypothesis:
     """The plane of a polygon that runs counter-clockwise, with that many segments on it."""
     normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)

@@ -45,3 +45,10 @@ def test_pictures_with_hardly_a_segment_contradict_nothing() -> None:
     assert explained_share(NO_SEGMENTS, none, rig.views, nothing) == 1.0
     check_consistency(NO_SEGMENTS, none, rig.views, nothing)
     check_consistency(NO_SEGMENTS, none, rig.views, [np.array([[10.0, 10, 60, 40]]), *nothing[1:]])
+
+
+def test_a_few_views_are_never_called_inconsistent() -> None:
+    rig = block_rig()
+    few = rig.views[:4]
+    found = [detect_segments(v.image) for v in few]
+    check_consistency(NO_SEGMENTS, np.zeros((0, 4), np.bool_), few, found)

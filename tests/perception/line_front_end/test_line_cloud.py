@@ -61,7 +61,8 @@ def test_each_line_has_support_and_fits() -> None:
     cloud = block_lines()
     assert (cloud.support >= MIN_SUPPORT).all()
     assert (cloud.rms < MAX_RMS_PX).all()
-    assert len(cloud.segments) == len(cloud.support) == len(cloud.rms)
+    assert len(cloud.segments) == len(cloud.support) == len(cloud.rms) == len(cloud.end_covs)
+    assert (np.linalg.eigvalsh(cloud.end_covs) > -1e-12).all()
 
 
 def test_a_pixel_is_as_long_as_it_is_at_the_block() -> None:

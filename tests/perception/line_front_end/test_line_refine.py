@@ -74,7 +74,7 @@ def test_what_is_out_of_the_picture_or_behind_is_not_read() -> None:
 def test_a_perturbed_edge_of_a_block_returns_to_the_truth(seed: int) -> None:
     rig = block_rig().noisy(seed, 2.0)
     used = rig.shown_edges
-    fitted, rms = refine_segments(
+    fitted, _, rms = refine_segments(
         perturbed(rig, seed, 1.5), rig.views, rig.maps, used, np.ones(len(rig.views))
     )
     errors = line_errors(rig, fitted)
@@ -87,7 +87,7 @@ def test_a_perturbed_edge_of_a_block_returns_to_the_truth(seed: int) -> None:
 def test_a_segment_moves_across_itself_only() -> None:
     rig = block_rig()
     start = perturbed(rig, 0, 1.0)
-    fitted, _ = refine_segments(
+    fitted, _, _ = refine_segments(
         start, rig.views, rig.maps, rig.shown_edges, np.ones(len(rig.views))
     )
     length = np.linalg.norm(start[:, 1] - start[:, 0], axis=1)
@@ -101,8 +101,8 @@ def test_views_that_are_not_used_change_nothing() -> None:
     use = rig.shown_edges.copy()
     use[:, 5:] = False
     weight = np.ones(len(rig.views))
-    every, _ = refine_segments(start, rig.views, rig.maps, use, weight)
-    first, _ = refine_segments(start, rig.views[:5], rig.maps[:5], use[:, :5], weight[:5])
+    every, _, _ = refine_segments(start, rig.views, rig.maps, use, weight)
+    first, _, _ = refine_segments(start, rig.views[:5], rig.maps[:5], use[:, :5], weight[:5])
     np.testing.assert_allclose(every, first)
 
 
@@ -110,7 +110,7 @@ def test_a_segment_that_no_view_shows_stays_and_has_no_residual() -> None:
     rig = block_rig()
     start = perturbed(rig, 2, 1.0)
     unused = np.zeros_like(rig.shown_edges)
-    fitted, rms = refine_segments(start, rig.views, rig.maps, unused, np.ones(len(rig.views)))
+    fitted, _, rms = refine_segments(start, rig.views, rig.maps, unused, np.ones(len(rig.views)))
     np.testing.assert_array_equal(fitted, start)
     assert np.isnan(rms).all()
 
