@@ -44,10 +44,12 @@ def recognised(
 def assert_is_a_box_and_nothing_else(found: Recognition, size: tuple[float, ...] = ()) -> None:
     assert found.models == {"box"}, "\n".join(found.lines())
     (verdict,) = found.best
-    assert len(verdict.parts) >= 3
-    square = [a for a in verdict.angles if a.measure.startswith("angle")]
-    assert len(square) >= 3
-    assert all(abs(a.value - 90.0) <= SQUARE_DEG for a in square)
+    faces = [f for part in verdict.parts for f in part.faces]
+    pairs = {f"angle({a}, {b})" for a in faces for b in faces}
+    square = {a.measure: a.value for a in verdict.angles if a.measure in pairs}
+    assert len(faces) >= 3
+    assert len(square) == len(faces) * (len(faces) - 1) / 2
+    assert all(abs(angle - 90.0) <= SQUARE_DEG for angle in square.values())
     if size:
         measured = sorted((s.value for s in verdict.sizes), reverse=True)
         np.testing.assert_allclose(measured, size, rtol=0.02)
