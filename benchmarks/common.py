@@ -31,6 +31,7 @@ __all__ = [
     "data_set",
     "machine",
     "median_and_spread",
+    "shown",
     "text",
     "tree_hash",
 ]

@@ -18,18 +18,20 @@ from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, Pose, Scene, View
 from facetlog.perception.views import ViewSet
 from facetlog.pipeline import FrontEnd, recognize_views
-from facetlog.robot.simulate import views_of
+from facetlog.robot.simulate import Similarity, views_of
 from facetlog.robot.tour import tour_camera, tour_poses
 from facetlog.robot.world import World
 from facetlog.robot.worlds import INCH, make_world
 
 __all__ = [
     "NONE",
+    "SAME_FRAME",
     "Run",
     "Score",
     "Shape",
     "Trial",
     "counted",
+    "in_frame",
     "in_metres",
     "recognised",
     "score",
@@ -45,6 +47,7 @@ NONE = "nothing"
 MATCH_SHARE = 1.0 / 6.0
 # Planes nearer to parallel than this have no edge between them, rad.
 LEAST_TURN = np.radians(10.0)
+SAME_FRAME = Similarity(np.eye(3), np.zeros(3))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -89,16 +92,17 @@ class Score:
     """What a scene has of a solid; lengths in the unit of both, angles in degrees.
 
     `vertex_errors` and `vertex_nees` (chi-square over 3) are of the matched vertices,
-    `edge_errors` are found minus true length of the edges matched at both ends,
-    `angle_errors` and `angle_nees` of the pairs of matched faces that are not parallel. Faces are
-    missing of those that look to a camera; a vertex or face without a partner is extra.
+    `edge_errors` are found minus true length of the edges matched at both ends, `edge_lengths`
+    their true lengths, `angle_errors` and `angle_nees` of the pairs of matched faces that are not
+    parallel. Faces are missing of those that look to a camera; a vertex or face without a partner
+    is extra.
     """
 
     vertex_errors: tuple[float, ...]
     vertex_nees: tuple[float, ...]
     extra_vertices: int
     edge_errors: tuple[float, ...]
-    true_edges: int
+    edge_lengths: tuple[float, ...]
     angle_errors: tuple[float, ...]
     angle_nees: tuple[float, ...]
     missing_faces: int
@@ -142,8 +146,7 @@ def score(scene: Scene, shape: Shape, centres: FloatArray, unit: float = 1.0) ->
         nees.append(float(error @ np.linalg.solve(scene.vertices[vertex].cov, error)) / 3.0)
     true_edges = {frozenset(edge) for edge in shape.edges}
     edges = {
-        ends: np.linalg.norm(scene.points[e.start] - scene.points[e.end])
-        - np.linalg.norm(np.subtract(*shape.vertices[list(ends)]))
+        ends: _length(scene.points, (e.start, e.end)) - _length(shape.vertices, ends)
         for e in scene.edges
         if (ends := frozenset((corner_of.get(e.start, -1), corner_of.get(e.end, -2)))) in true_edges
     }
@@ -166,13 +169,18 @@ def score(scene: Scene, shape: Shape, centres: FloatArray, unit: float = 1.0) ->
         tuple(errors),
         tuple(nees),
         len(scene.vertices) - len(corner_of),
-        tuple(float(length) / unit for length in edges.values()),
-        len(true_edges),
+        tuple(error / unit for error in edges.values()),
+        tuple(_length(shape.vertices, ends) / unit for ends in edges),
         tuple(angle_errors),
         tuple(angle_nees),
         len(set(shape.seen_faces(centres)) - set(matched)),
         len(scene.faces) - len(matched),
     )
+
+
+def _length(points: FloatArray, ends: Iterable[int]) -> float:
+    start, end = points[list(ends)]
+    return float(np.linalg.norm(end - start))
 
 
 def _matches(points: FloatArray, shape: Shape) -> dict[int, int]:
@@ -216,10 +224,18 @@ def in_metres(name: str, views: Sequence[View]) -> ViewSet:
     )
 
 
-def true_block(world: World, scale: float = INCH) -> Shape:
-    """The first solid of a world in inches, its lengths times `scale`."""
+def true_block(world: World) -> Shape:
+    """The first solid of a world, in the world's own unit."""
     solid = world.truth.solids[0]
-    return Shape(scale * np.array(solid.vertices), solid.edges, solid.faces)
+    return Shape(np.array(solid.vertices), solid.edges, solid.faces)
+
+
+def in_frame(view_set: ViewSet, frame: Similarity) -> ViewSet:
+    """The same views in another frame, with the direction up turned along."""
+    up = None if view_set.up is None else frame.rotation @ view_set.up
+    views = tuple(map(frame.view, view_set.views))
+    # Metres times a scale are metres no more.
+    return replace(view_set, views=views, up=up, metric=view_set.metric and frame.scale == 1.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -232,16 +248,21 @@ class Trial:
 
 
 def tried(
-    name: str, views: Sequence[View], world: World, front_ends: Iterable[FrontEnd] = FrontEnd
+    name: str, views: Sequence[View], world: World, frame: Similarity = SAME_FRAME
 ) -> dict[FrontEnd, Trial]:
-    """The same views (in inches) through each front end, scored in inches."""
-    view_set = in_metres(name, views)
+    """The same views (in inches) through each front end, scored in inches.
+
+    `frame` is another world frame to reconstruct in.
+    """
+    view_set = in_frame(in_metres(name, views), frame)
+    unit = frame.scale * INCH
     shape = true_block(world)
+    there = replace(shape, vertices=unit * shape.vertices @ frame.rotation.T + frame.shift)
     centres = np.array([v.pose.centre for v in view_set.views])
     trials = {}
-    for front_end in front_ends:
+    for front_end in FrontEnd:
         run = recognised(view_set, front_end)
-        found = None if run.scene is None else score(run.scene, shape, centres, unit=INCH)
+        found = None if run.scene is None else score(run.scene, there, centres, unit=unit)
         trials[front_end] = Trial(name, run, found)
     return trials
 
