@@ -1,17 +1,17 @@
-"""All benchmarks, or some of them: `python -m benchmarks [NAME …] [--seeds N] [--json] [--write]`.
+"""All benchmarks, or some of them: `python -m benchmarks [NAME …] [--seeds N] [--first-seed N]
+[--json] [--write]`.
 
 With --write each report is kept as benchmarks/results/NAME.json, and docs/benchmarks.md is made
 anew from all reports that are kept there.
 """
 
-import argparse
 import json
 import sys
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 
-from benchmarks.common import Settings, text
+from benchmarks.common import Settings, settings_parser, text
 from benchmarks.page import benchmarks_page
 
 NAMES = (
@@ -42,18 +42,17 @@ def kept_reports() -> tuple[tuple[str, Mapping[str, object]], ...]:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Runs the benchmarks that are named, one after the other."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
+    parser = settings_parser("python -m benchmarks", __doc__ or "")
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"of {', '.join(NAMES)}")
-    parser.add_argument("--seeds", type=int, help="number of seeds (else each has its own)")
-    parser.add_argument("--json", action="store_true", help="one JSON object a line")
     parser.add_argument("--write", action="store_true", help="keep the reports, make the page")
     given = parser.parse_args(arguments)
     unknown = set(given.names) - set(NAMES)
     if unknown:
         parser.error(f"there is no benchmark {', '.join(sorted(unknown))}")
+    settings = Settings(given.seeds, given.first_seed)
     for name in given.names or NAMES:
         print(f"{name} …", file=sys.stderr)
-        report = import_module(f"benchmarks.{name}").measure(Settings(given.seeds)).to_json()
+        report = import_module(f"benchmarks.{name}").measure(settings).to_json()
         print(json.dumps(report) if given.json else "\n".join((*text(report), "")), flush=True)
         if given.write and not report["skipped"]:
             RESULTS.mkdir(exist_ok=True)

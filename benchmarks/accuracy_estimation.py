@@ -28,7 +28,7 @@ from facetlog.perception.types import FloatArray, Observation, Plane
 __all__ = ["NAME", "main", "measure"]
 
 NAME = "accuracy_estimation"
-POINTS = 200  # of each scene
+POINTS, POINTS_A_SEED = 200, 10  # of each scene; of each seed asked for
 PLANES_A_POINT = 5
 PIXEL_SD = 0.5
 SEED = 20260101
@@ -204,7 +204,7 @@ def plane_rows(planes: int) -> list[Row]:
 
 def measure(settings: Settings) -> Report:
     """Points and planes; 10 points of each scene for each seed asked for."""
-    points = POINTS if settings.seeds is None else 10 * settings.seeds
+    points = POINTS_A_SEED * settings.number(POINTS // POINTS_A_SEED)
     planes = PLANES_A_POINT * points
     counts: dict[str, Cell] = {"points a scene": points, "planes": planes, "noise px": PIXEL_SD}
     return Report(

@@ -87,7 +87,7 @@ def measure(settings: Settings) -> Report:
             return Report(NAME, skipped=folder)
         hashes[name] = tree_hash(folder)
         shape, view_set = true_shape(folder), read_views(folder)
-        seeds = settings.first_seeds(SEEDS)
+        seeds = settings.seeds(SEEDS)
         for case, variants in _cases(view_set, seeds, everything=name == CUBE):
             found = [_found(views, frame, shape) for views, frame in variants]
             rows.append({"set": name, "case": case, **_row(found, asked=name == CUBE)})
@@ -95,7 +95,8 @@ def measure(settings: Settings) -> Report:
         NAME,
         (Table("Front end: lines", tuple(rows)),),
         {
-            "seeds": len(settings.first_seeds(SEEDS)),
+            "seeds": settings.number(SEEDS),
+            "first seed": settings.first,
             **{f"{n} sha256": h for n, h in hashes.items()},
         },
         (

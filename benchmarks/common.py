@@ -31,6 +31,7 @@ __all__ = [
     "data_set",
     "machine",
     "median_and_spread",
+    "settings_parser",
     "shown",
     "text",
     "tree_hash",
@@ -47,13 +48,27 @@ Row: TypeAlias = Mapping[str, Cell]
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """What may be asked of any benchmark: how many seeds, or None for as many as it wants."""
+    """What may be asked of any benchmark: the first seed, and how many (None: as many as usual)."""
 
-    seeds: int | None = None
+    count: int | None = None
+    first: int = 0
 
-    def first_seeds(self, usual: int) -> range:
-        """Seeds 0, 1, …: as many as were asked for, else the usual number."""
-        return range(usual if self.seeds is None else self.seeds)
+    def number(self, usual: int) -> int:
+        """How many seeds or repeats."""
+        return usual if self.count is None else self.count
+
+    def seeds(self, usual: int) -> range:
+        """The seeds, the usual number of them or as many as were asked for."""
+        return range(self.first, self.first + self.number(usual))
+
+
+def settings_parser(program: str, description: str) -> argparse.ArgumentParser:
+    """A parser of the arguments that all benchmarks share."""
+    parser = argparse.ArgumentParser(prog=program, description=description)
+    parser.add_argument("--seeds", type=_positive, help="number of seeds (else its own)")
+    parser.add_argument("--first-seed", type=int, default=0, help="the first of them (else 0)")
+    parser.add_argument("--json", action="store_true", help="one JSON object a benchmark")
+    return parser
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,13 +114,9 @@ def command(name: str, doc: str | None, measure: Measure) -> Callable[[Sequence[
     """The command line of one benchmark: prints its report, as text or as one JSON object."""
 
     def main(arguments: Sequence[str] | None = None) -> None:
-        parser = argparse.ArgumentParser(
-            prog=f"python -m benchmarks.{name}", description=(doc or "").split("\n\n")[0]
-        )
-        parser.add_argument("--seeds", type=_positive, help="number of seeds (else its own)")
-        parser.add_argument("--json", action="store_true", help="one JSON object")
+        parser = settings_parser(f"python -m benchmarks.{name}", (doc or "").split("\n\n")[0])
         given = parser.parse_args(arguments)
-        report = measure(Settings(given.seeds)).to_json()
+        report = measure(Settings(given.seeds, given.first_seed)).to_json()
         print(json.dumps(report) if given.json else "\n".join(text(report)))
 
     return main

@@ -45,7 +45,7 @@ class TimedRun:
 
 def measure(settings: Settings) -> Report:
     """Both front ends; the number of runs is that of seeds asked for."""
-    count = RUNS if settings.seeds is None else settings.seeds
+    count = settings.number(RUNS)
     busy = os.getloadavg()[0]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

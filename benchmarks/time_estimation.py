@@ -93,7 +93,7 @@ def _times(
 
 def measure(settings: Settings) -> Report:
     """All ways of work; the number of repeats is that of seeds asked for."""
-    repeats = REPEATS if settings.seeds is None else settings.seeds
+    repeats = settings.number(REPEATS)
     rows: list[Row] = []
     for wrong in WRONG_SHARES:
         P, uv = scene(POINTS, VIEWS, wrong)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.plane_filter import fit_plane
-from facetlog.perception.point_filter import estimate_points
+from facetlog.perception.point_filter import estimate_point, estimate_points
 from facetlog.perception.tracked_faces import TrackedFaces
 from facetlog.perception.types import (
     Edge,
@@ -33,17 +33,29 @@ def assemble(
     name: str,
     up: FloatArray | None,
     metric: bool,
+    sd_limit: float | None = None,
 ) -> Scene:
     """The scene of the tracked faces; tracks without a point and faces without a plane drop out.
 
     Poses are never exact: what the residuals of all tracks show beyond the corners' own noise is
-    added to it, and views taken from almost one place share one error, not many.
+    added to it, and views taken from almost one place share one error, not many. With `sd_limit`
+    a vertex takes its observations in the order of the views until its largest standard
+    deviation is below; vertices that never get there are named in a warning.
     """
     projections = np.array([v.projection for v in views])
     uv, cov, seen = _as_arrays(tracked, len(views))
     extra = pose_noise_px(uv, cov, seen, projections) ** 2
     cov = cov + (extra / np.array(tracked.weight))[None, :, None, None] * np.eye(2)
     points, covs, used, ok = estimate_points(uv, cov, seen, projections)
+
+    warnings = list(tracked.warnings)
+    if sd_limit is not None:
+        reached = _stop_at(sd_limit, uv, cov, used, ok, projections, points, covs)
+        if reached < ok.sum():
+            warnings.append(
+                f"{ok.sum() - reached} of {ok.sum()} vertices did not reach the standard "
+                f"deviation of {sd_limit:g}: more views are needed"
+            )
 
     number = {int(k): n for n, k in enumerate(np.nonzero(ok)[0])}
     vertices = tuple(
@@ -87,8 +99,33 @@ def assemble(
         faces=tuple(faces),
         up=up,
         metric=metric,
-        warnings=tracked.warnings,
+        warnings=tuple(warnings),
     )
+
+
+def _stop_at(
+    sd_limit: float,
+    uv: FloatArray,
+    cov: FloatArray,
+    used: NDArray[np.bool_],
+    ok: NDArray[np.bool_],
+    projections: FloatArray,
+    points: FloatArray,
+    covs: FloatArray,
+) -> int:
+    # Runs the recursion view by view up to the limit and writes its results into the arrays;
+    # returns how many points reached it.
+    reached = 0
+    for k in np.nonzero(ok)[0]:
+        seen = [Observation(int(v), uv[k, v], cov[k, v]) for v in np.nonzero(used[k])[0]]
+        estimate = estimate_point(seen, list(projections), sd_limit=sd_limit)
+        if not estimate:
+            continue
+        points[k], covs[k] = estimate.point, estimate.cov
+        used[k] = False
+        used[k, [seen[i].view for i in estimate.used]] = True
+        reached += estimate.views_needed is not None
+    return reached
 
 
 def pose_noise_px(

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 
+from facetlog.errors import InconsistentViewsError
 from facetlog.perception.assemble import assemble
 from facetlog.perception.block_front_end.front_end import block_front_end
 from facetlog.perception.line_front_end.front_end import line_front_end
@@ -12,6 +13,9 @@ from facetlog.perception.types import FloatArray, Scene, View
 
 __all__ = ["reconstruct"]
 
+# With fewer vertices a view than this there is too little to say that the poses are wrong.
+MIN_VERTICES = 2.0
+
 
 def reconstruct(
     views: Sequence[View],
@@ -20,19 +24,21 @@ def reconstruct(
     up: FloatArray | None = None,
     metric: bool = False,
     front_end: str = "lines",
+    sd_limit: float | None = None,
     progress: Callable[[str, int, int], None] | None = None,
     clock: StepClock | None = None,
 ) -> Scene:
     """The scene that the views show; InconsistentViewsError if their poses contradict them.
 
     `front_end` is "lines" for things in general, or "paper" for one bright block on a darker
-    ground. `up` and `metric` are what is known of the world frame.
+    ground. `sd_limit`, in the unit of the poses, ends the filter of a vertex once its largest
+    standard deviation is below. `up` and `metric` are what is known of the world frame.
     """
     clock = clock or StepClock()
     find = {"lines": line_front_end, "paper": _paper_front_end}[front_end]
     tracked = find(views, up, clock, progress)
     with clock.step("vertices and planes"):
-        return assemble(tracked, views, name=name, up=up, metric=metric)
+        return assemble(tracked, views, name=name, up=up, metric=metric, sd_limit=sd_limit)
 
 
 def _paper_front_end(
@@ -47,6 +53,12 @@ def _paper_front_end(
 
     with clock.step("features and tracks"):
         block = block_front_end(tuple(views), up=up, progress=report)
+    found = sum(map(len, block.vertices))
+    if not block.tracks and found >= MIN_VERTICES * len(views):
+        raise InconsistentViewsError(
+            f"pictures and poses contradict each other: none of {found} vertices agrees between "
+            f"the {len(views)} views; check that each picture has its own pose"
+        )
     weight = view_graph(views).weight
     return TrackedFaces(
         block.tracks,

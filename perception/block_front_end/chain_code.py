@@ -30,7 +30,7 @@ SUPPORT_SHARE = 0.02
 MIN_SUPPORT = 4
 # A side is at least this share of the outline; a polygon of six sides, as a block shows, has
 # sides well above it, while a disc is cut into twelve stretches of 1/12 = .083 each.
-LEAST_SIDE_SHARE = 0.09
+LEAST_SIDE_SHARE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +125,7 @@ def outline_shape(outline: NDArray[np.int64]) -> OutlineShape:
         # The directions look `support` steps ahead, so a side reaches that much further.
         stretch = codes[np.arange(begin, end + support) % count]
         arc = float(np.hypot(*STEPS[stretch].T).sum())
-        share = min(1.0, (end - begin + support) / count)
+        share = (end - begin) / count
         if share >= LEAST_SIDE_SHARE:
             chord = float(np.hypot(*STEPS[stretch].sum(axis=0)))
             on_sides += share

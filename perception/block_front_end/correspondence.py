@@ -31,8 +31,8 @@ POSE_SD_PX = 0.5
 GATE_SHARE = 0.999
 EPIPOLAR_GATE = float(chi2.ppf(GATE_SHARE, 1))
 POINT_GATE = float(chi2.ppf(GATE_SHARE, 2))
-# One position label in a hundred is wrong (measured: benchmarks/accuracy_front_end.py), so a
-# label that contradicts costs -2 ln .01 in chi-square, and it must be made up for by geometry.
+# At most one position label in a hundred is taken to be wrong (on the rendered tour none is:
+# benchmarks/accuracy_front_end.py), so a label that contradicts costs -2 ln .01 in chi-square.
 LABEL_ERROR = 0.01
 LABEL_COST = -2.0 * float(np.log(LABEL_ERROR))
 # Rays that meet at less than this angle fix no depth to vote on, radians.
@@ -287,7 +287,21 @@ def track_vertices(
             alive = np.isfinite(used[pairs].max(axis=1))
             alive[top] = False
         points, pairs, off = points[alive], pairs[alive], off[alive]
-    return tuple(sorted(tracks, key=lambda track: -len(track.observations)))
+    return _each_label_once(sorted(tracks, key=lambda track: -len(track.observations)))
+
+
+def _each_label_once(tracks: list[Track]) -> tuple[Track, ...]:
+    """The tracks, best supported first; of those with one label only the first keeps it."""
+    given: set[PositionLabel] = set()
+    result = []
+    for track in tracks:
+        if track.label is not None and track.label in given:
+            result.append(Track(track.observations))
+        else:
+            result.append(track)
+            if track.label is not None:
+                given.add(track.label)
+    return tuple(result)
 
 
 def _labelled_pair(views: tuple[View, ...], seen: _Sightings, members: list[int]) -> bool:

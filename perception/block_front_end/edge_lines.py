@@ -165,7 +165,12 @@ def _without_bow(piece: FloatArray, least_px: float) -> list[FloatArray]:
 
 
 def fit_edge_line(
-    image: Image, piece: FloatArray, sd_grey: float, blur_px: float = NOMINAL_BLUR_PX
+    image: Image,
+    piece: FloatArray,
+    sd_grey: float,
+    blur_px: float = NOMINAL_BLUR_PX,
+    *,
+    steps: int = FIT_STEPS,
 ) -> EdgeLine | None:
     """The line of largest likelihood through a straight piece (n, 2) of an edge, or None.
 
@@ -173,10 +178,11 @@ def fit_edge_line(
     the edge, residual r(t) and blurred step's slope g(t), the offset of one pixel of edge is
     -(sum g r) / (C sum g²), variance sd² 2 sqrt(pi) blur / C² (research bound for one pixel of
     edge); the line is the weighted fit of those offsets, its covariance scaled up where they
-    scatter more than the noise explains. None where too few profiles show a step.
+    scatter more than the noise explains. `steps` bounds the rounds of fitting. None where too few
+    profiles show a step.
     """
     start, end = _trimmed(piece)
-    for step in range(FIT_STEPS):
+    for step in range(steps):
         length = float(np.hypot(*(end - start)))
         count = int(length) + 1
         if count < LEAST_PROFILES:

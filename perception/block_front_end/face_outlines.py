@@ -94,25 +94,50 @@ def _sightings(
     regions: tuple[PlaneRegions, ...],
     views: tuple[View, ...],
 ) -> list[_Sighting]:
-    """The regions of all views with the tracks that border them.
+    """The regions of all views that show one plane, with the tracks that border them.
 
-    A track that this view missed counts where its point falls on a region's border: otherwise a
-    region of two faces, whose common edge is unseen, passes for the plane through its far corners.
+    A track that a view missed counts where its point falls on a region's border: in the region's
+    plane it is one of its corners, in front of the plane it tells that the region is two faces
+    whose common edge is unseen. Behind the plane it is hidden.
     """
-    members: dict[tuple[int, int], set[int]] = {}
+    seen: dict[tuple[int, int], set[int]] = {}
+    missed: dict[tuple[int, int], set[int]] = {}
     for index, (track, point) in enumerate(zip(tracks, points, strict=True)):
-        seen = {o.view: o.uv for o in track.observations}
+        pixels = {o.view: o.uv for o in track.observations}
         for number, view in enumerate(views):
-            if number in seen:
-                bordered = _bordered(regions[number], seen[number])
-            else:
-                projected = view.projection @ np.append(point, 1.0)
-                if not projected[2] > 0:
-                    continue
-                bordered = _on_border(regions[number], projected[:2] / projected[2])
-            for region in bordered:
-                members.setdefault((number, region), set()).add(index)
-    return [_Sighting(v, r, frozenset(found)) for (v, r), found in sorted(members.items())]
+            if number in pixels:
+                for region in _bordered(regions[number], pixels[number]):
+                    seen.setdefault((number, region), set()).add(index)
+                continue
+            projected = view.projection @ np.append(point, 1.0)
+            if projected[2] > 0:
+                for region in _on_border(regions[number], projected[:2] / projected[2]):
+                    missed.setdefault((number, region), set()).add(index)
+    sightings = []
+    for (number, region), bordering in sorted(seen.items()):
+        members = frozenset(bordering)
+        if not _flat(points, members):
+            continue
+        others = sorted(missed.get((number, region), ()))
+        ahead = _in_front(points, members, others, views[number].pose.centre)
+        if (ahead <= FLATNESS_SHARE).all():
+            corners = {k for k, off in zip(others, ahead, strict=True) if off >= -FLATNESS_SHARE}
+            sightings.append(_Sighting(number, region, members | corners))
+    return sightings
+
+
+def _in_front(
+    points: FloatArray, members: frozenset[int], others: list[int], eye: FloatArray
+) -> FloatArray:
+    """How far the others stand in front of the members' plane as seen from `eye`, over the
+    members' size, (n,).
+    """
+    own = points[sorted(members)]
+    middle = own.mean(axis=0)
+    _, sizes, vt = np.linalg.svd(own - middle)
+    towards = vt[2] if vt[2] @ (eye - middle) > 0 else -vt[2]
+    ahead: FloatArray = (points[others] - middle) @ towards / sizes[0]
+    return ahead
 
 
 def _flat(points: FloatArray, members: frozenset[int]) -> bool:
@@ -132,8 +157,6 @@ def _groups(sightings: list[_Sighting], points: FloatArray) -> list[list[_Sighti
     """The sightings of each face: those that share three tracks and lie in one plane."""
     groups: list[tuple[frozenset[int], list[_Sighting]]] = []
     for sighting in sorted(sightings, key=lambda s: (-len(s.tracks), s.view, s.region)):
-        if not _flat(points, sighting.tracks):
-            continue
         for index, (tracks, group) in enumerate(groups):
             joined = tracks | sighting.tracks
             if len(tracks & sighting.tracks) >= 3 and _flat(points, joined):

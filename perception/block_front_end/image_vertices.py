@@ -34,6 +34,8 @@ SAME_LINE_SD = 4.0
 # within this reach of the ends of its edges. Larger objects lose more at faint junctions.
 REACH_PX = 8.0
 REACH_SHARE = 0.05
+# The first fit of a piece only starts the drawing out, which is fitted anew.
+FIRST_FIT_STEPS = 2
 # Crossings nearer than this are one vertex, px and in sd.
 SAME_VERTEX_PX = 3.0
 # Chi-square of one line's distance from the vertex, 1 degree of freedom, .1 %.
@@ -61,12 +63,18 @@ def find_edge_lines(
     noise = noise_sd(image) if sd_grey is None else sd_grey
     size = float(np.sqrt(np.count_nonzero(mask)))
     least = max(LEAST_EDGE_PX, LEAST_EDGE_SHARE * size)
-    lines = []
-    for chain in trace_chains(edge_pixels(image, mask, noise), int(least)):
-        for piece in straight_pieces(chain, least, slope_change):
-            line = fit_edge_line(image, piece, noise)
-            if line is not None:
-                lines.append(_drawn_out(image, line, noise))
+    pieces = [
+        piece
+        for chain in trace_chains(edge_pixels(image, mask, noise), int(least))
+        for piece in straight_pieces(chain, least, slope_change)
+    ]
+    lines: list[EdgeLine] = []
+    for piece in sorted(pieces, key=len, reverse=True):
+        line = fit_edge_line(image, piece, noise, steps=FIRST_FIT_STEPS)
+        # A longer piece of the same edge may have been drawn out over this one already.
+        if line is None or any(_covers(other, line) for other in lines):
+            continue
+        lines.append(_drawn_out(image, line, noise))
     return merged_lines(image, tuple(lines), noise, _reach(size))
 
 
@@ -111,6 +119,12 @@ def _one_edge(a: EdgeLine, b: EdgeLine, gap: float) -> bool:
         if across > slack * (SAME_LINE_PX + SAME_LINE_SD * sd):
             return False
     return True
+
+
+def _covers(long: EdgeLine, short: EdgeLine) -> bool:
+    """Whether the longer line is the same edge as the shorter and reaches over all of it."""
+    along = [float((p - long.start) @ long.direction) for p in (short.start, short.end)]
+    return min(along) >= 0 and max(along) <= long.length and _one_edge(long, short, 0.0)
 
 
 def merged_lines(

@@ -15,8 +15,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
 from facetlog.perception.block_front_end.contours import noise_sd
-from facetlog.perception.block_front_end.threshold import grey_histogram
-from facetlog.perception.types import Image
+from facetlog.perception.types import FloatArray, Image
 
 __all__ = ["PlaneRegions", "grey_thresholds", "neighbourhood_mean", "plane_regions"]
 
@@ -27,8 +26,16 @@ PEAK_PROMINENCE = 0.15
 LEAST_REGION_SHARE = 0.02
 # The blurred rim of a face, px: it has the greys of neither face and is no region of its own.
 RIM_PX = 2
-# Histograms are smoothed by the averages' noise, and by one level at least (rounding).
-LEAST_SMOOTHING_GREY = 1.0
+# The 8 neighbours are averaged this many times: a Gaussian of sqrt(.75 passes) = 1.9 px, which
+# tells faces apart that differ by less than a picture's noise, and is no wider than their rim.
+PASSES = 5
+# What that leaves of white noise: 1 / (2 sqrt(pi) 1.9).
+PASSES_NOISE = 0.146
+# Bins of the averages' histogram, and its least smoothing, grey levels: rounding of the picture
+# to whole levels leaves .29 / sqrt(40) of them, so half a level is beyond it.
+GREY_LEVELS = 256
+BIN_GREY = 0.25
+LEAST_SMOOTHING_GREY = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -37,42 +44,50 @@ class PlaneRegions:
 
     labels: NDArray[np.int32]
     count: int
-    thresholds: tuple[int, ...]
+    thresholds: tuple[float, ...]
 
 
-def neighbourhood_mean(image: Image) -> Image:
-    """Mean of each pixel's 8 neighbours (step 6), rounded to a grey level."""
-    ring = np.ones((3, 3), dtype=np.float32) / 8.0
-    ring[1, 1] = 0.0
-    return cv2.filter2D(image, -1, ring, borderType=cv2.BORDER_REFLECT).astype(np.uint8)
+def neighbourhood_mean(image: Image, mask: Image, passes: int = PASSES) -> FloatArray:
+    """Mean of each pixel's 8 neighbours on the mask (step 6), taken `passes` times; grey levels.
 
-
-def grey_thresholds(image: Image, mask: Image, sd_grey: float) -> tuple[int, ...]:
-    """Thresholds between the peaks of the object's histogram, rising; none if it has one peak.
-
-    Each is the lowest point after a peak, which is as far above the peak as its pixels reach.
+    Neighbours off the mask do not count, so the ground does not darken the object's rim.
     """
-    counts = grey_histogram(image, mask)
-    total = counts.sum()
-    if total == 0:
-        return ()
-    # Independent greys of 8 neighbours: sd / sqrt(8).
+    ring = np.ones((3, 3), dtype=np.float32)
+    ring[1, 1] = 0.0
+    inside = (mask > 0).astype(np.float32)
+    neighbours = cv2.filter2D(inside, -1, ring, borderType=cv2.BORDER_CONSTANT)
+    share = np.where(inside > 0, 1.0 / np.maximum(neighbours, 1.0), 0.0).astype(np.float32)
+    mean = image.astype(np.float32) * inside
+    for _ in range(passes):
+        mean = cv2.filter2D(mean, -1, ring, borderType=cv2.BORDER_CONSTANT) * share
+    return mean.astype(np.float64)
+
+
+def grey_thresholds(means: FloatArray, sd_grey: float) -> tuple[float, ...]:
+    """Thresholds between the peaks of the histogram of averages (n,), rising; none if it has one.
+
+    `sd_grey` is the averages' noise. Each threshold is the lowest point after a peak, which is as
+    far above the peak as its pixels reach.
+    """
+    bins = round(GREY_LEVELS / BIN_GREY)
+    counts = np.histogram(means, bins=bins, range=(0.0, float(GREY_LEVELS)))[0].astype(np.float64)
     smooth = gaussian_filter1d(
-        counts, max(LEAST_SMOOTHING_GREY, sd_grey / np.sqrt(8.0)), mode="constant"
+        counts, max(LEAST_SMOOTHING_GREY, sd_grey) / BIN_GREY, mode="constant"
     )
     padded = np.concatenate([[0.0], smooth, [0.0]])  # a peak may be at either end of the scale
     peaks, found = find_peaks(padded, prominence=0.0)
     kept = peaks[found["prominences"] >= PEAK_PROMINENCE * padded[peaks]] - 1
+    least = LEAST_REGION_SHARE * counts.sum()
     thresholds: list[int] = []
     begin = 0
     for low, high in pairwise(kept):
         valley = int(low + np.argmin(smooth[low : high + 1]))
-        if counts[begin:valley].sum() >= LEAST_REGION_SHARE * total:
+        if counts[begin:valley].sum() >= least:
             thresholds.append(valley)
             begin = valley
-    if thresholds and counts[begin:].sum() < LEAST_REGION_SHARE * total:
+    if thresholds and counts[begin:].sum() < least:
         thresholds.pop()
-    return tuple(thresholds)
+    return tuple(float(threshold * BIN_GREY) for threshold in thresholds)
 
 
 def plane_regions(image: Image, mask: Image, sd_grey: float | None = None) -> PlaneRegions:
@@ -88,17 +103,15 @@ def plane_regions(image: Image, mask: Image, sd_grey: float | None = None) -> Pl
     window = np.s_[v : v + height, u : u + width]
     inside = mask[window]
     noise = noise_sd(image) if sd_grey is None else sd_grey
-    mean = neighbourhood_mean(image[window])
+    mean = neighbourhood_mean(image[window], inside)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * RIM_PX + 1, 2 * RIM_PX + 1))
     core = cv2.erode(inside, disc, borderType=cv2.BORDER_CONSTANT, borderValue=0).astype(np.uint8)
-    thresholds = grey_thresholds(mean, core, noise)
-    bounds = (0, *thresholds, 256)
+    thresholds = grey_thresholds(mean[core > 0], noise * PASSES_NOISE)
+    bounds = (-np.inf, *thresholds, np.inf)
     seeds = np.zeros(inside.shape, dtype=np.int32)
     count = 0
-    # A face's few pixels of noise beyond a threshold go with the face: median of 5 x 5.
-    steady = cv2.medianBlur(mean, 5)
     for low, high in pairwise(bounds):
-        band = ((steady >= low) & (steady < high) & (core > 0)).astype(np.uint8)
+        band = ((mean >= low) & (mean < high) & (core > 0)).astype(np.uint8)
         band = cv2.morphologyEx(band, cv2.MORPH_OPEN, disc).astype(np.uint8)
         parts, part_labels, stats, _ = cv2.connectedComponentsWithStats(band, connectivity=4)
         for part in range(1, parts):

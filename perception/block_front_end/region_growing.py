@@ -33,13 +33,15 @@ def grow_region(image: Image, found: Localisation, threshold: int) -> Localisati
     where that threshold is no lower than `threshold`, where what grows leaves the window, or
     where its outline becomes a worse shape by chain code.
     """
+    if not found:
+        return found
     u, v, width, height = cv2.boundingRect(found.mask)
     margin = int(np.ceil(WINDOW_SHARE * max(width, height)))
     rows = slice(max(0, v - margin), min(image.shape[0], v + height + margin))
     columns = slice(max(0, u - margin), min(image.shape[1], u + width + margin))
     window = cv2.GaussianBlur(image[rows, columns], (0, 0), SMOOTHING_PX)
     lower = otsu_threshold(window.astype(np.uint8))
-    if not found or lower >= threshold:
+    if lower >= threshold:
         return found
     seed = found.mask[rows, columns] > 0
     brighter = ((window >= lower) | seed).astype(np.uint8)

@@ -29,7 +29,7 @@ def upward_direction(views: tuple[View, ...]) -> FloatArray:
     up_axes = -np.array([view.pose.rotation[:, 1] for view in views])
     mean_up = up_axes.sum(axis=0)
     _, spread, vt = np.linalg.svd(x_axes)
-    level = len(spread) == 3 and spread[1] >= LEAST_SPREAD * spread[0]
+    level = len(spread) >= 2 and spread[1] >= LEAST_SPREAD * spread[0]
     up = vt[2] if level else mean_up - vt[0] * (vt[0] @ mean_up)
     if up @ mean_up < 0:
         up = -up

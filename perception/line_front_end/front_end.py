@@ -43,12 +43,12 @@ def line_front_end(
         cover = coverage(cloud.segments, views, maps)
         use = np.nan_to_num(cover) > SUPPORTED
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
-        planes = plane_hypotheses(cloud.segments, cloud.support, cloud.pixel)
+        planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
         outlines = [
             outline
             for plane in planes
             for outline in find_outlines(
-                plane, cloud.segments, cloud.support, profiles, cloud.pixel
+                plane, cloud.segments, cloud.end_covs, cloud.support, profiles, cloud.pixel
             )
         ]
         faces = select_faces(outlines, views, maps, graph, cloud.pixel)

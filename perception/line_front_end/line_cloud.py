@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from facetlog.perception.line_front_end.edge_maps import EdgeMap
 from facetlog.perception.line_front_end.line_candidates import candidate_segments
 from facetlog.perception.line_front_end.line_refine import refine_segments
-from facetlog.perception.line_front_end.line_support import coverage
+from facetlog.perception.line_front_end.line_support import coverage, project_points
 from facetlog.perception.line_front_end.viewing import ViewGraph
 from facetlog.perception.types import FloatArray, View
 
@@ -31,8 +31,9 @@ BEST_OF_PAIR = 4
 MAX_LINES = 600
 # A candidate with this share of the best score is as good: scores carry noise.
 NEARLY_BEST = 0.97
-# Two candidates are one line when they lie within this many px of each other.
+# Two candidates are one line when they lie within this many px of each other in these views.
 MERGE_PX = 3.0
+MERGE_VIEWS = 5
 # Finer, after the fit.
 MERGE_FITTED_PX = 1.5
 # Beyond this rms residual the "line" is a contour that slides over a curved surface, or chance.
@@ -41,9 +42,12 @@ MAX_RMS_PX = 1.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LineCloud:
-    """3-D segments (n, 2, 3), their support (n,) in distinct views, rms residual px (n,)."""
+    """3-D segments (n, 2, 3), the covariance of their ends across themselves (n, 2, 3, 3), their
+    support (n,) in distinct views, rms residual px (n,).
+    """
 
     segments: FloatArray
+    end_covs: FloatArray
     support: FloatArray
     rms: FloatArray
     pixel: float  # length of one pixel at the focus, in the world's unit
@@ -65,15 +69,16 @@ def reconstruct_lines(
     candidates, cover, score = candidates[keep], cover[keep], score[keep]
 
     score = score * np.sqrt(_lengths(candidates))
-    chosen = _merge(candidates, score, MERGE_PX * pixel)[:MAX_LINES]
+    apart = [views[k] for k in _distinct_views(graph.weight, MERGE_VIEWS)]
+    chosen = _merge(candidates, score, apart, MERGE_PX)
     use = np.nan_to_num(cover[chosen]) > SUPPORTED
-    fitted, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
+    fitted, end_covs, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
     cover = coverage(fitted, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
     good = (support >= MIN_SUPPORT) & (rms < MAX_RMS_PX)
-    fitted, support, rms = fitted[good], support[good], rms[good]
-    chosen = _merge(fitted, support * np.sqrt(_lengths(fitted)), MERGE_FITTED_PX * pixel)
-    return LineCloud(fitted[chosen], support[chosen], rms[chosen], pixel)
+    fitted, end_covs, support, rms = fitted[good], end_covs[good], support[good], rms[good]
+    chosen = _merge(fitted, support * np.sqrt(_lengths(fitted)), apart, MERGE_FITTED_PX)
+    return LineCloud(fitted[chosen], end_covs[chosen], support[chosen], rms[chosen], pixel)
 
 
 def _screened_candidates(
@@ -86,7 +91,7 @@ def _screened_candidates(
     # segments, counted through all views, that made each.
     first_number = np.cumsum([0, *map(len, segments)])
     found, owners = [np.zeros((0, 2, 3))], [np.zeros((0, 2), dtype=np.intp)]
-    screen = _distinct_views(graph.weight)
+    screen = _distinct_views(graph.weight, SCREEN_VIEWS)
     for i, j in graph.pairs:
         c, made_of = candidate_segments(
             views[i], segments[i][:MAX_SEGMENTS], views[j], segments[j][:MAX_SEGMENTS]
@@ -123,10 +128,10 @@ def _best_of_an_owner(score: FloatArray, owners: NDArray[np.intp]) -> NDArray[np
     return nearly
 
 
-def _distinct_views(weight: FloatArray) -> list[int]:
+def _distinct_views(weight: FloatArray, count: int) -> list[int]:
     # Evenly through the cumulated weight: crowded views are passed over.
     position = np.cumsum(weight) / weight.sum()
-    wanted = (np.arange(SCREEN_VIEWS) + 0.5) / SCREEN_VIEWS
+    wanted = (np.arange(count) + 0.5) / count
     return sorted({int(np.searchsorted(position, w)) for w in wanted})
 
 
@@ -135,21 +140,25 @@ def _lengths(segments: FloatArray) -> FloatArray:
     return lengths
 
 
-def _merge(segments: FloatArray, score: FloatArray, tolerance: float) -> NDArray[np.intp]:
-    # Greedy: the best stays, those that lie on its line and mostly beside it go.
+def _merge(
+    segments: FloatArray, score: FloatArray, views: Sequence[View], tolerance_px: float
+) -> NDArray[np.intp]:
+    # Greedy: the best stays, those that lie on its line in all of these views, and mostly beside
+    # it, go. In pictures, not in space: where the views hardly differ, depth is hardly known.
+    uv = np.stack([project_points(v.projection, segments)[0] for v in views], axis=1)
     left = np.argsort(-score, kind="stable")
     chosen: list[int] = []
-    while len(left):
+    while len(left) and len(chosen) < MAX_LINES:
         best, left = left[0], left[1:]
         chosen.append(int(best))
-        a, b = segments[best]
-        length = np.linalg.norm(b - a)
-        unit = (b - a) / length
-        relative = segments[left] - a
-        t = relative @ unit
-        away = np.linalg.norm(relative - t[..., None] * unit, axis=-1).max(axis=1)
-        t.sort(axis=1)
-        overlap = np.minimum(t[:, 1], length) - np.maximum(t[:, 0], 0.0)
-        same = (away < tolerance) & (overlap > 0.5 * (t[:, 1] - t[:, 0]))
-        left = left[~same]
+        along = uv[best, :, 1] - uv[best, :, 0]
+        length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)
+        unit = along / length[:, None]
+        relative = uv[left] - uv[best, :, :1]  # (n, views, ends, 2)
+        off = relative[..., 0] * unit[:, None, 1] - relative[..., 1] * unit[:, None, 0]
+        near = (np.abs(off) < tolerance_px).all(axis=(1, 2))
+        t = np.sort((relative * unit[:, None]).sum(axis=-1), axis=-1)
+        overlap = np.minimum(t[..., 1], length) - np.maximum(t[..., 0], 0.0)
+        beside = (overlap > 0.5 * (t[..., 1] - t[..., 0])).all(axis=1)
+        left = left[~(near & beside)]
     return np.array(chosen, dtype=np.intp)

@@ -19,6 +19,8 @@ SEARCH_PX = (4.0, 3.0, 2.0)
 STEP_PX = 0.5
 # A reading counts as an edge when its gradient across the segment exceeds this many noise sd.
 MIN_GRADIENT_SD = 3.0
+# Two numbers fix a straight line in a picture: so many of its readings are independent.
+READINGS_A_VIEW = 2
 # Scale of the robust (Cauchy) weight, px: pose errors and print beside an edge, not pixel noise.
 ROBUST_PX = 1.0
 
@@ -92,14 +94,16 @@ def refine_segments(
     maps: Sequence[EdgeMap],
     use: NDArray[np.bool_],
     weight: FloatArray,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Segments (n, 2, 3) moved across themselves to the edges of the views in `use` (n, V).
 
     Gauss-Newton over four numbers a segment (both ends move in the plane across it), Cauchy
-    weights. Returns the segments and the robust rms of their residuals in px (n,).
+    weights. Returns the segments, the covariance of their ends across themselves (n, 2, 3, 3) and
+    the robust rms of their residuals in px (n,).
     """
     segments = segments.copy()
     rms = np.full(len(segments), np.nan)
+    end_covs = np.zeros((len(segments), 2, 3, 3))
     t = (np.arange(SAMPLES) + 0.5) / SAMPLES
     for search in SEARCH_PX:
         basis = _across(segments)
@@ -125,7 +129,19 @@ def refine_segments(
         segments[:, 0] += np.einsum("nka,na->nk", basis, step[:, :2])
         segments[:, 1] += np.einsum("nka,na->nk", basis, step[:, 2:])
         rms = np.sqrt(square / np.maximum(total, 1e-12))
-    return segments, rms
+        end_covs = _end_covs(h, basis, rms)
+    return segments, end_covs, rms
+
+
+def _end_covs(h: FloatArray, basis: FloatArray, rms: FloatArray) -> FloatArray:
+    # The readings of a segment in one view share the error of the view's pose: all together they
+    # count as READINGS_A_VIEW.
+    scale = np.trace(h, axis1=1, axis2=2)[:, None, None]
+    cov = np.linalg.inv(h + (1e-6 * scale + 1e-300) * np.eye(4))
+    cov *= (rms**2 * SAMPLES / READINGS_A_VIEW)[:, None, None]
+    ends = np.stack([cov[:, :2, :2], cov[:, 2:, 2:]], axis=1)
+    covs: FloatArray = basis[:, None] @ ends @ basis.transpose(0, 2, 1)[:, None]
+    return covs
 
 
 def _across(segments: FloatArray) -> FloatArray:

@@ -15,12 +15,15 @@ __all__ = ["Outline", "find_outlines"]
 
 # Lines of a plane that take part, best first; more sides allow fewer lines (all subsets are tried).
 MAX_LINES = {3: 14, 4: 14, 5: 9, 6: 8}
-# Mean coverage of the two weakest sides; print and occlusion leave true ones above this.
-MIN_WEAKEST = 0.6
+# Least coverage of any side: what other things hide of a true one is rarely more than a third.
+MIN_COVERAGE = 0.6
 # Least turn at a corner: the paper's 30 degrees, less what perspective and noise take.
 MIN_TURN_SINE = np.sin(np.radians(20.0))
 # Sides shorter, or outlines thinner, than this many px are below what a segment detector sees.
 MIN_SIDE_PX = 10.0
+# A notch costs no length, and print offers many: what is not plain must be better supported. A
+# true L still wins over its rectangle, half of whose two false sides is missing.
+COMPLEXITY = 0.1
 # Outlines kept for one plane, before views judge them.
 KEEP = 12
 
@@ -29,7 +32,8 @@ KEEP = 12
 class Outline:
     """A polygon: corners (k, 3); side i, on line `lines[i]`, runs from corner i to corner i + 1.
 
-    `worth` is Σ (2 · coverage - 1) · length: true borders are longer than printed ones.
+    `worth` is Σ (2 · coverage - 1) · length, for true borders are longer than printed ones, less
+    COMPLEXITY of the outline's length for each side beyond four and each reflex corner.
     """
 
     corners: FloatArray
@@ -42,6 +46,7 @@ class Outline:
 def find_outlines(
     plane: PlaneHypothesis,
     segments: FloatArray,
+    end_covs: FloatArray,
     support: FloatArray,
     profiles: LineProfiles,
     pixel: float,
@@ -52,7 +57,8 @@ def find_outlines(
     members = members[: max(MAX_LINES.values())]
     basis = plane_basis(plane.normal)
     origin = plane.normal * plane.distance
-    flat = (segments[members] - origin) @ basis  # (m, 2 ends, 2)
+    ends = _onto_plane(segments[members], end_covs[members], plane, pixel)
+    flat = (ends - origin) @ basis  # (m, 2 ends, 2)
     corner = _crossings(flat)
     found: list[Outline] = []
     for sides, most in MAX_LINES.items():
@@ -61,6 +67,17 @@ def find_outlines(
             found += _supported(cycles, corner, members, profiles, origin, basis, plane, pixel)
     found.sort(key=lambda o: -o.worth)
     return tuple(found[:KEEP])
+
+
+def _onto_plane(
+    ends: FloatArray, covs: FloatArray, plane: PlaneHypothesis, pixel: float
+) -> FloatArray:
+    # The most likely points on the plane: each end moves the way it is least known, along the
+    # views' depth, so that it stays where it is in the pictures.
+    towards = covs @ plane.normal + 1e-2 * pixel**2 * plane.normal
+    share = (plane.distance - ends @ plane.normal) / (towards @ plane.normal)
+    moved: FloatArray = ends + share[..., None] * towards
+    return moved
 
 
 def _supported(
@@ -91,9 +108,11 @@ def _supported(
     following = np.roll(space, -1, axis=1)
     end = np.einsum("nkx,nkx->nk", following - profiles.origin[line], profiles.direction[line])
     cover = profiles.mean(line, start, end)
-    weakest = np.sort(cover, axis=1)[:, :2].mean(axis=1)
     worth = ((2 * cover - 1) * length).sum(axis=1)
-    keep = np.nonzero(weakest >= MIN_WEAKEST)[0]
+    sides = cycles.shape[1]
+    complexity = max(sides - 4, 0) + _reflex_corners(corners)
+    worth = worth - COMPLEXITY * complexity * length.sum(axis=1)
+    keep = np.nonzero(cover.min(axis=1) >= MIN_COVERAGE)[0]
     keep = keep[np.argsort(-worth[keep], kind="stable")][:KEEP]
     return [
         Outline(space[n], tuple(map(int, line[n])), cover[n], float(worth[n]), plane.normal)
@@ -124,6 +143,15 @@ def _is_simple(corners: FloatArray, side: FloatArray, length: FloatArray) -> NDA
             continue
         simple &= ~_cross(corners[:, i], side[:, i], corners[:, j], side[:, j])
     return simple
+
+
+def _reflex_corners(corners: FloatArray) -> NDArray[np.intp]:
+    side = np.roll(corners, -1, axis=1) - corners
+    following = np.roll(side, -1, axis=1)
+    turn = side[..., 0] * following[..., 1] - side[..., 1] * following[..., 0]
+    inward = turn * np.sign(turn.sum(axis=1, keepdims=True)) < 0
+    count: NDArray[np.intp] = inward.sum(axis=1)
+    return count
 
 
 def _cross(a: FloatArray, u: FloatArray, b: FloatArray, v: FloatArray) -> NDArray[np.bool_]:

@@ -13,8 +13,11 @@ __all__ = ["PlaneHypothesis", "plane_basis", "plane_hypotheses"]
 MEET_PX = 4.0
 MEET_BEYOND = 0.35  # of a segment's length, beyond its end
 MIN_CROSSING_SINE = np.sin(np.radians(15.0))
-# A segment lies on a plane when both ends are within this many px of it.
+# A segment lies on a plane when both ends are within this many px of it, or within SDS standard
+# deviations where their depth is less well known, but never farther than MAX_OFF_PX.
 ON_PLANE_PX = 3.0
+SDS = 3.0
+MAX_OFF_PX = 15.0
 MIN_LINES = 3
 # Two planes are one when they agree this well over the segments that they share.
 SAME_SHARE = 0.7
@@ -30,13 +33,14 @@ class PlaneHypothesis:
 
 
 def plane_hypotheses(
-    segments: FloatArray, support: FloatArray, pixel: float
+    segments: FloatArray, end_covs: FloatArray, support: FloatArray, pixel: float
 ) -> tuple[PlaneHypothesis, ...]:
     """Planes through pairs of segments (n, 2, 3) that meet, best supported first.
 
-    `pixel` is the length of one pixel at the object. A plane must hold MIN_LINES segments.
+    `end_covs` (n, 2, 3, 3) says how far the ends may be off, `pixel` is the length of one pixel
+    at the object. A plane must hold MIN_LINES segments.
     """
-    first, second = _meeting_pairs(segments, pixel)
+    first, second = _meeting_pairs(segments, end_covs, pixel)
     if not len(first):
         return ()
     along = segments[:, 1] - segments[:, 0]
@@ -46,9 +50,7 @@ def plane_hypotheses(
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     middle = (segments[first].sum(axis=1) + segments[second].sum(axis=1)) / 4
     distance = np.einsum("pk,pk->p", normal, middle)
-    # (pairs, segments, ends)
-    away = np.abs(np.einsum("pk,nek->pne", normal, segments) - distance[:, None, None])
-    on = (away < ON_PLANE_PX * pixel).all(axis=-1)
+    on = _on_planes(segments, end_covs, normal, distance, pixel)
     worth = on @ (support * length)
     left = [p for p in np.argsort(-worth, kind="stable") if on[p].sum() >= MIN_LINES]
     planes: list[PlaneHypothesis] = []
@@ -58,14 +60,31 @@ def plane_hypotheses(
             (on[p] & u).sum() >= SAME_SHARE * on[p].sum() for u in used
         ):
             continue
-        fit, members = _fit(segments, length * support, on[p], pixel)
+        fit, members = _fit(segments, end_covs, on[p], pixel)
         if members.sum() >= MIN_LINES:
             planes.append(PlaneHypothesis(fit[:3], float(fit[3]), np.nonzero(members)[0]))
             used.append(members)
     return tuple(planes)
 
 
-def _meeting_pairs(segments: FloatArray, pixel: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _on_planes(
+    segments: FloatArray,
+    end_covs: FloatArray,
+    normal: FloatArray,
+    distance: FloatArray,
+    pixel: float,
+) -> NDArray[np.bool_]:
+    # (planes, segments): whether both ends are as near to the plane as they are known.
+    away = np.abs(np.einsum("pk,nek->pne", normal, segments) - distance[:, None, None])
+    variance = np.einsum("pk,nekl,pl->pne", normal, end_covs, normal, optimize=True)
+    limit = np.hypot(ON_PLANE_PX * pixel, SDS * np.sqrt(np.maximum(variance, 0.0)))
+    near: NDArray[np.bool_] = (away < np.minimum(limit, MAX_OFF_PX * pixel)).all(axis=-1)
+    return near
+
+
+def _meeting_pairs(
+    segments: FloatArray, end_covs: FloatArray, pixel: float
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     a = segments[:, 0]
     along = segments[:, 1] - a
     length = np.linalg.norm(along, axis=1)
@@ -83,23 +102,33 @@ def _meeting_pairs(segments: FloatArray, pixel: float) -> tuple[NDArray[np.intp]
     gap = np.linalg.norm(between + t[..., None] * u[None] - s[..., None] * u[:, None], axis=-1)
     near_i = (s > -MEET_BEYOND * length[:, None]) & (s < (1 + MEET_BEYOND) * length[:, None])
     near_j = (t > -MEET_BEYOND * length) & (t < (1 + MEET_BEYOND) * length)
-    i, j = np.nonzero(np.triu(crossing & near_i & near_j & (gap < MEET_PX * pixel), 1))
-    return i, j
+    close = gap < MAX_OFF_PX * pixel
+    i, j = np.nonzero(np.triu(crossing & near_i & near_j & close, 1))
+    across = np.cross(u[i], u[j])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    variance = sum(
+        np.einsum("pk,pekl,pl->pe", across, end_covs[n], across).max(axis=1) for n in (i, j)
+    )
+    limit = np.hypot(MEET_PX * pixel, SDS * np.sqrt(np.maximum(variance, 0.0)))
+    meets = gap[i, j] < limit
+    return i[meets], j[meets]
 
 
 def _fit(
-    segments: FloatArray, weight: FloatArray, on: NDArray[np.bool_], pixel: float
+    segments: FloatArray, end_covs: FloatArray, on: NDArray[np.bool_], pixel: float
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    # Total least squares through the ends, members asked again with the fitted plane, twice.
+    # Total least squares through the ends, each by its variance across the plane found before;
+    # members are asked again with each fit.
     fit = np.zeros(4)
-    for _ in range(2):
+    for _ in range(3):
         points = segments[on].reshape(-1, 3)
-        w = np.repeat(weight[on], 2)
+        covs = end_covs[on].reshape(-1, 3, 3)
+        variance = np.einsum("k,nkl,l->n", fit[:3], covs, fit[:3])
+        w = 1.0 / (pixel**2 + variance)
         centre = (w[:, None] * points).sum(axis=0) / w.sum()
         _, _, vt = np.linalg.svd((points - centre) * np.sqrt(w)[:, None], full_matrices=False)
         fit = np.append(vt[2], vt[2] @ centre)
-        away = np.abs(segments @ fit[:3] - fit[3])
-        refreshed = (away < ON_PLANE_PX * pixel).all(axis=-1)
+        refreshed = _on_planes(segments, end_covs, fit[None, :3], fit[None, 3], pixel)[0]
         if refreshed.sum() < MIN_LINES:
             break
         on = refreshed

@@ -19,6 +19,7 @@ from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import (
     DEMO_WORLD,
     FrontEnd,
+    Method,
     Progress,
     Recognised,
     check_models,
@@ -67,7 +68,16 @@ Unit = Annotated[
 ]
 WithFrontEnd = Annotated[
     FrontEnd,
+    Method,
     typer.Option("--front-end", help="lines: any scene; paper: one bright block on dark ground."),
+]
+SdLimit = Annotated[
+    float | None,
+    typer.Option(
+        "--sd-limit",
+        metavar="LENGTH",
+        help="A vertex needs no more views once its standard deviation is below this (m or units).",
+    ),
 ]
 
 
@@ -117,6 +127,7 @@ def recognize_command(
     out: Out = None,
     unit: Unit = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
+    sd_limit: SdLimit = None,
 ) -> int:
     """Says what is there, and why. Exit code 0: a model matches, 1: none does."""
     model_paths = tuple(models or ())
@@ -129,7 +140,7 @@ def recognize_command(
         found = recognize_views(
             view_set,
             model_paths=model_paths,
-            front_end=front_end,
+            method=_method(front_end, sd_limit),
             progress=progress,
             clock=clock,
         )
@@ -144,6 +155,7 @@ def reconstruct_command(
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The scene as JSON.")],
     unit: Unit = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
+    sd_limit: SdLimit = None,
 ) -> int:
     """Writes the vertices, edges and faces that the views show, with their uncertainty."""
     if out.is_dir() or not out.absolute().parent.is_dir():
@@ -151,7 +163,9 @@ def reconstruct_command(
     clock = StepClock()
     with showing_progress() as progress:
         view_set = views_from(views, unit=unit, progress=progress, clock=clock)
-        scene = reconstruct_views(view_set, front_end=front_end, progress=progress, clock=clock)
+        scene = reconstruct_views(
+            view_set, method=_method(front_end, sd_limit), progress=progress, clock=clock
+        )
     write_scene_file(scene, out)
     for line in (*view_set.problems, *scene.warnings):
         warn(line)
@@ -168,6 +182,8 @@ def demo_command(
         str, typer.Option("--world", metavar="NAME", help="What the simulated camera looks at.")
     ] = DEMO_WORLD,
     as_json: AsJson = False,
+    front_end: WithFrontEnd = FrontEnd.LINES,
+    sd_limit: SdLimit = None,
 ) -> int:
     """Renders the paper's tour of 24 views round a block, and recognises it from the pixels."""
     if out is not None:
@@ -175,9 +191,17 @@ def demo_command(
     clock = StepClock()
     with showing_progress() as progress:
         view_set = simulated_views(world, seed, progress=progress, clock=clock)
-        found = recognize_views(view_set, progress=progress, clock=clock)
+        found = recognize_views(
+            view_set, method=_method(front_end, sd_limit), progress=progress, clock=clock
+        )
         _write(out, found, progress)
     return _answer(found, as_json=as_json)
+
+
+def _method(front_end: FrontEnd, sd_limit: float | None) -> Method:
+    if sd_limit is not None and not sd_limit > 0:
+        raise InputError(f"--sd-limit {sd_limit:g}: give a length above 0")
+    return Method(front_end, sd_limit)
 
 
 def _write(out: Path | None, found: Recognised, progress: Progress | None) -> None:

@@ -45,6 +45,17 @@ class FrontEnd(StrEnum):
     PAPER = "paper"
 
 
+@dataclass(frozen=True, slots=True)
+class Method:
+    """How views become a scene; `sd_limit` in metres (or units) is the filter's stopping rule."""
+
+    front_end: FrontEnd = FrontEnd.LINES
+    sd_limit: float | None = None
+
+
+DEFAULT_METHOD = Method()
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Recognised:
     """Everything that a run found, from the views to the verdicts."""
@@ -110,7 +121,7 @@ def check_models(model_paths: tuple[Path, ...]) -> None:
 def reconstruct_views(
     view_set: "ViewSet",
     *,
-    front_end: FrontEnd = FrontEnd.LINES,
+    method: Method = DEFAULT_METHOD,
     progress: Progress | None = None,
     clock: StepClock,
 ) -> "Scene":
@@ -122,7 +133,8 @@ def reconstruct_views(
         name=view_set.name,
         up=view_set.up,
         metric=view_set.metric,
-        front_end=front_end.value,
+        front_end=method.front_end.value,
+        sd_limit=method.sd_limit,
         progress=progress,
         clock=clock,
     )
@@ -139,12 +151,12 @@ def recognize_views(
     view_set: "ViewSet",
     *,
     model_paths: tuple[Path, ...] = (),
-    front_end: FrontEnd = FrontEnd.LINES,
+    method: Method = DEFAULT_METHOD,
     progress: Progress | None = None,
     clock: StepClock,
 ) -> Recognised:
     """Scene, facts and verdicts for the views."""
-    scene = reconstruct_views(view_set, front_end=front_end, progress=progress, clock=clock)
+    scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
     from facetlog.kb.recognize import recognize
     from facetlog.perception.facts import scene_facts
 
