@@ -17,7 +17,7 @@ from facetlog.perception.angles import angle_between
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, Pose, Scene, View
 from facetlog.perception.views import ViewSet
-from facetlog.pipeline import FrontEnd, recognize_views
+from facetlog.pipeline import FrontEnd, Method, recognize_views
 from facetlog.robot.simulate import Similarity, views_of
 from facetlog.robot.tour import tour_camera, tour_poses
 from facetlog.robot.world import World
@@ -117,7 +117,7 @@ class Score:
 def recognised(view_set: ViewSet, front_end: FrontEnd, clock: StepClock | None = None) -> Run:
     """The run on these views; an error that a user would be told of is an outcome, too."""
     try:
-        found = recognize_views(view_set, front_end=front_end, clock=clock or StepClock())
+        found = recognize_views(view_set, method=Method(front_end), clock=clock or StepClock())
     except FacetlogError as exc:
         return Run(type(exc).__name__, None, str(exc))
     models = sorted(verdict.model for verdict in found.recognition.best)

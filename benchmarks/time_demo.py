@@ -91,13 +91,13 @@ def _timed(folder: Path, front_end: FrontEnd) -> TimedRun:
     import facetlog.perception.facts
     import facetlog.perception.reconstruct
     import facetlog.perception.views  # noqa: F401 (loaded here to be timed apart)
-    from facetlog.pipeline import recognize_views, views_from
+    from facetlog.pipeline import Method, recognize_views, views_from
 
     cv2.setNumThreads(1)
     loading = process_time()  # all that this process has done so far
     clock = StepClock()
     view_set = views_from(folder, unit=None, progress=None, clock=clock)
-    found = recognize_views(view_set, front_end=front_end, clock=clock)
+    found = recognize_views(view_set, method=Method(front_end), clock=clock)
     models = tuple(sorted(found.recognition.models))
     return TimedRun(loading, clock.times, models, _peak_memory_mb())
 
