@@ -54,20 +54,29 @@ class SideContact:
 
 
 class Bend(NamedTuple):
-    """Signed angle by which a solid turns at an edge, radians: > 0 convex, < 0 concave; 1σ."""
+    """Signed angle by which a solid turns at an edge, radians: > 0 convex, < 0 concave; 1σ.
+
+    Two faces back to back turn by π, or by -π: which of them is the same, so it is π, and neither
+    convex nor concave. They are two sides of one sheet, or of two bodies that touch.
+    """
 
     turn: float
     sd: float
 
     @property
+    def back_to_back(self) -> bool:
+        """The two faces lie on each other, within 3 sd."""
+        return abs(self.turn) >= np.pi - SDS * self.sd - ANGLE_RESOLUTION
+
+    @property
     def convex(self) -> bool:
         """The solid bulges, by more than 3 sd."""
-        return self.turn > SDS * self.sd + ANGLE_RESOLUTION
+        return self.turn > SDS * self.sd + ANGLE_RESOLUTION and not self.back_to_back
 
     @property
     def concave(self) -> bool:
         """The solid is hollow, by more than 3 sd."""
-        return self.turn < -SDS * self.sd - ANGLE_RESOLUTION
+        return self.turn < -SDS * self.sd - ANGLE_RESOLUTION and not self.back_to_back
 
 
 def sides(faces: tuple[FlatFace, ...]) -> tuple[Side, ...]:
@@ -95,6 +104,7 @@ def bends(scene: Scene, contacts: Sequence[SideContact]) -> tuple[Bend, ...]:
     second = np.array([contact.second.face for contact in contacts])
     n1, n2 = normals[first], normals[second]
     turns = np.arctan2((cross(n1, n2) * d).sum(axis=1), (n1 * n2).sum(axis=1))
+    turns[turns < ANGLE_RESOLUTION - np.pi] = np.pi
     variance = np.zeros(len(d))
     for face, n in ((first, n1), (second, n2)):
         axis = cross(d, n)

@@ -260,19 +260,19 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "dihedral +F1:face +F2:face Angle:deg Sd:deg",
         _MAYBE,
         "angle through the solid at the (longest) edge where they adjoin, 0..360: 90 at a box's "
-        "edge, 270 in a room's corner",
+        "edge, 270 in a room's corner, 0 back to back",
         "they do not adjoin, or run the same way along the edge (one stands on the other's rim)",
     ),
     _kind(
         "convex +F1:face +F2:face",
         _MAYBE,
-        "the solid bulges at their edge: dihedral below 180 by more than 3 sd",
+        "the solid bulges at their edge: dihedral below 180 and above 0, by more than 3 sd",
         "otherwise, or it cannot be told",
     ),
     _kind(
         "concave +F1:face +F2:face",
         _MAYBE,
-        "the solid is hollow at their edge: dihedral above 180 by more than 3 sd",
+        "the solid is hollow at their edge: dihedral above 180 and below 360, by more than 3 sd",
         "otherwise, or it cannot be told",
     ),
     _kind(

@@ -13,6 +13,7 @@ from itertools import repeat
 import numpy as np
 
 from facetlog.perception import heights, measures, relations
+from facetlog.perception.angles import pairwise_angles
 from facetlog.perception.contacts import (
     Bend,
     SideContact,
@@ -42,6 +43,7 @@ class _Survey:
     things: tuple[Thing, ...]
     points: FloatArray
     covs: FloatArray
+    tolerance: Tolerance
 
     @classmethod
     def of(cls, scene: Scene) -> "_Survey":
@@ -69,6 +71,7 @@ class _Survey:
             find_things(scene, faces, contacts, loose),
             scene.points,
             np.array([v.cov for v in scene.vertices]).reshape(-1, 3, 3),
+            Tolerance.of(scene),
         )
 
     def members(self, thing: Thing) -> tuple[int, ...]:
@@ -140,7 +143,7 @@ def _face_facts(s: _Survey, rows: _Rows) -> None:
         tilt_sd = float(np.rad2deg(measures.tilt_sd(face.plane)))
         rows["plane_sd"].append((name, tilt_sd, float(offset_sd[0])))
         rows["corner"].extend((name, i, f"v{v + 1}") for i, v in enumerate(flat.outline, 1))
-        size = measures.face_size(flat, s.points, s.covs)
+        size = measures.face_size(flat, s.points, s.covs, s.tolerance)
         rows["area"].append((name, *size.area))
         rows["length"].append((name, *size.length))
         rows["width"].append((name, *size.width))
@@ -149,7 +152,6 @@ def _face_facts(s: _Survey, rows: _Rows) -> None:
 
 
 def _thing_facts(s: _Survey, rows: _Rows) -> None:
-    tolerance = Tolerance.of(s.scene)
     for i, thing in enumerate(s.things, 1):
         name = f"t{i}"
         rows["thing"].append((name,))
@@ -162,15 +164,15 @@ def _thing_facts(s: _Survey, rows: _Rows) -> None:
         for flat in own:
             plane = s.scene.faces[flat.index].plane
             face = f"f{flat.index + 1}"
-            part = measures.share(flat, plane, outer, s.points, s.covs, tolerance)
+            part = measures.share(flat, plane, outer, s.points, s.covs, s.tolerance)
             rows["share"].append((face, *part))
-            reach = measures.protrusion(flat, plane, members, s.points, s.covs)
+            reach = measures.protrusion(flat, plane, members, s.points, s.covs, s.tolerance)
             rows["protrusion"].append((face, *reach))
 
 
 def _pair_facts(s: _Survey, rows: _Rows) -> None:
     names = [f"f{i}" for i in range(1, len(s.faces) + 1)]
-    angles = relations.pairwise_angles([face.plane for face in s.scene.faces])
+    angles = pairwise_angles([face.plane for face in s.scene.faces])
     offsets = relations.offsets(s.scene, s.faces)
     n = len(names)
     others = ~np.eye(n, dtype=bool)
@@ -227,16 +229,16 @@ def _height_facts(s: _Survey, rows: _Rows) -> None:
             rows["upward" if sense > 0 else "downward"].append((name,))
     for i, thing in enumerate(s.things, 1):
         members = s.members(thing)
-        lowest = members[int(np.argmin(s.points[list(members)] @ up))]
+        ground = heights.Ground.under(members, s.points, s.covs, s.tolerance, up)
         bodies: list[tuple[str, tuple[int, ...]]] = [(f"t{i}", members)]
         bodies += [(f"f{face + 1}", s.faces[face].members) for face in thing.faces]
         bodies += [(f"e{edge + 1}", s.edges[edge]) for edge in thing.edges]
         for name, own in bodies:
-            top, bottom = heights.extremes(own, lowest, s.scene, up)
+            top, bottom = heights.extremes(own, ground)
             rows["top_of"].append((name, *top))
             rows["bottom_of"].append((name, *bottom))
         for index in thing.faces:
-            middle = heights.elevation(s.faces[index], lowest, s.scene, up)
+            middle = heights.elevation(s.faces[index], ground, s.covs)
             rows["elevation"].append((f"f{index + 1}", *middle))
     for index, free in heights.clear_below(s.scene, s.faces, s.things, s.contacts, up).items():
         rows["clear_below"].append((f"f{index + 1}", free))

@@ -1,6 +1,8 @@
 """What follows from a known up: tilt, heights in a thing, overlap in plan, free height below."""
 
+import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -8,13 +10,13 @@ from numpy.typing import NDArray
 
 from facetlog.perception.contacts import Bend, SideContact
 from facetlog.perception.measures import least_rectangle
-from facetlog.perception.outlines import Estimate, FlatFace, plane_axes
+from facetlog.perception.outlines import Estimate, FlatFace, plane_axes, vertex_sd
 from facetlog.perception.relations import projected
 from facetlog.perception.things import Thing, components
 from facetlog.perception.tolerance import ANGLE_RESOLUTION, Tolerance
 from facetlog.perception.types import FloatArray, Plane, Scene
 
-__all__ = ["clear_below", "elevation", "extremes", "overlaps", "tilt", "vertical_sense"]
+__all__ = ["Ground", "clear_below", "elevation", "extremes", "overlaps", "tilt", "vertical_sense"]
 
 # A face this near to upright has a line for a plan (the vocabulary's "upright": 80° and more).
 UPRIGHT = np.deg2rad(10.0)
@@ -49,53 +51,91 @@ def vertical_sense(plane: Plane, up: FloatArray) -> int:
     return 1 if plane.normal @ up > 0.0 else -1
 
 
-def extremes(
-    members: Iterable[int], lowest: int, scene: Scene, up: FloatArray
-) -> tuple[Estimate, Estimate]:
-    """Heights of the highest and the lowest of some vertices above the vertex `lowest`."""
-    own = list(members)
-    reach = scene.points[own] @ up
+@dataclass(frozen=True, eq=False, slots=True)
+class Ground:
+    """The lowest of a thing's vertices, with those level with it: what its heights count from.
+
+    `heights` (n,) and `variances` (n,) are those of all the scene's vertices, along up.
+    """
+
+    vertices: NDArray[np.intp]
+    heights: FloatArray
+    variances: FloatArray
+    tolerance: Tolerance
+    up: FloatArray
+
+    @classmethod
+    def under(
+        cls,
+        members: Iterable[int],
+        points: FloatArray,
+        covs: FloatArray,
+        tolerance: Tolerance,
+        up: FloatArray,
+    ) -> "Ground":
+        """The ground of a thing with these vertices."""
+        own = np.array(list(members), dtype=np.intp)
+        heights = points @ up
+        equal = tolerance.highest(own, -heights[own])
+        return cls(own[equal], heights, up @ covs @ up, tolerance, up)
+
+    def above(self, vertices: NDArray[np.intp], weights: FloatArray) -> Estimate:
+        """Weighted height of some vertices (weights of sum 1) less the ground's, and its 1σ."""
+        rows = np.concatenate((vertices, self.vertices))
+        base = np.full(len(self.vertices), -1.0 / len(self.vertices))
+        shares = np.bincount(rows, np.concatenate((weights, base)))
+        shares, used = shares[rows], np.unique(rows, return_index=True)[1]
+        variance = float((shares**2 * self.variances[rows])[used].sum())
+        value = float((shares * self.heights[rows])[used].sum())
+        return Estimate(value, math.sqrt(max(variance, 0.0)))
+
+
+def extremes(members: Iterable[int], ground: Ground) -> tuple[Estimate, Estimate]:
+    """Heights of the highest and the lowest of some vertices above the ground."""
+    own = np.array(list(members), dtype=np.intp)
     found = []
-    for vertex in (own[int(np.argmax(reach))], own[int(np.argmin(reach))]):
-        rise = float((scene.vertices[vertex].point - scene.vertices[lowest].point) @ up)
-        variance = 0.0
-        if vertex != lowest:
-            variance = float(up @ (scene.vertices[vertex].cov + scene.vertices[lowest].cov) @ up)
-        found.append(Estimate(rise, float(np.sqrt(max(variance, 0.0)))))
+    for sign in (1.0, -1.0):
+        equal = own[ground.tolerance.highest(own, sign * ground.heights[own])]
+        found.append(ground.above(equal, np.full(len(equal), 1.0 / len(equal))))
     return found[0], found[1]
 
 
-def elevation(face: FlatFace, lowest: int, scene: Scene, up: FloatArray) -> Estimate:
-    """Height of the face's middle, which varies as its vertices' mean, above vertex `lowest`."""
-    k = len(face.outline)
-    base = scene.vertices[lowest]
-    variance = float(up @ base.cov @ up)
-    for i in face.outline:
-        cov = float(up @ scene.vertices[i].cov @ up)
-        variance += cov / k**2
-        if i == lowest:
-            variance -= 2.0 * cov / k
-    return Estimate(float((face.middle - base.point) @ up), float(np.sqrt(max(variance, 0.0))))
+def elevation(face: FlatFace, ground: Ground, covs: FloatArray) -> Estimate:
+    """Height of the face's middle above the ground; `covs` (n, 3, 3) are the vertices'."""
+    members = list(face.members)
+    base = float(ground.heights[ground.vertices].mean())
+    slope = ground.up @ face.middle_slope
+    for i in ground.vertices.tolist():
+        if i in members:
+            slope[members.index(i)] -= ground.up / len(ground.vertices)
+    others = [i for i in ground.vertices.tolist() if i not in members]
+    rest = float(ground.variances[others].sum()) / len(ground.vertices) ** 2
+    sd = math.hypot(vertex_sd(slope, covs[members]), math.sqrt(max(rest, 0.0)))
+    return Estimate(float(face.middle @ ground.up) - base, sd)
 
 
-def _not_upright(faces: tuple[FlatFace, ...], up: FloatArray) -> list[FlatFace]:
+def _plans(
+    scene: Scene, faces: tuple[FlatFace, ...], up: FloatArray
+) -> tuple[list[FlatFace], NDArray[np.object_], FloatArray]:
+    """Faces that are not upright, their plans (n,), and the plan's axes (2, 3)."""
     least = np.sin(UPRIGHT)
-    return [f for f in faces if abs(float(f.normal @ up)) > least and f.area > 0.0]
+    lying = [f for f in faces if abs(float(f.normal @ up)) > least and f.area > 0.0]
+    axes = plane_axes(up, lying[0].axes[0] if lying else np.eye(3)[0])
+    if not lying:
+        return [], np.zeros(0, dtype=np.object_), axes
+    plans = projected(lying, scene.points, [axes] * len(lying))
+    seen = shapely.area(plans) > 0.0
+    return [f for f, there in zip(lying, seen.tolist(), strict=True) if there], plans[seen], axes
 
 
 def overlaps(
     scene: Scene, faces: tuple[FlatFace, ...], up: FloatArray
 ) -> list[tuple[int, int, float]]:
     """(i, j, share) for pairs i < j whose plans overlap: the intersection over the smaller plan."""
-    lying = _not_upright(faces, up)
-    if not lying:
-        return []
-    axes = plane_axes(up, lying[0].axes[0])
-    plans = projected(lying, scene.points, [axes] * len(lying))
+    lying, plans, _ = _plans(scene, faces, up)
     areas = shapely.area(plans)
     one, two = shapely.STRtree(plans).query(plans, predicate="intersects")
-    keep = (one < two) & (np.minimum(areas[one], areas[two]) > 0.0)
-    one, two = one[keep], two[keep]
+    one, two = one[one < two], two[one < two]
     shares = shapely.area(shapely.intersection(plans[one], plans[two]))
     shares /= np.minimum(areas[one], areas[two])
     return [
@@ -177,12 +217,10 @@ def clear_below(
     if none was seen, where the sides of the solid end. From there it is free down to the next
     face of any thing, or to the level of the lowest point of its own.
     """
-    lying = _not_upright(faces, up)
+    lying, plans, axes = _plans(scene, faces, up)
     if not lying:
         return {}
     points = scene.points
-    axes = plane_axes(up, lying[0].axes[0])
-    plans = projected(lying, points, [axes] * len(lying))
     grids = [_ray_grid(plan) for plan in plans]
     owner = np.repeat(np.arange(len(lying)), [len(g) for g in grids])
     where = np.concatenate(grids)

@@ -4,6 +4,7 @@ Standard deviations are first-order, from the covariances of vertices and planes
 as independent of each other. Lengths are in the scene's unit, areas in its square.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +19,7 @@ from facetlog.perception.outlines import (
     hull_indices,
     plane_axes,
     vector_area,
-    vertex_variance,
+    vertex_sd,
 )
 from facetlog.perception.tolerance import Tolerance
 from facetlog.perception.types import FloatArray, Plane
@@ -44,8 +45,6 @@ AREA_TIE = 1e-6
 # In 3-D, hulls of fewer points than this are not worth Qhull's call.
 FEW_POINTS = 20
 
-Gradient = dict[int, FloatArray]
-
 
 @dataclass(frozen=True, slots=True)
 class FaceSize:
@@ -57,41 +56,21 @@ class FaceSize:
     fill: Estimate
 
 
-def _add(total: Gradient, index: int, row: FloatArray) -> None:
-    total[index] = total[index] + row if index in total else row
-
-
-def _area_gradient(face: FlatFace, points: FloatArray) -> Gradient:
-    gradient: Gradient = {}
-    for ring in face.rings:
-        rows = area_gradient(points[list(ring)], face.normal)
-        for i, row in zip(ring, rows, strict=True):
-            _add(gradient, i, row)
-    return gradient
-
-
-def _combined(*weighted: tuple[float, Gradient]) -> Gradient:
-    total: Gradient = {}
-    for weight, gradient in weighted:
-        for i, row in gradient.items():
-            _add(total, i, weight * row)
-    return total
-
-
 def _sides(flat: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Unit directions (m, 2) of the hull's sides, and the extents along and across each (m,)."""
     hull = hull_indices(flat)
     corners = flat[hull]
-    sides = np.roll(corners, -1, axis=0) - corners
-    lengths = np.linalg.norm(sides, axis=1)
+    sides = np.concatenate((corners[1:], corners[:1])) - corners
+    lengths = np.sqrt((sides * sides).sum(axis=1))
     directions = sides[lengths > 0.0] / lengths[lengths > 0.0, None]
     if not len(directions):
         directions = np.array([[1.0, 0.0]])
     across = directions @ np.array([[0.0, 1.0], [-1.0, 0.0]])
+    along, aside = corners @ directions.T, corners @ across.T
     return (
         directions,
-        np.ptp(corners @ directions.T, axis=0),
-        np.ptp(corners @ across.T, axis=0),
+        along.max(axis=0) - along.min(axis=0),
+        aside.max(axis=0) - aside.min(axis=0),
     )
 
 
@@ -110,51 +89,48 @@ def least_rectangle(flat: FloatArray) -> tuple[FloatArray, float, float]:
     return direction, float(along[best]), float(across[best])
 
 
-def _extent_gradient(
-    face: FlatFace, flat: FloatArray, direction: FloatArray, size: float
-) -> Gradient:
-    """Gradient of the extent along `direction`, which is held, shared among points that tie."""
+def _extent(
+    face: FlatFace, flat: FloatArray, direction: FloatArray, tolerance: Tolerance
+) -> tuple[float, FloatArray]:
+    """Extent of the outline along a direction (2,), which is held, and its gradient (m, 3).
+
+    It runs from the mean of the lowest vertices to that of the highest, by 3 sd.
+    """
+    outline = np.array(face.outline, dtype=np.intp)
     reach = flat @ direction
-    slack = RECTANGLE_TIE * size
-    low = np.flatnonzero(reach <= reach.min() + slack)
-    high = np.flatnonzero(reach >= reach.max() - slack)
-    axis = direction @ face.axes
-    gradient: Gradient = {}
-    for rows, sign in ((high, 1.0), (low, -1.0)):
-        for i in rows.tolist():
-            _add(gradient, face.outline[i], sign / len(rows) * axis)
-    return gradient
+    weights = np.zeros(len(face.members))
+    for sign in (1.0, -1.0):
+        equal = tolerance.highest(outline, sign * reach)
+        weights[equal] += sign / len(equal)
+    return float(weights[: len(outline)] @ reach), np.outer(weights, direction @ face.axes)
 
 
-def face_size(face: FlatFace, points: FloatArray, covs: FloatArray) -> FaceSize:
+def face_size(
+    face: FlatFace, points: FloatArray, covs: FloatArray, tolerance: Tolerance
+) -> FaceSize:
     """Area, length, width and fill of a face; vertices are `points` (n, 3), `covs` (n, 3, 3)."""
-    area_slope = _area_gradient(face, points)
+    own = covs[list(face.members)]
     flat = face.flatten(points[list(face.outline)])
-    direction, length, width = least_rectangle(flat)
+    direction, _, _ = least_rectangle(flat)
     across = np.array([-direction[1], direction[0]])
-    length_slope = _extent_gradient(face, flat, direction, length)
-    width_slope = _extent_gradient(face, flat, across, width)
-
-    def estimate(value: float, gradient: Gradient) -> Estimate:
-        return Estimate(value, float(np.sqrt(max(vertex_variance(gradient, covs), 0.0))))
-
+    length, length_slope = _extent(face, flat, direction, tolerance)
+    width, width_slope = _extent(face, flat, across, tolerance)
     if length * width > 0.0:
-        # R = A / (l w):  dR = R (dA / A - dl / l - dw / w), written without dividing by A
+        # R = A / (l w):  dR = dA / (l w) - R (dl / l + dw / w)
         fill = face.area / (length * width)
-        slope = _combined(
-            (1.0 / (length * width), area_slope),
-            (-fill / length, length_slope),
-            (-fill / width, width_slope),
-        )
-        filled = estimate(min(fill, 1.0), slope)
+        slope = face.area_slope / (length * width)
+        slope -= fill * (length_slope / length + width_slope / width)
+        filled = Estimate(min(fill, 1.0), vertex_sd(slope, own))
     else:
         filled = Estimate(0.0, 1.0)
-    return FaceSize(
-        estimate(face.area, area_slope),
-        estimate(length, length_slope),
-        estimate(width, width_slope),
-        filled,
+    sides = sorted(
+        (
+            Estimate(length, vertex_sd(length_slope, own)),
+            Estimate(width, vertex_sd(width_slope, own)),
+        )
     )
+    area = Estimate(face.area, vertex_sd(face.area_slope, own))
+    return FaceSize(area, sides[1], sides[0], filled)
 
 
 def tilt_sd(plane: Plane) -> float:
@@ -178,16 +154,23 @@ def _without(vertices: NDArray[np.intp], face: FlatFace) -> NDArray[np.intp]:
 
 
 def protrusion(
-    face: FlatFace, plane: Plane, others: NDArray[np.intp], points: FloatArray, covs: FloatArray
+    face: FlatFace,
+    plane: Plane,
+    others: NDArray[np.intp],
+    points: FloatArray,
+    covs: FloatArray,
+    tolerance: Tolerance,
 ) -> Estimate:
     """How far the vertices `others` (indices) of the face's thing reach in front of its plane."""
     outside = _without(others, face)
     if not len(outside):
         return Estimate(0.0, float(distances(plane, face.middle[None])[1][0]))
-    signed, plane_sds = distances(plane, points[outside])
-    top = int(np.argmax(signed))
-    variance = plane_sds[top] ** 2 + plane.normal @ covs[outside[top]] @ plane.normal
-    return Estimate(max(float(signed[top]), 0.0), float(np.sqrt(max(float(variance), 0.0))))
+    farthest = outside[tolerance.highest(outside, plane.distance(points[outside]))]
+    middle = points[farthest].mean(axis=0)
+    signed, plane_sd = distances(plane, middle[None])
+    own = plane.normal @ covs[farthest].sum(axis=0) @ plane.normal / len(farthest) ** 2
+    sd = float(np.sqrt(plane_sd[0] ** 2 + max(float(own), 0.0)))
+    return Estimate(max(float(signed[0]), 0.0), sd)
 
 
 def outer_members(members: NDArray[np.intp], points: FloatArray) -> NDArray[np.intp]:
@@ -218,28 +201,34 @@ def share(
     With A = n · S, S = ½ Σ pi × pi+1 over the hull: ∂A/∂n = S, across the normal.
     """
     others = _without(outer, face)
-    flat = face.flatten(points[others])
     # What shows within 3 sd of the face does not reach beyond it: vertices stacked along the
     # normal would otherwise each push the silhouette out by their noise.
     depth = plane.distance(points[others])
     own = tolerance.vertex_sds[list(face.outline)].max()
     sds = np.hypot(np.hypot(tolerance.vertex_sds[others], own), tilt_sd(plane) * depth)
-    beyond = shapely.distance(shapely.points(flat), face.polygon) > tolerance.within(sds)
-    candidates = np.concatenate([np.array(face.outline), others[beyond]])
-    hull = candidates[hull_indices(face.flatten(points[candidates]))]
-    loop = points[hull]
+    dots = shapely.points(face.flatten(points[others]))
+    beyond = shapely.distance(dots, face.polygon) > tolerance.within(sds)
+    candidates = np.concatenate([np.array(face.members, dtype=np.intp), others[beyond]])
+    where = points[candidates]
+    flat = face.flatten(where)
+    corners = flat[hull_indices(flat, tolerance.finest)]
+    # Vertices stacked along the normal make one corner together: their mean.
+    gaps = corners[:, None] - flat
+    stacked = ((gaps * gaps).sum(axis=2) <= tolerance.finest**2).astype(np.float64)
+    stacked /= stacked.sum(axis=1, keepdims=True)
+    loop = stacked @ where
     vector = vector_area(loop)
     silhouette = float(vector @ face.normal)
     if silhouette <= 0.0:
         return Estimate(0.0, 1.0)
+    # R = A / H:  dR = (dA - R dH) / H
     ratio = face.area / silhouette
-    hull_slope = dict(zip(hull.tolist(), area_gradient(loop, face.normal), strict=True))
-    slope = _combined(
-        (1.0 / silhouette, _area_gradient(face, points)), (-ratio / silhouette, hull_slope)
-    )
-    leaning = (ratio / silhouette) * (vector - silhouette * face.normal)
-    variance = vertex_variance(slope, covs) + leaning @ plane.cov[:3, :3] @ leaning
-    return Estimate(min(ratio, 1.0), float(np.sqrt(max(float(variance), 0.0))))
+    slope = -ratio * (stacked.T @ area_gradient(loop, face.normal))
+    slope[: len(face.members)] += face.area_slope
+    leaning = ratio * (vector - silhouette * face.normal)
+    by_vertices = vertex_sd(slope / silhouette, covs[candidates])
+    by_normal = math.sqrt(max(float(leaning @ plane.cov[:3, :3] @ leaning), 0.0)) / silhouette
+    return Estimate(min(ratio, 1.0), math.hypot(by_vertices, by_normal))
 
 
 def thing_box(

@@ -1,4 +1,4 @@
-"""How two faces lie to each other: angle, offset, opposite, coplanar; all pairs at once."""
+"""How two faces lie to each other: offset, opposite, coplanar; all pairs at once."""
 
 from collections.abc import Sequence
 
@@ -6,11 +6,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.outlines import FlatFace, cross, plane_axes
+from facetlog.perception.outlines import FlatFace, plane_axes
 from facetlog.perception.tolerance import ANGLE_RESOLUTION, SDS, Tolerance
-from facetlog.perception.types import FloatArray, Plane, Scene
+from facetlog.perception.types import FloatArray, Scene
 
-__all__ = ["coplanar_pairs", "offsets", "opposite_pairs", "pairwise_angles", "projected"]
+__all__ = ["coplanar_pairs", "offsets", "opposite_pairs", "projected"]
 
 # First-order angles are calibrated up to 7° and mean little beyond 15°.
 VAGUE = np.deg2rad(15.0)
@@ -20,46 +20,18 @@ OPPOSITE_LEAST = np.deg2rad(5.0)
 LEAST_FACING = 0.01
 
 
-def pairwise_angles(planes: Sequence[Plane]) -> tuple[FloatArray, FloatArray]:
-    """Angles (n, n) between the normals of all pairs of planes and their 1σ, in radians, 0..π.
-
-    With t1 the unit vector in which n2 leans away from n1, dθ = -t1 · dn1 - t2 · dn2, so
-    var θ = t1ᵀ C1 t1 + t2ᵀ C2 t2. Parallel normals have no such direction: there it is the worst.
-    """
-    n = len(planes)
-    normals = np.array([p.normal for p in planes]).reshape(n, 3)
-    covs = np.array([p.cov[:3, :3] for p in planes]).reshape(n, 3, 3)
-    across = np.eye(3) - normals[:, :, None] * normals[:, None, :]
-    covs = across @ covs @ across  # nothing varies along the normal itself
-    sine = np.linalg.norm(cross(normals[:, None], normals[None]), axis=2)
-    angles = np.arctan2(sine, normals @ normals.T)
-    # t1 = (n2 - cos θ n1) / sin θ and C1 n1 = 0, so t1ᵀ C1 t1 = n2ᵀ C1 n2 / sin² θ
-    squares = (normals[:, :, None] * normals[:, None, :]).reshape(n, 9)
-    leaning = covs.reshape(n, 9) @ squares.T
-    parallel = sine < ANGLE_RESOLUTION
-    variance = (leaning + leaning.T) / np.where(parallel, 1.0, sine) ** 2
-    worst = np.linalg.eigvalsh(covs)[:, -1] if n else np.zeros(0)
-    variance = np.where(parallel, worst[:, None] + worst[None], variance)
-    sds = np.sqrt(np.maximum(variance, 0.0))
-    np.fill_diagonal(angles, 0.0)
-    np.fill_diagonal(sds, 0.0)
-    return angles, sds
+def middle_cov(scene: Scene, face: FlatFace) -> FloatArray:
+    """Covariance (3, 3) of a face's middle: Σ J C Jᵀ over its vertices."""
+    covs = np.array([scene.vertices[i].cov for i in face.members])
+    slopes = face.middle_slope
+    return np.asarray((slopes @ covs @ slopes.transpose(0, 2, 1)).sum(axis=0))
 
 
 def offsets(scene: Scene, faces: tuple[FlatFace, ...]) -> tuple[FloatArray, FloatArray]:
-    """Signed distances [i, j] of the middle of face i from the plane of face j, and their 1σ.
-
-    The middle has the covariance of the mean of the outline's vertices.
-    """
+    """Signed distances [i, j] of the middle of face i from the plane of face j, and their 1σ."""
     n = len(faces)
     middles = np.array([f.middle for f in faces]).reshape(n, 3)
-    middle_covs = np.array(
-        [
-            sum((scene.vertices[i].cov for i in f.outline), start=np.zeros((3, 3)))
-            / len(f.outline) ** 2
-            for f in faces
-        ]
-    ).reshape(n, 9)
+    middle_covs = np.array([middle_cov(scene, face) for face in faces]).reshape(n, 9)
     planes = [scene.faces[f.index].plane for f in faces]
     normals = np.array([p.normal for p in planes]).reshape(n, 3)
     plane_covs = np.array([p.cov for p in planes]).reshape(n, 16)

@@ -85,8 +85,8 @@ class _Parts:
     """The scene's faces and then its loose edges, numbered as parts; who holds which vertex."""
 
     scene: Scene
+    points: FloatArray
     faces: tuple[FlatFace, ...]
-    loose: tuple[int, ...]
     members: tuple[tuple[int, ...], ...]
     holders: dict[int, tuple[int, ...]]
 
@@ -98,7 +98,7 @@ class _Parts:
         for part, own in enumerate(members):
             for vertex in own:
                 holders[vertex] = (*holders.get(vertex, ()), part)
-        return cls(scene, faces, loose, members, holders)
+        return cls(scene, scene.points, faces, members, holders)
 
     @property
     def used(self) -> NDArray[np.intp]:
@@ -107,7 +107,7 @@ class _Parts:
 
     def on_loose_edges(self) -> list[tuple[int, int]]:
         """(vertex, part) wherever a vertex lies on a loose edge that does not end there."""
-        points, used = self.scene.points, self.used
+        points, used = self.points, self.used
         tolerance = Tolerance.of(self.scene)
         sds = tolerance.vertex_sds
         found: list[tuple[int, int]] = []
@@ -137,7 +137,7 @@ class _Parts:
                 if face < count and face != part:
                     yield _Meeting(part, face, (vertex,), vertex in self.faces[face].outline)
         for vertex, face, depth in touches(self.scene, self.faces, self.used):
-            outline = self.faces[face].flatten(self.scene.points[list(self.faces[face].outline)])
+            outline = self.faces[face].flatten(self.points[list(self.faces[face].outline)])
             rim = depth <= RIM_SHARE * float(np.ptp(outline, axis=0).min())
             for part in self.holders[vertex]:
                 yield _Meeting(part, face, (vertex,), rim)
@@ -166,7 +166,7 @@ class _Cores:
         convex: list[int] = []
         for contact, turn in contacts:
             if contact.against:
-                if not turn.concave:
+                if not turn.concave and not turn.back_to_back:
                     joined.append((contact.first.face, contact.second.face))
                 if turn.convex:
                     convex.append(contact.first.face)
@@ -231,7 +231,7 @@ def _stances(
 
 def _stands_apart(parts: _Parts, cores: _Cores, core: int, face: FlatFace, how: _Stance) -> bool:
     """Whether a core in front of a face only stands there: see the module's rules."""
-    up, points = parts.scene.up, parts.scene.points
+    up, points = parts.scene.up, parts.points
     rise = 0.0 if up is None else float(face.normal @ up)
     if not how.in_front or rise < -LEVEL_ENOUGH:
         return False

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from facetlog.perception.types import FloatArray, Scene
 
@@ -45,3 +45,16 @@ class Tolerance:
         array([0.001, 0.007, 0.02 ])
         """
         return np.minimum(SDS * np.asarray(sds) + self.finest, self.widest)
+
+    def highest(self, vertices: NDArray[np.intp], reach: FloatArray) -> NDArray[np.intp]:
+        """Positions among `vertices` of the one with the highest reach, and of its equals.
+
+        Equal are those within 3 sd. The mean of equals is the better estimate of an extreme: the
+        highest alone is high by its noise, and which one it is depends on rounding.
+        """
+        top = int(np.argmax(reach))
+        sds = self.vertex_sds[vertices]
+        equal: NDArray[np.intp] = np.flatnonzero(
+            reach >= reach[top] - self.within(np.hypot(sds, sds[top]))
+        )
+        return equal

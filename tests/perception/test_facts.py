@@ -3,6 +3,7 @@
 from collections import defaultdict
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from facetlog.perception.fact_schema import FACT_SCHEMA, Fact, Solutions, fact_fault, schema_table
@@ -18,7 +19,7 @@ from facetlog.perception.polyhedra import (
     table,
     wedge,
 )
-from facetlog.perception.types import Scene
+from facetlog.perception.types import Edge, Face, Plane, Scene, Vertex
 
 SOLIDS = [cuboid, wedge, pyramid, l_block, room_corner, table, stick_table, chair]
 
@@ -141,3 +142,41 @@ def test_without_up_no_fact_speaks_of_heights() -> None:
     functors = {fact.functor for fact in scene_facts(scene)}
     assert not functors & {"up", "tilt", "upward", "elevation", "top_of", "clear_below", "overlap"}
     assert {"share", "angle", "convex"} <= functors
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_impossible_faces_still_give_finite_facts(seed: int) -> None:
+    # Repeated, collinear and crossing corners, wrong planes, covariances from none to absurd.
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(3, 12))
+    points = rng.normal(size=(count, 3)) * 10.0 ** rng.integers(-3, 4)
+    if seed % 4 == 1:
+        points[:] = points[0]
+    if seed % 4 == 2:
+        points = np.outer(np.arange(count), points[0])
+    if seed % 4 == 3:
+        points[:, 2] = 0.0
+    sd = (0.0, 1e-3, 1.0, 100.0)[seed // 4 % 4]
+
+    def ring(most: int) -> tuple[int, ...]:
+        return tuple(rng.permutation(count)[: int(rng.integers(3, most + 1))].tolist())
+
+    def face() -> Face:
+        normal = rng.normal(size=3) if seed % 4 != 3 else np.array([0.0, 0.0, 1.0])
+        normal /= np.linalg.norm(normal)
+        outline = ring(min(count, 6))
+        root = sd * rng.normal(size=(4, 4))
+        plane = Plane(normal, float(-normal @ points[outline[0]]), root @ root.T)
+        return Face(outline, plane, (ring(3),) if rng.random() < 0.3 else ())
+
+    scene = Scene(
+        "impossible",
+        vertices=tuple(Vertex(p, sd**2 * np.eye(3)) for p in points),
+        edges=tuple(Edge(*rng.permutation(count)[:2].tolist()) for _ in range(4)),
+        faces=tuple(face() for _ in range(5)),
+        up=None if seed % 5 == 0 else np.array([0.0, 0.0, 1.0]),
+    )
+    facts = scene_facts(scene)
+    assert [fault for fact in facts if (fault := fact_fault(fact))] == []
+    numbers = [a for fact in facts for a in fact.args if isinstance(a, float)]
+    assert np.isfinite(numbers).all()

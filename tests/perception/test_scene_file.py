@@ -82,7 +82,7 @@ def scenes(draw: st.DrawFn) -> Scene:
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(scenes())
 def test_a_scene_comes_back_bit_for_bit(scene: Scene) -> None:
     text = scene_to_json(scene)
