@@ -13,6 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from benchmarks.common import Cell
 from facetlog.errors import FacetlogError
+from facetlog.kb.proof import State
 from facetlog.perception.angles import angle_between
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, Pose, Scene, View
@@ -24,7 +25,7 @@ from facetlog.robot.world import World
 from facetlog.robot.worlds import INCH, make_world
 
 __all__ = [
-    "NONE",
+    "BOX",
     "SAME_FRAME",
     "Run",
     "Score",
@@ -41,7 +42,7 @@ __all__ = [
     "true_block",
 ]
 
-NONE = "nothing"
+BOX, OPEN, NOTHING = "box", "box is open", "nothing"
 # A sixth of the shortest true edge: far above the errors of a corner that is right, and nearer
 # to it than the middle of an edge, where print may have corners of its own.
 MATCH_SHARE = 1.0 / 6.0
@@ -75,16 +76,26 @@ class Shape:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Run:
-    """What one run came to: `outcome` is the models that hold, `NONE`, or the name of the error."""
+    """What one run came to: the models that hold, or the name of an error and its message.
 
-    outcome: str
-    scene: Scene | None
-    error: str = ""
+    `maybe_box` says that box was neither confirmed nor denied of some thing.
+    """
+
+    models: tuple[str, ...] = ()
+    scene: Scene | None = None
+    maybe_box: bool = False
+    error: str | None = None
+    message: str = ""
 
     @property
     def is_box(self) -> bool:
-        """Whether it says box and nothing else."""
-        return self.outcome == "box"
+        """Whether it says box of one thing, and nothing else."""
+        return self.models == (BOX,)
+
+    @property
+    def outcome(self) -> str:
+        """One phrase: the error, what holds, or whether box remains open."""
+        return self.error or " + ".join(self.models) or (OPEN if self.maybe_box else NOTHING)
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,9 +130,13 @@ def recognised(view_set: ViewSet, front_end: FrontEnd, clock: StepClock | None =
     try:
         found = recognize_views(view_set, method=Method(front_end), clock=clock or StepClock())
     except FacetlogError as exc:
-        return Run(type(exc).__name__, None, str(exc))
-    models = sorted(verdict.model for verdict in found.recognition.best)
-    return Run(" + ".join(models) or NONE, found.scene)
+        return Run(error=type(exc).__name__, message=str(exc))
+    verdicts = found.recognition.verdicts
+    return Run(
+        tuple(sorted(verdict.model for verdict in found.recognition.best)),
+        found.scene,
+        any(v.model == BOX and v.state is State.UNKNOWN for v in verdicts),
+    )
 
 
 def counted(outcomes: Iterable[str]) -> str:
