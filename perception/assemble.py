@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.plane_filter import fit_plane
 from facetlog.perception.point_filter import estimate_point, estimate_points
+from facetlog.perception.shared_error import shared_error_factor, view_groups
 from facetlog.perception.tracked_faces import TrackedFaces
 from facetlog.perception.types import (
     Edge,
@@ -38,7 +39,8 @@ def assemble(
     """The scene of the tracked faces; tracks without a point and faces without a plane drop out.
 
     Poses are never exact: what the residuals of all tracks show beyond the corners' own noise is
-    added to it, and views taken from almost one place share one error, not many. With `sd_limit`
+    added to it; views taken from almost one place share one error, not many, and what larger groups
+    of them share widens all covariances alike (shared_error.py). With `sd_limit`
     a vertex takes its observations in the order of the views until its largest standard
     deviation is below; vertices that never get there are named in a warning.
     """
@@ -47,6 +49,10 @@ def assemble(
     extra = pose_noise_px(uv, cov, seen, projections) ** 2
     cov = cov + (extra / np.array(tracked.weight))[None, :, None, None] * np.eye(2)
     points, covs, used, ok = estimate_points(uv, cov, seen, projections)
+
+    groups = view_groups(np.array([v.pose.centre for v in views]))
+    factor = shared_error_factor(uv, cov, used, projections, covs, groups)
+    cov, covs = cov * factor, covs * factor
 
     warnings = list(tracked.warnings)
     if sd_limit is not None:

@@ -3,7 +3,8 @@
 Faces that meet in a convex or flat edge are of one body (a core); a core without a convex edge is
 a sheet. Then cores join where they touch, unless one merely stands on a face of the other:
 
-- What touches a face from behind (a leg under a table top) or in its plane belongs to it.
+- What touches a face from behind (a leg under a table top) or in its plane belongs to it; so does
+  a loose edge that begins a little behind it: of a thick top pictures show the upper side only.
 - What stands before a *sheet* that reaches on beyond the contact is not part of it: the sheet is
   a support, such as a floor. Two sheets that share a side join: a room's corner is a thing.
 - What stands before an upward face of a *body* is not part of it either, unless it stands at the
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from facetlog.perception.behind import stands_behind
 from facetlog.perception.contacts import (
     Bend,
     SideContact,
@@ -229,6 +231,22 @@ def _stances(
     return stances
 
 
+def _hanging(parts: _Parts, cores: _Cores) -> Iterator[tuple[int, int]]:
+    """Pairs of cores: loose edges that stand behind a face within its outline, near enough."""
+    loose = parts.members[len(parts.faces) :]
+    if not loose:
+        return
+    ends = parts.points[np.array(loose)]
+    for face in parts.faces:
+        if face.area == 0.0:
+            continue
+        behind = stands_behind(ends, parts.points[list(face.outline)], face.normal)
+        for nth in np.nonzero(behind)[0].tolist():
+            core, other = cores.of[len(parts.faces) + nth], cores.of[face.index]
+            if core != other:
+                yield min(core, other), max(core, other)
+
+
 def _stands_apart(parts: _Parts, cores: _Cores, core: int, face: FlatFace, how: _Stance) -> bool:
     """Whether a core in front of a face only stands there: see the module's rules."""
     up, points = parts.scene.up, parts.points
@@ -257,7 +275,7 @@ def find_things(
         return ()
     parts = _Parts.of(scene, faces, loose)
     cores = _Cores.among(parts, contacts)
-    met: set[tuple[int, int]] = set()
+    met = set(_hanging(parts, cores))
     apart: set[tuple[int, int]] = set()
     for (core, face), stance in _stances(parts, cores, contacts).items():
         pair = (min(core, cores.of[face]), max(core, cores.of[face]))

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from facetlog.perception.line_front_end.edge_maps import EdgeMap
 from facetlog.perception.line_front_end.face_selection import SelectedFace
 from facetlog.perception.line_front_end.line_refine import read_edges
+from facetlog.perception.line_front_end.line_support import project_points
 from facetlog.perception.types import FloatArray, Observation, Track, View
 
-__all__ = ["Corners", "merge_corners", "track_corners"]
+__all__ = ["Corners", "merge_corners", "track_corners", "track_ends"]
 
 # Corners of two faces are one vertex within this many px, and this share of the shortest side.
 MERGE_PX = 8.0
@@ -27,6 +28,8 @@ ROBUST_PX = 0.5
 MIN_READING_SD_PX = 0.05
 # Neighbouring readings share pixels: one independent reading for each this many px.
 INDEPENDENT_PX = 2.0
+# How well the end of an edge is known that no other edge ends, px.
+END_SD_PX = 4.0
 # Two sides fix a corner when they cross at more than 15 degrees.
 MIN_SPREAD = 1 - np.cos(np.radians(15.0))
 
@@ -90,15 +93,10 @@ def track_corners(
         for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
             visible[number[min(a, b), max(a, b)]] |= seen
     start, end = np.array(sides).T
-    t = CLEAR_OF_ENDS + (1 - 2 * CLEAR_OF_ENDS) * (np.arange(SAMPLES) + 0.5) / SAMPLES
-    at = (
-        corners.points[start][:, None]
-        + t[:, None] * (corners.points[end] - corners.points[start])[:, None]
-    )
+    at = _samples(corners.points[start], corners.points[end])
     found: list[list[Observation]] = [[] for _ in corners.points]
     for k, (view, edges) in enumerate(zip(views, maps, strict=True)):
-        h = corners.points @ view.projection[:, :3].T + view.projection[:, 3]
-        uv = h[:, :2] / h[:, 2:]
+        uv, _ = project_points(view.projection, corners.points)
         lines = _fit_sides(view, edges, at, uv[start], uv[end])
         good = lines.good & visible[:, k]
         for vertex, place in enumerate(uv):
@@ -108,6 +106,42 @@ def track_corners(
             if corner is not None:
                 found[vertex].append(Observation(k, *corner))
     return tuple(Track(tuple(seen)) for seen in found)
+
+
+def track_ends(
+    edges: FloatArray,
+    visible: NDArray[np.bool_],
+    views: Sequence[View],
+    maps: Sequence[EdgeMap],
+) -> tuple[Track, ...]:
+    """Two tracks for each loose edge (m, 2, 3): where its start and its end are in each view.
+
+    `visible` (m, V) tells which views show it. Across the edge an end is as sure as the readings;
+    along it END_SD_PX, an error that all the views share.
+    """
+    if not len(edges):
+        return ()
+    found: list[list[Observation]] = [[] for _ in range(2 * len(edges))]
+    at = _samples(edges[:, 0], edges[:, 1])
+    shared = END_SD_PX**2 * np.maximum(visible.sum(axis=1), 1)
+    for k, (view, gradients) in enumerate(zip(views, maps, strict=True)):
+        uv, _ = project_points(view.projection, edges)
+        lines = _fit_sides(view, gradients, at, uv[:, 0], uv[:, 1])
+        for m in np.nonzero(lines.good & visible[:, k])[0]:
+            normal = lines.normal[m]
+            along = np.array([normal[1], -normal[0]])
+            for end in (0, 1):
+                cov = lines.variance[m, end] * np.outer(normal, normal)
+                cov += shared[m] * np.outer(along, along)
+                place = uv[m, end] + lines.offset[m, end] * normal
+                found[2 * m + end].append(Observation(k, place, cov))
+    return tuple(Track(tuple(seen)) for seen in found)
+
+
+def _samples(start: FloatArray, end: FloatArray) -> FloatArray:
+    t = CLEAR_OF_ENDS + (1 - 2 * CLEAR_OF_ENDS) * (np.arange(SAMPLES) + 0.5) / SAMPLES
+    samples: FloatArray = start[:, None] + t[:, None] * (end - start)[:, None]
+    return samples
 
 
 @dataclass(frozen=True, eq=False, slots=True)

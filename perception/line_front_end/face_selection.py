@@ -14,7 +14,7 @@ from facetlog.perception.line_front_end.plane_hypotheses import plane_basis
 from facetlog.perception.line_front_end.viewing import ViewGraph
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["SelectedFace", "select_faces"]
+__all__ = ["MAX_BLOCKED", "SelectedFace", "blocked_share", "select_faces"]
 
 # A view shows an outline when this share of its sides is found, the weakest side at least half so.
 SHOWN = 0.75
@@ -29,7 +29,7 @@ MAX_OVERLAP = 0.15
 # Two planes are one within this angle, and this many px at the face's middle.
 SAME_PLANE_COSINE = np.cos(np.radians(10.0))
 SAME_PLANE_PX = 6.0
-# Share of an accepted face's sight lines that a further face may block.
+# Share of the sight lines to what was seen that a face may block.
 MAX_BLOCKED = 0.2
 SIDE_SAMPLES = 12
 
@@ -130,19 +130,28 @@ def _overlap(corners: FloatArray, normal: FloatArray, face: SelectedFace, pixel:
 def _blocks(near: SelectedFace, far: SelectedFace, views: Sequence[View], pixel: float) -> bool:
     # The far face's sides were seen; do those sight lines pass through the inside of the near one?
     sides = np.stack([far.corners, np.roll(far.corners, -1, axis=0)], axis=1)
-    target = segment_samples(sides, 6).reshape(-1, 3)
+    targets = segment_samples(sides, 6).reshape(-1, 3)
     centres = np.array([v.pose.centre for v, seen in zip(views, far.shown, strict=True) if seen])
-    offset = near.normal @ near.corners.mean(axis=0)
-    before = centres @ near.normal - offset  # (c,)
-    behind = target @ near.normal - offset  # (s,)
-    margin = SAME_PLANE_PX * pixel
+    return blocked_share(near, targets, centres, SAME_PLANE_PX * pixel) > MAX_BLOCKED
+
+
+def blocked_share(
+    face: SelectedFace, targets: FloatArray, centres: FloatArray, margin: float
+) -> float:
+    """Share of the sight lines from centres (c, 3) to targets (s, 3) that pass through the face.
+
+    Lines that pass within `margin` of its outline, or end within it of its plane, go free.
+    """
+    offset = face.normal @ face.corners.mean(axis=0)
+    before = centres @ face.normal - offset  # (c,)
+    behind = targets @ face.normal - offset  # (s,)
     crosses = (before[:, None] * behind < 0) & (np.abs(behind) > margin)
     if not crosses.any():
-        return False
+        return 0.0
     t = before[:, None] / np.where(crosses, before[:, None] - behind, 1.0)
-    at = centres[:, None] + t[..., None] * (target - centres[:, None])
-    basis = plane_basis(near.normal)
-    inner = shapely.Polygon(near.corners @ basis).buffer(-margin)
+    at = centres[:, None] + t[..., None] * (targets - centres[:, None])
+    basis = plane_basis(face.normal)
+    inner = shapely.Polygon(face.corners @ basis).buffer(-margin)
     flat = at @ basis
     inside = shapely.contains_xy(inner, flat[..., 0], flat[..., 1]) & crosses
-    return bool(inside.mean() > MAX_BLOCKED)
+    return float(inside.mean())

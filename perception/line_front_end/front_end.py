@@ -5,12 +5,17 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from facetlog.perception.line_front_end.consistency import check_consistency
-from facetlog.perception.line_front_end.corner_tracks import merge_corners, track_corners
+from facetlog.perception.line_front_end.corner_tracks import (
+    merge_corners,
+    track_corners,
+    track_ends,
+)
 from facetlog.perception.line_front_end.edge_maps import edge_map
 from facetlog.perception.line_front_end.face_selection import select_faces
 from facetlog.perception.line_front_end.line_cloud import SUPPORTED, reconstruct_lines
 from facetlog.perception.line_front_end.line_extent import line_profiles
 from facetlog.perception.line_front_end.line_support import coverage
+from facetlog.perception.line_front_end.loose_edges import find_loose_edges
 from facetlog.perception.line_front_end.outlines import find_outlines
 from facetlog.perception.line_front_end.plane_hypotheses import plane_hypotheses
 from facetlog.perception.line_front_end.segments import detect_segments
@@ -60,7 +65,11 @@ def line_front_end(
         corners = merge_corners(faces, cloud.pixel)
         shown = np.array([f.shown for f in faces])
         tracks = track_corners(corners, shown, views, maps)
+        loose, of_cloud = find_loose_edges(cloud, profiles, faces, views, use)
+        ends = track_ends(loose, use[of_cloud], views, maps)
     tracked = tuple(
         TrackedFace(loop, f.support) for loop, f in zip(corners.loops, faces, strict=True)
     )
-    return TrackedFaces(tracks, tracked, weight)
+    first = len(tracks)
+    edges = tuple((first + 2 * k, first + 2 * k + 1) for k in range(len(loose)))
+    return TrackedFaces((*tracks, *ends), tracked, weight, edges)

@@ -1,0 +1,45 @@
+"""What stands behind a face within its outline, such as the legs under a table top."""
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.types import FloatArray
+
+__all__ = ["stands_behind"]
+
+# The outline is widened by this share of the face's size: legs stand at the rim.
+RIM_SHARE = 0.08
+# What begins farther behind than this share of the face's size is another thing: a table top is
+# rarely thicker than a quarter of the root of its area.
+MAX_GAP_SHARE = 0.25
+# What stays nearer to the face's plane than this share lies on the face.
+MIN_DEPTH_SHARE = 0.05
+
+
+def stands_behind(
+    segments: FloatArray, corners: FloatArray, normal: FloatArray
+) -> NDArray[np.bool_]:
+    """Which segments (n, 2, 3) begin just behind a face and stay within its outline (n,).
+
+    `corners` (k, 3) is the face's outline, `normal` (3,) its outward unit normal.
+
+    >>> square = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1.0]])
+    >>> leg, beside = [[0.1, 0.1, 0.9], [0.1, 0.1, 0]], [[2, 0, 0.9], [2, 0, 0.0]]
+    >>> stands_behind(np.array([leg, beside]), square, np.array([0, 0, 1.0]))
+    array([ True, False])
+    """
+    middle = corners.mean(axis=0)
+    first = corners[1] - corners[0]
+    first = first / np.linalg.norm(first)
+    axes = np.stack([first, np.cross(normal, first)])
+    polygon = shapely.Polygon((corners - middle) @ axes.T)
+    size = float(np.sqrt(polygon.area))
+    depth = -(segments - middle) @ normal
+    flat = (segments - middle) @ axes.T
+    within = shapely.contains_xy(polygon.buffer(RIM_SHARE * size), flat[..., 0], flat[..., 1])
+    begins: NDArray[np.bool_] = np.abs(depth).min(axis=1) < MAX_GAP_SHARE * size
+    behind = (depth > -MIN_DEPTH_SHARE * size).all(axis=1)
+    reaches = depth.max(axis=1) > MIN_DEPTH_SHARE * size
+    result: NDArray[np.bool_] = begins & behind & reaches & within.all(axis=1)
+    return result
