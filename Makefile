@@ -23,6 +23,9 @@ check: $(STAMP)
 	$(BIN)/lint-imports
 	$(BIN)/pytest -n 2
 
+bench: $(STAMP)
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --write
+
 format: $(STAMP)
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
