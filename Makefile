@@ -3,36 +3,41 @@ VENV := .venv
 STAMP := $(VENV)/.installed
 BIN := $(VENV)/bin
 export FACETLOG_DATA ?= $(wildcard ../shared/data)
-.PHONY: demo test check setup format bench lock clean
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test check format bench lock clean
 
-setup: $(STAMP)
+help: ## this list
+	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/make \1\t\2/p' Makefile | expand -t 14
+
+setup: $(STAMP) ## Debian packages, virtual environment, locked dependencies; nothing if done
 $(STAMP): requirements.lock pyproject.toml scripts/setup
 	scripts/setup $(VENV)
 	touch $@
 
-demo: $(STAMP)
+demo: $(STAMP) ## render a block, recognise it, write pictures to out/demo
 	$(BIN)/facetlog demo -o out/demo
 
-test: $(STAMP)
+test: $(STAMP) ## all tests, the slow ones too
 	$(BIN)/pytest -n 2 -m "slow or not slow"
 
-check: $(STAMP)
+check: $(STAMP) ## before a commit: format, lint, types, import contracts, tests but the slow ones
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/pytest -n 2
 
-bench: $(STAMP)
+bench: $(STAMP) ## measure everything, and write docs/benchmarks.md
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --write
 
-format: $(STAMP)
+format: $(STAMP) ## put the Python files into form
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-lock: $(STAMP)
+lock: $(STAMP) ## renew requirements.lock from pyproject.toml
 	$(BIN)/python -m pip install --quiet uv
 	$(BIN)/uv pip compile pyproject.toml --extra dev --universal --generate-hashes --no-emit-index-url --no-emit-find-links --quiet -o requirements.lock
 
-clean:
-	rm -rf $(VENV) out
+clean: ## remove the environment, results and caches
+	rm -rf $(VENV) out build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -prune -exec rm -rf {} +

@@ -181,18 +181,25 @@ def demo_command(
     world: Annotated[
         str, typer.Option("--world", metavar="NAME", help="What the simulated camera looks at.")
     ] = DEMO_WORLD,
+    models: Models = None,
     as_json: AsJson = False,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
 ) -> int:
     """Renders the paper's tour of 24 views round a block, and recognises it from the pixels."""
+    model_paths = tuple(models or ())
+    check_models(model_paths)
     if out is not None:
         check_replaceable(out)
     clock = StepClock()
     with showing_progress() as progress:
         view_set = simulated_views(world, seed, progress=progress, clock=clock)
         found = recognize_views(
-            view_set, method=_method(front_end, sd_limit), progress=progress, clock=clock
+            view_set,
+            model_paths=model_paths,
+            method=_method(front_end, sd_limit),
+            progress=progress,
+            clock=clock,
         )
         _write(out, found, progress)
     return _answer(found, as_json=as_json)

@@ -11,6 +11,8 @@ import pytest
 
 from facetlog import __version__
 from facetlog.cli import main
+from facetlog.perception.polyhedra import cuboid
+from facetlog.perception.views import ViewSet
 
 
 def _views(folder: Path, count: int = 3) -> Path:
@@ -81,13 +83,33 @@ def test_bad_options_are_refused_before_the_work(
     assert says in _refusal(capsys)
 
 
-@pytest.mark.parametrize("options", [["--world", "moon"], ["--seed", "-1"]])
+@pytest.mark.parametrize(
+    "options", [["--world", "moon"], ["--seed", "-1"], ["--models", "absent.pl"]]
+)
 def test_a_demo_that_cannot_be_is_one_line(
     options: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("facetlog.robot.worlds")
     assert main(["demo", *options]) == 2
     _refusal(capsys)
+
+
+def test_the_demo_judges_by_models_of_ones_own(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = cuboid()
+    monkeypatch.setattr("facetlog.cli.simulated_views", lambda *_, **__: ViewSet("block", ()))
+    monkeypatch.setattr("facetlog.pipeline.reconstruct_views", lambda *_, **__: scene)
+    model = tmp_path / "thing_with_faces.pl"
+    model.write_text(
+        ":- module(thing_with_faces, []).\n"
+        ":- use_module(facetlog(vocabulary)).\n"
+        'model(thing_with_faces, "Anything that has a face.", [face]).\n'
+        "candidate(thing_with_faces, Thing, [Face]) :- face_of(Thing, Face).\n"
+        'condition(thing_with_faces, seen, "it was seen", _, [Face], measured(Face)).\n'
+    )
+    assert main(["demo", "--models", str(model)]) == 0
+    assert "t1 is a thing_with_faces (100%)" in capsys.readouterr().out
 
 
 def test_interruption_is_quiet(
