@@ -27,6 +27,9 @@ check: $(STAMP) ## before a commit: format, lint, types, import contracts, tests
 	$(BIN)/lint-imports
 	$(BIN)/pytest -n 2
 
+bench: $(STAMP) ## measure everything, and write docs/benchmarks.md
+	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --write
+
 format: $(STAMP) ## put the Python files into form
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .

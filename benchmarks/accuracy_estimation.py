@@ -1,22 +1,19 @@
-"""Prints how near the bound points and planes come, how honest their covariances are, and at what
-share of wrong matches each estimator is lost: plain recursion, robust estimator, batch likelihood.
+"""How near the bound do points and planes come, how honest are their covariances, and when are
+they lost?
 
+Plain recursion, robust estimator and batch likelihood, also at large shares of wrong matches.
 Synthetic, fixed seeds: cameras on a ring or an arc round points near its middle, 0.5 px noise.
 RMSE/CRB: root mean square error over the Cramér-Rao bound, of the points not lost. NEES/n: 1 is an
 honest covariance (over the points not lost). Lost: more than 6 sd (by the bound) off, or no result.
 Order: largest and median change, in sd, when the views are shuffled.
-
-    python benchmarks/accuracy_estimation.py [--points N] [--json]
 """
 
-import argparse
-import json
-import platform
 from collections.abc import Callable, Sequence
 
 import numpy as np
 from scipy.optimize import least_squares
 
+from benchmarks.common import Cell, Report, Row, Settings, Table, command
 from facetlog.perception.ekf import State
 from facetlog.perception.plane_filter import (
     Chart,
@@ -28,6 +25,11 @@ from facetlog.perception.plane_filter import (
 from facetlog.perception.point_filter import estimate_point, plain_recursion
 from facetlog.perception.types import FloatArray, Observation, Plane
 
+__all__ = ["NAME", "main", "measure"]
+
+NAME = "accuracy_estimation"
+POINTS, POINTS_A_SEED = 200, 10  # of each scene; of each seed asked for
+PLANES_A_POINT = 5
 PIXEL_SD = 0.5
 SEED = 20260101
 LOST_SD = 6.0
@@ -77,12 +79,17 @@ def batch(seen: Sequence[Observation], projections: FloatArray) -> tuple[FloatAr
     uv = np.array([o.uv for o in seen])
     rows = (P[:, :2] - uv[:, :, None] * P[:, 2:]).reshape(-1, 4)
     start = np.linalg.svd(rows / np.linalg.norm(rows, axis=1, keepdims=True))[2][-1]
-    fit = least_squares(
-        lambda a: (project(P, a)[0] - uv).ravel() / PIXEL_SD,
-        start[:3] / start[3],
-        jac=lambda a: project(P, a)[1].reshape(-1, 3) / PIXEL_SD,
-    )
-    return fit.x, np.linalg.inv(fit.jac.T @ fit.jac)
+
+    def residual(a: FloatArray) -> FloatArray:
+        return np.asarray((project(P, a)[0] - uv).ravel() / PIXEL_SD)
+
+    def jacobian(a: FloatArray) -> FloatArray:
+        return np.asarray(project(P, a)[1].reshape(-1, 3) / PIXEL_SD)
+
+    found = np.asarray(least_squares(residual, start[:3] / start[3], jac=jacobian).x)
+    J = jacobian(found)
+    cov = np.asarray(np.linalg.inv(J.T @ J), dtype=np.float64)
+    return found, cov
 
 
 ESTIMATORS: dict[str, Estimator] = {"plain": plain, "robust": robust, "batch ML": batch}
@@ -99,12 +106,12 @@ SCENES = (
 
 
 def _sd(error: FloatArray, cov: FloatArray) -> float:
-    return float(np.sqrt(max(error @ np.linalg.solve(cov, error), 0.0)))
+    return float(np.sqrt(max(float(error @ np.linalg.solve(cov, error)), 0.0)))
 
 
-def point_rows(points: int) -> list[dict[str, object]]:
+def point_rows(points: int) -> list[Row]:
     """One row a scene and estimator."""
-    rows: list[dict[str, object]] = []
+    rows: list[Row] = []
     for scene, views, arc, origin, wrong in SCENES:
         rng = np.random.default_rng(SEED)
         projections = ring(views, np.radians(arc), origin)
@@ -151,7 +158,7 @@ def point_rows(points: int) -> list[dict[str, object]]:
     return rows
 
 
-def plane_rows(planes: int) -> list[dict[str, object]]:
+def plane_rows(planes: int) -> list[Row]:
     """Angle error of the normal over the bound, and NEES, for the plain and the robust filter."""
     sd, count = 0.02, 8
     rng = np.random.default_rng(SEED)
@@ -181,7 +188,7 @@ def plane_rows(planes: int) -> list[dict[str, object]]:
             found, wanted = chart_from_plane(chart, here), chart_from_plane(chart, true)
             nees = _sd(found.mean - wanted.mean, found.cov) ** 2 / 3
             values[name].append((float(angle**2 / bound), nees))
-    rows: list[dict[str, object]] = []
+    rows: list[Row] = []
     for name, pairs in values.items():
         table = np.array(pairs)
         rows.append(
@@ -195,37 +202,23 @@ def plane_rows(planes: int) -> list[dict[str, object]]:
     return rows
 
 
-def _print(title: str, rows: list[dict[str, object]]) -> None:
-    print(f"\n{title}")
-    heads = list(rows[0])
-    widths = [max(len(h), *(len(str(r[h])) for r in rows)) for h in heads]
-    for cells in (heads, *([str(r[h]) for h in heads] for r in rows)):
-        print("  ".join(c.ljust(w) for c, w in zip(cells, widths, strict=True)).rstrip())
+def measure(settings: Settings) -> Report:
+    """Points and planes; 10 points of each scene for each seed asked for."""
+    points = POINTS_A_SEED * settings.number(POINTS // POINTS_A_SEED)
+    planes = PLANES_A_POINT * points
+    counts: dict[str, Cell] = {"points a scene": points, "planes": planes, "noise px": PIXEL_SD}
+    return Report(
+        NAME,
+        (
+            Table("Points", tuple(point_rows(points))),
+            Table("Planes through 8 points, in any direction", tuple(plane_rows(planes))),
+        ),
+        {**counts, "seed": SEED},
+        ("Lost: more than 6 sd of the bound off, or no result; the rest makes the other figures.",),
+    )
 
 
-def main() -> None:
-    """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0] if __doc__ else None)
-    parser.add_argument("--points", type=int, default=200, help="points (and planes) a scene")
-    parser.add_argument("--json", action="store_true", help="machine-readable")
-    args = parser.parse_args()
-    points, planes = point_rows(args.points), plane_rows(5 * args.points)
-    if args.json:
-        print(
-            json.dumps(
-                {
-                    "schema": "facetlog-benchmark/1",
-                    "seed": SEED,
-                    "machine": f"{platform.machine()}, Python {platform.python_version()}",
-                    "points": points,
-                    "planes": planes,
-                }
-            )
-        )
-    else:
-        _print(f"Points ({args.points} a scene, noise {PIXEL_SD} px)", points)
-        _print(f"Planes ({5 * args.points} of 8 points in any direction)", planes)
-
+main = command(NAME, __doc__, measure)
 
 if __name__ == "__main__":
-    main()
+    main(None)

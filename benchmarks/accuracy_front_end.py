@@ -1,14 +1,11 @@
-"""How well the paper's front end sees the paper's block: `python benchmarks/accuracy_front_end.py`.
+"""How well does the paper's front end see the paper's block?
 
-Renders the 24-view tour (noise 5 grey levels, blur 1 px, shadow, textured floor) for several
-seeds and prints one JSON line: recall and precision of 2-D vertices, their error against the
-bound from the visible edges that meet there, honest covariance, agreement of labels, correct
-tracks and outlines, error of the tracks' points (inches), and CPU time per picture.
+The tour of 24 views (noise of 5 grey levels, blur of 1 px, shadow, textured floor): recall and
+precision of 2-D vertices, their error against the bound from the visible edges that meet there,
+honest covariance, agreement of labels, correct tracks and outlines, error of the tracks' points
+(inches), and CPU time per picture.
 """
 
-import argparse
-import json
-import platform
 import time
 from collections import Counter
 from dataclasses import dataclass, field
@@ -16,15 +13,20 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from benchmarks.common import Cell, Report, Settings, Table, command
+from benchmarks.recognition import tour_views
 from facetlog.perception.block_front_end.face_outlines import track_points
 from facetlog.perception.block_front_end.front_end import BlockFeatures, block_front_end
 from facetlog.perception.block_front_end.picture_features import picture_features
 from facetlog.perception.types import FloatArray, View
-from facetlog.robot.simulate import views_of
-from facetlog.robot.tour import tour_camera, tour_poses
 from facetlog.robot.world import SolidTruth
 from facetlog.robot.worlds import make_world
 
+__all__ = ["NAME", "main", "measure"]
+
+NAME = "accuracy_front_end"
+SEEDS = 5
+WORLDS = ("block", "clutter_block")
 MATCH_PX = 3.0  # a found vertex this near to a true one is that one
 RIM_PX = 3.0  # true vertices nearer to the rim of the picture are not asked for
 NOISE_GREY, BLUR_PX = 5.0, 1.0
@@ -190,19 +192,12 @@ def tally_tracks(
     )
 
 
-def main() -> None:
-    """Runs the benchmark and prints its figures."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--seeds", type=int, default=5)
-    parser.add_argument("--first-seed", type=int, default=0)
-    parser.add_argument("--world", default="block")
-    arguments = parser.parse_args()
+def tallied(name: str, seeds: range) -> Tally:
+    """All figures of the first solid of a world over the seeds."""
     tally = Tally()
-    for seed in range(arguments.first_seed, arguments.first_seed + arguments.seeds):
-        world = make_world(arguments.world, seed)
-        views = views_of(
-            world, tour_poses(), tour_camera(), seed=seed, noise_sd=NOISE_GREY, blur_px=BLUR_PX
-        )
+    for seed in seeds:
+        world = make_world(name, seed)
+        views = tour_views(world, seed, noise_sd=NOISE_GREY, blur_px=BLUR_PX)
         begin = time.process_time()
         for view in views:
             picture_features(view.image)
@@ -215,40 +210,67 @@ def main() -> None:
         solid = world.truth.solids[0]
         tally_labels(tally, found, tally_pictures(tally, solid, views, found))
         tally_tracks(tally, solid, views, found)
-    print(json.dumps(_figures(tally, arguments)))
+    return tally
 
 
-def _figures(tally: Tally, arguments: argparse.Namespace) -> dict[str, object]:
+def measure(settings: Settings) -> Report:
+    """One column of figures for each world."""
+    seeds = settings.seeds(SEEDS)
+    columns = {name: _figures(tallied(name, seeds)) for name in WORLDS}
+    figures = columns[WORLDS[0]]
+    return Report(
+        NAME,
+        (
+            Table(
+                "The block, alone and with clutter beside it",
+                tuple(
+                    {"figure": figure, **{name: columns[name][figure] for name in WORLDS}}
+                    for figure in figures
+                ),
+            ),
+        ),
+        {
+            "seeds": len(seeds),
+            "first seed": seeds.start,
+            "views": 24,
+            "noise": NOISE_GREY,
+            "blur px": BLUR_PX,
+        },
+        (
+            f"A vertex found within {MATCH_PX:g} px of a true one is that one. NEES: median of the "
+            "squared error over its variance, over what is expected; 1 is honest.",
+        ),
+    )
+
+
+def _figures(tally: Tally) -> dict[str, Cell]:
     def quantile(values: list[float], share: float) -> float:
         return round(float(np.quantile(values, share)), 4)
 
     return {
-        "schema": "facetlog-benchmark/1",
-        "benchmark": "accuracy_front_end",
-        "machine": platform.machine(),
-        "world": arguments.world,
-        "seeds": [arguments.first_seed, arguments.seeds],
         "recall": round(tally.hit / tally.true, 4),
         "precision": round(tally.hit / tally.found, 4),
-        "error_px_median": quantile(tally.errors, 0.5),
-        "error_px_p90": quantile(tally.errors, 0.9),
-        "error_over_bound_median": quantile(tally.over_bound, 0.5),
+        "error px, median": quantile(tally.errors, 0.5),
+        "error px, 90 %": quantile(tally.errors, 0.9),
+        "error over the bound, median": quantile(tally.over_bound, 0.5),
         # Median of chi-square with 2 degrees of freedom over its expectation 2 ln 2.
-        "nees_median_over_expected": round(quantile(tally.squares, 0.5) / (2 * np.log(2)), 3),
-        "labelled_share": round(tally.labelled / tally.labels_all, 4),
-        "labels_as_their_corner_mostly_has": round(tally.label_right / max(1, tally.labelled), 4),
+        "NEES": round(quantile(tally.squares, 0.5) / (2 * np.log(2)), 3),
+        "vertices with a label": round(tally.labelled / tally.labels_all, 4),
+        "labels as their corner mostly has": round(tally.label_right / max(1, tally.labelled), 4),
         "tracks": tally.tracks,
-        "tracks_without_a_wrong_observation": tally.tracks_pure,
-        "observations_right": round(tally.observations_right / max(1, tally.observations), 4),
-        "vertices_tracked": f"{tally.vertices_tracked}/{tally.vertices}",
-        "outlines_right": f"{tally.outlines_right}/{tally.outlines}",
-        "faces_seen": tally.faces_seen,
-        "point_error_median_in": quantile(tally.point_errors, 0.5),
-        "point_rms_per_seed_worst_in": quantile(tally.rms, 1.0),
-        "cpu_ms_per_picture_median": quantile(tally.ms_per_picture, 0.5),
-        "cpu_ms_labels_tracks_outlines_median": quantile(tally.ms_matching, 0.5),
+        "tracks without a wrong observation": tally.tracks_pure,
+        "observations right": round(tally.observations_right / max(1, tally.observations), 4),
+        "vertices tracked": f"{tally.vertices_tracked} of {tally.vertices}",
+        "outlines right": f"{tally.outlines_right} of {tally.outlines}",
+        "faces seen": tally.faces_seen,
+        "error of points in, median": quantile(tally.point_errors, 0.5),
+        "rms of a block in, worst": quantile(tally.rms, 1.0),
+        "CPU ms a picture, median": quantile(tally.ms_per_picture, 0.5),
+        "CPU ms labels, tracks, outlines, median": quantile(tally.ms_matching, 0.5),
     }
 
 
+main = command(NAME, __doc__, measure)
+
 if __name__ == "__main__":
-    main()
+    main(None)

@@ -1,22 +1,24 @@
-"""Prints the time to filter points: filterpy's class in a loop, one by one, and all at once.
+"""How long does it take to filter points: by filterpy's class in a loop, one by one, all at once?
 
-CPU time of this process, one thread (set OMP_NUM_THREADS=1): median and quartiles of the repeats.
-
-    python benchmarks/time_estimation.py [--points N] [--views V] [--repeats R] [--json]
+CPU time of this process; OMP_NUM_THREADS=1 keeps it to one thread.
 """
 
-import argparse
-import json
-import platform
 import time
 from collections.abc import Callable
 
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
+from benchmarks.common import Report, Row, Settings, Table, command, median_and_spread
 from facetlog.perception.point_filter import estimate_point, estimate_points, ray_measurement
 from facetlog.perception.types import FloatArray, Observation
 
+__all__ = ["NAME", "main", "measure"]
+
+NAME = "time_estimation"
+POINTS, VIEWS = 200, 40
+REPEATS = 9  # of the work at once; of the slow loops a third
+WRONG_SHARES = (0.0, 0.1)
 SEED = 20260101
 PIXEL_SD = 0.5
 K = np.array([[600.0, 0.0, 320.0], [0.0, 600.0, 240.0], [0.0, 0.0, 1.0]])
@@ -69,60 +71,50 @@ def at_once(P: FloatArray, uv: FloatArray) -> None:
     estimate_points(uv, cov, np.ones(uv.shape[:2], dtype=np.bool_), P)
 
 
-def _time(
+WORK: dict[str, Callable[[FloatArray, FloatArray], None]] = {
+    "filterpy, plain recursion": by_filterpy,
+    "estimate_point in a loop": one_by_one,
+    "estimate_points": at_once,
+}
+
+
+def _times(
     work: Callable[[FloatArray, FloatArray], None], P: FloatArray, uv: FloatArray, repeats: int
 ) -> list[float]:
+    """CPU milliseconds of each repeat; one more goes before them, uncounted."""
     work(P, uv)
     times = []
     for _ in range(repeats):
         start = time.process_time()
         work(P, uv)
         times.append(1e3 * (time.process_time() - start))
-    return [round(float(q), 2) for q in np.percentile(times, [50, 25, 75])]
+    return times
 
 
-def main() -> None:
-    """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0] if __doc__ else None)
-    parser.add_argument("--points", type=int, default=200)
-    parser.add_argument("--views", type=int, default=40)
-    parser.add_argument("--repeats", type=int, default=9)
-    parser.add_argument("--json", action="store_true", help="machine-readable")
-    args = parser.parse_args()
-    rows = []
-    for wrong in (0.0, 0.1):
-        P, uv = scene(args.points, args.views, wrong)
-        timed = {
-            name: _time(work, P, uv, max(1, args.repeats // (3 if work is not at_once else 1)))
-            for name, work in (
-                ("filterpy, plain recursion", by_filterpy),
-                ("estimate_point in a loop", one_by_one),
-                ("estimate_points", at_once),
+def measure(settings: Settings) -> Report:
+    """All ways of work; the number of repeats is that of seeds asked for."""
+    repeats = settings.number(REPEATS)
+    rows: list[Row] = []
+    for wrong in WRONG_SHARES:
+        P, uv = scene(POINTS, VIEWS, wrong)
+        base = None
+        for name, work in WORK.items():
+            times = _times(work, P, uv, repeats if work is at_once else max(1, repeats // 3))
+            middle = float(np.median(times))
+            base = middle if base is None else base
+            rows.append(
+                {
+                    "wrong matches": f"{wrong:.0%}",
+                    "what": name,
+                    **{f"ms {k}": v for k, v in median_and_spread(times, digits=2).items()},
+                    "times filterpy": round(base / middle, 1),
+                }
             )
-        }
-        base = timed["filterpy, plain recursion"][0]
-        rows += [
-            {
-                "wrong matches": wrong,
-                "what": name,
-                "median_ms": t[0],
-                "quartiles_ms": t[1:],
-                "times filterpy": round(base / t[0], 1),
-            }
-            for name, t in timed.items()
-        ]
-    if args.json:
-        machine = f"{platform.machine()}, Python {platform.python_version()}"
-        head = {"schema": "facetlog-benchmark/1", "seed": SEED, "machine": machine}
-        print(json.dumps({**head, "points": args.points, "views": args.views, "rows": rows}))
-        return
-    print(f"{args.points} points, {args.views} views, CPU")
-    for row in rows:
-        print(
-            f"{row['wrong matches']:4.0%} wrong  {row['what']:27} {row['median_ms']:9.2f} ms  "
-            f"quartiles {row['quartiles_ms']}  {row['times filterpy']:6.1f} x"
-        )
+    counts = {"points": POINTS, "views": VIEWS, "repeats": repeats, "seed": SEED}
+    return Report(NAME, (Table("CPU time", tuple(rows)),), counts)
 
+
+main = command(NAME, __doc__, measure)
 
 if __name__ == "__main__":
-    main()
+    main(None)

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["stands_behind"]
+__all__ = ["lies_inside", "stands_behind"]
 
 # The outline is widened by this share of the face's size: legs stand at the rim.
 RIM_SHARE = 0.08
@@ -29,17 +29,36 @@ def stands_behind(
     >>> stands_behind(np.array([leg, beside]), square, np.array([0, 0, 1.0]))
     array([ True, False])
     """
+    depth, within, size = _seen_along(segments, corners, normal)
+    begins = np.abs(depth).min(axis=1) < MAX_GAP_SHARE * size
+    reaches = depth.max(axis=1) > MIN_DEPTH_SHARE * size
+    result: NDArray[np.bool_] = begins & reaches & _is_behind(depth, within, size)
+    return result
+
+
+def lies_inside(segments: FloatArray, corners: FloatArray, normal: FloatArray) -> NDArray[np.bool_]:
+    """Which segments (n, 2, 3) lie behind a face within its outline, however deep (n,).
+
+    Of a solid that is where its inside is: no view shows an edge there.
+    """
+    return _is_behind(*_seen_along(segments, corners, normal))
+
+
+def _is_behind(depth: FloatArray, within: NDArray[np.bool_], size: float) -> NDArray[np.bool_]:
+    behind: NDArray[np.bool_] = (depth > -MIN_DEPTH_SHARE * size).all(axis=1) & within
+    return behind
+
+
+def _seen_along(
+    segments: FloatArray, corners: FloatArray, normal: FloatArray
+) -> tuple[FloatArray, NDArray[np.bool_], float]:
+    # Depths (n, 2) behind the face, whether both ends are within its widened outline, its size.
     middle = corners.mean(axis=0)
     first = corners[1] - corners[0]
     first = first / np.linalg.norm(first)
     axes = np.stack([first, np.cross(normal, first)])
     polygon = shapely.Polygon((corners - middle) @ axes.T)
     size = float(np.sqrt(polygon.area))
-    depth = -(segments - middle) @ normal
     flat = (segments - middle) @ axes.T
     within = shapely.contains_xy(polygon.buffer(RIM_SHARE * size), flat[..., 0], flat[..., 1])
-    begins: NDArray[np.bool_] = np.abs(depth).min(axis=1) < MAX_GAP_SHARE * size
-    behind = (depth > -MIN_DEPTH_SHARE * size).all(axis=1)
-    reaches = depth.max(axis=1) > MIN_DEPTH_SHARE * size
-    result: NDArray[np.bool_] = begins & behind & reaches & within.all(axis=1)
-    return result
+    return -(segments - middle) @ normal, within.all(axis=1), size

@@ -19,6 +19,9 @@ PARALLEL_COSINE = np.cos(np.radians(6.0))
 MIN_EXPLAINED = 0.25
 # Less than this total length of segments a view, in picture diagonals, is too little to judge by.
 MIN_LENGTH = 0.5
+# A 3-D segment needs three views: where fewer than twice as many were taken, most segments lack
+# them however right the poses are.
+MIN_VIEWS = 6
 
 
 def explained_share(
@@ -58,7 +61,12 @@ def check_consistency(
     views: Sequence[View],
     segments_2d: Sequence[FloatArray],
 ) -> None:
-    """Raises InconsistentViewsError where many segments are seen and hardly any agree in space."""
+    """Raises InconsistentViewsError where many segments are seen and hardly any agree in space.
+
+    Fewer than MIN_VIEWS views are never called inconsistent.
+    """
+    if len(views) < MIN_VIEWS:
+        return
     diagonal = float(np.mean([np.hypot(*v.image.shape) for v in views]))
     length = sum(float(np.hypot(*(s[:, 2:] - s[:, :2]).T).sum()) for s in segments_2d)
     if length < MIN_LENGTH * diagonal * len(views):

@@ -26,8 +26,9 @@ MIN_READ = 0.6
 # Robust scale of a side's readings, px, and the least sd of one reading (interpolation).
 ROBUST_PX = 0.5
 MIN_READING_SD_PX = 0.05
-# Neighbouring readings share pixels: one independent reading for each this many px.
-INDEPENDENT_PX = 2.0
+# Neighbouring readings share pixels: noise smoothed by a Gaussian of s = sqrt(1 + 0.5) px, the
+# gradient's, is worth one independent reading for each 2 sqrt(pi) s px along the edge.
+INDEPENDENT_PX = 4.3
 # How well the end of an edge is known that no other edge ends, px.
 END_SD_PX = 4.0
 # Two sides fix a corner when they cross at more than 15 degrees.

@@ -18,8 +18,8 @@ def candidate_segments(
 ) -> tuple[FloatArray, NDArray[np.intp]]:
     """All 3-D segments (n, 2, 3) that a segment of each view could show, and which two (n, 2).
 
-    The plane through a pinhole and a segment (n, 4: u0, v0, u1, v1) holds the 3-D segment; two
-    planes meet in its line. Kept are those before both cameras whose parts overlap.
+    The plane through a pinhole and a segment (n, 4: u0, v0, u1, v1, of some length) holds the 3-D
+    segment; two planes meet in its line. Kept are those before both cameras whose parts overlap.
     """
     if not len(segments_1) or not len(segments_2):
         return np.zeros((0, 2, 3)), np.zeros((0, 2), dtype=np.intp)

@@ -56,7 +56,7 @@ def read_edges(view: View, edges: EdgeMap, points: FloatArray, search_px: float)
     norm = np.hypot(along[:, 0], along[:, 1])
     safe = np.where(norm > 0, norm, 1.0)
     normal = np.stack([-along[:, 1], along[:, 0]], axis=1) / safe[:, None]
-    reach = np.arange(-search_px, search_px + STEP_PX / 2, STEP_PX)
+    reach = np.arange(-search_px - STEP_PX, search_px + 1.5 * STEP_PX, STEP_PX)
     at = uv[:, :, None, :] + reach[:, None] * normal[:, None, None, :]
     at = np.where(visible[..., None, None], at, -1e6)
     flat: NDArray[np.float32] = at.reshape(len(at), -1, 2).astype(np.float32)
@@ -76,16 +76,19 @@ def _bilinear(picture: NDArray[np.float32], at: NDArray[np.float32]) -> FloatArr
 
 
 def _peak(response: FloatArray, reach: FloatArray) -> tuple[FloatArray, FloatArray]:
-    # Highest local maximum, refined by a parabola through it and its neighbours. A maximum at
-    # the rim belongs to another edge.
-    k = np.argmax(response[..., 1:-1], axis=-1) + 1
+    # Highest local maximum, refined by a parabola through it and what lies 1 px to either side:
+    # nearer ones share its pixels, and would pull it by up to a sixth of one. A maximum at the rim
+    # belongs to another edge.
+    n = round(1 / STEP_PX)
+    k = np.argmax(response[..., n:-n], axis=-1) + n
     left, mid, right = (
-        np.take_along_axis(response, (k + d)[..., None], -1)[..., 0] for d in (-1, 0, 1)
+        np.take_along_axis(response, (k + d)[..., None], -1)[..., 0] for d in (-n, 0, n)
     )
     curve = left - 2 * mid + right
-    peak = (mid >= left) & (mid >= right) & (curve < 0)
+    inner = response[..., n - 1 : response.shape[-1] - n + 1].max(axis=-1)
+    peak = (mid >= inner) & (mid >= left) & (mid >= right) & (curve < 0)
     shift = np.where(peak, 0.5 * (left - right) / np.where(peak, curve, -1.0), 0.0)
-    return reach[k] + shift * (reach[1] - reach[0]), np.where(peak, mid, 0.0)
+    return reach[k] + shift * (reach[n] - reach[0]), np.where(peak, mid, 0.0)
 
 
 def refine_segments(
@@ -99,7 +102,7 @@ def refine_segments(
 
     Gauss-Newton over four numbers a segment (both ends move in the plane across it), Cauchy
     weights. Returns the segments, the covariance of their ends across themselves (n, 2, 3, 3) and
-    the robust rms of their residuals in px (n,).
+    the robust rms of their residuals in px (n,); both are NaN where no edge was read.
     """
     segments = segments.copy()
     rms = np.full(len(segments), np.nan)
@@ -128,7 +131,7 @@ def refine_segments(
         step = _solve(h, g)
         segments[:, 0] += np.einsum("nka,na->nk", basis, step[:, :2])
         segments[:, 1] += np.einsum("nka,na->nk", basis, step[:, 2:])
-        rms = np.sqrt(square / np.maximum(total, 1e-12))
+        rms = np.sqrt(np.where(total > 0, square / np.where(total > 0, total, 1.0), np.nan))
         end_covs = _end_covs(h, basis, rms)
     return segments, end_covs, rms
 

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.behind import stands_behind
+from facetlog.perception.behind import lies_inside, stands_behind
 from facetlog.perception.line_front_end.face_selection import (
     MAX_BLOCKED,
     SelectedFace,
@@ -66,13 +66,17 @@ def find_loose_edges(
     for face in faces:
         keep &= ~_lies_on(extents, face, ON_FACE_PX * cloud.pixel)
         keep &= ~_runs_along(extents, face, ALONG_SIDE_PX * cloud.pixel)
+    # The ends are the least known: whether a segment is inside its middle part tells.
+    cores = segment_samples(extents, 5)[:, [1, 3]]
     belongs = np.zeros(len(extents), np.bool_)
     for k, face in enumerate(faces):
         inside = stands_behind(extents, face.corners, face.normal)
         for other in (f for n, f in enumerate(faces) if n != k and _is_convex(face, f)):
-            # Behind one side of a solid is inside it only if it is behind the others as well.
+            # What stands behind two sides of one solid at once would be seen inside it; what stands
+            # before the other side is not part of the solid.
             depth = (extents - other.corners.mean(axis=0)) @ other.normal
             inside &= (depth < ON_FACE_PX * cloud.pixel).all(axis=1)
+            inside &= ~lies_inside(cores, other.corners, other.normal)
         belongs |= inside
     margin = ON_FACE_PX * cloud.pixel
     centres = np.array([v.pose.centre for v in views])

@@ -10,27 +10,21 @@ __all__ = ["detect_segments"]
 
 # Shorter segments have no usable direction; as a share of the picture's diagonal.
 MIN_LENGTH = 0.025
-# LSD's gradient threshold is made for noise of about this many grey levels.
-LSD_NOISE = 2.0
-# Gain is limited: in a noise-free picture rounding would become texture.
-MAX_GAIN = 4.0
+# LSD's `quant`, the error of a grey level that its gradient threshold allows for, over the noise:
+# its default of 2 levels is made for pictures with noise of about 2.
+QUANT_PER_NOISE = 1.0
 
 
 def detect_segments(image: Image) -> FloatArray:
-    """Segments (n, 4) as u0, v0, u1, v1 in px, longest first.
+    """Segments (n, 4) as u0, v0, u1, v1 in px, longest first; all of some length.
 
-    LSD has a fixed gradient threshold; the picture is scaled to the noise it was made for, so
-    that faint edges of a clean picture are found and the noise of a poor one is not.
+    LSD's gradient threshold follows the picture's noise, so that faint edges of a clean picture
+    are found and the noise of a poor one is not.
     """
-    gain = float(np.clip(LSD_NOISE / noise_sd(image), 0.25, MAX_GAIN))
-    scaled = image.astype(np.float64) * gain
+    quant = QUANT_PER_NOISE * noise_sd(image)
+    detector = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD, quant=quant)
     found: list[FloatArray] = []
-    detector = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD)
-    # LSD takes 8 bits: a gain above 1 wraps bright areas, so work on a high-pass picture.
-    low = cv2.GaussianBlur(scaled, (0, 0), 0.02 * float(np.hypot(*image.shape)))
-    flat = np.clip(scaled - low + 128.0, 0, 255).astype(np.uint8)
-    half = cv2.pyrDown(flat)
-    for picture, factor in ((flat, 1.0), (half, 2.0)):
+    for picture, factor in ((image, 1.0), (cv2.pyrDown(image), 2.0)):
         lines = detector.detect(picture)[0]
         if lines is not None:
             # Pixel k of the half picture sits at pixel 2k of the whole one.

@@ -64,18 +64,17 @@ def _focus(centres: FloatArray, axes: FloatArray) -> FloatArray:
 
 
 def _picture_motion(views: Sequence[View], focus: FloatArray, radius: float) -> FloatArray:
-    # Where six points round the focus appear in each view; rms shift between views, px.
-    cloud = focus + radius * np.vstack([np.eye(3), -np.eye(3)])
-    seen = np.array([_pixels(v.projection, cloud) for v in views])
-    shift = seen[:, None] - seen[None]
-    motion: FloatArray = np.sqrt((shift**2).sum(axis=-1).mean(axis=-1))
+    # Rms shift in px, between views, of points spread evenly over a sphere round the focus. With
+    # uv + J · r for a point r away: |uv_i - uv_j|² + radius² / 3 · |J_i - J_j|², in any frame.
+    projections = np.array([v.projection for v in views])
+    h = projections[:, :, :3] @ focus + projections[:, :, 3]
+    uv = h[:, :2] / h[:, 2:]
+    jacobian = projections[:, :2, :3] - uv[..., None] * projections[:, 2:, :3]
+    jacobian /= h[:, 2, None, None]
+    shift = ((uv[:, None] - uv[None]) ** 2).sum(axis=-1)
+    spread = ((jacobian[:, None] - jacobian[None]) ** 2).sum(axis=(-2, -1))
+    motion: FloatArray = np.sqrt(shift + radius**2 / 3 * spread)
     return motion
-
-
-def _pixels(projection: FloatArray, points: FloatArray) -> FloatArray:
-    h = points @ projection[:, :3].T + projection[:, 3]
-    uv: FloatArray = h[..., :2] / h[..., 2:]
-    return uv
 
 
 def _key_views(motion: FloatArray) -> list[int]:
