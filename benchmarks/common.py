@@ -27,6 +27,7 @@ __all__ = [
     "Row",
     "Settings",
     "Table",
+    "code_version",
     "command",
     "data_set",
     "machine",
@@ -40,6 +41,8 @@ __all__ = [
 SCHEMA = "facetlog-benchmark/1"
 DATA_VARIABLE = "FACETLOG_DATA"
 HASH_DIGITS = 12
+# What the figures depend on: the folders whose last change names the code that was measured.
+PROGRAM = ("src", "perception", "grammar", "kb", "rules", "robot")
 LIBRARIES = ("numpy", "scipy", "opencv-python-headless", "filterpy", "shapely")
 
 Cell: TypeAlias = str | int | float | bool | None
@@ -97,6 +100,7 @@ class Report:
         return {
             "schema": SCHEMA,
             "benchmark": self.name,
+            "code": code_version(),
             "machine": machine(),
             "settings": dict(self.settings),
             "tables": [
@@ -186,6 +190,24 @@ def median_and_spread(values: Iterable[float], digits: int = 3) -> dict[str, Cel
         "quartiles": f"{shown(low)}–{shown(high)}",
         "worst": round(max(known), digits),
     }
+
+
+def code_version() -> str | None:
+    """The last commit that changed the program, with a + if files were changed since.
+
+    None where there is no git repository.
+    """
+    git = shutil.which("git")
+    root = Path(__file__).resolve().parents[1]
+    if git is None or not (root / ".git").exists():
+        return None
+
+    def said(*arguments: str) -> str:
+        command = [git, "-C", str(root), *arguments, "--", *PROGRAM]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+
+    changed = said("status", "--porcelain", "--untracked-files=no")
+    return said("log", "-1", "--format=%h") + ("+" if changed else "")
 
 
 def machine() -> dict[str, Cell]:

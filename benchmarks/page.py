@@ -49,7 +49,8 @@ def _section(question: str, report: Plain) -> Iterator[str]:
     if notes:
         yield " ".join(notes)
         yield ""
-    yield f"Machine: {_machine(cast(Mapping[str, Cell], report['machine']))}."
+    code = f" Code: commit {report['code']}." if report["code"] else ""
+    yield f"Machine: {_machine(cast(Mapping[str, Cell], report['machine']))}.{code}"
     yield ""
 
 
