@@ -4,6 +4,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.types import FloatArray
 
 __all__ = ["lies_inside", "stands_behind"]
@@ -54,9 +55,7 @@ def _seen_along(
 ) -> tuple[FloatArray, NDArray[np.bool_], float]:
     # Depths (n, 2) behind the face, whether both ends are within its widened outline, its size.
     middle = corners.mean(axis=0)
-    first = corners[1] - corners[0]
-    first = first / np.linalg.norm(first)
-    axes = np.stack([first, np.cross(normal, first)])
+    axes = plane_axes(normal, corners[1] - corners[0])
     polygon = shapely.Polygon((corners - middle) @ axes.T)
     size = float(np.sqrt(polygon.area))
     flat = (segments - middle) @ axes.T

@@ -23,7 +23,7 @@ from facetlog.perception.contacts import (
     sides,
 )
 from facetlog.perception.fact_schema import FACT_SCHEMA, Fact, Value
-from facetlog.perception.outlines import FlatFace, flat_faces
+from facetlog.perception.flat_faces import FlatFace, flat_faces
 from facetlog.perception.things import Thing, find_things
 from facetlog.perception.tolerance import Tolerance
 from facetlog.perception.types import Evidence, FloatArray, Scene

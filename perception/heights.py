@@ -9,8 +9,8 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.contacts import Bend, SideContact
+from facetlog.perception.flat_faces import Estimate, FlatFace, plane_axes, vertex_sd
 from facetlog.perception.measures import least_rectangle
-from facetlog.perception.outlines import Estimate, FlatFace, plane_axes, vertex_sd
 from facetlog.perception.relations import projected
 from facetlog.perception.things import Thing, components
 from facetlog.perception.tolerance import ANGLE_RESOLUTION, Tolerance

@@ -12,7 +12,7 @@ import shapely
 from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
-from facetlog.perception.outlines import (
+from facetlog.perception.flat_faces import (
     Estimate,
     FlatFace,
     area_gradient,

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from trimesh.exchange import gltf, ply
 
 from facetlog.errors import InputError
-from facetlog.perception.outlines import FlatFace, flat_faces
+from facetlog.perception.flat_faces import FlatFace, flat_faces
 from facetlog.perception.types import FloatArray, Scene
 from facetlog.perception.whole_file import write_whole
 

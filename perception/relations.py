@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.outlines import FlatFace, plane_axes
+from facetlog.perception.flat_faces import FlatFace, plane_axes
 from facetlog.perception.tolerance import ANGLE_RESOLUTION, SDS, Tolerance
 from facetlog.perception.types import FloatArray, Scene
 

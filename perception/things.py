@@ -29,7 +29,7 @@ from facetlog.perception.contacts import (
     plane_gaps,
     touches,
 )
-from facetlog.perception.outlines import FlatFace
+from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.tolerance import Tolerance
 from facetlog.perception.types import FloatArray, Scene
 

@@ -9,9 +9,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["SMOOTHING_PX", "edge_pixels", "noise_sd", "trace_chains"]
+__all__ = ["SMOOTHING_PX", "edge_pixels", "trace_chains"]
 
 # Smoothing before the Laplacian, px: enough to make its zero crossings connected at the noise of
 # ordinary cameras, and no wider than the pictures' own blur asks for.
@@ -27,21 +28,6 @@ BAND_PX = 4
 
 # Neighbours in the order of a walk: straight ones first, so that chains take no corner short cut.
 _NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
-
-
-def noise_sd(image: Image) -> float:
-    """Standard deviation of the pictures' noise in grey levels; texture raises it little.
-
-    The median of |N * image| with N the difference of two Laplacians, which no plane or straight
-    edge along the grid answers to (Immerkaer 1996; the median in place of the mean).
-    """
-    difference = np.array([[1.0, -2.0, 1.0], [-2.0, 4.0, -2.0], [1.0, -2.0, 1.0]])
-    response = np.abs(cv2.filter2D(image, cv2.CV_32F, difference)[1:-1, 1:-1]).ravel()
-    if not response.size:
-        return 0.0
-    # sd of the response is 6 sd of the noise; a Gaussian's median magnitude is .6745 sd.
-    half = response.size // 2
-    return float(np.partition(response, half)[half]) / (6.0 * 0.6745)
 
 
 def edge_pixels(image: Image, mask: Image, sd_grey: float | None = None) -> NDArray[np.bool_]:

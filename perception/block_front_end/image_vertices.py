@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from facetlog.perception.block_front_end.contours import edge_pixels, noise_sd, trace_chains
+from facetlog.perception.block_front_end.contours import edge_pixels, trace_chains
 from facetlog.perception.block_front_end.edge_lines import (
     SLOPE_CHANGE,
     EdgeLine,
@@ -16,6 +16,7 @@ from facetlog.perception.block_front_end.edge_lines import (
     fit_edge_line,
     straight_pieces,
 )
+from facetlog.perception.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image
 
 __all__ = ["ImageVertex", "find_edge_lines", "find_vertices", "merged_lines"]

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from facetlog.perception.block_front_end.contours import noise_sd
 from facetlog.perception.block_front_end.edge_lines import SLOPE_CHANGE, EdgeLine
 from facetlog.perception.block_front_end.image_vertices import (
     ImageVertex,
@@ -18,6 +17,7 @@ from facetlog.perception.block_front_end.threshold import (
     otsu_threshold,
     valley_threshold,
 )
+from facetlog.perception.picture_noise import noise_sd
 from facetlog.perception.types import Image
 
 __all__ = ["PictureFeatures", "picture_features"]

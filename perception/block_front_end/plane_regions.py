@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
-from facetlog.perception.block_front_end.contours import noise_sd
+from facetlog.perception.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image
 
 __all__ = ["PlaneRegions", "grey_thresholds", "neighbourhood_mean", "plane_regions"]

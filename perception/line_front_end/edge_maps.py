@@ -6,9 +6,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["ORIENTATION_BINS", "EdgeMap", "direction_bits", "edge_map", "noise_sd"]
+__all__ = ["ORIENTATION_BINS", "EdgeMap", "direction_bits", "edge_map", "working_noise"]
 
 # One bit of a uint16 for each 11.25° of orientation: as fine as a short segment is known.
 ORIENTATION_BINS = 16
@@ -35,12 +36,9 @@ class EdgeMap:
     reach_px: float
 
 
-def noise_sd(image: Image) -> float:
-    """Standard deviation of the picture's noise in grey levels (Immerkær 1996, median form)."""
-    kernel = np.array([[1, -2, 1], [-2, 4, -2], [1, -2, 1]], dtype=np.float32)
-    response = cv2.filter2D(image, cv2.CV_32F, kernel)[1:-1:2, 1:-1:2]
-    # The mask has norm 6; the median over the picture ignores its edges.
-    return float(max(np.median(np.abs(response)) / 0.6745 / 6.0, MIN_NOISE_SD))
+def working_noise(image: Image) -> float:
+    """The picture's noise in grey levels that thresholds follow, MIN_NOISE_SD at least."""
+    return max(noise_sd(image), MIN_NOISE_SD)
 
 
 def edge_map(image: Image) -> EdgeMap:
@@ -50,7 +48,7 @@ def edge_map(image: Image) -> EdgeMap:
     gy = _float32(cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=1 / 8))
     # Noise of a Gaussian derivative: sd = sigma / (sqrt(8 π) s²), Sobel's own smoothing included.
     s2 = GRADIENT_SIGMA**2 + 0.5
-    noise = noise_sd(image) / (np.sqrt(8 * np.pi) * s2)
+    noise = working_noise(image) / (np.sqrt(8 * np.pi) * s2)
     # Canny wants 16-bit integers: 256 levels to each noise sd / 8 keep the ratio exact enough.
     unit = 8.0 / noise
     limit = 32767.0 / 1.5

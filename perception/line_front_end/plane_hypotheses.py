@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.types import FloatArray
 
 __all__ = ["PlaneHypothesis", "plane_basis", "plane_hypotheses"]
@@ -137,7 +138,4 @@ def _fit(
 
 def plane_basis(normal: FloatArray) -> FloatArray:
     """Two unit vectors (3, 2) that span the plane across `normal`."""
-    least = np.eye(3)[int(np.argmin(np.abs(normal)))]
-    first = np.cross(normal, least)
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(normal, first)])
+    return plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))]).T

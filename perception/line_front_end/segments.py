@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from facetlog.perception.line_front_end.edge_maps import noise_sd
+from facetlog.perception.line_front_end.edge_maps import working_noise
 from facetlog.perception.types import FloatArray, Image
 
 __all__ = ["detect_segments"]
@@ -21,7 +21,7 @@ def detect_segments(image: Image) -> FloatArray:
     LSD's gradient threshold follows the picture's noise, so that faint edges of a clean picture
     are found and the noise of a poor one is not.
     """
-    quant = QUANT_PER_NOISE * noise_sd(image)
+    quant = QUANT_PER_NOISE * working_noise(image)
     detector = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD, quant=quant)
     found: list[FloatArray] = []
     for picture, factor in ((image, 1.0), (cv2.pyrDown(image), 2.0)):

@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 from facetlog.errors import InputError
+from facetlog.perception.flat_faces import flat_faces
 from facetlog.perception.mesh_file import face_triangles, write_mesh
-from facetlog.perception.outlines import flat_faces
 from facetlog.perception.polyhedra import cuboid, l_block, plane_through, pyramid
 from facetlog.perception.types import Face, Scene, Vertex
 

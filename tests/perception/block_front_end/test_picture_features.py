@@ -4,10 +4,11 @@ import pytest
 from scipy.optimize import linear_sum_assignment
 from scipy.special import erf
 
-from facetlog.perception.block_front_end.contours import edge_pixels, noise_sd, trace_chains
+from facetlog.perception.block_front_end.contours import edge_pixels, trace_chains
 from facetlog.perception.block_front_end.edge_lines import fit_edge_line, straight_pieces
 from facetlog.perception.block_front_end.picture_features import picture_features
 from facetlog.perception.block_front_end.plane_regions import plane_regions
+from facetlog.perception.picture_noise import noise_sd
 
 
 def matched(found, truth, within=3.0):

@@ -10,7 +10,7 @@ from facetlog.perception.line_front_end.edge_maps import (
     ORIENTATION_BINS,
     direction_bits,
     edge_map,
-    noise_sd,
+    working_noise,
 )
 
 from .drawings import along, flat, half_plane, polygon, with_noise
@@ -21,7 +21,7 @@ ANGLES = np.radians([0.0, 7.0, 33.75, 45.0, 61.0, 90.0, 123.0, 150.0, 179.0])
 
 @pytest.mark.parametrize("sd", [2.0, 5.0, 10.0, 20.0])
 def test_noise_is_measured_to_five_percent(sd: float) -> None:
-    estimates = [noise_sd(with_noise(flat(), sd, seed)) for seed in range(5)]
+    estimates = [working_noise(with_noise(flat(), sd, seed)) for seed in range(5)]
     # Whole greys add the variance of rounding, 1/12.
     assert np.mean(estimates) == pytest.approx(np.hypot(sd, np.sqrt(1 / 12)), rel=0.05)
 
@@ -29,11 +29,11 @@ def test_noise_is_measured_to_five_percent(sd: float) -> None:
 @pytest.mark.parametrize("sd", [2.0, 5.0, 10.0])
 def test_edges_are_not_taken_for_noise(sd: float) -> None:
     star = polygon([(160, 20), (190, 200), (60, 80), (260, 80), (110, 210)])
-    assert noise_sd(with_noise(star, sd)) == pytest.approx(sd, rel=0.12)
+    assert working_noise(with_noise(star, sd)) == pytest.approx(sd, rel=0.12)
 
 
 def test_a_picture_without_noise_counts_as_rounded() -> None:
-    assert noise_sd(flat()) == MIN_NOISE_SD
+    assert working_noise(flat()) == MIN_NOISE_SD
 
 
 @pytest.mark.parametrize("angle", ANGLES)
