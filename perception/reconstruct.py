@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 
-from facetlog.errors import InconsistentViewsError
 from facetlog.perception.assemble import assemble
 from facetlog.perception.block_front_end.front_end import block_front_end
 from facetlog.perception.line_front_end.front_end import line_front_end
@@ -13,7 +12,7 @@ from facetlog.perception.types import FloatArray, Scene, View
 
 __all__ = ["reconstruct"]
 
-# With fewer vertices a view than this there is too little to say that the poses are wrong.
+# With fewer vertices a view than this there is too little to ask whether the poses are wrong.
 MIN_VERTICES = 2.0
 
 
@@ -55,10 +54,9 @@ def _paper_front_end(
         block = block_front_end(tuple(views), up=up, progress=report)
     found = sum(map(len, block.vertices))
     if not block.tracks and found >= MIN_VERTICES * len(views):
-        raise InconsistentViewsError(
-            f"pictures and poses contradict each other: none of {found} vertices agrees between "
-            f"the {len(views)} views; check that each picture has its own pose"
-        )
+        # Vertices that agree in no two views: wrong poses, or a round thing, whose outline is
+        # another in each view. Its straight edges tell; this raises InconsistentViewsError.
+        line_front_end(views, up, clock)
     weight = view_graph(views).weight
     return TrackedFaces(
         block.tracks,
