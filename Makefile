@@ -20,12 +20,12 @@ demo: $(STAMP) ## render a block, recognise it, write pictures to out/demo
 test: $(STAMP) ## all tests, the slow ones too
 	$(BIN)/pytest -n 2 -m "slow or not slow"
 
-check: $(STAMP) ## before a commit: format, lint, types, import contracts, tests but the slow ones
+check: $(STAMP) ## before a commit: format, lint, types, import contracts, all tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/pytest -n 2
+	$(BIN)/pytest -n 2 -m "slow or not slow"
 
 bench: $(STAMP) ## measure everything, and write docs/benchmarks.md
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --write

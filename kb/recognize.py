@@ -9,7 +9,7 @@ from facetlog.kb.encode import Fact
 from facetlog.kb.engine import Engine, Limits
 from facetlog.kb.verdict import Recognition
 
-__all__ = ["recognize", "rule_files"]
+__all__ = ["check_rules", "recognize", "rule_files"]
 
 RULE_SUFFIX = ".pl"
 
@@ -28,6 +28,14 @@ def rule_files(paths: Iterable[Path]) -> tuple[Path, ...]:
             raise RuleSyntaxError(f"{path}: the folder has no {RULE_SUFFIX} files")
         found.extend(inside)
     return tuple(dict.fromkeys(p.resolve() for p in found))
+
+
+def check_rules(model_paths: Sequence[Path]) -> None:
+    """Raises what `recognize` would raise for these models, without a scene."""
+    engine = Engine()
+    with ExitStack() as stack:
+        for path in rule_files(model_paths):
+            stack.callback(engine.unload_rules, engine.load_rules(path))
 
 
 def recognize(

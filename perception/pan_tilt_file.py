@@ -127,5 +127,5 @@ def _finite(text: str, key: str, where: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise CalibrationError(f"{where}: {key} is {text!r:.40}, not a finite number")
+        raise CalibrationError(f"{where}: {key} is {text!r:.40}: give a finite number")
     return value

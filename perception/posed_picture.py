@@ -130,7 +130,7 @@ def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str)
     def positive(key: str) -> float | None:
         value = optional(key)
         if value is not None and value <= 0:
-            raise CalibrationError(f"{where}: {key} is {value:g}, it must be positive")
+            raise CalibrationError(f"{where}: {key} is {value:g}: give it in pixels, above 0")
         return value
 
     def pixels(key: str) -> int | None:
@@ -188,7 +188,7 @@ def number(fields: Mapping[str, object], key: str, where: str) -> float:
             result = math.inf
         if math.isfinite(result):
             return result
-    shown = "missing" if value is None else f"{value!r:.40}, not a finite number"
+    shown = "missing" if value is None else f"{value!r:.40}: give a finite number"
     raise CalibrationError(f"{where}: {key} is {shown}")
 
 

@@ -1,6 +1,7 @@
 """Views into a scene: a front end finds and tracks the faces, the filters give their geometry."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from facetlog.perception.assemble import assemble
 from facetlog.perception.block_front_end.front_end import block_front_end
@@ -12,6 +13,10 @@ from facetlog.perception.types import FloatArray, Scene, View
 
 __all__ = ["reconstruct"]
 
+NO_FACE = (
+    "no face was found in {count} views: a face needs straight edges that at least three views "
+    "from different places show whole; eight or more views round the thing are a good start"
+)
 # With fewer vertices a view than this there is too little to ask whether the poses are wrong.
 MIN_VERTICES = 2.0
 
@@ -37,7 +42,10 @@ def reconstruct(
     find = {"lines": line_front_end, "paper": _paper_front_end}[front_end]
     tracked = find(views, up, clock, progress)
     with clock.step("vertices and planes"):
-        return assemble(tracked, views, name=name, up=up, metric=metric, sd_limit=sd_limit)
+        scene = assemble(tracked, views, name=name, up=up, metric=metric, sd_limit=sd_limit)
+    if scene.faces:
+        return scene
+    return replace(scene, warnings=(*scene.warnings, NO_FACE.format(count=len(views))))
 
 
 def _paper_front_end(

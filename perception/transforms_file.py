@@ -95,7 +95,8 @@ def _matrix(rows: object, where: str) -> FloatArray:
         and all(type(x) in (int, float) and abs(x) < math.inf for row in rows for x in row)
     )
     if not sound:
-        raise CalibrationError(f"{where}: transform_matrix is not 4 x 4 finite numbers")
+        fault = "is missing" if rows is None else "is not 4 x 4 finite numbers"
+        raise CalibrationError(f"{where}: transform_matrix {fault}: give camera-to-world")
     try:
         matrix = np.array(rows, dtype=np.float64)
     except OverflowError as exc:

@@ -83,9 +83,10 @@ class Pose:
             raise CalibrationError("the rotation is not a finite 3 x 3 matrix")
         off = np.abs(rotation @ rotation.T - np.eye(3)).max()
         if off > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0:
+            mirrored = off <= ROTATION_TOLERANCE
+            fault = "mirrors" if mirrored else f"scales or shears (off by {off:.2g})"
             raise CalibrationError(
-                f"the rotation is not one (off by {off:.2g}, "
-                f"determinant {np.linalg.det(rotation):.3g})"
+                f"the rotation is not one, it {fault}: give right-handed, orthogonal unit axes"
             )
         u, _, vt = np.linalg.svd(rotation)  # the nearest true rotation
         object.__setattr__(self, "rotation", _frozen(u @ vt, 3, 3))

@@ -11,10 +11,15 @@ __all__ = ["write_whole"]
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file beside its place and rename it there, so that nobody reads half of it.
 
-    Raises InputError if the folder cannot be written to; an older file is then left as it was.
+    Raises InputError if the folder cannot be written to; an older file is then left as it was. A
+    link is followed, and what is no file (a pipe, a device) is written to as it stands.
     """
-    part = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
+        if path.exists() and not path.is_file():
+            path.write_bytes(content)
+            return
+        path = path.resolve()
+        part = path.with_name(f".{path.name}.{os.getpid()}.part")
         try:
             with part.open("wb") as file:
                 file.write(content)

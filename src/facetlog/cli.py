@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from functools import wraps
 from pathlib import Path
-from typing import Annotated, NoReturn, ParamSpec
+from typing import Annotated, ParamSpec
 
 import typer
 
@@ -31,7 +31,7 @@ from facetlog.pipeline import (
 )
 from facetlog.terminal import error, show_times, showing_progress, warn
 
-__all__ = ["app", "main", "run"]
+__all__ = ["app", "main"]
 
 YES, NO, INTERRUPTED, BROKEN_PIPE = 0, 1, 130, 141  # the last two: 128 + the signal's number
 
@@ -237,8 +237,3 @@ def main(argv: Sequence[str]) -> int:
     except KeyboardInterrupt:
         return INTERRUPTED
     return YES
-
-
-def run() -> NoReturn:
-    """The console script."""
-    sys.exit(main(sys.argv[1:]))

@@ -112,10 +112,16 @@ def simulated_views(
 
 
 def check_models(model_paths: tuple[Path, ...]) -> None:
-    """Raises InputError for a model file or folder that is not there, before any long work."""
+    """Raises InputError for models that cannot be used, EngineError without an engine.
+
+    Before any long work: all of it would be lost.
+    """
+    from facetlog.kb.recognize import check_rules
+
     for path in model_paths:
         if not path.exists():
             raise InputError(f"{path} does not exist: give a model file or a folder of them")
+    check_rules(model_paths)
 
 
 def reconstruct_views(

@@ -1,6 +1,8 @@
 """Scenes out and in: every bit comes back, and a bad file is told in one line."""
 
 import json
+import os
+import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -163,3 +165,20 @@ def test_a_failed_write_leaves_the_older_file(tmp_path: Path) -> None:
 def test_the_published_schema_is_this_one() -> None:
     published = Path(__file__).parents[2] / "docs" / "scene.schema.json"
     assert published.read_text(encoding="utf-8") == scene_schema()
+
+
+def test_a_link_is_followed_and_a_pipe_is_written_to(tmp_path: Path) -> None:
+    scene = cuboid()
+    real, link = tmp_path / "real.json", tmp_path / "link.json"
+    link.symlink_to(real)
+    write_scene(scene, link)
+    assert link.is_symlink()
+    assert read_scene(real).faces
+
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = subprocess.Popen(["cat", pipe], stdout=subprocess.PIPE)
+    write_scene(scene, pipe)
+    said, _ = reader.communicate(timeout=20)
+    assert said == real.read_bytes()
+    assert pipe.is_fifo()

@@ -117,7 +117,7 @@ PROJECTIVE = np.diag([1.0, 1.0, 1.0, 2.0]).tolist()
     [
         (_drop("fl_x", "fl_y", "cx", "cy"), "no intrinsics"),
         (_drop("cx"), "no cx"),
-        (_set("fl_x", -1), "positive"),
+        (_set("fl_x", -1), "above 0"),
         (_set("fl_x", 10**400), "finite"),
         (_set("cx", True), "finite"),
         (_set("k1", "0.1"), "finite"),
@@ -132,7 +132,7 @@ PROJECTIVE = np.diag([1.0, 1.0, 1.0, 2.0]).tolist()
         (_pose(PROJECTIVE), "0 0 0 1"),
         (_pose([[float("nan")] * 4] * 4), "finite"),
         (_pose([[10**400] * 4] * 4), "finite"),
-        (_pose(None), "4 x 4"),
+        (_pose(None), "missing"),
         (_one_place, "one place"),
     ],
 )
