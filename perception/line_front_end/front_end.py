@@ -20,6 +20,7 @@ from facetlog.perception.line_front_end.outlines import find_outlines
 from facetlog.perception.line_front_end.plane_hypotheses import plane_hypotheses
 from facetlog.perception.line_front_end.segments import detect_segments
 from facetlog.perception.line_front_end.viewing import view_graph
+from facetlog.perception.line_front_end.working_size import at_working_size, in_own_pixels
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.types import FloatArray, View
@@ -34,6 +35,7 @@ def line_front_end(
     progress: Callable[[str, int, int], None] | None = None,
 ) -> TrackedFaces:
     """Faces with their corners tracked through the views, found by lines first."""
+    views, factor = at_working_size(views)
     with clock.step("features"):
         maps, segments = [], []
         for k, view in enumerate(views):
@@ -72,4 +74,5 @@ def line_front_end(
     )
     first = len(tracks)
     edges = tuple((first + 2 * k, first + 2 * k + 1) for k in range(len(loose)))
-    return TrackedFaces((*tracks, *ends), tracked, weight, edges)
+    own = tuple(in_own_pixels(track, factor) for track in (*tracks, *ends))
+    return TrackedFaces(own, tracked, weight, edges)
