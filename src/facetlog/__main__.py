@@ -3,9 +3,9 @@
 import sys
 from typing import NoReturn
 
-__all__ = ["run"]
+__all__ = ["INTERRUPTED", "run"]
 
-INTERRUPTED = 130
+INTERRUPTED = 130  # 128 + the signal's number
 
 
 def run() -> NoReturn:

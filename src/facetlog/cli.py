@@ -6,13 +6,14 @@ Exit codes: 0 yes or done, 1 a clean no, 2 bad input or usage, 3 engine failure,
 import os
 import sys
 from collections.abc import Callable, Sequence
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
-from typing import Annotated, ParamSpec
+from typing import TYPE_CHECKING, Annotated, ParamSpec
 
 import typer
 
 from facetlog import __version__
+from facetlog.__main__ import INTERRUPTED
 from facetlog.errors import FacetlogError, InputError
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
@@ -31,9 +32,12 @@ from facetlog.pipeline import (
 )
 from facetlog.terminal import error, show_times, showing_progress, warn
 
+if TYPE_CHECKING:
+    from facetlog.perception.views import ViewSet
+
 __all__ = ["app", "main"]
 
-YES, NO, INTERRUPTED, BROKEN_PIPE = 0, 1, 130, 141  # the last two: 128 + the signal's number
+YES, NO, BROKEN_PIPE = 0, 1, 141  # the last: 128 + the signal's number
 
 P = ParamSpec("P")
 
@@ -130,22 +134,13 @@ def recognize_command(
     sd_limit: SdLimit = None,
 ) -> int:
     """Says what is there, and why. Exit code 0: a model matches, 1: none does."""
-    model_paths = tuple(models or ())
-    check_models(model_paths)
-    if out is not None:
-        check_replaceable(out)
-    clock = StepClock()
-    with showing_progress() as progress:
-        view_set = views_from(views, unit=unit, progress=progress, clock=clock)
-        found = recognize_views(
-            view_set,
-            model_paths=model_paths,
-            method=_method(front_end, sd_limit),
-            progress=progress,
-            clock=clock,
-        )
-        _write(out, found, progress)
-    return _answer(found, as_json=as_json)
+    return _recognized(
+        partial(views_from, views, unit=unit),
+        models=models,
+        method=_method(front_end, sd_limit),
+        out=out,
+        as_json=as_json,
+    )
 
 
 @app.command("reconstruct")
@@ -160,12 +155,11 @@ def reconstruct_command(
     """Writes the vertices, edges and faces that the views show, with their uncertainty."""
     if out.is_dir() or not out.absolute().parent.is_dir():
         raise InputError(f"{out} cannot be written: give a file in a folder that exists")
+    method = _method(front_end, sd_limit)
     clock = StepClock()
     with showing_progress() as progress:
         view_set = views_from(views, unit=unit, progress=progress, clock=clock)
-        scene = reconstruct_views(
-            view_set, method=_method(front_end, sd_limit), progress=progress, clock=clock
-        )
+        scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
     write_scene_file(scene, out)
     for line in (*view_set.problems, *scene.warnings):
         warn(line)
@@ -187,19 +181,33 @@ def demo_command(
     sd_limit: SdLimit = None,
 ) -> int:
     """Renders the paper's tour of 24 views round a block, and recognises it from the pixels."""
+    return _recognized(
+        partial(simulated_views, world, seed),
+        models=models,
+        method=_method(front_end, sd_limit),
+        out=out,
+        as_json=as_json,
+    )
+
+
+def _recognized(
+    source: Callable[..., "ViewSet"],
+    *,
+    models: list[Path] | None,
+    method: Method,
+    out: Path | None,
+    as_json: bool,
+) -> int:
+    """What is there in the views of a source; all that could be refused is asked before them."""
     model_paths = tuple(models or ())
     check_models(model_paths)
     if out is not None:
         check_replaceable(out)
     clock = StepClock()
     with showing_progress() as progress:
-        view_set = simulated_views(world, seed, progress=progress, clock=clock)
+        view_set = source(progress=progress, clock=clock)
         found = recognize_views(
-            view_set,
-            model_paths=model_paths,
-            method=_method(front_end, sd_limit),
-            progress=progress,
-            clock=clock,
+            view_set, model_paths=model_paths, method=method, progress=progress, clock=clock
         )
         _write(out, found, progress)
     return _answer(found, as_json=as_json)
