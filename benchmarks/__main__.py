@@ -23,6 +23,12 @@ NAMES = (
     "accuracy_estimation",
     "time_demo",
     "time_estimation",
+    "time_facts_in",
+    "time_answers_out",
+    "time_box_rule",
+    "time_growth",
+    "time_reasons",
+    "time_long_run",
 )
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE / "results"

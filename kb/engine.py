@@ -1,142 +1,239 @@
-"""The embedded SWI-Prolog: one per process, used from one thread, the only importer of pyswip.
+"""The embedded SWI-Prolog: started once a process, the only importer of pyswip.
 
-Python and Prolog meet in a single deterministic predicate, request/3 of kb/bridge.pl: a text in, a
-text out. So no query is ever open between two calls (pyswip crashes on interleaved queries and at
-exit), nothing is converted by pyswip (it cuts large integers and text with NUL), and errors come
-back as values. Limits on time and inferences act inside the goal, where they are heeded.
+Python and Prolog meet in one predicate, request/4 of bridge.pl: an operation and a text in,
+replies out, one for each solution. pyswip starts SWI-Prolog; the rest is said through the C
+interface with its true types, since pyswip's queries may not be nested, interleaved or moved to
+another thread, and its conversions cut large integers and text with NUL.
 """
 
-import atexit
 import ctypes
 import os
 import threading
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Generator, Iterator
 from functools import cache
 from importlib.resources import files
-from itertools import islice
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, TypeAlias
 
-from facetlog.errors import EngineError, RuleSyntaxError
-from facetlog.kb.encode import Fact, decode_verdict, fact_text
-from facetlog.kb.terms import Atom, Failure, Struct, Term, decode_reply, term_text
-from facetlog.kb.verdict import Verdict
+from facetlog.errors import EngineError
+from facetlog.kb.python_predicates import called
 
-__all__ = ["MINIMUM_VERSION", "Engine", "Limits", "LoadedScene", "RuleFile"]
+__all__ = [
+    "MINIMUM_VERSION",
+    "OK",
+    "CrashError",
+    "Engine",
+    "Piece",
+    "Reply",
+    "house",
+    "piece_text",
+    "start",
+]
 
 MINIMUM_VERSION = (9, 0, 4)
 """SWI-Prolog of Debian 12, the oldest that this was tried with."""
-
-BUILTIN_MODELS = ("box", "table", "chair")
-
-# Facts are handed over in texts of this many: long enough that the crossing costs nothing.
-FACTS_PER_CHUNK = 5000
 
 INSTALL_HINT = (
     "install SWI-Prolog 9.0.4 or newer (Debian and Ubuntu: apt install swi-prolog-nox; "
     "macOS: brew install swi-prolog)"
 )
 
+Piece: TypeAlias = bytes | str
+"""One string of a reply: bytes if all its characters are below 256, else text."""
 
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """What one question may cost: wall seconds and inferences (some 10 to 20 million a second)."""
+Reply: TypeAlias = tuple[Piece, ...]
 
-    seconds: float = 30.0
-    inferences: int = 300_000_000
+OK = '["ok",'
+"""How a reply begins that reports no error."""
 
-    @property
-    def term(self) -> Struct:
-        """limits(Seconds, Inferences)."""
-        return Struct("limits", (float(self.seconds), self.inferences))
+# What Python offers to rules: an identifier and arguments as text in, a reply as text out.
+Callback: TypeAlias = Callable[[str], str]
 
 
-@dataclass(frozen=True, slots=True)
-class RuleFile:
-    """A loaded file of rules: its Prolog module and the models that it defines."""
-
-    path: Path
-    module: str
-    models: tuple[str, ...]
+class CrashError(Exception):
+    """A request ended with an exception that Prolog did not turn into a reply."""
 
 
-@dataclass(frozen=True, slots=True)
-class LoadedScene:
-    """A scene whose facts are in the engine; `module` is where."""
+class Engine:
+    """SWI-Prolog's library, as one thread sees it that has attached itself.
 
-    name: str
-    module: str
-
-
-class _Door:
-    """The C functions of SWI-Prolog that a request needs, declared with their true types.
-
-    pyswip declares size_t* as int*, and wraps some functions in conversions of its own.
+    Its methods belong on the thread that started Prolog, and on threads that called `attach`.
     """
 
-    _TERM = ctypes.c_size_t  # term_t, fid_t: uintptr_t
-    # Constants of SWI-Prolog.h.
-    _ATOM, _STRING, _UTF8, _CATCH_EXCEPTION = 2, 6, 0x00100000, 0x0008
+    # term_t, fid_t and qid_t are uintptr_t. Constants of SWI-Prolog.h.
+    _TERM = ctypes.c_size_t
+    _ATOM, _STRING, _UTF8 = 2, 6, 0x00100000
+    _CATCH_EXCEPTION, _NODEBUG, _EXT_STATUS = 0x0008, 0x0004, 0x0040
+    _EXCEPTION, _FALSE, _LAST = -1, 0, 2
+    _CVT_STRING = 0x00000002
+    _QUICKLY = 0x00010000 | 0x00020000  # no reclaiming of memory, no cancelling
 
     def __init__(self, library: ctypes.CDLL) -> None:
-        # When the interpreter ends, what still holds a scene must not call a Prolog that is gone.
-        self.closed = False
-        atexit.register(self._close)
-
         def declare(name: str, result: type | None, *arguments: type) -> Any:
             return ctypes.CFUNCTYPE(result, *arguments)((name, library))
 
         term, text, pointer, number = self._TERM, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_int
-        size = ctypes.c_size_t
+        size, int64 = ctypes.c_size_t, ctypes.c_int64
+        chars, length = ctypes.POINTER(ctypes.c_void_p), ctypes.POINTER(size)
+        self._attach = declare("PL_thread_attach_engine", number, pointer)
+        self._detach = declare("PL_thread_destroy_engine", number)
+        self._cleanup = declare("PL_cleanup", number, number)
         self._open_frame = declare("PL_open_foreign_frame", term)
         self._discard_frame = declare("PL_discard_foreign_frame", None, term)
         self._new_terms = declare("PL_new_term_refs", term, number)
-        self._predicate = declare("PL_predicate", pointer, text, number, text)
-        self._put = declare("PL_put_chars", number, term, number, size, text)
-        self._call = declare("PL_call_predicate", number, pointer, number, pointer, term)
-        self._get = declare(
-            "PL_get_string", number, term, ctypes.POINTER(text), ctypes.POINTER(size)
+        self._put_text = declare("PL_put_chars", number, term, number, size, text)
+        self._put_integer = declare("PL_put_int64", number, term, int64)
+        self._find_predicate = declare("PL_predicate", pointer, text, number, text)
+        self._open_query = declare("PL_open_query", term, pointer, number, pointer, term)
+        self._next = declare("PL_next_solution", number, term)
+        self._close = declare("PL_close_query", number, term)
+        self._get_list = declare("PL_get_list", number, term, term, term)
+        self._get_text = declare("PL_get_nchars", number, term, length, chars, ctypes.c_uint)
+        self._mark_strings = declare("PL_mark_string_buffers", None, ctypes.POINTER(term))
+        self._release_strings = declare("PL_release_string_buffers_from_mark", None, term)
+        self._unify_text = declare("PL_unify_chars", number, term, number, size, text)
+        self._register = declare(
+            "PL_register_foreign_in_module", number, text, text, number, pointer, number
         )
+        self._request = None
+        self._main_thread = threading.get_ident()
+        self._kept: list[object] = []  # callbacks that C holds must not be collected
 
-    def _close(self) -> None:
-        self.closed = True
+    @property
+    def is_main_thread(self) -> bool:
+        """Whether the calling thread is the one that started Prolog."""
+        return threading.get_ident() == self._main_thread
+
+    def attach(self) -> int:
+        """The Prolog thread number of the calling thread, which from now on may call Prolog."""
+        number = int(self._attach(None))
+        if number < 0:
+            raise EngineError("SWI-Prolog has no room for another thread")
+        return number
+
+    def detach(self) -> None:
+        """Takes the calling thread's Prolog away again."""
+        self._detach()
+
+    def stop(self) -> None:
+        """Ends SWI-Prolog, on the thread that started it: at exit it would do so on another."""
+        self._cleanup(self._QUICKLY)
 
     def consult(self, path: Path) -> bool:
-        """Whether the file was loaded."""
+        """Whether Prolog loaded the file without an exception."""
         frame = self._open_frame()
         try:
-            term = self._new_terms(1)
-            data = os.fsencode(path)
-            self._put(term, self._ATOM | self._UTF8, len(data), data)
-            predicate = self._predicate(b"consult", 1, b"user")
-            return bool(self._call(None, self._CATCH_EXCEPTION, predicate, term))
+            terms = self._new_terms(1)
+            self._put(terms, os.fsencode(path), self._ATOM)
+            query = self._open_query(
+                None, self._CATCH_EXCEPTION, self._find_predicate(b"consult", 1, b"user"), terms
+            )
+            try:
+                return bool(self._next(query))
+            finally:
+                self._close(query)
         finally:
             self._discard_frame(frame)
 
-    def request(self, operation: str, text: str) -> str:
-        """The reply of request/3 of kb/bridge.pl."""
+    def register(self, module: str, name: str, callback: Callback) -> None:
+        """Makes `callback` the predicate module:name(+Text, -Reply)."""
+
+        def called(text: int, reply: int) -> int:
+            # Must not raise: ctypes would print the exception and go on with garbage.
+            mark = self._TERM()
+            self._mark_strings(ctypes.byref(mark))
+            said = callback(piece_text(self._piece(text))).encode("utf-8", "surrogatepass")
+            self._release_strings(mark.value)
+            kind = self._STRING | self._UTF8
+            return int(self._unify_text(reply, kind, len(said), said))
+
+        foreign = ctypes.CFUNCTYPE(ctypes.c_size_t, self._TERM, self._TERM)(called)
+        self._kept.append(foreign)
+        address = ctypes.cast(foreign, ctypes.c_void_p)
+        if not self._register(module.encode(), name.encode(), 2, address, 0):
+            raise EngineError(f"SWI-Prolog refuses the predicate {module}:{name}/2")
+
+    def request(
+        self, number: int, operation: str, text: str
+    ) -> Generator[tuple[Reply, bool], None, None]:
+        """Each reply of request/4, and whether it is the last one; closing closes the query.
+
+        Raises CrashError if Prolog raises.
+        """
+        if self._request is None:
+            self._request = self._find_predicate(b"request", 4, b"facetlog_bridge")
         frame = self._open_frame()
         try:
-            terms = self._new_terms(3)
-            for i, data in enumerate((operation.encode(), text.encode())):
-                self._put(terms + i, self._STRING | self._UTF8, len(data), data)
-            predicate = self._predicate(b"request", 3, b"facetlog_bridge")
-            chars, length = ctypes.c_char_p(), ctypes.c_size_t()
-            if not (
-                self._call(None, self._CATCH_EXCEPTION, predicate, terms)
-                and self._get(terms + 2, ctypes.byref(chars), ctypes.byref(length))
-            ):
-                raise EngineError(f"SWI-Prolog did not answer the request {operation}")
-            return ctypes.string_at(chars, length.value).decode("ascii")
+            terms = self._new_terms(4)
+            self._put_integer(terms, number)
+            self._put(terms + 1, operation.encode())
+            self._put(terms + 2, text.encode("utf-8", "surrogatepass"))
+            flags = self._CATCH_EXCEPTION | self._NODEBUG | self._EXT_STATUS
+            query = self._open_query(None, flags, self._request, terms)
+            try:
+                status = None
+                while status != self._LAST:
+                    status = self._next(query)
+                    if status == self._FALSE:
+                        return
+                    if status == self._EXCEPTION:
+                        raise CrashError
+                    # The scratch frame is discarded at once: a long answer must not pile up.
+                    inner = self._open_frame()
+                    mark = self._TERM()
+                    self._mark_strings(ctypes.byref(mark))
+                    try:
+                        reply = tuple(self._pieces(terms + 3))
+                    finally:
+                        self._release_strings(mark.value)
+                        self._discard_frame(inner)
+                    yield reply, status == self._LAST
+            finally:
+                self._close(query)
         finally:
             self._discard_frame(frame)
+
+    def _put(self, term: int, data: bytes, kind: int = _STRING) -> None:
+        self._put_text(term, kind | self._UTF8, len(data), data)
+
+    def _pieces(self, items: int) -> Iterator[Piece]:
+        terms = self._new_terms(2)
+        head, tail = terms, terms + 1
+        source = items
+        while self._get_list(source, head, tail):
+            yield self._piece(head)
+            source = tail
+
+    def _piece(self, term: int) -> Piece:
+        chars, length = ctypes.c_void_p(), ctypes.c_size_t()
+        place = ctypes.byref(length), ctypes.byref(chars)
+        # Without a flag for the encoding this is Latin-1, and refuses what does not fit.
+        if self._get_text(term, *place, self._CVT_STRING):
+            return ctypes.string_at(chars.value or 0, length.value)
+        if self._get_text(term, *place, self._CVT_STRING | self._UTF8):
+            return ctypes.string_at(chars.value or 0, length.value).decode("utf-8", "surrogatepass")
+        raise EngineError("SWI-Prolog's reply is no text")
+
+
+def piece_text(piece: Piece) -> str:
+    """The characters of a piece."""
+    return piece if isinstance(piece, str) else piece.decode("latin-1")
+
+
+_starting = threading.Lock()
+
+
+def start() -> Engine:
+    """The process's SWI-Prolog with bridge.pl loaded; the first caller's thread is its main one.
+
+    Raises EngineError if it is missing, too old, or does not load.
+    """
+    with _starting:
+        return _started()
 
 
 @cache
-def _start() -> _Door:
-    """The process's SWI-Prolog, started at the first call."""
+def _started() -> Engine:
     try:
         from pyswip import core, prolog
     except Exception as exc:  # pyswip raises bare Exception where SWI-Prolog is missing or old
@@ -145,10 +242,11 @@ def _start() -> _Door:
     major, minor, patch = _version(core.PL_VERSION)
     if (major, minor, patch) < MINIMUM_VERSION:
         raise EngineError(f"SWI-Prolog {major}.{minor}.{patch} is too old: {INSTALL_HINT}")
-    door = _Door(core._lib)
-    if not door.consult(_house("kb") / "bridge.pl"):
+    engine = Engine(core._lib)
+    if not engine.consult(house("kb") / "prolog" / "bridge.pl"):
         raise EngineError("the knowledge base's own Prolog files cannot be loaded")
-    return door
+    engine.register("facetlog_bridge", "python", called)
+    return engine
 
 
 def _version(number: int) -> tuple[int, int, int]:
@@ -160,137 +258,6 @@ def _version(number: int) -> tuple[int, int, int]:
     return number // 10000, number // 100 % 100, number % 100
 
 
-def _house(room: str) -> Path:
-    # Prolog loads files by path: wheels are unpacked, so the resource is one.
+def house(room: str) -> Path:
+    """The folder of a room of the program: Prolog loads files by path."""
     return Path(str(files(f"facetlog.{room}"))).resolve()
-
-
-class Engine:
-    """The process's Prolog with the vocabulary and the built-in models loaded.
-
-    All engines of a process share one Prolog; each belongs to the thread that made the first. Batch
-    work goes to spawned processes: a forked one would share the parent's Prolog, and is refused.
-    """
-
-    _owner: ClassVar[tuple[int, int] | None] = None
-
-    def __init__(self, limits: Limits | None = None) -> None:
-        self.limits = limits or Limits()
-        here = (os.getpid(), threading.get_ident())
-        if Engine._owner is None:
-            Engine._owner = here
-        self._check_owner()
-        self._door = _start()
-        self.rules: tuple[RuleFile, ...] = tuple(
-            self._rule_file("load_builtin", _house("rules") / f"{name}.pl")
-            for name in BUILTIN_MODELS
-        )
-
-    def load_rules(self, path: Path) -> RuleFile:
-        """The models of a user's file, loaded into a module of their own.
-
-        A model takes the place of a built-in one of the same name. Raises RuleSyntaxError, naming
-        file and line, if the file cannot be read, uses a word that there is not, or defines a model
-        that another user's file defines.
-        """
-        path = Path(path)
-        loaded = self._rule_file("load_rules", path)
-        builtin = set(self.rules[: len(BUILTIN_MODELS)])
-        for other in self.rules:
-            twice = set(other.models) & set(loaded.models)
-            if twice and other not in builtin:
-                self._request("drop_rules", term_text(Atom(loaded.module)))
-                raise RuleSyntaxError(
-                    f"{path}: the model {min(twice)} is already defined in {other.path}"
-                )
-        self.rules = (*self.rules, loaded)
-        return loaded
-
-    def unload_rules(self, rules: RuleFile) -> None:
-        """Forget a user's file."""
-        self.rules = tuple(r for r in self.rules if r != rules)
-        self._request("drop_rules", term_text(Atom(rules.module)))
-
-    @property
-    def models(self) -> dict[str, str]:
-        """Name of each model and the module that defines it; the last one loaded wins."""
-        return {model: rules.module for rules in self.rules for model in rules.models}
-
-    @contextmanager
-    def load_scene(self, name: str, facts: Iterable[Fact]) -> Iterator[LoadedScene]:
-        """The scene with these facts in the engine, for as long as the context lasts."""
-        module = str(self._request("new_scene", ""))
-        try:
-            lines = map(fact_text, facts)
-            first = term_text(Atom(module)) + "."
-            while chunk := tuple(islice(lines, FACTS_PER_CHUNK)):
-                self._request("add_facts", "\n".join((first, *chunk)))
-            yield LoadedScene(name, module)
-        finally:
-            if not self._door.closed:
-                self._request("drop_scene", term_text(Atom(module)))
-
-    def query(
-        self, scene: LoadedScene, goal: Term, *, limits: Limits | None = None, most: int = 10_000
-    ) -> list[dict[str, Term]]:
-        """Bindings of the goal's variables, one dict for each of at most `most` solutions.
-
-        The goal may use the words of the vocabulary and `fact(...)`; anything else is refused.
-        """
-        question = Struct("query", (Atom(scene.module), goal, (limits or self.limits).term, most))
-        match self._request("query", term_text(question)):
-            case tuple(solutions):
-                return [dict(map(_binding, _items(solution))) for solution in solutions]
-        raise EngineError("Prolog's answer cannot be read")
-
-    def judge(
-        self, scene: LoadedScene, model: str, thing: str, *, length_unit: str | None = None
-    ) -> Verdict:
-        """The verdict of a model on one thing of the scene."""
-        request = Struct(
-            "judge",
-            (
-                Atom(scene.module),
-                Atom(self.models[model]),
-                Atom(model),
-                Atom(thing),
-                self.limits.term,
-            ),
-        )
-        return decode_verdict(self._request("judge", term_text(request)), length_unit=length_unit)
-
-    def _rule_file(self, operation: str, path: Path) -> RuleFile:
-        match self._request(operation, term_text(Atom(str(path)))):
-            case Struct("loaded", (Atom(module), tuple(models))):
-                return RuleFile(path, module, tuple(str(m) for m in models))
-        raise EngineError(f"{path}: no rules were loaded")
-
-    def _check_owner(self) -> None:
-        if Engine._owner != (os.getpid(), threading.get_ident()):
-            raise EngineError(
-                "Prolog belongs to the thread and process that used it first: "
-                "use that thread, or start worker processes by spawn"
-            )
-
-    def _request(self, operation: str, text: str) -> Term:
-        self._check_owner()
-        result = decode_reply(self._door.request(operation, text))
-        match result:
-            case Failure(kind="rules", message=message):
-                raise RuleSyntaxError(message)
-            case Failure(message=message):
-                raise EngineError(message)
-        return result
-
-
-def _items(term: Term) -> tuple[Term, ...]:
-    if isinstance(term, tuple):
-        return term
-    raise EngineError("Prolog's answer cannot be read")
-
-
-def _binding(term: Term) -> tuple[str, Term]:
-    match term:
-        case Struct("=", (Atom(name), value)):
-            return name, value
-    raise EngineError("Prolog's answer cannot be read")

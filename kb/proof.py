@@ -5,7 +5,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-__all__ = ["Comparison", "Note", "Proof", "State", "Within", "amount"]
+from facetlog.kb.amounts import amount, measured, sd_count, with_unit
+
+__all__ = ["MARKS", "Comparison", "Note", "Proof", "Shortfall", "Side", "State", "Within"]
 
 
 class State(StrEnum):
@@ -16,16 +18,17 @@ class State(StrEnum):
     UNKNOWN = "unknown"
 
 
+class Side(StrEnum):
+    """On which side of its region a value lies."""
+
+    BELOW = "below"
+    ABOVE = "above"
+
+
 MARKS = {State.HOLDS: "+", State.FAILS: "-", State.UNKNOWN: "?"}
 
-
-def amount(value: float) -> str:
-    """The number as a reader wants it: four digits, no exponent in everyday sizes.
-
-    >>> amount(90.0), amount(0.25401), amount(12345.6)
-    ('90', '0.254', '12346')
-    """
-    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+# Of a list of steps that all hold, this many are written out: the rest says the same again.
+HOLDING_SHOWN = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,15 +38,44 @@ class Within:
     sort: str
     limits: tuple[float, ...]
 
-    def __str__(self) -> str:
+    def text(self, unit: str) -> str:
+        """For example 'at most 0.046 m'; degrees, which need no unit to be understood, bare."""
         limits = tuple(map(amount, self.limits))
         match self.sort, limits:
             case "near", (target, tolerance):
-                return f"{target} ± {tolerance}"
+                region = f"{target} ± {tolerance}"
             case "between", (low, high):
-                return f"{low} to {high}"
+                region = f"{low} to {high}"
             case _:
-                return f"{self.sort.replace('_', ' ')} {', '.join(limits)}"
+                region = f"{self.sort.replace('_', ' ')} {', '.join(limits)}"
+        return region if unit == "°" else with_unit(region, unit)
+
+
+@dataclass(frozen=True, slots=True)
+class Shortfall:
+    """By how much a value misses its region, in its unit; `sd` is the deviation of that difference.
+
+    A measured limit's deviation is in it too, to first order. 0 where none was measured.
+    """
+
+    amount: float
+    sd: float
+    side: Side
+
+    @property
+    def sds(self) -> float | None:
+        """The shortfall in standard deviations; None where the deviation is 0."""
+        return self.amount / self.sd if self.sd > 0 else None
+
+    def text(self, unit: str) -> str:
+        """For example '3.8° short, 3.4 sd'."""
+        word = "short" if self.side is Side.BELOW else "over"
+        sds = "" if self.sds is None else f", {sd_count(self.sds)} sd"
+        return f"{with_unit(measured(self.amount, self.sd), unit)} {word}{sds}"
+
+    def to_json(self) -> dict[str, Any]:
+        """The shortfall as plain data."""
+        return {"amount": self.amount, "sd": self.sd, "sds": self.sds, "side": self.side.value}
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,30 +87,56 @@ class Comparison:
     sd: float
     kind: str
     within: Within
+    shortfall: Shortfall | None = None
+
+    def unit(self, length_unit: str | None) -> str:
+        """The unit as it is written behind a number; empty for pure numbers."""
+        match self.kind, length_unit:
+            case "deg", _:
+                return "°"
+            case "length", str(unit):
+                return unit
+            case "area", str(unit):
+                return f"{unit}²"
+            case _:
+                return ""
 
     def text(self, length_unit: str | None) -> str:
-        """For example 'angle(f1, f2) = 90.3 ± 0.4 deg'."""
-        unit = {"deg": "deg", "length": length_unit, "area": length_unit and f"{length_unit}²"}
-        spread = f" ± {self.sd:.2g}" if self.sd > 0 else ""
-        return f"{self.measure} = {amount(self.value)}{spread} {unit.get(self.kind) or ''}".rstrip()
+        """For example 'angle(f1, f2) = 90.3° ± 0.4°'."""
+        unit = self.unit(length_unit)
+        value = measured(self.value, self.sd)
+        if self.sd <= 0:
+            return f"{self.measure} = {with_unit(value, unit)}"
+        spread = with_unit(f"{self.sd:.2g}", unit)
+        # A degree sign belongs to each number, a unit that is a word to both.
+        return f"{self.measure} = {with_unit(value, '°' if unit == '°' else '')} ± {spread}"
 
-    def verb(self, state: State) -> str:
-        """How the value lies to the region."""
-        match state:
-            case State.HOLDS:
-                return "within"
-            case State.FAILS:
-                return "not"
-            case State.UNKNOWN:
-                return "so far, wanted" if self.kind == "count" else "too uncertain for"
+    def sentence(self, state: State, length_unit: str | None) -> str:
+        """The value, the region, and by how much it misses."""
+        unit = self.unit(length_unit)
+        text = self.text(length_unit)
+        region = self.within.text(unit)
+        if self.shortfall is not None:
+            miss = self.shortfall.text(unit)
+            so_far = " so far, but there may be more" if state is State.UNKNOWN else ""
+            return f"{text}, needs {region}: {miss}{so_far}"
+        if state is State.UNKNOWN:
+            return f"{text}, too uncertain to say whether it is {region}"
+        within = "" if self.within.sort.startswith("at_") else "within "
+        return f"{text}, {within}{region}"
 
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """What else a step rests on: a relation, what is missing, what became of the children."""
+    """What else a step rests on: a relation, what is missing, what became of the children.
+
+    `words` says it as a reader does; it is empty for steps that only join others.
+    """
 
     name: str
     about: str = ""
+    words: str = ""
+    cause: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,48 +157,88 @@ class Proof:
         for child in self.children:
             yield from child.comparisons()
 
-    def deciding(self) -> "Proof":
-        """The first leaf that made this fail or stay open; for one that holds, itself."""
-        negated = isinstance(self.detail, Note) and self.detail.name == "not"
+    def shortfalls(self) -> Iterator[Comparison]:
+        """The comparisons that miss and by that make this fail or stay open, in order."""
+        if self.state is State.HOLDS or self._is("not"):
+            return
+        if isinstance(self.detail, Comparison) and self.detail.shortfall is not None:
+            yield self.detail
         for child in self.children:
-            if negated or child.state is self.state:
-                return child.deciding()
-        return self
+            yield from child.shortfalls()
+
+    def because(self, length_unit: str | None = None) -> str:
+        """The first reason for the state, in words."""
+        if self._is("not") and self.children:
+            reason = self.children[0].because(length_unit)
+            return f"{reason}, which should not be" if self.state is State.FAILS else reason
+        for child in self.children:
+            if child.state is self.state:
+                return child.because(length_unit)
+        return self.sentence(length_unit)
 
     def sentence(self, length_unit: str | None = None) -> str:
         """This step alone, in words."""
-        match self.detail:
-            case Comparison() as c:
-                verb = (
-                    ""
-                    if c.within.sort.startswith("at_") and self.state is State.HOLDS
-                    else (c.verb(self.state) + " ")
-                )
-                return f"{c.text(length_unit)}, {verb}{c.within}"
-            case Note("missing", measure):
-                return f"{measure} is not known"
-            case Note("fact", truth):
-                return {"true": self.test, "false": f"not {self.test}"}.get(
-                    truth, f"{self.test} is not known"
-                )
-            case Note("not_asked"):
-                return f"{self.test}: not asked, as it is not known"
-            case _:
-                return self.test
+        if isinstance(self.detail, Comparison):
+            return self.detail.sentence(self.state, length_unit)
+        if self._is("any") and not self.children:
+            return "there is nothing to choose from"
+        words = self.detail.words or _JOINED.get(self.detail.name, self.test)
+        cause = f", because {self.detail.cause}" if self.detail.cause else ""
+        return f"{words}{cause}"
 
     def lines(self, length_unit: str | None = None, depth: int = 0) -> Iterator[str]:
         """The tree as text, one line a step; steps that only join others are left out.
 
-        Of alternatives that hold, those that do not are left out as well: they are no reason.
+        Of alternatives that hold, those that do not are left out as well: they are no reason. Nor
+        are more than a few of many steps that hold written out, nor anything twice.
         """
-        joins = isinstance(self.detail, Note) and self.detail.name in ("all", "any", "short")
+        indent = "  " * depth
+        if self._is("not") and not self.children[0].children:
+            yield f"{indent}{MARKS[self.state]} {self.because(length_unit)}"
+            return
+        joins = self._joins()
         if not joins:
-            yield f"{'  ' * depth}{MARKS[self.state]} {self.sentence(length_unit)}"
-        children = self.children
-        if joins and self.detail == Note("any") and self.state is State.HOLDS:
-            children = tuple(c for c in children if c.state is State.HOLDS)
-        for child in children:
-            yield from child.lines(length_unit, depth if joins else depth + 1)
+            yield f"{indent}{MARKS[self.state]} {self.sentence(length_unit)}"
+        inner = depth if joins else depth + 1
+        shown: set[str] = set()
+        holding = 0
+        for child in self._shown_children():
+            holding += child.state is State.HOLDS
+            if child.state is State.HOLDS and holding > HOLDING_SHOWN:
+                continue
+            text = tuple(child.lines(length_unit, inner))
+            if "\n".join(text) not in shown:
+                shown.add("\n".join(text))
+                yield from text
+        if holding > HOLDING_SHOWN:
+            yield f"{'  ' * inner}+ and {holding - HOLDING_SHOWN} more that hold"
+
+    def _is(self, *names: str) -> bool:
+        return isinstance(self.detail, Note) and self.detail.name in names
+
+    def _joins(self) -> bool:
+        if self._is("any"):
+            return self.state is State.HOLDS or len(self.children) == 1
+        if self._is("expect"):
+            return self.children[0].state is State.HOLDS
+        return self._is("short", "if_known", "all")
+
+    def _shown_children(self) -> tuple["Proof", ...]:
+        if self._is("any"):
+            if self.state is State.HOLDS:
+                return tuple(c for c in self.children if c.state is State.HOLDS)
+            return tuple(c for child in self.children for c in child._alternatives())
+        return self.children
+
+    def _alternatives(self) -> tuple["Proof", ...]:
+        """An alternative that itself lists alternatives, taken apart."""
+        if self.state is State.HOLDS or not self.children:
+            return (self,)
+        if self._is("short"):
+            return self.children[0]._alternatives()
+        if self._is("any"):
+            return tuple(c for child in self.children for c in child._alternatives())
+        return (self,)
 
     def to_json(self) -> dict[str, Any]:
         """The tree as plain data."""
@@ -154,8 +252,20 @@ class Proof:
                 data["measure"] = c.measure
                 data["value"], data["sd"], data["kind"] = c.value, c.sd, c.kind
                 data["within"] = {"sort": c.within.sort, "limits": list(c.within.limits)}
-            case Note(name, about):
+                if c.shortfall is not None:
+                    data["shortfall"] = c.shortfall.to_json()
+            case Note(name, about, _, cause):
                 data["note"] = f"{name}({about})" if about else name
+                if cause:
+                    data["cause"] = cause
         if self.children:
             data["because"] = [child.to_json() for child in self.children]
         return data
+
+
+_JOINED = {
+    "any": "one of these at least:",
+    "not": "all this together should not be so:",
+    "not_asked": "not asked, for it is not known:",
+    "expect": "expected, but not required:",
+}

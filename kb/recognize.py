@@ -1,15 +1,16 @@
-"""Facts into verdicts: the one entry point of the knowledge base."""
+"""Facts into verdicts: what all models say of all things of a scene."""
 
 from collections.abc import Iterable, Sequence
-from contextlib import ExitStack
 from pathlib import Path
 
 from facetlog.errors import RuleSyntaxError
 from facetlog.kb.encode import Fact
-from facetlog.kb.engine import Engine, Limits
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.limits import Limits
+from facetlog.kb.terms import Atom
 from facetlog.kb.verdict import Recognition
 
-__all__ = ["check_rules", "recognize", "rule_files"]
+__all__ = ["judge_scene", "open_knowledge_base", "recognize", "rule_files"]
 
 RULE_SUFFIX = ".pl"
 
@@ -30,12 +31,40 @@ def rule_files(paths: Iterable[Path]) -> tuple[Path, ...]:
     return tuple(dict.fromkeys(p.resolve() for p in found))
 
 
-def check_rules(model_paths: Sequence[Path]) -> None:
-    """Raises what `recognize` would raise for these models, without a scene."""
-    engine = Engine()
-    with ExitStack() as stack:
-        for path in rule_files(model_paths):
-            stack.callback(engine.unload_rules, engine.load_rules(path))
+def open_knowledge_base(
+    model_paths: Sequence[Path] = (), *, trusted: bool = False, limits: Limits | None = None
+) -> KnowledgeBase:
+    """A knowledge base with the built-in models and the user's files and folders of rules.
+
+    Files that are not `trusted` are checked, and evaluated in a process of their own. Raises
+    RuleSyntaxError for a faulty file, EngineError if SWI-Prolog is missing or too old.
+    """
+    files = rule_files(model_paths)
+    base = KnowledgeBase(limits, isolated=bool(files) and not trusted)
+    try:
+        for path in files:
+            base.load_rules(path, trusted=trusted)
+    except BaseException:
+        base.close()
+        raise
+    return base
+
+
+def judge_scene(base: KnowledgeBase, name: str, facts: Iterable[Fact]) -> Recognition:
+    """What the models of a knowledge base say of each thing in a scene, which it then forgets.
+
+    Raises EngineError if a model reaches a limit on a thing.
+    """
+    scene = base.load_scene(name, facts)
+    try:
+        with base.query("thing(T)", scenes=(name,)) as answers:
+            things = tuple(str(thing) for (thing,) in answers if isinstance(thing, Atom))
+        return Recognition(
+            scene.name,
+            tuple(base.judge(name, model, thing) for thing in things for model in base.models),
+        )
+    finally:
+        base.drop_scene(name)
 
 
 def recognize(
@@ -43,28 +72,13 @@ def recognize(
     *,
     scene_name: str,
     model_paths: Sequence[Path] = (),
+    trusted: bool = False,
     limits: Limits | None = None,
 ) -> Recognition:
     """What the built-in models and the user's say of each thing in a scene.
 
-    `model_paths` are files and folders of rules (docs/models.md). `limits` holds for each model on
-    each thing. Raises RuleSyntaxError for a faulty file, EngineError if SWI-Prolog is missing, too
-    old, or reaches a limit.
+    `model_paths` are files and folders of rules (docs/models.md), as for `open_knowledge_base`.
+    `limits` holds for each model on each thing.
     """
-    scene_facts = tuple(facts)
-    things = tuple(str(f[1]) for f in scene_facts if f[0] == "thing")
-    length_unit = "m" if ("scale", "metric") in scene_facts else None
-    files = rule_files(model_paths)
-    engine = Engine(limits)
-    with ExitStack() as stack:
-        for path in files:
-            stack.callback(engine.unload_rules, engine.load_rules(path))
-        scene = stack.enter_context(engine.load_scene(scene_name, scene_facts))
-        return Recognition(
-            scene_name,
-            tuple(
-                engine.judge(scene, model, thing, length_unit=length_unit)
-                for thing in things
-                for model in engine.models
-            ),
-        )
+    with open_knowledge_base(model_paths, trusted=trusted, limits=limits) as base:
+        return judge_scene(base, scene_name, facts)

@@ -6,11 +6,13 @@ Any name may be written, and no text can become a goal.
 import json
 import math
 from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
 from typing import TypeAlias
 
 from facetlog.errors import EngineError
 
-__all__ = ["Atom", "Failure", "Struct", "Term", "Var", "decode_reply", "term_text"]
+__all__ = ["Atom", "Failure", "Struct", "Term", "Var", "decode_reply", "decode_term", "term_text"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,14 +42,18 @@ class Struct:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """What a request reports instead of a result; `kind` is rules, limit or prolog."""
+    """What a request reports instead of a result.
+
+    `kind` is question, rules, limit, python or prolog; `place` says where, as that kind needs.
+    """
 
     kind: str
     message: str
+    place: tuple[object, ...] = ()
 
 
-Term: TypeAlias = "Atom | Var | Struct | str | int | float | tuple[Term, ...]"
-"""A tuple is a proper list."""
+Term: TypeAlias = "Atom | Var | Struct | str | int | float | Fraction | tuple[Term, ...]"
+"""A tuple is a proper list; a Fraction a rational number."""
 
 
 def _escaped(text: str, quote: str) -> str:
@@ -65,11 +71,17 @@ def _escaped(text: str, quote: str) -> str:
     )
 
 
+def _integer(value: int) -> str:
+    # int() turns True, which is an int, into 1. Beyond some thousands of digits Python refuses to
+    # write an int, but not a Decimal.
+    return str(int(value)) if abs(value) < 1 << 4096 else f"{Decimal(value):f}"
+
+
 def _number(value: float) -> str:
     if isinstance(value, int):
-        return str(int(value))  # int() turns True, which is an int, into 1
+        return _integer(value)
     if not math.isfinite(value):
-        raise ValueError(f"Prolog facts have no {value}")
+        return "1.5NaN" if math.isnan(value) else "1.0Inf" if value > 0 else "-1.0Inf"
     text = repr(float(value))
     mantissa, e, exponent = text.partition("e")  # Prolog wants 1.0e-05, Python writes 1e-05
     return f"{mantissa if '.' in mantissa else mantissa + '.0'}{e}{exponent}"
@@ -92,6 +104,8 @@ def term_text(term: Term) -> str:
             return name
         case str():
             return f'"{_escaped(term, chr(34))}"'
+        case Fraction(numerator=n, denominator=d):
+            return f"{_integer(n)}r{_integer(d)}"
         case int() | float():
             return _number(term)
         case Struct(functor, args):
@@ -101,33 +115,43 @@ def term_text(term: Term) -> str:
             return f"[{','.join(map(term_text, term))}]"
 
 
-def _decode(node: object) -> Term:
+def decode_term(node: object) -> Term:
+    """The term that json.pl wrote, from its JSON as Python reads it."""
     match node:
         case bool():
             raise EngineError(f"Prolog's reply cannot be read: {node!r}")
         case int() | float():
             return node
         case list():
-            return tuple(_decode(item) for item in node)
+            return tuple(decode_term(item) for item in node)
         case {"a": str(name)}:
             return Atom(name)
         case {"s": str(text)} | {"x": str(text)}:
             return text
         case {"v": str(name)}:
             return Var(name)
+        case {"i": str(digits)}:
+            return int(digits, 16)
+        case {"r": [str(numerator), str(denominator)]}:
+            return Fraction(int(numerator, 16), int(denominator, 16))
+        case {"n": str(text)}:
+            return float(text)
         case {"f": str(functor), "t": list(args)}:
-            return Struct(functor, tuple(_decode(a) for a in args))
+            return Struct(functor, tuple(decode_term(a) for a in args))
     raise EngineError(f"Prolog's reply cannot be read: {node!r}")
 
 
 def decode_reply(reply: str) -> "Term | Failure":
     """The result of a request as a term, or the failure that it reports.
 
-    The reply is JSON as kb/bridge.pl writes it.
+    The reply is the JSON with which bridge.pl begins each reply.
     """
-    match json.loads(reply):
-        case ["ok", result]:
-            return _decode(result)
-        case ["error", str(kind), str(message)]:
-            return Failure(kind, message)
+    try:
+        match json.loads(reply):
+            case ["ok", result]:
+                return decode_term(result)
+            case ["error", str(kind), str(message), list(place)]:
+                return Failure(kind, message, tuple(place))
+    except RecursionError:
+        raise EngineError("the answer is nested too deeply") from None
     raise EngineError("Prolog's reply cannot be read")

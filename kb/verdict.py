@@ -4,7 +4,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from facetlog.kb.proof import MARKS, Comparison, Proof, State, amount
+from facetlog.kb.amounts import amount
+from facetlog.kb.proof import MARKS, Comparison, Proof, State
 
 __all__ = ["Condition", "Part", "Recognition", "Size", "Verdict"]
 
@@ -67,15 +68,21 @@ class Verdict:
         found = (c for line in self.conditions for c in line.proof.comparisons())
         return tuple(dict.fromkeys(c for c in found if c.kind == "deg"))
 
+    def conditions_that(self, state: State) -> tuple[Condition, ...]:
+        """The conditions of this state, in the order of the file."""
+        return tuple(c for c in self.conditions if c.proof.state is state)
+
     @property
     def summary(self) -> str:
         """One line: what it is, or why it is not, or what is missing."""
+        article = "an" if self.model[:1] in "aeiou" else "a"
+        if not self.thing:
+            return f"nothing was found that could be {article} {self.model}"
         match self.state:
             case State.HOLDS:
-                article = "an" if self.model[:1] in "aeiou" else "a"
                 return f"{self.thing} is {article} {self.model} ({self.degree:.0%})"
             case State.FAILS:
-                holding = sum(c.proof.state is State.HOLDS for c in self.conditions)
+                holding = len(self.conditions_that(State.HOLDS))
                 return (
                     f"{self.thing} is no {self.model}: {self._first_reason()} "
                     f"({holding} of {len(self.conditions)} conditions hold)"
@@ -93,7 +100,7 @@ class Verdict:
             seen = len(self.parts) - len(unseen)
             return f"only {seen} of the {len(self.parts)} faces that it needs were measured"
         line = next(c for c in self.conditions if c.proof.state is self.state)
-        leaf = line.proof.deciding().sentence(self.length_unit)
+        leaf = line.proof.because(self.length_unit)
         open_or_not = "it is open whether" if self.state is State.UNKNOWN else "it is not so that"
         return f"{open_or_not} {line.reason}: {leaf}"
 
@@ -112,6 +119,30 @@ class Verdict:
             for step in line.proof.lines(self.length_unit):
                 yield f"      {step}"
 
+    def miss_lines(self) -> Iterator[str]:
+        """What keeps this assignment from holding: one head line, then only what fails or is open.
+
+        For example 't1 is no table with top = f3: 1 of 8 conditions fails'.
+        """
+        counts = {state: len(self.conditions_that(state)) for state in State}
+        fails, unknown = counts[State.FAILS], counts[State.UNKNOWN]
+        said = []
+        if fails:
+            said.append(f"{fails} of {len(self.conditions)} conditions fail{'s' * (fails == 1)}")
+        if unknown:
+            said.append(f"{unknown} cannot be told")
+        known = "is no" if fails else "may be a" if unknown else "is a"
+        parts = ", ".join(map(str, self.parts)) or "no part"
+        yield f"{self.thing} {known} {self.model} with {parts}: {', '.join(said) or 'all hold'}"
+        for state in (State.FAILS, State.UNKNOWN):
+            for line in self.conditions_that(state):
+                yield f"  {MARKS[state]} {line.label}: {line.reason}"
+                for step in line.proof.lines(self.length_unit):
+                    yield f"      {step}"
+        if counts[State.HOLDS]:
+            labels = (c.label for c in self.conditions_that(State.HOLDS))
+            yield f"  {MARKS[State.HOLDS]} holds: {', '.join(labels)}"
+
     def to_json(self) -> dict[str, Any]:
         """The verdict as plain data."""
         return {
@@ -126,6 +157,12 @@ class Verdict:
             "length_unit": self.length_unit,
             "angles": [{"of": a.measure, "deg": a.value, "sd": a.sd} for a in self.angles],
             "also": self.also,
+            "shortfalls": [
+                {"label": c.label, "of": miss.measure, "kind": miss.kind, **short.to_json()}
+                for c in self.conditions
+                for miss in c.proof.shortfalls()
+                if (short := miss.shortfall) is not None
+            ],
             "proof": [
                 {"label": c.label, "reason": c.reason, "because": c.proof.to_json()}
                 for c in self.conditions

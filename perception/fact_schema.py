@@ -235,6 +235,11 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "sides of the least box round the thing that is square to its largest face, longest first",
     ),
     _kind(
+        "gap +T1:thing +T2:thing D:length Sd:length",
+        _ONE,
+        "least distance between what was found of two things, 0 where they touch or intersect",
+    ),
+    _kind(
         "share +F:face R:share Sd:share",
         _ONE,
         "area of F over the silhouette of its thing along F's normal",

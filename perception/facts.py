@@ -24,6 +24,7 @@ from facetlog.perception.contacts import (
 )
 from facetlog.perception.fact_schema import FACT_SCHEMA, Fact, Value
 from facetlog.perception.flat_faces import FlatFace, flat_faces
+from facetlog.perception.gaps import gaps
 from facetlog.perception.things import Thing, find_things
 from facetlog.perception.tolerance import Tolerance
 from facetlog.perception.types import Evidence, FloatArray, Scene
@@ -168,6 +169,9 @@ def _thing_facts(s: _Survey, rows: _Rows) -> None:
             rows["share"].append((face, *part))
             reach = measures.protrusion(flat, plane, members, s.points, s.covs, s.tolerance)
             rows["protrusion"].append((face, *reach))
+    for i, j, distance in gaps(s.points, s.covs, s.faces, s.edges, s.things, s.tolerance):
+        rows["gap"].append((f"t{i + 1}", f"t{j + 1}", *distance))
+        rows["gap"].append((f"t{j + 1}", f"t{i + 1}", *distance))
 
 
 def _pair_facts(s: _Survey, rows: _Rows) -> None:

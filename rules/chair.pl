@@ -1,4 +1,5 @@
 :- module(chair, []).
+:- use_module(library(solution_sequences)).
 :- use_module(facetlog(vocabulary)).
 
 /** <module> A chair
@@ -20,24 +21,29 @@ tolerance(bench,   2.50).     % of the seat's width: its greatest length, or it 
 tolerance(low,     0.25).     % of the whole height: the seat's least height
 tolerance(high,    0.75).     % of the whole height: the seat's greatest height
 
+% Any level face that looks upwards may be the seat, and what rises above it the back: of both the
+% largest ones, for on a thing of many faces there would be no end of pairs.
 candidate(chair, Thing, [Seat, Back]) :-
-    face_of(Thing, Seat),
-    possible(all([level(Seat), upward(Seat)])),
-    back(Thing, Seat, Back).
+    largest_faces(Thing, Faces),
+    findall(Face, ( member(Face, Faces), possible(leaning(Face)) ), Leaning),
+    limit(10, ( member(Seat, Faces),
+                possible(all([level(Seat), upward(Seat)])) )),
+    back(Seat, Leaning, Back).
 candidate(chair, Thing, [unseen, unseen]) :-
     \+ ( face_of(Thing, Face),
          possible(all([level(Face), upward(Face)])) ).
 
 % The inner or the outer face of the back; unseen if no upright face rises above the seat.
-back(Thing, Seat, Back) :-
-    rising(Thing, Seat, Back).
-back(Thing, Seat, unseen) :-
-    \+ rising(Thing, Seat, _).
-
-rising(Thing, Seat, Back) :-
-    face_of(Thing, Back),
-    Back \== Seat,
-    possible(rises(Back, Seat)).
+back(Seat, Leaning, Back) :-
+    findall(Face,
+            limit(4, ( member(Face, Leaning),
+                        Face \== Seat,
+                        possible(rises(Face, Seat)) )),
+            Backs),
+    (   Backs == []
+    ->  Back = unseen
+    ;   member(Back, Backs)
+    ).
 
 means(rises(Back, Seat),
       all([leaning(Back), at_least(top_of(Back), (1 + tolerance(rise))*elevation(Seat))])).

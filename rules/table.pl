@@ -1,4 +1,5 @@
 :- module(table, []).
+:- use_module(library(solution_sequences)).
 :- use_module(facetlog(vocabulary)).
 
 /** <module> A table
@@ -16,13 +17,24 @@ tolerance(rise,    0.10).     % of the top's height: what may rise above it
 tolerance(sturdy,  0.25).     % of the top's height: the top's least width, or it is a pole
 tolerance(lowest,  0.15).     % of the top's length: lower is a tray
 
-% Any measured face may be the top until a condition says no. If none looks upwards the top was not
-% seen.
+% Every face that may be level, look upwards and cover the thing; for near misses the largest others
+% as well, of those that look upwards if there are any. If none does the top was not seen.
 candidate(table, Thing, [Top]) :-
-    face_of(Thing, Top).
+    face_of(Thing, Top),
+    possible(all([level(Top), upward(Top), at_least(share(Top), tolerance(cover))])).
+candidate(table, Thing, [Top]) :-
+    largest_faces(Thing, Faces),
+    include(may_be_top, Faces, Tops),
+    (   Tops == []
+    ->  limit(20, member(Top, Faces))
+    ;   limit(20, member(Top, Tops))
+    ).
 candidate(table, Thing, [unseen]) :-
     \+ ( face_of(Thing, Face),
-         possible(all([level(Face), upward(Face)])) ).
+         may_be_top(Face) ).
+
+may_be_top(Face) :-
+    possible(all([level(Face), upward(Face)])).
 
 condition(table, level, "the top is level and faces up", _, [Top],
           all([measured(Top), level(Top), upward(Top)])).

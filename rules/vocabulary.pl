@@ -4,12 +4,14 @@
                         shared_edge/3,        % ?Face, ?Face, -Edge
                         standing_below/2,     % +Face, -FaceOrEdge
                         undersides/2,         % +Face, -Faces
-                        separate/2,           % +FacesAndEdges, -Groups
+                        largest_faces/2,      % +Thing, -Faces
                         longest_first/2,      % +Measures, -Measures
                         holds/1,              % :Test
                         possible/1,           % :Test
+                        each_pair/4,          % -X, -Y, ?Faces, :Test
                         measure/4,            % +Measure, -Value, -Sd, -Kind
                         relation/2,           % +Relation, -Truth
+                        missing_because/2,    % +MeasureOrRelation, -Cause
                         known_measure/1,      % ?Measure
                         known_relation/1,     % ?Relation
                         derived_word/1        % ?Word
@@ -35,9 +37,13 @@ is never proposed.
 :- use_module(library(apply)).
 :- use_module(library(pairs)).
 :- use_module(facetlog_kb(scene)).
-:- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(evaluate)).
+:- use_module(facetlog_kb(recall)).
+:- use_module(facetlog(grouping)).
+:- reexport(facetlog(grouping), [separate/2]).
+:- use_module(facetlog_kb(pairs)).
 
-:- meta_predicate holds(:), possible(:).
+:- meta_predicate holds(:), possible(:), each_pair(?, ?, ?, :).
 
 %!  tolerance(?Name, ?Value) is nondet.
 %
@@ -48,7 +54,6 @@ tolerance(level,   10).     % degrees from horizontal
 tolerance(upright, 10).     % degrees from vertical
 tolerance(reaches, 0.15).   % of a height: how short of an end still counts as there
 tolerance(board,   0.20).   % of a height: how thick a board on legs may be
-tolerance(apart,   0.15).   % of the thing's length: feet nearer than this are one leg's
 
                  /*******************************
                  *           SEARCHES           *
@@ -67,6 +72,15 @@ face_of(Thing, Face) :-
     fact(part_of(Face, Thing)),
     fact(face(Face)),
     fact(evidence(Face, measured)).
+
+%!  largest_faces(+Thing, -Faces) is det.
+%
+%   The measured faces of Thing, the largest first.
+
+largest_faces(Thing, Faces) :-
+    findall(Area-Face, ( face_of(Thing, Face), fact(area(Face, Area, _)) ), Found),
+    sort(0, @>=, Found, Sorted),
+    pairs_values(Sorted, Faces).
 
 %!  loose_edge_of(?Thing, ?Edge) is nondet.
 %
@@ -119,84 +133,6 @@ undersides(Face, [Face|Lower]) :-
             Found),
     sort(Found, Lower).
 
-%!  separate(+Supports, -Groups) is det.
-%
-%   Groups are lists of the Supports that belong together: faces that adjoin, and whatever stands
-%   on the ground at nearly one place. A square leg with four faces is one group.
-
-separate(Supports, Groups) :-
-    maplist(with_foot, Supports, Feet),
-    join_groups(Feet, [], Joined),
-    maplist(pairs_keys, Joined, Groups).
-
-with_foot(Support, Support-Foot) :-
-    (   foot(Support, Middle, Span)
-    ->  Foot = foot(Middle, Span)
-    ;   Foot = none
-    ).
-
-join_groups([], Groups, Groups).
-join_groups([Support|Supports], Groups0, Groups) :-
-    partition(has_neighbour(Support), Groups0, Near, Apart),
-    append(Near, Members),
-    join_groups(Supports, [[Support|Members]|Apart], Groups).
-
-has_neighbour(Support, Group) :-
-    member(Other, Group),
-    together(Support, Other),
-    !.
-
-together(A-_, B-_) :-
-    fact(adjoins(A, B, _)),
-    !.
-together(A-foot(P, SpanA), _-foot(Q, SpanB)) :-
-    fact(part_of(A, Thing)),
-    fact(thing_size(Thing, Length, _, _)),
-    tolerance(apart, Share),
-    Reach is Share*Length,
-    % A wide panel's foot is its middle: only narrow supports can be sides of one leg.
-    SpanA =< Reach,
-    SpanB =< Reach,
-    distance(P, Q, Distance),
-    Distance =< Reach,
-    !.
-
-%   The middle of a support's lowest end and how wide that end is.
-foot(Support, Middle, Span) :-
-    fact(up(X, Y, Z)),
-    findall(Height-Point,
-            ( end_point(Support, Point),
-              dot(Point, [X, Y, Z], Height) ),
-            Ends),
-    pairs_keys(Ends, Heights),
-    min_list(Heights, Low),
-    max_list(Heights, High),
-    Limit is Low + 0.2*(High - Low),
-    findall(Point, ( member(H-Point, Ends), H =< Limit ), Feet),
-    middle(Feet, Middle),
-    aggregate_all(max(D), ( member(P, Feet), member(Q, Feet), distance(P, Q, D) ), Span).
-
-end_point(Edge, [X, Y, Z]) :-
-    fact(edge(Edge, V1, V2)),
-    ( V = V1 ; V = V2 ),
-    fact(point(V, X, Y, Z)).
-end_point(Face, [X, Y, Z]) :-
-    fact(corner(Face, _, V)),
-    fact(point(V, X, Y, Z)).
-
-middle(Points, [X, Y, Z]) :-
-    aggregate_all(r(count, sum(A), sum(B), sum(C)), member([A, B, C], Points), r(N, SX, SY, SZ)),
-    N > 0,
-    X is SX/N,
-    Y is SY/N,
-    Z is SZ/N.
-
-distance([A, B, C], [X, Y, Z], D) :-
-    D is sqrt((A-X)**2 + (B-Y)**2 + (C-Z)**2).
-
-dot([A, B, C], [X, Y, Z], D) :-
-    D is A*X + B*Y + C*Z.
-
 %!  longest_first(+Measures, -Sorted) is semidet.
 %
 %   The same measures, the greatest value first; fails if one of them is unknown.
@@ -215,15 +151,24 @@ value_of(Measure, Value) :-
 %   Test is known to hold in the current scene, as measured.
 
 holds(Module:Test) :-
-    evaluate(Test, Module, proof(holds, _, _, _, _, _)).
+    state(Test, Module, holds).
 
 %!  possible(:Test) is semidet.
 %
 %   Test holds or is unknown.
 
 possible(Module:Test) :-
-    evaluate(Test, Module, proof(State, _, _, _, _, _)),
+    state(Test, Module, State),
     State \== fails.
+
+%!  each_pair(-X, -Y, ?Faces, :Test) is nondet.
+%
+%   Faces is a list of measured faces of the scene, in the order of terms, and Test holds of each two
+%   of them, X and Y. Which two pass is worked out once, so this is the fast way to ask for three
+%   faces at right angles: each_pair(X, Y, [A, B, C], near(angle(X, Y), 90, 15)).
+
+each_pair(X, Y, Faces, Module:Test) :-
+    each_pair_in(Module, X, Y, Faces, Test).
 
                  /*******************************
                  *           MEASURES           *
@@ -252,12 +197,17 @@ measure(top_of(X), V, Sd, length)       :- fact(top_of(X, V, Sd)).
 measure(bottom_of(X), V, Sd, length)    :- fact(bottom_of(X, V, Sd)).
 measure(clear_below(F), V, 0, length)   :- fact(clear_below(F, V)).
 measure(overlap(A, B), V, 0, ratio)     :- fact(overlap(A, B, V)).
+measure(gap(A, B), V, Sd, length)       :- fact(gap(A, B, V, Sd)).
 measure(thing_length(T), V, 0, length)  :- fact(thing_size(T, V, _, _)).
 measure(thing_width(T), V, 0, length)   :- fact(thing_size(T, _, V, _)).
 measure(thing_height(T), V, Sd, length) :-
-    aggregate_all(max(H, S), ( fact(part_of(X, T)), fact(top_of(X, H, S)) ), max(V, Sd)).
+    recall(vocabulary, thing_height, T, measure, max(V, Sd), highest_part(T, max(V, Sd))).
 measure(metres(V), V, 0, length)        :- number(V), fact(scale(metric)).
 measure(count(List), V, 0, count)       :- is_list(List), length(List, V).
+
+%   Asked of every candidate, and it goes through the whole thing: remembered.
+highest_part(Thing, Highest) :-
+    aggregate_all(max(H, S), ( fact(part_of(X, Thing)), fact(top_of(X, H, S)) ), Highest).
 
 edge_tilt(Edge, Degrees) :-
     fact(edge(Edge, V1, V2)),
@@ -312,6 +262,38 @@ known_relation(upward(_)).
 known_relation(downward(_)).
 known_relation(share_corner(_)).
 
+%!  missing_because(+MeasureOrRelation, -Cause) is det.
+%
+%   Why the scene does not know it: unseen (a part was not seen), up or scale (not given), or
+%   unstated (no such fact was found).
+
+missing_because(Word, Cause) :-
+    (   arg(_, Word, Part),
+        mentions_unseen(Part)
+    ->  Cause = unseen
+    ;   needs_up(Word),
+        \+ fact(up(_, _, _))
+    ->  Cause = up
+    ;   Word = metres(_),
+        \+ fact(scale(metric))
+    ->  Cause = scale
+    ;   Cause = unstated
+    ).
+
+needs_up(tilt(_)).
+needs_up(elevation(_)).
+needs_up(top_of(_)).
+needs_up(bottom_of(_)).
+needs_up(clear_below(_)).
+needs_up(overlap(_, _)).
+needs_up(thing_height(_)).
+needs_up(upward(_)).
+needs_up(downward(_)).
+
+mentions_unseen(Part) :-
+    var(Part),
+    !,
+    fail.
 mentions_unseen(unseen).
 mentions_unseen([Part|Parts]) :-
     memberchk(unseen, [Part|Parts]).
@@ -325,8 +307,9 @@ truth(concave(A, B), Truth)   :- either(fact(concave(A, B)), fact(convex(A, B)),
 % The tilt of a face is known exactly where up is.
 truth(upward(F), Truth)       :- either(fact(upward(F)), fact(tilt(F, _, _)), Truth).
 truth(downward(F), Truth)     :- either(fact(downward(F)), fact(tilt(F, _, _)), Truth).
-truth(share_corner(Faces), Truth) :-
-    settled(( fact(corner(_, _, V)),
+truth(share_corner([]), true).
+truth(share_corner([First|Faces]), Truth) :-
+    settled(( fact(corner(First, _, V)),
               forall(member(F, Faces), fact(corner(F, _, V))) ), Truth).
 
 settled(Goal, Truth) :-

@@ -3,18 +3,19 @@
 Exit codes: 0 yes or done, 1 a clean no, 2 bad input or usage, 3 engine failure, 130 Ctrl-C.
 """
 
-import os
-import sys
 from collections.abc import Callable, Sequence
-from functools import partial, wraps
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ParamSpec
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
-from facetlog.errors import FacetlogError, InputError
+from facetlog.commands.explain import why_command, why_not_command
+from facetlog.commands.query import query_command
+from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import (
@@ -23,23 +24,19 @@ from facetlog.pipeline import (
     Method,
     Progress,
     Recognised,
-    check_models,
+    open_models,
     recognize_views,
     reconstruct_views,
     simulated_views,
     views_from,
     write_scene_file,
 )
-from facetlog.terminal import error, show_times, showing_progress, warn
+from facetlog.terminal import show_times, showing_progress, warn
 
 if TYPE_CHECKING:
     from facetlog.perception.views import ViewSet
 
 __all__ = ["app", "main"]
-
-YES, NO, BROKEN_PIPE = 0, 1, 141  # the last: 128 + the signal's number
-
-P = ParamSpec("P")
 
 app = typer.Typer(
     name="facetlog",
@@ -57,11 +54,6 @@ Views = Annotated[
         help="Folder with transforms.json, or with poses.csv and camera.toml; or such a file.",
     ),
 ]
-Models = Annotated[
-    list[Path] | None,
-    typer.Option("--models", metavar="PATH", help="Your own models: a file or folder; repeatable."),
-]
-AsJson = Annotated[bool, typer.Option("--json", help="One JSON object instead of text.")]
 Out = Annotated[
     Path | None,
     typer.Option("-o", "--out", metavar="OUT", help="Folder for scene, facts, meshes, pictures."),
@@ -85,28 +77,6 @@ SdLimit = Annotated[
 ]
 
 
-def _command(body: Callable[P, int]) -> Callable[P, None]:
-    """A command that ends with the exit code of its body, and with one line for an error."""
-
-    @wraps(body)
-    def command(*args: P.args, **kwargs: P.kwargs) -> None:
-        try:
-            code = body(*args, **kwargs)
-            sys.stdout.flush()
-        except FacetlogError as exc:
-            error(str(exc))
-            code = exc.exit_code
-        except KeyboardInterrupt:
-            code = INTERRUPTED
-        except BrokenPipeError:  # the reader went away, as `| head` does
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            code = BROKEN_PIPE
-        raise typer.Exit(code)
-
-    del command.__annotations__["return"]
-    return command
-
-
 def _version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"facetlog {__version__}")
@@ -123,10 +93,11 @@ def _shared(
 
 
 @app.command("recognize")
-@_command
+@command
 def recognize_command(
     views: Views,
     models: Models = None,
+    trust: Trust = False,
     as_json: AsJson = False,
     out: Out = None,
     unit: Unit = None,
@@ -137,6 +108,7 @@ def recognize_command(
     return _recognized(
         partial(views_from, views, unit=unit),
         models=models,
+        trusted=trust,
         method=_method(front_end, sd_limit),
         out=out,
         as_json=as_json,
@@ -144,7 +116,7 @@ def recognize_command(
 
 
 @app.command("reconstruct")
-@_command
+@command
 def reconstruct_command(
     views: Views,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The scene as JSON.")],
@@ -168,7 +140,7 @@ def reconstruct_command(
 
 
 @app.command("demo")
-@_command
+@command
 def demo_command(
     out: Out = None,
     seed: Annotated[int, typer.Option("--seed", metavar="N", help="Noise, floor and light.")] = 0,
@@ -176,6 +148,7 @@ def demo_command(
         str, typer.Option("--world", metavar="NAME", help="What the simulated camera looks at.")
     ] = DEMO_WORLD,
     models: Models = None,
+    trust: Trust = False,
     as_json: AsJson = False,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
@@ -184,31 +157,34 @@ def demo_command(
     return _recognized(
         partial(simulated_views, world, seed),
         models=models,
+        trusted=trust,
         method=_method(front_end, sd_limit),
         out=out,
         as_json=as_json,
     )
 
 
+app.command("query")(query_command)
+app.command("why")(why_command)
+app.command("why-not")(why_not_command)
+
+
 def _recognized(
     source: Callable[..., "ViewSet"],
     *,
     models: list[Path] | None,
+    trusted: bool,
     method: Method,
     out: Path | None,
     as_json: bool,
 ) -> int:
     """What is there in the views of a source; all that could be refused is asked before them."""
-    model_paths = tuple(models or ())
-    check_models(model_paths)
     if out is not None:
         check_replaceable(out)
     clock = StepClock()
-    with showing_progress() as progress:
+    with open_models(tuple(models or ()), trusted=trusted) as base, showing_progress() as progress:
         view_set = source(progress=progress, clock=clock)
-        found = recognize_views(
-            view_set, model_paths=model_paths, method=method, progress=progress, clock=clock
-        )
+        found = recognize_views(view_set, base=base, method=method, progress=progress, clock=clock)
         _write(out, found, progress)
     return _answer(found, as_json=as_json)
 

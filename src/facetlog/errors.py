@@ -9,6 +9,7 @@ __all__ = [
     "FacetlogError",
     "InconsistentViewsError",
     "InputError",
+    "QueryError",
     "RuleSyntaxError",
 ]
 
@@ -33,6 +34,14 @@ class InconsistentViewsError(InputError):
 
 class RuleSyntaxError(InputError):
     """A model file cannot be read; the message names file and line."""
+
+
+class QueryError(InputError):
+    """A question cannot be asked: `text` is the question, from `start` to `end` is the fault."""
+
+    def __init__(self, message: str, *, text: str = "", start: int = 0, end: int = 0) -> None:
+        super().__init__(message)
+        self.text, self.start, self.end = text, start, end
 
 
 class EngineError(FacetlogError):

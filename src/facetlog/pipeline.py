@@ -6,6 +6,7 @@ Rooms are imported where they are used: the command line answers `--help` withou
 """
 
 from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -15,6 +16,7 @@ from facetlog.errors import InputError
 from facetlog.perception.step_clock import StepClock
 
 if TYPE_CHECKING:
+    from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.kb.verdict import Recognition
     from facetlog.perception.types import Scene
     from facetlog.perception.views import ViewSet
@@ -24,7 +26,7 @@ __all__ = [
     "FrontEnd",
     "Progress",
     "Recognised",
-    "check_models",
+    "open_models",
     "recognize_views",
     "reconstruct_views",
     "simulated_views",
@@ -111,17 +113,18 @@ def simulated_views(
     return ViewSet(f"{world}-{seed}", views, up=up, metric=True)
 
 
-def check_models(model_paths: tuple[Path, ...]) -> None:
-    """Raises InputError for models that cannot be used, EngineError without an engine.
+def open_models(model_paths: tuple[Path, ...] = (), *, trusted: bool = False) -> "KnowledgeBase":
+    """A knowledge base with the built-in models and the user's.
 
-    Before any long work: all of it would be lost.
+    Raises InputError for models that cannot be used, EngineError without an engine: to be called
+    before any long work, all of which would be lost.
     """
-    from facetlog.kb.recognize import check_rules
+    from facetlog.kb.recognize import open_knowledge_base
 
     for path in model_paths:
         if not path.exists():
             raise InputError(f"{path} does not exist: give a model file or a folder of them")
-    check_rules(model_paths)
+    return open_knowledge_base(model_paths, trusted=trusted)
 
 
 def reconstruct_views(
@@ -156,19 +159,20 @@ def write_scene_file(scene: "Scene", path: Path) -> None:
 def recognize_views(
     view_set: "ViewSet",
     *,
-    model_paths: tuple[Path, ...] = (),
+    base: "KnowledgeBase | None" = None,
     method: Method = DEFAULT_METHOD,
     progress: Progress | None = None,
     clock: StepClock,
 ) -> Recognised:
-    """Scene, facts and verdicts for the views."""
+    """Scene, facts and verdicts for the views, by the models of `base` (else the built-in ones)."""
     scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
-    from facetlog.kb.recognize import recognize
+    from facetlog.kb.recognize import judge_scene
     from facetlog.perception.facts import scene_facts
 
     with clock.step("facts"):
         # The knowledge base takes flat tuples: it knows nothing of perception's types.
         facts = tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
-    with clock.step("verdicts"):
-        recognition = recognize(facts, scene_name=scene.name, model_paths=model_paths)
+    with clock.step("verdicts"), ExitStack() as stack:
+        models = base or stack.enter_context(open_models())
+        recognition = judge_scene(models, scene.name, facts)
     return Recognised(view_set, scene, facts, recognition, clock)

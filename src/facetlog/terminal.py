@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from facetlog.errors import FacetlogError, RuleSyntaxError
 from facetlog.perception.step_clock import StepClock
 
 if TYPE_CHECKING:
     from facetlog.pipeline import Progress
 
-__all__ = ["error", "show_times", "showing_progress", "warn"]
+__all__ = ["error", "error_lines", "note", "one_line", "show_times", "showing_progress", "warn"]
 
 
 def one_line(text: str) -> str:
@@ -23,6 +24,18 @@ def one_line(text: str) -> str:
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
+def error_lines(fault: FacetlogError) -> tuple[str, ...]:
+    """What an error says: one line, or of models one for each of their faults.
+
+    >>> error_lines(RuleSyntaxError("a.pl:1: no word\\na.pl:2: no test"))
+    ('a.pl:1: no word', 'a.pl:2: no test')
+    """
+    message = str(fault)
+    faults = message.splitlines() if isinstance(fault, RuleSyntaxError) else [message]
+    lines = tuple(line for line in map(one_line, faults) if line)
+    return lines or (one_line(message),)
+
+
 def error(message: str) -> None:
     """Writes one line that says what was wrong and the way out."""
     typer.echo(f"facetlog: {one_line(message)}", err=True)
@@ -31,6 +44,11 @@ def error(message: str) -> None:
 def warn(message: str) -> None:
     """Writes one line about something that was left out or is doubtful."""
     typer.echo(f"facetlog: warning: {one_line(message)}", err=True)
+
+
+def note(message: str) -> None:
+    """Writes one line about what the reader may do next."""
+    typer.echo(f"facetlog: {one_line(message)}", err=True)
 
 
 @contextmanager

@@ -1,7 +1,4 @@
 % The built-in models on facts written by hand.
-:- prolog_load_context(directory, Here),
-   atom_concat(Here, '/../../kb/bridge.pl', Bridge),
-   load_files(Bridge, [silent(true)]).
 :- use_module(library(plunit)).
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(judge)).
@@ -31,10 +28,10 @@ state(Facts, State) :-
 
 verdict(Facts, Verdict) :-
     setup_call_cleanup(
-        new_scene(Scene),
+        ( gensym(test_scene, Scene), new_scene(Scene) ),
         ( forall(member(Fact, Facts), add_fact(Scene, Fact)),
           in_scene(Scene, judge(box, box, t1, Verdict)) ),
-        drop_scene(Scene)).
+        destroy_scene(Scene)).
 
 % The block with each of the old facts taken out and the new ones put in.
 changed(Old, New, Facts) :-

@@ -5,16 +5,29 @@ from pathlib import Path
 
 import pytest
 
+from facetlog.kb.engine import house
+from facetlog.kb.schema import declarations
+
 HERE = Path(__file__).parent
+BRIDGE = house("kb") / "prolog" / "bridge.pl"
 
 
-@pytest.mark.parametrize("path", sorted(HERE.glob("*.plt")), ids=lambda p: p.stem)
-def test_prolog_unit(path: Path) -> None:
+@pytest.mark.parametrize("path", sorted(HERE.parent.rglob("*.plt")), ids=lambda p: p.stem)
+def test_prolog_unit(path: Path, tmp_path: Path) -> None:
+    driver = tmp_path / "driver.pl"
+    driver.write_text(
+        f":- load_files({str(BRIDGE)!r}, [silent(true)]).\n"
+        f":- schema:declare_facts({declarations()}).\n"
+        f":- load_files({str(path)!r}, [silent(true)]).\n",
+        encoding="utf-8",
+    )
     run = subprocess.run(
-        ["swipl", "--on-warning=status", "-g", "run_tests", "-t", "halt", str(path)],
+        ["swipl", "--on-warning=status", "-g", "run_tests", "-t", "halt", driver],
         capture_output=True,
         text=True,
         timeout=60,
         check=False,
     )
-    assert run.returncode == 0, run.stdout + run.stderr
+    said = run.stdout + run.stderr
+    assert run.returncode == 0, said
+    assert "No tests to run" not in said

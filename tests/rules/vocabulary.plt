@@ -1,7 +1,4 @@
 % The vocabulary and the judge on facts written by hand.
-:- prolog_load_context(directory, Here),
-   atom_concat(Here, '/../../kb/bridge.pl', Bridge),
-   load_files(Bridge, [silent(true)]).
 :- use_module(library(plunit)).
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(judge)).
@@ -9,13 +6,14 @@
 :- dynamic scene_now/1.
 
 with(Facts) :-
+    gensym(test_scene, Scene),
     new_scene(Scene),
     forall(member(Fact, Facts), add_fact(Scene, Fact)),
     asserta(scene_now(Scene)).
 
 without :-
     retract(scene_now(Scene)),
-    drop_scene(Scene).
+    destroy_scene(Scene).
 
 state(Test, State) :-
     state(Test, State, _, _).
@@ -34,6 +32,7 @@ means(squarish(A, B), near(angle(A, B), 90, tolerance(own))).
                                      angle(f1, f2, 95.0, 1.0), angle(f2, f1, 95.0, 1.0),
                                      angle(f1, f3, 100.0, 60.0), area(f1, 2.0, 0.0),
                                      length(f1, 3.0, 0.1), width(f1, 1.0, 0.1),
+                                     gap(t1, t2, 0.5, 0.01),
                                      convex(f1, f2), concave(f2, f3) ])),
                         cleanup(without) ]).
 
@@ -59,6 +58,10 @@ test(metres_are_unknown_without_scale, State == unknown) :-
     state(at_least(length(f1), metres(1.0)), State).
 test(lengths_compare_without_scale, State == holds) :-
     state(at_least(length(f1), 2*width(f1)), State).
+test(gaps_are_lengths, [S-T-U == holds-fails-unknown]) :-
+    state(at_most(gap(t1, t2), 0.2*length(f1)), S),
+    state(at_most(gap(t1, t2), 0.4*width(f1)), T),
+    state(at_most(gap(t1, t3), length(f1)), U).
 test(length_against_bare_number_is_an_error, error(type_error(comparable, _))) :-
     state(at_least(length(f1), 1), _).
 test(unknown_word_is_an_error, error(existence_error(word, wobbly/1))) :-
@@ -99,9 +102,10 @@ test(compound_argument_is_refused,
     scene_now(Scene),
     add_fact(Scene, face(f(1))).
 test(dropped_scene_leaves_no_module) :-
+    gensym(test_scene, Scene),
     new_scene(Scene),
     add_fact(Scene, face(f1)),
-    drop_scene(Scene),
+    destroy_scene(Scene),
     \+ current_module(Scene).
 
 :- end_tests(scene).

@@ -1,0 +1,455 @@
+"""The knowledge base: scenes and models loaded, questions asked, verdicts with their reasons.
+
+It works on any thread, and on several at once. Whatever crosses to Prolog is a typed term or a
+checked text: no text of a user is ever put into a goal.
+"""
+
+import sys
+import threading
+from collections import deque
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import count, islice
+from pathlib import Path
+from types import MappingProxyType, TracebackType
+
+from facetlog.errors import EngineError, QueryError, RuleSyntaxError
+from facetlog.kb.answers import Answers
+from facetlog.kb.decode_origin import decode_origin
+from facetlog.kb.decode_verdict import decode_verdict, decode_verdicts
+from facetlog.kb.door import Door, checked
+from facetlog.kb.encode import Fact
+from facetlog.kb.engine import house
+from facetlog.kb.engine_pool import engine_pool
+from facetlog.kb.fact_columns import columns_text
+from facetlog.kb.isolated_process import IsolatedProcess
+from facetlog.kb.limits import Limits
+from facetlog.kb.loaded import LoadedScene, RuleFile
+from facetlog.kb.origin import Origin
+from facetlog.kb.python_predicates import PythonPredicate, forget, remember
+from facetlog.kb.rule_text import rule_text
+from facetlog.kb.scene_cache import SceneCache
+from facetlog.kb.schema import declarations
+from facetlog.kb.terms import Atom, Struct, Term, term_text
+from facetlog.kb.verdict import Verdict
+from facetlog.kb.words import Word, decode_words
+
+__all__ = ["BUILTIN_MODELS", "KnowledgeBase"]
+
+BUILTIN_MODELS = ("box", "table", "chair")
+
+# Facts are handed over in texts of this many: long enough that the crossing costs nothing.
+FACTS_PER_CHUNK = 5000
+
+LOAD_SECONDS = 600.0
+"""Wall time for one chunk of facts or one file of rules: the reader has limits of its own."""
+
+_bases = count(1)
+_modules = count(1)
+# Prolog keeps a few hundred bytes for each name that a module ever had: names are used again.
+_free_modules: list[str] = []
+
+
+def _scene_module() -> str:
+    """The name of a module that no scene of this process has."""
+    try:
+        return _free_modules.pop()
+    except IndexError:
+        return f"facetlog_scene:{next(_modules)}"
+
+
+@dataclass(frozen=True, slots=True)
+class _Left:
+    """What a knowledge base leaves in Prolog: scenes and rules by their modules, functions."""
+
+    base: str
+    door: Door
+    scenes: tuple[str, ...]
+    rules: tuple[str, ...]
+    functions: tuple[int, ...]
+
+
+# Of knowledge bases that were collected; the next request of another one clears it away.
+_left: deque[_Left] = deque()
+
+
+def _forget(left: _Left) -> None:
+    """Clears away what was left, when nobody asks it any more."""
+    base = term_text(Atom(left.base))
+    left.door.reply("forget_base", base, seconds=LOAD_SECONDS)
+    for key in left.functions:
+        forget(key)
+    for module in left.scenes:
+        _destroy_scene(left.door, module)
+    for module in left.rules:
+        left.door.when_quiet("drop_rules", term_text(Atom(module)), state=module)
+
+
+def _destroy_scene(door: Door, module: str) -> None:
+    if door.when_quiet("destroy_scene", term_text(Atom(module)), state=module):
+        _free_modules.append(module)
+
+
+class KnowledgeBase:
+    """Scenes and models, and what can be asked of them.
+
+    `isolated` puts Prolog into a process of its own with `memory_mb` of memory, for rules that
+    strangers wrote. A context manager; what was loaded is forgotten at its end.
+    """
+
+    def __init__(
+        self, limits: Limits | None = None, *, isolated: bool = False, memory_mb: int = 1024
+    ) -> None:
+        self.limits = limits or Limits()
+        self._name = f"base{next(_bases)}"
+        self._numbers = count(1)
+        self._lock = threading.RLock()
+        self._scenes: dict[str, LoadedScene] = {}
+        self._rules: dict[Path, RuleFile] = {}
+        self._functions: list[int] = []
+        self._cache = SceneCache()
+        self._closed = True  # until there is a door
+        self._process = IsolatedProcess(memory_mb) if isolated else None
+        self._door: Door = self._process or engine_pool()
+        self._closed = False
+        self._request("declare_facts", declarations(), state=self._name)
+        self._builtin = tuple(
+            self._builtin_rules(house("rules") / f"{name}.pl") for name in BUILTIN_MODELS
+        )
+
+    def __enter__(self) -> "KnowledgeBase":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        value: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Forgets all scenes and rules; what is still being asked is forgotten afterwards."""
+        with self._lock:
+            if self._closed:
+                return
+            self._closed = True
+            left = self._loaded()
+        if self._process is not None:
+            self._process.close()
+        else:
+            _forget(left)
+
+    def _loaded(self) -> "_Left":
+        modules = tuple(scene.module for scene in self._scenes.values())
+        rules = tuple(rules.module for rules in self._rules.values())
+        return _Left(self._name, self._door, modules, rules, tuple(self._functions))
+
+    def __del__(self) -> None:
+        # Nothing may be waited for here: the collector runs at any time, on any thread, with any
+        # lock held. At the end of the process everything is forgotten anyway.
+        if getattr(self, "_closed", True) or sys.is_finalizing():
+            return
+        if self._process is not None:
+            self._process.kill()
+        else:
+            _left.append(self._loaded())
+
+    @property
+    def isolated(self) -> bool:
+        """Whether Prolog runs in a process of its own."""
+        return self._process is not None
+
+    @property
+    def process_id(self) -> int | None:
+        """Of the isolated process, if one is running."""
+        return None if self._process is None else self._process.process_id
+
+    @property
+    def scenes(self) -> Mapping[str, LoadedScene]:
+        """The loaded scenes by name, in the order of loading."""
+        return MappingProxyType(self._scenes)
+
+    def load_scene(
+        self, name: str, facts: Iterable[Fact], *, cache_key: str | None = None
+    ) -> LoadedScene:
+        """The scene with these facts; it takes the place of one of the same name, if it loads.
+
+        `cache_key` says what the facts are made from and by what: if facts of that key were loaded
+        before, compiled ones are taken, and `facts` is not read at all. Raises EngineError, and
+        leaves nothing behind, if a fact is not one of docs/facts.md.
+        """
+        module = _scene_module()
+        self._request("new_scene", term_text(Atom(module)), state=module)
+        try:
+            total = self._load_facts(module, facts, cache_key)
+            metric = self._request("metric", term_text(Atom(module))) == Atom("true")
+            scene = LoadedScene(name, module, total, "m" if metric else None)
+            with self._lock:
+                named = _terms("named", self._name, name, module)
+                self._request("name_scene", named, state=module)
+                old = self._scenes.pop(name, None)
+                self._scenes[name] = scene
+        except BaseException:
+            self._destroy(module)
+            raise
+        if old is not None:
+            self._destroy(old.module)
+        return scene
+
+    def _load_facts(self, module: str, facts: Iterable[Fact], cache_key: str | None) -> int:
+        path = None
+        # An isolated process writes no files, and may have to load again when ours are gone.
+        if cache_key is not None and not self.isolated:
+            path = self._cache.path(cache_key, str(self._request("cache_identity", "")))
+            cached = self._cache.load(path, module, self._request)
+            if cached is not None:
+                return cached
+        total = 0
+        source = iter(facts)
+        while chunk := tuple(islice(source, FACTS_PER_CHUNK)):
+            self._request("add_columns", columns_text(module, chunk), state=module)
+            total += len(chunk)
+        self._cache.save(path, module, self._request)
+        return total
+
+    def drop_scene(self, name: str) -> None:
+        """Forgets the scene. Raises KeyError if there is none of that name."""
+        with self._lock:
+            scene = self._scenes.pop(name)
+            self._request("unname_scene", _terms("named", self._name, name))
+        self._destroy(scene.module)
+
+    def _destroy(self, module: str) -> None:
+        _destroy_scene(self._door, module)
+
+    def load_rules(self, path: Path, *, trusted: bool = False) -> RuleFile:
+        """The models of a user's file, loaded into a module of their own.
+
+        A model takes the place of a built-in one of the same name, and the file that of the same
+        file loaded before. A trusted file is ordinary Prolog and may do anything; any other is data
+        until it has been checked. Raises RuleSyntaxError, naming file and line, if the file cannot
+        be read, uses a word that there is not, or defines a model that another user's file defines.
+        """
+        path = Path(path)
+        operation = "load_trusted_rules" if trusted else "load_rules"
+        module = f"{self._name}:rules{next(self._numbers)}"
+        rules = Struct("rules", (Atom(module), Atom(str(path)), rule_text(path)))
+        loaded = self._rule_file(operation, rules, path, trusted, state=module)
+        with self._lock:
+            before = self._rules.get(path)
+            others = [rules for rules in self._rules.values() if rules is not before]
+            twice = [(m, o.path) for o in others for m in o.models if m in loaded.models]
+            if not twice:
+                self._rules.pop(path, None)
+                self._rules[path] = loaded
+                self._name_models(loaded, state=loaded.module)
+        if twice:
+            self._drop_rules(loaded)
+            model, other = twice[0]
+            raise RuleSyntaxError(f"{path}: the model {model} is already defined in {other}")
+        if before is not None:
+            self._drop_rules(before)
+        return loaded
+
+    def unload_rules(self, rules: RuleFile) -> None:
+        """Forgets a user's file."""
+        with self._lock:
+            if self._rules.get(rules.path) is rules:
+                del self._rules[rules.path]
+        self._drop_rules(rules)
+
+    def _builtin_rules(self, path: Path) -> RuleFile:
+        rules = self._rule_file("load_builtin", Atom(str(path)), path, True, state=self._name)
+        self._name_models(rules, state=self._name)
+        return rules
+
+    def _name_models(self, rules: RuleFile, *, state: str) -> None:
+        named = Struct(
+            "named", (Atom(self._name), tuple(map(Atom, rules.models)), Atom(rules.module))
+        )
+        self._request("name_models", term_text(named), state=state)
+
+    def _drop_rules(self, rules: RuleFile) -> None:
+        self._request("unname_models", _terms("named", self._name, rules.module))
+        module = rules.module
+        self._door.when_quiet("drop_rules", term_text(Atom(module)), state=module)
+
+    def _rule_file(
+        self, operation: str, rules: Term, path: Path, trusted: bool, *, state: str
+    ) -> RuleFile:
+        match self._request(operation, term_text(rules), state=state):
+            case Struct("loaded", (Atom(module), tuple(models), tuple(warnings))):
+                return RuleFile(
+                    path, module, tuple(map(str, models)), trusted, tuple(map(str, warnings))
+                )
+        raise EngineError(f"{path}: no rules were loaded")
+
+    @property
+    def models(self) -> Mapping[str, RuleFile]:
+        """Each model and the file that defines it; the one loaded last wins."""
+        files = (*self._builtin, *self._rules.values())
+        return MappingProxyType({model: rules for rules in files for model in rules.models})
+
+    def words(self) -> tuple[Word, ...]:
+        """The words that a question may use, facts among them."""
+        return decode_words(self._request("question_words", ""))
+
+    def define(self, name: str, arity: int, function: PythonPredicate) -> None:
+        """Makes a Python function a predicate that questions may call; see PythonPredicate.
+
+        Raises ValueError in an isolated knowledge base: the function lives in this process.
+        """
+        if self.isolated:
+            raise ValueError("an isolated knowledge base cannot call functions of this process")
+        key = remember(function)
+        self._functions.append(key)
+        self._request(
+            "define_python",
+            term_text(Struct("define", (Atom(self._name), Struct("/", (Atom(name), arity)), key))),
+        )
+
+    def query(
+        self,
+        goal: str,
+        *,
+        scenes: Sequence[str] | None = None,
+        limits: Limits | None = None,
+        most: int | None = None,
+        bindings: Mapping[str, Term] = MappingProxyType({}),
+    ) -> Answers:
+        """The answers to a question, which stream as they are read; at most `most` of them.
+
+        `goal` is written as in docs/queries.md. `bindings` gives values to its variables. Asked are
+        all scenes, or those named. Raises QueryError for a question that cannot be asked, and from
+        the answers EngineError where a limit is reached.
+        """
+        limits = limits or self.limits
+        if most is not None and most < 0:
+            raise ValueError(f"at most {most} answers cannot be asked for")
+        with self._lock:
+            self._check_open()
+            asked = self._asked(scenes)
+            question = Struct(
+                "query",
+                (
+                    Atom(self._name),
+                    asked,
+                    Atom("inf") if most is None else int(most),
+                    limits.bounds,
+                    tuple(Struct("=", (Atom(k), v)) for k, v in bindings.items()),
+                    goal,
+                ),
+            )
+            replies = self._door.replies("query", term_text(question), seconds=limits.seconds)
+        return Answers((checked(reply, goal) for reply in replies), replies.close)
+
+    def _asked(self, scenes: Sequence[str] | None) -> Term:
+        if scenes is None:
+            return Atom("all")
+        for name in scenes:
+            self._scene(name)
+        return tuple(map(Atom, dict.fromkeys(scenes)))
+
+    def judge(self, scene: str, model: str, thing: str) -> Verdict:
+        """What a model says of a thing of a scene: the best assignment of its parts."""
+        about = (Atom(self._model(model).module), Atom(model), Atom(thing))
+        return decode_verdict(
+            self._explained("judge", scene, about), length_unit=self._scene(scene).length_unit
+        )
+
+    def why(
+        self,
+        scene: str,
+        model: str,
+        *,
+        thing: str | None = None,
+        parts: Mapping[str, str] = MappingProxyType({}),
+    ) -> Verdict:
+        """The verdict on the best assignment that agrees with `parts` (role to face).
+
+        Of one thing, or of whichever fits best. Raises QueryError for a model, a role, a thing or a
+        face that there is not.
+        """
+        verdict = self._explained("why", scene, self._about(model, thing, parts))
+        return decode_verdict(verdict, length_unit=self._scene(scene).length_unit)
+
+    def why_not(
+        self,
+        scene: str,
+        model: str,
+        *,
+        thing: str | None = None,
+        parts: Mapping[str, str] = MappingProxyType({}),
+        count: int = 5,
+    ) -> tuple[Verdict, ...]:
+        """At most `count` assignments that the model does not hold for, the nearest miss first.
+
+        Arguments and errors as for `why`.
+        """
+        about = (*self._about(model, thing, parts), int(count))
+        verdicts = self._explained("why_not", scene, about)
+        return decode_verdicts(verdicts, length_unit=self._scene(scene).length_unit)
+
+    def origin(self, scene: str, about: str) -> Origin:
+        """Where a face, edge, vertex, thing, view or fact comes from, down to views and pixels.
+
+        `about` is its name or the fact as text, of which later arguments may be left out:
+        "angle(f1, f2)". Raises QueryError if the scene has nothing of that name.
+        """
+        return decode_origin(self._explained("origin", scene, (about,)))
+
+    def _about(self, model: str, thing: str | None, parts: Mapping[str, str]) -> tuple[Term, ...]:
+        things: Term = Atom("all") if thing is None else (Atom(thing),)
+        given = tuple(Struct("-", (Atom(role), Atom(face))) for role, face in parts.items())
+        return (Atom(self._model(model).module), Atom(model), things, given)
+
+    def _explained(self, operation: str, scene: str, about: tuple[Term, ...]) -> Term:
+        limits = self.limits
+        with self._lock:
+            self._check_open()
+            # The scene must still be the one of this module when the request begins.
+            module = Atom(self._scene(scene).module)
+            request = (Atom(self._name), module, limits.bounds, Struct(operation, about))
+            text = term_text(Struct("asked", request))
+            replies = self._door.replies(operation, text, seconds=limits.seconds)
+        try:
+            return checked(next(iter(replies), ()))[0]
+        finally:
+            replies.close()
+
+    def _scene(self, name: str) -> LoadedScene:
+        try:
+            return self._scenes[name]
+        except KeyError:
+            raise EngineError(f"no scene {name!r} is loaded") from None
+
+    def _model(self, name: str) -> RuleFile:
+        try:
+            return self.models[name]
+        except KeyError:
+            known = ", ".join(self.models)
+            raise QueryError(f"there is no model {name}; loaded are {known}") from None
+
+    def _request(
+        self,
+        operation: str,
+        text: str,
+        *,
+        seconds: float = LOAD_SECONDS,
+        state: str | None = None,
+    ) -> Term:
+        self._check_open()
+        return checked(self._door.reply(operation, text, seconds=seconds, state=state))[0]
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise EngineError("the knowledge base is closed")
+        while _left:
+            with suppress(IndexError):
+                _forget(_left.popleft())
+
+
+def _terms(functor: str, *names: str) -> str:
+    return term_text(Struct(functor, tuple(map(Atom, names))))

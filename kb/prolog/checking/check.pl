@@ -1,0 +1,295 @@
+:- module(facetlog_check, [ goal_fault/4,        % +Goal, +Position, +Scope, -Fault
+                            extended/3,          % +Closure, +Extra, -Goal
+                            inner_goal/3         % +BagGoal, -Variables, -Goal
+                          ]).
+
+/** <module> What is wrong with a goal
+
+A goal is checked before it is run, with all goals inside it, to the bottom: what is not known to be
+harmless is a fault. A Scope says what is known beside the vocabulary:
+
+    scope(Kind, Own, Words, Tolerances)
+
+Kind is rules or question, Own the predicates that the text defines (Name/Arity), Words the tests
+that it defines (terms with fresh arguments), Tolerances the names of its tolerances. A fault is
+fault(Start, End, Format, Args); goal_fault/4 enumerates all faults.
+*/
+
+:- use_module(library(lists)).
+:- use_module(facetlog_kb(positions)).
+:- use_module(facetlog_kb(spelling)).
+:- use_module(facetlog_kb(white_list)).
+:- use_module(facetlog_kb(words)).
+:- use_module(facetlog_kb(check_tests)).
+
+                 /*******************************
+                 *             GOALS            *
+                 *******************************/
+
+%!  goal_fault(+Goal, +Position, +Scope, -Fault) is nondet.
+
+goal_fault(Goal, Position, _, Fault) :-
+    var(Goal),
+    !,
+    fault_at(Position, "a variable stands where a goal is wanted", [], Fault).
+goal_fault(Goal, Position, _, Fault) :-
+    \+ callable(Goal),
+    !,
+    fault_at(Position, "this is no goal", [], Fault).
+goal_fault(_:_, Position, _, Fault) :-
+    !,
+    fault_at(Position, "a goal names no module: its words are found by themselves", [], Fault).
+goal_fault(Goal, Position, Scope, Fault) :-
+    functor(Goal, Name, Arity),
+    (   own(Name/Arity, Scope)
+    ->  fail
+    ;   allowed_word(Goal, Head)
+    ->  arguments_fault(Head, Goal, Position, Scope, Fault)
+    ;   special(Goal, Head, Scope)
+    ->  arguments_fault(Head, Goal, Position, Scope, Fault)
+    ;   search_word(Name/Arity)
+    ->  fail
+    ;   fact_word(Goal)
+    ->  Scope = scope(rules, _, _, _),
+        signature(Name/Arity, Signature),
+        fault_at(Position, "~q is a fact: write fact(~w)", [Name/Arity, Signature], Fault)
+    ;   unknown_word(Name/Arity, Position, Scope, Fault)
+    ).
+
+own(Indicator, scope(_, Own, _, _)) :-
+    memberchk(Indicator, Own).
+
+%   Words with an argument of a sort of its own. That of fact/1 must be seen to be a fact: what is
+%   none might act.
+special(fact(_), fact(fact('Fact')), _).
+special(holds(_), holds(test('Test')), _).
+special(possible(_), possible(test('Test')), _).
+special(each_pair(_, _, _, _),
+        each_pair(hidden('X'), hidden('Y'), 'Faces', test('Test')), _).
+special(measure(_, _, _, _), measure(measure('Measure'), 'Value', 'Sd', 'Kind'), _).
+special(relation(_, _), relation(test('Relation'), 'Truth'), _).
+special(in(_, _), in('Scene', goal('Goal')), scope(question, _, _, _)).
+special(is_a(_, _), is_a('Thing', 'Model'), scope(question, _, _, _)).
+special(verdict(_, _, _, _), verdict('Thing', 'Model', 'State', 'Degree'),
+        scope(question, _, _, _)).
+special(plays(_, _, _, _), plays('Face', 'Role', 'Thing', 'Model'), scope(question, _, _, _)).
+special(assignment(_, _, _), assignment('Model', 'Thing', 'Parts'), scope(question, _, _, _)).
+
+unknown_word(Name/Arity, Position, Scope, Fault) :-
+    findall(Known, callable_word(Scope, Known), Words),
+    findall(A, ( member(Name/A, Words), A =\= Arity ), Others),
+    (   Others \== []
+    ->  same_name(Name, Arity, Others, Format, Args),
+        At = Position
+    ;   findall(N, member(N/_, Words), Names0),
+        sort(Names0, Names),
+        words_place(Scope, Place),
+        right_arity(Name/Arity, Words, Names, Hint),
+        Format = "~q is ~w~w",
+        Args = [Name/Arity, Place, Hint],
+        name_position(Position, At)
+    ),
+    fault_at(At, Format, Args, Fault).
+
+words_place(scope(question, _, _, _), "no fact and no word of questions").
+words_place(scope(rules, _, _, _), "no word of the vocabulary, and this file does not define it").
+
+callable_word(scope(_, Own, _, _), Word) :-
+    member(Word, Own).
+callable_word(scope(Kind, _, _, _), Word) :-
+    ( Kind = question -> Sorts = [fact, search, question, prolog] ; Sorts = [search, prolog] ),
+    member(Sort, Sorts),
+    known_word(Sort, Word).
+
+%   Of equally near words that with the right number of arguments.
+right_arity(Name/Arity, Words, Names, Hint) :-
+    findall(N, member(N/Arity, Words), Fitting0),
+    sort(Fitting0, Fitting),
+    (   nearest(Name, Fitting, Nearest)
+    ->  format(string(Hint), "; did you mean ~w?", [Nearest/Arity])
+    ;   hint(Name, Names, Hint)
+    ).
+
+same_name(Name, Arity, Others, "~q has ~w, not ~d: ~w", [Name, Count, Arity, Signature]) :-
+    Others = [Other|_],
+    ( Other =:= 1 -> Count = "1 argument" ; format(string(Count), "~d arguments", [Other]) ),
+    (   signature(Name/Other, Signature0)
+    ->  Signature = Signature0
+    ;   Signature = Name/Other
+    ).
+
+                 /*******************************
+                 *           ARGUMENTS          *
+                 *******************************/
+
+arguments_fault(Head, Goal, Position, Scope, Fault) :-
+    compound(Head),
+    arg(Index, Head, Sort),
+    compound(Sort),
+    arg(Index, Goal, Argument),
+    argument_position(Position, Index, ArgumentPosition),
+    argument_fault(Sort, Argument, ArgumentPosition, Scope, Fault).
+
+argument_fault(goal(_), Goal, Position, Scope, Fault) :-
+    goal_fault(Goal, Position, Scope, Fault).
+argument_fault(inner(_), Goal, Position, Scope, Fault) :-
+    goal_fault(Goal, Position, Scope, Fault).
+argument_fault(bag(_), Goal0, Position, Scope, Fault) :-
+    inner_goal(Goal0, _, Goal),
+    (   Goal == Goal0
+    ->  Inner = Position
+    ;   inner_position(Goal0, Position, Inner)
+    ),
+    goal_fault(Goal, Inner, Scope, Fault).
+argument_fault(closure(Extra, _), Closure, Position, Scope, Fault) :-
+    (   nonvar(Closure),
+        extended(Closure, Extra, Goal)
+    ->  goal_fault(Goal, Position, Scope, Fault)
+    ;   goal_fault(Closure, Position, Scope, Fault)
+    ).
+argument_fault(expression(_), Expression, Position, _, Fault) :-
+    expression_fault(Expression, Position, Fault).
+argument_fault(summary(_), Summary, Position, _, Fault) :-
+    summary_fault(Summary, Position, Fault).
+argument_fault(fact(_), Fact, Position, _, Fault) :-
+    not_a_fact(Fact, Position, Fault).
+argument_fault(test(_), Test, Position, Scope, Fault) :-
+    test_fault(Test, Position, Scope, Fault).
+argument_fault(measure(_), Measure, Position, Scope, Fault) :-
+    measure_fault(Measure, Position, Scope, Fault).
+
+%!  extended(+Closure, +Extra, -Goal) is semidet.
+%
+%   Goal is Closure with Extra arguments more. Fails if it is none.
+
+extended(Closure, Extra, Goal) :-
+    callable(Closure),
+    Closure \= _:_,
+    Closure =.. [Name|Args],
+    length(More, Extra),
+    append(Args, More, All),
+    Goal =.. [Name|All].
+
+%!  inner_goal(+BagGoal, -Variables, -Goal) is det.
+%
+%   BagGoal is Goal behind Var^; Variables is what stands there.
+
+inner_goal(Goal, [], Goal) :-
+    var(Goal),
+    !.
+inner_goal(Variable^Goal0, [Variable|Variables], Goal) :-
+    !,
+    inner_goal(Goal0, Variables, Goal).
+inner_goal(Goal, [], Goal).
+
+inner_position(Goal, Position, Position) :-
+    var(Goal),
+    !.
+inner_position(_^Goal, Position, Inner) :-
+    !,
+    argument_position(Position, 2, Position1),
+    inner_position(Goal, Position1, Inner).
+inner_position(_, Position, Position).
+
+not_a_fact(Fact, Position, Fault) :-
+    var(Fact),
+    !,
+    fault_at(Position, "fact/1 needs to be told which fact, as in fact(face(F))", [], Fault).
+not_a_fact(Fact, _, _) :-
+    fact_word(Fact),
+    !,
+    fail.
+not_a_fact(Fact, Position, Fault) :-
+    callable(Fact),
+    functor(Fact, Name, Arity),
+    !,
+    findall(Known, known_word(fact, Known), Words),
+    findall(N, member(N/_, Words), Names),
+    (   member(Name/Other, Words)
+    ->  same_name(Name, Arity, [Other], Format, Args),
+        fault_at(Position, Format, Args, Fault)
+    ;   hint(Name, Names, Hint),
+        name_position(Position, At),
+        fault_at(At, "~q is no fact~w", [Name/Arity, Hint], Fault)
+    ).
+not_a_fact(_, Position, Fault) :-
+    fault_at(Position, "this is no fact", [], Fault).
+
+                 /*******************************
+                 *          ARITHMETIC          *
+                 *******************************/
+
+%   The longest number that may stand in an expression, in digits: bounded_numbers.pl.
+longest(20_000).
+
+expression_fault(X, _, _) :-
+    ( var(X) ; float(X) ; rational(X), \+ integer(X) ),
+    !,
+    fail.
+expression_fault(X, Position, Fault) :-
+    integer(X),
+    !,
+    longest(Longest),
+    span(Position, Start, End),
+    End - Start > Longest,
+    fault_at(Position, "the number is too long: at most ~D digits", [Longest], Fault).
+expression_fault(X, Position, Fault) :-
+    callable(X),
+    functor(X, Name, Arity),
+    arithmetic(Name/Arity),
+    !,
+    arg(Index, X, Part),
+    argument_position(Position, Index, PartPosition),
+    expression_fault(Part, PartPosition, Fault).
+expression_fault(X, Position, Fault) :-
+    callable(X),
+    !,
+    functor(X, Name, Arity),
+    name_position(Position, At),
+    findall(N, arithmetic(N/Arity), Names),
+    hint(Name, Names, Hint),
+    (   Arity =:= 0
+    ->  fault_at(At, "~q is no number~w", [Name, Hint], Fault)
+    ;   fault_at(At, "~q is no function of arithmetic~w", [Name/Arity, Hint], Fault)
+    ).
+expression_fault(_, Position, Fault) :-
+    fault_at(Position, "this is no number", [], Fault).
+
+summary_fault(Summary, Position, Fault) :-
+    var(Summary),
+    !,
+    fault_at(Position, "aggregate_all needs to be told what to work out: count, sum(X), ...", [],
+             Fault).
+summary_fault(Summary, Position, Fault) :-
+    summed(Summary, Index),
+    !,
+    arg(Index, Summary, Expression),
+    argument_position(Position, Index, At),
+    expression_fault(Expression, At, Fault).
+summary_fault(Summary, _, _) :-
+    ( Summary == count ; Summary = bag(_) ; Summary = set(_) ),
+    !,
+    fail.
+summary_fault(Summary, Position, Fault) :-
+    compound(Summary),
+    functor(Summary, Name, _),
+    Sorts = [sum, max, min, bag, set, count],
+    \+ memberchk(Name, Sorts),
+    !,
+    (   nearest(Name, Sorts, Nearest)
+    ->  name_position(Position, At),
+        fault_at(At, "aggregate_all works out no ~q; did you mean ~w?", [Name, Nearest], Fault)
+    ;   arg(Index, Summary, Part),
+        argument_position(Position, Index, At),
+        summary_fault(Part, At, Fault)
+    ).
+summary_fault(_, Position, Fault) :-
+    fault_at(Position,
+             "aggregate_all works out count, sum(X), max(X), max(X, Of), min(...), bag(X), set(X)",
+             [], Fault).
+
+summed(sum(_), 1).
+summed(max(_), 1).
+summed(min(_), 1).
+summed(max(_, _), 1).
+summed(min(_, _), 1).

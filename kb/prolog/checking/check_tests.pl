@@ -1,0 +1,108 @@
+:- module(facetlog_check_tests, [ test_fault/4,        % +Test, +Position, +Scope, -Fault
+                                  measure_fault/4      % +Measure, +Position, +Scope, -Fault
+                                ]).
+
+/** <module> What is wrong with a test
+
+A test is a term over the words of the vocabulary and those that the text itself defines. Scope and
+Fault are those of check.pl; these predicates enumerate all faults.
+*/
+
+:- use_module(library(lists)).
+:- use_module(facetlog_kb(positions)).
+:- use_module(facetlog_kb(spelling)).
+:- use_module(facetlog_kb(words)).
+:- use_module(facetlog(vocabulary)).
+
+%!  test_fault(+Test, +Position, +Scope, -Fault) is nondet.
+%
+%   What is still a variable is bound by the clause's body and checked when it is asked.
+
+test_fault(Test, _, _, _) :-
+    var(Test),
+    !,
+    fail.
+test_fault(Test, Position, Scope, Fault) :-
+    test_form(Test, Form),
+    !,
+    arg(Index, Form, Sort),
+    arg(Index, Test, Part),
+    argument_position(Position, Index, At),
+    part_fault(Sort, Part, At, Scope, Fault).
+test_fault(Test, Position, _, Fault) :-
+    \+ callable(Test),
+    !,
+    fault_at(Position, "this is no test", [], Fault).
+test_fault(Test, Position, Scope, Fault) :-
+    functor(Test, Name, Arity),
+    functor(General, Name, Arity),
+    \+ known_relation(General),
+    \+ derived_word(General),
+    Scope = scope(_, _, Own, _),
+    \+ ( member(Word, Own), functor(Word, Name, Arity) ),
+    findall(N/A, ( member(Word, Own), functor(Word, N, A) ), OwnWords),
+    findall(Known, ( member(Sort, [relation, test]), known_word(Sort, Known) ), Words),
+    append(OwnWords, Words, All),
+    name_position(Position, At),
+    unknown_term(Name/Arity, All, "test", Scope, At, Fault).
+
+part_fault(test, Test, Position, Scope, Fault) :-
+    test_fault(Test, Position, Scope, Fault).
+part_fault(tests, Tests, Position, Scope, Fault) :-
+    (   is_list(Tests)
+    ->  nth1(Index, Tests, Test),
+        element_position(Position, Index, At),
+        test_fault(Test, At, Scope, Fault)
+    ;   nonvar(Tests),
+        fault_at(Position, "a list of tests is wanted: [Test, Test]", [], Fault)
+    ).
+part_fault(measure, Measure, Position, Scope, Fault) :-
+    measure_fault(Measure, Position, Scope, Fault).
+part_fault(weight, Weight, Position, _, Fault) :-
+    nonvar(Weight),
+    \+ ( number(Weight), Weight >= 0, Weight =< 1 ),
+    fault_at(Position, "the weight of expect is a number from 0 to 1", [], Fault).
+
+measure_fault(Measure, _, _, _) :-
+    ( var(Measure) ; number(Measure) ),
+    !,
+    fail.
+measure_fault(tolerance(Name), Position, scope(_, _, _, Tolerances), Fault) :-
+    !,
+    atom(Name),
+    \+ memberchk(Name, Tolerances),
+    \+ vocabulary_tolerance(Name),
+    findall(Known, ( member(Known, Tolerances) ; vocabulary_tolerance(Known) ), Names),
+    hint(Name, Names, Hint),
+    argument_position(Position, 1, At),
+    fault_at(At, "there is no tolerance ~q~w", [Name, Hint], Fault).
+measure_fault(Expression, Position, Scope, Fault) :-
+    compound(Expression),
+    functor(Expression, Operator, Arity),
+    memberchk(Operator/Arity, [(+)/2, (-)/2, (*)/2, (/)/2, (-)/1]),
+    !,
+    arg(Index, Expression, Part),
+    argument_position(Position, Index, At),
+    measure_fault(Part, At, Scope, Fault).
+measure_fault(Measure, Position, _, Fault) :-
+    \+ callable(Measure),
+    !,
+    fault_at(Position, "this is no measure", [], Fault).
+measure_fault(Measure, Position, Scope, Fault) :-
+    functor(Measure, Name, Arity),
+    functor(General, Name, Arity),
+    \+ known_measure(General),
+    findall(Known, known_word(measure, Known), Words),
+    name_position(Position, At),
+    unknown_term(Name/Arity, Words, "measure", Scope, At, Fault).
+
+unknown_term(Name/Arity, Words, Sort, Scope, At, Fault) :-
+    (   member(Name/Other, Words)
+    ->  fault_at(At, "the ~w ~q is ~q, not ~q", [Sort, Name, Name/Other, Name/Arity], Fault)
+    ;   findall(N, member(N/_, Words), Names0),
+        sort(Names0, Names),
+        hint(Name, Names, Hint),
+        Scope = scope(Kind, _, _, _),
+        ( Kind == rules -> Or = " or of this file" ; Or = "" ),
+        fault_at(At, "~q is no ~w of the vocabulary~w~w", [Name/Arity, Sort, Or, Hint], Fault)
+    ).

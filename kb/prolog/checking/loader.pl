@@ -1,0 +1,155 @@
+:- module(facetlog_loader, [ load_builtin/2,         % +Path, -Loaded
+                             load_rules/4,           % +Module, +File, +Text, -Loaded
+                             load_trusted_rules/4,   % +Module, +File, +Text, -Loaded
+                             drop_rules/1,           % +Module
+                             name_models/3,          % +Base, +Models, +Module
+                             unname_models/2,        % +Base, +Module
+                             model_module/2          % ?Model, -Module
+                           ]).
+
+/** <module> Rule files into modules
+
+A user's file is data until it is checked; then its clauses, prepared, go into a module of their
+own. A file that the user trusts is ordinary Prolog. Loaded is loaded(Module, Models, Warnings);
+a warning is a text that begins with File:Line:Column.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(facetlog_kb(reading)).
+:- use_module(facetlog_kb(positions)).
+:- use_module(facetlog_kb(check_rules)).
+:- use_module(facetlog_kb(prepare)).
+:- use_module(facetlog_kb(rule_module)).
+:- use_module(facetlog_kb(trusted)).
+:- use_module(facetlog_kb(recall)).
+
+%   More faults of one file are not told: whoever removes these sees the others.
+most_faults(20).
+
+%!  name_models(+Base, +Models, +Module) is det.
+%
+%   The knowledge base Base has the Models that Module defines; they hide those named before.
+
+:- dynamic base_model/3.                % Base, Model, Module
+
+name_models(Base, Models, Module) :-
+    forall(member(Model, Models), asserta(base_model(Base, Model, Module))),
+    forget_all.
+
+%!  unname_models(+Base, +Module) is det.
+
+unname_models(Base, Module) :-
+    retractall(base_model(Base, _, Module)),
+    forget_all.
+
+%!  model_module(?Model, -Module) is nondet.
+%
+%   Module defines Model in the knowledge base that is asked, the last loaded first: that one
+%   counts.
+
+model_module(Model, Module) :-
+    b_getval(facetlog_asked, Base-_),
+    base_model(Base, Model, Module).
+
+%!  load_builtin(+Path, -Loaded) is det.
+%
+%   Loads a model that comes with the program.
+
+load_builtin(Path, loaded(Module, Models, [])) :-
+    load_files(Path, [if(not_loaded), imports([]), silent(true)]),
+    module_property(Module, file(Path)),
+    models_in(Module, Models).
+
+models_in(Module, Models) :-
+    findall(Model, Module:model(Model, _, _), Models).
+
+%!  load_rules(+Module, +File, +Text, -Loaded) is det.
+%
+%   The rules of Text go into the fresh module Module. Text is what stands in File, which is not
+%   opened.
+%
+%   @throws rule_faults(Messages) with all faults of the text, each File:Line:Column: What.
+
+load_rules(Module, File, Text, loaded(Module, Models, Warnings)) :-
+    read_rules(Text, Clauses, Unread),
+    (   Unread == []
+    ->  most_faults(Most),
+        Sought is Most + 1,
+        rules_faults(Clauses, Sought, Faults)
+    ;   % What could not be read would be missed elsewhere.
+        Faults = Unread
+    ),
+    (   Faults == []
+    ->  true
+    ;   told(File, Text, Faults, Messages),
+        throw(rule_faults(Messages))
+    ),
+    rules_warnings(Clauses, Singles),
+    told(File, Text, Singles, Warnings),
+    new_rule_module(Module),
+    catch(add_clauses(Clauses, Module), Error,
+          ( '$destroy_module'(Module), not_added(Error, File, Text) )),
+    models_in(Module, Models).
+
+add_clauses(Clauses, Module) :-
+    scope_of(Clauses, Scope),
+    forall(member(clause(Term, Position, _), Clauses),
+           catch(add_clause(Term, Scope, Module), error(representation_error(What), _),
+                 throw(not_added(Position, What)))).
+
+not_added(not_added(Position, What), File, Text) :-
+    !,
+    span(Position, Start, End),
+    told(File, Text, [fault(Start, End, "this is too large for Prolog: ~w", [What])], Messages),
+    throw(rule_faults(Messages)).
+not_added(Error, _, _) :-
+    throw(Error).
+
+add_clause((:- _), _, _) :- !.
+add_clause((Head :- Body), Scope, Module) :-
+    !,
+    prepared(Body, Scope, Module, Goal),
+    assertz(Module:(Head :- Goal)).
+add_clause(Head, _, Module) :-
+    assertz(Module:Head).
+
+told(File, Text, Faults, Messages) :-
+    most_faults(Most),
+    sort(1, @=<, Faults, Sorted),
+    length(Faults, Count),
+    (   Count > Most
+    ->  length(First, Most),
+        append(First, _, Sorted),
+        format(string(Rest), "~w: and more of the kind", [File]),
+        Last = [Rest]
+    ;   First = Sorted,
+        Last = []
+    ),
+    maplist(message(File, Text), First, Messages0),
+    append(Messages0, Last, Messages).
+
+message(File, Text, fault(Start, _, Format, Args), Message) :-
+    line_and_column(Text, Start, Line, Column),
+    format(string(What), Format, Args),
+    format(string(Message), "~w:~d:~d: ~w", [File, Line, Column, What]).
+
+%!  load_trusted_rules(+Module, +File, +Text, -Loaded) is det.
+%
+%   Loads the Text of the file as ordinary Prolog, into the fresh module Module.
+%
+%   @throws rule_faults(Messages) if it does not load, or defines no whole model.
+
+load_trusted_rules(Module, File, Text, loaded(Module, Models, Warnings)) :-
+    load_trusted(File, Text, Module, Warnings),
+    models_in(Module, Models).
+
+%!  drop_rules(+Module) is det.
+%
+%   Forgets all that the file defined, in every module.
+
+drop_rules(Module) :-
+    (   unload_trusted(Module)
+    ->  true
+    ;   '$destroy_module'(Module)
+    ).

@@ -1,0 +1,80 @@
+:- module(facetlog_ask, [ is_a/2,             % ?Thing, ?Model
+                          verdict/4,          % ?Thing, ?Model, ?State, ?Degree
+                          plays/4,            % ?Face, ?Role, ?Thing, ?Model
+                          assignment/3        % ?Model, ?Thing, ?Parts
+                        ]).
+
+/** <module> Verdicts as relations
+
+Of the current scene, for all loaded models. A verdict is found when it is first asked for and
+remembered with the scene.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(pairs)).
+:- use_module(library(solution_sequences)).
+:- use_module(facetlog_kb(scene)).
+:- use_module(facetlog_kb(loader)).
+:- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(evaluate)).
+:- use_module(facetlog_kb(search)).
+:- use_module(facetlog_kb(recall)).
+
+%!  is_a(?Thing, ?Model) is nondet.
+%
+%   Model holds for Thing.
+
+is_a(Thing, Model) :-
+    judged(Thing, Model, Module),
+    best(Module, Model, Thing, best(holds, _, _, _)).
+
+%!  verdict(?Thing, ?Model, ?State, ?Degree) is nondet.
+%
+%   State is what the model says of the thing: holds, fails or unknown; Degree the least probability
+%   that it is one.
+
+verdict(Thing, Model, State, Degree) :-
+    judged(Thing, Model, Module),
+    recall(Module, Model, Thing, degree, State0-Degree0,
+           ( judge(Module, Model, Thing, Verdict),
+             Verdict = verdict(_, _, State0, Degree0, _, _, _, _, _) )),
+    State = State0,
+    Degree = Degree0.
+
+%!  plays(?Face, ?Role, ?Thing, ?Model) is nondet.
+%
+%   Thing is a Model, and Face plays Role in it.
+
+plays(Face, Role, Thing, Model) :-
+    judged(Thing, Model, Module),
+    best(Module, Model, Thing, best(holds, _, Parts, _)),
+    once(Module:model(Model, _, Roles)),
+    pairs_keys_values(Roled, Roles, Parts),
+    member(Role-Part, Roled),
+    (   is_list(Part)
+    ->  member(Face, Part)
+    ;   Face = Part
+    ),
+    Face \== unseen.
+
+%!  assignment(?Model, ?Thing, ?Parts) is nondet.
+%
+%   All conditions of Model hold for Thing with Parts, one face, or list of faces, for each role. The
+%   plain query: states alone, no proof, the cheapest conditions first and nothing after one that
+%   does not hold. Nothing is remembered.
+
+assignment(Model, Thing, Parts) :-
+    judged(Thing, Model, Module),
+    plan(Module, Model, Plan),
+    candidates(Module, Model, Thing, Candidates),
+    member(Thing-Parts, Candidates),
+    forall(( member(group(Label, _), Plan),
+             Module:condition(Model, Label, _, Thing, Parts, Test) ),
+           state(Test, Module, holds)).
+
+judged(Thing, Model, Module) :-
+    fact(thing(Thing)),
+    (   atom(Model)
+    ->  once(model_module(Model, Module))
+    ;   distinct(Model, model_module(Model, Module))
+    ).

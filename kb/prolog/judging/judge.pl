@@ -1,0 +1,108 @@
+:- module(facetlog_judge, [ judge/4,          % +Module, +Model, +Thing, -Verdict
+                            best/4,           % +Module, +Model, +Thing, -Best
+                            best_of/4,        % +Module, +Model, +Candidates, -Best
+                            verdict_of/5,     % +Best, +Module, +Model, +Thing, -Verdict
+                            prove/6           % +Module, +Model, +Thing, +Parts, +Also, -Verdict
+                          ]).
+
+/** <module> Models into verdicts
+
+A model's candidate/3 proposes faces for its parts. The best assignment is found without proofs
+(search.pl); only that one is proved. A verdict is
+
+    verdict(Model, Thing, State, Low, High, Parts, Sizes, Conditions, Also)
+
+Parts is a list of Role-Face, Sizes of size(Name, Value, Sd), Conditions of
+condition(Label, Reason, Proof); Also counts the other assignments that hold.
+*/
+
+:- use_module(library(apply)).
+:- use_module(library(pairs)).
+:- reexport(facetlog_kb(evaluate), [evaluate/3]).
+:- reexport(facetlog_kb(compare), [comparison/3]).
+:- use_module(facetlog_kb(compare)).
+:- use_module(facetlog_kb(evaluate)).
+:- use_module(facetlog_kb(search)).
+:- use_module(facetlog_kb(recall)).
+
+%!  judge(+Module, +Model, +Thing, -Verdict) is det.
+%
+%   Verdict is on the best assignment of faces to the parts of Model.
+
+judge(Module, Model, Thing, Verdict) :-
+    best(Module, Model, Thing, Best),
+    verdict_of(Best, Module, Model, Thing, Verdict).
+
+%!  verdict_of(+Best, +Module, +Model, +Thing, -Verdict) is det.
+%
+%   Verdict is on Best, as best/4 gives it; on Thing if nothing was proposed.
+
+verdict_of(none, _, Model, Thing, verdict(Model, Thing, unknown, 0, 1, [], [], [], 0)).
+verdict_of(best(_, Thing, Parts, Also), Module, Model, _, Verdict) :-
+    prove(Module, Model, Thing, Parts, Also, Verdict).
+
+%!  best(+Module, +Model, +Thing, -Best) is det.
+%
+%   Best is best(State, Thing, Parts, Also), or none if nothing is proposed. It is remembered with
+%   the scene.
+
+best(Module, Model, Thing, Best) :-
+    recall(Module, Model, Thing, best, Best, find_best(Module, Model, Thing, Best)).
+
+find_best(Module, Model, Thing, Best) :-
+    candidates(Module, Model, Thing, Candidates),
+    best_of(Module, Model, Candidates, Best).
+
+%!  best_of(+Module, +Model, +Candidates, -Best) is det.
+%
+%   The best of Candidates, a list of Thing-Parts: one of which all conditions hold; else the first of
+%   those that do not fail; else the nearest miss.
+
+best_of(Module, Model, Candidates, Best) :-
+    plan(Module, Model, Plan),
+    Aim = aim(verdict, Module, Model),
+    start(Aim, Candidates, Plan, Queue0),
+    (   next_best(Aim, Queue0, Queue, Found)
+    ->  Found = found(Thing, Parts, _),
+        in_all(Found, State),
+        ( State == holds -> others_that_hold(Aim, Queue, Also) ; Also = 0 ),
+        Best = best(State, Thing, Parts, Also)
+    ;   Best = none
+    ).
+
+%   Those that hold come before all that do not.
+others_that_hold(Aim, Queue0, Count) :-
+    (   next_best(Aim, Queue0, Queue, Found),
+        in_all(Found, holds)
+    ->  others_that_hold(Aim, Queue, Count0),
+        Count is Count0 + 1
+    ;   Count = 0
+    ).
+
+%!  prove(+Module, +Model, +Thing, +Parts, +Also, -Verdict) is det.
+%
+%   The verdict on one assignment, with the proofs of its conditions in the order of the file.
+
+prove(Module, Model, Thing, Parts, Also,
+      verdict(Model, Thing, State, Low, High, Roled, Sizes, Conditions, Also)) :-
+    once(Module:model(Model, _, Roles)),
+    pairs_keys_values(Roled, Roles, Parts),
+    findall((Label-Reason)-Test,
+            Module:condition(Model, Label, Reason, Thing, Parts, Test),
+            Tests),
+    maplist(prove_condition(Module), Tests, Conditions, Proofs),
+    combine(all, Proofs, State, Low, High, _),
+    sizes(Module, Model, Thing, Parts, Sizes).
+
+prove_condition(Module, (Label-Reason)-Test, condition(Label, Reason, Proof), Proof) :-
+    evaluate(Test, Module, Proof).
+
+sizes(Module, Model, Thing, Parts, Sizes) :-
+    (   current_predicate(Module:size/5)
+    ->  findall(size(Name, V, Sd),
+                ( Module:size(Model, Thing, Parts, Name, Measure),
+                  value(Measure, Module, quantity(V, Var, length)),
+                  Sd is sqrt(Var) ),
+                Sizes)
+    ;   Sizes = []
+    ).

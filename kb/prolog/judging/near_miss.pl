@@ -1,0 +1,186 @@
+:- module(facetlog_near_miss, [ why/5,        % +Module, +Model, +Things, +Given, -Verdict
+                                why_not/6     % +Module, +Model, +Things, +Given, +Count, -Verdicts
+                              ]).
+
+/** <module> The best answer that agrees with what was asked, and what comes near
+
+Given is a list of Role-Face: what the asker says about the parts. Things is a list of the things
+that are asked about, or `all`. Assignments that no candidate/3 proposes are judged all the same if
+the asker names them.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(library(pairs)).
+:- use_module(library(error)).
+:- use_module(facetlog_kb(scene)).
+:- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(search)).
+:- use_module(facetlog(vocabulary)).
+
+:- meta_predicate must_exist(0, +, +).
+
+%!  why(+Module, +Model, +Things, +Given, -Verdict) is det.
+%
+%   Verdict is on the best assignment that agrees with Given.
+%
+%   @error existence_error(Kind, Name) if the scene has no such thing or part, or the model no such
+%          role.
+
+why(Module, Model, Things, Given, Verdict) :-
+    asked(Module, Model, Things, Given, Asked),
+    agreeing(Asked, Module, Model, Given, Candidates),
+    best_of(Module, Model, Candidates, Best),
+    (   Asked = [Thing|_]
+    ->  true
+    ;   Thing = ''                      % the scene has nothing
+    ),
+    verdict_of(Best, Module, Model, Thing, Verdict).
+
+%!  why_not(+Module, +Model, +Things, +Given, +Count, -Verdicts) is det.
+%
+%   Verdicts are on the at most Count nearest assignments that agree with Given and do not hold, the
+%   nearest first, in the order of search.pl. Of a thing that fails, the first is what judge/4 shows.
+%
+%   @error as why/5
+
+why_not(Module, Model, Things, Given, Count, Verdicts) :-
+    asked(Module, Model, Things, Given, Asked),
+    agreeing(Asked, Module, Model, Given, Candidates0),
+    looked_further(Candidates0, Module, Model, Given, Candidates),
+    plan(Module, Model, Plan),
+    Aim = aim(miss, Module, Model),
+    start(Aim, Candidates, Plan, Queue),
+    nearest(Count, Aim, Queue, Misses),
+    maplist(prove_miss(Module, Model), Misses, Verdicts).
+
+prove_miss(Module, Model, found(Thing, Parts, _), Verdict) :-
+    prove(Module, Model, Thing, Parts, 0, Verdict).
+
+nearest(Count, Aim, Queue0, Misses) :-
+    (   Count > 0,
+        next_best(Aim, Queue0, Queue, Found)
+    ->  (   in_all(Found, holds)
+        ->  Misses = Rest,
+            Left = Count
+        ;   Misses = [Found|Rest],
+            Left is Count - 1
+        ),
+        nearest(Left, Aim, Queue, Rest)
+    ;   Misses = []
+    ).
+
+                 /*******************************
+                 *         WHAT IS ASKED        *
+                 *******************************/
+
+%   The things that can be meant.
+asked(Module, Model, Things, Given, Asked) :-
+    once(Module:model(Model, _, Roles)),
+    forall(member(Role-_, Given), must_exist(memberchk(Role, Roles), role, Role)),
+    forall(member(_-Part, Given), must_exist(known_part(Part), part, Part)),
+    (   Things == all
+    ->  findall(Thing, things_of(Given, Thing), Bag),
+        sort(Bag, Asked)
+    ;   forall(member(Thing, Things), must_exist(fact(thing(Thing)), thing, Thing)),
+        Asked = Things
+    ).
+
+must_exist(Goal, Kind, Name) :-
+    (   call(Goal)
+    ->  true
+    ;   existence_error(Kind, Name)
+    ).
+
+known_part(unseen) :- !.
+known_part(Part) :- fact(face(Part)), !.
+known_part(Part) :- fact(edge(Part, _, _)).
+
+things_of(Given, Thing) :-
+    (   member(_-Part, Given),
+        fact(part_of(Part, _))
+    ->  member(_-Other, Given),
+        fact(part_of(Other, Thing))
+    ;   fact(thing(Thing))
+    ).
+
+%   What the model proposes and agrees with Given; else what it proposes, with Given put in its place;
+%   else Given alone.
+agreeing(Things, Module, Model, Given, Candidates) :-
+    once(Module:model(Model, _, Roles)),
+    findall(Candidate,
+            ( member(Thing, Things),
+              candidates(Module, Model, Thing, Proposed),
+              agreeing_with(Given, Roles, Thing, Proposed, Agreed),
+              member(Candidate, Agreed) ),
+            Bag),
+    sort(Bag, Candidates).
+
+agreeing_with(Given, Roles, Thing, Proposed, Agreed) :-
+    include(agrees(Given, Roles), Proposed, Agreed0),
+    (   Agreed0 \== []
+    ->  Agreed = Agreed0
+    ;   findall(Thing-Parts,
+                ( member(_-Parts0, Proposed),
+                  put_in(Roles, Given, Parts0, Parts) ),
+                Put),
+        Put \== []
+    ->  sort(Put, Agreed)
+    ;   unseen_parts(Roles, Parts0),
+        maplist(given_part(Given), Roles, Parts0, Parts),
+        Agreed = [Thing-Parts]
+    ).
+
+agrees(Given, Roles, _-Parts) :-
+    pairs_keys_values(Roled, Roles, Parts),
+    forall(member(Role-Face, Given),
+           ( memberchk(Role-Part, Roled),
+             plays_in(Face, Part) )).
+
+plays_in(Face, Part) :-
+    (   is_list(Part)
+    ->  memberchk(Face, Part)
+    ;   Face == Part
+    ).
+
+%   No face may stand in two places.
+put_in(Roles, Given, Parts0, Parts) :-
+    maplist(given_part(Given), Roles, Parts0, Parts),
+    include(atom, Parts, Single0),
+    exclude(==(unseen), Single0, Single),
+    sort(Single, Different),
+    same_length(Single, Different).
+
+given_part(Given, Role, Part0, Part) :-
+    (   memberchk(Role-Face, Given)
+    ->  ( is_list(Part0) -> Part = [Face] ; Part = Face )
+    ;   Part = Part0
+    ).
+
+unseen_parts(Roles, Parts) :-
+    maplist(unseen_part, Roles, Parts).
+
+unseen_part(_, unseen).
+
+%   Where nothing was found that could be a part, the faces that are there are tried as the first
+%   one, which a model names first because the rest is found from it: they say what is wrong.
+looked_further(Candidates0, Module, Model, Given, Candidates) :-
+    findall(Thing-Parts,
+            ( member(Thing-Unseen, Candidates0),
+              forall(member(Part, Unseen), Part == unseen),
+              once(Module:model(Model, _, [First|Roles])),
+              \+ memberchk(First-_, Given),
+              face_of(Thing, Face),
+              unseen_parts(Roles, Rest),
+              Parts = [Face|Rest] ),
+            Tried),
+    (   Tried == []
+    ->  Candidates = Candidates0
+    ;   exclude(tried_in(Tried), Candidates0, Kept),
+        append(Kept, Tried, Both),
+        sort(Both, Candidates)
+    ).
+
+tried_in(Tried, Thing-Parts) :-
+    maplist(==(unseen), Parts),
+    memberchk(Thing-_, Tried).

@@ -1,0 +1,186 @@
+:- module(grouping, [ separate/2,             % +FacesAndEdges, -Groups
+                      distance/3,             % +Point, +Point, -Distance
+                      dot/3                   % +Vector, +Vector, -Product
+                    ]).
+
+/** <module> Which supports are one leg
+
+Supports that adjoin belong together, and so do narrow ones whose feet stand at nearly one place, or
+are joined by others that do. To compare each with each would cost the square of their number: feet
+are sorted into cells so small that those of one cell are near in any case, and only cells are
+compared.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(aggregate)).
+:- use_module(library(apply)).
+:- use_module(library(assoc)).
+:- use_module(library(pairs)).
+:- use_module(library(ugraphs)).
+:- use_module(facetlog_kb(scene)).
+
+tolerance(apart, 0.15).   % of the thing's length: feet nearer than this are one leg's
+
+%!  separate(+Supports, -Groups) is det.
+%
+%   Groups are lists of the Supports that belong together: faces that adjoin, and whatever stands
+%   on the ground at nearly one place. A square leg with four faces is one group.
+
+separate(Supports0, Groups) :-
+    sort(Supports0, Supports),
+    findall(Foot, ( member(S, Supports), narrow_foot(S, Foot) ), Feet),
+    cells(Feet, Cells),
+    findall(Link, link(Supports, Cells, Link), Links),
+    components(Supports, Links, Of),
+    findall(Bridge, bridge(Cells, Of, Bridge), Bridges),
+    (   Bridges == []
+    ->  Joined = Of
+    ;   append(Links, Bridges, All),
+        components(Supports, All, Joined)
+    ),
+    findall(First-Support, ( member(Support, Supports), get_assoc(Support, Joined, First) ), Keyed),
+    keysort(Keyed, Sorted),
+    group_pairs_by_key(Sorted, Grouped),
+    pairs_values(Grouped, Groups0),
+    sort(Groups0, Groups).
+
+                 /*******************************
+                 *             LINKS            *
+                 *******************************/
+
+%   Links join supports: those that adjoin, those of one cell, and one of each of two cells that
+%   touch, if they have feet within reach.
+link(Supports, _, A-B) :-
+    list_to_ord_set(Supports, Set),
+    findall(S-true, member(S, Set), Pairs),
+    list_to_assoc(Pairs, Known),
+    member(A, Supports),
+    fact(adjoins(A, B, _)),
+    A @< B,
+    get_assoc(B, Known, true).
+link(_, Cells, A-B) :-
+    gen_assoc(_, Cells, [foot(A, _, _)|Others]),
+    member(foot(B, _, _), Others).
+link(_, Cells, Link) :-
+    cell_pair(Cells, 1, Feet1, Feet2),
+    once(within_reach(Feet1, Feet2, Link)).
+
+%   Feet within reach may also lie two cells apart: asked only where nothing else joins them.
+bridge(Cells, Of, Link) :-
+    cell_pair(Cells, 2, Feet1, Feet2),
+    Feet1 = [foot(A, _, _)|_],
+    Feet2 = [foot(B, _, _)|_],
+    get_assoc(A, Of, First),
+    \+ get_assoc(B, Of, First),
+    once(within_reach(Feet1, Feet2, Link)).
+
+within_reach(Feet1, Feet2, A-B) :-
+    member(foot(A, P, Reach), Feet1),
+    member(foot(B, Q, _), Feet2),
+    distance(P, Q, Distance),
+    Distance =< Reach.
+
+%   Components of a graph; each support with the first of its component.
+components(Supports, Links, Of) :-
+    findall(Edge, ( member(A-B, Links), ( Edge = A-B ; Edge = B-A ) ), Edges),
+    vertices_edges_to_ugraph(Supports, Edges, Graph),
+    list_to_assoc(Graph, Neighbours),
+    empty_assoc(None),
+    foldl(component(Neighbours), Supports, None, Of).
+
+component(Neighbours, Support, Of0, Of) :-
+    (   get_assoc(Support, Of0, _)
+    ->  Of = Of0
+    ;   spread([Support], Support, Neighbours, Of0, Of)
+    ).
+
+spread([], _, _, Of, Of).
+spread([Support|Supports], First, Neighbours, Of0, Of) :-
+    (   get_assoc(Support, Of0, _)
+    ->  spread(Supports, First, Neighbours, Of0, Of)
+    ;   put_assoc(Support, Of0, First, Of1),
+        get_assoc(Support, Neighbours, Near),
+        append(Near, Supports, Next),
+        spread(Next, First, Neighbours, Of1, Of)
+    ).
+
+                 /*******************************
+                 *             CELLS            *
+                 *******************************/
+
+%   A cube of this side has no two points further apart than Reach.
+cells(Feet, Cells) :-
+    findall(cell(I, J, K)-Foot, ( member(Foot, Feet), cell(Foot, I, J, K) ), Pairs),
+    keysort(Pairs, Sorted),
+    group_pairs_by_key(Sorted, Grouped),
+    list_to_assoc(Grouped, Cells).
+
+cell(foot(_, [X, Y, Z], Reach), I, J, K) :-
+    Side is Reach/sqrt(3),
+    I is floor(X/Side),
+    J is floor(Y/Side),
+    K is floor(Z/Side).
+
+%   Two cells so many steps apart, each pair once.
+cell_pair(Cells, Apart, Feet1, Feet2) :-
+    gen_assoc(cell(I, J, K), Cells, Feet1),
+    Least is -Apart,
+    between(Least, Apart, DI),
+    between(Least, Apart, DJ),
+    between(Least, Apart, DK),
+    Apart =:= max(abs(DI), max(abs(DJ), abs(DK))),
+    [DI, DJ, DK] @> [0, 0, 0],
+    I2 is I + DI,
+    J2 is J + DJ,
+    K2 is K + DK,
+    get_assoc(cell(I2, J2, K2), Cells, Feet2).
+
+                 /*******************************
+                 *             FEET             *
+                 *******************************/
+
+%   A wide panel's foot is its middle: only narrow supports can be sides of one leg.
+narrow_foot(Support, foot(Support, Middle, Reach)) :-
+    fact(part_of(Support, Thing)),
+    fact(thing_size(Thing, Length, _, _)),
+    tolerance(apart, Share),
+    Reach is Share*Length,
+    Reach > 0,
+    foot(Support, Middle, Span),
+    Span =< Reach.
+
+%   The middle of a support's lowest end and how wide that end is.
+foot(Support, Middle, Span) :-
+    fact(up(X, Y, Z)),
+    findall(Height-Point,
+            ( end_point(Support, Point),
+              dot(Point, [X, Y, Z], Height) ),
+            Ends),
+    pairs_keys(Ends, Heights),
+    min_list(Heights, Low),
+    max_list(Heights, High),
+    Limit is Low + 0.2*(High - Low),
+    findall(Point, ( member(H-Point, Ends), H =< Limit ), Feet),
+    middle(Feet, Middle),
+    aggregate_all(max(D), ( member(P, Feet), member(Q, Feet), distance(P, Q, D) ), Span).
+
+end_point(Edge, [X, Y, Z]) :-
+    fact(edge(Edge, V1, V2)),
+    ( V = V1 ; V = V2 ),
+    fact(point(V, X, Y, Z)).
+end_point(Face, [X, Y, Z]) :-
+    fact(corner(Face, _, V)),
+    fact(point(V, X, Y, Z)).
+
+middle(Points, [X, Y, Z]) :-
+    aggregate_all(r(count, sum(A), sum(B), sum(C)), member([A, B, C], Points), r(N, SX, SY, SZ)),
+    N > 0,
+    X is SX/N,
+    Y is SY/N,
+    Z is SZ/N.
+
+distance([A, B, C], [X, Y, Z], D) :-
+    D is sqrt((A-X)**2 + (B-Y)**2 + (C-Z)**2).
+
+dot([A, B, C], [X, Y, Z], D) :-
+    D is A*X + B*Y + C*Z.

@@ -1,0 +1,125 @@
+"""`facetlog why` and `facetlog why-not`: reasons in one shot."""
+
+from collections.abc import Callable
+from pathlib import Path
+from shlex import quote
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.errors import InputError
+from facetlog.terminal import note
+
+if TYPE_CHECKING:
+    from facetlog.query_shell.explaining import About, Explanation
+    from facetlog.query_shell.session import Session
+
+__all__ = ["why_command", "why_not_command"]
+
+SceneArgument = Annotated[
+    Path, typer.Argument(metavar="SCENE", help="A scene file, or a folder written by -o.")
+]
+ModelArgument = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model.")]
+SubjectArgument = Annotated[
+    str,
+    typer.Argument(
+        metavar="MODEL|NAME",
+        help="A model; or a face, edge, vertex or thing, or a fact as 'angle(f1, f2)'.",
+    ),
+]
+Parts = Annotated[
+    list[str] | None,
+    typer.Argument(metavar="[PART=FACE]...", help="Parts that are given, as top=f1."),
+]
+Thing = Annotated[
+    str | None, typer.Option("--thing", metavar="T", help="Only this thing of the scene.")
+]
+
+
+@command
+def why_command(
+    scene: SceneArgument,
+    model: SubjectArgument,
+    parts: Parts = None,
+    thing: Thing = None,
+    models: Models = None,
+    trust: Trust = False,
+    as_json: AsJson = False,
+    full: Annotated[
+        bool, typer.Option("--full", help="Where each face comes from as well, down to pixels.")
+    ] = False,
+) -> int:
+    """Says why a model holds, or where a face or fact comes from.
+
+    Exit code 0: it does, 1: it does not; then what comes nearest.
+    """
+    from facetlog.query_shell.explaining import is_origin, origin, unknown_subject, why
+    from facetlog.query_shell.scene_names import scene_names
+
+    def explain(session: "Session", name: str, about: "About") -> "Explanation":
+        if about.model in session.base.models:
+            return why(session, name, about, full=full)
+        names = {} if about.parts or about.thing else scene_names(session.base, (name,))
+        if names and is_origin(names, about.model):
+            return origin(session, name, about.model, full=full)
+        raise unknown_subject(session.base.models, names, about.model)
+
+    return _explained(explain, scene, model, parts, thing, models, trust=trust, as_json=as_json)
+
+
+@command
+def why_not_command(
+    scene: SceneArgument,
+    model: ModelArgument,
+    parts: Parts = None,
+    thing: Thing = None,
+    models: Models = None,
+    trust: Trust = False,
+    as_json: AsJson = False,
+    count: Annotated[
+        int, typer.Option("--count", metavar="N", help="How many near misses at most.")
+    ] = 5,
+    full: Annotated[
+        bool, typer.Option("--full", help="The conditions that hold with their proof as well.")
+    ] = False,
+) -> int:
+    """Shows what nearly is one, and by how much it is not. Exit code 1: there is nothing to say."""
+    from facetlog.query_shell.explaining import unknown_subject, why_not
+
+    if count < 1:
+        raise InputError(f"--count {count}: give a number above 0")
+
+    def explain(session: "Session", name: str, about: "About") -> "Explanation":
+        if about.model not in session.base.models:
+            raise unknown_subject(session.base.models, {}, about.model)
+        return why_not(session, name, about, count=count, full=full)
+
+    return _explained(explain, scene, model, parts, thing, models, trust=trust, as_json=as_json)
+
+
+def _explained(
+    explain: "Callable[[Session, str, About], Explanation]",
+    scene: Path,
+    model: str,
+    parts: list[str] | None,
+    thing: str | None,
+    models: list[Path] | None,
+    *,
+    trust: bool,
+    as_json: bool,
+) -> int:
+    from facetlog.query_shell.explaining import About, parts_given
+    from facetlog.query_shell.session import Session
+
+    about = About(model, thing, parts_given(parts or ()))
+    with Session(trust=trust) as session:
+        session.load_models(models or ())
+        (file,) = session.load_scenes([scene])
+        explanation = explain(session, file.name, about)
+    typer.echo(explanation.json if as_json else "\n".join(explanation.lines))
+    if explanation.hint and not as_json:
+        note(f"facetlog why-not {quote(str(scene))} {explanation.hint}")
+    if explanation.cut and not as_json:
+        note("--full shows all of it")
+    return YES if explanation.yes else NO

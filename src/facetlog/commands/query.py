@@ -1,0 +1,75 @@
+"""`facetlog query`: goals asked of scenes, one from the command line, or many, or at a prompt."""
+
+import sys
+from typing import Annotated
+
+import typer
+
+from facetlog.commands.shared import Models, Trust, command
+from facetlog.errors import InputError
+
+__all__ = ["query_command"]
+
+SHOWN = 20
+"""Answers that the prompt shows of each goal, unless --limit says otherwise."""
+
+
+@command
+def query_command(
+    arguments: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SCENE... [GOAL]",
+            help="Scene files, or folders written by -o; then a goal as in Prolog, in quotes.",
+            show_default=False,
+        ),
+    ],
+    models: Models = None,
+    trust: Trust = False,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="One JSON object a goal, each on one line.")
+    ] = False,
+    limit: Annotated[
+        int | None, typer.Option("--limit", metavar="N", help="At most N answers to a goal.")
+    ] = None,
+    timeout: Annotated[
+        float | None, typer.Option("--timeout", metavar="SECONDS", help="At most so long a goal.")
+    ] = None,
+) -> int:
+    """Asks scenes. Without a goal: a prompt, or goals from standard input.
+
+    Exit code 0: there are answers, 1: there are none, 2: a goal is faulty, 3: a limit was reached.
+    """
+    from facetlog.kb.limits import Limits
+    from facetlog.query_shell.batch import run_batch
+    from facetlog.query_shell.goal_text import split_goals
+    from facetlog.query_shell.lines import run_line
+    from facetlog.query_shell.scene_files import scenes_and_goal
+    from facetlog.query_shell.screen import Screen
+    from facetlog.query_shell.session import Session
+    from facetlog.query_shell.shell import Shell
+
+    if limit is not None and limit < 1:
+        raise InputError(f"--limit {limit}: give a number above 0")
+    if timeout is not None and not timeout > 0:
+        raise InputError(f"--timeout {timeout:g}: give seconds above 0")
+    paths, goal = scenes_and_goal(arguments)
+    if goal is not None and not any(split_goals(goal)):
+        raise InputError("the goal is empty: give one as face(F), or none for a prompt")
+    limits = Limits() if timeout is None else Limits(seconds=timeout)
+    with Session(trust=trust, limits=limits) as session:
+        session.load_models(models or ())
+        session.load_scenes(paths)
+        shell = Shell(session, Screen(), limit, as_json=as_json)
+        if goal is not None:
+            return run_line(shell, goal)
+        # A prompt needs a terminal on both sides; what it asks for must not get among the answers.
+        if not (sys.stdin.isatty() and (sys.stdout.isatty() or sys.stderr.isatty())):
+            return run_batch(shell, sys.stdin)
+        if as_json:
+            raise InputError("--json needs a goal: give one, or goals on standard input")
+        from facetlog.query_shell.prompt import run_prompt
+
+        shell.limit, shell.at_prompt = limit or SHOWN, True
+        run_prompt(shell)
+    return 0

@@ -1,0 +1,53 @@
+"""What all commands share: exit codes, one line for an error, and the options that several have."""
+
+import os
+import sys
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Annotated, ParamSpec
+
+import typer
+
+from facetlog.__main__ import INTERRUPTED
+from facetlog.errors import FacetlogError
+from facetlog.terminal import error, error_lines
+
+__all__ = ["NO", "YES", "AsJson", "Models", "Trust", "command"]
+
+YES, NO, BROKEN_PIPE = 0, 1, 141  # the last: 128 + the signal's number
+
+P = ParamSpec("P")
+
+Models = Annotated[
+    list[Path] | None,
+    typer.Option("--models", metavar="PATH", help="Your own models: a file or folder; repeatable."),
+]
+AsJson = Annotated[bool, typer.Option("--json", help="One JSON object instead of text.")]
+Trust = Annotated[
+    bool,
+    typer.Option("--trust", help="The models are yours: any Prolog, in this process, unchecked."),
+]
+
+
+def command(body: Callable[P, int]) -> Callable[P, None]:
+    """A command that ends with the exit code of its body, and with a line for an error."""
+
+    @wraps(body)
+    def ending(*args: P.args, **kwargs: P.kwargs) -> None:
+        try:
+            code = body(*args, **kwargs)
+            sys.stdout.flush()
+        except FacetlogError as exc:
+            for line in error_lines(exc):
+                error(line)
+            code = exc.exit_code
+        except KeyboardInterrupt:
+            code = INTERRUPTED
+        except BrokenPipeError:  # the reader went away, as `| head` does
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            code = BROKEN_PIPE
+        raise typer.Exit(code)
+
+    del ending.__annotations__["return"]
+    return ending

@@ -1,0 +1,302 @@
+"""A goal asked and its answers shown: as a table, or as a line of JSON."""
+
+import json
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import IntEnum
+from itertools import islice
+from typing import Any
+
+from facetlog.errors import EngineError, FacetlogError, QueryError, RuleSyntaxError
+from facetlog.kb.answers import Answers
+from facetlog.kb.terms import Term
+from facetlog.query_shell.caret import place_of
+from facetlog.query_shell.meanings import Meaning, meanings
+from facetlog.query_shell.screen import Screen
+from facetlog.query_shell.session import Session
+from facetlog.query_shell.shown_terms import term_json
+from facetlog.query_shell.table import Table
+
+__all__ = [
+    "SCHEMA",
+    "Outcome",
+    "WaysToAll",
+    "error_json",
+    "outcome_of",
+    "show_answers",
+    "show_every_answer",
+    "write_answers",
+]
+
+SCHEMA = "facetlog-answers/1"
+
+BLOCK = 1000
+"""Rows laid out and written at a time: memory stays flat however many there are."""
+
+WAITING_SECONDS = 0.3
+"""How long answers that come slowly are kept back, so that columns are laid out together."""
+
+COUNTING_SECONDS = 0.5
+"""How long the answers beyond the limit are counted, so that the reader learns how many."""
+
+
+class Outcome(IntEnum):
+    """What came of a goal, as an exit code."""
+
+    YES = 0
+    NO = 1
+    FAULT = 2
+    ENGINE = 3
+
+
+@dataclass(frozen=True, slots=True)
+class _Rest:
+    """How many answers were not shown, and whether there are more than that."""
+
+    count: int
+    more: bool
+
+    def __str__(self) -> str:
+        return f"… {'more than ' if self.more else ''}{self.count:,} more"
+
+
+@dataclass(frozen=True, slots=True)
+class WaysToAll:
+    """What a reader may do to see the rows and the parts of cells that were left out."""
+
+    rows: str
+    cells: str
+
+
+def outcome_of(error: FacetlogError) -> Outcome:
+    """What an error says of a goal."""
+    return Outcome.ENGINE if isinstance(error, EngineError) else Outcome.FAULT
+
+
+def show_answers(
+    session: Session, screen: Screen, goal: str, *, limit: int | None, ways: WaysToAll
+) -> Outcome:
+    """Writes at most `limit` answers as a table; what it leaves out it says with `ways` to see it.
+
+    Errors are raised, after the answers that were found before them.
+    """
+    began = time.monotonic()
+    with session.base.query(goal, scenes=session.scenes) as answers:
+        if not answers.names:
+            return _yes_or_no(screen, answers)
+        table = _Rows(session, screen, goal, answers)
+        shown = table.show(answers, limit)
+        if shown == 0:
+            screen.begin_answer(table=False)
+            screen.say("no")
+            return Outcome.NO
+        rest = _count(answers) if shown == limit else _Rest(0, more=False)
+    if rest.count:
+        screen.say(f"{rest} ({ways.rows})")
+    elif table.is_cut:
+        screen.remark(f"… stands where a cell was cut ({ways.cells})")
+    seconds = time.monotonic() - began
+    total = shown + rest.count
+    number = f"{'more than ' if rest.more else ''}{total:,} answer{'s' * (total != 1)}"
+    screen.report(f"{number} in {_duration(seconds)}")
+    return Outcome.YES
+
+
+def show_every_answer(session: Session, screen: Screen, goal: str) -> Outcome:
+    """Shows all answers page by page; errors as for `show_answers`."""
+    with session.base.query(goal, scenes=session.scenes) as answers:
+        if not answers.names:
+            return _yes_or_no(screen, answers)
+        found = _UntilFault(answers)
+        first = found.take(BLOCK)
+        if not first and found.fault is not None:
+            raise found.fault
+        screen.begin_answer(table=bool(first))
+        if not first:
+            screen.say("no")
+            return Outcome.NO
+        # Nothing is cut here: a pager breaks or moves lines that are wider than the terminal.
+        table = Table(answers.names, meanings(goal), session.length, scenes=session.base.scenes)
+        screen.page(_lines(table, first, found))
+    if found.fault is not None:
+        raise found.fault
+    return Outcome.YES
+
+
+def _yes_or_no(screen: Screen, answers: Answers) -> Outcome:
+    found = next(answers, None) is not None
+    screen.begin_answer(table=False)
+    screen.say("yes" if found else "no")
+    return Outcome.YES if found else Outcome.NO
+
+
+class _UntilFault:
+    """Answers that end where an error does, which is kept in `fault`."""
+
+    def __init__(self, answers: Answers) -> None:
+        self._answers = answers
+        self.fault: FacetlogError | None = None
+
+    def __iter__(self) -> Iterator[tuple[Term, ...]]:
+        try:
+            yield from self._answers
+        except FacetlogError as exc:
+            self.fault = exc
+
+    def take(self, most: int) -> list[tuple[Term, ...]]:
+        """At most so many of the next answers."""
+        return list(islice(self, most))
+
+
+def _lines(table: Table, first: list[tuple[Term, ...]], rest: _UntilFault) -> Iterator[str]:
+    block = table.block(first)
+    yield from table.head(first)
+    yield from block
+    while rows := rest.take(BLOCK):
+        yield from table.block(rows)
+
+
+class _Rows:
+    """A table that is written while its answers come in."""
+
+    def __init__(self, session: Session, screen: Screen, goal: str, answers: Answers) -> None:
+        self._screen = screen
+        self._table = Table(
+            answers.names,
+            meanings(goal),
+            session.length,
+            width=screen.width,
+            scenes=session.base.scenes,
+        )
+        self._headed = False
+
+    @property
+    def is_cut(self) -> bool:
+        """Whether a cell did not fit the terminal."""
+        return self._table.is_cut
+
+    def show(self, answers: Answers, limit: int | None) -> int:
+        """Writes at most `limit` answers; how many there were. An error comes after them."""
+        shown = 0
+        rows: list[tuple[Term, ...]] = []
+        written = time.monotonic()
+        try:
+            for row in islice(answers, limit):
+                rows.append(row)
+                shown += 1
+                if len(rows) == BLOCK or time.monotonic() - written > WAITING_SECONDS:
+                    self._write(rows)
+                    rows.clear()
+                    written = time.monotonic()
+        finally:
+            self._write(rows)
+        return shown
+
+    def _write(self, rows: list[tuple[Term, ...]]) -> None:
+        if not rows:
+            return
+        block = self._table.block(rows)
+        if not self._headed:
+            self._screen.begin_answer(table=True)
+            head, rule = self._table.head(rows)
+            self._screen.say(head, style="bold")
+            self._screen.say(rule, style="dim")
+            self._headed = True
+        self._screen.say(*block)
+
+
+def _count(answers: Answers) -> _Rest:
+    """How many answers there still are; as many as there is time for."""
+    count = 0
+    deadline = time.monotonic() + COUNTING_SECONDS
+    try:
+        for count, _ in enumerate(answers, start=1):
+            if time.monotonic() > deadline:
+                return _Rest(count, more=True)
+    except (FacetlogError, KeyboardInterrupt):
+        # What was shown stands; only the number of the others is not known.
+        return _Rest(count, more=True)
+    return _Rest(count, more=False)
+
+
+def _duration(seconds: float) -> str:
+    """The time in words.
+
+    >>> _duration(0.0123), _duration(2.34)
+    ('12 ms', '2.3 s')
+    """
+    return f"{seconds * 1000:.0f} ms" if seconds < 1 else f"{seconds:.1f} s"
+
+
+def write_answers(
+    session: Session, screen: Screen, goal: str, *, limit: int | None, line: int | None = None
+) -> Outcome:
+    """Writes the answers as one line of JSON, row by row as they come.
+
+    `complete` is false if there are more than `limit`, or if an error, then in `error`, ended them.
+    A goal that cannot be asked gives a line with `error` and no rows. Errors are raised as well.
+    `line` is the goal's line in a file.
+    """
+    began = time.monotonic()
+    try:
+        answers = session.base.query(goal, scenes=session.scenes)
+    except FacetlogError as exc:
+        screen.say(error_json(goal, exc, line=line))
+        raise
+    count = 0
+    end: dict[str, Any] = {"complete": True}
+    known = meanings(goal)
+    with answers:
+        head = {
+            **_asked(goal, line),
+            "names": list(answers.names),
+            "units": {
+                name: _unit(known[name], session.length) for name in answers.names if name in known
+            },
+        }
+        screen.raw(json.dumps(head)[:-1] + ', "rows": [')
+        try:
+            for row in answers:
+                if count == limit:
+                    end["complete"] = False
+                    break
+                screen.raw(f"{', ' if count else ''}{json.dumps(list(map(term_json, row)))}")
+                count += 1
+        except FacetlogError as exc:
+            end = {"complete": False, "error": _error(goal, exc)}
+            raise
+        except KeyboardInterrupt:
+            end = {"complete": False, "error": {"kind": "interrupted", "message": "interrupted"}}
+            raise
+        finally:
+            end = {"count": count, **end, "seconds": round(time.monotonic() - began, 6)}
+            screen.raw(f"], {json.dumps(end)[1:]}\n")
+            screen.flush()
+    return Outcome.YES if count else Outcome.NO
+
+
+def _unit(meaning: Meaning, length: str) -> str:
+    """The unit for machines: deg, m, m², px, units; for all else the kind."""
+    kind = meaning.kind.value
+    return {"length": length, "length²": f"{length}²"}.get(kind, kind)
+
+
+def error_json(goal: str, error: FacetlogError, *, line: int | None = None) -> str:
+    """What was asked and could not be done, with the error, as a line of JSON."""
+    return json.dumps({**_asked(goal, line), "error": _error(goal, error)})
+
+
+def _asked(goal: str, line: int | None) -> dict[str, Any]:
+    return {"schema": SCHEMA, "goal": goal, **({} if line is None else {"line": line})}
+
+
+def _error(goal: str, error: FacetlogError) -> dict[str, Any]:
+    """The error as data, with its place in the goal: all of it, if no other place is known."""
+    if isinstance(error, EngineError):
+        return {"kind": "engine", "message": str(error)}
+    start, end = 0, len(goal)
+    if isinstance(error, QueryError) and error.text:
+        start, end = place_of(error)
+    kind = "models" if isinstance(error, RuleSyntaxError) else "question"
+    return {"kind": kind, "message": str(error), "start": start, "end": end}

@@ -1,0 +1,162 @@
+"""Why, why not, and where from: the same for the shell's commands and the command line's."""
+
+import json
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from facetlog.errors import InputError
+from facetlog.kb.proof import State
+from facetlog.kb.verdict import Verdict
+from facetlog.perception.fact_schema import ArgumentKind
+from facetlog.query_shell.scene_names import kind_of
+from facetlog.query_shell.session import Session
+from facetlog.query_shell.words import nearest
+
+__all__ = [
+    "About",
+    "Explanation",
+    "is_origin",
+    "origin",
+    "parts_given",
+    "unknown_subject",
+    "why",
+    "why_not",
+]
+
+WHY, WHY_NOT, ORIGIN = "facetlog-why/1", "facetlog-why-not/1", "facetlog-origin/1"
+
+_PART = re.compile(r"([^=()\s]+)=([^=()\s]+)")
+
+
+@dataclass(frozen=True, slots=True)
+class About:
+    """What is asked about: a model, perhaps one thing only, and the parts that are given."""
+
+    model: str
+    thing: str | None = None
+    parts: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Explanation:
+    """An answer as text and as the same data; `yes` if it holds, or if there is something to say.
+
+    `hint` is what a reader may do next, to follow the name of the command why_not. `cut` says that
+    the lines leave something out which they have in full.
+    """
+
+    yes: bool
+    lines: tuple[str, ...]
+    data: Mapping[str, Any]
+    hint: str = ""
+    cut: bool = False
+
+    @property
+    def json(self) -> str:
+        """The data on one line."""
+        return json.dumps(self.data)
+
+
+def parts_given(words: Sequence[str]) -> dict[str, str]:
+    """The parts of words like `top=f1`. Raises InputError for any other and for one given twice.
+
+    >>> parts_given(["top=f1", "leg=f4"])
+    {'top': 'f1', 'leg': 'f4'}
+    """
+    found: dict[str, str] = {}
+    for word in words:
+        match = _PART.fullmatch(word)
+        if match is None:
+            raise InputError(f"{word!r} is no part: write PART=FACE, as in top=f1")
+        role, face = match.groups()
+        if role in found:
+            raise InputError(f"the part {role} is given twice")
+        found[role] = face
+    return found
+
+
+def is_origin(names: Mapping[ArgumentKind, Sequence[str]], text: str) -> bool:
+    """Whether a text that is no model is a fact, or something among these names."""
+    return "(" in text or kind_of(names, text) is not None
+
+
+def unknown_subject(
+    models: Iterable[str], names: Mapping[ArgumentKind, Sequence[str]], text: str
+) -> InputError:
+    """The error about a word that is neither a model nor, if any could be meant, one of the names.
+
+    >>> str(unknown_subject(["box"], {ArgumentKind.FACE: ["f1"]}, "bx"))
+    "there is neither a model nor a thing of the scene called 'bx'; did you mean box?"
+    """
+    known = tuple(models)
+    meant = nearest(text, (*known, *(name for those in names.values() for name in those)))
+    alike = next((those for those in names.values() if those and those[0][0] == text[0]), ())
+    if meant:
+        guess = f"did you mean {meant}?"
+    elif alike:
+        guess = f"there are {alike[0]} to {alike[-1]}"
+    else:
+        guess = f"models are {', '.join(known)}"
+    neither = "neither a model nor a thing of the scene called" if names else "no model"
+    return InputError(f"there is {neither} {text!r}; {guess}")
+
+
+def why(session: Session, scene: str, about: About, *, full: bool = False) -> Explanation:
+    """Why the model holds for what fits it best; if it does not, what is missing.
+
+    With `full`, where each face comes from as well, down to pixels. Raises QueryError for a model,
+    a thing, a part or a face that there is not.
+    """
+    verdict = session.base.why(scene, about.model, thing=about.thing, parts=about.parts)
+    holds = verdict.state is State.HOLDS
+    faces = tuple(dict.fromkeys(f for part in verdict.parts for f in part.faces)) if full else ()
+    origins = {face: session.base.origin(scene, face) for face in faces}
+    unit = session.base.scenes[scene].length_unit
+    lines = [*verdict.lines()]
+    for found in origins.values():
+        lines.extend(found.lines(full=True, length_unit=unit))
+    data = {
+        "schema": WHY,
+        "scene": scene,
+        "verdict": verdict.to_json(),
+        **({"origins": {f: o.to_json() for f, o in origins.items()}} if full else {}),
+    }
+    hint = "" if holds else f"{about.model} shows what else comes near"
+    return Explanation(holds, tuple(lines), data, hint)
+
+
+def why_not(
+    session: Session, scene: str, about: About, *, count: int, full: bool = False
+) -> Explanation:
+    """What comes nearest to the model and does not hold, at most `count` of them; errors as `why`.
+
+    With `full` each with its whole proof, not only with what fails.
+    """
+    misses = session.base.why_not(
+        scene, about.model, thing=about.thing, parts=about.parts, count=count
+    )
+    lines = tuple(line for miss in misses for line in _miss(miss, full=full))
+    data = {
+        "schema": WHY_NOT,
+        "scene": scene,
+        "model": about.model,
+        "near_misses": [miss.to_json() for miss in misses],
+    }
+    nothing = f"nothing in {scene} comes near {about.model} without being one"
+    return Explanation(bool(misses), lines or (nothing,), data)
+
+
+def _miss(verdict: Verdict, *, full: bool) -> Iterator[str]:
+    return verdict.lines() if full else verdict.miss_lines()
+
+
+def origin(session: Session, scene: str, name: str, *, full: bool = False) -> Explanation:
+    """Where a face, edge, vertex, thing, view or fact comes from; QueryError for another name."""
+    found = session.base.origin(scene, name)
+    unit = session.base.scenes[scene].length_unit
+    whole = tuple(found.lines(full=True, length_unit=unit))
+    lines = whole if full else tuple(found.lines(length_unit=unit))
+    data = {"schema": ORIGIN, "scene": scene, "origin": found.to_json()}
+    return Explanation(True, lines, data, cut=lines != whole)

@@ -1,0 +1,124 @@
+"""What the variables of a goal stand for: kind, unit, and whose standard deviation.
+
+Found by looking at which argument of which fact a variable is.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from facetlog.perception.fact_schema import FACT_SCHEMA, Argument, ArgumentKind, FactKind
+from facetlog.query_shell.goal_text import Call, Token, TokenKind, calls
+
+__all__ = ["FACTS", "Meaning", "length_unit", "meanings", "unit"]
+
+FACTS: Mapping[tuple[str, int], FactKind] = {(k.functor, k.arity): k for k in FACT_SCHEMA}
+
+# measure(Measure, Value, Sd, Kind) of the vocabulary: the place of value and deviation.
+_MEASURE = ("measure", 4)
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What a variable stands for; `sd` is the variable with its standard deviation, if any."""
+
+    kind: ArgumentKind
+    sd: str | None = None
+    is_sd: bool = False
+
+
+def meanings(goal: str) -> dict[str, Meaning]:
+    """The meaning of each variable that is an argument of a fact or the value of a measure.
+
+    A variable that stands for different kinds has none.
+
+    >>> meanings("angle(A, f2, Deg, Sd), Deg > 80")["Deg"]
+    Meaning(kind=<ArgumentKind.DEGREES: 'deg'>, sd='Sd', is_sd=False)
+    """
+    found: dict[str, Meaning] = {}
+    doubtful = set()
+    for call in calls(goal):
+        for name, meaning in _of_call(call):
+            before = found.setdefault(name, meaning)
+            if before.kind is not meaning.kind:
+                doubtful.add(name)
+            elif before.sd is None and meaning.sd is not None:
+                found[name] = meaning
+    return {name: meaning for name, meaning in found.items() if name not in doubtful}
+
+
+def _of_call(call: Call) -> Iterator[tuple[str, Meaning]]:
+    names = [_variable(argument) for argument in call.arguments]
+    kind = FACTS.get((call.functor, len(names)))
+    if kind is not None:
+        sds = _deviations(kind.arguments)
+        deviating = set(sds.values())
+        for i, (argument, name) in enumerate(zip(kind.arguments, names, strict=True)):
+            if name is not None:
+                sd = names[sds[i]] if i in sds else None
+                yield name, Meaning(argument.kind, sd, i in deviating)
+    elif (call.functor, len(names)) == _MEASURE:
+        measured = _measured(call.arguments[0])
+        value, sd = names[1], names[2]
+        if measured is not None:
+            if value is not None:
+                yield value, Meaning(measured, sd)
+            if sd is not None:
+                yield sd, Meaning(measured, is_sd=True)
+
+
+def _variable(argument: Sequence[Token]) -> str | None:
+    if len(argument) == 1 and argument[0].kind is TokenKind.VARIABLE and argument[0].text != "_":
+        return argument[0].text
+    return None
+
+
+def _deviations(arguments: Sequence[Argument]) -> dict[int, int]:
+    """Which argument is the standard deviation of which.
+
+    `Sd` is that of the argument before it, `SdU` that of `U`.
+    """
+    places = {argument.name: i for i, argument in enumerate(arguments)}
+    found = {}
+    for i, argument in enumerate(arguments):
+        if argument.name == "Sd":
+            found[i - 1] = i
+        elif argument.name.startswith("Sd") and argument.name[2:] in places:
+            found[places[argument.name[2:]]] = i
+    return found
+
+
+def _measured(measure: Sequence[Token]) -> ArgumentKind | None:
+    """The kind of a measure that is named as its fact: the fact's argument that has a deviation."""
+    functor = measure[0].functor if measure else None
+    for kind in FACT_SCHEMA:
+        if kind.functor == functor:
+            deviating = _deviations(kind.arguments)
+            return next((kind.arguments[i].kind for i in deviating), None)
+    return None
+
+
+def length_unit(units: Sequence[str | None]) -> str:
+    """The unit of lengths for scenes with these: metres, units, or both.
+
+    >>> length_unit(["m", "m"]), length_unit([None]), length_unit(["m", None])
+    ('m', 'units', 'm or units')
+    """
+    return " or ".join(dict.fromkeys(unit or "units" for unit in units)) or "units"
+
+
+def unit(kind: ArgumentKind, length: str) -> str:
+    """The unit of a kind as a reader writes it; empty where there is none.
+
+    >>> unit(ArgumentKind.AREA, "m"), unit(ArgumentKind.DEGREES, "m"), unit(ArgumentKind.FACE, "m")
+    ('m²', '°', '')
+    """
+    match kind:
+        case ArgumentKind.DEGREES:
+            return "°"
+        case ArgumentKind.LENGTH:
+            return length
+        case ArgumentKind.AREA:
+            return " or ".join(f"{one}²" for one in length.split(" or "))
+        case ArgumentKind.PIXELS:
+            return "px"
+    return ""

@@ -1,0 +1,238 @@
+"""The prompt: editing, history, completion, colours and the hint line, with prompt_toolkit."""
+
+import os
+import sys
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from pathlib import Path
+from typing import TextIO
+
+from prompt_toolkit import PromptSession
+from prompt_toolkit.auto_suggest import AutoSuggestFromHistory
+from prompt_toolkit.completion import CompleteEvent, Completer, Completion
+from prompt_toolkit.document import Document
+from prompt_toolkit.formatted_text import StyleAndTextTuples
+from prompt_toolkit.history import FileHistory, History, InMemoryHistory
+from prompt_toolkit.key_binding import KeyBindings, KeyPressEvent
+from prompt_toolkit.lexers import Lexer
+from prompt_toolkit.output import ColorDepth, create_output
+from prompt_toolkit.styles import Style
+from prompt_toolkit.utils import is_dumb_terminal
+
+from facetlog.errors import FacetlogError
+from facetlog.query_shell.completion import hint_at, proposals
+from facetlog.query_shell.goal_text import COMMAND, TokenKind, is_complete, tokens
+from facetlog.query_shell.lines import run_line
+from facetlog.query_shell.shell import Shell
+
+__all__ = ["history_at", "history_path", "run_prompt"]
+
+PROMPT, CONTINUED = "?- ", "   "
+GREETING = "A goal, why MODEL, or :help. Tab completes, Ctrl-D leaves."
+
+_STYLE = Style.from_dict(
+    {
+        "variable": "ansicyan",
+        "number": "ansimagenta",
+        "text": "ansigreen",
+        "comment": "ansibrightblack",
+        "open": "ansired",
+        "command": "bold",
+        "prompt": "bold",
+        "bottom-toolbar": "noreverse ansibrightblack",
+    }
+)
+_STYLES = {
+    TokenKind.VARIABLE: "class:variable",
+    TokenKind.NUMBER: "class:number",
+    TokenKind.TEXT: "class:text",
+    TokenKind.COMMENT: "class:comment",
+    TokenKind.OPEN: "class:open",
+}
+
+
+def history_path() -> Path:
+    """Where the history is: in the folder that XDG has for such files."""
+    folder = os.environ.get("XDG_STATE_HOME", "")
+    state = Path(folder) if Path(folder).is_absolute() else Path.home() / ".local" / "state"
+    return state / "facetlog" / "history"
+
+
+class _QuietHistory(FileHistory):
+    """A file that need not be writable: what cannot be stored is remembered in this session."""
+
+    def store_string(self, string: str) -> None:
+        with suppress(OSError):
+            super().store_string(string)
+
+    def load_history_strings(self) -> Iterable[str]:
+        try:
+            return tuple(super().load_history_strings())
+        except OSError:
+            return ()
+
+
+def history_at(path: Path) -> History:
+    """The history in a file that only its owner may read, made if it is not there.
+
+    In memory only, if that cannot be.
+    """
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600))
+        path.chmod(0o600)
+    except (OSError, RuntimeError):
+        return InMemoryHistory()
+    return _QuietHistory(path)
+
+
+class _GoalLexer(Lexer):
+    """Colours tokens, of commands the first word."""
+
+    def lex_document(self, document: Document) -> Callable[[int], StyleAndTextTuples]:
+        styled = _coloured(document.text)
+
+        def line(number: int) -> StyleAndTextTuples:
+            return styled[number] if number < len(styled) else []
+
+        return line
+
+
+def _coloured(text: str) -> list[StyleAndTextTuples]:
+    """The lines of a text, in pieces with their styles."""
+    if text.lstrip().startswith(COMMAND):
+        word = len(text) - len(text.lstrip()) + len(text.split()[0])
+        return _in_lines([("class:command", text[:word]), ("", text[word:])])
+    pieces: list[tuple[str, str]] = []
+    at = 0
+    for token in tokens(text):
+        pieces.append(("", text[at : token.start]))
+        pieces.append((_STYLES.get(token.kind, ""), token.text))
+        at = token.end
+    return _in_lines([*pieces, ("", text[at:])])
+
+
+def _in_lines(pieces: Iterable[tuple[str, str]]) -> list[StyleAndTextTuples]:
+    lines: list[StyleAndTextTuples] = [[]]
+    for style, text in pieces:
+        first, *others = text.split("\n")
+        lines[-1].append((style, first))
+        lines.extend([(style, other)] for other in others)
+    return lines
+
+
+class _Completer(Completer):
+    def __init__(self, shell: Shell) -> None:
+        self._shell = shell
+
+    def get_completions(
+        self, document: Document, complete_event: CompleteEvent
+    ) -> Iterable[Completion]:
+        del complete_event
+        try:
+            found = tuple(proposals(self._shell, document.text_before_cursor))
+        except FacetlogError:  # a question that only serves typing must not disturb it
+            return
+        for proposal in found:
+            yield Completion(proposal.text, -proposal.length, display_meta=proposal.about)
+
+
+def _keys() -> KeyBindings:
+    """Enter asks what is complete, and goes to a new line otherwise; a second Enter asks it too."""
+    keys = KeyBindings()
+
+    @keys.add("enter")
+    def _enter(event: KeyPressEvent) -> None:
+        buffer = event.current_buffer
+        if buffer.complete_state and buffer.complete_state.current_completion:
+            buffer.complete_state = None
+        elif (
+            buffer.text.startswith(COMMAND) or is_complete(buffer.text) or _blank_line(buffer.text)
+        ):
+            buffer.validate_and_handle()
+        else:
+            buffer.insert_text("\n")
+
+    return keys
+
+
+def _blank_line(text: str) -> bool:
+    return not text.rpartition("\n")[2].strip()
+
+
+def _toolbar(shell: Shell, prompt: "PromptSession[str]") -> str:
+    buffer = prompt.default_buffer
+    try:
+        hint = hint_at(shell, buffer.text, buffer.cursor_position)
+    except FacetlogError:
+        hint = ""
+    return hint or f"{', '.join(shell.session.scenes) or 'no scene'} · :help explains"
+
+
+def _plain_line() -> str:
+    """The next line or lines of a goal from a terminal that knows no escapes; EOFError at its end.
+
+    The terminal itself edits the line. A goal ends as it does for the Enter key.
+    """
+    text = ""
+    terminal = _terminal()
+    while True:
+        terminal.write(CONTINUED if text else PROMPT)
+        terminal.flush()
+        line = sys.stdin.readline()
+        if not line:
+            terminal.write("\n")
+            raise EOFError
+        text += line
+        said = text.rstrip("\n")
+        if said.startswith(COMMAND) or is_complete(said) or not line.strip():
+            return said
+
+
+def _terminal() -> TextIO:
+    """The stream that leads to the terminal, even if answers go elsewhere."""
+    return sys.stdout if sys.stdout.isatty() else sys.stderr
+
+
+def _line_reader(shell: Shell) -> Callable[[], str]:
+    """Reads what is to be done next, with all that the terminal is able to."""
+    if is_dumb_terminal():
+        return _plain_line
+    prompt: PromptSession[str] = PromptSession(
+        history=history_at(history_path()),
+        auto_suggest=AutoSuggestFromHistory(),
+        completer=_Completer(shell),
+        complete_while_typing=False,
+        lexer=_GoalLexer(),
+        style=_STYLE,
+        key_bindings=_keys(),
+        multiline=True,
+        prompt_continuation=CONTINUED,
+        output=create_output(_terminal()),
+        color_depth=ColorDepth.DEPTH_1_BIT if os.environ.get("NO_COLOR") else None,
+    )
+    return lambda: prompt.prompt(PROMPT, bottom_toolbar=lambda: _toolbar(shell, prompt))
+
+
+def run_prompt(shell: Shell) -> None:
+    """Reads lines from the terminal and does them, until Ctrl-D or :quit.
+
+    Ctrl-C clears the line, or stops what is being done.
+    """
+    read = _line_reader(shell)
+    shell.screen.remark(GREETING)
+    while True:
+        try:
+            line = read()
+        except KeyboardInterrupt:
+            continue
+        except EOFError:
+            return
+        if sys.stdout.isatty():  # else no prompt stands between the answers
+            shell.screen.begin_line()
+        try:
+            run_line(shell, line)
+        except KeyboardInterrupt:
+            shell.screen.remark("", "stopped")  # below the terminal's ^C
+        except EOFError:
+            return

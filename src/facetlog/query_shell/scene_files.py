@@ -1,0 +1,134 @@
+"""Scene files: which of the arguments they are, what they are called, and their facts."""
+
+import hashlib
+import json
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import count
+from pathlib import Path
+
+from facetlog import __version__
+from facetlog.errors import InputError
+from facetlog.kb.encode import Fact
+
+__all__ = ["SCENE_FILE", "SceneFile", "scene_file", "scenes_and_goal", "with_distinct_names"]
+
+SCENE_FILE = "scene.json"  # in a folder written by -o
+SUFFIX = ".json"
+
+
+@dataclass(frozen=True, slots=True)
+class SceneFile:
+    """A scene file as it was when it was read: `name` is what the knowledge base calls the scene.
+
+    `key` says what its facts are made from and by what.
+    """
+
+    path: Path
+    name: str
+    data: bytes
+    key: str
+
+    def facts(self) -> Iterator[Fact]:
+        """The scene's facts, worked out when the first is asked for.
+
+        Raises InputError for a file that holds no scene.
+        """
+        from facetlog.perception.facts import scene_facts
+        from facetlog.perception.scene_file import scene_from_json
+
+        for fact in scene_facts(scene_from_json(self.data, str(self.path))):
+            yield (fact.functor, *fact.args)
+
+
+def scene_file(path: Path) -> SceneFile:
+    """The scene file at a path, or in the folder there, under its own name.
+
+    Raises InputError if there is none. What it holds is checked when its facts are asked for.
+    """
+    inside = path / SCENE_FILE if path.is_dir() else path
+    try:
+        data = inside.read_bytes()
+    except FileNotFoundError:
+        if inside is path:
+            raise InputError(f"{path} does not exist: give a scene.json or its folder") from None
+        raise InputError(
+            f"{path} holds no {SCENE_FILE}: give a folder that -o wrote, or a scene file"
+        ) from None
+    except OSError as exc:
+        raise InputError(f"{inside} cannot be read: {exc.strerror or exc}") from exc
+    key = hashlib.sha256(data + __version__.encode()).hexdigest()
+    return SceneFile(inside, _own_name(data) or inside.stem, data, key)
+
+
+def _own_name(data: bytes) -> str | None:
+    try:
+        record = json.loads(data)
+    except ValueError:
+        return None  # not a scene: its facts will say why
+    name = record.get("name") if isinstance(record, dict) else None
+    return name if isinstance(name, str) and name else None
+
+
+def with_distinct_names(
+    files: Sequence[SceneFile], taken: Collection[str] = ()
+) -> tuple[SceneFile, ...]:
+    """The files, those of equal names told apart by folder or file.
+
+    For example `block-0@second`, and where that is taken, `block-0@runs/second`.
+    """
+    names = [file.name for file in files]
+    used = set(taken)
+    found = []
+    for file in files:
+        name = file.name
+        if names.count(name) > 1 or name in used:
+            name = next(n for n in _names(file) if n not in used)
+        used.add(name)
+        found.append(replace(file, name=name))
+    return tuple(found)
+
+
+def _names(file: SceneFile) -> Iterator[str]:
+    place = file.path.resolve()
+    about = place.parent if place.name == SCENE_FILE else place.with_suffix("")
+    folders = about.parts[1:]
+    for length in range(1, len(folders) + 1):
+        yield f"{file.name}@{'/'.join(folders[-length:])}"
+    yield from (f"{file.name}#{number}" for number in count(2))
+
+
+def scenes_and_goal(arguments: Sequence[str]) -> tuple[tuple[Path, ...], str | None]:
+    """The scenes and the goal, which is the last argument if no file is called so.
+
+    Raises InputError if there is no scene, or if the goal looks like a file that is not there.
+    """
+    last = arguments[-1]
+    if last.strip() and (_exists(last) or _looks_like_path(last)):
+        paths, goal = arguments, None
+    else:
+        paths, goal = arguments[:-1], last
+    if not paths:
+        raise InputError(f"{last!r} is no file: give a scene.json or its folder before the goal")
+    for path in paths:
+        if not (path.strip() and _exists(path)):
+            raise InputError(f"{path} does not exist: give a scene.json or its folder")
+    return tuple(map(Path, paths)), goal
+
+
+def _exists(argument: str) -> bool:
+    try:
+        return Path(argument).exists()
+    except (OSError, ValueError):  # too long for a file's name, or with a NUL: a goal
+        return False
+
+
+def _looks_like_path(argument: str) -> bool:
+    """Whether it is no goal but a file's name.
+
+    >>> [_looks_like_path(a) for a in ("out/a", "a.json", "X is 6/3", "face(F)", "true")]
+    [True, True, False, False, False]
+    """
+    if "(" in argument or any(c.isspace() for c in argument):
+        return False
+    return argument.endswith(SUFFIX) or "/" in argument

@@ -1,0 +1,52 @@
+"""What there is in a scene, by kind: the names that a user may type."""
+
+import re
+from collections.abc import Mapping, Sequence
+
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.terms import Atom
+from facetlog.perception.fact_schema import ArgumentKind
+
+__all__ = ["kind_of", "names_of_kind", "scene_names"]
+
+# The fact that says that there is one, asked with N for its name.
+_GOALS = {
+    ArgumentKind.FACE: "face(N)",
+    ArgumentKind.EDGE: "edge(N, _, _)",
+    ArgumentKind.VERTEX: "vertex(N)",
+    ArgumentKind.THING: "thing(N)",
+    ArgumentKind.VIEW: "view(N, _)",
+}
+_MIXED = {
+    ArgumentKind.PART: (ArgumentKind.FACE, ArgumentKind.EDGE),
+    ArgumentKind.BODY: (ArgumentKind.FACE, ArgumentKind.EDGE, ArgumentKind.THING),
+}
+
+
+def scene_names(
+    base: KnowledgeBase, scenes: Sequence[str]
+) -> Mapping[ArgumentKind, tuple[str, ...]]:
+    """The names of each kind in these scenes, in natural order (f2 before f10)."""
+    found: dict[ArgumentKind, tuple[str, ...]] = {}
+    for kind, goal in _GOALS.items():
+        with base.query(goal, scenes=tuple(scenes)) as answers:
+            names = {row[-1].name for row in answers if isinstance(row[-1], Atom)}
+        found[kind] = tuple(sorted(names, key=_natural))
+    return found
+
+
+def names_of_kind(
+    names: Mapping[ArgumentKind, tuple[str, ...]], kind: ArgumentKind
+) -> tuple[str, ...]:
+    """The names that an argument of this kind may have; those of all kinds it mixes."""
+    return tuple(name for one in _MIXED.get(kind, (kind,)) for name in names.get(one, ()))
+
+
+def kind_of(names: Mapping[ArgumentKind, Sequence[str]], name: str) -> ArgumentKind | None:
+    """What a name stands for, or None if there is nothing of that name."""
+    return next((kind for kind, those in names.items() if name in those), None)
+
+
+def _natural(name: str) -> tuple[tuple[bool, int, str], ...]:
+    pieces = re.findall(r"\d+|\D+", name)
+    return tuple((p.isdecimal(), int(p) if p.isdecimal() else 0, p) for p in pieces)

@@ -1,0 +1,201 @@
+"""A session: the knowledge base with the scenes and models that a user has loaded."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from types import TracebackType
+
+from facetlog.errors import InputError, RuleSyntaxError
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.limits import Limits
+from facetlog.kb.recognize import RULE_SUFFIX, rule_files
+from facetlog.query_shell.meanings import length_unit
+from facetlog.query_shell.model_files import Stamp, stamp_of
+from facetlog.query_shell.scene_files import SCENE_FILE, SceneFile, scene_file, with_distinct_names
+from facetlog.terminal import error_lines
+
+__all__ = ["Session"]
+
+
+class Session:
+    """The knowledge base, the files that it was loaded from, and which scenes are asked.
+
+    Models of users are evaluated in a process of its own, unless `trust` says that they are the
+    user's. A context manager.
+    """
+
+    def __init__(self, *, trust: bool = False, limits: Limits | None = None) -> None:
+        self.trust = trust
+        self.limits = limits or Limits()
+        self._base: KnowledgeBase | None = None
+        self._scenes: dict[str, SceneFile] = {}
+        self._models: dict[Path, Stamp | None] = {}
+        self._used: tuple[str, ...] | None = None
+        self.generation = 0
+        """Grows when scenes or models change, so that whoever remembers names knows."""
+
+    def __enter__(self) -> "Session":
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        value: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._base is not None:
+            self._base.close()
+
+    @property
+    def base(self) -> KnowledgeBase:
+        """The knowledge base, made when it is first needed."""
+        if self._base is None:
+            self._base = self._new_base()
+        return self._base
+
+    def _new_base(self) -> KnowledgeBase:
+        return KnowledgeBase(self.limits, isolated=bool(self._models) and not self.trust)
+
+    @property
+    def scene_files(self) -> tuple[SceneFile, ...]:
+        """The loaded scenes in the order of loading."""
+        return tuple(self._scenes.values())
+
+    @property
+    def model_files(self) -> tuple[Path, ...]:
+        """The loaded files of models, without the built-in ones."""
+        return tuple(self._models)
+
+    @property
+    def scenes(self) -> tuple[str, ...]:
+        """Names of the scenes that are asked."""
+        return tuple(self._scenes) if self._used is None else self._used
+
+    @property
+    def length(self) -> str:
+        """The unit of lengths in the scenes that are asked."""
+        return length_unit([self.base.scenes[name].length_unit for name in self.scenes])
+
+    def use(self, names: Sequence[str]) -> None:
+        """Asks only these scenes, all if there are none. Raises InputError for an unknown one."""
+        for name in names:
+            if name not in self._scenes:
+                loaded = ", ".join(self._scenes) or "none"
+                raise InputError(f"there is no scene {name!r}; loaded are {loaded}")
+        self._used = tuple(dict.fromkeys(names)) or None
+        self.generation += 1
+
+    def load_scenes(self, paths: Sequence[Path]) -> tuple[SceneFile, ...]:
+        """Loads scenes; a file that was loaded before takes its own place again.
+
+        Raises InputError for what cannot be read; the scenes before it are loaded.
+        """
+        places = {file.path.resolve(): name for name, file in self._scenes.items()}
+        found = [scene_file(path) for path in paths]
+        fresh = {f.path.resolve(): f for f in found if f.path.resolve() not in places}
+        named = with_distinct_names(tuple(fresh.values()), self._scenes)
+        for file in found:
+            if (name := places.get(file.path.resolve())) is not None:
+                named += (SceneFile(file.path, name, file.data, file.key),)
+        for file in named:
+            self._load(self.base, file)
+            self._scenes[file.name] = file
+            self.generation += 1
+        return named
+
+    @staticmethod
+    def _load(base: KnowledgeBase, file: SceneFile) -> None:
+        base.load_scene(file.name, file.facts(), cache_key=file.key)
+
+    def load_models(self, paths: Iterable[Path]) -> tuple[str, ...]:
+        """Loads files and folders of models; the names of the models that they define.
+
+        Raises RuleSyntaxError for a faulty file; those before it are loaded.
+        """
+        loaded: list[str] = []
+        for path in rule_files(paths):
+            stamp = stamp_of(path)
+            base = self._base_for_models()
+            loaded.extend(base.load_rules(path, trusted=self.trust).models)
+            self._models[path] = stamp
+            self.generation += 1
+        return tuple(loaded)
+
+    def _base_for_models(self) -> KnowledgeBase:
+        """The knowledge base, moved into a process of its own if a stranger's models come."""
+        if self._base is None:
+            self._base = KnowledgeBase(self.limits, isolated=not self.trust)
+        elif not self.trust and not self._base.isolated:
+            isolated = KnowledgeBase(self.limits, isolated=True)
+            try:
+                for file in self._scenes.values():
+                    self._load(isolated, file)
+            except BaseException:
+                isolated.close()
+                raise
+            self._base.close()
+            self._base = isolated
+        return self._base
+
+    def load(self, path: Path) -> str:
+        """Loads a scene or models, whichever the path holds, and says what was loaded."""
+        # A folder written by -o holds facts.pl beside its scene.
+        models = any(path.glob(f"*{RULE_SUFFIX}")) and not (path / SCENE_FILE).exists()
+        if path.suffix == RULE_SUFFIX or models:
+            return f"loaded the models {', '.join(self.load_models([path]))}"
+        (file,) = self.load_scenes([path])
+        return f"loaded the scene {file.name} ({self.base.scenes[file.name].facts:,} facts)"
+
+    def changed_models(self) -> tuple[str, ...]:
+        """Loads again every model file whose content has changed; a line about each.
+
+        Of a faulty file the old version stays in force. It is said once.
+        """
+        return tuple(
+            line
+            for path, before in tuple(self._models.items())
+            for line in self._refreshed(path, before)
+        )
+
+    def _refreshed(self, path: Path, before: Stamp | None) -> tuple[str, ...]:
+        now = stamp_of(path, before)
+        if now is before:
+            return ()
+        self._models[path] = now
+        if now is None:
+            return (f"{path} cannot be read any more: its models stay as they were",)
+        if before is not None and now.same_content(before):
+            return ()
+        try:
+            self._reload_models(path)
+        except RuleSyntaxError as exc:
+            return _kept_version(exc)
+        return (f"{path} has changed: loaded again",)
+
+    def _reload_models(self, path: Path) -> None:
+        self.base.load_rules(path, trusted=self.trust)
+        self.generation += 1
+
+    def reload(self) -> tuple[str, ...]:
+        """Loads all models and scenes again from their files; a line about each that could not be.
+
+        What cannot be loaded stays as it was.
+        """
+        problems: list[str] = []
+        for path in tuple(self._models):
+            try:
+                self._models[path] = stamp_of(path)
+                self._reload_models(path)
+            except InputError as exc:
+                problems.extend(_kept_version(exc))
+        for file in self.scene_files:
+            try:
+                self.load_scenes([file.path])
+            except InputError as exc:
+                problems.append(f"{exc} (the scene {file.name} stays as it was)")
+        return tuple(problems)
+
+
+def _kept_version(fault: InputError) -> tuple[str, ...]:
+    """The faults of a new version of a file, a line for each."""
+    *others, last = error_lines(fault)
+    return (*others, f"{last} (the version before stays in force)")

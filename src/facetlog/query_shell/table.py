@@ -1,0 +1,178 @@
+"""Answers as a table: numbers aligned at their points, and rounded by their deviations."""
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from rich.cells import cell_len, set_cell_size
+
+from facetlog.kb.amounts import amount, with_unit
+from facetlog.kb.terms import Atom, Term
+from facetlog.query_shell.meanings import Meaning, unit
+from facetlog.query_shell.shown_terms import shown, visible
+
+__all__ = ["Table"]
+
+GAP = "  "
+
+SCENE = "Scene"
+"""The first column if several scenes are asked."""
+
+NARROWEST = 6
+"""Columns are not cut below this many cells to fit a terminal."""
+
+MOST_DIGITS = 6
+"""Digits after the point that a column may have; what is smaller is written with an exponent."""
+
+DIGITS = 4
+"""Of the greatest number of a column whose deviations are not known."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Cell:
+    """A cell's text and, for numbers, how many cells stand before the decimal point."""
+
+    text: str
+    before_point: int | None
+
+
+class Table:
+    """Lays out blocks of answers under one another; columns only ever grow wider."""
+
+    def __init__(
+        self,
+        names: Sequence[str],
+        meanings: Mapping[str, Meaning],
+        length: str,
+        *,
+        width: int | None = None,
+        scenes: Collection[str] = (),
+    ) -> None:
+        """`length` is the unit of lengths, `width` the terminal's, None for no limit.
+
+        Names of `scenes` stand without quotation marks, as in the column Scene.
+        """
+        self.names = tuple(names)
+        self._meanings = tuple(meanings.get(name) for name in self.names)
+        self._units = tuple(unit(m.kind, length) if m else "" for m in self._meanings)
+        self._heads = tuple(
+            f"{name} ({sign})" if sign else name
+            for name, sign in zip(self.names, self._units, strict=True)
+        )
+        places = {name: i for i, name in enumerate(self.names)}
+        self._sds = tuple(places.get(m.sd) if m and m.sd else None for m in self._meanings)
+        self._limit = width
+        self._scenes = frozenset(scenes)
+        self.is_cut = False
+        """Whether a cell was too wide for the terminal, and ends with …"""
+        self._widths = [_cells(head) for head in self._heads]
+
+    def block(self, rows: Sequence[Sequence[Term]]) -> list[str]:
+        """The lines of some rows."""
+        columns = [self._column(i, rows) for i in range(len(self.names))]
+        for i, column in enumerate(columns):
+            self._widths[i] = max(self._widths[i], *(_cells(text) for text in column))
+        self._fit()
+        right = self._right(rows)
+        return [self._line(texts, right) for texts in zip(*columns, strict=True)]
+
+    def head(self, rows: Sequence[Sequence[Term]]) -> list[str]:
+        """The two lines above the table; to be called after the first block, given its rows."""
+        rule = ["─" * width for width in self._widths]
+        return [self._line(self._heads, self._right(rows)), GAP.join(rule)]
+
+    def values(self, row: Sequence[Term]) -> tuple[str, ...]:
+        """The values of one row, each with its unit."""
+        texts = (self._column(i, [row])[0] for i in range(len(self.names)))
+        return tuple(map(with_unit, texts, self._units))
+
+    def _right(self, rows: Sequence[Sequence[Term]]) -> tuple[bool, ...]:
+        return tuple(
+            all(_is_number(row[i]) for row in rows) if rows else False
+            for i in range(len(self.names))
+        )
+
+    def _line(self, texts: Sequence[str], right: Sequence[bool]) -> str:
+        cells = []
+        for text, width, at_right in zip(texts, self._widths, right, strict=True):
+            if _cells(text) > width:
+                text = set_cell_size(text, width - 1) + "…"
+                self.is_cut = True
+            space = " " * (width - _cells(text))
+            cells.append(space + text if at_right else text + space)
+        return GAP.join(cells).rstrip()
+
+    def _fit(self) -> None:
+        """Cuts the widest columns until the table fits the terminal."""
+        if self._limit is None:
+            return
+        spare = self._limit - len(GAP) * (len(self._widths) - 1)
+        while sum(self._widths) > spare and max(self._widths) > NARROWEST:
+            self._widths[self._widths.index(max(self._widths))] -= 1
+
+    def _column(self, i: int, rows: Sequence[Sequence[Term]]) -> list[str]:
+        meaning, sd = self._meanings[i], self._sds[i]
+        is_sd = meaning is not None and meaning.is_sd
+        if self.names[i] == SCENE:  # a name, not a term to be typed again
+            return [visible(str(row[i])) for row in rows]
+        digits = _digits([row[i] for row in rows])
+        cells = [self._cell(row[i], _spread(row, i, sd, is_sd=is_sd), digits) for row in rows]
+        points = [cell.before_point for cell in cells]
+        if not cells or None in points:
+            return [cell.text for cell in cells]
+        # All numbers: after the point each is filled up to the longest.
+        after = max(len(c.text) - (c.before_point or 0) for c in cells)
+        return [c.text + " " * (after - len(c.text) + (c.before_point or 0)) for c in cells]
+
+    def _cell(self, value: Term, spread: float, digits: int) -> _Cell:
+        if isinstance(value, Atom) and value.name in self._scenes:
+            return _Cell(visible(value.name), None)
+        return _cell(value, spread, digits)
+
+
+def _is_number(term: Term) -> bool:
+    return isinstance(term, int | float | Fraction)
+
+
+def _spread(row: Sequence[Term], i: int, sd: int | None, *, is_sd: bool) -> float:
+    """By what a number is rounded: its deviation, which for a deviation is itself; 0 if none."""
+    spread = row[i] if is_sd else row[sd] if sd is not None else 0.0
+    return spread if isinstance(spread, float) and math.isfinite(spread) else 0.0
+
+
+def _digits(values: Sequence[Term]) -> int:
+    """Digits after the point that show four of the greatest number."""
+    sizes = [abs(v) for v in values if isinstance(v, float) and math.isfinite(v)]
+    greatest = max(sizes, default=0.0)
+    return DIGITS - 1 - math.floor(math.log10(greatest)) if greatest > 0 else 0
+
+
+def _cell(value: Term, spread: float, digits: int) -> _Cell:
+    match value:
+        case float():
+            text = _float(value, spread, digits)
+        case int() | Fraction():
+            text = shown(value)
+        case _:
+            return _Cell(visible(shown(value)), None)
+    point = text.find(".")
+    return _Cell(text, len(text) if point < 0 else point)
+
+
+def _float(value: float, spread: float, digits: int) -> str:
+    """The number rounded to the second digit of its deviation; without one, as its column is."""
+    if spread > 0:
+        digits = 1 - math.floor(math.log10(spread))
+    if digits > MOST_DIGITS or not math.isfinite(value):
+        return amount(value)
+    text = f"{value:.{max(0, digits)}f}"
+    if text.strip("-0."):
+        return text
+    # Not 0 without a reason: what a deviation makes nothing is, what the column does not.
+    return text.removeprefix("-") if spread > 0 or value == 0 else f"{value:.1e}"
+
+
+def _cells(text: str) -> int:
+    """How many cells of a terminal the text takes; most are plain, and need no look at each."""
+    return len(text) if text.isascii() else cell_len(text)

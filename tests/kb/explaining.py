@@ -1,0 +1,51 @@
+"""Asks for explanations of the facts of one scene."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from facetlog.kb.encode import Fact
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.origin import Origin
+from facetlog.kb.verdict import Verdict
+
+SCENE = "s"
+
+
+@dataclass(frozen=True)
+class Asked:
+    """A loaded scene that can be asked why."""
+
+    base: KnowledgeBase
+
+    def judge(self, model: str, thing: str = "t1") -> Verdict:
+        return self.base.judge(SCENE, model, thing)
+
+    def why(
+        self, model: str, *, thing: str | None = None, parts: Mapping[str, str] | None = None
+    ) -> Verdict:
+        return self.base.why(SCENE, model, thing=thing, parts=parts or {})
+
+    def why_not(
+        self,
+        model: str,
+        *,
+        thing: str | None = None,
+        parts: Mapping[str, str] | None = None,
+        count: int = 5,
+    ) -> tuple[Verdict, ...]:
+        return self.base.why_not(SCENE, model, thing=thing, parts=parts or {}, count=count)
+
+    def origin(self, about: str) -> Origin:
+        return self.base.origin(SCENE, about)
+
+
+@contextmanager
+def asked(facts: Iterable[Fact], rules: Path | None = None) -> Iterator[Asked]:
+    """The facts, loaded, with a user's rules if any."""
+    with KnowledgeBase() as base:
+        if rules:
+            base.load_rules(rules)
+        base.load_scene(SCENE, facts)
+        yield Asked(base)

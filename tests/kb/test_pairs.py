@@ -1,0 +1,160 @@
+"""each_pair/4, the search: the same faces that the test finds one by one."""
+
+from collections.abc import Iterator
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from facetlog.errors import QueryError
+from facetlog.kb.encode import Fact
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.terms import Atom
+
+FACES = tuple(f"f{i}" for i in range(12))
+
+
+def scene(seed: int, *, sd: float = 1.0) -> list[Fact]:
+    """Twelve faces, one of them implied, whose relations are drawn at random; some angles lack."""
+    rng = np.random.default_rng(seed)
+    facts: list[Fact] = [("thing", "t1")]
+    for name in FACES:
+        facts += [("face", name), ("part_of", name, "t1")]
+        facts.append(("evidence", name, "implied" if name == "f5" else "measured"))
+    for a, b in combinations(FACES, 2):
+        angle = float(rng.uniform(50, 130))
+        known, adjoin, convex = rng.random(3) < (0.9, 0.6, 0.7)
+        for x, y in ((a, b), (b, a)):
+            if known:
+                facts.append(("angle", x, y, angle, sd))
+            if adjoin:
+                facts.append(("adjoins", x, y, f"e{a}{b}"))
+                facts.append(("convex" if convex else "concave", x, y))
+    return facts
+
+
+@pytest.fixture(scope="module", params=[1, 2])
+def base(request: pytest.FixtureRequest) -> Iterator[KnowledgeBase]:
+    with KnowledgeBase() as base:
+        base.load_scene("s", scene(request.param))
+        yield base
+
+
+def found(base: KnowledgeBase, goal: str) -> list[tuple[str, ...]]:
+    return [tuple(str(name) for name in row) for row in base.query(goal)]
+
+
+TESTS = (
+    "near(angle(X, Y), 90, 25)",
+    "near(angle(Y, X), 90, 25)",
+    "between(angle(X, Y), 60, 110)",
+    "at_least(angle(X, Y), 80)",
+    "at_most(angle(X, Y), tolerance(upright) * 10)",
+    "adjoins(X, Y)",
+    "convex(X, Y)",
+    "all([convex(X, Y), near(angle(X, Y), 90, 30)])",
+    "all([measured(X), near(angle(X, Y), 90, 30)])",
+    "any([convex(X, Y), near(angle(X, Y), 90, 20)])",
+    "not(adjoins(X, Y))",
+    "parallel(X, Y, 60)",
+    "if_known(near(angle(X, Y), 90, 25))",
+)
+
+
+@pytest.mark.parametrize("test", TESTS)
+def test_the_faces_are_those_that_pass_two_by_two(base: KnowledgeBase, test: str) -> None:
+    faces = sorted(set(FACES) - {"f5"})
+    passing = {
+        pair
+        for pair in combinations(faces, 2)
+        if found(base, f"holds({test.replace('X', pair[0]).replace('Y', pair[1])})")
+    }
+    triples = [three for three in combinations(faces, 3) if set(combinations(three, 2)) <= passing]
+    assert passing
+    assert sorted(found(base, f"each_pair(X, Y, [A, B], {test})")) == sorted(passing)
+    assert sorted(found(base, f"each_pair(X, Y, [A, B, C], {test})")) == triples
+
+
+def test_a_list_of_one_is_any_face_and_of_none_nothing(base: KnowledgeBase) -> None:
+    assert found(base, "each_pair(X, Y, [], convex(X, Y))") == [()]
+    ones = found(base, "each_pair(X, Y, [A], convex(X, Y))")
+    assert sorted(ones) == sorted((name,) for name in FACES if name != "f5")
+
+
+def test_faces_that_are_given_are_kept(base: KnowledgeBase) -> None:
+    every = found(base, "each_pair(X, Y, [A, B, C], adjoins(X, Y))")
+    of_one = found(base, "each_pair(X, Y, [A, f3, C], adjoins(X, Y))")
+    assert sorted(of_one) == sorted((a, c) for a, b, c in every if b == "f3")
+    assert found(base, "each_pair(X, Y, [f9, f3], adjoins(X, Y))") == []  # not in order
+
+
+def test_only_the_faces_are_columns(base: KnowledgeBase) -> None:
+    assert base.query("each_pair(X, Y, [A, B], convex(X, Y))").names == ("A", "B")
+
+
+def test_each_scene_has_its_own_pairs() -> None:
+    with KnowledgeBase() as base:
+        goal = "each_pair(X, Y, [A, B], convex(X, Y))"
+        facts: list[Fact] = [("face", "f1"), ("face", "f2"), ("convex", "f1", "f2")]
+        facts += [("evidence", name, "measured") for name in ("f1", "f2")]
+        base.load_scene("s", facts)
+        assert found(base, goal) == [("f1", "f2")]
+        base.load_scene("s", facts[:2])
+        assert found(base, goal) == []
+
+
+def test_a_hopeless_deviation_is_no_pass() -> None:
+    with KnowledgeBase() as base:
+        base.load_scene("s", scene(1, sd=200.0))
+        assert found(base, "each_pair(X, Y, [A, B], near(angle(X, Y), 90, 25))") == []
+
+
+def test_words_of_a_models_file_are_known_in_it(tmp_path: Path) -> None:
+    path = tmp_path / "three.pl"
+    path.write_text(
+        ":- module(three, []).\n:- use_module(facetlog(vocabulary)).\n"
+        'model(three, "Three faces.", [a, b, c]).\n'
+        "means(squarish(X, Y), near(angle(X, Y), 90, tolerance(wide))).\n"
+        "tolerance(wide, 25).\n"
+        "candidate(three, _, [A, B, C]) :- each_pair(X, Y, [A, B, C], squarish(X, Y)).\n"
+        'condition(three, square, "square", _, [A, B, C],\n'
+        "          each_pair(X, Y, [A, B, C], squarish(X, Y))).\n"
+    )
+    with KnowledgeBase() as base:
+        base.load_scene("s", scene(1))
+        base.load_rules(path)
+        verdict = base.judge("s", "three", "t1")
+        count = len(found(base, "each_pair(X, Y, [A, B, C], near(angle(X, Y), 90, 25))"))
+        assert count > 1
+        assert verdict.also == count - 1
+
+
+@pytest.mark.parametrize(
+    "goal",
+    ["each_pair(X, Y, [A, B], wobbly(X, Y))", "each_pair(X, Y, [A, B], near(angel(X, Y), 90, 1))"],
+)
+def test_an_unknown_word_in_the_test_is_a_fault_of_the_question(
+    base: KnowledgeBase, goal: str
+) -> None:
+    with pytest.raises(QueryError):
+        base.query(goal)
+
+
+@pytest.mark.parametrize(
+    "goal", ["each_pair(X, Y, L, convex(X, Y))", "each_pair(a, Y, [A], convex(Y, Y))"]
+)
+def test_what_cannot_be_searched_is_an_error(base: KnowledgeBase, goal: str) -> None:
+    with pytest.raises(QueryError):
+        list(base.query(goal))
+
+
+def test_a_face_may_have_any_name() -> None:
+    names = ("", "[]", "a b", "é")
+    facts: list[Fact] = [("face", name) for name in names]
+    facts += [("evidence", name, "measured") for name in names]
+    facts += [("coplanar", a, b) for a in names for b in names]
+    with KnowledgeBase() as base:
+        base.load_scene("s", facts)
+        (row,) = base.query("each_pair(X, Y, [A, B, C, D], coplanar(X, Y))")
+        assert set(row) == set(map(Atom, names))

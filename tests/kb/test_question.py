@@ -1,0 +1,299 @@
+"""Questions as text: what they ask, which columns they have, where a fault is."""
+
+from collections.abc import Iterator
+from fractions import Fraction
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facetlog.errors import QueryError
+from facetlog.kb.engine import piece_text
+from facetlog.kb.engine_pool import engine_pool
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.terms import Atom, Failure, Struct, Term, Var, decode_reply
+from facetlog.perception.fact_schema import FACT_SCHEMA
+
+from .hostile_cases import FACTS
+
+F1, F2, S, T1 = Atom("f1"), Atom("f2"), Atom("s"), Atom("t1")
+
+
+@pytest.fixture(scope="module")
+def base() -> Iterator[KnowledgeBase]:
+    with KnowledgeBase() as base:
+        base.load_scene("s", FACTS)
+        base.define("double", 2, lambda x, _: [(x, 2 * x)] if isinstance(x, int) else [])
+        yield base
+
+
+def ask(base: KnowledgeBase, question: str, **given: Term) -> list[dict[str, Term]]:
+    answers = base.query(question, bindings=given)
+    return [dict(zip(answers.names, row, strict=True)) for row in answers]
+
+
+def pairs(*rows: tuple[str, Term]) -> list[dict[str, Term]]:
+    return [{name: value} for name, value in rows]
+
+
+@pytest.mark.parametrize(
+    ("question", "answers"),
+    [
+        ("face(F)", [{"F": F1}, {"F": F2}]),
+        ("face(F).", [{"F": F1}, {"F": F2}]),
+        ("  face(F) . % all of them", [{"F": F1}, {"F": F2}]),
+        ("/* first */ face(F)", [{"F": F1}, {"F": F2}]),
+        ("face(f1)", [{}]),
+        ("face(f9)", []),
+        ("fact(face(F)), F \\== f1", [{"F": F2}]),
+        ("angle(f1, B, Deg, _Sd)", [{"B": F2, "Deg": 88.0}]),
+        ("angle(A, B, D, _), A @< B, abs(D - 90) =< 15", [{"A": F1, "B": F2, "D": 88.0}]),
+        ("face_of(t1, F), holds(level(F))", [{"F": F1}]),
+        ("face(F), possible(all([upward(F), near(angle(F, f2), 90, 5)]))", [{"F": F1}]),
+        ("measure(tilt(F), V, _, K)", [{"F": F1, "V": 2.0, "K": Atom("deg")},
+                                       {"F": F2, "V": 88.0, "K": Atom("deg")}]),
+        ("relation(upward(f1), Truth)", [{"Truth": Atom("true")}]),
+        ("verdict(t1, box, State, _)", [{"State": Atom("unknown")}]),
+        ("is_a(t1, box)", []),
+        ("in(S, face(f2))", [{"S": S}]),
+        ("in(s, ( face(F), F @> f1 ))", [{"F": F2}]),
+        ("double(4, X)", [{"X": 8}]),
+        ("maplist(double, [1, 2], L)", [{"L": (2, 4)}]),
+        ("face(F) -> true ; F = none", [{"F": F1}]),
+        ("face(F) *-> true ; F = none", [{"F": F1}, {"F": F2}]),
+        ("\\+ face(f9), forall(face(F), atom(F))", [{}]),
+        # all solutions
+        ("findall(F-A, tilt(F, A, _), L)",
+         [{"L": (Struct("-", (F1, 2.0)), Struct("-", (F2, 88.0)))}]),
+        ("findall(F, face(F), L, [end])", [{"L": (F1, F2, Atom("end"))}]),
+        ("aggregate_all(count, face(_), N)", [{"N": 2}]),
+        ("aggregate_all(sum(A/2), tilt(_, A, _), S)", [{"S": 45.0}]),
+        ("aggregate_all(max(A, F), tilt(F, A, _), max(M, F))", [{"M": 88.0, "F": F2}]),
+        ("aggregate_all(r(count, min(A), bag(F)), tilt(F, A, _), R)",
+         [{"R": Struct("r", (2, 2.0, (F1, F2)))}]),
+        ("aggregate_all(count, T, part_of(_, T), N)", [{"N": 1}]),
+        ("bagof(F, A^S^tilt(F, A, S), L)", [{"L": (F1, F2)}]),
+        ("setof(A, S^( tilt(F, A, S), A > 1 ), L)",
+         [{"F": F1, "L": (2.0,)}, {"F": F2, "L": (88.0,)}]),
+        ("order_by([desc(A)], tilt(F, A, _))", [{"A": 88.0, "F": F2}, {"A": 2.0, "F": F1}]),
+        ("limit(1, offset(1, face(F)))", [{"F": F2}]),
+        ("distinct(T, part_of(F, T))", [{"T": T1, "F": F1}]),
+        ("call_nth(face(F), 2)", [{"F": F2}]),
+        # closures
+        ("include(face, [f1, f9], L)", [{"L": (F1,)}]),
+        ("exclude(angle(f1, f2, 88.0), [1.0, 2.0], L)", [{"L": (2.0,)}]),
+        ("partition(<(1), [0, 1, 2, 3], In, Out)", [{"In": (2, 3), "Out": (0, 1)}]),
+        ("maplist(angle(f1), [f2], Degs, Sds)", [{"Degs": (88.0,), "Sds": (1.0,)}]),
+        ("maplist(is, [X, Y], [1 + 1, X * X])", [{"X": 2, "Y": 4}]),
+        ("foldl(plus, [1, 2, 3], 0, Sum)", [{"Sum": 6}]),
+        ("foldl(atom_concat, [a, b], '', X)", [{"X": Atom("ba")}]),
+        ("maplist(aggregate_all(count, face(_)), [N, M])", [{"N": 2, "M": 2}]),
+        ("include(holds, [upward(f1), upward(f9), level(f1)], L)",
+         [{"L": (Struct("upward", (F1,)), Struct("level", (F1,)))}]),
+        ("call(face, F), F = f1", [{"F": F1}]),
+        ("predsort(compare, [b, a, b], L)", [{"L": (Atom("a"), Atom("b"))}]),
+        # text, lists, terms, numbers
+        ("atomic_list_concat([a, 1, \"b\"], X)", [{"X": Atom("a1b")}]),
+        ("atomic_list_concat(P, ',', 'a,b')", [{"P": (Atom("a"), Atom("b"))}]),
+        ("sub_atom(abc, B, 1, 0, C)", [{"B": 2, "C": Atom("c")}]),
+        ("split_string(\"a b\", \" \", \"\", P)", [{"P": ("a", "b")}]),
+        ("T =.. [f, X], X = 1", [{"T": Struct("f", (1,)), "X": 1}]),
+        ("functor(f(a), N, A)", [{"N": Atom("f"), "A": 1}]),
+        ("X is 2**100 - 1", [{"X": 2**100 - 1}]),
+        ("X = 200, Y is 2^X", [{"X": 200, "Y": 2**200}]),
+        ("X is 1 rdiv 3", [{"X": Fraction(1, 3)}]),
+        ("E = 2*3, X is E + 1", [{"E": Struct("*", (2, 3)), "X": 7}]),
+        ("sum_list([1, 2.5], X), max_list([1, 3, 2], Y)", [{"X": 3.5, "Y": 3}]),
+        ("X = point(1, \"a\", [b|_])",
+         [{"X": Struct("point", (1, "a", Struct("[|]", (Atom("b"), Var("X0")))))}]),
+    ],
+)  # fmt: skip
+def test_what_a_question_says(
+    base: KnowledgeBase, question: str, answers: list[dict[str, Term]]
+) -> None:
+    assert ask(base, question) == answers
+
+
+@pytest.mark.parametrize(
+    ("question", "names"),
+    [
+        ("angle(B, A, _, _Sd)", ("B", "A")),
+        ("X = Y", ("X", "Y")),
+        ("findall(F, face(F), L)", ("L",)),
+        ("findall(F-L, face(F), L), F = 1", ("F", "L")),
+        ("forall(face(F), atom(F))", ()),
+        ("\\+ face(F), G = 1", ("G",)),
+        ("bagof(G, S^angle(F, G, _, S), L)", ("F", "L")),
+        ("aggregate_all(max(D, F), G, angle(F, G, D, _), M)", ("M",)),
+        ("aggregate_all(count, face(F), N), ( F = 1 ; true )", ("F", "N")),
+        ("in(S, face(F))", ("S", "F")),
+        ("once(face(F)) ; ignore(face(G))", ("F", "G")),
+        ("maplist(angle(F), Gs, Ds, _)", ("F", "Gs", "Ds")),
+        ("double(X, Y)", ("X", "Y")),
+    ],
+)
+def test_columns_are_what_an_answer_can_bind(
+    base: KnowledgeBase, question: str, names: tuple[str, ...]
+) -> None:
+    assert base.query(question).names == names
+
+
+@pytest.mark.parametrize(
+    ("question", "once"),
+    [
+        ("X = 1", True),
+        ("in(a, face(X))", True),
+        ("in(S, face(X)), in(R, face(X)), R @< S", True),
+        ("findall(F, in(_, face(F)), X)", True),
+        ("double(1, X)", True),
+        ("maplist(double, [1], X)", True),
+        ("face(X)", False),
+        ("in(a, face(_)), face(X)", False),
+        ("findall(F, face(F), X)", False),
+        ("\\+ face(f9), X = 1", False),
+        ("maplist(face, [f1]), X = 1", False),
+        ("aggregate_all(count, face(_), X)", False),
+        ("bagof(F, F^face(F), X)", False),
+        ("is_a(_, _) ; X = 1", False),
+    ],
+)
+def test_what_asks_no_scene_is_asked_once(question: str, once: bool) -> None:
+    with KnowledgeBase() as base:
+        base.load_scene("a", FACTS)
+        base.load_scene("b", FACTS)
+        base.define("double", 2, lambda x, _: [(x, 2 * x)] if isinstance(x, int) else [])
+        assert ("Scene" not in base.query(question).names) == once
+
+
+@pytest.mark.parametrize(
+    ("question", "fault", "message"),
+    [
+        ("angel(A, B, C, D)", "angel", "angel/4 is no fact and no word of questions; did you mean "
+         "angle/4?"),
+        ("face(F), angle(F, G)", "angle(F, G)", "angle has 4 arguments, not 2: "
+         "angle(F1, F2, Angle, Sd)"),
+        ("face_of(T)", "face_of(T)", "face_of has 2 arguments, not 1: face_of(Thing, Face)"),
+        ("findal(X, face(X), L)", "findal", "did you mean findall/3?"),
+        ("findall(X, fase(X), L)", "fase", "did you mean face/1?"),
+        ("holds(at_most(tlit(f1), 2))", "tlit", "tlit/1 is no measure of the vocabulary; did you "
+         "mean tilt?"),
+        ("holds(levl(f1))", "levl", "levl/1 is no test of the vocabulary; did you mean level?"),
+        ("measure(tlit(F), V, S, K)", "tlit", "did you mean tilt?"),
+        ("face(F), X is sqr(2)", "sqr", "sqr/1 is no function of arithmetic; did you mean sqrt?"),
+        ("X is pie * 2", "pie", "pie is no number; did you mean pi?"),
+        ("aggregate_all(maxi(A), tilt(_, A, _), X)", "maxi", "did you mean max?"),
+        ("aggregate_all(r(count, A), tilt(_, A, _), X)", "A", "aggregate_all needs to be told"),
+        ("aggregate_all(r(count, 7), face(_), X)", "7", "aggregate_all works out count, sum(X)"),
+        ("in(s, angel(A, B, C, D))", "angel", "did you mean angle/4?"),
+        ("include(fase, [f1], L)", "fase", "did you mean face/1?"),
+        ("bagof(G, S^angel(F, G, D, S), L)", "angel", "did you mean angle/4?"),
+        ("call(( face(F), fase(F) ))", "fase", "did you mean face/1?"),
+        ("face(F) face(G)", "f", "a comma, an operator or a full stop is missing here"),
+        ("face(F), tilt(F, A, 'x", "'x", "a quotation is not closed"),
+        ("face(F), (tilt(F, A, _)", "", "the text ends too early"),
+        ("foo :- bar", ":-", "(:-)/2 is no fact"),
+        ("face(F). face(G).", " face(G).", "a question is one goal"),
+        ("ärger(F), fäce(F)", "ärger", "ärger/1 is no fact"),
+        ("X = '😀😀', fase(X)", "fase", "did you mean face/1?"),
+        ("face(F),\r\n\tfase(F)", "fase", "did you mean face/1?"),
+    ],
+)  # fmt: skip
+def test_a_fault_is_told_with_its_place(
+    base: KnowledgeBase, question: str, fault: str, message: str
+) -> None:
+    with pytest.raises(QueryError) as caught:
+        base.query(question)
+    error = caught.value
+    assert message in str(error)
+    assert question[error.start : error.end] == fault
+    assert error.text == question
+
+
+def test_the_first_fault_is_told(base: KnowledgeBase) -> None:
+    with pytest.raises(QueryError, match="fase/1"):
+        base.query("face(F), fase(F), angel(F)")
+
+
+def test_given_values_are_values(base: KnowledgeBase) -> None:
+    assert ask(base, "angle(A, B, D, _)", A=F1) == [{"B": F2, "D": 88.0}]
+    assert ask(base, "X = V", V=Struct("f", (Atom("'), halt, X = ("), "é\0", 2**70))) == [
+        {"X": Struct("f", (Atom("'), halt, X = ("), "é\0", 2**70))}
+    ]
+    assert ask(base, "holds(T)", T=Struct("upward", (F1,))) == [{}]
+    assert ask(base, "call(G)", G=Struct("=", (1, 1))) == [{}]
+
+
+def test_a_value_for_no_variable_is_a_fault(base: KnowledgeBase) -> None:
+    with pytest.raises(QueryError, match="no variable Facs; did you mean Face"):
+        base.query("face(Face), X = 1", bindings={"Facs": F1})
+
+
+def test_reading_leaves_operators_and_flags_alone(base: KnowledgeBase) -> None:
+    for question in ("X = (a ===> b)", "op(700, xfx, ===>)", ":- op(700, xfx, ===>)"):
+        with pytest.raises(QueryError):
+            base.query(question)
+    with pytest.raises(QueryError, match="syntax error"):
+        base.query("X = (a ===> b)")
+    assert ask(base, 'X = "s", Y = `ab`') == [{"X": "s", "Y": (97, 98)}]
+
+
+SCRAPS = [*"()[]{}|,.;'\"`\\ \n%/*_-:^=<>!?@#0159aXé😀\0\a", "face(F)", ":-", "0'", "'é'", ". "]
+
+
+@settings(max_examples=300, deadline=None)
+@given(text=st.lists(st.sampled_from(SCRAPS), max_size=12).map("".join))
+def test_any_text_is_answered_or_refused_within_itself(base: KnowledgeBase, text: str) -> None:
+    fault = QueryError("", text=text)
+    try:
+        list(base.query(text, most=3))
+    except QueryError as error:
+        fault = error
+    assert 0 <= fault.start <= fault.end <= len(text)
+    assert ask(base, "face(f1)") == [{}]
+
+
+def words() -> dict[tuple[str, int, str], tuple[str, str]]:
+    reply = engine_pool().reply("question_words", "", seconds=9.0)
+    found = decode_reply(piece_text(reply[0]))
+    assert not isinstance(found, Failure)
+    assert isinstance(found, tuple)
+    result = {}
+    for word in found:
+        match word:
+            case Struct("word", (Struct("/", (Atom(n), int(a))), Atom(kind), str(s), str(m))):
+                result[n, a, kind] = (s, m)
+            case _:
+                pytest.fail(f"not a word: {word}")
+    return result
+
+
+def test_every_fact_is_a_word_with_its_arguments(base: KnowledgeBase) -> None:
+    known = words()
+    for fact in FACT_SCHEMA:
+        names = ", ".join(argument.name for argument in fact.arguments)
+        assert known[fact.functor, fact.arity, "fact"] == (f"{fact.functor}({names})", fact.meaning)
+
+
+def test_every_word_has_a_signature_and_a_meaning(base: KnowledgeBase) -> None:
+    for (name, arity, kind), (signature, meaning) in words().items():
+        assert name in signature, (name, kind)
+        assert meaning, (name, arity, kind)
+
+
+@pytest.mark.parametrize(
+    ("word", "signature"),
+    [
+        (("face_of", 2, "search"), "face_of(Thing, Face)"),
+        (("angle", 2, "measure"), "angle(F1, F2)"),
+        (("adjoins", 2, "relation"), "adjoins(F1, F2)"),
+        (("findall", 3, "prolog"), "findall(Template, Goal, List)"),
+        (("foldl", 4, "prolog"), "foldl(Goal, List, First, Last)"),
+        (("near", 3, "test"), "near(Measure, Target, Tolerance)"),
+        (("in", 2, "question"), "in(Scene, Goal)"),
+        (("is", 2, "prolog"), "X is E"),
+    ],
+)
+def test_signatures_read_as_they_are_written(
+    base: KnowledgeBase, word: tuple[str, int, str], signature: str
+) -> None:
+    assert words()[word][0] == signature

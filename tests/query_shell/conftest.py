@@ -1,0 +1,56 @@
+"""A scene and a model on disk, and a shell with the scene loaded."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from facetlog.query_shell.screen import Screen
+from facetlog.query_shell.session import Session
+from facetlog.query_shell.shell import Shell
+
+from .scenes import write_block
+
+MODEL = """\
+:- module(lid, []).
+:- use_module(facetlog(vocabulary)).
+model(lid, "A face that faces up.", [lid]).
+candidate(lid, Thing, [Face]) :- face_of(Thing, Face).
+condition(lid, up, "it faces up", _, [Face], upward(Face)).
+"""
+
+
+@pytest.fixture(autouse=True)
+def own_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("XDG_CACHE_HOME", "XDG_STATE_HOME"):
+        monkeypatch.setenv(name, str(tmp_path / name))
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Path:
+    return write_block(tmp_path / "block")
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    path = tmp_path / "lid.pl"
+    path.write_text(MODEL)
+    return path
+
+
+@pytest.fixture
+def shell(scene: Path) -> Iterator[Shell]:
+    with Session() as session:
+        session.load_scenes([scene])
+        yield Shell(session, Screen(), limit=None)
+
+
+@pytest.fixture
+def said(capsys: pytest.CaptureFixture[str]) -> Callable[[], tuple[str, str]]:
+    """What was written to stdout and stderr since it was last asked."""
+
+    def taken() -> tuple[str, str]:
+        out, err = capsys.readouterr()
+        return out, err
+
+    return taken

@@ -1,0 +1,29 @@
+"""Faults underlined: wide characters, several lines, faults at the end."""
+
+import pytest
+
+from facetlog.errors import QueryError
+from facetlog.query_shell.caret import underlined
+
+
+@pytest.mark.parametrize(
+    ("text", "start", "end", "lines"),
+    [
+        ("angel(A, B)", 0, 5, ["angel(A, B)", "^~~~~"]),
+        ("face(日本), x", 10, 11, ["face(日本), x", " " * 12 + "^"]),
+        ("f(日本)", 2, 4, ["f(日本)", "  ^~~~"]),
+        ("face(F", 6, 6, ["face(F", " " * 6 + "^"]),
+        ("a,\nb c", 5, 6, ["line 2 of the goal:", "b c", "  ^"]),
+        ("a(\nb", 0, 4, ["line 1 of the goal:", "a(", "^~"]),
+        ("a,\n", 3, 3, ["a,", "  ^"]),
+        ("\tx", 1, 2, ["    x", "    ^"]),
+        ("abc", 1, 99, ["abc", " ^~"]),
+        ("X is 1/0", 0, 0, ["X is 1/0", "^~~~~~~~"]),
+    ],
+)
+def test_the_fault_is_underlined(text: str, start: int, end: int, lines: list[str]) -> None:
+    assert underlined(QueryError("", text=text, start=start, end=end)) == lines
+
+
+def test_an_error_without_a_goal_underlines_nothing() -> None:
+    assert underlined(QueryError("there is no model x")) == []

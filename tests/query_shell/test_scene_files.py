@@ -1,0 +1,71 @@
+"""Which arguments are scenes, and what scenes are called."""
+
+from pathlib import Path
+
+import pytest
+
+from facetlog.errors import InputError
+from facetlog.query_shell.scene_files import scene_file, scenes_and_goal, with_distinct_names
+
+from .scenes import write_block
+
+
+def test_the_last_argument_is_a_goal_unless_there_is_such_a_file(scene: Path) -> None:
+    assert scenes_and_goal([str(scene), "face(F)"]) == ((scene,), "face(F)")
+    assert scenes_and_goal([str(scene), str(scene)]) == ((scene, scene), None)
+    assert scenes_and_goal([str(scene), "X is 1/2"])[1] == "X is 1/2"
+    assert scenes_and_goal([str(scene), "x" * 5000])[1] == "x" * 5000
+
+
+@pytest.mark.parametrize("missing", ["other.json", "out/other", "./other"])
+def test_a_file_that_is_not_there_is_no_goal(scene: Path, missing: str) -> None:
+    with pytest.raises(InputError, match="does not exist"):
+        scenes_and_goal([str(scene), missing])
+    with pytest.raises(InputError, match="does not exist"):
+        scenes_and_goal([missing, "face(F)"])
+
+
+def test_a_goal_alone_has_nothing_to_be_asked_of() -> None:
+    with pytest.raises(InputError, match="before the goal"):
+        scenes_and_goal(["face(F)"])
+
+
+def test_a_folder_and_its_scene_file_are_the_same(scene: Path) -> None:
+    assert scene_file(scene) == scene_file(scene / "scene.json")
+    assert scene_file(scene).name == "block"
+
+
+@pytest.mark.parametrize("path", ["absent", "empty", "loop"])
+def test_what_is_no_scene_is_refused(tmp_path: Path, path: str) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "loop").symlink_to("loop")
+    with pytest.raises(InputError):
+        scene_file(tmp_path / path)
+
+
+def test_facts_of_a_file_that_is_no_scene_are_refused_with_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "odd.json"
+    path.write_text('{"name": 3}')
+    file = scene_file(path)
+    assert file.name == "odd"
+    with pytest.raises(InputError, match=r"odd\.json"):
+        next(file.facts())
+
+
+def test_scenes_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:
+    files = [scene_file(write_block(tmp_path / place)) for place in ("a/x", "b/x", "c")]
+    other = scene_file(write_block(tmp_path / "d", name="lone"))
+    names = [file.name for file in with_distinct_names([*files, other])]
+    assert names == ["block@x", "block@b/x", "block@c", "lone"]
+
+
+def test_a_scene_that_comes_later_makes_way(scene: Path) -> None:
+    (file,) = with_distinct_names([scene_file(scene)], taken=["block"])
+    assert file.name == "block@block"
+
+
+def test_the_key_follows_the_content(tmp_path: Path) -> None:
+    first, second = write_block(tmp_path / "a"), write_block(tmp_path / "b")
+    assert scene_file(first).key == scene_file(second).key
+    write_block(second, name="other")
+    assert scene_file(first).key != scene_file(second).key

@@ -1,0 +1,196 @@
+"""`facetlog query`, `why` and `why-not`: exit codes, streams, JSON."""
+
+import io
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from facetlog.cli import main
+from facetlog.perception.polyhedra import cuboid
+from facetlog.perception.scene_file import write_scene
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> str:
+    write_scene(cuboid(0.3, 0.2, 0.1), tmp_path / "scene.json")
+    return str(tmp_path / "scene.json")
+
+
+@pytest.mark.parametrize(
+    ("goal", "code", "out"),
+    [
+        ("face(f1)", 0, "yes\n"),
+        ("face(f99)", 1, "no\n"),
+        ("angel(X)", 2, ""),
+        ("X is 1/0", 2, ""),
+    ],
+)
+def test_the_exit_code_says_what_came_of_a_goal(
+    goal: str, code: int, out: str, scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["query", scene, goal]) == code
+    assert capsys.readouterr().out == out
+
+
+def test_a_time_limit_is_kept(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["query", scene, "--timeout", "0.3", "between(1, inf, X), X < 0"]) == 3
+    assert "time limit" in capsys.readouterr().err
+
+
+def test_goals_come_from_standard_input(
+    scene: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO("face(F).\nfoo(X)\nwhy box\n"))
+    assert main(["query", scene, "--json", "--limit", "1"]) == 2
+    out, err = capsys.readouterr()
+    first, fault, why = map(json.loads, out.splitlines())
+    assert first["rows"] == [["f1"]]
+    assert "foo/1" in fault["error"]["message"]
+    assert why["verdict"]["model"] == "box"
+    assert "line 2: foo/1" in err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["absent.json"],
+        ["face(F)"],
+        ["SCENE", "--limit", "0", "face(F)"],
+        ["SCENE", "--timeout", "0", "face(F)"],
+        ["SCENE", "--timeout", "nan", "face(F)"],
+        ["SCENE", "--models", "absent.pl", "face(F)"],
+    ],
+)
+def test_a_question_that_cannot_be_asked_is_one_line(
+    arguments: list[str], scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["query", *(scene if a == "SCENE" else a for a in arguments)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("facetlog: ")
+    assert err.count("\n") == 1
+
+
+def test_why_ends_with_whether_it_holds(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["why", scene, "box", "a=f1"]) == 0
+    out, err = capsys.readouterr()
+    assert out.startswith("t1 is a box")
+    assert err == ""
+    assert main(["why", scene, "table"]) == 1
+    out, err = capsys.readouterr()
+    assert "table" in out.splitlines()[0]
+    assert f"facetlog why-not {scene} table" in err
+
+
+def test_why_in_full_goes_down_to_the_vertices(
+    scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["why", scene, "box", "--full"]) == 0
+    text = capsys.readouterr().out
+    assert "v1" in text
+    assert main(["why", scene, "box", "--full", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["schema"] == "facetlog-why/1"
+    faces = [face for part in found["verdict"]["parts"].values() for face in part]
+    assert sorted(found["origins"]) == sorted(faces)
+
+
+def test_near_misses_are_counted(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["why-not", scene, "table", "--json", "--count", "2"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["schema"], found["model"]) == ("facetlog-why-not/1", "table")
+    assert 1 <= len(found["near_misses"]) <= 2
+    assert main(["why-not", scene, "table", "--count", "1"]) == 0
+    brief = capsys.readouterr().out
+    assert main(["why-not", scene, "table", "--count", "1", "--full"]) == 0
+    assert len(capsys.readouterr().out) > len(brief)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["bx"],
+        ["box", "nose=f1"],
+        ["box", "a=f99"],
+        ["box", "f1"],
+        ["box", "--thing", "t99"],
+        ["box", "--models", "absent.pl"],
+    ],
+)
+@pytest.mark.parametrize("command", ["why", "why-not"])
+def test_reasons_for_what_there_is_not_are_refused_in_one_line(
+    command: str, arguments: list[str], scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([command, scene, *arguments]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.count("\n") == 1
+
+
+def test_where_a_name_or_fact_comes_from(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    for about in ("f1", "e1", "v1", "t1", "angle(f1, f2)"):
+        assert main(["why", scene, about]) == 0
+        assert capsys.readouterr().out.startswith(about.rstrip(")"))
+    assert main(["why", scene, "t1"]) == 0
+    brief, note = capsys.readouterr()
+    assert "--full" in note
+    assert main(["why", scene, "t1", "--full"]) == 0
+    assert len(capsys.readouterr().out) > len(brief)
+    assert main(["why", scene, "f1", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["schema"] == "facetlog-origin/1"
+
+
+@pytest.mark.parametrize(
+    ("name", "guess"), [("bx", "did you mean box?"), ("f99", "there are f1 to f6")]
+)
+def test_what_is_neither_model_nor_name_is_said_in_one_line(
+    name: str, guess: str, scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["why", scene, name]) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "neither a model nor" in line
+    assert guess in line
+
+
+@pytest.mark.parametrize("goal", ["", "  ", " . ", "% nothing"])
+def test_an_empty_goal_is_refused(
+    goal: str, scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["query", scene, goal]) == 2
+    assert "the goal is empty" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments", [["query", "SCENE", "face(F)"], ["why", "SCENE", "box"], ["recognize", "SCENE"]]
+)
+def test_each_fault_of_a_model_file_has_its_line(
+    arguments: list[str], scene: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "lid.pl"
+    path.write_text("""\
+:- module(lid, []).
+:- use_module(facetlog(vocabulary)).
+model(lid, "A lid.", [lid]).
+candidate(lid, Thing, [Face]) :- face_off(Thing, Face).
+condition(lid, up, "it faces up", _, [Face], upwards(Face)).
+""")
+    words = [scene if word == "SCENE" else word for word in arguments]
+    assert main([*words, "--models", str(path)]) == 2
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.startswith(f"facetlog: {path}:4:")
+    assert second.startswith(f"facetlog: {path}:5:")
+
+
+def test_nothing_near_is_a_clean_no(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["why-not", scene, "box"]) == 1
+    assert capsys.readouterr().out.startswith("nothing in ")
+    assert main(["why-not", scene, "box", "a=f1", "b=f2", "c=f3"]) == 0
+    assert "a = f1, b = f2, c = f3" in capsys.readouterr().out
