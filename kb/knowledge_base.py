@@ -6,10 +6,7 @@ checked text: no text of a user is ever put into a goal.
 
 import sys
 import threading
-from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass
 from itertools import count, islice
 from pathlib import Path
 from types import MappingProxyType, TracebackType
@@ -24,10 +21,11 @@ from facetlog.kb.engine import house
 from facetlog.kb.engine_pool import engine_pool
 from facetlog.kb.fact_columns import columns_text
 from facetlog.kb.isolated_process import IsolatedProcess
+from facetlog.kb.leftovers import Leftovers, clear, clear_all, destroy_scene, leave, scene_module
 from facetlog.kb.limits import Limits
 from facetlog.kb.loaded import LoadedScene, RuleFile
 from facetlog.kb.origin import Origin
-from facetlog.kb.python_predicates import PythonPredicate, forget, remember
+from facetlog.kb.python_predicates import PythonPredicate, remember
 from facetlog.kb.rule_text import rule_text
 from facetlog.kb.scene_cache import SceneCache
 from facetlog.kb.schema import declarations
@@ -46,49 +44,6 @@ LOAD_SECONDS = 600.0
 """Wall time for one chunk of facts or one file of rules: the reader has limits of its own."""
 
 _bases = count(1)
-_modules = count(1)
-# Prolog keeps a few hundred bytes for each name that a module ever had: names are used again.
-_free_modules: list[str] = []
-
-
-def _scene_module() -> str:
-    """The name of a module that no scene of this process has."""
-    try:
-        return _free_modules.pop()
-    except IndexError:
-        return f"facetlog_scene:{next(_modules)}"
-
-
-@dataclass(frozen=True, slots=True)
-class _Left:
-    """What a knowledge base leaves in Prolog: scenes and rules by their modules, functions."""
-
-    base: str
-    door: Door
-    scenes: tuple[str, ...]
-    rules: tuple[str, ...]
-    functions: tuple[int, ...]
-
-
-# Of knowledge bases that were collected; the next request of another one clears it away.
-_left: deque[_Left] = deque()
-
-
-def _forget(left: _Left) -> None:
-    """Clears away what was left, when nobody asks it any more."""
-    base = term_text(Atom(left.base))
-    left.door.reply("forget_base", base, seconds=LOAD_SECONDS)
-    for key in left.functions:
-        forget(key)
-    for module in left.scenes:
-        _destroy_scene(left.door, module)
-    for module in left.rules:
-        left.door.when_quiet("drop_rules", term_text(Atom(module)), state=module)
-
-
-def _destroy_scene(door: Door, module: str) -> None:
-    if door.when_quiet("destroy_scene", term_text(Atom(module)), state=module):
-        _free_modules.append(module)
 
 
 class KnowledgeBase:
@@ -135,16 +90,16 @@ class KnowledgeBase:
             if self._closed:
                 return
             self._closed = True
-            left = self._loaded()
+            left = self._leftovers()
         if self._process is not None:
             self._process.close()
         else:
-            _forget(left)
+            clear(left)
 
-    def _loaded(self) -> "_Left":
+    def _leftovers(self) -> Leftovers:
         modules = tuple(scene.module for scene in self._scenes.values())
         rules = tuple(rules.module for rules in self._rules.values())
-        return _Left(self._name, self._door, modules, rules, tuple(self._functions))
+        return Leftovers(self._name, self._door, modules, rules, tuple(self._functions))
 
     def __del__(self) -> None:
         # Nothing may be waited for here: the collector runs at any time, on any thread, with any
@@ -154,7 +109,7 @@ class KnowledgeBase:
         if self._process is not None:
             self._process.kill()
         else:
-            _left.append(self._loaded())
+            leave(self._leftovers())
 
     @property
     def isolated(self) -> bool:
@@ -180,7 +135,7 @@ class KnowledgeBase:
         before, compiled ones are taken, and `facts` is not read at all. Raises EngineError, and
         leaves nothing behind, if a fact is not one of docs/facts.md.
         """
-        module = _scene_module()
+        module = scene_module()
         self._request("new_scene", term_text(Atom(module)), state=module)
         try:
             total = self._load_facts(module, facts, cache_key)
@@ -192,10 +147,10 @@ class KnowledgeBase:
                 old = self._scenes.pop(name, None)
                 self._scenes[name] = scene
         except BaseException:
-            self._destroy(module)
+            destroy_scene(self._door, module)
             raise
         if old is not None:
-            self._destroy(old.module)
+            destroy_scene(self._door, old.module)
         return scene
 
     def _load_facts(self, module: str, facts: Iterable[Fact], cache_key: str | None) -> int:
@@ -219,10 +174,7 @@ class KnowledgeBase:
         with self._lock:
             scene = self._scenes.pop(name)
             self._request("unname_scene", _terms("named", self._name, name))
-        self._destroy(scene.module)
-
-    def _destroy(self, module: str) -> None:
-        _destroy_scene(self._door, module)
+        destroy_scene(self._door, scene.module)
 
     def load_rules(self, path: Path, *, trusted: bool = False) -> RuleFile:
         """The models of a user's file, loaded into a module of their own.
@@ -446,9 +398,7 @@ class KnowledgeBase:
     def _check_open(self) -> None:
         if self._closed:
             raise EngineError("the knowledge base is closed")
-        while _left:
-            with suppress(IndexError):
-                _forget(_left.popleft())
+        clear_all()
 
 
 def _terms(functor: str, *names: str) -> str:
