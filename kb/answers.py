@@ -1,9 +1,9 @@
 """Answers to a question, streamed in chunks: as tuples of terms, or straight into numpy arrays."""
 
 from collections.abc import Callable, Iterator
-from types import TracebackType
 
 from facetlog.errors import EngineError
+from facetlog.kb.closing import Closing
 from facetlog.kb.columns import Array, Chunk, Column, column_array, decode_chunk
 from facetlog.kb.engine import Reply
 from facetlog.kb.terms import Atom, Term
@@ -11,7 +11,7 @@ from facetlog.kb.terms import Atom, Term
 __all__ = ["Answers"]
 
 
-class Answers:
+class Answers(Closing):
     """The answers to a question: an iterator of tuples, one value for each of `names`.
 
     Prolog works out a chunk when it is needed. Reading may stop at any time, and several answers
@@ -67,17 +67,6 @@ class Answers:
         """Ends the question; what was not read is lost."""
         self._close_replies()
         self._first, self._rows = None, iter(())
-
-    def __enter__(self) -> "Answers":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        value: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
 
 def decode_names(term: Term) -> tuple[str, ...]:

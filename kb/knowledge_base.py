@@ -9,10 +9,11 @@ import threading
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import count, islice
 from pathlib import Path
-from types import MappingProxyType, TracebackType
+from types import MappingProxyType
 
 from facetlog.errors import EngineError, QueryError, RuleSyntaxError
 from facetlog.kb.answers import Answers
+from facetlog.kb.closing import Closing
 from facetlog.kb.decode_origin import decode_origin
 from facetlog.kb.decode_verdict import decode_verdict, decode_verdicts
 from facetlog.kb.door import Door, checked
@@ -46,7 +47,7 @@ LOAD_SECONDS = 600.0
 _bases = count(1)
 
 
-class KnowledgeBase:
+class KnowledgeBase(Closing):
     """Scenes and models, and what can be asked of them.
 
     `isolated` puts Prolog into a process of its own with `memory_mb` of memory, for rules that
@@ -72,17 +73,6 @@ class KnowledgeBase:
         self._builtin = tuple(
             self._builtin_rules(house("rules") / f"{name}.pl") for name in BUILTIN_MODELS
         )
-
-    def __enter__(self) -> "KnowledgeBase":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        value: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()
 
     def close(self) -> None:
         """Forgets all scenes and rules; what is still being asked is forgotten afterwards."""

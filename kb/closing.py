@@ -1,0 +1,25 @@
+"""Objects that a `with` statement closes."""
+
+from types import TracebackType
+from typing import Self
+
+__all__ = ["Closing"]
+
+
+class Closing:
+    """A context manager whose end is `close`."""
+
+    def close(self) -> None:
+        """Ends what the object is for; harmless if that has happened."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        value: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
