@@ -4,7 +4,7 @@ STAMP := $(VENV)/.installed
 BIN := $(VENV)/bin
 export FACETLOG_DATA ?= $(wildcard ../shared/data)
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check format bench lock clean
+.PHONY: help setup demo test check format models reference bench lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/make \1\t\2/p' Makefile | expand -t 14
@@ -33,6 +33,12 @@ bench: $(STAMP) ## measure everything, and write docs/benchmarks.md
 format: $(STAMP) ## put the Python files into form
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+reference: $(STAMP) ## make the reference of docs/models.md
+	$(BIN)/python scripts/write_reference.py
+
+models: $(STAMP) ## make rules/NAME.pl of each rules/NAME.model
+	$(BIN)/python scripts/compile_models.py
 
 lock: $(STAMP) ## renew requirements.lock from pyproject.toml
 	$(BIN)/python -m pip install --quiet uv

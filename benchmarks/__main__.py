@@ -29,6 +29,10 @@ NAMES = (
     "time_growth",
     "time_reasons",
     "time_long_run",
+    "calibration",
+    "time_models",
+    "time_compiled",
+    "fuzz_models",
 )
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE / "results"

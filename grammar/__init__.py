@@ -1,1 +1,1 @@
-"""Model text into checked clauses (the language is not built yet)."""
+"""The model language: text → tree → syntax → checked models → clauses → Prolog text."""

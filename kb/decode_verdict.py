@@ -1,10 +1,13 @@
-"""Prolog's verdicts, verdict/9 of judge.pl, as Verdict."""
+"""Prolog's verdicts, verdict/10 of judge.pl, as Verdict."""
+
+from dataclasses import replace
 
 from facetlog.errors import EngineError
 from facetlog.kb.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
 from facetlog.kb.terms import Atom, Struct, Term
 from facetlog.kb.verdict import Condition, Part, Size, Verdict
 from facetlog.kb.wording import UNSEEN, cause_words, readable, relation_words, unknown_words
+from facetlog.kb.wording_of_steps import Tally, model_cause, model_words
 
 __all__ = ["decode_verdict", "decode_verdicts"]
 
@@ -17,7 +20,7 @@ def decode_verdicts(term: Term, *, length_unit: str | None) -> tuple[Verdict, ..
 
 
 def decode_verdict(term: Term, *, length_unit: str | None) -> Verdict:
-    """The verdict that verdict/9 of judge.pl says. Raises EngineError if it cannot be read."""
+    """The verdict that verdict/10 of judge.pl says. Raises EngineError if it cannot be read."""
     match term:
         case Struct(
             "verdict",
@@ -31,6 +34,7 @@ def decode_verdict(term: Term, *, length_unit: str | None) -> Verdict:
                 tuple(sizes),
                 tuple(conditions),
                 int(also),
+                tuple(general),
             ),
         ):
             return Verdict(
@@ -43,6 +47,7 @@ def decode_verdict(term: Term, *, length_unit: str | None) -> Verdict:
                 sizes=tuple(map(_size, sizes)),
                 conditions=tuple(map(_condition, conditions)),
                 also=also,
+                specialises=tuple(map(readable, general)),
                 length_unit=length_unit,
             )
     raise _unreadable(term)
@@ -54,6 +59,8 @@ def _part(term: Term) -> Part:
             return Part(role, () if name == UNSEEN else (name,))
         case Struct("-", (Atom(role), tuple(names))):
             return Part(role, tuple(str(n) for n in names))
+        case Struct("group", (Atom(role), tuple(names))):
+            return Part(role, tuple(str(n) for n in names), is_group=True)
     raise _unreadable(term)
 
 
@@ -66,8 +73,10 @@ def _size(term: Term) -> Size:
 
 def _condition(term: Term) -> Condition:
     match term:
-        case Struct("condition", (label, reason, proof)):
-            return Condition(readable(label), readable(reason), _proof(proof))
+        case Struct("condition", (label, reason, place, text, proof)):
+            return Condition(
+                readable(label), readable(reason), _proof(proof), readable(place), readable(text)
+            )
     raise _unreadable(term)
 
 
@@ -89,16 +98,16 @@ def _proof(term: Term) -> Proof:
                 low=float(low),
                 high=float(high),
                 test=readable(test),
-                detail=_detail(test, detail),
+                detail=_detail(test, detail, State(state)),
                 children=tuple(map(_proof, kids)),
             )
     raise _unreadable(term)
 
 
-def _detail(test: Term, detail: Term) -> Comparison | Note:
+def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
     match test, detail:
         case (
-            Struct(_, (measure, *_)),
+            Struct("fading", (Struct(_, (measure, *_)), _)) | Struct(_, (measure, *_)),
             Struct(
                 "compared" | "uncertain",
                 (int() | float() as value, int() | float() as sd, kind, within, margin),
@@ -118,6 +127,16 @@ def _detail(test: Term, detail: Term) -> Comparison | Note:
         case _, Struct("fact", (Atom(truth), Atom(cause))):
             words = relation_words(test, truth, cause)
             return Note("fact", truth, words, cause_words(cause, test))
+        case (
+            Struct("at_least_of" | "at_most_of" as bound, (int(count), _)),
+            Struct("counted", (int(holding), int(undecided), member)),
+        ):
+            deciding = "" if member == Atom("none") else readable(member)
+            tally = Tally(bound == "at_least_of", count, holding, undecided, deciding)
+            return Note("counted", tally.brief(), tally.words())
+        case Struct("is_a", (thing, Atom(model))), Struct("judged", (Atom(cause),)):
+            words = model_words(readable(thing), model, state)
+            return Note("judged", "", words, model_cause(cause))
         case _, Struct(name, (argument,)):
             return Note(name, readable(argument))
         case _, Atom(name):
@@ -134,6 +153,8 @@ def _shortfall(term: Term) -> Shortfall | None:
 
 def _within(term: Term) -> Within:
     match term:
+        case Struct("fading", (inner, int() | float() as width)):
+            return replace(_within(inner), fading=float(width))
         case Struct(sort, limits):
             return Within(sort, tuple(float(x) for x in limits if isinstance(x, int | float)))
     raise _unreadable(term)

@@ -8,7 +8,10 @@ from facetlog.kb.engine import Reply, piece_text
 from facetlog.kb.python_predicates import raised
 from facetlog.kb.terms import Failure, Term, decode_reply
 
-__all__ = ["Door", "Replies", "checked"]
+__all__ = ["Door", "Replies", "ask", "checked"]
+
+LOAD_SECONDS = 600.0
+"""Wall time for one chunk of facts or one file of rules: the reader has limits of its own."""
 
 
 class Replies(Protocol):
@@ -36,6 +39,18 @@ class Door(Protocol):
 
         Returns whether it is done already.
         """
+
+
+def ask(
+    door: Door,
+    operation: str,
+    text: str,
+    *,
+    seconds: float = LOAD_SECONDS,
+    state: str | None = None,
+) -> Term:
+    """The result of a request that has one reply; raises what the reply reports."""
+    return checked(door.reply(operation, text, seconds=seconds, state=state))[0]
 
 
 def checked(reply: Reply, question: str | None = None) -> tuple[Term, Reply]:

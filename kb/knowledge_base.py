@@ -11,12 +11,13 @@ from itertools import count, islice
 from pathlib import Path
 from types import MappingProxyType
 
-from facetlog.errors import EngineError, QueryError, RuleSyntaxError
+from facetlog.errors import EngineError, QueryError
 from facetlog.kb.answers import Answers
+from facetlog.kb.calibration import Calibration, shipped_calibration
 from facetlog.kb.closing import Closing
 from facetlog.kb.decode_origin import decode_origin
 from facetlog.kb.decode_verdict import decode_verdict, decode_verdicts
-from facetlog.kb.door import Door, checked
+from facetlog.kb.door import Door, ask, checked
 from facetlog.kb.encode import Fact
 from facetlog.kb.engine import house
 from facetlog.kb.engine_pool import engine_pool
@@ -27,7 +28,7 @@ from facetlog.kb.limits import Limits
 from facetlog.kb.loaded import LoadedScene, RuleFile
 from facetlog.kb.origin import Origin
 from facetlog.kb.python_predicates import PythonPredicate, remember
-from facetlog.kb.rule_text import rule_text
+from facetlog.kb.rule_files import RuleFiles
 from facetlog.kb.scene_cache import SceneCache
 from facetlog.kb.schema import declarations
 from facetlog.kb.terms import Atom, Struct, Term, term_text
@@ -36,43 +37,57 @@ from facetlog.kb.words import Word, decode_words
 
 __all__ = ["BUILTIN_MODELS", "KnowledgeBase"]
 
-BUILTIN_MODELS = ("box", "table", "chair")
+BUILTIN_MODELS = (
+    "box",
+    "table",
+    "chair",
+    "desk",
+    "stool",
+    "shelf",
+    "cabinet",
+    "stairs",
+    "room_corner",
+)
 
 # Facts are handed over in texts of this many: long enough that the crossing costs nothing.
 FACTS_PER_CHUNK = 5000
-
-LOAD_SECONDS = 600.0
-"""Wall time for one chunk of facts or one file of rules: the reader has limits of its own."""
 
 _bases = count(1)
 
 
 class KnowledgeBase(Closing):
-    """Scenes and models, and what can be asked of them.
+    """Scenes and models, and what can be asked of them; `calibration` is at first the shipped one.
 
     `isolated` puts Prolog into a process of its own with `memory_mb` of memory, for rules that
-    strangers wrote. A context manager; what was loaded is forgotten at its end.
+    strangers wrote. A `crisp` one takes all values as exact: conditions hold, fail or are open, and
+    there are no degrees between. A context manager; what was loaded is forgotten at its end.
     """
 
     def __init__(
-        self, limits: Limits | None = None, *, isolated: bool = False, memory_mb: int = 1024
+        self,
+        limits: Limits | None = None,
+        *,
+        isolated: bool = False,
+        memory_mb: int = 1024,
+        crisp: bool = False,
     ) -> None:
         self.limits = limits or Limits()
+        self.calibration = Calibration() if crisp else shipped_calibration()
         self._name = f"base{next(_bases)}"
-        self._numbers = count(1)
         self._lock = threading.RLock()
         self._scenes: dict[str, LoadedScene] = {}
-        self._rules: dict[Path, RuleFile] = {}
         self._functions: list[int] = []
         self._cache = SceneCache()
         self._closed = True  # until there is a door
         self._process = IsolatedProcess(memory_mb) if isolated else None
         self._door: Door = self._process or engine_pool()
+        self._rules = RuleFiles(self._name, self._door, self._lock)
         self._closed = False
         self._request("declare_facts", declarations(), state=self._name)
-        self._builtin = tuple(
-            self._builtin_rules(house("rules") / f"{name}.pl") for name in BUILTIN_MODELS
-        )
+        if crisp:
+            self._request("be_crisp", term_text(Atom(self._name)), state=self._name)
+        for name in BUILTIN_MODELS:
+            self._rules.load_builtin(house("rules") / f"{name}.pl")
 
     def close(self) -> None:
         """Forgets all scenes and rules; what is still being asked is forgotten afterwards."""
@@ -88,8 +103,8 @@ class KnowledgeBase(Closing):
 
     def _leftovers(self) -> Leftovers:
         modules = tuple(scene.module for scene in self._scenes.values())
-        rules = tuple(rules.module for rules in self._rules.values())
-        return Leftovers(self._name, self._door, modules, rules, tuple(self._functions))
+        functions = tuple(self._functions)
+        return Leftovers(self._name, self._door, modules, self._rules.modules, functions)
 
     def __del__(self) -> None:
         # Nothing may be waited for here: the collector runs at any time, on any thread, with any
@@ -171,68 +186,23 @@ class KnowledgeBase(Closing):
 
         A model takes the place of a built-in one of the same name, and the file that of the same
         file loaded before. A trusted file is ordinary Prolog and may do anything; any other is data
-        until it has been checked. Raises RuleSyntaxError, naming file and line, if the file cannot
-        be read, uses a word that there is not, or defines a model that another user's file defines.
+        until it has been checked. A file in the model language is compiled, which trust does not
+        change; the files whose models it asks about are loaded before it, unless they are already.
+        Raises RuleSyntaxError, naming file and line, if the file cannot be read, uses a word that
+        there is not, or defines a model that another user's file defines.
         """
-        path = Path(path)
-        operation = "load_trusted_rules" if trusted else "load_rules"
-        module = f"{self._name}:rules{next(self._numbers)}"
-        rules = Struct("rules", (Atom(module), Atom(str(path)), rule_text(path)))
-        loaded = self._rule_file(operation, rules, path, trusted, state=module)
-        with self._lock:
-            before = self._rules.get(path)
-            others = [rules for rules in self._rules.values() if rules is not before]
-            twice = [(m, o.path) for o in others for m in o.models if m in loaded.models]
-            if not twice:
-                self._rules.pop(path, None)
-                self._rules[path] = loaded
-                self._name_models(loaded, state=loaded.module)
-        if twice:
-            self._drop_rules(loaded)
-            model, other = twice[0]
-            raise RuleSyntaxError(f"{path}: the model {model} is already defined in {other}")
-        if before is not None:
-            self._drop_rules(before)
-        return loaded
+        self._check_open()
+        return self._rules.load(Path(path), trusted=trusted)
 
     def unload_rules(self, rules: RuleFile) -> None:
         """Forgets a user's file."""
-        with self._lock:
-            if self._rules.get(rules.path) is rules:
-                del self._rules[rules.path]
-        self._drop_rules(rules)
-
-    def _builtin_rules(self, path: Path) -> RuleFile:
-        rules = self._rule_file("load_builtin", Atom(str(path)), path, True, state=self._name)
-        self._name_models(rules, state=self._name)
-        return rules
-
-    def _name_models(self, rules: RuleFile, *, state: str) -> None:
-        named = Struct(
-            "named", (Atom(self._name), tuple(map(Atom, rules.models)), Atom(rules.module))
-        )
-        self._request("name_models", term_text(named), state=state)
-
-    def _drop_rules(self, rules: RuleFile) -> None:
-        self._request("unname_models", _terms("named", self._name, rules.module))
-        module = rules.module
-        self._door.when_quiet("drop_rules", term_text(Atom(module)), state=module)
-
-    def _rule_file(
-        self, operation: str, rules: Term, path: Path, trusted: bool, *, state: str
-    ) -> RuleFile:
-        match self._request(operation, term_text(rules), state=state):
-            case Struct("loaded", (Atom(module), tuple(models), tuple(warnings))):
-                return RuleFile(
-                    path, module, tuple(map(str, models)), trusted, tuple(map(str, warnings))
-                )
-        raise EngineError(f"{path}: no rules were loaded")
+        self._check_open()
+        self._rules.unload(rules)
 
     @property
     def models(self) -> Mapping[str, RuleFile]:
         """Each model and the file that defines it; the one loaded last wins."""
-        files = (*self._builtin, *self._rules.values())
-        return MappingProxyType({model: rules for rules in files for model in rules.models})
+        return self._rules.by_model
 
     def words(self) -> tuple[Word, ...]:
         """The words that a question may use, facts among them."""
@@ -297,9 +267,8 @@ class KnowledgeBase(Closing):
     def judge(self, scene: str, model: str, thing: str) -> Verdict:
         """What a model says of a thing of a scene: the best assignment of its parts."""
         about = (Atom(self._model(model).module), Atom(model), Atom(thing))
-        return decode_verdict(
-            self._explained("judge", scene, about), length_unit=self._scene(scene).length_unit
-        )
+        verdict = self._verdict("judge", scene, about)
+        return self.calibration.applied(verdict, self._model(model).content)
 
     def why(
         self,
@@ -311,11 +280,15 @@ class KnowledgeBase(Closing):
     ) -> Verdict:
         """The verdict on the best assignment that agrees with `parts` (role to face).
 
-        Of one thing, or of whichever fits best. Raises QueryError for a model, a role, a thing or a
-        face that there is not.
+        Of one thing, or of whichever fits best; without probability if parts are given. Raises
+        QueryError for a model, a role, a thing or a face that there is not.
         """
-        verdict = self._explained("why", scene, self._about(model, thing, parts))
-        return decode_verdict(verdict, length_unit=self._scene(scene).length_unit)
+        verdict = self._verdict("why", scene, self._about(model, thing, parts))
+        return verdict if parts else self.calibration.applied(verdict, self._model(model).content)
+
+    def _verdict(self, operation: str, scene: str, about: tuple[Term, ...]) -> Verdict:
+        answer = self._explained(operation, scene, about)
+        return decode_verdict(answer, length_unit=self._scene(scene).length_unit)
 
     def why_not(
         self,
@@ -374,16 +347,9 @@ class KnowledgeBase(Closing):
             known = ", ".join(self.models)
             raise QueryError(f"there is no model {name}; loaded are {known}") from None
 
-    def _request(
-        self,
-        operation: str,
-        text: str,
-        *,
-        seconds: float = LOAD_SECONDS,
-        state: str | None = None,
-    ) -> Term:
+    def _request(self, operation: str, text: str, *, state: str | None = None) -> Term:
         self._check_open()
-        return checked(self._door.reply(operation, text, seconds=seconds, state=state))[0]
+        return ask(self._door, operation, text, state=state)
 
     def _check_open(self) -> None:
         if self._closed:

@@ -3,14 +3,19 @@
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["LoadedScene", "RuleFile"]
+from facetlog.errors import EngineError
+from facetlog.kb.terms import Atom, Struct, Term
+
+__all__ = ["LoadedScene", "RuleFile", "decode_rule_file"]
 
 
 @dataclass(frozen=True, slots=True)
 class RuleFile:
     """A loaded file of rules: its Prolog module and the models that it defines.
 
-    `warnings` are what looks like a slip of the pen, each with file, line and column.
+    `warnings` are what looks like a slip of the pen, each with file, line and column. `content` is
+    the digest of its text that calibrations go by. `files` are all that a user's file was made
+    from, itself first.
     """
 
     path: Path
@@ -18,6 +23,8 @@ class RuleFile:
     models: tuple[str, ...]
     trusted: bool = False
     warnings: tuple[str, ...] = ()
+    content: str = ""
+    files: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,3 +38,17 @@ class LoadedScene:
     module: str
     facts: int
     length_unit: str | None
+
+
+def decode_rule_file(
+    term: Term, path: Path, *, trusted: bool, content: str, files: tuple[Path, ...]
+) -> RuleFile:
+    """The file that Prolog has loaded; `content` is the key of its text, `files` what it is from.
+
+    Raises EngineError if the reply is something else.
+    """
+    match term:
+        case Struct("loaded", (Atom(module), tuple(models), tuple(warnings))):
+            names, said = tuple(map(str, models)), tuple(map(str, warnings))
+            return RuleFile(path, module, names, trusted, said, content, files)
+    raise EngineError(f"{path}: no rules were loaded")

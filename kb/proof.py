@@ -27,16 +27,22 @@ class Side(StrEnum):
 
 MARKS = {State.HOLDS: "+", State.FAILS: "-", State.UNKNOWN: "?"}
 
+_OPEN = f"{MARKS[State.UNKNOWN]} not known"
+
 # Of a list of steps that all hold, this many are written out: the rest says the same again.
 HOLDING_SHOWN = 6
 
 
 @dataclass(frozen=True, slots=True)
 class Within:
-    """The region that a value was tested against: near, between, at_least or at_most."""
+    """The region that a value was tested against: near, between, at_least or at_most.
+
+    Its edges are sharp, or fall off to nothing over the width `fading`.
+    """
 
     sort: str
     limits: tuple[float, ...]
+    fading: float = 0.0
 
     def text(self, unit: str) -> str:
         """For example 'at most 0.046 m'; degrees, which need no unit to be understood, bare."""
@@ -48,6 +54,8 @@ class Within:
                 region = f"{low} to {high}"
             case _:
                 region = f"{self.sort.replace('_', ' ')} {', '.join(limits)}"
+        if self.fading > 0:
+            region = f"{region} fading over {amount(self.fading)}"
         return region if unit == "°" else with_unit(region, unit)
 
 
@@ -163,14 +171,27 @@ class Proof:
             return
         if isinstance(self.detail, Comparison) and self.detail.shortfall is not None:
             yield self.detail
-        for child in self.children:
+        for child in self._wanting():
             yield from child.shortfalls()
+
+    def _wanting(self) -> tuple["Proof", ...]:
+        """The children that should have held: of groups that are counted, the next best."""
+        if self._is("implies"):
+            return self.children[1:]
+        if self._is("counted"):
+            return tuple(c for c in self.children if c.state is not State.HOLDS)[:1]
+        return self.children
 
     def because(self, length_unit: str | None = None) -> str:
         """The first reason for the state, in words."""
         if self._is("not") and self.children:
             reason = self.children[0].because(length_unit)
             return f"{reason}, which should not be" if self.state is State.FAILS else reason
+        if self._is("implies"):
+            then = "" if self._is_void() else f"then {self.children[1].because(length_unit)}"
+            return f"{self._where(length_unit)}{then}"
+        if self._is("counted"):
+            return self.sentence(length_unit)
         for child in self.children:
             if child.state is self.state:
                 return child.because(length_unit)
@@ -196,11 +217,15 @@ class Proof:
         if self._is("not") and not self.children[0].children:
             yield f"{indent}{MARKS[self.state]} {self.because(length_unit)}"
             return
+        if self._is("implies"):
+            yield from self._implied_lines(length_unit, depth)
+            return
         joins = self._joins()
         if not joins:
             yield f"{indent}{MARKS[self.state]} {self.sentence(length_unit)}"
         inner = depth if joins else depth + 1
         shown: set[str] = set()
+        open_ones: set[str] = set()
         holding = 0
         for child in self._shown_children():
             holding += child.state is State.HOLDS
@@ -209,9 +234,32 @@ class Proof:
             text = tuple(child.lines(length_unit, inner))
             if "\n".join(text) not in shown:
                 shown.add("\n".join(text))
-                yield from text
+                # What leaves several alternatives open is told of the first.
+                for line in text:
+                    if line not in open_ones:
+                        yield line
+                open_ones.update(line for line in text if line.lstrip().startswith(_OPEN))
         if holding > HOLDING_SHOWN:
             yield f"{'  ' * inner}+ and {holding - HOLDING_SHOWN} more that hold"
+
+    def _implied_lines(self, length_unit: str | None, depth: int) -> Iterator[str]:
+        then = self.children[1]
+        head = f"{'  ' * depth}{MARKS[self.state]} {self._where(length_unit)}"
+        if self._is_void():
+            yield head
+        elif not then.children:
+            yield f"{head}then {then.sentence(length_unit)}"
+        else:
+            yield f"{head}then:"
+            yield from then.lines(length_unit, depth + 1)
+
+    def _is_void(self) -> bool:
+        """Whether what a second test depends on is not so."""
+        return self.children[0].state is State.FAILS
+
+    def _where(self, length_unit: str | None) -> str:
+        where = f"where {self.children[0].because(length_unit)}, "
+        return f"{where}nothing is asked" if self._is_void() else where
 
     def _is(self, *names: str) -> bool:
         return isinstance(self.detail, Note) and self.detail.name in names
@@ -228,6 +276,11 @@ class Proof:
             if self.state is State.HOLDS:
                 return tuple(c for c in self.children if c.state is State.HOLDS)
             return tuple(c for child in self.children for c in child._alternatives())
+        if self._is("counted"):
+            # Those that hold are too many, or enough; else the best of the others are what lacks.
+            others = tuple(c for c in self.children if c.state is not State.HOLDS)
+            wanting = others[:HOLDING_SHOWN] if self.state is State.UNKNOWN else ()
+            return tuple(c for c in self.children if c.state is State.HOLDS) + wanting
         return self.children
 
     def _alternatives(self) -> tuple["Proof", ...]:
@@ -252,6 +305,8 @@ class Proof:
                 data["measure"] = c.measure
                 data["value"], data["sd"], data["kind"] = c.value, c.sd, c.kind
                 data["within"] = {"sort": c.within.sort, "limits": list(c.within.limits)}
+                if c.within.fading > 0:
+                    data["within"]["fading"] = c.within.fading
                 if c.shortfall is not None:
                     data["shortfall"] = c.shortfall.to_json()
             case Note(name, about, _, cause):

@@ -7,40 +7,54 @@ from facetlog.errors import RuleSyntaxError
 from facetlog.kb.encode import Fact
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
+from facetlog.kb.rule_source import RULE_SUFFIXES, holds_words_alone
 from facetlog.kb.terms import Atom
 from facetlog.kb.verdict import Recognition
 
-__all__ = ["judge_scene", "open_knowledge_base", "recognize", "rule_files"]
+__all__ = ["judge_scene", "open_knowledge_base", "recognize", "rule_files", "rules_in"]
 
-RULE_SUFFIX = ".pl"
+
+def rules_in(folder: Path) -> tuple[Path, ...]:
+    """The model files of a folder, in the model language or in Prolog, in alphabetical order.
+
+    Prolog files that hold words for models alone are none: who uses them loads them.
+    """
+    found = (p for p in sorted(folder.glob("*")) if p.suffix in RULE_SUFFIXES)
+    return tuple(path for path in found if not holds_words_alone(path))
 
 
 def rule_files(paths: Iterable[Path]) -> tuple[Path, ...]:
-    """The files of rules that these files and folders name, folders in alphabetical order.
+    """The files of models that these files and folders name, folders in alphabetical order.
 
-    Raises RuleSyntaxError for a path that is not there and for a folder without rules.
+    Raises RuleSyntaxError for a path that is not there and for a folder without models.
     """
     found: list[Path] = []
     for path in map(Path, paths):
-        inside = sorted(path.glob(f"*{RULE_SUFFIX}")) if path.is_dir() else [path]
+        inside = rules_in(path) if path.is_dir() else (path,)
         if not path.exists():
             raise RuleSyntaxError(f"{path}: there is no such file or folder")
         if not inside:
-            raise RuleSyntaxError(f"{path}: the folder has no {RULE_SUFFIX} files")
+            named = " or ".join(RULE_SUFFIXES)
+            raise RuleSyntaxError(f"{path}: the folder has no {named} files")
         found.extend(inside)
     return tuple(dict.fromkeys(p.resolve() for p in found))
 
 
 def open_knowledge_base(
-    model_paths: Sequence[Path] = (), *, trusted: bool = False, limits: Limits | None = None
+    model_paths: Sequence[Path] = (),
+    *,
+    trusted: bool = False,
+    limits: Limits | None = None,
+    crisp: bool = False,
 ) -> KnowledgeBase:
     """A knowledge base with the built-in models and the user's files and folders of rules.
 
-    Files that are not `trusted` are checked, and evaluated in a process of their own. Raises
-    RuleSyntaxError for a faulty file, EngineError if SWI-Prolog is missing or too old.
+    Files that are not `trusted` are checked, and evaluated in a process of their own. A `crisp` one
+    ignores standard deviations. Raises RuleSyntaxError for a faulty file, EngineError if SWI-Prolog
+    is missing or too old.
     """
     files = rule_files(model_paths)
-    base = KnowledgeBase(limits, isolated=bool(files) and not trusted)
+    base = KnowledgeBase(limits, isolated=bool(files) and not trusted, crisp=crisp)
     try:
         for path in files:
             base.load_rules(path, trusted=trusted)

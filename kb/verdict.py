@@ -1,11 +1,12 @@
 """What the models say of a scene: verdicts, each with parts, sizes, angles and proof."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from facetlog.kb.amounts import amount
 from facetlog.kb.proof import MARKS, Comparison, Proof, State
+from facetlog.kb.wording import listed, with_article
 
 __all__ = ["Condition", "Part", "Recognition", "Size", "Verdict"]
 
@@ -14,13 +15,17 @@ SCHEMA = "facetlog-verdicts/1"
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A part of a model and the faces that play it: one, several, or none if it was not seen."""
+    """A part of a model and the faces that play it: one, several, or none if it was not seen.
+
+    A group is whatever belongs to a set, which may be nothing.
+    """
 
     role: str
     faces: tuple[str, ...]
+    is_group: bool = False
 
     def __str__(self) -> str:
-        return f"{self.role} = {', '.join(self.faces) or 'unseen'}"
+        return f"{self.role} = {', '.join(self.faces) or ('none' if self.is_group else 'unseen')}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,11 +39,39 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """One line of a model: its label, the author's reason, and the proof of it."""
+    """One line of a model: its label, the author's reason, and the proof of it.
+
+    `text` is the line as the author wrote it and `place` where it stands ('table.model:9'); both
+    are empty where the file does not say.
+    """
 
     label: str
     reason: str
     proof: Proof
+    place: str = ""
+    text: str = ""
+
+    @property
+    def said(self) -> str:
+        """What the condition asks, in words: the reason, or the line itself where there is none."""
+        return self.reason or self.text or self.label
+
+    @property
+    def origin(self) -> str:
+        """The place and the line, in brackets with a blank before; empty if neither is known."""
+        line = "" if self.said == self.text else self.text
+        known = ": ".join(filter(None, (self.place, line)))
+        return f" [{known}]" if known else ""
+
+    def to_json(self) -> dict[str, Any]:
+        """The condition and its proof as plain data."""
+        written = {"place": self.place, "text": self.text}
+        return {
+            "label": self.label,
+            "reason": self.reason,
+            **{key: value for key, value in written.items() if value},
+            "because": self.proof.to_json(),
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +81,9 @@ class Verdict:
     `state` is what the measured values say. `degree` and `degree_at_most` bound the probability
     that the true values lie within the model's tolerances; they are equal where all was measured.
     `also` counts the other ways to choose the parts that hold as well. `length_unit` is 'm', or
-    None where the scale is not known.
+    None where the scale is not known. `specialises` names the models of which this one is a special
+    case, the nearest first. `probability` is how often the model was right on rendered things where
+    it gave this degree; None where its text was never calibrated.
     """
 
     model: str
@@ -61,6 +96,8 @@ class Verdict:
     conditions: tuple[Condition, ...]
     also: int = 0
     length_unit: str | None = None
+    specialises: tuple[str, ...] = ()
+    probability: float | None = field(default=None, compare=False)
 
     @property
     def angles(self) -> tuple[Comparison, ...]:
@@ -75,12 +112,14 @@ class Verdict:
     @property
     def summary(self) -> str:
         """One line: what it is, or why it is not, or what is missing."""
-        article = "an" if self.model[:1] in "aeiou" else "a"
+        one = with_article(self.model)
         if not self.thing:
-            return f"nothing was found that could be {article} {self.model}"
+            return f"nothing was found that could be {one}"
         match self.state:
             case State.HOLDS:
-                return f"{self.thing} is {article} {self.model} ({self.degree:.0%})"
+                which = listed(tuple(map(with_article, self.specialises)))
+                general = f", which is {which}" if self.specialises else ""
+                return f"{self.thing} is {one}{general} ({self.degree:.0%})"
             case State.FAILS:
                 holding = len(self.conditions_that(State.HOLDS))
                 return (
@@ -91,18 +130,19 @@ class Verdict:
                 return f"{self.thing}: {self.model} is unknown: {self._first_reason()}"
 
     def _first_reason(self) -> str:
-        unseen = [part.role for part in self.parts if not part.faces]
-        if not self.parts:
+        parts = [part for part in self.parts if not part.is_group]
+        unseen = [part.role for part in parts if not part.faces]
+        if not parts:
             return "no face of it was measured"
-        if self.state is State.UNKNOWN and len(unseen) == len(self.parts):
+        if self.state is State.UNKNOWN and len(unseen) == len(parts):
             return f"no face was measured that could be its {' or '.join(unseen)}"
         if self.state is State.UNKNOWN and unseen:
-            seen = len(self.parts) - len(unseen)
-            return f"only {seen} of the {len(self.parts)} faces that it needs were measured"
+            seen = len(parts) - len(unseen)
+            return f"only {seen} of the {len(parts)} faces that it needs were measured"
         line = next(c for c in self.conditions if c.proof.state is self.state)
         leaf = line.proof.because(self.length_unit)
         open_or_not = "it is open whether" if self.state is State.UNKNOWN else "it is not so that"
-        return f"{open_or_not} {line.reason}: {leaf}"
+        return f"{open_or_not} {line.said}: {leaf}"
 
     def lines(self) -> Iterator[str]:
         """The verdict and its proof as text."""
@@ -115,7 +155,8 @@ class Verdict:
             scale = "" if self.length_unit else " (units of the scene)"
             yield f"  sizes: {', '.join(sizes)}{scale}"
         for line in self.conditions:
-            yield f"  {MARKS[line.proof.state]} {line.label}: {line.reason} ({line.proof.low:.0%})"
+            said = f"{line.label}: {line.said} ({line.proof.low:.0%}){line.origin}"
+            yield f"  {MARKS[line.proof.state]} {said}"
             for step in line.proof.lines(self.length_unit):
                 yield f"      {step}"
 
@@ -136,7 +177,7 @@ class Verdict:
         yield f"{self.thing} {known} {self.model} with {parts}: {', '.join(said) or 'all hold'}"
         for state in (State.FAILS, State.UNKNOWN):
             for line in self.conditions_that(state):
-                yield f"  {MARKS[state]} {line.label}: {line.reason}"
+                yield f"  {MARKS[state]} {line.label}: {line.said}{line.origin}"
                 for step in line.proof.lines(self.length_unit):
                     yield f"      {step}"
         if counts[State.HOLDS]:
@@ -151,6 +192,8 @@ class Verdict:
             "state": self.state.value,
             "degree": self.degree,
             "degree_at_most": self.degree_at_most,
+            "specialises": list(self.specialises),
+            "probability": self.probability,
             "summary": self.summary,
             "parts": {part.role: list(part.faces) for part in self.parts},
             "sizes": {s.name: {"value": s.value, "sd": s.sd} for s in self.sizes},
@@ -163,10 +206,7 @@ class Verdict:
                 for miss in c.proof.shortfalls()
                 if (short := miss.shortfall) is not None
             ],
-            "proof": [
-                {"label": c.label, "reason": c.reason, "because": c.proof.to_json()}
-                for c in self.conditions
-            ],
+            "proof": [c.to_json() for c in self.conditions],
         }
 
 
@@ -179,9 +219,25 @@ class Recognition:
 
     @property
     def best(self) -> tuple[Verdict, ...]:
-        """What holds, the most probable first."""
-        holding = (v for v in self.verdicts if v.state is State.HOLDS)
-        return tuple(sorted(holding, key=lambda v: -v.degree))
+        """What holds, the most probable first; of one thing what is special before what it is.
+
+        By the probabilities if all have one, else by the degrees.
+        """
+        holding = [v for v in self.verdicts if v.state is State.HOLDS]
+        counted = all(v.probability is not None for v in holding)
+
+        def sure(verdict: Verdict) -> float:
+            return (verdict.probability or 0.0) if counted else verdict.degree
+
+        degrees = {(v.thing, v.model): sure(v) for v in holding}
+
+        def standing(verdict: Verdict) -> tuple[float, int, float]:
+            # As probable as what it is a special case of, and before that.
+            general = [(verdict.thing, model) for model in verdict.specialises]
+            held = [degrees[key] for key in general if key in degrees]
+            return -max((sure(verdict), *held)), -len(held), -verdict.degree
+
+        return tuple(sorted(holding, key=standing))
 
     @property
     def models(self) -> frozenset[str]:

@@ -6,12 +6,21 @@ from collections.abc import Sequence
 from facetlog.kb.terms import Atom, Struct, Term, Var
 from facetlog.perception.fact_schema import FACT_SCHEMA
 
-__all__ = ["UNSEEN", "cause_words", "listed", "readable", "relation_words", "unknown_words"]
+__all__ = [
+    "UNSEEN",
+    "cause_words",
+    "listed",
+    "readable",
+    "relation_words",
+    "unknown_words",
+    "with_article",
+]
 
 UNSEEN = "unseen"
 """What rules write for a part of which no face was measured."""
 
-# What is so, what is not so, what is not known. {0} is the first argument, {all} every one.
+# What is so, what is not so, what is not known. {0} is the first argument, {1} the second, {all}
+# every one.
 _RELATIONS: dict[str, tuple[str, str, str]] = {
     "measured": (
         "{0} was measured",
@@ -54,6 +63,16 @@ _RELATIONS: dict[str, tuple[str, str, str]] = {
         "{all} do not meet at one corner",
         "it is not known whether {all} meet at one corner",
     ),
+    "bounds": (
+        "{0} is a side of {1}",
+        "{0} is no side of {1}",
+        "it is not known whether {0} is a side of {1}",
+    ),
+    "touches": (
+        "{all} touch",
+        "{all} do not touch",
+        "it is not known whether {all} touch",
+    ),
 }
 
 _CAUSES = {
@@ -66,7 +85,13 @@ _CAUSES = {
 COUNTED_NAMED = 8
 
 _ABSENT = {kind.functor: kind.absent for kind in FACT_SCHEMA if kind.absent}
-_SIDES = {"convex": "dihedral", "concave": "dihedral"}
+# Words whose absence is that of a fact of another name.
+_SAME_AS = {
+    "convex": "dihedral",
+    "concave": "dihedral",
+    "shared_length": "adjoins",
+    "height": "top_of",
+}
 
 
 def unknown_words(measure: Term, cause: str) -> str:
@@ -91,7 +116,8 @@ def relation_words(relation: Term, truth: str, cause: str = "none") -> str:
             faces = _names(args)
             true, false, unknown = _RELATIONS[name]
             form = {"true": true, "false": false}.get(truth, unknown)
-            return form.format(faces[0] if faces else "nothing", all=listed(faces))
+            # A list of faces may be empty.
+            return form.format(*faces, *("nothing",) * 2, all=listed(faces))
     text = readable(relation)
     return {"true": text, "false": f"not {text}"}.get(truth, f"{text} is not known")
 
@@ -106,7 +132,7 @@ def cause_words(cause: str, about: Term) -> str:
         return _CAUSES[cause]
     if cause == "none" or not isinstance(about, Struct):
         return ""
-    absent = _ABSENT.get(_SIDES.get(about.functor, about.functor), "no picture tells")
+    absent = _ABSENT.get(_SAME_AS.get(about.functor, about.functor), "no picture tells")
     # Were up the cause, it would have been given as such.
     return absent.removeprefix("up is not known, or ")
 
@@ -120,6 +146,15 @@ def listed(names: Sequence[str]) -> str:
     if len(names) < 2:
         return names[0] if names else "nothing"
     return f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def with_article(noun: str) -> str:
+    """A model's name with its article.
+
+    >>> with_article("table"), with_article("armchair")
+    ('a table', 'an armchair')
+    """
+    return f"{'an' if noun[:1] in 'aeiou' else 'a'} {noun}"
 
 
 def _names(terms: Sequence[Term]) -> tuple[str, ...]:

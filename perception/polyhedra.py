@@ -4,7 +4,8 @@ They are the truth that tests, demonstrations and model tests compare with. All 
 are there, its hidden ones too, unless `seen_from` takes those away.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +13,8 @@ from numpy.typing import ArrayLike
 from facetlog.perception.types import Edge, Face, FloatArray, Plane, Scene, Vertex
 
 __all__ = [
+    "CUBOID_SIDES",
+    "boxes",
     "chair",
     "cuboid",
     "l_block",
@@ -25,10 +28,13 @@ __all__ = [
     "table",
     "together",
     "wedge",
+    "without_faces",
 ]
 
 UP = (0.0, 0.0, 1.0)
-# Sides of a cuboid as loops over its corners (x fastest, then y, then z), from outside.
+CUBOID_SIDES = ("bottom", "top", "front", "back", "left", "right")
+"""The sides of each cuboid in the order of its faces; front is -y, left is -x."""
+# The same as loops over the corners (x fastest, then y, then z), from outside.
 _CUBOID_FACES = (
     (0, 2, 3, 1),
     (4, 5, 7, 6),
@@ -71,22 +77,30 @@ def polyhedron(
     name: str = "polyhedron",
     up: ArrayLike | None = UP,
     metric: bool = True,
+    holes: Mapping[int, Sequence[Sequence[int]]] = MappingProxyType({}),
 ) -> Scene:
     """Scene of faces (loops of indices into `points` (n, 3), counter-clockwise from outside).
 
-    All sides become edges, followed by the `loose` ones.
+    All sides become edges, followed by the `loose` ones. `holes` are loops in a face, by its place.
     """
     where = np.asarray(points, dtype=np.float64)
     sides = dict.fromkeys(
         (min(a, b), max(a, b))
-        for loop in loops
+        for loop in (*loops, *(ring for rings in holes.values() for ring in rings))
         for a, b in zip(loop, (*loop[1:], loop[0]), strict=True)
     )
     return Scene(
         name,
         vertices=tuple(Vertex(p, sd**2 * np.eye(3)) for p in where),
         edges=tuple(Edge(a, b) for a, b in (*sides, *loose)),
-        faces=tuple(Face(tuple(loop), plane_through(where[list(loop)], sd)) for loop in loops),
+        faces=tuple(
+            Face(
+                tuple(loop),
+                plane_through(where[list(loop)], sd),
+                tuple(tuple(ring) for ring in holes.get(index, ())),
+            )
+            for index, loop in enumerate(loops)
+        ),
         up=None if up is None else np.asarray(up, dtype=np.float64),
         metric=metric,
     )
@@ -98,9 +112,10 @@ def _box_points(low: Sequence[float], high: Sequence[float]) -> list[tuple[float
     ]
 
 
-def _boxes(
+def boxes(
     corners: Sequence[tuple[Sequence[float], Sequence[float]]], sd: float, name: str
 ) -> Scene:
+    """Upright cuboids, each from its lowest to its highest corner, with six faces each."""
     points: list[tuple[float, float, float]] = []
     loops: list[tuple[int, ...]] = []
     for low, high in corners:
@@ -113,7 +128,7 @@ def cuboid(
     length: float = 0.254, width: float = 0.2032, height: float = 0.1524, *, sd: float = 0.001
 ) -> Scene:
     """A block on the ground with a corner at the origin; by default the paper's 10 x 8 x 6 in."""
-    return _boxes([((0, 0, 0), (length, width, height))], sd, "cuboid")
+    return boxes([((0, 0, 0), (length, width, height))], sd, "cuboid")
 
 
 def wedge(
@@ -153,16 +168,19 @@ def l_block(
     return polyhedron(points, loops, sd=sd, name="l_block")
 
 
-def room_corner(side: float = 3.0, height: float = 2.5, *, sd: float = 0.005) -> Scene:
-    """Floor and two walls seen from inside: three faces that meet concavely."""
+def room_corner(
+    side: float = 3.0, height: float = 2.5, *, angle: float = np.pi / 2, sd: float = 0.005
+) -> Scene:
+    """Floor and two walls at `angle` (radians), seen from inside: three faces meet concavely."""
+    along, across = (side, 0.0), (side * np.cos(angle), side * np.sin(angle))
     points = [
         (0, 0, 0),
-        (side, 0, 0),
-        (side, side, 0),
-        (0, side, 0),
+        (*along, 0),
+        (along[0] + across[0], across[1], 0),
+        (*across, 0),
         (0, 0, height),
-        (side, 0, height),
-        (0, side, height),
+        (*along, height),
+        (*across, height),
     ]
     loops = [(0, 1, 2, 3), (0, 4, 5, 1), (0, 3, 6, 4)]
     return polyhedron(points, loops, sd=sd, name="room_corner")
@@ -184,9 +202,9 @@ def table(
         for x in (inset, length - inset - leg)
         for y in (inset, width - inset - leg)
     ]
-    scene = _boxes([((0, 0, height - thickness), (length, width, height)), *legs], sd, "table")
+    scene = boxes([((0, 0, height - thickness), (length, width, height)), *legs], sd, "table")
     hidden = range(7, 6 * 5, 6)  # the second face of each leg is its top
-    return _without_faces(scene, hidden)
+    return without_faces(scene, hidden)
 
 
 def stick_table(
@@ -209,15 +227,34 @@ def stick_table(
     )
 
 
-def chair(*, sd: float = 0.001) -> Scene:
-    """A seat of 0.45 m on four legs, with a back flush with the seat's rear side."""
-    boxes = [((0.0, 0.0, 0.41), (0.45, 0.45, 0.45)), ((0.0, 0.41, 0.45), (0.45, 0.45, 0.9))]
-    boxes += [((x, y, 0.0), (x + 0.04, y + 0.04, 0.41)) for x in (0.01, 0.4) for y in (0.01, 0.4)]
-    scene = _boxes(boxes, sd, "chair")
-    return _without_faces(scene, (6, *range(13, 6 * 6, 6)))
+def chair(
+    width: float = 0.45,
+    depth: float = 0.45,
+    seat: float = 0.45,
+    height: float = 0.9,
+    *,
+    thickness: float = 0.04,
+    leg: float = 0.04,
+    inset: float = 0.01,
+    sd: float = 0.001,
+) -> Scene:
+    """A seat on four legs, each `inset` from the rim, with a back flush with the seat's rear."""
+    under = seat - thickness
+    corners: list[tuple[Sequence[float], Sequence[float]]] = [
+        ((0.0, 0.0, under), (width, depth, seat)),
+        ((0.0, depth - thickness, seat), (width, depth, height)),
+    ]
+    corners += [
+        ((x, y, 0.0), (x + leg, y + leg, under))
+        for x in (inset, width - inset - leg)
+        for y in (inset, depth - inset - leg)
+    ]
+    scene = boxes(corners, sd, "chair")
+    return without_faces(scene, (6, *range(13, 6 * 6, 6)))
 
 
-def _without_faces(scene: Scene, hidden: Iterable[int]) -> Scene:
+def without_faces(scene: Scene, hidden: Iterable[int]) -> Scene:
+    """The scene without these of its faces, and without edges that only they had."""
     drop = set(hidden)
     faces = tuple(f for i, f in enumerate(scene.faces) if i not in drop)
     return _with_faces(scene, faces)

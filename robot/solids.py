@@ -5,6 +5,7 @@ Lengths are in world units; x is along the length, y along the width, z up.
 
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,14 +14,19 @@ from facetlog.robot.texture import Pattern, Texture
 from facetlog.robot.world import Solid
 
 __all__ = [
+    "LEAST_INSET_SHARE",
+    "Part",
     "chair",
     "cuboid",
     "cylinder",
+    "joined",
+    "legs",
     "placed",
     "printed",
     "prism",
     "pyramid",
     "room_corner",
+    "slab",
     "standing_wedge",
     "table",
     "wedge",
@@ -31,9 +37,13 @@ WHITE_PAINT = 0.96
 # of any camera: no edge to be seen.
 CYLINDER_FACETS = 180
 # What is seen of a chair's back or a table's leg must not lie in one plane with what it stands on.
-INSET_SHARE = 0.05
+LEAST_INSET_SHARE = 0.05
+# The faces of a slab in the order in which `prism` makes them.
+SIDES = ("bottom", "top", "front", "right", "back", "left")
 
 Loops = list[tuple[int, ...]]
+Part: TypeAlias = tuple[FloatArray, Loops]
+"""Vertices (n, 3) and faces of one piece of a solid that is joined from several."""
 
 
 def placed(
@@ -138,12 +148,13 @@ def table(
     *,
     thickness: float,
     leg: float,
+    inset: float = LEAST_INSET_SHARE,
     albedo: float = WHITE_PAINT,
 ) -> Solid:
-    """A top on four square legs, which stand in a little from its border."""
-    top = _slab((-length / 2, -width / 2, height - thickness), (length, width, thickness))
-    parts = [top, *_legs(length, width, height - thickness, leg)]
-    return _joined("table", parts, albedo)
+    """A top on four square legs, which stand in from its border by `inset` of its shorter side."""
+    top = slab((-length / 2, -width / 2, height - thickness), (length, width, thickness))
+    parts = [top, *legs(length, width, height - thickness, leg, inset)]
+    return joined("table", parts, albedo)
 
 
 def chair(
@@ -157,15 +168,54 @@ def chair(
     albedo: float = WHITE_PAINT,
 ) -> Solid:
     """A seat on four legs with a back over its rear (+y); `back_height` is above the seat."""
-    seat = _slab((-width / 2, -depth / 2, seat_height - thickness), (width, depth, thickness))
-    inset = INSET_SHARE * min(width, depth)
-    back = _slab(
+    seat = slab((-width / 2, -depth / 2, seat_height - thickness), (width, depth, thickness))
+    inset = LEAST_INSET_SHARE * min(width, depth)
+    back = slab(
         (inset - width / 2, depth / 2 - inset - thickness, seat_height),
         (width - 2 * inset, thickness, back_height),
-        without="bottom",
+        without=("bottom",),
     )
-    parts = [seat, back, *_legs(width, depth, seat_height - thickness, leg)]
-    return _joined("chair", parts, albedo)
+    parts = [seat, back, *legs(width, depth, seat_height - thickness, leg)]
+    return joined("chair", parts, albedo)
+
+
+def slab(
+    low: tuple[float, float, float],
+    sides: tuple[float, float, float],
+    *,
+    without: Iterable[str] = (),
+) -> Part:
+    """A rectangular piece from its lowest corner, without the faces that touch another piece.
+
+    Faces are bottom, top, front (-y), right (+x), back (+y) and left (-x).
+    """
+    x, y, z = sides
+    block = cuboid(x, y, z)
+    hidden = {SIDES.index(side) for side in without}
+    faces = [face for i, face in enumerate(block.faces) if i not in hidden]
+    return block.vertices + np.array(low) + np.array([x / 2, y / 2, 0.0]), faces
+
+
+def legs(
+    length: float, width: float, height: float, side: float, inset: float = LEAST_INSET_SHARE
+) -> tuple[Part, ...]:
+    """Four square legs below the corners of a rectangle, `inset` of its shorter side within it."""
+    shift = inset * min(length, width)
+    x, y = length / 2 - shift, width / 2 - shift
+    corners = [(-x, -y), (x - side, -y), (x - side, y - side), (-x, y - side)]
+    return tuple(slab((u, v, 0.0), (side, side, height), without=("top",)) for u, v in corners)
+
+
+def joined(name: str, parts: Iterable[Part], albedo: float = WHITE_PAINT) -> Solid:
+    """One solid of all pieces, each with its own vertices."""
+    vertices: list[FloatArray] = []
+    faces: Loops = []
+    count = 0
+    for points, loops in parts:
+        vertices.append(points)
+        faces += [tuple(i + count for i in loop) for loop in loops]
+        count += len(points)
+    return _solid(name, np.concatenate(vertices), faces, albedo)
 
 
 def _solid(name: str, vertices: FloatArray, faces: Loops, albedo: float) -> Solid:
@@ -177,35 +227,3 @@ def _solid(name: str, vertices: FloatArray, faces: Loops, albedo: float) -> Soli
         (albedo,) * len(faces),
         size=(float(sides[0]), float(sides[1]), float(sides[2])),
     )
-
-
-def _slab(
-    low: tuple[float, float, float], sides: tuple[float, float, float], *, without: str = ""
-) -> tuple[FloatArray, Loops]:
-    """A box from its lowest corner; one face may be left out where it touches another part."""
-    x, y, z = sides
-    block = cuboid(x, y, z)
-    faces = list(block.faces)
-    if without:
-        del faces[{"bottom": 0, "top": 1}[without]]
-    return block.vertices + np.array(low) + np.array([x / 2, y / 2, 0.0]), faces
-
-
-def _legs(
-    length: float, width: float, height: float, side: float
-) -> list[tuple[FloatArray, Loops]]:
-    inset = INSET_SHARE * min(length, width)
-    x, y = length / 2 - inset, width / 2 - inset
-    corners = [(-x, -y), (x - side, -y), (x - side, y - side), (-x, y - side)]
-    return [_slab((u, v, 0.0), (side, side, height), without="top") for u, v in corners]
-
-
-def _joined(name: str, parts: Iterable[tuple[FloatArray, Loops]], albedo: float) -> Solid:
-    vertices: list[FloatArray] = []
-    faces: Loops = []
-    count = 0
-    for points, loops in parts:
-        vertices.append(points)
-        faces += [tuple(i + count for i in loop) for loop in loops]
-        count += len(points)
-    return _solid(name, np.concatenate(vertices), faces, albedo)

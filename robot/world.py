@@ -137,7 +137,7 @@ class World:
     `ambient` is the share of the light that comes from everywhere; `sided` says how much of that
     share depends on the side a face looks to (a window at right angles to the sun), so that two
     faces in the shade still differ. `exposure` is the grey of a white face in full light, over
-    255.
+    255. The solids are models of things that are `model_scale` times larger.
     """
 
     solids: tuple[Solid, ...]
@@ -148,6 +148,7 @@ class World:
     sided: float = 0.12
     exposure: float = 1.12
     name: str = field(default="world")
+    model_scale: float = 1.0
 
     def __post_init__(self) -> None:
         sun = np.array(self.sun, dtype=np.float64).reshape(3)
@@ -160,6 +161,8 @@ class World:
             raise ValueError("ambient and sided are shares in [0, 1]")
         if not self.exposure > 0:
             raise ValueError("the exposure must be positive")
+        if not (np.isfinite(self.model_scale) and self.model_scale > 0):
+            raise ValueError("the scale of a model must be positive and finite")
 
     @cached_property
     def facets(self) -> tuple[Facet, ...]:

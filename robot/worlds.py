@@ -1,7 +1,8 @@
 """Worlds by name, in inches: the paper's block where its tour looks, and what is not a block.
 
 Every maker takes a seed, which varies the turn of the object, a shift of up to an inch, the floor
-and the light.
+and the light. Furniture, stairs and `boxes` vary in size too: they are models of things as large
+as real ones, on the scale that the world's `model_scale` says.
 """
 
 from collections.abc import Callable, Mapping
@@ -22,6 +23,7 @@ from facetlog.robot.solids import (
     wedge,
 )
 from facetlog.robot.texture import Pattern, Texture
+from facetlog.robot.varied import VARIED, shrunk
 from facetlog.robot.world import Floor, Solid, World
 
 __all__ = ["BLOCK_CENTRE", "BLOCK_SIZE", "INCH", "WORLDS", "make_world"]
@@ -46,7 +48,8 @@ CLUTTER_ALBEDO = (0.1, 0.5)
 CLUTTER_SIZE_IN = (2.0, 4.5)
 CLUTTER_COUNT = 5
 
-Maker = Callable[[np.random.Generator], tuple[Solid, ...]]
+Maker = Callable[[np.random.Generator], tuple[tuple[Solid, ...], float]]
+"""Solids about the origin, and how many times larger what they are models of is."""
 
 
 def make_world(name: str, seed: int = 0) -> World:
@@ -73,8 +76,21 @@ def make_world(name: str, seed: int = 0) -> World:
     azimuth, elevation = rng.uniform(-np.pi, np.pi), np.deg2rad(rng.uniform(*SUN_ELEVATION_DEG))
     level = np.cos(elevation)
     sun = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
-    solids = tuple(placed(solid, float(x), float(y), yaw=yaw) for solid in maker(rng))
-    return World(solids, floor, sun, name=name)
+    made, model_scale = maker(rng)
+    solids = tuple(placed(solid, float(x), float(y), yaw=yaw) for solid in made)
+    return World(solids, floor, sun, name=name, model_scale=model_scale)
+
+
+def _as_it_is(make: Callable[[np.random.Generator], tuple[Solid, ...]]) -> Maker:
+    return lambda rng: (make(rng), 1.0)
+
+
+def _as_model(draw: Callable[[np.random.Generator], Solid]) -> Maker:
+    def maker(rng: np.random.Generator) -> tuple[tuple[Solid, ...], float]:
+        solid, model_scale = shrunk(draw(rng), rng)
+        return (solid,), model_scale
+
+    return maker
 
 
 def _block(_: np.random.Generator) -> tuple[Solid, ...]:
@@ -140,17 +156,22 @@ def _clutter_block(rng: np.random.Generator) -> tuple[Solid, ...]:
     return (*_block(rng), *clutter)
 
 
+_FIXED: Mapping[str, Callable[[np.random.Generator], tuple[Solid, ...]]] = {
+    "block": _block,
+    "empty": _empty,
+    "wedge": _wedge,
+    "pyramid": _pyramid,
+    "cylinder": _cylinder,
+    "corner": _corner,
+    "table": _table,
+    "chair": _chair,
+    "printed_block": _printed_block,
+    "clutter_block": _clutter_block,
+}
+
 WORLDS: Mapping[str, Maker] = MappingProxyType(
     {
-        "block": _block,
-        "empty": _empty,
-        "wedge": _wedge,
-        "pyramid": _pyramid,
-        "cylinder": _cylinder,
-        "corner": _corner,
-        "table": _table,
-        "chair": _chair,
-        "printed_block": _printed_block,
-        "clutter_block": _clutter_block,
+        **{name: _as_it_is(make) for name, make in _FIXED.items()},
+        **{name: _as_model(draw) for name, draw in VARIED.items()},
     }
 )

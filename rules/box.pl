@@ -1,143 +1,104 @@
+% Made from box.model by `facetlog model compile`; not to be edited by hand.
+% After a change of the model run `make models`.
 :- module(box, []).
-:- use_module(library(solution_sequences)).
 :- use_module(facetlog(vocabulary)).
-
-/** <module> A box
-
-The paper calls three planes a box if each two of them meet at 90 degrees, give or take 15. So do a
-room's corner and a table. A box's faces also bound one solid: they bulge outwards where they meet,
-each fills its side of the solid, and nothing sticks out past them.
-*/
-
-model(box, "A solid block: three faces that meet square at one corner, and nothing beyond them.",
+% box.model:5
+model(box,
+      "A solid block: three faces that meet square at one corner, and nothing beyond them.",
       [a, b, c]).
 
-tolerance(square,    15).     % degrees; the paper's theta
-tolerance(full,      0.80).   % of the silhouette, of the rectangle: corners may be hidden or worn
-tolerance(flush,     0.05).   % of the thing's length
-tolerance(speck,     0.05).   % of a part's area: a smaller face contradicts nothing
-
-% Who may play the parts. On things with many faces few proposals must do, and no face may be asked
-% about all others:
-%   - faces that adjoin one another, may be square and may fill their sides: all of these, or a box
-%     could be overlooked; few faces of a thing fill its silhouette;
-%   - of other three faces that adjoin, the largest: near misses;
-%   - where no three adjoin that may be square: square directions, from the largest faces on. They
-%     adjoin nowhere, or a direction was not seen: a near miss, or it leaves the box open.
-candidate(box, Thing, [A, B, C]) :-
-    full_three(Thing, A, B, C).
-candidate(box, Thing, [A, B, C]) :-
-    findall(Area-[X, Y, Z],
-            ( adjoining_three(Thing, X, Y, Z),
-              area_of_all([X, Y, Z], Area) ),
-            Found),
-    sort(0, @>=, Found, Largest),
-    limit(20, member(_-[A, B, C], Largest)).
+% box.model:15  parts
 candidate(box, Thing, Parts) :-
-    \+ ( adjoining_three(Thing, X, Y, Z),
-         possible(each_pair(F, G, [X, Y, Z], square(F, G))) ),
-    largest_faces(Thing, Faces),
-    limit(6, member(A, Faces)),
-    directions(A, Faces, Parts).
+    findall(Parts, likely(box, Thing, Parts), Found),
+    ( Found == [] -> distant(box, Thing, Parts) ; member(Parts, Found) ).
 
-full_three(Thing, A, B, C) :-
+% box.model:15  all that may satisfy its lines
+likely(box, Thing, [A, B, C]) :-
     face_of(Thing, A),
-    may_fill(A),
-    shared_edge(A, B, _), A @< B, may_fill(B),
-    shared_edge(B, C, _), B @< C, may_fill(C),
+    possible(all([measured(A), at_least(share(A), 0.8), at_least(fill(A), 0.8),
+                  at_most(protrusion(A), 0.05*thing_length(Thing))])),
+    shared_edge(A, B, _),
+    A @< B,
+    possible(all([measured(B), at_least(share(B), 0.8), at_least(fill(B), 0.8),
+                  at_most(protrusion(B), 0.05*thing_length(Thing))])),
+    possible(all([near(angle(A, B), 90, 15), convex(A, B)])),
     shared_edge(A, C, _),
-    possible(each_pair(X, Y, [A, B, C], square(X, Y))).
+    B @< C,
+    shared_edge(B, C, _),
+    possible(all([measured(C), at_least(share(C), 0.8), at_least(fill(C), 0.8),
+                  at_most(protrusion(C), 0.05*thing_length(Thing))])),
+    possible(all([share_corner([A, B, C]), near(angle(A, C), 90, 15), near(angle(B, C), 90, 15),
+                  convex(A, C), convex(B, C)])).
 
-may_fill(Face) :-
-    possible(at_least(share(Face), tolerance(full))).
+% box.model:15  near misses
+distant(box, Thing, [A2, B2, C2]) :-
+    largest_faces(Thing, Faces),
+    limit(40,
+          ( member(A, Faces), shared_edge(A, B, _), shared_edge(A, C, _), B @< C,
+            shared_edge(B, C, _) )),
+    msort([A, B, C], [A2, B2, C2]).
+% box.model:15  near misses
+distant(box, Thing, [A2, B2, C2]) :-
+    \+ ( face_of(Thing, A), possible(measured(A)), shared_edge(A, B, _), A @< B,
+         possible(all([measured(B), near(angle(A, B), 90, 15)])), shared_edge(A, C, _), B @< C,
+         shared_edge(B, C, _),
+         possible(all([measured(C), near(angle(A, C), 90, 15), near(angle(B, C), 90, 15)])) ),
+    as_far_as_seen(Thing,
+                   [step(A, 6, measured(A)),
+                    step(B, 3, all([measured(B), near(angle(A, B), 90, 15)])),
+                    step(C, 3,
+                         all([measured(C), near(angle(A, C), 90, 15), near(angle(B, C), 90, 15)]))],
+                   [A, B, C]),
+    msort([A, B, C], [A2, B2, C2]).
 
-adjoining_three(Thing, A, B, C) :-
-    face_of(Thing, A),
-    shared_edge(A, B, _), A @< B,
-    shared_edge(B, C, _), B @< C,
-    shared_edge(A, C, _).
-
-area_of_all(Faces, Area) :-
-    aggregate_all(sum(A), ( member(F, Faces), measure(area(F), A, _, _) ), Area).
-
-% Of each next direction the largest faces, three at most.
-directions(A, Faces, Parts) :-
-    square_to_all([A], Faces, Bs),
-    (   Bs == []
-    ->  Parts = [A, unseen, unseen]
-    ;   member(B, Bs),
-        square_to_all([A, B], Faces, Cs),
-        (   Cs == []
-        ->  sort([A, B], [First, Second]),
-            Parts = [First, Second, unseen]
-        ;   member(C, Cs),
-            sort([A, B, C], Parts)
-        )
-    ).
-
-square_to_all(Parts, Faces, Square) :-
-    findall(Face,
-            limit(3, ( member(Face, Faces),
-                       \+ memberchk(Face, Parts),
-                       possible(each(Part, Parts, square(Part, Face))) )),
-            Square).
-
-means(square(X, Y), near(angle(X, Y), 90, tolerance(square))).
-
+% box.model:17  each x of a, b, c: x is measured
 condition(box, seen, "three of its faces were measured", _, [A, B, C],
           each(X, [A, B, C], measured(X))).
+% box.model:18  each pair x, y of a, b, c: x adjoins y
 condition(box, adjoining, "each two of the faces share an edge", _, [A, B, C],
           each_pair(X, Y, [A, B, C], adjoins(X, Y))).
+% box.model:19  share_corner(a, b, c)
 condition(box, corner, "the three faces meet at one corner", _, [A, B, C],
           share_corner([A, B, C])).
+% box.model:20  each pair x, y of a, b, c: angle(x, y) = 90 deg ± right
 condition(box, square, "the faces meet at right angles", _, [A, B, C],
-          each_pair(X, Y, [A, B, C], near(angle(X, Y), 90, tolerance(square)))).
+          each_pair(X, Y, [A, B, C], near(angle(X, Y), 90, 15))).
+% box.model:21  each pair x, y of a, b, c: convex(x, y)
 condition(box, convex, "the faces bulge outwards where they meet", _, [A, B, C],
           each_pair(X, Y, [A, B, C], convex(X, Y))).
+% box.model:22  each x of a, b, c: share(x) at least most
 condition(box, full, "each face fills its side of the block", _, [A, B, C],
-          each(X, [A, B, C], at_least(share(X), tolerance(full)))).
+          each(X, [A, B, C], at_least(share(X), 0.8))).
+% box.model:23  each x of a, b, c: fill(x) at least most
 condition(box, whole, "each face is a whole rectangle", _, [A, B, C],
-          each(X, [A, B, C], at_least(fill(X), tolerance(full)))).
+          each(X, [A, B, C], at_least(fill(X), 0.8))).
+% box.model:24  each x of a, b, c: protrusion(x) at most 5 % of length(this)
 condition(box, flush, "nothing sticks out past a face", Thing, [A, B, C],
-          each(X, [A, B, C], at_most(protrusion(X), tolerance(flush)*thing_length(Thing)))).
+          each(X, [A, B, C], at_most(protrusion(X), 0.05*thing_length(Thing)))).
+% box.model:26  each face other where counts(other): along(other)
 condition(box, others, "every other face lies along one of the three", Thing, [A, B, C],
-          each(Other, Others, some(Part, Seen, parallel(Other, Part, tolerance(square))))) :-
+          each(Other, Others,
+               implies(some(P, Seen, at_least(area(Other), 0.05*area(P))),
+                       some(P2, Seen, parallel(Other, P2, 15))))) :-
     exclude(==(unseen), [A, B, C], Seen),
-    other_faces(Thing, Seen, Others).
+    findall(Other,
+            ( face_of(Thing, Other), \+ memberchk(Other, [A, B, C]),
+              possible(some(P, Seen, at_least(area(Other), 0.05*area(P)))) ), Found),
+    sort(Found, Others).
 
-% The faces of which an angle with the first part is known, or none contradicts; and one more, if
-% there is one: that it is not known how it lies leaves the box open, and of all others the same
-% would be said again.
-other_faces(Thing, Seen, Others) :-
-    Seen = [First|_],
-    findall(Face,
-            ( measure(angle(First, Face), _, _, _),
-              \+ memberchk(Face, Seen),
-              face_of(Thing, Face),
-              counts(Face, Seen) ),
-            Found),
-    sort(Found, Known),
-    findall(Face,
-            limit(1, ( face_of(Thing, Face),
-                       \+ memberchk(Face, Seen),
-                       \+ measure(angle(First, Face), _, _, _),
-                       counts(Face, Seen) )),
-            One),
-    once(append(Known, One, Others)).
+written(box, seen, 'box.model:17', "each x of a, b, c: x is measured").
+written(box, adjoining, 'box.model:18', "each pair x, y of a, b, c: x adjoins y").
+written(box, corner, 'box.model:19', "share_corner(a, b, c)").
+written(box, square, 'box.model:20', "each pair x, y of a, b, c: angle(x, y) = 90 deg ± right").
+written(box, convex, 'box.model:21', "each pair x, y of a, b, c: convex(x, y)").
+written(box, full, 'box.model:22', "each x of a, b, c: share(x) at least most").
+written(box, whole, 'box.model:23', "each x of a, b, c: fill(x) at least most").
+written(box, flush, 'box.model:24',
+        "each x of a, b, c: protrusion(x) at most 5 % of length(this)").
+written(box, others, 'box.model:26', "each face other where counts(other): along(other)").
 
-% No speck beside the parts, as far as is known.
-counts(Face, Seen) :-
-    tolerance(speck, Share),
-    (   measure(area(Face), Area, _, _),
-        forall(member(Part, Seen), ( measure(area(Part), Whole, _, _), Area < Share*Whole ))
-    ->  fail
-    ;   true
-    ).
-
-size(box, _, [A, B, C], Name, edge_length(Edge)) :-
-    shared_edge(A, B, AB),
-    shared_edge(A, C, AC),
-    shared_edge(B, C, BC),
-    longest_first([edge_length(AB), edge_length(AC), edge_length(BC)], Edges),
-    nth1(N, Edges, edge_length(Edge)),
-    nth1(N, [length, width, height], Name).
+% box.model:28
+size(box, _, [A, B, C], Name, Measure) :-
+    longest_first([shared_length(A, B), shared_length(A, C), shared_length(B, C)], Sorted),
+    nth1(Number, Sorted, Measure),
+    nth1(Number, [length, width, height], Name).

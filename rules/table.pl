@@ -1,73 +1,123 @@
+% Made from table.model by `facetlog model compile`; not to be edited by hand.
+% After a change of the model run `make models`.
 :- module(table, []).
-:- use_module(library(solution_sequences)).
 :- use_module(facetlog(vocabulary)).
-
-/** <module> A table
-
-Needs to know which way is up; without that a table is unknown. How far the sides are closed tells
-it from a box, what rises above the top from a chair.
-*/
-
+% table.model:4
 model(table, "A level top with free space beneath it, on legs or panels that reach the ground.",
       [top]).
 
-tolerance(room,    0.50).     % of the top's height: what must be free beneath
-tolerance(cover,   0.80).     % of the thing seen from above: what the top must cover
-tolerance(rise,    0.10).     % of the top's height: what may rise above it
-tolerance(sturdy,  0.25).     % of the top's height: the top's least width, or it is a pole
-tolerance(lowest,  0.15).     % of the top's length: lower is a tray
+% table.model:11  parts
+candidate(table, Thing, Parts) :-
+    findall(Parts, likely(table, Thing, Parts), Found),
+    ( Found == [] -> distant(table, Thing, Parts) ; member(Parts, Found) ).
 
-% Every face that may be level, look upwards and cover the thing; for near misses the largest others
-% as well, of those that look upwards if there are any. If none does the top was not seen.
-candidate(table, Thing, [Top]) :-
+% table.model:11  all that may satisfy its lines
+likely(table, Thing, [Top]) :-
     face_of(Thing, Top),
-    possible(all([level(Top), upward(Top), at_least(share(Top), tolerance(cover))])).
-candidate(table, Thing, [Top]) :-
-    largest_faces(Thing, Faces),
-    include(may_be_top, Faces, Tops),
-    (   Tops == []
-    ->  limit(20, member(Top, Faces))
-    ;   limit(20, member(Top, Tops))
-    ).
-candidate(table, Thing, [unseen]) :-
-    \+ ( face_of(Thing, Face),
-         may_be_top(Face) ).
+    possible(all([measured(Top), level(Top), upward(Top), at_least(share(Top), 0.8),
+                  at_most(protrusion(Top), 0.1*elevation(Top)),
+                  at_least(width(Top), 0.25*elevation(Top)),
+                  at_least(elevation(Top), 0.15*length(Top))])).
 
-may_be_top(Face) :-
-    possible(all([level(Face), upward(Face)])).
+% table.model:11  near misses
+distant(table, Thing, [Top]) :-
+    as_far_as_seen(Thing, [step(Top, 20, all([measured(Top), level(Top), upward(Top)]))], [Top]).
 
+% table.model:12  closed closes top
+means('table.closed'(Closed, Top), closes(Closed, Top)).
+% table.model:13  leg supports top
+means('table.leg'(Leg, Top), supports(Leg, Top)).
+% table.model:14  panel supports top, wide(panel)
+means('table.panel'(Panel, Top),
+      all([supports(Panel, Top), at_least(width(Panel), 0.5*width(Top))])).
+
+% table.model:12
+members(table, closed, _, [Top], Members) :-
+    findall(Closed, ( shared_edge(Top, Closed, _), possible('table.closed'(Closed, Top)) ),
+            Found),
+    sort(Found, Members).
+% table.model:13
+members(table, leg, Thing, [Top], Members) :-
+    findall(Leg,
+            ( element_of(Thing, Leg), \+ memberchk(Leg, [Top]), possible('table.leg'(Leg, Top)) ),
+            Found),
+    sort(Found, Members).
+% table.model:14
+members(table, panel, Thing, [Top], Members) :-
+    findall(Panel,
+            ( face_of(Thing, Panel), \+ memberchk(Panel, [Top]),
+              possible('table.panel'(Panel, Top)) ), Found),
+    sort(Found, Members).
+
+% table.model:16  top is measured, top is level, top is upward
 condition(table, level, "the top is level and faces up", _, [Top],
           all([measured(Top), level(Top), upward(Top)])).
+% table.model:17  share(top) at least 80 %
 condition(table, cover, "the top covers the thing seen from above", _, [Top],
-          at_least(share(Top), tolerance(cover))).
+          at_least(share(Top), 0.8)).
+% table.model:18  protrusion(top) at most 10 % of elevation(top)
 condition(table, topmost, "nothing rises above the top", _, [Top],
-          at_most(protrusion(Top), tolerance(rise)*elevation(Top))).
-condition(table, room, "there is free space beneath the top", _, [Top],
-          some(Face, Faces, at_least(clear_below(Face), tolerance(room)*elevation(Top)))) :-
-    undersides(Top, Faces).
-condition(table, open, "no two neighbouring sides are closed", _, [Top],
-          each_pair(X, Y, Closed, not(adjoins(X, Y)))) :-
-    closed_sides(Top, Closed).
-condition(table, support, "it stands on three legs or two panels at least", _, [Top],
-          any([at_least(count(Legs), 3), at_least(count(Panels), 2)])) :-
-    legs_and_panels(Top, Legs, Panels).
+          at_most(protrusion(Top), 0.1*elevation(Top))).
+% table.model:19  free(top) or there is a face f where f underside_of top, free(f)
+condition(table, room, "there is free space beneath the top", Thing, [Top],
+          any([at_least(clear_below(Top), 0.5*elevation(Top)),
+               some(F, Fs,
+                    all([underside_of(F, Top), at_least(clear_below(F), 0.5*elevation(Top))]))])) :-
+    findall(F,
+            ( face_of(Thing, F), \+ memberchk(F, [Top]),
+              possible(all([underside_of(F, Top), at_least(clear_below(F), 0.5*elevation(Top))])) ),
+            Found),
+    sort(Found, Fs).
+% table.model:21  each pair x, y of closed: not x adjoins y
+condition(table, open, "no two neighbouring sides are closed", Thing, [Top],
+          each_pair(X, Y, Closed_members,
+                    implies(all(['table.closed'(X, Top), 'table.closed'(Y, Top)]),
+                            not(adjoins(X, Y))))) :-
+    members(table, closed, Thing, [Top], Closed_members).
+% table.model:22  count(leg) at least 3 or count(panel) at least 2
+condition(table, support, "it stands on three legs or two panels at least", Thing, [Top],
+          any([at_least_of(3, Leg, Leg_groups, 'table.leg'(Leg, Top)),
+               at_least_of(2, Panel, Panel_groups, 'table.panel'(Panel, Top))])) :-
+    members(table, leg, Thing, [Top], Leg_members),
+    separate(Leg_members, Leg_groups),
+    members(table, panel, Thing, [Top], Panel_members),
+    separate(Panel_members, Panel_groups).
+% table.model:25  width(top) at least 25 % of elevation(top), elevation(top) at least 15 % of length(top)
 condition(table, proportion, "the top is no pole and no tray", _, [Top],
-          all([ at_least(width(Top), tolerance(sturdy)*elevation(Top)),
-                at_least(elevation(Top), tolerance(lowest)*length(Top)) ])).
-condition(table, size, "tables are 30 cm to 120 cm high", _, [Top],
-          expect(0.25, if_known(between(elevation(Top), metres(0.30), metres(1.20))))).
+          all([at_least(width(Top), 0.25*elevation(Top)),
+               at_least(elevation(Top), 0.15*length(Top))])).
+% table.model:27  elevation(top) between 30 cm and 120 cm
+condition(table, usual, "tables are 30 cm to 120 cm high", _, [Top],
+          expect(0.25, if_known(between(elevation(Top), metres(0.3), metres(1.2))))).
 
-closed_sides(Top, Sides) :-
-    findall(Side, ( shared_edge(Top, Side, _), holds(closes(Side, Top)) ), Found),
-    sort(Found, Sides).
+written(table, level, 'table.model:16', "top is measured, top is level, top is upward").
+written(table, cover, 'table.model:17', "share(top) at least 80 %").
+written(table, topmost, 'table.model:18', "protrusion(top) at most 10 % of elevation(top)").
+written(table, room, 'table.model:19',
+        "free(top) or there is a face f where f underside_of top, free(f)").
+written(table, open, 'table.model:21', "each pair x, y of closed: not x adjoins y").
+written(table, support, 'table.model:22', "count(leg) at least 3 or count(panel) at least 2").
+written(table, proportion, 'table.model:25',
+        "width(top) at least 25 % of elevation(top), elevation(top) at least 15 % of length(top)").
+written(table, usual, 'table.model:27', "elevation(top) between 30 cm and 120 cm").
 
-legs_and_panels(Top, Legs, Panels) :-
-    findall(S, standing_below(Top, S), Found),
-    sort(Found, Supports),
-    separate(Supports, Legs),
-    findall(P, ( member(P, Supports), holds(at_least(width(P), 0.5*width(Top))) ), Wide),
-    separate(Wide, Panels).
+% table.model:12
+group(table, Thing, [Top], closed, Members) :-
+    members(table, closed, Thing, [Top], Closed_members),
+    findall(Closed, ( member(Closed, Closed_members), holds('table.closed'(Closed, Top)) ),
+            Members).
+% table.model:13
+group(table, Thing, [Top], leg, Members) :-
+    members(table, leg, Thing, [Top], Leg_members),
+    findall(Leg, ( member(Leg, Leg_members), holds('table.leg'(Leg, Top)) ), Members).
+% table.model:14
+group(table, Thing, [Top], panel, Members) :-
+    members(table, panel, Thing, [Top], Panel_members),
+    findall(Panel, ( member(Panel, Panel_members), holds('table.panel'(Panel, Top)) ), Members).
 
+% table.model:29
 size(table, _, [Top], length, length(Top)).
+% table.model:30
 size(table, _, [Top], width, width(Top)).
+% table.model:31
 size(table, _, [Top], height, elevation(Top)).

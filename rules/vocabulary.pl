@@ -1,18 +1,20 @@
 :- module(vocabulary, [ thing/1,              % ?Thing
                         face_of/2,            % +Thing, -Face
+                        element_of/2,         % +Thing, -FaceOrEdge
                         loose_edge_of/2,      % +Thing, -Edge
+                        edge_of/2,            % ?Thing, -Edge
+                        vertex_of/2,          % ?Thing, -Vertex
                         shared_edge/3,        % ?Face, ?Face, -Edge
                         standing_below/2,     % +Face, -FaceOrEdge
                         undersides/2,         % +Face, -Faces
                         largest_faces/2,      % +Thing, -Faces
-                        longest_first/2,      % +Measures, -Measures
+                        longest_first/2,      % :Measures, -Measures
                         holds/1,              % :Test
                         possible/1,           % :Test
+                        as_far_as_seen/3,     % +Thing, :Steps, -Parts
                         each_pair/4,          % -X, -Y, ?Faces, :Test
-                        measure/4,            % +Measure, -Value, -Sd, -Kind
                         relation/2,           % +Relation, -Truth
                         missing_because/2,    % +MeasureOrRelation, -Cause
-                        known_measure/1,      % ?Measure
                         known_relation/1,     % ?Relation
                         derived_word/1        % ?Word
                       ]).
@@ -33,17 +35,19 @@ is never proposed.
 */
 
 :- use_module(library(lists)).
-:- use_module(library(aggregate)).
-:- use_module(library(apply)).
 :- use_module(library(pairs)).
+:- use_module(library(solution_sequences)).
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(evaluate)).
-:- use_module(facetlog_kb(recall)).
-:- use_module(facetlog(grouping)).
 :- reexport(facetlog(grouping), [separate/2]).
+:- reexport(facetlog(measures), [measure/4, known_measure/1]).
 :- use_module(facetlog_kb(pairs)).
+:- use_module(facetlog_kb(seen_parts)).
+:- use_module(facetlog_kb(quantities)).
+:- reexport(facetlog_kb(model_test), [part_in/4]).
 
-:- meta_predicate holds(:), possible(:), each_pair(?, ?, ?, :).
+:- meta_predicate holds(:), possible(:), each_pair(?, ?, ?, :), as_far_as_seen(+, :, -),
+                  longest_first(:, -).
 
 %!  tolerance(?Name, ?Value) is nondet.
 %
@@ -54,6 +58,7 @@ tolerance(level,   10).     % degrees from horizontal
 tolerance(upright, 10).     % degrees from vertical
 tolerance(reaches, 0.15).   % of a height: how short of an end still counts as there
 tolerance(board,   0.20).   % of a height: how thick a board on legs may be
+tolerance(touch,   3).      % deviations: a gap of so few is none, as perception takes it for contacts
 
                  /*******************************
                  *           SEARCHES           *
@@ -92,6 +97,32 @@ loose_edge_of(Thing, Edge) :-
     \+ fact(bounds(Edge, _)),
     fact(evidence(Edge, measured)).
 
+%!  element_of(?Thing, ?FaceOrEdge) is nondet.
+%
+%   What was measured of Thing: its faces and its loose edges.
+
+element_of(Thing, Face) :-
+    face_of(Thing, Face).
+element_of(Thing, Edge) :-
+    loose_edge_of(Thing, Edge).
+
+%!  edge_of(?Thing, ?Edge) is nondet.
+%
+%   Edge is a side of a measured face of Thing, or a loose edge; each once.
+
+edge_of(Thing, Edge) :-
+    distinct(Thing-Edge, ( loose_edge_of(Thing, Edge)
+                         ; face_of(Thing, Face),
+                           fact(bounds(Edge, Face)) )).
+
+%!  vertex_of(?Thing, ?Vertex) is nondet.
+%
+%   Vertex is a corner of a measured face of Thing; each once.
+
+vertex_of(Thing, Vertex) :-
+    distinct(Thing-Vertex, ( face_of(Thing, Face),
+                             fact(corner(Face, _, Vertex)) )).
+
 %!  shared_edge(?A, ?B, -Edge) is nondet.
 %
 %   The measured faces A and B of one thing share Edge.
@@ -108,15 +139,9 @@ shared_edge(A, B, Edge) :-
 
 standing_below(Face, Support) :-
     fact(part_of(Face, Thing)),
-    (   face_of(Thing, Support)
-    ;   loose_edge_of(Thing, Support)
-    ),
+    element_of(Thing, Support),
     Support \== Face,
-    tolerance(reaches, Share),
-    holds(upright(Support)),
-    holds(at_most(bottom_of(Support), Share*elevation(Face))),
-    holds(at_most(top_of(Support), (1 + Share)*elevation(Face))),
-    holds(at_least(top_of(Support), 0.5*elevation(Face))).
+    holds(supports(Support, Face)).
 
 %!  undersides(+Face, -Faces) is det.
 %
@@ -124,27 +149,18 @@ standing_below(Face, Support) :-
 %   space beneath a board begins at its lower side.
 
 undersides(Face, [Face|Lower]) :-
-    tolerance(board, Share),
     findall(Other,
             ( fact(opposite(Face, Other)),
-              fact(evidence(Other, measured)),
-              holds(at_most(elevation(Other), elevation(Face))),
-              holds(at_least(elevation(Other), (1 - Share)*elevation(Face))) ),
+              holds(underside_of(Other, Face)) ),
             Found),
     sort(Found, Lower).
 
-%!  longest_first(+Measures, -Sorted) is semidet.
+%!  longest_first(:Measures, -Sorted) is semidet.
 %
 %   The same measures, the greatest value first; fails if one of them is unknown.
 
-longest_first(Measures, Sorted) :-
-    maplist(value_of, Measures, Values),
-    pairs_keys_values(Pairs, Values, Measures),
-    sort(1, @>=, Pairs, Descending),
-    pairs_values(Descending, Sorted).
-
-value_of(Measure, Value) :-
-    measure(Measure, Value, _, _).
+longest_first(Module:Measures, Sorted) :-
+    longest_first_in(Module, Measures, Sorted).
 
 %!  holds(:Test) is semidet.
 %
@@ -170,58 +186,15 @@ possible(Module:Test) :-
 each_pair(X, Y, Faces, Module:Test) :-
     each_pair_in(Module, X, Y, Faces, Test).
 
-                 /*******************************
-                 *           MEASURES           *
-                 *******************************/
-
-%!  measure(+Measure, -Value, -Sd, -Kind) is semidet.
+%!  as_far_as_seen(+Thing, :Steps, -Parts) is nondet.
 %
-%   Value and standard deviation of Measure. Kind is deg, ratio, count, length or area. Fails if
-%   the scene does not know.
+%   Parts are faces of Thing as far as it was seen. Steps is a list of step(Variable, Count, Test): for
+%   each in turn the Count largest measured faces, none twice, for which Test is possible; the earlier
+%   variables are bound by then. Where there is none the variable is `unseen`. Parts are the variables.
+%   No more than 60 choices are proposed.
 
-measure(angle(A, B), V, Sd, deg)        :- fact(angle(A, B, V, Sd)).
-measure(dihedral(A, B), V, Sd, deg)     :- fact(dihedral(A, B, V, Sd)).
-measure(tilt(F), V, Sd, deg)            :- fact(tilt(F, V, Sd)).
-measure(tilt(E), V, 0, deg)             :- edge_tilt(E, V).
-measure(area(F), V, Sd, area)           :- fact(area(F, V, Sd)).
-measure(length(F), V, Sd, length)       :- fact(length(F, V, Sd)).
-measure(width(F), V, Sd, length)        :- fact(width(F, V, Sd)).
-measure(edge_length(E), V, Sd, length)  :- fact(edge_length(E, V, Sd)).
-measure(fill(F), V, Sd, ratio)          :- fact(fill(F, V, Sd)).
-measure(coverage(F), V, 0, ratio)       :- fact(coverage(F, V)).
-measure(share(F), V, Sd, ratio)         :- fact(share(F, V, Sd)).
-measure(protrusion(F), V, Sd, length)   :- fact(protrusion(F, V, Sd)).
-measure(offset(A, B), V, Sd, length)    :- fact(offset(A, B, V, Sd)).
-measure(elevation(F), V, Sd, length)    :- fact(elevation(F, V, Sd)).
-measure(top_of(X), V, Sd, length)       :- fact(top_of(X, V, Sd)).
-measure(bottom_of(X), V, Sd, length)    :- fact(bottom_of(X, V, Sd)).
-measure(clear_below(F), V, 0, length)   :- fact(clear_below(F, V)).
-measure(overlap(A, B), V, 0, ratio)     :- fact(overlap(A, B, V)).
-measure(gap(A, B), V, Sd, length)       :- fact(gap(A, B, V, Sd)).
-measure(thing_length(T), V, 0, length)  :- fact(thing_size(T, V, _, _)).
-measure(thing_width(T), V, 0, length)   :- fact(thing_size(T, _, V, _)).
-measure(thing_height(T), V, Sd, length) :-
-    recall(vocabulary, thing_height, T, measure, max(V, Sd), highest_part(T, max(V, Sd))).
-measure(metres(V), V, 0, length)        :- number(V), fact(scale(metric)).
-measure(count(List), V, 0, count)       :- is_list(List), length(List, V).
-
-%   Asked of every candidate, and it goes through the whole thing: remembered.
-highest_part(Thing, Highest) :-
-    aggregate_all(max(H, S), ( fact(part_of(X, Thing)), fact(top_of(X, H, S)) ), Highest).
-
-edge_tilt(Edge, Degrees) :-
-    fact(edge(Edge, V1, V2)),
-    fact(up(X, Y, Z)),
-    fact(point(V1, X1, Y1, Z1)),
-    fact(point(V2, X2, Y2, Z2)),
-    distance([X1, Y1, Z1], [X2, Y2, Z2], Length),
-    Length > 0,
-    DX is X2-X1,
-    DY is Y2-Y1,
-    DZ is Z2-Z1,
-    dot([DX, DY, DZ], [X, Y, Z], Rise),
-    % The tilt of an edge is that of its own direction: 0 lying, 90 standing.
-    Degrees is asin(min(1.0, abs(Rise)/Length))*180/pi.
+as_far_as_seen(Thing, Module:Steps, Parts) :-
+    as_far_as_seen_in(Module, Thing, Steps, Parts).
 
                  /*******************************
                  *           RELATIONS          *
@@ -240,14 +213,10 @@ relation(Relation, Truth) :-
     ->  Truth = Truth0
     ).
 
-%!  known_measure(?Measure) is nondet.
 %!  known_relation(?Relation) is nondet.
 %!  derived_word(?Word) is nondet.
 %
 %   The words of the vocabulary, as terms with fresh arguments.
-
-known_measure(Measure) :-
-    clause(measure(Measure, _, _, _), _).
 
 derived_word(Word) :-
     clause(means(Word, _), _).
@@ -261,6 +230,8 @@ known_relation(concave(_, _)).
 known_relation(upward(_)).
 known_relation(downward(_)).
 known_relation(share_corner(_)).
+known_relation(bounds(_, _)).
+known_relation(touches(_, _)).
 
 %!  missing_because(+MeasureOrRelation, -Cause) is det.
 %
@@ -282,6 +253,7 @@ missing_because(Word, Cause) :-
 
 needs_up(tilt(_)).
 needs_up(elevation(_)).
+needs_up(height(_)).
 needs_up(top_of(_)).
 needs_up(bottom_of(_)).
 needs_up(clear_below(_)).
@@ -302,6 +274,8 @@ truth(measured(F), Truth)     :- settled(fact(evidence(F, measured)), Truth).
 truth(adjoins(A, B), Truth)   :- settled(fact(adjoins(A, B, _)), Truth).
 truth(coplanar(A, B), Truth)  :- settled(fact(coplanar(A, B)), Truth).
 truth(opposite(A, B), Truth)  :- settled(fact(opposite(A, B)), Truth).
+truth(bounds(E, F), Truth)    :- settled(fact(bounds(E, F)), Truth).
+truth(touches(A, B), Truth)   :- either(no_gap(A, B), fact(gap(A, B, _, _)), Truth).
 truth(convex(A, B), Truth)    :- either(fact(convex(A, B)), fact(concave(A, B)), Truth).
 truth(concave(A, B), Truth)   :- either(fact(concave(A, B)), fact(convex(A, B)), Truth).
 % The tilt of a face is known exactly where up is.
@@ -311,6 +285,11 @@ truth(share_corner([]), true).
 truth(share_corner([First|Faces]), Truth) :-
     settled(( fact(corner(First, _, V)),
               forall(member(F, Faces), fact(corner(F, _, V))) ), Truth).
+
+no_gap(A, B) :-
+    fact(gap(A, B, Gap, Sd)),
+    tolerance(touch, Sds),
+    Gap =< Sds*Sd.
 
 settled(Goal, Truth) :-
     ( call(Goal) -> Truth = true ; Truth = false ).
@@ -334,6 +313,22 @@ either(For, Against, Truth) :-
 means(level(X),   at_most(tilt(X), Limit))  :- tolerance(level, Limit).
 means(upright(X), at_least(tilt(X), Limit)) :- tolerance(upright, Slack), Limit is 90 - Slack.
 means(parallel(A, B, Tol), any([at_most(angle(A, B), Tol), at_least(angle(A, B), 180 - Tol)])).
+means(above(A, B), at_least(elevation(A), elevation(B))).
+means(below(A, B), at_most(elevation(A), elevation(B))).
+means(supports(X, Face),
+      all([ upright(X),
+            at_most(bottom_of(X), Share*elevation(Face)),
+            at_most(top_of(X), Highest*elevation(Face)),
+            at_least(top_of(X), 0.5*elevation(Face)) ])) :-
+    tolerance(reaches, Share),
+    Highest is 1 + Share.
+means(underside_of(Other, Face),
+      all([ opposite(Face, Other),
+            measured(Other),
+            at_most(elevation(Other), elevation(Face)),
+            at_least(elevation(Other), Lowest*elevation(Face)) ])) :-
+    tolerance(board, Share),
+    Lowest is 1 - Share.
 means(closes(Side, Face),
       all([ adjoins(Side, Face),
             upright(Side),

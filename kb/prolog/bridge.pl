@@ -110,7 +110,7 @@ operation("query", Text, [Names|Chunk]) :-
     ok(Names0, Names).
 
 answers(Base, Scenes, Most, Bindings, Text, Names, Chunk) :-
-    b_setval(facetlog_asked, Base-Scenes),
+    ask_base(Base, Scenes),
     question(Text, Bindings, question(Goal, Names0, Vars, PerScene)),
     (   PerScene == true
     ->  findall(Asked, asked_scene(Base, Scenes, Asked), All),
@@ -154,6 +154,9 @@ deterministic(Operation) :-
 result("declare_facts", Text, true) :-
     term_string(Declarations, Text),
     declare_facts(Declarations).
+result("be_crisp", Text, true) :-
+    term_string(Base, Text),
+    assertz(crisp_base(Base)).
 result("new_scene", Text, true) :-
     term_string(Scene, Text),
     new_scene(Scene).
@@ -211,6 +214,7 @@ result("define_python", Text, true) :-
 result("forget_base", Text, true) :-
     term_string(Base, Text),
     undefine_python(Base),
+    retractall(crisp_base(Base)),
     unname_scene(Base, _),
     unname_models(Base, _).
 result("judge", Text, Verdict) :-
@@ -232,9 +236,18 @@ result("interrupt", Text, true) :-
     term_string(interrupt(Thread, Number, Why), Text),
     catch(thread_signal(Thread, facetlog_bridge:interrupt(Number, Why)), _, true).
 
+%   Bases that take all values as exact (quantities.pl).
+:- dynamic crisp_base/1.
+
+%   What is asked from here on is asked of Base.
+ask_base(Base, Scenes) :-
+    b_setval(facetlog_asked, Base-Scenes),
+    ( crisp_base(Base) -> Crisp = true ; Crisp = false ),
+    b_setval(facetlog_crisp, Crisp).
+
 explained(Text, Request, Goal) :-
     term_string(asked(Base, Scene, Bounds, Request), Text),
-    b_setval(facetlog_asked, Base-all),
+    ask_base(Base, all),
     bounded(Bounds, in_scene(Scene, Goal)).
 
 %   What reads as a compound is a fact, anything else a name.
@@ -311,6 +324,9 @@ fault(error(existence_error(Kind, What), _), "rules", Message, []) :-
     memberchk(Kind, [word, tolerance]),
     !,
     format(string(Message), "~p is no ~w of the model or the vocabulary", [What, Kind]).
+fault(error(existence_error(model, Model), _), "rules", Message, []) :-
+    !,
+    format(string(Message), "a rule asks for the model ~w, which is not loaded", [Model]).
 fault(error(existence_error(Kind, Name), _), "question", Message, [0, 0]) :-
     nothing_of(Kind, Format),
     !,

@@ -13,6 +13,7 @@ import typer
 from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
 from facetlog.commands.explain import why_command, why_not_command
+from facetlog.commands.model.app import model_app
 from facetlog.commands.query import query_command
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
 from facetlog.errors import InputError
@@ -62,6 +63,9 @@ Unit = Annotated[
     str | None,
     typer.Option("--unit", metavar="U", help="Unit of the poses: m, cm, mm, in or ft."),
 ]
+Crisp = Annotated[
+    bool, typer.Option("--crisp", help="Take every measured value as exact, as the paper does.")
+]
 WithFrontEnd = Annotated[
     FrontEnd,
     Method,
@@ -98,6 +102,7 @@ def recognize_command(
     views: Views,
     models: Models = None,
     trust: Trust = False,
+    crisp: Crisp = False,
     as_json: AsJson = False,
     out: Out = None,
     unit: Unit = None,
@@ -109,6 +114,7 @@ def recognize_command(
         partial(views_from, views, unit=unit),
         models=models,
         trusted=trust,
+        crisp=crisp,
         method=_method(front_end, sd_limit),
         out=out,
         as_json=as_json,
@@ -149,6 +155,7 @@ def demo_command(
     ] = DEMO_WORLD,
     models: Models = None,
     trust: Trust = False,
+    crisp: Crisp = False,
     as_json: AsJson = False,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
@@ -158,6 +165,7 @@ def demo_command(
         partial(simulated_views, world, seed),
         models=models,
         trusted=trust,
+        crisp=crisp,
         method=_method(front_end, sd_limit),
         out=out,
         as_json=as_json,
@@ -167,6 +175,7 @@ def demo_command(
 app.command("query")(query_command)
 app.command("why")(why_command)
 app.command("why-not")(why_not_command)
+app.add_typer(model_app)
 
 
 def _recognized(
@@ -174,6 +183,7 @@ def _recognized(
     *,
     models: list[Path] | None,
     trusted: bool,
+    crisp: bool,
     method: Method,
     out: Path | None,
     as_json: bool,
@@ -182,7 +192,10 @@ def _recognized(
     if out is not None:
         check_replaceable(out)
     clock = StepClock()
-    with open_models(tuple(models or ()), trusted=trusted) as base, showing_progress() as progress:
+    with (
+        open_models(tuple(models or ()), trusted=trusted, crisp=crisp) as base,
+        showing_progress() as progress,
+    ):
         view_set = source(progress=progress, clock=clock)
         found = recognize_views(view_set, base=base, method=method, progress=progress, clock=clock)
         _write(out, found, progress)

@@ -102,19 +102,24 @@ def simulated_views(
     with clock.step("render pictures"):
         if progress is not None:
             progress("pictures", 0, len(poses))
-        in_inches = views_of(make_world(world, seed), poses, tour_camera(), seed=seed)
+        made = make_world(world, seed)
+        in_inches = views_of(made, poses, tour_camera(), seed=seed)
         if progress is not None:
             progress("pictures", len(poses), len(poses))
+    # Furniture is rendered at the size of the block; lengths are told as those of the real thing.
+    metres = INCH * made.model_scale
     views: tuple[View, ...] = tuple(
-        View(v.name, v.image, v.camera, Pose(v.pose.rotation, v.pose.centre * INCH))
+        View(v.name, v.image, v.camera, Pose(v.pose.rotation, v.pose.centre * metres))
         for v in in_inches
     )
     up = np.array([0.0, 0.0, 1.0])  # the z axis of simulated worlds and of the paper's tour
     return ViewSet(f"{world}-{seed}", views, up=up, metric=True)
 
 
-def open_models(model_paths: tuple[Path, ...] = (), *, trusted: bool = False) -> "KnowledgeBase":
-    """A knowledge base with the built-in models and the user's.
+def open_models(
+    model_paths: tuple[Path, ...] = (), *, trusted: bool = False, crisp: bool = False
+) -> "KnowledgeBase":
+    """A knowledge base with the built-in models and the user's; a crisp one knows no degrees.
 
     Raises InputError for models that cannot be used, EngineError without an engine: to be called
     before any long work, all of which would be lost.
@@ -124,7 +129,7 @@ def open_models(model_paths: tuple[Path, ...] = (), *, trusted: bool = False) ->
     for path in model_paths:
         if not path.exists():
             raise InputError(f"{path} does not exist: give a model file or a folder of them")
-    return open_knowledge_base(model_paths, trusted=trusted)
+    return open_knowledge_base(model_paths, trusted=trusted, crisp=crisp)
 
 
 def reconstruct_views(

@@ -66,11 +66,15 @@ predicates(Text) :-
             ( current_module(M), lasting(M),
               current_predicate(M:N/A), functor(H, N, A),
               \\+ predicate_property(M:H, imported_from(_)),
-              \\+ ( sub_atom(M, 0, _, _, facetlog), predicate_property(M:H, dynamic) ),
+              \\+ ( predicate_property(M:H, dynamic), noted(M, N) ),
               \\+ predicate_property(M:H, volatile),
               ( predicate_property(M:H, number_of_clauses(Count)) -> true ; Count = none ) ),
             Predicates),
     said(Predicates, Text).
+
+% What our own modules remember, and Prolog of loaded files: of other knowledge bases, too.
+noted(Module, _) :- sub_atom(Module, 0, _, _, facetlog).
+noted(system, Name) :- sub_atom(Name, 0, _, _, '$').
 
 threads(Text) :-
     findall(Thread, thread_property(Thread, status(running)), Threads),
@@ -138,4 +142,6 @@ class Aviary:
         yield
         before, self.last = self.last, self.song()
         for old, new in zip(before, self.last, strict=True):
-            assert new == old
+            if isinstance(old, set) and isinstance(new, set):
+                assert old == new, sorted(old ^ new)[:10]
+            assert old == new, (old, new)

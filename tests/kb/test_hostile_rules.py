@@ -124,3 +124,17 @@ def test_a_refused_file_leaves_the_one_before_in_force(aviary: Aviary, tmp_path:
         aviary.base.load_rules(path)
     assert aviary.rows("is_a(T, slab)") != []
     aviary.base.unload_rules(rules)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "".join(f"a{i:x}.\n" for i in range(20_000)),
+        "".join(f"a{i:x}.\n" for i in range(10_000)) + "z :- " + "a270e, " * 10_000 + "true.",
+    ],
+    ids=["facts", "calls"],
+)
+def test_a_file_of_thousands_of_predicates_loads_in_its_time(aviary: Aviary, text: str) -> None:
+    begin = time.process_time()  # loading alone: other work must not count
+    load(aviary, (GOOD + text + "\n").encode())
+    assert time.process_time() - begin < allowed(5.0)  # looked up one by one, it took 24 s

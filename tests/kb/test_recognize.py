@@ -9,6 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import RuleSyntaxError
+from facetlog.kb.knowledge_base import BUILTIN_MODELS
 from facetlog.kb.proof import State
 from facetlog.kb.recognize import recognize
 from facetlog.kb.verdict import Recognition, Verdict
@@ -124,7 +125,7 @@ def test_json_of_a_verdict_names_parts_sizes_angles_and_proof(facts_of: Build) -
     box = data["verdicts"][0]
     assert box["parts"] == {"a": ["f1"], "b": ["f2"], "c": ["f3"]}
     assert box["length_unit"] == "m"
-    assert {"label", "reason", "because"} == set(box["proof"][0])
+    assert set(box["proof"][0]) == {"label", "reason", "place", "text", "because"}
 
 
 def test_a_users_model_stands_beside_the_built_in_ones(facts_of: Build, tmp_path: Path) -> None:
@@ -138,7 +139,7 @@ def test_a_users_model_takes_the_place_of_a_built_in_one(facts_of: Build, tmp_pa
     (tmp_path / "box.pl").write_text(SLAB.replace("slab", "box"))
     found = recognize(facts_of("table"), scene_name="s", model_paths=[tmp_path / "box.pl"])
     assert found.models == {"box", "table"}
-    assert len(found.verdicts) == 3
+    assert len(found.verdicts) == len(BUILTIN_MODELS)
 
 
 def test_two_files_with_one_model_are_refused(facts_of: Build, tmp_path: Path) -> None:
@@ -152,7 +153,7 @@ def test_two_files_with_one_model_are_refused(facts_of: Build, tmp_path: Path) -
 
 
 def test_a_folder_without_rules_is_named(tmp_path: Path) -> None:
-    with pytest.raises(RuleSyntaxError, match=r"has no \.pl files"):
+    with pytest.raises(RuleSyntaxError, match=r"has no .model or .pl files"):
         recognize([], scene_name="s", model_paths=[tmp_path])
     with pytest.raises(RuleSyntaxError, match="no such file or folder"):
         recognize([], scene_name="s", model_paths=[tmp_path / "absent"])

@@ -2,15 +2,17 @@
 
 import gc
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
 from facetlog.errors import EngineError, RuleSyntaxError
-from facetlog.kb.engine import house
+from facetlog.kb.engine import house, piece_text
+from facetlog.kb.engine_pool import engine_pool
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
-from facetlog.kb.terms import Atom
+from facetlog.kb.terms import Atom, Term, decode_reply
 
 from .hostile_cases import FACTS, GOOD
 
@@ -215,7 +217,9 @@ def test_a_checked_model_says_what_the_built_in_one_does(base: KnowledgeBase, mo
 
 def test_the_model_of_the_documentation_loads(shelf: Shelf) -> None:
     text = (Path(__file__).parents[2] / "docs" / "models.md").read_text()
-    assert shelf.load(text.split("```prolog\n")[1].split("```")[0]) == ()
+    blocks = [block.split("```")[0] for block in text.split("```prolog")[1:]]
+    (slab,) = (block.split("\n", 1)[1] for block in blocks if ":- module(slab" in block)
+    assert shelf.load(slab) == ()
 
 
 def test_the_last_model_of_a_name_counts_until_it_goes(base: KnowledgeBase, tmp_path: Path) -> None:
@@ -266,6 +270,23 @@ def test_unloading_takes_away_what_a_trusted_file_put_elsewhere(shelf: Shelf) ->
         rules = shelf.base.load_rules(shelf.path, trusted=True)
         assert list(shelf.base.query("is_a(T, slab)")) == [(Atom("t1"),)]
         shelf.base.unload_rules(rules)
+
+
+@pytest.mark.parametrize("text", [GOOD, TRUSTED, GOOD + "helper :- shell(x).\n"])
+@pytest.mark.parametrize("trusted", [True, False])
+def test_files_that_come_and_go_leave_no_module_behind(
+    shelf: Shelf, text: str, trusted: bool
+) -> None:
+    def modules_after() -> Term:
+        for _ in range(10):
+            with suppress(RuleSyntaxError):
+                shelf.load(text, trusted=trusted)
+        (reply,) = engine_pool().reply("statistics", "", seconds=9.0)
+        counts = decode_reply(piece_text(reply))
+        assert isinstance(counts, tuple)
+        return counts[0]
+
+    assert modules_after() == modules_after()
 
 
 def test_two_bases_may_trust_one_file(shelf: Shelf) -> None:

@@ -1,5 +1,7 @@
 """The named worlds: seeded, in view of the tour, and different from the floor they stand on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,9 +9,22 @@ from facetlog.perception.types import Camera
 from facetlog.robot.rays import BACKGROUND, FLOOR, first_hits, seen_by
 from facetlog.robot.render import render
 from facetlog.robot.tour import tour_camera, tour_poses
-from facetlog.robot.worlds import WORLDS, make_world
+from facetlog.robot.varied import VARIED
+from facetlog.robot.worlds import INCH, WORLDS, make_world
 
 PAPER_THRESHOLD = 150  # of 255, section 6
+# What a person would call one of its kind.
+REAL_HEIGHTS_M = {
+    "boxes": (0.01, 1.2),
+    "tables": (0.35, 1.15),
+    "chairs": (0.75, 1.15),
+    "desk": (0.69, 0.79),
+    "bench": (0.39, 0.51),
+    "stool": (0.41, 0.76),
+    "shelf": (0.7, 2.05),
+    "cabinet": (0.35, 2.15),
+    "stairs": (0.45, 1.0),
+}
 SMALL = Camera(160, 120, tour_camera().fx / 4, tour_camera().fy / 4, 79.5, 59.5)
 
 
@@ -41,6 +56,33 @@ def test_the_object_stands_on_the_floor_and_inside_nearly_all_pictures(name: str
             in_picture = (u > 5) & (u < camera.width - 6) & (v > 5) & (v < camera.height - 6)
             inside += bool((z > 0).all() and in_picture.all())
         assert inside >= (24 if name.endswith("block") else 20)
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_a_model_of_a_real_thing_varies_in_proportion_and_says_its_scale(name: str) -> None:
+    shapes, heights = set(), []
+    for seed in range(8):
+        world = make_world(name, seed)
+        (solid,) = world.solids
+        heights.append(world.model_scale * float(solid.vertices[:, 2].max()) * INCH)
+        shapes.add(tuple(np.round(np.array(solid.size) / solid.size[2], 3)))
+    assert len(shapes) == 8
+    low, high = REAL_HEIGHTS_M[name]
+    assert low <= min(heights) < max(heights) <= high
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_the_cameras_look_down_on_a_model(name: str) -> None:
+    cameras = min(pose.centre[2] for pose in tour_poses())
+    for seed in range(20):
+        (solid,) = make_world(name, seed).solids
+        assert 1.5 < solid.vertices[:, 2].max() < 0.6 * cameras
+
+
+def test_a_world_as_it_is_has_the_scale_of_one() -> None:
+    assert make_world("table").model_scale == 1.0
+    with pytest.raises(ValueError, match="scale of a model"):
+        replace(make_world("table"), model_scale=0.0)
 
 
 def test_the_papers_threshold_parts_every_face_of_the_block_from_the_floor() -> None:

@@ -112,6 +112,19 @@ test(all_conditions_are_in_the_plan, N == 9) :-
 test(a_body_that_may_give_several_has_no_bound) :-
     \+ facetlog_search:at_most_one(member(_, [a, b]), user, 0).
 test(definitions_are_looked_through) :-
-    facetlog_search:at_most_one(closed_sides(_, _), table, 0).
+    context_module(Here),
+    facetlog_search:at_most_one(two_steps(_), Here, 0).
+test(a_definition_of_two_clauses_has_no_bound) :-
+    context_module(Here),
+    \+ facetlog_search:at_most_one(either(_), Here, 0).
+
+two_steps(Sorted) :-
+    one_step(List),
+    sort(List, Sorted).
+
+one_step([b, a]).
+
+either(a).
+either(b).
 
 :- end_tests(plan).

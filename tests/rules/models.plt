@@ -24,7 +24,7 @@ block_fact(edge_length(E, L, 0.05)) :-
     member(E-L, [e1-8.0, e2-10.0, e3-6.0]).
 
 state(Facts, State) :-
-    verdict(Facts, verdict(_, _, State, _, _, _, _, _, _)).
+    verdict(Facts, verdict(_, _, State, _, _, _, _, _, _, _)).
 
 verdict(Facts, Verdict) :-
     setup_call_cleanup(
@@ -46,11 +46,11 @@ test(three_faces_are_a_box, State == holds) :-
     state(Facts, State).
 test(sizes_are_the_edges_longest_first, Sizes == [length-10.0, width-8.0, height-6.0]) :-
     block(Facts),
-    verdict(Facts, verdict(_, _, _, _, _, _, Named, _, _)),
+    verdict(Facts, verdict(_, _, _, _, _, _, Named, _, _, _)),
     findall(N-V, member(size(N, V, _), Named), Sizes).
 test(each_choice_of_faces_is_proposed_once, Also == 0) :-
     block(Facts),
-    verdict(Facts, verdict(_, _, _, _, _, _, _, _, Also)).
+    verdict(Facts, verdict(_, _, _, _, _, _, _, _, Also, _)).
 test(concave_corner_is_no_box, State == fails) :-
     changed([convex(_, _)], [concave(f1, f2), concave(f1, f3), concave(f2, f3)], Facts),
     state(Facts, State).

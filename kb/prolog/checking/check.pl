@@ -8,13 +8,15 @@
 A goal is checked before it is run, with all goals inside it, to the bottom: what is not known to be
 harmless is a fault. A Scope says what is known beside the vocabulary:
 
-    scope(Kind, Own, Words, Tolerances)
+    scope(Kind, Own, Words, Tolerances, Measures)
 
-Kind is rules or question, Own the predicates that the text defines (Name/Arity), Words the tests
-that it defines (terms with fresh arguments), Tolerances the names of its tolerances. A fault is
-fault(Start, End, Format, Args); goal_fault/4 enumerates all faults.
+Kind is rules or question, Own an assoc of the predicates that the text defines (Name/Arity), Words
+the tests that it defines (terms with fresh arguments), Tolerances the names of its tolerances,
+Measures the measures that it defines (as Words). A fault is fault(Start, End, Format, Args);
+goal_fault/4 enumerates all faults.
 */
 
+:- use_module(library(assoc)).
 :- use_module(library(lists)).
 :- use_module(facetlog_kb(positions)).
 :- use_module(facetlog_kb(spelling)).
@@ -50,14 +52,14 @@ goal_fault(Goal, Position, Scope, Fault) :-
     ;   search_word(Name/Arity)
     ->  fail
     ;   fact_word(Goal)
-    ->  Scope = scope(rules, _, _, _),
+    ->  Scope = scope(rules, _, _, _, _),
         signature(Name/Arity, Signature),
         fault_at(Position, "~q is a fact: write fact(~w)", [Name/Arity, Signature], Fault)
     ;   unknown_word(Name/Arity, Position, Scope, Fault)
     ).
 
-own(Indicator, scope(_, Own, _, _)) :-
-    memberchk(Indicator, Own).
+own(Indicator, scope(_, Own, _, _, _)) :-
+    get_assoc(Indicator, Own, _).
 
 %   Words with an argument of a sort of its own. That of fact/1 must be seen to be a fact: what is
 %   none might act.
@@ -66,14 +68,15 @@ special(holds(_), holds(test('Test')), _).
 special(possible(_), possible(test('Test')), _).
 special(each_pair(_, _, _, _),
         each_pair(hidden('X'), hidden('Y'), 'Faces', test('Test')), _).
+special(as_far_as_seen(_, _, _), as_far_as_seen('Thing', steps('Steps'), 'Parts'), _).
 special(measure(_, _, _, _), measure(measure('Measure'), 'Value', 'Sd', 'Kind'), _).
 special(relation(_, _), relation(test('Relation'), 'Truth'), _).
-special(in(_, _), in('Scene', goal('Goal')), scope(question, _, _, _)).
-special(is_a(_, _), is_a('Thing', 'Model'), scope(question, _, _, _)).
+special(in(_, _), in('Scene', goal('Goal')), scope(question, _, _, _, _)).
+special(is_a(_, _), is_a('Thing', 'Model'), scope(question, _, _, _, _)).
 special(verdict(_, _, _, _), verdict('Thing', 'Model', 'State', 'Degree'),
-        scope(question, _, _, _)).
-special(plays(_, _, _, _), plays('Face', 'Role', 'Thing', 'Model'), scope(question, _, _, _)).
-special(assignment(_, _, _), assignment('Model', 'Thing', 'Parts'), scope(question, _, _, _)).
+        scope(question, _, _, _, _)).
+special(plays(_, _, _, _), plays('Face', 'Role', 'Thing', 'Model'), scope(question, _, _, _, _)).
+special(assignment(_, _, _), assignment('Model', 'Thing', 'Parts'), scope(question, _, _, _, _)).
 
 unknown_word(Name/Arity, Position, Scope, Fault) :-
     findall(Known, callable_word(Scope, Known), Words),
@@ -91,12 +94,13 @@ unknown_word(Name/Arity, Position, Scope, Fault) :-
     ),
     fault_at(At, Format, Args, Fault).
 
-words_place(scope(question, _, _, _), "no fact and no word of questions").
-words_place(scope(rules, _, _, _), "no word of the vocabulary, and this file does not define it").
+words_place(scope(question, _, _, _, _), "no fact and no word of questions").
+words_place(scope(rules, _, _, _, _), "no word of the vocabulary, and this file does not define it").
 
-callable_word(scope(_, Own, _, _), Word) :-
-    member(Word, Own).
-callable_word(scope(Kind, _, _, _), Word) :-
+callable_word(scope(_, Own, _, _, _), Word) :-
+    assoc_to_keys(Own, Words),
+    member(Word, Words).
+callable_word(scope(Kind, _, _, _, _), Word) :-
     ( Kind = question -> Sorts = [fact, search, question, prolog] ; Sorts = [search, prolog] ),
     member(Sort, Sorts),
     known_word(Sort, Word).
@@ -155,6 +159,8 @@ argument_fault(fact(_), Fact, Position, _, Fault) :-
     not_a_fact(Fact, Position, Fault).
 argument_fault(test(_), Test, Position, Scope, Fault) :-
     test_fault(Test, Position, Scope, Fault).
+argument_fault(steps(_), Steps, Position, Scope, Fault) :-
+    steps_fault(Steps, Position, Scope, Fault).
 argument_fault(measure(_), Measure, Position, Scope, Fault) :-
     measure_fault(Measure, Position, Scope, Fault).
 

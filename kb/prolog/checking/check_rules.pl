@@ -9,6 +9,7 @@ Clauses are clause(Term, Position, Singletons) as read_rules/3 gives them; a fau
 fault(Start, End, Format, Args).
 */
 
+:- use_module(library(assoc)).
 :- use_module(library(lists)).
 :- use_module(library(solution_sequences)).
 :- use_module(facetlog_kb(positions)).
@@ -16,8 +17,10 @@ fault(Start, End, Format, Args).
 :- use_module(facetlog_kb(white_list)).
 :- use_module(facetlog_kb(words)).
 :- use_module(facetlog_kb(check)).
-:- use_module(facetlog_kb(check_tests)).
+:- use_module(facetlog_kb(check_protocol)).
 :- use_module(facetlog_kb(rule_module)).
+
+:- meta_predicate general_terms(?, 0, -).
 
 %!  rules_faults(+Clauses, +Most, -Faults) is det.
 %
@@ -49,16 +52,20 @@ rules_warnings(Clauses, Warnings) :-
 %
 %   Scope is what the clauses define, for goal_fault/4 and prepared/4.
 
-scope_of(Clauses, scope(rules, Own, Words, Tolerances)) :-
+scope_of(Clauses, scope(rules, Own, Words, Tolerances, Measures)) :-
     findall(Name/Arity, ( head_among(Clauses, Head, _), functor(Head, Name, Arity) ), Own0),
-    sort(Own0, Own),
-    findall(Word,
-            ( head_among(Clauses, means(Word0, _), _),
-              callable(Word0),
-              functor(Word0, Name, Arity),
-              functor(Word, Name, Arity) ),
-            Words),
+    sort(Own0, Own1),
+    findall(Indicator-own, member(Indicator, Own1), Pairs),
+    ord_list_to_assoc(Pairs, Own),
+    general_terms(Word, head_among(Clauses, means(Word, _), _), Words),
+    general_terms(Measure, head_among(Clauses, measured(Measure, _, _, _), _), Measures),
     findall(Name, ( head_among(Clauses, tolerance(Name, _), _), atom(Name) ), Tolerances).
+
+%   What Goal says of Term, each with fresh arguments, once.
+general_terms(Term, Goal, Terms) :-
+    findall(Name/Arity, ( call(Goal), callable(Term), functor(Term, Name, Arity) ), Indicators0),
+    sort(Indicators0, Indicators),
+    findall(General, ( member(Name/Arity, Indicators), functor(General, Name, Arity) ), Terms).
 
 models_of(Clauses, Models) :-
     findall(Name-Roles, ( head_among(Clauses, model(Name, _, Roles), _), atom(Name) ), Models).
@@ -133,7 +140,7 @@ head_fault(Head, Position, _, _, Fault) :-
 head_fault(Head, Position, _, _, Fault) :-
     functor(Head, Name, Arity),
     protocol(Name, Right),
-    \+ protocol(Name, Arity),
+    Arity =\= Right,
     !,
     name_position(Position, At),
     fault_at(At, "~w has ~d arguments, not ~d; see docs/models.md", [Name, Right, Arity], Fault).
@@ -154,106 +161,6 @@ defined_elsewhere(Indicator, "Prolog's own") :-
                  /*******************************
                  *            MODELS            *
                  *******************************/
-
-protocol(model, 3).
-protocol(candidate, 3).
-protocol(condition, 6).
-protocol(size, 5).
-protocol(tolerance, 2).
-protocol(means, 2).
-
-%   The clauses that docs/models.md describes, each by its own rules.
-clause_of_model(model(Name, Text, Roles), Position, _, _, Fault) :-
-    (   \+ atom(Name),
-        said_of(Position, 1, "a model's name is a small word: box", Fault)
-    ;   \+ ( string(Text) ; atom(Text) ),
-        said_of(Position, 2, "what a model is, is said as a text: \"A level board.\"", Fault)
-    ;   \+ ( is_list(Roles), Roles \== [], forall(member(Role, Roles), atom(Role)) ),
-        said_of(Position, 3, "a model names its parts: [seat, back]", Fault)
-    ).
-clause_of_model(candidate(Name, _, Parts), Position, _, Models, Fault) :-
-    (   not_a_model(Name, Position, 1, Models, Fault)
-    ;   parts_fault(Name, Parts, Position, 3, Models, Fault)
-    ).
-clause_of_model(condition(Name, Label, Reason, _, Parts, Test), Position, Scope, Models, Fault) :-
-    (   not_a_model(Name, Position, 1, Models, Fault)
-    ;   nonvar(Label),
-        \+ atom(Label),
-        said_of(Position, 2, "a condition's label is a small word", Fault)
-    ;   nonvar(Reason),
-        \+ string(Reason),
-        \+ atom(Reason),
-        said_of(Position, 3, "a condition's reason is a text: \"it lies level\"", Fault)
-    ;   parts_fault(Name, Parts, Position, 5, Models, Fault)
-    ;   argument_position(Position, 6, At),
-        test_fault(Test, At, Scope, Fault)
-    ).
-clause_of_model(size(Name, _, Parts, _, Measure), Position, Scope, Models, Fault) :-
-    (   not_a_model(Name, Position, 1, Models, Fault)
-    ;   parts_fault(Name, Parts, Position, 3, Models, Fault)
-    ;   argument_position(Position, 5, At),
-        measure_fault(Measure, At, Scope, Fault)
-    ).
-clause_of_model(tolerance(Name, Value), Position, _, _, Fault) :-
-    (   \+ atom(Name),
-        said_of(Position, 1, "a tolerance's name is a small word", Fault)
-    ;   nonvar(Value),
-        \+ number(Value),
-        said_of(Position, 2, "a tolerance is a number", Fault)
-    ).
-clause_of_model(means(Word, Test), Position, Scope, _, Fault) :-
-    (   \+ callable(Word),
-        said_of(Position, 1, "means/2 says what a word stands for: means(flat(X), Test)", Fault)
-    ;   callable(Word),
-        defined_test(Word, Format, Args),
-        argument_position(Position, 1, At0),
-        name_position(At0, At),
-        fault_at(At, Format, Args, Fault)
-    ;   argument_position(Position, 2, At),
-        test_fault(Test, At, Scope, Fault)
-    ).
-
-said_of(Position, Index, Format, Fault) :-
-    argument_position(Position, Index, At),
-    fault_at(At, Format, [], Fault).
-
-%   The vocabulary's connectives, comparisons and relations come first: the clause would be in vain.
-defined_test(Word, "~q is a word of the vocabulary and cannot be defined anew", [Name/Arity]) :-
-    functor(Word, Name, Arity),
-    functor(General, Name, Arity),
-    (   test_form(General, _)
-    ;   known_word(relation, Name/Arity),
-        \+ vocabulary:derived_word(General)
-    ),
-    !.
-
-not_a_model(Name, Position, Index, Models, Fault) :-
-    nonvar(Name),
-    \+ memberchk(Name-_, Models),
-    argument_position(Position, Index, At),
-    (   atom(Name)
-    ->  findall(Known, member(Known-_, Models), Names),
-        hint(Name, Names, Hint),
-        fault_at(At, "~q is no model of this file~w", [Name, Hint], Fault)
-    ;   fault_at(At, "a model's name is a small word: box", [], Fault)
-    ).
-
-parts_fault(Name, Parts, Position, Index, Models, Fault) :-
-    atom(Name),
-    member(Name-Roles, Models),
-    is_list(Roles),
-    nonvar(Parts),
-    argument_position(Position, Index, At),
-    (   is_list(Parts)
-    ->  length(Roles, Wanted),
-        length(Parts, Given),
-        Wanted =\= Given,
-        fault_at(At, "the parts of the model ~w are ~w: ~d, not ~d", [Name, Roles, Wanted, Given],
-                 Fault)
-    ;   \+ Parts = [_|_],
-        fault_at(At, "the parts of a model stand in a list: [Seat, Back]", [], Fault)
-    ),
-    !.
 
 %   Every model says what it looks for, among what, and by which conditions.
 file_fault(_, [], fault(0, 0, "a model needs ~w; see docs/models.md", [model/3])).

@@ -1,5 +1,6 @@
 :- module(facetlog_check_tests, [ test_fault/4,        % +Test, +Position, +Scope, -Fault
-                                  measure_fault/4      % +Measure, +Position, +Scope, -Fault
+                                  measure_fault/4,     % +Measure, +Position, +Scope, -Fault
+                                  steps_fault/4        % +Steps, +Position, +Scope, -Fault
                                 ]).
 
 /** <module> What is wrong with a test
@@ -38,7 +39,7 @@ test_fault(Test, Position, Scope, Fault) :-
     functor(General, Name, Arity),
     \+ known_relation(General),
     \+ derived_word(General),
-    Scope = scope(_, _, Own, _),
+    Scope = scope(_, _, Own, _, _),
     \+ ( member(Word, Own), functor(Word, Name, Arity) ),
     findall(N/A, ( member(Word, Own), functor(Word, N, A) ), OwnWords),
     findall(Known, ( member(Sort, [relation, test]), known_word(Sort, Known) ), Words),
@@ -56,6 +57,25 @@ part_fault(tests, Tests, Position, Scope, Fault) :-
     ;   nonvar(Tests),
         fault_at(Position, "a list of tests is wanted: [Test, Test]", [], Fault)
     ).
+part_fault(comparison, Test, Position, Scope, Fault) :-
+    nonvar(Test),
+    (   test_form(Test, Form),
+        Form \= fading(_, _),
+        arg(_, Form, measure)
+    ->  test_fault(Test, Position, Scope, Fault)
+    ;   fault_at(Position, "a comparison is wanted: near, at_least, at_most or between", [], Fault)
+    ).
+part_fault(count, Count, Position, _, Fault) :-
+    nonvar(Count),
+    \+ ( integer(Count), Count >= 0 ),
+    fault_at(Position, "how many is a whole number", [], Fault).
+part_fault(groups, Groups, Position, _, Fault) :-
+    \+ may_be_groups(Groups),
+    fault_at(Position, "a list of lists is wanted: [[A, B], [C]]", [], Fault).
+part_fault(model, Model, Position, _, Fault) :-
+    nonvar(Model),
+    \+ atom(Model),
+    fault_at(Position, "a model's name is a small word: box", [], Fault).
 part_fault(measure, Measure, Position, Scope, Fault) :-
     measure_fault(Measure, Position, Scope, Fault).
 part_fault(weight, Weight, Position, _, Fault) :-
@@ -63,11 +83,20 @@ part_fault(weight, Weight, Position, _, Fault) :-
     \+ ( number(Weight), Weight >= 0, Weight =< 1 ),
     fault_at(Position, "the weight of expect is a number from 0 to 1", [], Fault).
 
+may_be_groups(Groups) :-
+    (   ( var(Groups) ; Groups == [] )
+    ->  true
+    ;   Groups = [Group|Others],
+        ( var(Group) ; is_list(Group) ; Group = [_|_] ),
+        !,
+        may_be_groups(Others)
+    ).
+
 measure_fault(Measure, _, _, _) :-
     ( var(Measure) ; number(Measure) ),
     !,
     fail.
-measure_fault(tolerance(Name), Position, scope(_, _, _, Tolerances), Fault) :-
+measure_fault(tolerance(Name), Position, scope(_, _, _, Tolerances, _), Fault) :-
     !,
     atom(Name),
     \+ memberchk(Name, Tolerances),
@@ -84,6 +113,12 @@ measure_fault(Expression, Position, Scope, Fault) :-
     arg(Index, Expression, Part),
     argument_position(Position, Index, At),
     measure_fault(Part, At, Scope, Fault).
+measure_fault(Summary, Position, Scope, Fault) :-
+    compound(Summary),
+    memberchk(Summary, [lowest(List), highest(List), sum(List), mean(List)]),
+    !,
+    argument_position(Position, 1, At),
+    measures_fault(List, At, Scope, Fault).
 measure_fault(Measure, Position, _, Fault) :-
     \+ callable(Measure),
     !,
@@ -92,9 +127,50 @@ measure_fault(Measure, Position, Scope, Fault) :-
     functor(Measure, Name, Arity),
     functor(General, Name, Arity),
     \+ known_measure(General),
-    findall(Known, known_word(measure, Known), Words),
+    Scope = scope(_, _, _, _, Own),
+    \+ ( member(Word, Own), functor(Word, Name, Arity) ),
+    findall(N/A, ( member(Word, Own), functor(Word, N, A) ), OwnWords),
+    findall(Known, known_word(measure, Known), Known0),
+    append(OwnWords, Known0, Words),
     name_position(Position, At),
     unknown_term(Name/Arity, Words, "measure", Scope, At, Fault).
+
+%!  steps_fault(+Steps, +Position, +Scope, -Fault) is nondet.
+%
+%   Steps are those of as_far_as_seen/3.
+
+steps_fault(Steps, Position, Scope, Fault) :-
+    (   is_list(Steps)
+    ->  nth1(Index, Steps, Step),
+        nonvar(Step),
+        element_position(Position, Index, At),
+        step_fault(Step, At, Scope, Fault)
+    ;   nonvar(Steps),
+        fault_at(Position, "a list of steps is wanted: [step(A, 3, Test), step(B, 3, Test)]", [],
+                 Fault)
+    ).
+
+step_fault(step(Part, Count, Test), Position, Scope, Fault) :-
+    !,
+    (   nonvar(Part),
+        argument_position(Position, 1, At),
+        fault_at(At, "a step begins with the variable that it binds", [], Fault)
+    ;   argument_position(Position, 2, At),
+        part_fault(count, Count, At, Scope, Fault)
+    ;   argument_position(Position, 3, At),
+        test_fault(Test, At, Scope, Fault)
+    ).
+step_fault(_, Position, _, Fault) :-
+    fault_at(Position, "a step is step(Variable, Count, Test)", [], Fault).
+
+measures_fault(List, Position, Scope, Fault) :-
+    (   is_list(List)
+    ->  nth1(Index, List, Measure),
+        element_position(Position, Index, At),
+        measure_fault(Measure, At, Scope, Fault)
+    ;   nonvar(List),
+        fault_at(Position, "a list of measures is wanted: [area(A), area(B)]", [], Fault)
+    ).
 
 unknown_term(Name/Arity, Words, Sort, Scope, At, Fault) :-
     (   member(Name/Other, Words)
@@ -102,7 +178,7 @@ unknown_term(Name/Arity, Words, Sort, Scope, At, Fault) :-
     ;   findall(N, member(N/_, Words), Names0),
         sort(Names0, Names),
         hint(Name, Names, Hint),
-        Scope = scope(Kind, _, _, _),
+        Scope = scope(Kind, _, _, _, _),
         ( Kind == rules -> Or = " or of this file" ; Or = "" ),
         fault_at(At, "~q is no ~w of the vocabulary~w~w", [Name/Arity, Sort, Or, Hint], Fault)
     ).

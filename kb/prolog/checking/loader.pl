@@ -16,6 +16,7 @@ a warning is a text that begins with File:Line:Column.
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
+:- use_module(library(error)).
 :- use_module(facetlog_kb(reading)).
 :- use_module(facetlog_kb(positions)).
 :- use_module(facetlog_kb(check_rules)).
@@ -26,6 +27,9 @@ a warning is a text that begins with File:Line:Column.
 
 %   More faults of one file are not told: whoever removes these sees the others.
 most_faults(20).
+
+%   Inferences for one file, some seconds: a long one of 25,000 clauses takes a tenth of them.
+most_inferences(50_000_000).
 
 %!  name_models(+Base, +Models, +Module) is det.
 %
@@ -70,8 +74,18 @@ models_in(Module, Models) :-
 %   opened.
 %
 %   @throws rule_faults(Messages) with all faults of the text, each File:Line:Column: What.
+%   @error resource_error(inferences) if that takes too long.
 
-load_rules(Module, File, Text, loaded(Module, Models, Warnings)) :-
+load_rules(Module, File, Text, Loaded) :-
+    most_inferences(Most),
+    call_with_inference_limit(load_checked(Module, File, Text, Loaded), Most, Result),
+    (   Result == inference_limit_exceeded
+    ->  ( current_module(Module) -> '$destroy_module'(Module) ; true ),
+        resource_error(inferences)
+    ;   true
+    ).
+
+load_checked(Module, File, Text, loaded(Module, Models, Warnings)) :-
     read_rules(Text, Clauses, Unread),
     (   Unread == []
     ->  most_faults(Most),

@@ -14,6 +14,7 @@ The text says what is meant; what runs is bounded, and finds the facts. Numbers 
 seen to be short, text is counted, facts of a question are asked of the current scene.
 */
 
+:- use_module(library(assoc)).
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(yall)).
@@ -47,9 +48,9 @@ prepared(Goal, Scope, Module, Runnable) :-
     ;   search_prepared(Goal, Scope, Module, Runnable)
     ).
 
-own_word(Goal, scope(Kind, Own, _, _), Runnable) :-
+own_word(Goal, scope(Kind, Own, _, _, _), Runnable) :-
     functor(Goal, Name, Arity),
-    memberchk(Name/Arity, Own),
+    get_assoc(Name/Arity, Own, _),
     (   Kind == question
     ->  python_call(Goal, Name/Arity, Runnable)
     ;   Runnable = Goal
@@ -62,14 +63,23 @@ python_call(Goal, Indicator, call_python(Key, Args)) :-
     Goal =.. [_|Args].
 
 search_prepared(in(Scene, Goal), Scope, Module, in(Scene, Runnable)) :-
-    Scope = scope(question, _, _, _),
+    Scope = scope(question, _, _, _, _),
     !,
     prepared(Goal, Scope, Module, Runnable).
 search_prepared(holds(Test), _, Module, holds_in(Module, Test)) :- !.
 search_prepared(possible(Test), _, Module, possible_in(Module, Test)) :- !.
 search_prepared(each_pair(X, Y, Faces, Test), _, Module, each_pair_in(Module, X, Y, Faces, Test)) :-
     !.
-search_prepared(Goal, scope(question, _, _, _), _, fact(Goal)) :-
+search_prepared(as_far_as_seen(Thing, Steps, Parts), _, Module,
+                as_far_as_seen_in(Module, Thing, Steps, Parts)) :-
+    !.
+search_prepared(longest_first(Measures, Sorted), _, Module,
+                longest_first_in(Module, Measures, Sorted)) :-
+    !.
+search_prepared(measure(Measure, V, Sd, Kind), scope(rules, _, _, _, [_|_]), Module,
+                measure_in(Module, Measure, V, Sd, Kind)) :-
+    !.
+search_prepared(Goal, scope(question, _, _, _, _), _, fact(Goal)) :-
     functor(Goal, Name, Arity),
     \+ search_word(Name/Arity),
     fact_word(Goal),

@@ -12,6 +12,7 @@ Goal runs in the module facetlog_query, under in_scene/2 if PerScene is true; Na
 those of the variables that an answer can give a value.
 */
 
+:- use_module(library(assoc)).
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(facetlog_kb(reading)).
@@ -63,11 +64,13 @@ bind([Name=Value|Bindings], Text, Named0, Named) :-
     ).
 
 %   Python functions are a question's own words.
-question_scope(scope(question, Own, [], [])) :-
+question_scope(scope(question, Own, [], [], [])) :-
     (   nb_current(facetlog_asked, Base-_)
-    ->  findall(Indicator, python_predicate(Base, Indicator, _), Own)
-    ;   Own = []
-    ).
+    ->  findall(Indicator-own, python_predicate(Base, Indicator, _), Pairs)
+    ;   Pairs = []
+    ),
+    sort(1, @<, Pairs, Sorted),
+    ord_list_to_assoc(Sorted, Own).
 
                  /*******************************
                  *           VARIABLES          *
@@ -101,9 +104,9 @@ gives(Goal, Scope, Variable) :-
 gives(Goal, _, Variable) :-
     occurs(Variable, Goal).
 
-sorted_word(Goal, scope(_, Own, _, _), Head) :-
+sorted_word(Goal, scope(_, Own, _, _, _), Head) :-
     functor(Goal, Name, Arity),
-    \+ memberchk(Name/Arity, Own),
+    \+ get_assoc(Name/Arity, Own, _),
     ( Goal = in(_, _) -> Head = in('Scene', goal('Goal')) ; allowed_word(Goal, Head) ).
 
 given_by(inner(_), _, _, _, _) :- !, fail.
@@ -149,9 +152,9 @@ scene_dependent(Goal, Scope) :-
     inside(Sort, Argument, Inner),
     scene_dependent(Inner, Scope),
     !.
-scene_dependent(Goal, scope(_, Own, _, _)) :-
+scene_dependent(Goal, scope(_, Own, _, _, _)) :-
     functor(Goal, Name, Arity),
-    \+ memberchk(Name/Arity, Own).
+    \+ get_assoc(Name/Arity, Own, _).
 
 inside(goal(_), Goal, Goal).
 inside(inner(_), Goal, Goal).

@@ -14,6 +14,8 @@ inherits from `system`, not from `user`, so that nothing else gets in.
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(prepare)).
 :- use_module(facetlog_kb(pairs)).
+:- use_module(facetlog_kb(seen_parts)).
+:- use_module(facetlog_kb(quantities)).
 :- use_module(facetlog_kb(bounded_numbers)).
 :- use_module(facetlog_kb(bounded_text)).
 :- use_module(facetlog_kb(python)).
@@ -53,6 +55,9 @@ support_word(_, bounded_values/2).
 support_word(_, holds_in/2).
 support_word(_, possible_in/2).
 support_word(_, each_pair_in/5).
+support_word(_, as_far_as_seen_in/4).
+support_word(_, longest_first_in/3).
+support_word(rules, measure_in/5).
 support_word(_, lambda/Arity) :-
     between(4, 8, Arity).
 support_word(_, spend_on_answer/1).

@@ -157,4 +157,7 @@ atomics_to_string(Parts, Text) :-
 unload_trusted(Module) :-
     retract(trusted_source(Module, Source)),
     unload_file(Source),
+    % unload_file/1 leaves what Prolog noted of who loads what.
+    retractall(system:'$load_context_module'(Source, _, _)),
+    retractall(system:'$load_context_module'(_, Module, _)),
     '$destroy_module'(Module).

@@ -232,12 +232,19 @@ reserved(Name/Arity) :-
     functor(Head, Name, Arity),
     (   allowed_word(Head, _)
     ;   predicate_property(system:Head, built_in)
-    ;   hook(Name/Arity)
+    ;   hook(Name, Arity)
     ),
     !.
 
-%   Enumerated, since to ask for a certain predicate of user would load a library that has it.
-hook(Name/Arity) :-
-    member(Module, [user, system]),
-    predicate_property(Module:Head, multifile),
-    functor(Head, Name, Arity).
+:- dynamic hook/2.                      % Name, Arity
+
+%   Enumerated, since to ask for a certain predicate of user would load a library that has it; and
+%   once, since there are thousands. A file's own module takes no part in hooks that come later.
+find_hooks :-
+    retractall(hook(_, _)),
+    forall(( member(Module, [user, system]),
+             predicate_property(Module:Head, multifile) ),
+           ( functor(Head, Name, Arity),
+             ( hook(Name, Arity) -> true ; assertz(hook(Name, Arity)) ) )).
+
+:- initialization(find_hooks).

@@ -36,8 +36,8 @@ search_word(Indicator) :-
 
 %!  test_form(+Test, -Form) is semidet.
 %
-%   Form says what the arguments of a connective or comparison are: test, tests, measure, weight,
-%   value.
+%   Form says what the arguments of a connective or comparison are: test, tests, comparison, measure,
+%   weight, count, groups, model, value.
 
 test_form(near(_, _, _), near(measure, measure, measure)).
 test_form(at_least(_, _), at_least(measure, measure)).
@@ -51,6 +51,11 @@ test_form(each_pair(_, _, _, _), each_pair(value, value, value, test)).
 test_form(not(_), not(test)).
 test_form(if_known(_), if_known(test)).
 test_form(expect(_, _), expect(weight, test)).
+test_form(implies(_, _), implies(test, test)).
+test_form(fading(_, _), fading(comparison, measure)).
+test_form(at_least_of(_, _, _, _), at_least_of(count, value, groups, test)).
+test_form(at_most_of(_, _, _, _), at_most_of(count, value, groups, test)).
+test_form(is_a(_, _), is_a(value, model)).
 
 %!  vocabulary_tolerance(?Name) is nondet.
 
@@ -67,6 +72,11 @@ described(thing('Thing'), search, "a connected group of faces, judged as one obj
 described(face_of('Thing', 'Face'), search, "a measured face of the thing").
 described(loose_edge_of('Thing', 'Edge'), search,
           "a measured edge of the thing that bounds no face").
+described(element_of('Thing', 'X'), search, "a measured face or loose edge of the thing").
+described(edge_of('Thing', 'Edge'), search, "a side of a measured face of the thing, or loose").
+described(vertex_of('Thing', 'Vertex'), search, "a corner of a measured face of the thing").
+described(part_in('Thing', 'Model', 'Role', 'Part'), search,
+          "what plays that part where the thing is such a model, or unseen").
 described(shared_edge('A', 'B', 'Edge'), search, "the measured faces A and B share the edge").
 described(standing_below('Face', 'Support'), search,
           "an upright face or loose edge that stands on the ground below the face").
@@ -76,6 +86,8 @@ described(separate('Supports', 'Groups'), search,
           "groups of faces and edges that adjoin or stand at one place").
 described(largest_faces('Thing', 'Faces'), search, "the measured faces, the largest first").
 described(longest_first('Measures', 'Sorted'), search, "the measures, the greatest value first").
+described(as_far_as_seen('Thing', 'Steps', 'Parts'), search,
+          "for each step(X, Count, Test) one of the largest faces that may pass, or unseen").
 described(holds('Test'), search, "the test is known to hold").
 described(possible('Test'), search, "the test holds or is unknown").
 described(measure('Measure', 'Value', 'Sd', 'Kind'), search,
@@ -103,12 +115,43 @@ described(each_pair('X', 'Y', 'List', 'Test'), test, "the test holds of every tw
 described(not('Test'), test, "the test does not hold").
 described(if_known('Test'), test, "the test holds, or is not known").
 described(expect('Weight', 'Test'), test, "always; if the test does not hold, the degree falls").
+described(implies('Where', 'Test'), test, "where the first test holds, the second does").
+described(fading('Comparison', 'Width'), test,
+          "the comparison, its edges falling off to nothing over the width").
+described(at_least_of('Count', 'X', 'Groups', 'Test'), test,
+          "the test holds of one X in each of so many groups, or more").
+described(at_most_of('Count', 'X', 'Groups', 'Test'), test,
+          "the test holds of one X in no more than so many groups").
+described(is_a('Thing', 'Model'), test, "what the model says of the thing").
 described(tolerance('Name'), measure, "a number with a name").
 described(thing_length('Thing'), measure, "longest side of the thing").
 described(thing_width('Thing'), measure, "middle side of the thing").
 described(thing_height('Thing'), measure, "height of the thing's highest point").
 described(metres('Number'), measure, "a length, if the scale is known").
 described(count('List'), measure, "how many elements the list has").
+described(area('X'), measure, "area of a face, or of all measured faces of a thing").
+described(length('X'), measure, "longer side of a face, longest side of a thing").
+described(width('X'), measure, "shorter side of a face, middle side of a thing").
+described(height('X'), measure, "from the lowest to the highest point of a face, edge or thing").
+described(elevation('X'), measure,
+          "height of the middle of a face or thing above the thing's lowest point").
+described(shared_length('A', 'B'), measure, "length of the (longest) edge that two faces share").
+described(corners('Face'), measure, "how many corners the outline has").
+described(faces_at('Vertex'), measure, "how many measured faces have a corner there").
+described(smallest_gap('Things'), measure, "least distance between two of the things").
+described(largest_gap('Things'), measure, "greatest distance between two of the things").
+described(lowest('Measures'), measure, "the least of the measures").
+described(highest('Measures'), measure, "the greatest of the measures").
+described(sum('Measures'), measure, "the sum of the measures").
+described(mean('Measures'), measure, "the mean of the measures").
+described(above('A', 'B'), relation, "the face A is not lower than B").
+described(below('A', 'B'), relation, "the face A is not higher than B").
+described(supports('X', 'Face'), relation,
+          "the upright face or edge starts below the face and reaches down to the ground").
+described(underside_of('Other', 'Face'), relation,
+          "the lower side of the board whose upper side the face is").
+described(touches('Thing', 'Other'), relation, "nothing is between the two things").
+described(bounds('Edge', 'Face'), relation, "the edge is a side of the face").
 described(measured('Face'), relation, "pictures support the face").
 described(share_corner('Faces'), relation, "the faces meet at one corner").
 described(level('X'), relation, "within 10 degrees of level").

@@ -11,14 +11,14 @@ remembered with the scene.
 */
 
 :- use_module(library(lists)).
-:- use_module(library(pairs)).
 :- use_module(library(solution_sequences)).
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(evaluate)).
 :- use_module(facetlog_kb(search)).
-:- use_module(facetlog_kb(recall)).
+:- use_module(facetlog_kb(in_progress)).
+:- use_module(facetlog_kb(told_of_models)).
 
 %!  is_a(?Thing, ?Model) is nondet.
 %
@@ -35,11 +35,7 @@ is_a(Thing, Model) :-
 
 verdict(Thing, Model, State, Degree) :-
     judged(Thing, Model, Module),
-    recall(Module, Model, Thing, degree, State0-Degree0,
-           ( judge(Module, Model, Thing, Verdict),
-             Verdict = verdict(_, _, State0, Degree0, _, _, _, _, _) )),
-    State = State0,
-    Degree = Degree0.
+    outcome(Module, Model, Thing, outcome(State, Degree, _)).
 
 %!  plays(?Face, ?Role, ?Thing, ?Model) is nondet.
 %
@@ -48,9 +44,8 @@ verdict(Thing, Model, State, Degree) :-
 plays(Face, Role, Thing, Model) :-
     judged(Thing, Model, Module),
     best(Module, Model, Thing, best(holds, _, Parts, _)),
-    once(Module:model(Model, _, Roles)),
-    pairs_keys_values(Roled, Roles, Parts),
-    member(Role-Part, Roled),
+    while_judging(Module, Model, Thing, roled(Module, Model, Thing, Parts, Roled)),
+    ( member(Role-Part, Roled) ; member(group(Role, Part), Roled) ),
     (   is_list(Part)
     ->  member(Face, Part)
     ;   Face = Part

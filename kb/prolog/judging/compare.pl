@@ -3,19 +3,18 @@
                               compare_value/6, % +Quantity, +Measure, +Bounds, +Module, +Test, -Compared
                               judged/4,       % +Compared, -State, -Low, -High
                               detail/3,       % +Compared, +State, -Detail
-                              miss/2,         % +Compared, -Miss
-                              value/3         % +Expression, +Module, -Quantity
+                              miss/2          % +Compared, -Miss
                             ]).
 
 /** <module> Measured values against their limits
 
-Expressions of measures become quantities, a quantity and its limits margins, and margins a state
-with its probability. evaluate.pl says what is done with it.
+A quantity and its limits become margins, and margins a state with its probability. evaluate.pl says
+what is done with it.
 */
 
 :- use_module(library(lists)).
-:- use_module(library(error)).
-:- use_module(facetlog_kb(bounded_numbers)).
+:- use_module(facetlog_kb(quantities)).
+:- use_module(facetlog_kb(fading)).
 :- use_module(facetlog(vocabulary)).
 
 % Arithmetic is most of the work: compiled, it takes half the time. The flag ends with the file.
@@ -33,11 +32,16 @@ comparison(near(M, Target, Tolerance), M, near(Target, Tolerance)).
 comparison(between(M, Low, High), M, between(Low, High)).
 comparison(at_least(M, Limit), M, at_least(Limit)).
 comparison(at_most(M, Limit), M, at_most(Limit)).
+comparison(fading(Test, Width), M, fading(Bounds, Width)) :-
+    nonvar(Test),
+    Test \= fading(_, _),
+    comparison(Test, M, Bounds).
 
 %!  compare(+Measure, +Bounds, +Module, +Test, -Compared) is det.
 %
 %   Compared is compared(Quantity, Measure, Margins, Within, Degree) or missing(Measure). Margins
-%   are the signed distances, with variance, to the region's edges; inside all are >= 0.
+%   are the signed distances, with variance, to the region's edges; inside all are >= 0. An edge that
+%   fades is told from the middle of its slope, where the membership is 1/2.
 %
 %   @error type_error(comparable, Test) if a length is compared with a bare number, or the like.
 
@@ -45,9 +49,16 @@ compare(Measure, Bounds, Module, Test, Compared) :-
     (   value(Measure, Module, Value),
         compare_value(Value, Measure, Bounds, Module, Test, Compared0)
     ->  Compared = Compared0
-    ;   first_unknown(Measure, Bounds, Module, Missing),
+    ;   limits(Bounds, Limits),
+        first_unknown([Measure|Limits], Module, Missing),
         Compared = missing(Missing)
     ).
+
+limits(fading(Bounds, Width), [Width|Limits]) :-
+    !,
+    limits(Bounds, Limits).
+limits(Bounds, Limits) :-
+    Bounds =.. [_|Limits].
 
 %!  compare_value(+Quantity, +Measure, +Bounds, +Module, +Test, -Compared) is semidet.
 %
@@ -56,7 +67,11 @@ compare(Measure, Bounds, Module, Test, Compared) :-
 compare_value(Value, Measure, Bounds, Module, Test,
               compared(Value, Measure, Margins, Within, Degree)) :-
     region(Bounds, Module, Value, Test, Margins, Within),
-    mass_within(Margins, 1, Degree).
+    (   Within = fading(_, Width),
+        \+ crisp
+    ->  membership_within(Margins, Width, Degree)
+    ;   mass_within(Margins, 1, Degree)
+    ).
 
 %!  judged(+Compared, -State, -Low, -High) is det.
 
@@ -86,8 +101,7 @@ detail(compared(quantity(V, Var, Kind), _, Margins, Within, _), State, Detail) :
 outcome(Measure, Side, Distance, Degree, State, Low, High) :-
     (   Distance < 0
     ->  (   Side == below,
-            nonvar(Measure),
-            Measure = count(_)
+            so_far(Measure)
         ->  State = unknown, Low = 0, High = 1
         ;   State = fails, Low = Degree, High = Degree
         )
@@ -95,6 +109,11 @@ outcome(Measure, Side, Distance, Degree, State, Low, High) :-
     ->  State = unknown, Low = Degree, High = Degree
     ;   State = holds, Low = Degree, High = Degree
     ).
+
+%   What is counted of that which was seen.
+so_far(Measure) :-
+    nonvar(Measure),
+    memberchk(Measure, [count(_), faces_at(_)]).
 
 region(near(Target, Tolerance), Module, Value, Test, Margins, near(T, W)) :-
     limit(Target, Module, Value, Test, T, R),
@@ -124,6 +143,12 @@ region(at_most(Limit), Module, Value, Test, [margin(above, Above, Var)], at_most
     Above is H - V,
     Var is S + Q.
 
+region(fading(Bounds, Width), Module, Value, Test, Margins, fading(Within, W)) :-
+    region(Bounds, Module, Value, Test, Margins0, Within),
+    limit(Width, Module, Value, Test, W0, Q),
+    W is max(0, W0),
+    widened(Margins0, W, Q, Margins).
+
 limit(Expression, Module, Value, Test, V, Var) :-
     value(Expression, Module, Limit),
     comparable(Test, Value, Limit),
@@ -145,24 +170,6 @@ mass_within([margin(_, Distance, Var)|Margins], Sum0, Mass) :-
     Sum is Sum0 + M - 1,
     mass_within(Margins, Sum, Mass).
 
-%   Probability that a normal variable of this mean and variance is not negative.
-mass(Mean, Var, Mass) :-
-    (   Var > 0
-    ->  Mass is 0.5*erfc(-Mean/sqrt(2*Var))
-    ;   Mean >= 0
-    ->  Mass = 1
-    ;   Mass = 0
-    ).
-
-comparable(Test, quantity(_, _, Kind), quantity(Limit, _, LimitKind)) :-
-    dimension(Kind, D),
-    (   dimension(LimitKind, D)
-    ->  true
-    ;   Limit =:= 0
-    ->  true
-    ;   type_error(comparable, Test)
-    ).
-
 %!  miss(+Compared, -Miss) is det.
 %
 %   r/(1 + r) of the distance r from the region, relative to the region's tolerance, half width or
@@ -181,116 +188,6 @@ scale_of(near(_, Tolerance), Scale)   :- Scale is abs(Tolerance).
 scale_of(between(Low, High), Scale)   :- Scale is abs(High - Low)/2.
 scale_of(at_least(Limit), Scale)      :- Scale is abs(Limit).
 scale_of(at_most(Limit), Scale)       :- Scale is abs(Limit).
-
-                 /*******************************
-                 *          QUANTITIES          *
-                 *******************************/
-
-%!  value(+Expression, +Module, -Quantity) is semidet.
-%
-%   Quantity is quantity(Value, Variance, Kind), variances to first order and as if the terms were
-%   independent. Fails if a measure is unknown.
-
-value(X, _, quantity(X, 0, number)) :-
-    number(X),
-    !.
-value(tolerance(Name), Module, quantity(X, 0, number)) :-
-    !,
-    (   named_tolerance(Name, Module, X)
-    ->  must_be(number, X)              % arithmetic would work out what a clause computed
-    ;   existence_error(tolerance, Name)
-    ).
-value(-A, Module, quantity(V, S, Kind)) :-
-    !,
-    value(A, Module, quantity(X, S, Kind)),
-    V is -X.
-value(A + B, Module, quantity(V, S, Kind)) :-
-    !,
-    sum_terms(A, B, Module, X, Y, S, Kind),
-    V is X + Y.
-value(A - B, Module, quantity(V, S, Kind)) :-
-    !,
-    sum_terms(A, B, Module, X, Y, S, Kind),
-    V is X - Y.
-value(A * B, Module, quantity(V, S, Kind)) :-
-    !,
-    value(A, Module, quantity(X, SX, KX)),
-    value(B, Module, quantity(Y, SY, KY)),
-    product(X, Y, V),
-    S is Y*Y*SX + X*X*SY,
-    dimension(KX, DX),
-    dimension(KY, DY),
-    D is DX + DY,
-    kind(D, Kind).
-value(A / B, Module, quantity(V, S, Kind)) :-
-    !,
-    value(A, Module, quantity(X, SX, KX)),
-    value(B, Module, quantity(Y, SY, KY)),
-    Y =\= 0,
-    V is X / Y,
-    S is (SX + V*V*SY) / (Y*Y),
-    dimension(KX, DX),
-    dimension(KY, DY),
-    D is DX - DY,
-    kind(D, Kind).
-value(Measure, _, quantity(V, S, Kind)) :-
-    callable(Measure),
-    measure(Measure, V, Sd, Kind),
-    !,
-    S is Sd*Sd.
-
-%   What a clause worked out may be an integer of any length.
-product(X, Y, Product) :-
-    (   rational(X),
-        rational(Y)
-    ->  bounded_value(X*Y, Product)
-    ;   Product is X*Y
-    ).
-
-sum_terms(A, B, Module, X, Y, S, Kind) :-
-    value(A, Module, QX),
-    value(B, Module, QY),
-    QX = quantity(X, SX, Kind),
-    QY = quantity(Y, SY, _),
-    comparable(A + B, QX, QY),
-    S is SX + SY.
-
-named_tolerance(Name, Module, X) :-
-    current_predicate(Module:tolerance/2),
-    Module:tolerance(Name, X),
-    !.
-named_tolerance(Name, _, X) :-
-    vocabulary:tolerance(Name, X).
-
-%   Power of length of a kind.
-dimension(length, 1) :- !.
-dimension(area, 2) :- !.
-dimension(power(D), D) :- !.
-dimension(_, 0).
-
-kind(0, ratio) :- !.
-kind(1, length) :- !.
-kind(2, area) :- !.
-kind(D, power(D)).
-
-%   The first measure of a comparison that the scene does not know.
-first_unknown(Measure, Bounds, Module, Missing) :-
-    Bounds =.. [_|Limits],
-    member(Expression, [Measure|Limits]),
-    unknown_in(Expression, Module, Missing),
-    !.
-
-unknown_in(Expression, Module, Missing) :-
-    \+ value(Expression, Module, _),
-    (   operands(Expression, Operands),
-        member(Operand, Operands),
-        unknown_in(Operand, Module, Missing0)
-    ->  Missing = Missing0
-    ;   Missing = Expression
-    ).
-
-operands(-A, [A]).
-operands(A + B, [A, B]).
-operands(A - B, [A, B]).
-operands(A * B, [A, B]).
-operands(A / B, [A, B]).
+scale_of(fading(Within, Width), Scale) :-
+    scale_of(Within, Scale0),
+    Scale is Scale0 + Width/2.

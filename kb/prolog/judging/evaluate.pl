@@ -1,8 +1,7 @@
 :- module(facetlog_evaluate, [ evaluate/3,    % +Test, +Module, -Proof
                                outline/3,     % +Test, +Module, -Outline
                                state/3,       % +Test, +Module, -State
-                               meaning/3,     % +Word, +Module, -Test
-                               combine/6      % +How, +Proofs, -State, -Low, -High, -Detail
+                               meaning/3      % +Word, +Module, -Test
                              ]).
 
 /** <module> Tests into proofs
@@ -16,15 +15,20 @@ High bound the probability that the *true* values lie within the tolerances, fro
 deviations: equal where all was measured, 0 and 1 where nothing is known. Detail is
 
   - compared(Value, Sd, Kind, Within, Margin): Within is near(Target, Tolerance),
-    between(Low, High), at_least(Limit) or at_most(Limit), all in numbers; Margin is
+    between(Low, High), at_least(Limit) or at_most(Limit), all in numbers, or fading(Within, Width)
+    of one of these; Margin is
     margin(Side, Distance, Sd): the signed distance to the nearer edge of the region, negative
     outside it, with the deviation of that difference; Side is below or above, where that edge is;
   - uncertain(Value, Sd, Kind, Within, Margin): the same, but it cannot be told;
   - missing(Measure, Cause): what the scene does not know, and why (missing_because/2);
   - fact(Truth, Cause): a relation, true, false or unknown; Cause is none unless it is unknown;
   - short: a word of the model or the vocabulary, whose meaning is the only child;
-  - all, any, not, if_known, not_asked, expect(Weight): what became of the children. The Test of
-    such a step does not repeat them: it is this word, or each(List), some(List), each_pair(List).
+  - counted(Holding, Open, Deciding): how many groups hold and how many may; Deciding is the member
+    whose proof decides, or none. The children prove the best member of each group, the best first;
+  - judged(Cause): what another model says of a thing;
+  - all, any, not, if_known, not_asked, implies, expect(Weight): what became of the children. The
+    Test of such a step does not repeat them: it is this word, or each(List), some(List),
+    each_pair(List), at_least_of(Count, Groups), at_most_of(Count, Groups).
 
 Probabilities of conditions are multiplied (the least error for the box's three angles, against
 minimum and sum); alternatives take the greatest.
@@ -36,6 +40,9 @@ proof, state/3 the state alone, which needs to look at no more than decides it.
 :- use_module(library(lists)).
 :- use_module(library(error)).
 :- use_module(facetlog_kb(compare)).
+:- use_module(facetlog_kb(connectives)).
+:- use_module(facetlog_kb(counted)).
+:- use_module(facetlog_kb(model_test)).
 :- use_module(facetlog(vocabulary)).
 
 % Arithmetic is most of the work: compiled, it takes half the time. The flag ends with the file.
@@ -66,6 +73,12 @@ evaluate_sort(relation(Truth), Test, _, Test, State, Low, High, fact(Truth, Caus
     ->  missing_because(Test, Cause)
     ;   Cause = none
     ).
+evaluate_sort(counted(Bound, Count, Groups), Test, Module, Shown, State, Low, High, Detail,
+              Proofs) :-
+    counted_shown(Test, Shown),
+    evaluate_counted(Bound, Count, Groups, Module, State, Low, High, Detail, Proofs).
+evaluate_sort(is_a(Thing, Model), Test, _, Test, State, Low, High, judged(Cause), []) :-
+    model_outcome(Thing, Model, outcome(State, Low, High, Cause)).
 evaluate_sort(meaning(Meaning), Test, Module, Test, State, Low, High, short, [Proof]) :-
     evaluate(Meaning, Module, Proof),
     Proof = proof(State, Low, High, _, _, _).
@@ -77,13 +90,18 @@ evaluate_all([Test|Tests], Module, [Proof|Proofs]) :-
 
 %   What sort of test it is, with what the sort needs.
 sort_of(Test, Module, Sort) :-
-    must_be(nonvar, Test),
-    (   comparison(Test, Measure, Bounds)
+    (   var(Test)
+    ->  instantiation_error(Test)
+    ;   comparison(Test, Measure, Bounds)
     ->  Sort = comparison(Measure, Bounds)
     ;   connective(Test, How, Shown, Tests)
     ->  Sort = connective(How, Shown, Tests)
     ;   relation(Test, Truth)
     ->  Sort = relation(Truth)
+    ;   counted(Test, Bound, Count, Groups)
+    ->  Sort = counted(Bound, Count, Groups)
+    ;   Test = is_a(Thing, Model)
+    ->  Sort = is_a(Thing, Model)
     ;   meaning(Test, Module, Meaning)
     ->  Sort = meaning(Meaning)
     ;   functor(Test, Name, Arity),
@@ -101,80 +119,6 @@ meaning(Test, Module, Meaning) :-
 meaning(Test, _, Meaning) :-
     vocabulary:means(Test, Meaning),
     !.
-
-                 /*******************************
-                 *          CONNECTIVES         *
-                 *******************************/
-
-connective(all(Tests), all, all, Tests).
-connective(any(Tests), any, any, Tests).
-connective(not(Test), not, not, [Test]).
-connective(if_known(Test), if_known, if_known, [Test]).
-connective(expect(Weight, Test), expect(Weight), expect(Weight), [Test]).
-connective(each(X, List, Test), all, each(List), Tests) :-
-    findall(Test, member(X, List), Tests).
-connective(some(X, List, Test), any, some(List), Tests) :-
-    findall(Test, member(X, List), Tests).
-connective(each_pair(X, Y, List, Test), all, each_pair(List), Tests) :-
-    findall(Test, ( append(_, [X|Rest], List), member(Y, Rest) ), Tests).
-
-%!  combine(+How, +Proofs, -State, -Low, -High, -Detail) is det.
-%
-%   What the proofs say together, joined by How: all, any, not, if_known or expect(Weight).
-
-combine(all, Proofs, State, Low, High, all) :-
-    product(Proofs, holds, 1, 1, State, Low, High).
-combine(any, Proofs, State, Low, High, any) :-
-    greatest(Proofs, fails, 0, 0, State, Low, High).
-combine(not, [proof(S, L, H, _, _, _)], State, Low, High, not) :-
-    opposite(S, L, H, State, Low, High).
-combine(if_known, [proof(S, L, H, _, _, _)], State, Low, High, Detail) :-
-    (   S == unknown
-    ->  State = holds, Low = 1, High = 1, Detail = not_asked
-    ;   State = S, Low = L, High = H, Detail = if_known
-    ).
-combine(expect(Weight), [proof(_, L, H, _, _, _)], holds, Low, High, expect(Weight)) :-
-    expected(Weight, L, H, Low, High).
-
-product([], S, L, H, S, L, H).
-product([proof(S1, L1, H1, _, _, _)|Proofs], S0, L0, H0, S, L, H) :-
-    both(S0, S1, S2),
-    L2 is L0*L1,
-    H2 is H0*H1,
-    product(Proofs, S2, L2, H2, S, L, H).
-
-greatest([], S, L, H, S, L, H).
-greatest([proof(S1, L1, H1, _, _, _)|Proofs], S0, L0, H0, S, L, H) :-
-    either(S0, S1, S2),
-    L2 is max(L0, L1),
-    H2 is max(H0, H1),
-    greatest(Proofs, S2, L2, H2, S, L, H).
-
-opposite(S, L, H, State, Low, High) :-
-    opposite_state(S, State),
-    Low is 1 - H,
-    High is 1 - L.
-
-expected(Weight, L, H, Low, High) :-
-    must_be(number, Weight),            % arithmetic would work out what a clause computed
-    must_be(between(0.0, 1.0), Weight),
-    Low is 1 - Weight*(1 - L),
-    High is 1 - Weight*(1 - H).
-
-% Kleene's three values.
-both(holds, State, State).
-both(unknown, State, Both) :-
-    ( State == fails -> Both = fails ; Both = unknown ).
-both(fails, _, fails).
-
-either(fails, State, State).
-either(unknown, State, Either) :-
-    ( State == holds -> Either = holds ; Either = unknown ).
-either(holds, _, holds).
-
-opposite_state(holds, fails).
-opposite_state(fails, holds).
-opposite_state(unknown, unknown).
 
                  /*******************************
                  *            OUTLINE           *
@@ -202,6 +146,11 @@ outline_sort(comparison(Measure, Bounds), Test, Module, State, Low, High, Miss) 
 outline_sort(relation(Truth), _, _, State, Low, High, Miss) :-
     truth(Truth, State, Low, High),
     whole_miss(State, Miss).
+outline_sort(counted(Bound, Count, Groups), _, Module, State, Low, High, Miss) :-
+    outline_counted(Bound, Count, Groups, Module, State, Low, High, Miss).
+outline_sort(is_a(Thing, Model), _, _, State, Low, High, Miss) :-
+    model_outcome(Thing, Model, outcome(State, Low, High, _)),
+    whole_miss(State, Miss).
 outline_sort(meaning(Meaning), _, Module, State, Low, High, Miss) :-
     outline(Meaning, Module, outline(State, Low, High, Miss)).
 outline_sort(connective(How, _, Tests), _, Module, State, Low, High, Miss) :-
@@ -222,6 +171,18 @@ outline_connective(if_known, [Test], Module, State, Low, High, Miss) :-
     (   S == unknown
     ->  State = holds, Low = 1, High = 1
     ;   State = S, Low = L, High = H
+    ).
+outline_connective(implies, [Where, Test], Module, State, Low, High, Miss) :-
+    outline(Where, Module, outline(S0, L0, H0, _)),
+    opposite(S0, L0, H0, S1, L1, H1),
+    (   S1 == holds,
+        L1 >= 1
+    ->  State = S1, Low = L1, High = H1, Miss = 0
+    ;   outline(Test, Module, outline(S2, L2, H2, Miss2)),
+        either(S1, S2, State),
+        Low is max(L1, L2),
+        High is max(H1, H2),
+        ( State == fails -> Miss = Miss2 ; Miss = 0 )
     ).
 outline_connective(expect(Weight), [Test], Module, holds, Low, High, 0) :-
     outline(Test, Module, outline(_, L, H, _)),
@@ -296,6 +257,10 @@ state_sort(comparison(Measure, Bounds), Test, Module, State) :-
     judged(Compared, State, _, _).
 state_sort(relation(Truth), _, _, State) :-
     truth(Truth, State, _, _).
+state_sort(counted(Bound, Count, Groups), _, Module, State) :-
+    state_counted(Bound, Count, Groups, Module, State).
+state_sort(is_a(Thing, Model), _, _, State) :-
+    model_state(Thing, Model, State).
 state_sort(meaning(Meaning), _, Module, State) :-
     state(Meaning, Module, State).
 state_sort(connective(How, _, Tests), _, Module, State) :-
@@ -311,6 +276,14 @@ state_connective(not, [Test], Module, State) :-
 state_connective(if_known, [Test], Module, State) :-
     state(Test, Module, S),
     ( S == unknown -> State = holds ; State = S ).
+state_connective(implies, [Where, Test], Module, State) :-
+    state(Where, Module, S0),
+    opposite_state(S0, S1),
+    (   S1 == holds
+    ->  State = holds
+    ;   state(Test, Module, S2),
+        either(S1, S2, State)
+    ).
 state_connective(expect(_), _, _, holds).
 
 state_all([], _, State, State).

@@ -1,6 +1,7 @@
 :- module(facetlog_judge, [ judge/4,          % +Module, +Model, +Thing, -Verdict
                             best/4,           % +Module, +Model, +Thing, -Best
                             best_of/4,        % +Module, +Model, +Candidates, -Best
+                            outcome/4,        % +Module, +Model, +Thing, -Outcome
                             verdict_of/5,     % +Best, +Module, +Model, +Thing, -Verdict
                             prove/6           % +Module, +Model, +Thing, +Parts, +Also, -Verdict
                           ]).
@@ -10,19 +11,23 @@
 A model's candidate/3 proposes faces for its parts. The best assignment is found without proofs
 (search.pl); only that one is proved. A verdict is
 
-    verdict(Model, Thing, State, Low, High, Parts, Sizes, Conditions, Also)
+    verdict(Model, Thing, State, Low, High, Parts, Sizes, Conditions, Also, General)
 
-Parts is a list of Role-Face, Sizes of size(Name, Value, Sd), Conditions of
-condition(Label, Reason, Proof); Also counts the other assignments that hold.
+Parts is a list of Role-Face and, for sets beside the parts, group(Role, Faces); Sizes of
+size(Name, Value, Sd), Conditions of condition(Label, Reason, Place, Text, Proof), where Place and
+Text are what the author wrote where, or ''; Also counts the other assignments that hold; General
+lists the models of which this one is a special case.
 */
 
 :- use_module(library(apply)).
-:- use_module(library(pairs)).
 :- reexport(facetlog_kb(evaluate), [evaluate/3]).
 :- reexport(facetlog_kb(compare), [comparison/3]).
-:- use_module(facetlog_kb(compare)).
+:- use_module(facetlog_kb(quantities)).
 :- use_module(facetlog_kb(evaluate)).
+:- use_module(facetlog_kb(connectives)).
+:- use_module(facetlog_kb(in_progress)).
 :- use_module(facetlog_kb(search)).
+:- use_module(facetlog_kb(told_of_models)).
 :- use_module(facetlog_kb(recall)).
 
 %!  judge(+Module, +Model, +Thing, -Verdict) is det.
@@ -33,11 +38,23 @@ judge(Module, Model, Thing, Verdict) :-
     best(Module, Model, Thing, Best),
     verdict_of(Best, Module, Model, Thing, Verdict).
 
+%!  outcome(+Module, +Model, +Thing, -Outcome) is det.
+%
+%   Outcome is outcome(State, Low, High) of the verdict. It is remembered with the scene.
+
+outcome(Module, Model, Thing, Outcome) :-
+    recall(Module, Model, Thing, outcome, Outcome,
+           ( judge(Module, Model, Thing, Verdict),
+             Verdict = verdict(_, _, State, Low, High, _, _, _, _, _),
+             Outcome = outcome(State, Low, High) )).
+
 %!  verdict_of(+Best, +Module, +Model, +Thing, -Verdict) is det.
 %
 %   Verdict is on Best, as best/4 gives it; on Thing if nothing was proposed.
 
-verdict_of(none, _, Model, Thing, verdict(Model, Thing, unknown, 0, 1, [], [], [], 0)).
+verdict_of(none, Module, Model, Thing,
+           verdict(Model, Thing, unknown, 0, 1, [], [], [], 0, General)) :-
+    general_models(Module, Model, General).
 verdict_of(best(_, Thing, Parts, Also), Module, Model, _, Verdict) :-
     prove(Module, Model, Thing, Parts, Also, Verdict).
 
@@ -47,7 +64,8 @@ verdict_of(best(_, Thing, Parts, Also), Module, Model, _, Verdict) :-
 %   the scene.
 
 best(Module, Model, Thing, Best) :-
-    recall(Module, Model, Thing, best, Best, find_best(Module, Model, Thing, Best)).
+    recall(Module, Model, Thing, best, Best,
+           while_judging(Module, Model, Thing, find_best(Module, Model, Thing, Best))).
 
 find_best(Module, Model, Thing, Best) :-
     candidates(Module, Model, Thing, Candidates),
@@ -83,18 +101,23 @@ others_that_hold(Aim, Queue0, Count) :-
 %
 %   The verdict on one assignment, with the proofs of its conditions in the order of the file.
 
-prove(Module, Model, Thing, Parts, Also,
-      verdict(Model, Thing, State, Low, High, Roled, Sizes, Conditions, Also)) :-
-    once(Module:model(Model, _, Roles)),
-    pairs_keys_values(Roled, Roles, Parts),
+prove(Module, Model, Thing, Parts, Also, Verdict) :-
+    while_judging(Module, Model, Thing, proved(Module, Model, Thing, Parts, Also, Verdict)).
+
+proved(Module, Model, Thing, Parts, Also,
+       verdict(Model, Thing, State, Low, High, Roled, Sizes, Conditions, Also, General)) :-
+    roled(Module, Model, Thing, Parts, Roled),
     findall((Label-Reason)-Test,
             Module:condition(Model, Label, Reason, Thing, Parts, Test),
             Tests),
-    maplist(prove_condition(Module), Tests, Conditions, Proofs),
+    maplist(prove_condition(Module, Model), Tests, Conditions, Proofs),
     combine(all, Proofs, State, Low, High, _),
-    sizes(Module, Model, Thing, Parts, Sizes).
+    sizes(Module, Model, Thing, Parts, Sizes),
+    general_models(Module, Model, General).
 
-prove_condition(Module, (Label-Reason)-Test, condition(Label, Reason, Proof), Proof) :-
+prove_condition(Module, Model, (Label-Reason)-Test,
+                condition(Label, Reason, Place, Text, Proof), Proof) :-
+    written(Module, Model, Label, Place, Text),
     evaluate(Test, Module, Proof).
 
 sizes(Module, Model, Thing, Parts, Sizes) :-

@@ -16,6 +16,7 @@ again.
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(evaluate)).
 :- use_module(facetlog_kb(compare)).
+:- use_module(facetlog_kb(quantities)).
 :- use_module(facetlog_kb(recall)).
 :- use_module(facetlog(vocabulary)).
 
@@ -128,7 +129,7 @@ search(Test, Module, X, Y, Faces, facetlog_pairs:Search) :-
 %   The measure's fact is at hand: looking it up again would cost an index and twice the time.
 passing(Measure, Bounds, Module, Test, X, Y) :-
     measured(Measure, Bounds, X, Y, Value, Sd, Kind),
-    Var is Sd*Sd,
+    variance(Sd, Var),
     compare_value(quantity(Value, Var, Kind), Measure, Bounds, Module, Test, Compared),
     judged(Compared, holds, _, _).
 

@@ -11,13 +11,14 @@ forgets what it knew.
 
 :- use_module(library(aggregate)).
 :- use_module(facetlog_kb(small_terms)).
+:- use_module(facetlog_kb(in_progress)).
 
 :- meta_predicate recall(+, +, +, +, -, 0).
 
 %!  recall(+Module, +Model, +Thing, +What, -Answer, :Goal) is det.
 %
 %   Answer is what Goal binds it to, found once for the current scene and remembered, if what was
-%   asked is known and small.
+%   asked is known and small and does not depend on what is being judged at the moment.
 %
 %   @error resource_error(term_size) if the question or the answer is too deep or too large.
 
@@ -35,9 +36,12 @@ recall_known(Module, Model, Thing, What, Answer, Goal) :-
     (   current_predicate(Scene:'facetlog recall'/6),
         Scene:'facetlog recall'(Thing, What, Model, Module, Day, Answer0)
     ->  Answer = Answer0
-    ;   once(Goal),
+    ;   unless_cyclic(Goal, Cyclic),
         must_be_small(Answer),          % parts are what a candidate/3 says
-        remember(Scene, Module, Model, Thing, What, Day, Answer)
+        (   Cyclic == true
+        ->  true
+        ;   remember(Scene, Module, Model, Thing, What, Day, Answer)
+        )
     ).
 
 %   Two threads may have found it out at once: one answer is enough.

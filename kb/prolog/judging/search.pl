@@ -27,6 +27,7 @@ comes before all that does. Where all fail, both see the same order.
 :- use_module(library(pairs)).
 :- use_module(library(apply)).
 :- use_module(facetlog_kb(evaluate)).
+:- use_module(facetlog_kb(in_progress)).
 
                  /*******************************
                  *             QUEUE            *
@@ -37,7 +38,8 @@ comes before all that does. Where all fail, both see the same order.
 %   Candidates is the sorted list of Thing-Parts that the model proposes.
 
 candidates(Module, Model, Thing, Candidates) :-
-    findall(Thing-Parts, Module:candidate(Model, Thing, Parts), Bag),
+    while_judging(Module, Model, Thing,
+                  findall(Thing-Parts, Module:candidate(Model, Thing, Parts), Bag)),
     sort(Bag, Candidates).
 
 %!  start(+Aim, +Candidates, +Plan, -Queue) is det.
@@ -73,6 +75,13 @@ go_on(Open0, Aim, Queue0, Queue, Found) :-
 
 ask_next(open(Thing, Parts, Tally0, [group(Label, _)|Groups]), aim(_, Module, Model),
          open(Thing, Parts, Tally, Groups)) :-
+    (   noted(Module, Model, Thing)     % where one thing is judged: most is asked there
+    ->  ask(Module, Model, Label, Thing, Parts, Tally0, Tally)
+    ;   while_judging(Module, Model, Thing,
+                      ask(Module, Model, Label, Thing, Parts, Tally0, Tally))
+    ).
+
+ask(Module, Model, Label, Thing, Parts, Tally0, Tally) :-
     findall(Test, Module:condition(Model, Label, _, Thing, Parts, Test), Tests),
     count_in(Tests, Module, Tally0, Tally).
 
@@ -201,6 +210,7 @@ condition_line(Module, Model, Label, Cost, Most) :-
 unbounded(1000000000).      % conditions: more than any model gives
 
 %   In comparisons. A body searches, and most often for all faces of a thing: far dearer than tests.
+%   So does another model.
 body_cost(1000).
 
 %   What a quantifier goes through is not known yet; a model has three parts or so.
@@ -211,6 +221,10 @@ test_cost(Test, 1) :-
     !.
 test_cost(all(Tests), Cost) :- !, tests_cost(Tests, Cost).
 test_cost(any(Tests), Cost) :- !, tests_cost(Tests, Cost).
+test_cost(implies(Where, Test), Cost) :- !, tests_cost([Where, Test], Cost).
+test_cost(at_least_of(_, _, _, Test), Cost) :- !, quantified_cost(Test, Cost).
+test_cost(at_most_of(_, _, _, Test), Cost) :- !, quantified_cost(Test, Cost).
+test_cost(is_a(_, _), Cost) :- !, body_cost(Cost).
 test_cost(each(_, _, Test), Cost) :- !, quantified_cost(Test, Cost).
 test_cost(some(_, _, Test), Cost) :- !, quantified_cost(Test, Cost).
 test_cost(each_pair(_, _, _, Test), Cost) :- !, quantified_cost(Test, Cost).
@@ -275,3 +289,6 @@ single(include/3).       single(exclude/3).        single(reverse/2).
 single(sum_list/2).      single(max_list/2).       single(min_list/2).
 single(subtract/3).      single(undersides/2).     single(separate/2).
 single(longest_first/2). single(holds/1).          single(possible/1).
+% What checked files call instead.
+single(holds_in/2).      single(possible_in/2).    single(longest_first_in/3).
+single(bounded_value/2). single(bounded_values/2).

@@ -37,7 +37,8 @@ def command(body: Callable[P, int]) -> Callable[P, None]:
     def ending(*args: P.args, **kwargs: P.kwargs) -> None:
         try:
             code = body(*args, **kwargs)
-            sys.stdout.flush()
+            if not sys.stdout.closed:  # as the language server leaves it
+                sys.stdout.flush()
         except FacetlogError as exc:
             for line in error_lines(exc):
                 error(line)

@@ -3,17 +3,23 @@
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from types import TracebackType
+from typing import TypeAlias
 
 from facetlog.errors import InputError, RuleSyntaxError
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.recognize import RULE_SUFFIX, rule_files
+from facetlog.kb.loaded import RuleFile
+from facetlog.kb.recognize import rule_files, rules_in
+from facetlog.kb.rule_source import RULE_SUFFIXES
 from facetlog.query_shell.meanings import length_unit
 from facetlog.query_shell.model_files import Stamp, stamp_of
 from facetlog.query_shell.scene_files import SCENE_FILE, SceneFile, scene_file, with_distinct_names
 from facetlog.terminal import error_lines
 
 __all__ = ["Session"]
+
+Stamps: TypeAlias = dict[Path, Stamp | None]
+"""Of all files that a model file was made from."""
 
 
 class Session:
@@ -28,7 +34,7 @@ class Session:
         self.limits = limits or Limits()
         self._base: KnowledgeBase | None = None
         self._scenes: dict[str, SceneFile] = {}
-        self._models: dict[Path, Stamp | None] = {}
+        self._models: dict[Path, Stamps] = {}
         self._used: tuple[str, ...] | None = None
         self.generation = 0
         """Grows when scenes or models change, so that whoever remembers names knows."""
@@ -115,8 +121,13 @@ class Session:
         for path in rule_files(paths):
             stamp = stamp_of(path)
             base = self._base_for_models()
-            loaded.extend(base.load_rules(path, trusted=self.trust).models)
-            self._models[path] = stamp
+            rules = base.load_rules(path, trusted=self.trust)
+            loaded.extend(rules.models)
+            self._models[path] = _stamps(rules) | {path: stamp}
+            # Files that it asks about were loaded with it, and are watched like it.
+            for other in base.models.values():
+                if other.files and other.path not in self._models:
+                    self._models[other.path] = _stamps(other)
             self.generation += 1
         return tuple(loaded)
 
@@ -139,8 +150,8 @@ class Session:
     def load(self, path: Path) -> str:
         """Loads a scene or models, whichever the path holds, and says what was loaded."""
         # A folder written by -o holds facts.pl beside its scene.
-        models = any(path.glob(f"*{RULE_SUFFIX}")) and not (path / SCENE_FILE).exists()
-        if path.suffix == RULE_SUFFIX or models:
+        models = any(rules_in(path)) and not (path / SCENE_FILE).exists()
+        if path.suffix in RULE_SUFFIXES or models:
             return f"loaded the models {', '.join(self.load_models([path]))}"
         (file,) = self.load_scenes([path])
         return f"loaded the scene {file.name} ({self.base.scenes[file.name].facts:,} facts)"
@@ -156,23 +167,27 @@ class Session:
             for line in self._refreshed(path, before)
         )
 
-    def _refreshed(self, path: Path, before: Stamp | None) -> tuple[str, ...]:
-        now = stamp_of(path, before)
-        if now is before:
+    def _refreshed(self, path: Path, before: Stamps) -> tuple[str, ...]:
+        now = {file: stamp_of(file, stamp) for file, stamp in before.items()}
+        if all(now[file] is stamp for file, stamp in before.items()):
             return ()
         self._models[path] = now
-        if now is None:
+        if now[path] is None:
             return (f"{path} cannot be read any more: its models stay as they were",)
-        if before is not None and now.same_content(before):
+        changed = [file for file, stamp in before.items() if not _same(stamp, now[file])]
+        if not changed:
             return ()
         try:
             self._reload_models(path)
         except RuleSyntaxError as exc:
             return _kept_version(exc)
-        return (f"{path} has changed: loaded again",)
+        why = f"{path} has" if path in changed else f"{changed[0]}, which {path} uses, has"
+        return (f"{why} changed: loaded again",)
 
     def _reload_models(self, path: Path) -> None:
-        self.base.load_rules(path, trusted=self.trust)
+        stamp = stamp_of(path)
+        rules = self.base.load_rules(path, trusted=self.trust)
+        self._models[path] = _stamps(rules) | {path: stamp}
         self.generation += 1
 
     def reload(self) -> tuple[str, ...]:
@@ -182,8 +197,9 @@ class Session:
         """
         problems: list[str] = []
         for path in tuple(self._models):
+            # What is faulty is told here, and not once more when it is found to have changed.
+            self._models[path] = {file: stamp_of(file) for file in self._models[path]}
             try:
-                self._models[path] = stamp_of(path)
                 self._reload_models(path)
             except InputError as exc:
                 problems.extend(_kept_version(exc))
@@ -193,6 +209,16 @@ class Session:
             except InputError as exc:
                 problems.append(f"{exc} (the scene {file.name} stays as it was)")
         return tuple(problems)
+
+
+def _stamps(rules: RuleFile) -> Stamps:
+    return {file: stamp_of(file) for file in rules.files}
+
+
+def _same(one: Stamp | None, other: Stamp | None) -> bool:
+    if one is None or other is None:
+        return one is other
+    return one.same_content(other)
 
 
 def _kept_version(fault: InputError) -> tuple[str, ...]:

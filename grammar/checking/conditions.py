@@ -1,0 +1,230 @@
+"""Conditions: comparisons of one dimension, properties, and what `each` and `there` go through."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.checking.measures import MeasureChecker, Names
+from facetlog.grammar.checking.types import CONDITION, EVERY, Element, Type, unit_hint
+from facetlog.grammar.constants import constant
+from facetlog.grammar.faults import said
+from facetlog.grammar.scope import Local, PartSymbol, SetSymbol, part_kind
+from facetlog.grammar.units import Dimension
+from facetlog.grammar.vocabulary import THING, Gives, Kinds
+
+__all__ = ["ConditionChecker"]
+
+
+@dataclass(slots=True)
+class ConditionChecker(MeasureChecker):
+    """Types of all expressions."""
+
+    def condition(self, node: s.Expression, names: Names) -> None:
+        """Tells that a node is no condition."""
+        found = self.type_of(node, names)
+        if found is not None and found is not CONDITION:
+            hint = "compare it: `at least`, `at most`, `between`, `= ... ± ...`"
+            if isinstance(found, Element):
+                hint = "say what is true of it: `top is level`"
+            self.fault("not-condition", f"this is {found}, a condition is wanted", node, hint)
+
+    def type_of(self, node: s.Expression, names: Names) -> Type | None:
+        """The type of an expression; None if it has a fault, which is told."""
+        match node:
+            case s.Quantity():
+                return self._quantity(node)
+            case s.Reference(name):
+                return self._reference(name, names)
+            case s.Member():
+                return self._member(node, names)
+            case s.Call():
+                return self._call(node, names)
+            case s.Arithmetic():
+                return self._arithmetic(node, names)
+            case s.Negative(operand):
+                return self.measure(operand, names)
+            case s.Share():
+                return self._share(node, names)
+            case s.Aggregate():
+                return self._aggregate(node, names)
+            case s.Comparison():
+                self._comparison(node, names)
+            case s.Property():
+                self._property(node, names)
+            case s.Relation():
+                self._applied(node.name, (node.left, node.right), node, names)
+            case s.Not(condition):
+                self.condition(condition, names)
+            case s.And(conditions) | s.Or(conditions):
+                for condition in conditions:
+                    self.condition(condition, names)
+            case s.Each():
+                self._each(node, names)
+            case s.EachOf():
+                self._each_of(node, names)
+            case s.There():
+                self._there(node, names)
+        return CONDITION
+
+    def whole_numbers(self, count: s.Count) -> None:
+        """Tells a count that is no whole number, or upside down."""
+        for number in (count.low, count.high):
+            if number is not None and not number.text.isdigit():
+                self.fault("count", f"`{number}` is no whole number", number)
+                return
+        if count.low and count.high and int(count.low.text) > int(count.high.text):
+            self.fault("count", f"`{count.low}` is more than `{count.high}`", count.low)
+
+    def _comparison(self, node: s.Comparison, names: Names) -> None:
+        left = self.measure(node.measure, names)
+        right = self.measure(node.limit, names)
+        self._alike(left, right, node.limit)
+        exactly = node.comparator is s.Comparator.EQUAL and node.second is None
+        if exactly and not (self._counts(node.measure) or self._counts(node.limit)):
+            hint = "give a tolerance: `= ... ± ...`"
+            self.fault("no-tolerance", "no measure is exactly so", node, hint)
+        for extra, is_share in (
+            (node.second, node.comparator is not s.Comparator.BETWEEN),
+            (node.fading, True),
+        ):
+            if extra is None:
+                continue
+            found = self.measure(extra, names)
+            value = constant(extra, self.scope.lets)
+            if is_share and value is not None and value.percent:
+                continue
+            self._alike(left, found, extra)
+
+    def _counts(self, node: s.Expression) -> bool:
+        match node:
+            case s.Call(name):
+                word = self.scope.words.get(name.text)
+                return name.text == "count" or (word is not None and word.gives is Gives.COUNT)
+        return False
+
+    def _alike(self, left: Dimension | None, right: Dimension | None, node: s.Expression) -> None:
+        if left is None or right is None or left is right:
+            return
+        if right is Dimension.NUMBER:
+            value = constant(node, self.scope.lets)
+            if value is not None and value.value == 0 and not value.percent:
+                return
+        self.fault("dimension", f"{left} is compared with {right}", node, unit_hint(left, right))
+
+    def _property(self, node: s.Property, names: Names) -> None:
+        name = node.name.text
+        if name in self.scope.defines or name in self.scope.words:
+            self._applied(node.name, (node.subject,), node, names)
+            return
+        found = self.type_of(node.subject, names)
+        if name in self.scope.roles:
+            self.asked.append((name, node.name))
+            if isinstance(found, Element) and not found.kinds & THING:
+                self.fault("kind", f"`{name}` is said of things, this is {found}", node.subject)
+            return
+        known = [w.name for w in self.scope.words.values() if w.is_condition]
+        self.fault(
+            "unknown-word",
+            f"`{name}` is no property",
+            node.name,
+            said(name, [*known, *self.scope.roles, *self.scope.defines]),
+        )
+
+    def _no_shadow(self, new: Iterable[s.Name], names: Names) -> bool:
+        free = True
+        for name in new:
+            if (
+                name.text in names
+                or name.text in self.scope.symbols
+                or name.text in self.scope.lets
+            ):
+                free = False
+                self.fault("taken", f"`{name}` is named already", name, "choose another name")
+        return free
+
+    def _each(self, node: s.Each, names: Names) -> None:
+        if node.kind is None:
+            found = self._symbol(node.name, names)
+            if not isinstance(found, SetSymbol):
+                if found is None:
+                    sets = [x.name for x in self.scope.sets]
+                    self.fault(
+                        "unknown-name",
+                        f"there is no set `{node.name}`",
+                        node.name,
+                        said(node.name.text, sets) or "write `each face x: ...`",
+                    )
+                else:
+                    self.fault(
+                        "set",
+                        f"`{node.name}` is one part",
+                        node.name,
+                        "write `each x of a, b: ...`",
+                    )
+                return
+            local = Local(found.name, found.kinds, found.model)
+            self.condition(node.body, {**names, found.name: local})
+            return
+        kind = part_kind(node.kind.text, {})
+        if not self._no_shadow((node.name,), names) or kind is None:
+            return
+        inside = {**names, node.name.text: Local(node.name.text, kind[0])}
+        if node.where is not None:
+            self.condition(node.where, inside)
+        self.condition(node.body, inside)
+
+    def _range(self, of: tuple[s.Name, ...], names: Names) -> Local | None:
+        """What `of a, b, c` or `of SET` goes through, under no name yet."""
+        kinds: Kinds | None = None
+        model = ""
+        for name in of:
+            found = self._symbol(name, names)
+            if found is None:
+                self._unknown(name, names)
+                return None
+            if isinstance(found, SetSymbol) and len(of) > 1:
+                self.fault("set", f"`{name}` is a set and stands alone after `of`", name)
+                return None
+            if isinstance(found, PartSymbol | Local) and len(of) == 1:
+                self.fault("set", f"`{name}` is one part", name, "name several, or a set")
+                return None
+            kinds = found.kinds if kinds is None else kinds | found.kinds
+            model = found.model
+        if len({n.text for n in of}) < len(of):
+            self.fault("taken", "a part is named twice", of[-1])
+        return Local("", kinds or EVERY, model)
+
+    def _each_of(self, node: s.EachOf, names: Names) -> None:
+        local = self._range(node.of, names)
+        if local is None or not self._no_shadow(node.names, names):
+            return
+        if len({n.text for n in node.names}) < len(node.names):
+            self.fault(
+                "taken", "the two of a pair need two names", node.names[-1], "choose another name"
+            )
+            return
+        inside = {n.text: replace(local, name=n.text) for n in node.names}
+        self.condition(node.body, {**names, **inside})
+
+    def _there(self, node: s.There, names: Names) -> None:
+        if node.count is not None:
+            self.whole_numbers(node.count)
+        if not self._no_shadow((node.name,), names):
+            return
+        kind = part_kind(node.kind.text, self.scope.roles if node.of else {})
+        if kind is None:
+            self.fault(
+                "unknown-kind",
+                f"`{node.kind}` is no kind of part",
+                node.kind,
+                said(node.kind.text, ("face", "faces", "edge", "edges", "element")),
+            )
+            return
+        local = Local(node.name.text, kind[0])
+        if node.of:
+            found = self._range(node.of, names)
+            if found is None:
+                return
+            local = replace(found, name=node.name.text)
+        if node.where is not None:
+            self.condition(node.where, {**names, node.name.text: local})

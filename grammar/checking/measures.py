@@ -1,0 +1,336 @@
+"""Measures and words: whether each is known, and is given what it takes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.checking.types import CONDITION, DIMENSIONS, EVERY, Element, Type, unit_hint
+from facetlog.grammar.constants import combined_dimension, constant, quantity
+from facetlog.grammar.faults import Fault, said
+from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
+from facetlog.grammar.source import Source
+from facetlog.grammar.units import UNITS, Dimension
+from facetlog.grammar.vocabulary import THING, Kinds, Word
+
+__all__ = ["MeasureChecker", "Names"]
+
+Names = Mapping[str, Symbol]
+"""What `each`, `there` and parameters bring."""
+
+
+@dataclass(slots=True)
+class MeasureChecker:
+    """Types of measures and words; conditions.py adds those of conditions."""
+
+    scope: Scope
+    faults: list[Fault] = field(default_factory=list)
+    defining: tuple[str, ...] = ()
+    source: Source = field(init=False)
+    asked: list[tuple[str, s.Name]] = field(default_factory=list)
+    known: dict[tuple[str, tuple[Type, ...]], Type | None] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.source = self.scope.model.source
+
+    def fault(self, code: str, message: str, node: s.Node, hint: str = "") -> None:
+        """Tells a fault of the model's own text."""
+        self.faults.append(Fault(code, message, self.source, node.span, hint))
+
+    def type_of(self, node: s.Expression, names: Names) -> Type | None:
+        """The type of an expression; None if it has a fault, which is told."""
+        raise NotImplementedError
+
+    def measure(self, node: s.Expression, names: Names) -> Dimension | None:
+        """The dimension of a measure; tells if it is none."""
+        found = self.type_of(node, names)
+        if found is None or isinstance(found, Dimension):
+            return found
+        hint = "write what is measured of it: `length(top)`" if isinstance(found, Element) else ""
+        self.fault("not-measure", f"this is {found}, a measure is wanted", node, hint)
+        return None
+
+    def _quantity(self, node: s.Quantity) -> Dimension | None:
+        if node.unit is not None and node.unit.text not in UNITS:
+            hint = said(node.unit.text, UNITS) or f"units are {', '.join(UNITS)}"
+            self.fault("unknown-unit", f"`{node.unit}` is no unit", node.unit, hint)
+            return None
+        found = quantity(node)
+        if found is None:
+            self.fault("number", f"`{node.number}` is too large or too small", node.number)
+            return None
+        return found.dimension
+
+    def _symbol(self, name: s.Name, names: Names) -> Symbol | None:
+        return names.get(name.text) or self.scope.symbols.get(name.text)
+
+    def _reference(self, name: s.Name, names: Names) -> Type | None:
+        found = self._symbol(name, names)
+        if isinstance(found, SetSymbol):
+            self.fault(
+                "set",
+                f"`{name}` is several {_several(found)}",
+                name,
+                f"write `each {name}: ...`, `count({name})` or `lowest of ...({name})`",
+            )
+            return None
+        if found is not None:
+            return Element(found.kinds, found.model)
+        if name.text in self.scope.lets:
+            value = constant(self.scope.lets[name.text].node.value, self.scope.lets)
+            return value.dimension if value else None
+        self._unknown(name, names)
+        return None
+
+    def _unknown(self, name: s.Name, names: Names) -> None:
+        word = self.scope.words.get(name.text)
+        if word is not None:
+            hint = f"`{word.signature}`"
+            if word.is_condition and len(word.arguments) == 1:
+                example = next(iter((*names, *(p.name for p in self.scope.singular))), "top")
+                hint = f"write `{example} is {name}`"
+            self.fault("word", f"`{name}` is a word, and needs something to be said of", name, hint)
+            return
+        if name.text in self.scope.defines:
+            self.fault(
+                "word",
+                f"`{name}` is a definition, and needs its arguments",
+                name,
+                f"write `{name}(...)`",
+            )
+            return
+        known = {*names, *self.scope.symbols, *self.scope.lets}
+        self.fault(
+            "unknown-name",
+            f"nothing here is called `{name}`",
+            name,
+            said(name.text, known) or self._as_unit(name),
+        )
+
+    def _as_unit(self, name: s.Name) -> str:
+        return f"write a number before the unit: `15 {name}`" if name.text in UNITS else ""
+
+    def _member(self, node: s.Member, names: Names) -> Type | None:
+        owner = self._symbol(node.owner, names)
+        if owner is None:
+            self._unknown(node.owner, names)
+            return None
+        if isinstance(owner, SetSymbol):
+            self._reference(node.owner, names)
+            return None
+        if not owner.model:
+            if owner.kinds != EVERY:  # of a parameter it is not known yet
+                self.fault("member", f"`{node.owner}` is no object of a model", node.owner)
+            return None
+        if isinstance(owner, Local) and owner.name not in self.scope.symbols:
+            hint = "name the part of an object, or of a set's own name in `each`"
+            self.fault("member", f"`{node.owner}` stands for several objects", node.owner, hint)
+            return None
+        roles = self.scope.roles[owner.model]
+        if node.part.text not in roles:
+            hint = said(node.part.text, roles) or f"it has {', '.join(roles) or 'none'}"
+            message = f"`{owner.model}` has no part `{node.part}`"
+            self.fault("member", message, node.part, hint)
+            return None
+        return Element(roles[node.part.text])
+
+    def _call(self, node: s.Call, names: Names) -> Type | None:
+        if node.name.text == "count":
+            return self._count_of(node, names)
+        return self._applied(node.name, node.arguments, node, names)
+
+    def _count_of(self, node: s.Call, names: Names) -> Type | None:
+        match node.arguments:
+            case (s.Reference(name),) if isinstance(self._symbol(name, names), SetSymbol):
+                return Dimension.NUMBER
+        hint = (
+            f"one of {', '.join(x.name for x in self.scope.sets)}"
+            if self.scope.sets
+            else ("declare one: `any number of faces side where ...`")
+        )
+        self.fault("set", "`count` takes the name of a set", node, hint)
+        return None
+
+    def _applied(
+        self,
+        name: s.Name,
+        arguments: tuple[s.Expression, ...],
+        node: s.Expression,
+        names: Names,
+    ) -> Type | None:
+        """A word or definition with its arguments: what it gives."""
+        if name.text in self.scope.defines:
+            return self._definition(name, arguments, node, names)
+        word = self.scope.words.get(name.text)
+        if word is None:
+            for argument in arguments:
+                self.type_of(argument, names)
+            known = {**self.scope.words, **self.scope.defines, "count": None}
+            self.fault(
+                "unknown-word",
+                f"`{name}` is no word of the vocabulary",
+                name,
+                said(name.text, known),
+            )
+            return None
+        if not self._right_number(word, name, arguments):
+            return None
+        for number, argument in enumerate(arguments):
+            if word.number_last and number == len(arguments) - 1:
+                self._wanted_dimension(word, argument, names)
+                continue
+            wanted = word.arguments[min(number, len(word.arguments) - 1)]
+            self._wanted_kind(word, argument, wanted, names)
+        named = [a.name.text for a in arguments if isinstance(a, s.Reference)]
+        if len(set(named)) < len(named) and word.source is None:
+            self.fault("itself", f"`{name}` is said of one part and itself", node)
+            return None
+        return CONDITION if word.is_condition else DIMENSIONS[word.gives]
+
+    def _right_number(self, word: Word, name: s.Name, arguments: tuple[s.Expression, ...]) -> bool:
+        # What several share takes two at least.
+        wanted = len(word.arguments) + (word.number_last is not None) + word.many
+        if len(arguments) == wanted or (word.many and len(arguments) >= wanted):
+            return True
+        more = " or more" if word.many else ""
+        self.fault(
+            "arity",
+            f"`{name}` takes {wanted}{more}, not {len(arguments)}",
+            name,
+            f"`{word.signature}`",
+        )
+        return False
+
+    def _wanted_dimension(self, word: Word, argument: s.Expression, names: Names) -> None:
+        wanted = DIMENSIONS[word.number_last]  # type: ignore[index]
+        found = self.measure(argument, names)
+        if found is not None and found is not wanted:
+            self.fault("dimension", f"this is {found}, `{word.name}` wants {wanted}", argument)
+
+    def _wanted_kind(self, word: Word, argument: s.Expression, wanted: Kinds, names: Names) -> None:
+        found = self.type_of(argument, names)
+        if found is None:
+            return
+        if not isinstance(found, Element):
+            self.fault("kind", f"this is {found}, `{word.name}` wants {Element(wanted)}", argument)
+        elif not found.kinds & wanted:
+            hint = f"`{word.signature}`"
+            self.fault(
+                "kind", f"this is {found}, `{word.name}` wants {Element(wanted)}", argument, hint
+            )
+
+    def _definition(
+        self,
+        name: s.Name,
+        arguments: tuple[s.Expression, ...],
+        node: s.Expression,
+        names: Names,
+    ) -> Type | None:
+        define = self.scope.defines[name.text].node
+        if name.text in self.defining:
+            self.fault("cycle", f"`{name}` is defined by itself", name)
+            return None
+        if len(arguments) != len(define.parameters):
+            wanted = ", ".join(p.text for p in define.parameters)
+            self.fault(
+                "arity",
+                f"`{name}` takes {len(define.parameters)}, not {len(arguments)}",
+                name,
+                f"`{name}({wanted})`",
+            )
+            return None
+        given = [self.type_of(a, names) for a in arguments]
+        if any(t is None for t in given):
+            return None
+        for argument, found in zip(arguments, given, strict=True):
+            if not isinstance(found, Element):
+                self.fault("kind", f"this is {found}, `{name}` takes parts", argument)
+                return None
+        elements = [t for t in given if isinstance(t, Element)]
+        return self._body(name, define, tuple(elements), node)
+
+    def _body(
+        self, name: s.Name, define: s.Define, given: tuple[Element, ...], node: s.Expression
+    ) -> Type | None:
+        """What a definition gives for such arguments; its faults are told at the call."""
+        key = name.text, given
+        if key in self.known:
+            return self.known[key]
+        bound = {
+            p.text: Local(p.text, e.kinds, e.model)
+            for p, e in zip(define.parameters, given, strict=True)
+        }
+        inner = type(self)(
+            self.scope, defining=(*self.defining, name.text), asked=self.asked, known=self.known
+        )
+        found = inner.type_of(define.body, bound)
+        own = self.scope.defines[name.text].file.source
+        if inner.faults:
+            fault = inner.faults[0]
+            line = own.line_and_column(fault.span.start)[0]
+            if own is not self.source or not self._told(fault):
+                message = f"`{name}` cannot be said of this: {fault.message}"
+                self.fault(fault.code, message, node, f"see line {line} of {own.name}")
+            found = None
+        self.known[key] = found
+        return found
+
+    def _told(self, fault: Fault) -> bool:
+        return any(f.span == fault.span and f.code == fault.code for f in self.faults)
+
+    def _arithmetic(self, node: s.Arithmetic, names: Names) -> Type | None:
+        left, right = self.measure(node.left, names), self.measure(node.right, names)
+        if left is None or right is None:
+            return None
+        found = combined_dimension(node.sign, left, right)
+        if found is None:
+            said_of = {"+": "added to", "-": "taken from", "*": "multiplied by", "/": "divided by"}
+            first, second = (right, left) if node.sign == "-" else (left, right)
+            message = f"{first} cannot be {said_of[node.sign]} {second}"
+            self.fault("dimension", message, node, unit_hint(left, right))
+        return found
+
+    def _share(self, node: s.Share, names: Names) -> Type | None:
+        share = self._quantity(node.share)
+        whole = self.measure(node.whole, names)
+        if share is not None and share is not Dimension.NUMBER:
+            self.fault(
+                "dimension",
+                f"{share} of something has no meaning",
+                node.share,
+                "write a share: `50 % of ...`",
+            )
+        return whole
+
+    def _aggregate(self, node: s.Aggregate, names: Names) -> Type | None:
+        sets = _sets_in(node.operand, self.scope, names)
+        if len(sets) != 1:
+            what = "names no set" if not sets else "names two sets"
+            self.fault(
+                "set",
+                f"`{node.how} of` {what}",
+                node,
+                "write one value of its members: `lowest of elevation(leg)`",
+            )
+            return None
+        inside = {**names, sets[0].name: Local(sets[0].name, sets[0].kinds, sets[0].model)}
+        if node.how.endswith("gap"):
+            found = self.type_of(node.operand, inside)
+            if isinstance(found, Element) and found.kinds != THING:
+                self.fault("kind", "gaps are between things", node.operand)
+            return Dimension.LENGTH
+        return self.measure(node.operand, inside)
+
+
+def _several(symbol: SetSymbol) -> str:
+    return f"{symbol.owned.node.kind}"
+
+
+def _sets_in(node: s.Expression, scope: Scope, names: Names) -> tuple[SetSymbol, ...]:
+    found: dict[str, SetSymbol] = {}
+    for inner in s.walk(node):
+        owner = inner.owner if isinstance(inner, s.Member) else getattr(inner, "name", None)
+        if isinstance(inner, s.Reference | s.Member) and owner is not None:
+            symbol = names.get(owner.text) or scope.symbols.get(owner.text)
+            if isinstance(symbol, SetSymbol):
+                found[symbol.name] = symbol
+    return tuple(found.values())

@@ -1,0 +1,305 @@
+"""Models: names that are free, parts that can be, and every statement's expressions."""
+
+from dataclasses import dataclass, field
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.checking.conditions import ConditionChecker
+from facetlog.grammar.checking.extent import Extents
+from facetlog.grammar.checking.types import EVERY
+from facetlog.grammar.constants import constant
+from facetlog.grammar.faults import Fault, said
+from facetlog.grammar.layout import STATEMENT_WORDS
+from facetlog.grammar.library import builtin_names
+from facetlog.grammar.scope import THIS, Local, Scope, part_kind
+from facetlog.grammar.units import Dimension
+from facetlog.grammar.vocabulary import THING
+
+__all__ = ["Checked", "check_file", "check_model"]
+
+
+_IN_CONDITIONS = frozenset(
+    """not each there and or is at between about of sum mean lowest highest smallest largest if
+    fading where any exactly""".split()  # noqa: SIM905  a list of words is read more easily so
+)
+"""Words that would be taken for themselves wherever a part of such a name is meant."""
+
+MOST_SINGULAR = 16
+"""Singular parts of a model: what plays them is found by trying."""
+
+MOST_PARTS = 60
+"""Parts and sets of a model; more is no thing that a person describes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What is wrong with a model, and the models that it asks about, where it names them."""
+
+    faults: tuple[Fault, ...]
+    asked: tuple[tuple[str, s.Name], ...]
+
+
+def check_model(scope: Scope) -> Checked:
+    """What is wrong with the names and dimensions of a model, in the order of its statements.
+
+    Statements that it inherits are checked where they are written.
+    """
+    checker = _ModelChecker(scope)
+    checker.model()
+    return Checked(tuple(checker.faults), tuple(checker.asked))
+
+
+def check_file(scope: Scope) -> tuple[Fault, ...]:
+    """The same of what stands before the first model of a file."""
+    checker = _ModelChecker(scope)
+    checker.file()
+    return tuple(checker.faults)
+
+
+@dataclass(slots=True)
+class _ModelChecker(ConditionChecker):
+    extents: Extents = field(init=False)
+
+    def __post_init__(self) -> None:
+        ConditionChecker.__post_init__(self)
+        self.extents = Extents(self.scope.defines)
+
+    def model(self) -> None:
+        """Checks a model's names, that there is something to judge, and its statements."""
+        model = self.scope.model
+        self._new_names()
+        if not model.parts:
+            self.fault(
+                "no-parts",
+                f"`{model.name}` has no parts",
+                model.written.name,
+                "begin with `face top`, say",
+            )
+        elif all(owned.node.count is not None for owned in model.parts):
+            self.fault(
+                "no-parts",
+                f"`{model.name}` has sets only",
+                model.written.name,
+                "name one part that the others are found from: `face top`",
+            )
+        if not model.lines:
+            self.fault(
+                "no-lines",
+                f"`{model.name}` has no line to decide it",
+                model.written.name,
+                "add a condition",
+            )
+        self._set_circles()
+        self.statements()
+
+    def file(self) -> None:
+        """Checks the names and statements of what stands before the first model."""
+        named: dict[str, s.Name] = {}
+        for statement in self.scope.model.written.statements:
+            if isinstance(statement, s.Let | s.Define):
+                first = named.setdefault(statement.name.text, statement.name)
+                if first is not statement.name:
+                    self.fault("twice", f"`{first}` is defined twice", statement.name)
+                self._free(statement.name)
+        self.statements()
+
+    def statements(self) -> None:
+        """Checks each statement that is written here."""
+        for statement in self.scope.model.written.statements:
+            match statement:
+                case s.Part():
+                    self._part(statement)
+                case s.Line():
+                    self._line(statement)
+                case s.Let():
+                    self._let(statement)
+                case s.Define():
+                    self._define(statement)
+                case s.Size():
+                    self._size(statement)
+                case s.Example():
+                    self._example(statement)
+                case _:
+                    pass
+
+    def _new_names(self) -> None:
+        """What a model names anew must be free."""
+        self._free(self.scope.model.written.name)
+        if len(self.scope.model.parts) > MOST_PARTS or len(self.scope.singular) > MOST_SINGULAR:
+            hint = f"a model has {MOST_SINGULAR} singular parts and {MOST_PARTS} in all, at most"
+            self.fault("too-many", "these are too many parts", self.scope.model.written.name, hint)
+        taken: dict[str, tuple[str, s.Name]] = {}
+        own = self.scope.model.name
+        named: list[tuple[s.Name, str, bool]] = []
+        for part in self.scope.model.parts:
+            named += [(n, "a part", part.model == own) for n in part.node.names]
+        for let in self.scope.lets.values():
+            named.append((let.node.name, "a constant", let.model == own))
+        for define in self.scope.defines.values():
+            named.append((define.node.name, "a definition", define.model == own))
+        # Inherited names come first: it is the new one that clashes.
+        for name, what, is_own in sorted(named, key=lambda n: n[2]):
+            before, first = taken.setdefault(name.text, (what, name))
+            if not is_own:
+                continue
+            if first is not name:
+                self.fault("taken", f"`{name}` is {before} already", name, "choose another name")
+            elif name.text == THIS:
+                self.fault("taken", "`this` is the thing itself", name, "choose another name")
+            else:
+                self._free(name)
+
+    def _free(self, name: s.Name) -> None:
+        """Tells a name that is a word already."""
+        whose = ""
+        if name.text in self.scope.words or name.text == "count":
+            whose = "the vocabulary"
+        elif name.text in STATEMENT_WORDS | _IN_CONDITIONS:
+            whose = "the language"
+        if whose:
+            message = f"`{name}` is a word of {whose}"
+            self.fault("taken", message, name, "choose another name")
+
+    def _set_circles(self) -> None:
+        """Tells sets that are found by one another."""
+        sets = {x.name: x for x in self.scope.sets}
+        needs = {
+            name: {other for other in self._named_in(x.owned.node.where) if other in sets} - {name}
+            for name, x in sets.items()
+        }
+        for name, symbol in sets.items():
+            seen: set[str] = set()
+            waiting = list(needs[name])
+            while waiting:
+                other = waiting.pop()
+                if other not in seen:
+                    seen.add(other)
+                    waiting.extend(needs[other])
+            if name in seen and symbol.owned.model == self.scope.model.name:
+                by = ", ".join(f"`{other}`" for other in sorted(needs[name]))
+                message = f"`{name}` is found by {by}, and that by `{name}`"
+                where = symbol.owned.node.names[0]
+                self.fault("cycle", message, where, "find one of them without the other")
+
+    def _named_in(self, node: s.Expression | None) -> set[str]:
+        """All names in a condition, those in the definitions that it uses too."""
+        found: set[str] = set()
+        waiting: list[s.Node] = [] if node is None else [node]
+        while waiting:
+            for inner in s.walk(waiting.pop()):
+                if isinstance(inner, s.Name) and inner.text not in found:
+                    found.add(inner.text)
+                    if inner.text in self.scope.defines:
+                        waiting.append(self.scope.defines[inner.text].node.body)
+        return found
+
+    def _part(self, part: s.Part) -> None:
+        kind = part_kind(part.kind.text, self.scope.roles)
+        if kind is None:
+            known = {"face", "edge", "vertex", "element", *self.scope.roles} | builtin_names()
+            self.fault(
+                "unknown-kind",
+                f"`{part.kind}` is no kind of part",
+                part.kind,
+                said(part.kind.text, known)
+                or "a face, an edge, a vertex, an element, or a model that this file uses",
+            )
+            return
+        if kind[1]:
+            self.asked.append((kind[1], part.kind))
+        if kind[0] == THING and not self.scope.of_things:
+            self.fault(
+                "mixed",
+                f"`{self.scope.model.name}` is made of faces, not of objects",
+                part.kind,
+                "its first part must be an object: `one table board`",
+            )
+        elif kind[0] != THING and self.scope.of_things and part.count is None:
+            self.fault(
+                "mixed",
+                f"`{self.scope.model.name}` is made of objects",
+                part.kind,
+                "faces belong to them: `board.top`",
+            )
+        if part.where is not None and part.count is None and len(part.names) > 1:
+            self.fault(
+                "where", "`where` is said of one part", part.names[1], "declare each by itself"
+            )
+            return
+        if part.separate and kind[0] & THING:
+            self.fault(
+                "separate",
+                "only faces and edges adjoin one another",
+                part.kind,
+                "leave out `separate`",
+            )
+        if part.count is not None:
+            self.whole_numbers(part.count)
+        if part.where is not None and not self._too_much(part.where, part.kind):
+            name = part.names[0].text
+            self.condition(part.where, {name: Local(name, *kind)})
+
+    def _line(self, line: s.Line) -> None:
+        if line.expect and line.expect.endswith("%"):
+            weight = float(line.expect.split()[0])
+            if weight > 100:
+                self.fault("weight", f"a weight of {line.expect} is more than all", line.condition)
+        if not self._too_much(line.condition, line.condition):
+            self.condition(line.condition, {})
+
+    def _let(self, let: s.Let) -> None:
+        before = len(self.faults)
+        self.type_of(let.value, {})
+        if len(self.faults) == before and constant(let.value, self.scope.lets) is None:
+            self.fault(
+                "not-constant",
+                f"`{let.name}` is no constant",
+                let.value,
+                "use `define` for what depends on a part",
+            )
+
+    def _define(self, define: s.Define) -> None:
+        names = [p.text for p in define.parameters]
+        for parameter in define.parameters:
+            if names.count(parameter.text) > 1:
+                self.fault("taken", f"`{parameter}` is named twice", parameter)
+                return
+        self._no_shadow(define.parameters, {})
+        unknown = {name: Local(name, EVERY) for name in names}
+        if not self._too_much(define.body, define.name):
+            self.defining = (define.name.text,)
+            self.type_of(define.body, unknown)
+            self.defining = ()
+
+    def _too_much(self, node: s.Expression, where: s.Node) -> bool:
+        """Tells a condition that is too large or too deep; nothing else is then said of it."""
+        why = self.extents.too_much(node)
+        if why:
+            self.fault("too-large", "this is too much for one condition", where, why)
+        return bool(why)
+
+    def _size(self, size: s.Size) -> None:
+        if len(size.names) != len(size.measures):
+            self.fault(
+                "size", f"{len(size.names)} names for {len(size.measures)} measures", size.names[0]
+            )
+        for measure in size.measures:
+            found = self.measure(measure, {})
+            if found is not None and found is not Dimension.LENGTH:
+                self.fault("dimension", f"a size is a length, this is {found}", measure)
+
+    def _example(self, example: s.Example) -> None:
+        labels = [label for label, _ in self.scope.model.lines]
+        labels += [p.name for p in self.scope.singular]
+        labels += [p.name for p in self.scope.sets]
+        for label in example.because:
+            if label.text not in labels:
+                self.fault(
+                    "unknown-line", f"there is no line `{label}`", label, said(label.text, labels)
+                )
+        if isinstance(example.scene, s.SceneBuilt):
+            for setting in example.scene.settings:
+                self._quantity(setting.quantity)
+        if example.at_least is not None:
+            found = self._quantity(example.at_least)
+            if found is not None and found is not Dimension.NUMBER:
+                self.fault("dimension", f"a degree is a share, this is {found}", example.at_least)

@@ -1,0 +1,305 @@
+"""Singular parts into the clauses that propose who plays them.
+
+`likely` joins: for each part in turn what adjoins a part that is there, or else any face of the
+thing; then at once whatever can be asked of the parts that are there, what needs one face before
+what needs two. It proposes all that may hold, so no assignment that holds is overlooked. Where
+there is none, `distant` proposes near misses: what adjoins as it should, and, part by part, the
+largest faces that lie as they should, `unseen` where there is none.
+"""
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from facetlog.grammar.compiling.requirements import Requirement, requirements
+from facetlog.grammar.compiling.symmetry import interchangeable
+from facetlog.grammar.compiling.tests import Writer, WriterOf
+from facetlog.grammar.compiling.writer import NOTHING, UNSEEN, all_of, elements_goal
+from facetlog.grammar.scope import PartSymbol, Scope
+from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Var
+from facetlog.grammar.vocabulary import FACE, THING
+
+__all__ = ["candidate_clauses"]
+
+# How many of the largest faces are tried for the first part, the second, ... where no assignment
+# may hold: near misses for a reader, and at most 60 in all.
+_TRIED = {1: (20,), 2: (10, 4), 3: (6, 3, 3)}
+_TRIED_MORE = (6, 3)
+MOST_ADJOINING = 40
+"""Assignments that adjoin as they should, the largest faces first, among the near misses."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Join:
+    scope: Scope
+    needs: tuple[Requirement, ...]
+    groups: tuple[tuple[str, ...], ...]
+
+    def before(self, a: str, b: str) -> bool:
+        """Whether a comes before b in one group of interchangeable parts, next to it."""
+        return any((a, b) in pairwise(g) for g in self.groups)
+
+    def together(self, a: str, b: str) -> bool:
+        """Whether two parts are interchangeable, so that their order says that they differ."""
+        return any(a in g and b in g for g in self.groups)
+
+
+def candidate_clauses(scope: Scope, writer_of: WriterOf, place: str, says: str) -> list[Clause]:
+    """The clauses of candidate/3 and of what it calls, for a model."""
+    model = Atom(scope.model.name)
+    join = _Join(scope, requirements(scope), interchangeable(scope))
+    thing, parts = Var("Thing"), Var("Parts")
+    found = Var("Found")
+    head = Struct("candidate", (model, thing, parts))
+    choice = Struct(
+        "->;",
+        (
+            Struct("==", (found, ())),
+            Struct("distant", (model, thing, parts)),
+            Struct("member", (parts, found)),
+        ),
+    )
+    likely = Struct("likely", (model, thing, parts))
+    body = (Struct("findall", (parts, likely, found)), choice)
+    likely_ones = replace(
+        _likely(join, writer_of), place=place, says="all that may satisfy its lines"
+    )
+    distant = [_adjoining(join, writer_of)] if _linked(join) else []
+    distant.append(_as_far_as_seen(join, writer_of))
+    distant = [replace(clause, place=place, says="near misses") for clause in distant]
+    return [Clause(head, body, place, says), likely_ones, *distant]
+
+
+def _head(join: _Join, writer: Writer, functor: str) -> Struct:
+    return Struct(functor, (Atom(join.scope.model.name), Var("Thing"), writer.parts()))
+
+
+def _test(need: Requirement, writer: Writer) -> Term:
+    given = {name: writer.bound(part) for name, part in need.substitutes}
+    inner = writer.with_locals(**given) if given else writer
+    test = inner.test(need.condition)
+    return Struct("if_known", (test,)) if need.if_known else test
+
+
+def _possible(tests: list[Term]) -> list[Term]:
+    return [Struct("possible", (all_of(tests),))] if tests else []
+
+
+def _order(join: _Join) -> list[PartSymbol]:
+    """The singular parts in the order of the join: what adjoins a part that is there comes next."""
+    waiting = [p for p in join.scope.singular if not p.owned.node.optional]
+    optional = [p for p in join.scope.singular if p.owned.node.optional]
+    order: list[PartSymbol] = []
+    while waiting:
+        there = {p.name for p in order}
+        linked = [p for p in waiting if _neighbours(join, p.name, there)]
+        order.append((linked or waiting)[0])
+        waiting.remove(order[-1])
+    return order + optional
+
+
+def _neighbours(join: _Join, name: str, there: set[str]) -> list[str]:
+    found = []
+    for need in join.needs:
+        if need.adjoins is not None and name in need.adjoins and not need.if_known:
+            (other,) = set(need.adjoins) - {name} or {name}
+            if other in there and other not in found:
+                found.append(other)
+    return found
+
+
+def _likely(join: _Join, writer_of: WriterOf) -> Clause:
+    writer: Writer = writer_of()
+    goals: list[Term] = []
+    there: list[PartSymbol] = []
+    for part in _order(join):
+        if part.owned.node.optional:
+            goals.append(_optional(part, there, writer))
+        elif part.kinds == THING:
+            goals += _object(join, part, there, writer)
+        else:
+            goals += _placed(join, part, there, writer, ordered=there)
+            goals += _asked(join, part, there, writer)
+        there.append(part)
+    head = _head(join, writer, "likely")
+    return Clause(head, (*writer.goals, *goals))
+
+
+def _placed(
+    join: _Join,
+    part: PartSymbol,
+    there: list[PartSymbol],
+    writer: Writer,
+    ordered: list[PartSymbol],
+) -> list[Term]:
+    """The goals that bind a part and see that it is another than those that are there.
+
+    Of interchangeable parts among those `ordered` one order is enough.
+    """
+    variable = writer.names[part.name]
+    names = {p.name for p in there}
+    neighbours = _neighbours(join, part.name, names) if part.kinds == FACE else []
+    goals: list[Term] = []
+    if neighbours:
+        first, *others = neighbours
+        goals.append(Struct("shared_edge", (writer.names[first], variable, ANYTHING)))
+    else:
+        others = []
+        goals.append(elements_goal(part.kinds, variable))
+    for other in there:
+        if other in ordered and join.before(other.name, part.name):
+            goals.append(Struct("@<", (writer.names[other.name], variable)))
+        elif (
+            other.kinds & part.kinds
+            and other.name not in neighbours
+            and not (other in ordered and join.together(other.name, part.name))
+        ):
+            goals.append(Struct("\\==", (variable, writer.names[other.name])))
+    goals += [Struct("shared_edge", (writer.names[o], variable, ANYTHING)) for o in others]
+    return goals
+
+
+def _asked(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer) -> list[Term]:
+    """What can be asked once a part is there: of it alone, then of it and others."""
+    names = {p.name for p in there} | {part.name}
+    alone: list[Term] = []
+    more: list[Term] = []
+    for need in join.needs:
+        if part.name not in need.parts or not need.parts <= names:
+            continue
+        if need.adjoins is not None and not need.if_known:
+            continue
+        (alone if len(need.parts) == 1 else more).append(_test(need, writer))
+    return _possible(_unique(alone)) + _possible(_unique(more))
+
+
+def _unique(tests: list[Term]) -> list[Term]:
+    return list(dict.fromkeys(tests))
+
+
+def _object(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer) -> list[Term]:
+    variable = writer.names[part.name]
+    goals: list[Term]
+    if there:
+        goals = [elements_goal(THING, variable)]
+        goals += [Struct("\\==", (variable, writer.names[p.name])) for p in there]
+    else:
+        goals = [Struct("=", (variable, Var("Thing")))]
+    goals.append(Struct("possible", (Struct("is_a", (variable, Atom(part.model))),)))
+    return goals + _asked(join, part, there, writer)
+
+
+def _optional(part: PartSymbol, there: list[PartSymbol], writer: Writer) -> Term:
+    """A part that may be absent: whatever may be it, and nothing."""
+    variable = writer.names[part.name]
+    goals: list[Term] = [elements_goal(part.kinds, variable)]
+    goals += [
+        Struct("\\==", (variable, writer.names[p.name])) for p in there if p.kinds & part.kinds
+    ]
+    if part.model:
+        goals.append(Struct("possible", (Struct("is_a", (variable, Atom(part.model))),)))
+    where = part.owned.node.where
+    if where is not None:
+        # What its condition goes through is found for each that may be it.
+        alone = replace(writer, goals=[], found={})
+        test = alone.test(where)
+        goals += [*alone.goals, Struct("possible", (test,))]
+    found = writer.names.fresh(f"{part.name}s")
+    every = Struct(",", tuple(goals)) if len(goals) > 1 else goals[0]
+    choices = Struct("findall", (variable, every, found))
+    return Struct(",", (choices, Struct("member", (variable, Struct("[|]", (UNSEEN, found))))))
+
+
+def _linked(join: _Join) -> bool:
+    """Whether every part adjoins one that is there before it."""
+    order = _order(join)
+    return (
+        len(order) > 1
+        and all(p.kinds == FACE and not p.owned.node.optional for p in order)
+        and all(
+            _neighbours(join, part.name, {p.name for p in order[:number]})
+            for number, part in enumerate(order)
+            if number
+        )
+    )
+
+
+def _adjoining(join: _Join, writer_of: WriterOf) -> Clause:
+    """Near misses that adjoin as they should, those of the largest faces first."""
+    writer = writer_of()
+    faces = writer.names.fresh("faces")
+    first, *others = _order(join)
+    goals: list[Term] = [Struct("member", (writer.names[first.name], faces))]
+    there = [first]
+    for part in others:
+        # The first is tried in the order of size; only the order of the others is free to choose.
+        goals += _placed(join, part, there, writer, ordered=there[1:])
+        there.append(part)
+    limited = Struct("limit", (MOST_ADJOINING, Struct(",", tuple(goals))))
+    body = (Struct("largest_faces", (Var("Thing"), faces)), limited)
+    head, ordered = _in_order(join, writer, "distant")
+    return Clause(head, (*body, *ordered))
+
+
+def _fitting(join: _Join, writer: Writer) -> Term:
+    """The goal that parts adjoin as they should and lie as they should."""
+    goals: list[Term] = []
+    there: list[PartSymbol] = []
+    for part in _order(join):
+        goals += _placed(join, part, there, writer, ordered=there)
+        there.append(part)
+        goals += _possible(_identifying(join, part, {p.name for p in there}, writer))
+    return Struct(",", tuple(goals))
+
+
+def _identifying(join: _Join, part: PartSymbol, there: set[str], writer: Writer) -> list[Term]:
+    """How a part lies, as far as it can be asked of those that are there."""
+    return _unique(
+        [
+            _test(need, writer)
+            for need in join.needs
+            if need.identifies and part.name in need.parts and need.parts <= there
+        ]
+    )
+
+
+def _in_order(join: _Join, writer: Writer, functor: str) -> tuple[Struct, list[Term]]:
+    """The head with interchangeable parts sorted, and the goals that sort them."""
+    goals: list[Term] = []
+    shown = {p.name: writer.names[p.name] for p in join.scope.singular}
+    for group in join.groups:
+        given = tuple(shown[name] for name in group)
+        for name in group:
+            shown[name] = writer.names.fresh(name)
+        goals.append(Struct("msort", (given, tuple(shown[name] for name in group))))
+    head = Struct(functor, (Atom(join.scope.model.name), Var("Thing"), tuple(shown.values())))
+    return head, goals
+
+
+def _as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
+    writer: Writer = writer_of()
+    order = _order(join)
+    if join.scope.of_things:
+        head = _head(join, writer, "distant")
+        first, *rest = writer.parts()
+        goals: list[Term] = [Struct("=", (first, Var("Thing")))]
+        goals += [Struct("=", (other, UNSEEN)) for other in rest]
+        return Clause(head, tuple(goals))
+    steps: list[Term] = []
+    counts = _TRIED.get(len(order), (*_TRIED_MORE, *(1 for _ in order[2:])))
+    there: set[str] = set()
+    free: list[Term] = []
+    for part, count in zip(order, counts, strict=True):
+        variable = writer.names[part.name]
+        there.add(part.name)
+        if part.owned.node.optional or part.kinds != FACE:
+            free.append(Struct("=", (variable, UNSEEN)))
+            continue
+        tests = _identifying(join, part, there, writer)
+        test = all_of(tests) if tests else NOTHING
+        steps.append(Struct("step", (variable, count, test)))
+    stepped = tuple(step.args[0] for step in steps if isinstance(step, Struct))
+    head, ordered = _in_order(join, writer, "distant")
+    search = Struct("as_far_as_seen", (Var("Thing"), tuple(steps), stepped))
+    # Where faces adjoin and lie as they should, others that do not adjoin are no nearer.
+    unless = [Struct("\\+", (_fitting(join, writer_of()),))] if _linked(join) else []
+    return Clause(head, (*unless, search, *free, *ordered))

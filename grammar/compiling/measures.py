@@ -1,0 +1,67 @@
+"""Measures into terms: constants folded, lengths in metres, angles in degrees."""
+
+from dataclasses import dataclass
+
+from facetlog.grammar.constants import Constant
+from facetlog.grammar.terms import Struct, Term
+from facetlog.grammar.units import Dimension
+from facetlog.grammar.vocabulary import THING, Kinds
+
+__all__ = ["Bound", "aggregate_functor", "amount", "is_number", "scaled", "word_term"]
+
+# What the vocabulary calls the measures of a thing that share their names with those of faces.
+_OF_THINGS = {"length": "thing_length", "width": "thing_width", "height": "thing_height"}
+_AGGREGATES = {"smallest gap": "smallest_gap", "largest gap": "largest_gap"}
+
+
+@dataclass(frozen=True, slots=True)
+class Bound:
+    """What a name stands for in a clause: its term, kinds, and the model of an object."""
+
+    term: Term
+    kinds: Kinds
+    model: str = ""
+
+
+def amount(value: Constant) -> Term:
+    """A constant as a test writes it."""
+    if value.value == 0:
+        return 0
+    match value.dimension:
+        case Dimension.LENGTH:
+            return Struct("metres", (value.value,))
+        case Dimension.AREA:
+            return Struct("*", (Struct("metres", (value.value,)), Struct("metres", (1,))))
+        case _:
+            return value.value
+
+
+def scaled(factor: float, term: Term) -> Term:
+    """So many times a measure."""
+    factor = float(f"{factor:.15g}")
+    if factor == 1:
+        return term
+    if isinstance(term, int | float):
+        return float(f"{factor * term:.15g}")
+    if isinstance(term, Struct) and term.functor == "metres":
+        (value,) = term.args
+        if isinstance(value, int | float):
+            return Struct("metres", (float(f"{factor * value:.15g}"),))
+    return Struct("*", (factor, term))
+
+
+def word_term(name: str, arguments: tuple[Bound, ...]) -> Struct:
+    """A measure or relation of the vocabulary with its arguments."""
+    if name in _OF_THINGS and arguments[0].kinds == THING:
+        name = _OF_THINGS[name]
+    return Struct(name, tuple(argument.term for argument in arguments))
+
+
+def aggregate_functor(how: str) -> str:
+    """What the vocabulary calls an aggregate."""
+    return _AGGREGATES.get(how, how)
+
+
+def is_number(term: Term) -> bool:
+    """Whether a term is a number, or a length in metres."""
+    return isinstance(term, int | float) or (isinstance(term, Struct) and term.functor == "metres")

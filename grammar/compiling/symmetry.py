@@ -1,0 +1,139 @@
+"""Parts that may be swapped without changing what a model says.
+
+Two parts are interchangeable if swapping their names maps the model's lines onto themselves, as a
+set: then only one order of what plays them needs to be tried.
+"""
+
+from collections.abc import Mapping
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.scope import PartSymbol, Scope, SetSymbol
+from facetlog.grammar.vocabulary import Word
+
+__all__ = ["interchangeable"]
+
+
+def interchangeable(scope: Scope) -> tuple[tuple[str, ...], ...]:
+    """The groups of singular parts that are interchangeable, two or more in each."""
+    names = [p.name for p in scope.singular if not p.owned.node.optional]
+    if len(names) < 2 or scope.of_things:
+        return ()
+    before = _lines(scope, {})
+    groups: list[list[str]] = []
+    for name in names:
+        for group in groups:
+            if _swaps(scope, before, group[0], name):
+                group.append(name)
+                break
+        else:
+            groups.append([name])
+    return tuple(tuple(group) for group in groups if len(group) > 1)
+
+
+def _swaps(scope: Scope, before: frozenset[object], a: str, b: str) -> bool:
+    return _lines(scope, {a: b, b: a}) == before
+
+
+def _lines(scope: Scope, swap: Mapping[str, str]) -> frozenset[object]:
+    """All that is said of the parts, in a form that does not depend on order."""
+    said: list[object] = []
+    every: tuple[PartSymbol | SetSymbol, ...] = (*scope.singular, *scope.sets)
+    for part in every:
+        node = part.owned.node
+        name = swap.get(part.name, part.name)
+        where = _form(node.where, scope.words, swap) if node.where is not None else None
+        count = (node.count.kind, str(node.count.low), str(node.count.high)) if node.count else None
+        said.append((name, part.kinds, part.model, node.optional, node.separate, count, where))
+    for _, owned in scope.model.lines:
+        line = owned.node
+        said.append((line.expect, line.if_known, _form(line.condition, scope.words, swap)))
+    said += [
+        (define.node.name.text, _form(define.node.body, scope.words, swap))
+        for define in scope.defines.values()
+    ]
+    for size in scope.model.sizes:
+        forms = [_form(m, scope.words, swap) for m in size.node.measures]
+        names = tuple(n.text for n in size.node.names)
+        said.append((names, _bag(forms) if size.node.longest_first else tuple(forms)))
+    return frozenset(said)
+
+
+def _bag(forms: list[object]) -> tuple[object, ...]:
+    return tuple(sorted(forms, key=repr))
+
+
+def _form(node: s.Node, words: Mapping[str, Word], swap: Mapping[str, str]) -> object:
+    """A node without places; arguments of what is symmetric in one order."""
+
+    def inner(one: s.Node) -> object:
+        return _form(one, words, swap)
+
+    match node:
+        case s.Name(text):
+            return swap.get(text, text)
+        case s.Reference(name):
+            return inner(name)
+        case s.Member(owner, part):
+            return "member", inner(owner), part.text
+        case s.Quantity(number, unit):
+            return number.text, unit.text if unit else ""
+        case s.Call(name, arguments):
+            word = words.get(name.text)
+            forms = [inner(a) for a in arguments]
+            if word is not None and word.symmetric:
+                last = forms[-1:] if word.number_last else []
+                first = forms[:-1] if word.number_last else forms
+                return name.text, _bag(first), tuple(last)
+            return name.text, tuple(forms), ()
+        case s.Relation(left, name, right):
+            word = words.get(name.text)
+            forms = [inner(left), inner(right)]
+            ordered = _bag(forms) if word is not None and word.symmetric else tuple(forms)
+            return name.text, ordered, ()
+        case s.Property(subject, name, negated):
+            return "is", inner(subject), name.text, negated
+        case s.And(conditions) | s.Or(conditions):
+            return type(node).__name__, _bag([inner(c) for c in conditions])
+        case s.EachOf(names, of, body):
+            plain, turned = _bodies(names, body, words, swap)
+            among = [inner(n) for n in of]
+            # Of two that are not alike in it, which comes first says which is which.
+            alike = len(names) == 1 or plain == turned
+            return "each of", len(names), _bag(among) if alike else tuple(among), plain
+        case s.There():
+            where = inner(node.where) if node.where is not None else None
+            range_ = _bag([inner(n) for n in node.of])
+            count = (
+                (node.count.kind, str(node.count.low), str(node.count.high)) if node.count else None
+            )
+            return "there", node.some, count, node.kind.text, node.name.text, range_, where
+        case s.Each():
+            where = inner(node.where) if node.where is not None else None
+            return "each", str(node.kind), inner(node.name), where, inner(node.body)
+        case s.Comparison():
+            second = inner(node.second) if node.second is not None else None
+            fading = inner(node.fading) if node.fading is not None else None
+            return (node.comparator, inner(node.measure), inner(node.limit), second, fading)
+        case s.Arithmetic(sign, left, right):
+            return sign, inner(left), inner(right)
+        case _:
+            return (
+                type(node).__name__,
+                getattr(node, "how", ""),
+                tuple(map(inner, s.children(node))),
+            )
+
+
+def _bodies(
+    names: tuple[s.Name, ...],
+    body: s.Expression,
+    words: Mapping[str, Word],
+    swap: Mapping[str, str],
+) -> tuple[object, object]:
+    """The body of `each pair x, y`, and the same with x and y changed about."""
+    plain = {name.text: f"#{number}" for number, name in enumerate(names)}
+    turned = {name.text: f"#{len(names) - 1 - number}" for number, name in enumerate(names)}
+    return (
+        _form(body, words, {**swap, **plain}),
+        _form(body, words, {**swap, **turned}),
+    )

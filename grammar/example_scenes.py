@@ -1,0 +1,85 @@
+"""Whether the things that examples are made of can be built: builders, sizes and units.
+
+Builders belong to perception, which the language does not know: who checks hands in their sizes.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import TypeAlias
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.analysis import Analysis
+from facetlog.grammar.constants import quantity
+from facetlog.grammar.faults import Fault, said
+from facetlog.grammar.source import Source
+from facetlog.grammar.units import Dimension
+
+__all__ = ["Builders", "examples_of", "scene_faults", "sizes_si"]
+
+Builders: TypeAlias = Mapping[str, Mapping[str, Dimension]]
+"""The sizes of each builder, and what they are: a length, an angle, or a number (of pieces)."""
+
+_AS_WRITTEN = {Dimension.LENGTH: "40 cm", Dimension.ANGLE: "90 deg", Dimension.NUMBER: "4"}
+
+
+def examples_of(analysis: Analysis) -> Iterator[tuple[s.Model, s.Example]]:
+    """The examples of the file itself and their models, in the order of the text."""
+    for model in analysis.file.models:
+        for example in model.examples:
+            yield model, example
+
+
+def scene_faults(analysis: Analysis, builders: Builders) -> tuple[Fault, ...]:
+    """What is wrong with the things that the examples of the file build.
+
+    Quantities that are none are the checker's.
+    """
+    source = analysis.file.source
+    return tuple(
+        fault
+        for _, example in examples_of(analysis)
+        if isinstance(example.scene, s.SceneBuilt)
+        for fault in _scene_faults(example.scene, source, builders)
+    )
+
+
+def _scene_faults(scene: s.SceneBuilt, source: Source, builders: Builders) -> Iterator[Fault]:
+    sizes = builders.get(scene.builder.text)
+    if sizes is None:
+        message = f"nothing can be built that is called `{scene.builder}`"
+        hint = said(scene.builder.text, builders) or f"there are {', '.join(builders)}"
+        yield Fault("unknown-builder", message, source, scene.builder.span, hint)
+        return
+    given: set[str] = set()
+    for setting in scene.settings:
+        name = setting.name.text
+        wanted = sizes.get(name)
+        if wanted is None:
+            message = f"a {scene.builder} has no size `{name}`"
+            hint = said(name, sizes) or f"it has {', '.join(sizes)}"
+            yield Fault("unknown-size", message, source, setting.name.span, hint)
+        elif name in given:
+            message = f"the size `{name}` is given twice"
+            yield Fault("twice", message, source, setting.name.span)
+        else:
+            yield from _unit_faults(setting, wanted, source)
+        given.add(name)
+
+
+def _unit_faults(setting: s.Setting, wanted: Dimension, source: Source) -> Iterator[Fault]:
+    found = quantity(setting.quantity)
+    if found is not None and found.dimension is not wanted:
+        message = f"the {setting.name} is {wanted}, this is {found.dimension}"
+        hint = f"write `{setting.name} {_AS_WRITTEN[wanted]}`"
+        yield Fault("dimension", message, source, setting.quantity.span, hint)
+
+
+def sizes_si(scene: s.SceneBuilt) -> dict[str, float]:
+    """The sizes that are given, in metres, radians or ones; of a scene without faults."""
+    return {
+        setting.name.text: math.radians(size.value)
+        if size.dimension is Dimension.ANGLE
+        else size.value
+        for setting in scene.settings
+        if (size := quantity(setting.quantity)) is not None
+    }

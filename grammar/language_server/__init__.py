@@ -1,0 +1,17 @@
+"""The language server: what editors ask of model files, over stdio."""
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+
+__all__ = ["Builders", "run"]
+
+Builders = Mapping[str, Sequence[str]]
+"""The things that examples can build, and the dimensions that each takes."""
+
+
+def run(builders: Builders = MappingProxyType({})) -> None:
+    """Serves one editor over stdin and stdout until it says `exit` or closes them."""
+    # Only who serves an editor loads its protocol.
+    from facetlog.grammar.language_server.server import model_server
+
+    model_server(builders).start_io()

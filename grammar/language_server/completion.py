@@ -1,0 +1,262 @@
+"""What may be written at a place: words of the language, of the vocabulary, and names."""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from lsprotocol import types as lsp
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.analysis import Analysis
+from facetlog.grammar.language_server import Builders
+from facetlog.grammar.language_server.context import Context, context_at
+from facetlog.grammar.language_server.documentation import (
+    constant_value,
+    model_documentation,
+    unit_documentation,
+    word_documentation,
+)
+from facetlog.grammar.library import builtin_names
+from facetlog.grammar.resolve import FlatModel, Owned
+from facetlog.grammar.scope import THIS
+from facetlog.grammar.units import UNITS
+from facetlog.grammar.vocabulary import Kind, Word
+
+__all__ = ["TRIGGERS", "completions"]
+
+TRIGGERS = (" ", ".", "(", ":", ",")
+"""Signs after which names may stand, so that editors ask."""
+
+_KINDS = lsp.CompletionItemKind
+
+_KIND_WORDS = ("face", "faces", "edge", "edges", "vertex", "vertices", "element", "elements")
+
+
+# The end of a statement in which the parts are listed that `each` goes through.
+_RANGE = re.compile(r"\beach (pair \w+ , )?\w+ of( \w+ ,)*\Z")
+
+
+def completions(
+    analysis: Analysis, text: str, offset: int, builders: Builders
+) -> list[lsp.CompletionItem]:
+    """What may be written at a place, the likelier kinds first; nothing in texts and comments."""
+    context = context_at(text, offset)
+    if context is None:
+        return []
+    found: dict[str, lsp.CompletionItem] = {}
+    for item in _Completer(analysis, context, builders).items():
+        found.setdefault(item.label, item)
+    return list(found.values())
+
+
+def _item(
+    label: str, kind: lsp.CompletionItemKind, detail: str = "", documentation: str = ""
+) -> lsp.CompletionItem:
+    text = lsp.MarkupContent(lsp.MarkupKind.Markdown, documentation) if documentation else None
+    return lsp.CompletionItem(label, kind=kind, detail=detail or None, documentation=text)
+
+
+@dataclass(slots=True)
+class _Completer:
+    analysis: Analysis
+    context: Context
+    builders: Builders
+    model: FlatModel | None = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.model = self.analysis.all_models.get(self.context.model)
+
+    def items(self) -> Iterator[lsp.CompletionItem]:
+        context = self.context
+        if context.last == ".":
+            yield from self._members()
+            return
+        if context.first == "example" and "NAME" in context.terminals:
+            yield from self._example()
+        elif "UNIT" in context.terminals:
+            yield from self._units()
+        elif "NAME" in context.terminals:
+            yield from self._names()
+        for word in sorted(context.follow):
+            yield _item(word, _KINDS.Keyword)
+
+    # -------------------------------------------------------- by context
+
+    def _names(self) -> Iterator[lsp.CompletionItem]:
+        context = self.context
+        match context.first:
+            case "model":
+                if context.last in ("is", "like"):
+                    yield from self._models(but=context.model)
+                return
+            case "drop":
+                yield from self._labels()
+                return
+            case "let":
+                if context.last != "let":
+                    yield from self._constants()
+                return
+            case "define" if ":" not in self._texts():
+                return
+        if context.last == "one" and context.first in ("one", "optional"):
+            yield from self._models()
+        elif context.last == "is" or context.ends_with("is", "not"):
+            yield from self._properties()
+        elif context.after_measure:
+            yield from self._relations()
+        elif self._wants_members():
+            yield from self._models()
+        elif self._names_something_new():
+            if context.last == "each":
+                yield from self._parts(sets=True)
+        elif self._wants_parts():
+            yield from self._parts()
+            yield from self._locals()
+        else:
+            yield from self._operands()
+
+    def _texts(self) -> tuple[str, ...]:
+        return tuple(token.text for token in self.context.tokens)
+
+    def _wants_members(self) -> bool:
+        """Whether a count has just been said: faces, edges, or things of a model follow."""
+        return {"faces", "vertices"} <= self.context.follow
+
+    def _names_something_new(self) -> bool:
+        """Whether the author gives a name here: behind a kind, or in the list of a part's names."""
+        texts = self._texts()
+        if texts[-1:] and texts[-1] in (*_KIND_WORDS, "each", "pair"):
+            return True
+        declares = texts[1:2] if texts[:1] == ("optional",) else texts[:1]
+        return "where" not in texts and any(word in _KIND_WORDS for word in declares)
+
+    def _wants_parts(self) -> bool:
+        """Whether a list of parts is being written: after `each x of`, `pair x, y of`."""
+        return bool(_RANGE.search(" ".join(self._texts())))
+
+    def _example(self) -> Iterator[lsp.CompletionItem]:
+        texts = self._texts()
+        if "because" in texts:
+            yield from self._labels()
+        elif texts[-1:] == ("of",):
+            for name, dimensions in sorted(self.builders.items()):
+                yield _item(name, _KINDS.Constructor, f"{name}({', '.join(dimensions)})")
+        elif "UNIT" in self.context.terminals:
+            yield from self._units()
+        elif "of" in texts[:-1]:
+            builder = texts[texts.index("of") + 1]
+            for name in self.builders.get(builder, ()):
+                if name not in texts[texts.index("of") + 2 :]:
+                    yield _item(name, _KINDS.Field, f"of {builder}")
+
+    # ----------------------------------------------------- what there is
+
+    def _units(self) -> Iterator[lsp.CompletionItem]:
+        for name in UNITS:
+            yield _item(name, _KINDS.Unit, unit_documentation(name))
+
+    def _models(self, but: str = "") -> Iterator[lsp.CompletionItem]:
+        for name, model in self.analysis.all_models.items():
+            if name != but:
+                yield _item(name, _KINDS.Class, "model", model_documentation(model))
+        own = [name for words in self.analysis.library.words.values() for name in words.models]
+        for name in [*own, *sorted(builtin_names())]:
+            yield _item(name, _KINDS.Class, "model")
+
+    def _properties(self) -> Iterator[lsp.CompletionItem]:
+        for word in self.analysis.words.values():
+            if word.is_condition and len(word.arguments) == 1 and not word.many:
+                yield self._word(word, _KINDS.Property)
+        yield from self._definitions(parameters=1)
+        yield from self._models()
+
+    def _relations(self) -> Iterator[lsp.CompletionItem]:
+        for word in self.analysis.words.values():
+            if word.is_condition and len(word.arguments) == 2 and not word.number_last:
+                yield self._word(word, _KINDS.Operator)
+        yield from self._definitions(parameters=2)
+
+    def _operands(self) -> Iterator[lsp.CompletionItem]:
+        yield from self._locals()
+        yield from self._parts()
+        yield from self._constants()
+        yield from self._definitions()
+        for word in self.analysis.words.values():
+            yield self._word(word, _KINDS.Function)
+        yield _item("count", _KINDS.Function, "count(set): count", "how many members a set has")
+        yield _item(THIS, _KINDS.Variable, "the thing itself")
+
+    def _word(self, word: Word, kind: lsp.CompletionItemKind) -> lsp.CompletionItem:
+        return _item(word.name, kind, word.signature, word_documentation(word))
+
+    def _parts(self, *, sets: bool = False) -> Iterator[lsp.CompletionItem]:
+        scope = self.analysis.scopes.get(self.context.model)
+        if scope is None:
+            return
+        for part in () if sets else scope.singular:
+            yield _item(part.name, _KINDS.Variable, part.model or _kinds(part.kinds))
+        for several in scope.sets:
+            kind = several.model or _kinds(several.kinds)
+            yield _item(several.name, _KINDS.Variable, f"set of {kind}")
+
+    def _locals(self) -> Iterator[lsp.CompletionItem]:
+        for name in _brought(self._texts()):
+            yield _item(name, _KINDS.Variable, "named in this statement")
+
+    def _constants(self) -> Iterator[lsp.CompletionItem]:
+        for name, owned in self._lets().items():
+            yield _item(name, _KINDS.Constant, constant_value(owned.node, self._lets()))
+
+    def _lets(self) -> Mapping[str, Owned[s.Let]]:
+        if self.model is not None:
+            return self.model.lets
+        file = self.analysis.file
+        return {x.name.text: Owned(x, file, "") for x in file.statements if isinstance(x, s.Let)}
+
+    def _definitions(self, parameters: int | None = None) -> Iterator[lsp.CompletionItem]:
+        defines: Iterable[s.Define]
+        if self.model is not None:
+            defines = [owned.node for owned in self.model.defines.values()]
+        else:
+            defines = [x for x in self.analysis.file.statements if isinstance(x, s.Define)]
+        for node in defines:
+            if parameters in (None, len(node.parameters)):
+                names = ", ".join(map(str, node.parameters))
+                doc = node.doc.value if node.doc else ""
+                yield _item(node.name.text, _KINDS.Function, f"{node.name}({names})", doc)
+
+    def _members(self) -> Iterator[lsp.CompletionItem]:
+        texts = self._texts()
+        scope = self.analysis.scopes.get(self.context.model)
+        owner = scope.symbols.get(texts[-2]) if scope and len(texts) > 1 else None
+        if scope is not None and owner is not None:
+            for name in scope.roles.get(owner.model, ()):
+                yield _item(name, _KINDS.Field, f"part of {owner.model}")
+
+    def _labels(self) -> Iterator[lsp.CompletionItem]:
+        if self.model is None:
+            return
+        parent = self.model.written.parent
+        model: FlatModel | None = self.model
+        if self.context.first == "drop":
+            model = self.analysis.all_models.get(parent.text) if parent else None
+        for label, owned in model.lines if model else ():
+            if owned.node.label is not None:
+                reason = owned.node.reason.value if owned.node.reason else ""
+                yield _item(label, _KINDS.Reference, reason)
+
+
+def _kinds(kinds: Iterable[Kind]) -> str:
+    return "/".join(sorted(kinds))
+
+
+def _brought(texts: tuple[str, ...]) -> Iterator[str]:
+    """The names that `each`, `there` and parameters bring before a place."""
+    for i, word in enumerate(texts[:-1]):
+        rest = texts[i + 1 :]
+        if word == "each" and rest[:1] == ("pair",):
+            yield from (name for name in (rest[1:2] + rest[3:4]) if name.isidentifier())
+        elif (word == "each" and rest[1:2] == ("of",)) or (word in _KIND_WORDS and i > 0 and rest):
+            yield rest[0]
+    if texts[:1] == ("define",) and ")" in texts:
+        yield from (name for name in texts[2 : texts.index(")")] if name.isidentifier())

@@ -1,0 +1,144 @@
+"""The files that an editor works on: open texts before those on disk, and what is known of each."""
+
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from lsprotocol import types as lsp
+from pygls import uris
+
+from facetlog.grammar.analysis import Analysis, analyse
+from facetlog.grammar.language_server.find_symbols import occurrences
+from facetlog.grammar.language_server.positions import UTF_16, EditorText
+from facetlog.grammar.language_server.symbols import Occurrences
+from facetlog.grammar.library import BUILTIN, read_text
+
+__all__ = ["Project", "is_builtin", "path_of"]
+
+MOST_SEARCHED = 5000
+"""Files and folders of the workspace that are looked at for models; who has more is in a home."""
+
+ANALYSES = 50
+"""Analyses that are kept until a text changes."""
+
+
+@dataclass(slots=True)
+class Project:
+    """Open texts by path, the folders of the workspace, and analyses as long as nothing changes."""
+
+    encoding: str = UTF_16
+    folders: tuple[Path, ...] = ()
+    _open: dict[Path, EditorText] = field(default_factory=dict)
+    _uris: dict[Path, str] = field(default_factory=dict)
+    _analyses: dict[Path, Analysis] = field(default_factory=dict)
+    _symbols: dict[Path, Occurrences] = field(default_factory=dict)
+
+    # ------------------------------------------------------------- texts
+
+    def open(self, uri: str, text: str) -> Path:
+        """A text is open from now on; returns its path."""
+        path = path_of(uri)
+        self._open[path] = EditorText(text, self.encoding)
+        self._uris[path] = uri
+        self.forget()
+        return path
+
+    def change(self, uri: str, changes: Iterable[lsp.TextDocumentContentChangeEvent]) -> Path:
+        """The text as the changes leave it, one after the other; returns its path."""
+        path = path_of(uri)
+        text = self.text(path)
+        for change in changes:
+            text = text.changed(change)
+        return self.open(uri, text.text)
+
+    def close(self, uri: str) -> Path:
+        """The file on disk counts again; returns its path."""
+        path = path_of(uri)
+        self._open.pop(path, None)
+        self._uris.pop(path, None)
+        self.forget()
+        return path
+
+    def forget(self) -> None:
+        """Whatever was found out from texts may have changed."""
+        self._analyses.clear()
+        self._symbols.clear()
+
+    @property
+    def open_models(self) -> tuple[Path, ...]:
+        """The model files that are open; a file without a name has no ending."""
+        return tuple(path for path in self._open if path.suffix != ".pl")
+
+    def uri(self, path: Path) -> str:
+        """The editor's own name of a file."""
+        return self._uris.get(path) or uris.from_fs_path(str(path)) or str(path)
+
+    def read(self, path: Path) -> str:
+        """The text of a file as the editor has it; OSError or ValueError if it cannot be read."""
+        opened = self._open.get(path)
+        return read_text(path) if opened is None else opened.text
+
+    def text(self, path: Path) -> EditorText:
+        """The text of a file with its lines; empty if it cannot be read."""
+        opened = self._open.get(path)
+        if opened is not None:
+            return opened
+        try:
+            return EditorText(read_text(path), self.encoding)
+        except (OSError, ValueError):
+            return EditorText("", self.encoding)
+
+    # ---------------------------------------------------------- analyses
+
+    def analysis(self, path: Path) -> Analysis:
+        """What is known of a file; worked out once for each state of the texts."""
+        found = self._analyses.get(path)
+        if found is None:
+            if len(self._analyses) >= ANALYSES:
+                self.forget()
+            found = analyse(path, self.text(path).text, read=self.read)
+            self._analyses[path] = found
+        return found
+
+    def symbols(self, path: Path) -> Occurrences:
+        """The symbols of a file; found once for each state of the texts."""
+        found = self._symbols.get(path)
+        if found is None:
+            found = self._symbols[path] = occurrences(self.analysis(path))
+        return found
+
+    def files_that_say(self, word: str) -> Iterator[Path]:
+        """The model files, open, beside these or in the workspace, in whose text a word occurs."""
+        folders = [*self.folders, *(path.parent for path in self._open if path.is_absolute())]
+        seen = set(self._open)
+        candidates = [*self._open]
+        left = MOST_SEARCHED
+        for folder in dict.fromkeys(folders):
+            for path in _model_files(folder, deep=folder in self.folders):
+                if left <= 0:
+                    break
+                left -= 1
+                if path.suffix == ".model" and path not in seen:
+                    seen.add(path)
+                    candidates.append(path)
+        for path in candidates:
+            if path.suffix != ".pl" and word in self.text(path).text:
+                yield path
+
+
+def path_of(uri: str) -> Path:
+    """The path of a file; of a text that is no file, a path by its name alone."""
+    return Path(uris.to_fs_path(uri) or uri.rpartition(":")[2].lstrip("/") or "untitled")
+
+
+def is_builtin(path: Path) -> bool:
+    """Whether a file came with facetlog."""
+    return BUILTIN in path.parents
+
+
+def _model_files(folder: Path, *, deep: bool) -> Iterator[Path]:
+    """All files of a folder, hidden folders left out; what cannot be read is passed over."""
+    for base, folders, names in os.walk(folder):
+        folders[:] = sorted(name for name in folders if deep and not name.startswith("."))
+        yield from (Path(base, name) for name in sorted(names))

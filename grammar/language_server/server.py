@@ -1,0 +1,237 @@
+"""The server: each request of the protocol, and the module that answers it."""
+
+import asyncio
+from collections.abc import Iterator
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcException
+from pygls.lsp.server import LanguageServer
+from pygls.protocol.language_server import LanguageServerProtocol, lsp_method
+from pygls.uris import to_fs_path
+
+from facetlog.grammar.format import formatted
+from facetlog.grammar.language_server import Builders
+from facetlog.grammar.language_server.completion import TRIGGERS, completions
+from facetlog.grammar.language_server.diagnostics import diagnostics
+from facetlog.grammar.language_server.hover import hover_text
+from facetlog.grammar.language_server.outline import outline
+from facetlog.grammar.language_server.project import Project, path_of
+from facetlog.grammar.language_server.references import references
+from facetlog.grammar.language_server.rename import Refusal, renamed, why_fixed
+from facetlog.grammar.language_server.symbols import Occurrence
+from facetlog.grammar.source import Source
+
+__all__ = ["PAUSE_S", "ModelServer", "model_server"]
+
+PAUSE_S = 0.15
+"""Seconds without typing after which faults are told: shorter than a person pauses to look."""
+
+REFUSED = -32803
+"""RequestFailed of the protocol: the request was understood and cannot be fulfilled."""
+
+
+class _Protocol(LanguageServerProtocol):
+    """The protocol, with texts kept by `Project` alone.
+
+    The library's own keeping of changed texts breaks lines where the protocol does not (U+2028,
+    form feed), and clips the ranges of a change in place, so that no handler sees what was sent.
+    """
+
+    @lsp_method(lsp.TEXT_DOCUMENT_DID_CHANGE)
+    def lsp_text_document__did_change(
+        self, params: lsp.DidChangeTextDocumentParams
+    ) -> Iterator[object]:
+        """Hands the change on."""
+        yield self.fm.features[lsp.TEXT_DOCUMENT_DID_CHANGE], (params,), None
+
+
+class ModelServer(LanguageServer):
+    """A server with the texts of one editor."""
+
+    def __init__(self, builders: Builders) -> None:
+        super().__init__("facetlog-model", _version(), protocol_cls=_Protocol)
+        self.builders = builders
+        self.project = Project()
+        self._waiting: asyncio.TimerHandle | None = None
+        self._told: set[Path] = set()
+
+    def tell_soon(self, delay: float = PAUSE_S) -> None:
+        """Faults of all open files are told after a pause; what was waiting waits anew."""
+        if self._waiting is not None:
+            self._waiting.cancel()
+        self._waiting = asyncio.get_running_loop().call_later(delay, self._tell)
+
+    def _tell(self) -> None:
+        self._waiting = None
+        for path in self.project.open_models:
+            self._publish(path, diagnostics(self.project, path))
+        for path in self._told - set(self.project.open_models):
+            self._publish(path, [])
+        self._told = set(self.project.open_models)
+
+    def _publish(self, path: Path, found: list[lsp.Diagnostic]) -> None:
+        self.text_document_publish_diagnostics(
+            lsp.PublishDiagnosticsParams(self.project.uri(path), found)
+        )
+
+    def at(
+        self, document: lsp.TextDocumentIdentifier, position: lsp.Position
+    ) -> tuple[Path, Occurrence | None]:
+        """The file, and the symbol at a position of it."""
+        path = path_of(document.uri)
+        offset = self.project.text(path).offset(position)
+        return path, self.project.symbols(path).at(offset)
+
+    def location(self, path: Path, one: Occurrence) -> lsp.Location:
+        """Where a symbol stands."""
+        return lsp.Location(self.project.uri(path), self.project.text(path).range(one.span))
+
+
+def model_server(builders: Builders) -> ModelServer:
+    """A server that is ready to be started; `builders` are the things that examples can build."""
+    server = ModelServer(builders)
+    _serve_texts(server)
+    _serve_questions(server)
+    _serve_names(server)
+    return server
+
+
+def _version() -> str:
+    try:
+        return version("facetlog")
+    except PackageNotFoundError:
+        return "0"
+
+
+# -------------------------------------------------------------------- texts
+
+
+def _serve_texts(server: ModelServer) -> None:
+    project = server.project
+
+    @server.feature(lsp.INITIALIZED)
+    def initialized(_: lsp.InitializedParams) -> None:
+        encoding = server.server_capabilities.position_encoding
+        if encoding is not None:
+            project.encoding = encoding.value if hasattr(encoding, "value") else str(encoding)
+        folders_changed(None)
+
+    @server.feature(lsp.WORKSPACE_DID_CHANGE_WORKSPACE_FOLDERS)
+    def folders_changed(_: lsp.DidChangeWorkspaceFoldersParams | None) -> None:
+        uris = [*server.workspace.folders] or [server.workspace.root_uri or ""]
+        paths = [to_fs_path(uri) for uri in uris]
+        project.folders = tuple(Path(path) for path in paths if path)
+
+    @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
+    def opened(params: lsp.DidOpenTextDocumentParams) -> None:
+        project.open(params.text_document.uri, params.text_document.text)
+        server.tell_soon(0)
+
+    @server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
+    def changed(params: lsp.DidChangeTextDocumentParams) -> None:
+        project.change(params.text_document.uri, params.content_changes)
+        server.tell_soon()
+
+    @server.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
+    def closed(params: lsp.DidCloseTextDocumentParams) -> None:
+        project.close(params.text_document.uri)
+        server.tell_soon()
+
+    @server.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
+    @server.feature(lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES)
+    def files_changed(_: object) -> None:
+        project.forget()
+        server.tell_soon()
+
+    @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
+    def formatting(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
+        text = project.text(path_of(params.text_document.uri))
+        after = formatted(Source("", text.text))
+        return [] if after == text.text else [lsp.TextEdit(text.whole(), after)]
+
+
+# ---------------------------------------------------------------- questions
+
+
+def _serve_questions(server: ModelServer) -> None:
+    project = server.project
+
+    @server.feature(
+        lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=list(TRIGGERS))
+    )
+    def complete(params: lsp.CompletionParams) -> lsp.CompletionList:
+        path = path_of(params.text_document.uri)
+        text = project.text(path)
+        offset = text.offset(params.position)
+        items = completions(project.analysis(path), text.text, offset, server.builders)
+        return lsp.CompletionList(is_incomplete=False, items=items)
+
+    @server.feature(lsp.TEXT_DOCUMENT_HOVER)
+    def hover(params: lsp.HoverParams) -> lsp.Hover | None:
+        path, one = server.at(params.text_document, params.position)
+        if one is None:
+            return None
+        text = hover_text(project.analysis(path), one.symbol, server.builders)
+        if not text:
+            return None
+        content = lsp.MarkupContent(lsp.MarkupKind.Markdown, text)
+        return lsp.Hover(content, project.text(path).range(one.span))
+
+    @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
+    def symbols(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
+        path = path_of(params.text_document.uri)
+        return outline(project.analysis(path).file, project.text(path))
+
+
+# -------------------------------------------------------------------- names
+
+
+def _serve_names(server: ModelServer) -> None:
+    project = server.project
+
+    @server.feature(lsp.TEXT_DOCUMENT_DEFINITION)
+    def definition(params: lsp.DefinitionParams) -> lsp.Location | None:
+        _, one = server.at(params.text_document, params.position)
+        if one is None or one.symbol.home is None:
+            return None
+        home = one.symbol.home
+        return lsp.Location(project.uri(home.path), project.text(home.path).range(home.span))
+
+    @server.feature(lsp.TEXT_DOCUMENT_REFERENCES)
+    def find_references(params: lsp.ReferenceParams) -> list[lsp.Location]:
+        path, one = server.at(params.text_document, params.position)
+        if one is None:
+            return []
+        found = references(project, one.symbol, path)
+        wanted = params.context.include_declaration
+        home = one.symbol.home
+        return [
+            server.location(where, other)
+            for where, other in found
+            if wanted or home is None or (where, other.span) != (home.path, home.span)
+        ]
+
+    @server.feature(lsp.TEXT_DOCUMENT_PREPARE_RENAME)
+    def prepare_rename(params: lsp.PrepareRenameParams) -> lsp.Range:
+        path, one = server.at(params.text_document, params.position)
+        fixed = "there is no name here" if one is None else why_fixed(one.symbol)
+        if one is None or fixed:
+            raise JsonRpcException(fixed, REFUSED)
+        return project.text(path).range(one.span)
+
+    @server.feature(lsp.TEXT_DOCUMENT_RENAME, lsp.RenameOptions(prepare_provider=True))
+    def rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit:
+        path, one = server.at(params.text_document, params.position)
+        if one is None:
+            raise JsonRpcException("there is no name here", REFUSED)
+        try:
+            found = renamed(project, one.symbol, params.new_name, path)
+        except Refusal as refusal:
+            raise JsonRpcException(str(refusal), REFUSED) from None
+        changes: dict[str, list[lsp.TextEdit]] = {}
+        for r in found:
+            edit = lsp.TextEdit(project.text(r.path).range(r.span), r.text)
+            changes.setdefault(project.uri(r.path), []).append(edit)
+        return lsp.WorkspaceEdit(changes=changes)

@@ -1,0 +1,179 @@
+"""Text into statements: which lines belong together, and where the comments are.
+
+Layout means nothing, except that a statement ends with its line. It goes on while a bracket is
+open, after a word or sign that cannot end one, and where the next line begins with `and` or `or`.
+"""
+
+import re
+from dataclasses import dataclass
+
+from facetlog.grammar.faults import Fault
+from facetlog.grammar.source import Source, Span
+from facetlog.grammar.syntax import Comment
+
+__all__ = ["STATEMENT_WORDS", "Layout", "Statement", "Token", "laid_out"]
+
+STATEMENT_WORDS = frozenset(
+    ("use model let define drop size example face edge vertex element one optional expect").split()  # noqa: SIM905  a list of words is read more easily so
+)
+"""Words that a statement begins with, and that nothing else may be called."""
+
+# Words after which a statement cannot end.
+_OPEN_WORDS = frozenset(
+    """and or not of where at least most between about is if each pair fading like from
+    because""".split()  # noqa: SIM905
+)
+_OPEN_SIGNS = frozenset(",:+-*/=±.(")
+DEEPEST = 40
+"""Brackets within brackets; more is no sentence that a person reads."""
+
+_TOKEN = re.compile(
+    r"""
+      (?P<string>"[^"\n]*"?)
+    | (?P<comment>\#[^\n]*)
+    | (?P<newline>\n)
+    | (?P<blank>[^\S\n]+|\ufeff)
+    | (?P<word>[^\W\d]\w*)
+    | (?P<number>[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)
+    | (?P<sign>\+/-|.)
+    """,
+    re.VERBOSE,
+)
+
+
+_LABEL = re.compile(r"[^\W\d]\w*[ \t]*:")
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """A word, number, string, comment or sign: its kind, text and place."""
+
+    kind: str
+    text: str
+    start: int
+
+    @property
+    def end(self) -> int:
+        """The place after its last character."""
+        return self.start + len(self.text)
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """The tokens of one statement, comments left out; `whole` if its brackets and texts are."""
+
+    tokens: tuple[Token, ...]
+    whole: bool
+
+    @property
+    def span(self) -> Span:
+        """From its first token to its last."""
+        return Span(self.tokens[0].start, self.tokens[-1].end)
+
+    def text(self, source: str) -> str:
+        """What is to be parsed: line ends and comments within are blanks, so that places stay."""
+        start, end = self.span.start, self.span.end
+        piece = source[start:end]
+        if "\n" not in piece:
+            return piece
+        pieces = []
+        at = start
+        for token in self.tokens:
+            pieces.append(" " * (token.start - at))
+            pieces.append(token.text)
+            at = token.end
+        return "".join(pieces)
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """The statements and comments of a text, and what is wrong with its brackets and texts."""
+
+    statements: tuple[Statement, ...]
+    comments: tuple[Comment, ...]
+    faults: tuple[Fault, ...]
+
+
+def laid_out(source: Source) -> Layout:
+    """The statements and comments of a text."""
+    lines = _Lines(source)
+    for match in _TOKEN.finditer(source.text):
+        kind = match.lastgroup or "sign"
+        if kind != "blank":
+            lines.take(Token(kind, match[0], match.start()))
+    lines.end_statement()
+    return Layout(tuple(lines.statements), tuple(lines.comments), tuple(lines.faults))
+
+
+class _Lines:
+    """Tokens as they come, gathered into statements."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.statements: list[Statement] = []
+        self.comments: list[Comment] = []
+        self.faults: list[Fault] = []
+        self._tokens: list[Token] = []
+        self._open: list[Token] = []
+        self._whole = True
+        self._line_is_empty = True
+        self._fresh_line = False
+
+    def take(self, token: Token) -> None:
+        if token.kind == "newline":
+            self._line_is_empty = True
+            self._fresh_line = True
+            return
+        if token.kind == "comment":
+            span = Span(token.start, token.end)
+            self.comments.append(Comment(token.text.rstrip(), span, self._line_is_empty))
+            return
+        if self._fresh_line and self._tokens and not self._goes_on(token):
+            self.end_statement()
+        self._line_is_empty = self._fresh_line = False
+        self._tokens.append(token)
+        self._check(token)
+
+    def _goes_on(self, token: Token) -> bool:
+        """Whether the statement goes on with this first token of a line."""
+        if token.text in ("and", "or"):
+            return True
+        last = self._tokens[-1]
+        if token.text in STATEMENT_WORDS or _LABEL.match(self.source.text, token.start):
+            # A statement begins here: what was left open before is a fault of its own.
+            return False
+        if self._open:
+            return True
+        if last.kind == "word":
+            return last.text in _OPEN_WORDS
+        return last.kind == "sign" and (last.text in _OPEN_SIGNS or last.text == "+/-")
+
+    def _check(self, token: Token) -> None:
+        if token.kind == "string" and (len(token.text) < 2 or token.text[-1] != '"'):
+            self._fault("open-text", "this text has no end", token, 'close it with "')
+        elif token.text == "(":
+            self._open.append(token)
+            if len(self._open) == DEEPEST + 1:
+                self._fault(
+                    "too-deep",
+                    f"more than {DEEPEST} brackets are open here",
+                    token,
+                    "use `define` for what stands in them",
+                )
+        elif token.text == ")":
+            if self._open:
+                self._open.pop()
+            else:
+                self._fault("bracket", "this bracket was never opened", token, "")
+
+    def end_statement(self) -> None:
+        if not self._tokens:
+            return
+        if self._open:
+            self._fault("bracket", "this bracket is not closed", self._open[-1], "")
+        self.statements.append(Statement(tuple(self._tokens), self._whole))
+        self._tokens, self._open, self._whole = [], [], True
+
+    def _fault(self, code: str, message: str, token: Token, hint: str) -> None:
+        self._whole = False
+        self.faults.append(Fault(code, message, self.source, Span(token.start, token.end), hint))

@@ -1,0 +1,39 @@
+"""What may be taken for granted where a model holds."""
+
+from collections.abc import Iterator
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.lint.claims import Claim, Claims
+from facetlog.grammar.scope import PartSymbol, SetSymbol
+
+__all__ = ["premises"]
+
+
+def premises(claims: Claims) -> Iterator[tuple[Claim, bool]]:
+    """The claims that hold where the model does, and whether that is sure.
+
+    Lines that name an optional part are not asked where it is absent. Of a set's members something
+    follows only if there must be one, and then not surely: a member counts from a degree of 1/2, at
+    which nothing need be so of it.
+    """
+    symbols = claims.scope.symbols
+    optional = {
+        name
+        for name, x in symbols.items()
+        if isinstance(x, PartSymbol | SetSymbol) and x.owned.node.optional
+    }
+    some = {name for name, x in symbols.items() if isinstance(x, SetSymbol) and _has_members(x)}
+    for claim in claims.claims:
+        if not claim.origin.required or claim.parts & optional:
+            continue
+        if not claim.of_set:
+            yield claim, True
+        elif claim.of_set in some:
+            yield claim, False
+
+
+def _has_members(symbol: SetSymbol) -> bool:
+    count = symbol.owned.node.count
+    if count is None or count.low is None:
+        return False
+    return count.kind not in (s.CountKind.AT_MOST, s.CountKind.ANY) and int(count.low.text) > 0

@@ -1,0 +1,90 @@
+"""What is named and never used: constants, definitions, parameters, parts and sets."""
+
+from collections.abc import Iterable, Iterator
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.faults import Fault, Severity
+from facetlog.grammar.lint.claims import Claims
+from facetlog.grammar.source import Source
+
+__all__ = ["unused_parts", "unused_statements"]
+
+
+def unused_parts(claims: Claims, main: s.File) -> Iterator[Fault]:
+    """Singular parts and sets of the model itself that nothing mentions.
+
+    The number of a set's members is a condition by itself, unless any number will do. An object is
+    asked for by its kind.
+    """
+    scope = claims.scope
+    for owned in scope.model.parts:
+        if owned.file is not main or owned.model != scope.model.name:
+            continue
+        part = owned.node
+        if part.count is not None and part.count.kind is not s.CountKind.ANY and not part.optional:
+            continue
+        if part.count is None and part.where is not None:
+            continue
+        for name in part.names:
+            symbol = scope.symbols.get(name.text)
+            if name.text in claims.used or symbol is None or (symbol.model and part.count is None):
+                continue
+            what = "set" if part.count is not None else "part"
+            message = f"nothing is said of the {what} `{name}`"
+            yield _warning("unused-part", message, owned.source, name, "add a line about it")
+
+
+def unused_statements(models: Iterable[Claims], main: s.File) -> Iterator[Fault]:
+    """Constants, definitions and parameters of a file that no model uses, heirs included."""
+    used: set[int] = set()
+    for claims in models:
+        _mark(claims, used)
+    every = [*main.statements, *(x for model in main.models for x in model.statements)]
+    for statement in every:
+        if not isinstance(statement, s.Let | s.Define):
+            continue
+        if id(statement) not in used:
+            what = "constant" if isinstance(statement, s.Let) else "definition"
+            message = f"the {what} `{statement.name}` is never used"
+            yield _warning(f"unused-{what}", message, main.source, statement.name, "leave it out")
+        if isinstance(statement, s.Define):
+            inside = set(_references(statement.body))
+            for parameter in statement.parameters:
+                if parameter.text not in inside:
+                    message = f"`{statement.name}` does not use its `{parameter}`"
+                    yield _warning(
+                        "unused-parameter", message, main.source, parameter, "leave it out"
+                    )
+
+
+def _mark(claims: Claims, used: set[int]) -> None:
+    """Notes the constants and definitions that a model needs, and what its constants need."""
+    model = claims.scope.model
+    waiting = [name for name in claims.used if name in model.lets or name in model.defines]
+    seen: set[str] = set()
+    while waiting:
+        name = waiting.pop()
+        if name in seen:
+            continue
+        seen.add(name)
+        define, let = model.defines.get(name), model.lets.get(name)
+        if define is not None:
+            used.add(id(define.node))
+        if let is not None:
+            used.add(id(let.node))
+            waiting.extend(_references(let.node.value))
+
+
+def _references(node: s.Expression) -> Iterator[str]:
+    for inner in s.walk(node):
+        match inner:
+            case s.Reference(name):
+                yield name.text
+            case s.Member(owner):
+                yield owner.text
+            case s.EachOf(_, of) | s.There(of=of):
+                yield from (n.text for n in of)
+
+
+def _warning(code: str, message: str, source: Source, node: s.Name, hint: str) -> Fault:
+    return Fault(code, message, source, node.span, hint, Severity.WARNING)

@@ -1,0 +1,153 @@
+"""What the names of a model stand for."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.library import Library
+from facetlog.grammar.resolve import FlatModel, Owned
+from facetlog.grammar.source import NOWHERE
+from facetlog.grammar.vocabulary import THING, Kind, Kinds, Word
+
+__all__ = [
+    "THIS",
+    "Local",
+    "PartSymbol",
+    "Scope",
+    "SetSymbol",
+    "Symbol",
+    "file_scope",
+    "model_roles",
+    "model_scope",
+    "part_kind",
+]
+
+THIS = "this"
+"""The thing that a model is judged of."""
+
+_KINDS = {
+    "face": frozenset({Kind.FACE}),
+    "edge": frozenset({Kind.EDGE}),
+    "vertex": frozenset({Kind.VERTEX}),
+    "element": frozenset({Kind.FACE, Kind.EDGE}),
+}
+_PLURALS = {"faces": "face", "edges": "edge", "vertices": "vertex", "elements": "element"}
+
+
+@dataclass(frozen=True, slots=True)
+class PartSymbol:
+    """A singular part: one element, or one object that a model recognises."""
+
+    name: str
+    kinds: Kinds
+    model: str
+    owned: Owned[s.Part]
+
+
+@dataclass(frozen=True, slots=True)
+class SetSymbol:
+    """All elements, or objects, that satisfy a condition."""
+
+    name: str
+    kinds: Kinds
+    model: str
+    owned: Owned[s.Part]
+
+
+@dataclass(frozen=True, slots=True)
+class Local:
+    """What `each`, `there` or a definition's parameter brings."""
+
+    name: str
+    kinds: Kinds
+    model: str = ""
+
+
+Symbol: TypeAlias = PartSymbol | SetSymbol | Local
+
+
+@dataclass(frozen=True, slots=True)
+class Scope:
+    """What a model may name. `roles` are the parts of the models that it may name."""
+
+    model: FlatModel
+    symbols: Mapping[str, Symbol]
+    words: Mapping[str, Word]
+    roles: Mapping[str, Mapping[str, Kinds]]
+    lets: Mapping[str, Owned[s.Let]] = field(default_factory=dict)
+    defines: Mapping[str, Owned[s.Define]] = field(default_factory=dict)
+
+    @property
+    def singular(self) -> tuple[PartSymbol, ...]:
+        """The singular parts, in the order of the file."""
+        return tuple(x for x in self.symbols.values() if isinstance(x, PartSymbol))
+
+    @property
+    def sets(self) -> tuple[SetSymbol, ...]:
+        """The sets, in the order of the file."""
+        return tuple(x for x in self.symbols.values() if isinstance(x, SetSymbol))
+
+    @property
+    def of_things(self) -> bool:
+        """Whether the model is made of objects: it is judged at its first one."""
+        return bool(self.singular) and self.singular[0].kinds == THING
+
+
+def part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] | None:
+    """What a part's kind stands for: kinds of elements, or things of a model (its name).
+
+    >>> part_kind("vertices", {})
+    (frozenset({vertex}), '')
+    >>> part_kind("chairs", {"chair": ...})
+    (frozenset({thing}), 'chair')
+    """
+    word = _PLURALS.get(text, text)
+    if word in _KINDS:
+        return _KINDS[word], ""
+    for name in (text, text.removesuffix("s"), text.removesuffix("es")):
+        if name in models:
+            return THING, name
+    return None
+
+
+def model_roles(models: Mapping[str, FlatModel], library: Library) -> dict[str, dict[str, Kinds]]:
+    """The parts that `x.part` may name, for each model; those of Prolog files are faces."""
+    roles: dict[str, dict[str, Kinds]] = {}
+    for own in library.words.values():
+        for name, parts in own.models.items():
+            roles[name] = dict.fromkeys(parts, _KINDS["face"])
+    for name, model in models.items():
+        roles[name] = {
+            part.text: kind[0]
+            for owned in model.parts
+            if owned.node.count is None
+            and (kind := part_kind(owned.node.kind.text, models)) is not None
+            for part in owned.node.names
+        }
+    return roles
+
+
+def model_scope(
+    model: FlatModel, words: Mapping[str, Word], roles: Mapping[str, Mapping[str, Kinds]]
+) -> Scope:
+    """The names of a model; of a name that is given twice the first counts."""
+    symbols: dict[str, Symbol] = {THIS: Local(THIS, THING)}
+    for owned in model.parts:
+        # A kind that is not known is told once, and then may be anything.
+        kind = part_kind(owned.node.kind.text, roles) or (frozenset(Kind), "")
+        make = PartSymbol if owned.node.count is None else SetSymbol
+        for name in owned.node.names:
+            symbols.setdefault(name.text, make(name.text, *kind, owned))
+    return Scope(model, symbols, words, roles, model.lets, model.defines)
+
+
+def file_scope(
+    file: s.File, words: Mapping[str, Word], roles: Mapping[str, Mapping[str, Kinds]]
+) -> Scope:
+    """What stands before the first model of a file may name: words, and one another."""
+    lets = {x.name.text: Owned(x, file, "") for x in file.statements if isinstance(x, s.Let)}
+    defines = {x.name.text: Owned(x, file, "") for x in file.statements if isinstance(x, s.Define)}
+    written = s.Model(s.Name("", NOWHERE), None, None, None, file.statements, NOWHERE)
+    none = FlatModel("", written, file, (), (), (), lets, defines, ())
+    return model_scope(none, words, roles)

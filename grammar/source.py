@@ -1,0 +1,64 @@
+"""Texts and places in them."""
+
+from bisect import bisect_right
+from dataclasses import dataclass, field
+
+__all__ = ["NOWHERE", "Source", "Span"]
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class Span:
+    """From one character of a text to before another, counted from 0."""
+
+    start: int
+    end: int
+
+    def to(self, other: "Span") -> "Span":
+        """From the beginning of this span to the end of another."""
+        return Span(self.start, max(self.end, other.end))
+
+    def __contains__(self, offset: int) -> bool:
+        return self.start <= offset <= self.end
+
+
+NOWHERE = Span(0, 0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """A text and the name that its faults are told by."""
+
+    name: str
+    text: str
+    _starts: list[int] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        starts = [0]
+        starts.extend(i + 1 for i, letter in enumerate(self.text) if letter == "\n")
+        object.__setattr__(self, "_starts", starts)
+
+    def line_and_column(self, offset: int) -> tuple[int, int]:
+        """Line and column of a character, both from 1.
+
+        >>> Source("m", "model a\\n  face b").line_and_column(10)
+        (2, 3)
+        """
+        line = bisect_right(self._starts, offset)
+        return line, offset - self._starts[line - 1] + 1
+
+    def line(self, number: int) -> str:
+        """The text of a line, from 1, without its end."""
+        start = self._starts[number - 1]
+        end = self._starts[number] if number < len(self._starts) else len(self.text)
+        return self.text[start:end].rstrip("\r\n")
+
+    def offset(self, line: int, column: int) -> int:
+        """The character at a line and column from 1, clipped to the text."""
+        if line > len(self._starts):
+            return len(self.text)
+        return min(self._starts[max(line, 1) - 1] + max(column, 1) - 1, len(self.text))
+
+    def place(self, offset: int) -> str:
+        """Name, line and column, as compilers tell them."""
+        line, column = self.line_and_column(offset)
+        return f"{self.name}:{line}:{column}"

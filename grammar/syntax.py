@@ -1,0 +1,312 @@
+"""The syntax tree of a model file: frozen, with the place of everything.
+
+Names are not looked up yet: a `Reference` may be a part, a constant or a name that `each` brought.
+One ladder of expressions serves conditions and measures; check.py says which is which.
+"""
+
+from dataclasses import dataclass, fields
+from enum import StrEnum
+from typing import TypeAlias
+
+from facetlog.grammar.expressions import (
+    Aggregate,
+    And,
+    Arithmetic,
+    Call,
+    Comparator,
+    Comparison,
+    Count,
+    CountKind,
+    Each,
+    EachOf,
+    Expression,
+    Member,
+    Name,
+    Negative,
+    Not,
+    Or,
+    Property,
+    Quantity,
+    Reference,
+    Relation,
+    Share,
+    Text,
+    There,
+)
+from facetlog.grammar.source import Source, Span
+
+__all__ = [
+    "Aggregate",
+    "Ancestry",
+    "And",
+    "Arithmetic",
+    "Call",
+    "Comment",
+    "Comparator",
+    "Comparison",
+    "Count",
+    "CountKind",
+    "Define",
+    "Drop",
+    "Each",
+    "EachOf",
+    "Example",
+    "Expression",
+    "File",
+    "Let",
+    "Line",
+    "Member",
+    "Model",
+    "Name",
+    "Negative",
+    "Node",
+    "Not",
+    "Or",
+    "Outcome",
+    "Part",
+    "Property",
+    "Quantity",
+    "Reference",
+    "Relation",
+    "SceneBuilt",
+    "SceneFile",
+    "Setting",
+    "Share",
+    "Size",
+    "Statement",
+    "Text",
+    "There",
+    "Use",
+    "children",
+    "walk",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Comment:
+    """A comment from its # to the end of the line; `alone` if nothing stands before it."""
+
+    text: str
+    span: Span
+    alone: bool
+
+
+# ---------------------------------------------------------------- statements
+
+
+@dataclass(frozen=True, slots=True)
+class Use:
+    """Another file: of models, or of Prolog with words of the user's own."""
+
+    path: Text
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Let:
+    """A constant."""
+
+    name: Name
+    value: Expression
+    doc: Text | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Define:
+    """A condition or measure with a name and parameters."""
+
+    name: Name
+    parameters: tuple[Name, ...]
+    body: Expression
+    doc: Text | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Singular parts (`count` None), or a set of all that satisfy `where`.
+
+    `kind` as written: face, faces, edge, ... or the name of a model.
+    """
+
+    optional: bool
+    count: Count | None
+    separate: bool
+    kind: Name
+    names: tuple[Name, ...]
+    where: Expression | None
+    reason: Text | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One line of conditions.
+
+    `expect` is the weight as written ("weakly", "", "30 %"), None if the line must hold.
+    """
+
+    label: Name | None
+    expect: str | None
+    if_known: bool
+    condition: Expression
+    reason: Text | None
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Drop:
+    """Lines of a `like` model that are left out."""
+
+    labels: tuple[Name, ...]
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """Lengths that the verdict reports; sorted by value if `longest_first`."""
+
+    names: tuple[Name, ...]
+    measures: tuple[Expression, ...]
+    longest_first: bool
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class SceneFile:
+    """A scene in a file, relative to the model's."""
+
+    path: Text
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One dimension of a thing to be built."""
+
+    name: Name
+    quantity: Quantity
+    span: Span
+
+
+@dataclass(frozen=True, slots=True)
+class SceneBuilt:
+    """A scene with a thing built to measure."""
+
+    builder: Name
+    settings: tuple[Setting, ...]
+    span: Span
+
+
+class Outcome(StrEnum):
+    """What an example expects."""
+
+    HOLDS = "holds"
+    FAILS = "fails"
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class Example:
+    """A scene and what the model should say of it."""
+
+    title: Text
+    scene: SceneFile | SceneBuilt
+    outcome: Outcome
+    at_least: Quantity | None
+    because: tuple[Name, ...]
+    span: Span
+
+
+Statement: TypeAlias = Use | Let | Define | Part | Line | Drop | Size | Example
+
+
+class Ancestry(StrEnum):
+    """How a model follows from another: it adds lines only, or it starts from its lines."""
+
+    IS = "is"
+    LIKE = "like"
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A model as written; `span` is that of its first line."""
+
+    name: Name
+    ancestry: Ancestry | None
+    parent: Name | None
+    doc: Text | None
+    statements: tuple[Statement, ...]
+    span: Span
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The statements that declare parts."""
+        return tuple(s for s in self.statements if isinstance(s, Part))
+
+    @property
+    def lines(self) -> tuple[Line, ...]:
+        """The lines of conditions."""
+        return tuple(s for s in self.statements if isinstance(s, Line))
+
+    @property
+    def examples(self) -> tuple[Example, ...]:
+        """The examples."""
+        return tuple(s for s in self.statements if isinstance(s, Example))
+
+
+@dataclass(frozen=True, slots=True)
+class File:
+    """A file as written: what stands before the first model, and the models."""
+
+    source: Source
+    statements: tuple[Statement, ...]
+    models: tuple[Model, ...]
+    comments: tuple[Comment, ...]
+
+    @property
+    def uses(self) -> tuple[Use, ...]:
+        """The files that it uses, wherever that is said."""
+        own = tuple(s for s in self.statements if isinstance(s, Use))
+        return own + tuple(s for m in self.models for s in m.statements if isinstance(s, Use))
+
+
+Node: TypeAlias = (
+    Name | Text | Count | Setting | SceneFile | SceneBuilt | Expression | Statement | Model
+)
+"""Whatever has a place."""
+
+_PLAIN = (str, bool, float, str | None)
+_FIELDS: dict[type, tuple[str, ...]] = {}
+
+
+def children(node: object) -> tuple[Node, ...]:
+    """The nodes directly inside a node, in the order of their fields."""
+    names = _FIELDS.get(type(node))
+    if names is None:
+        names = tuple(
+            f.name
+            for f in fields(node)  # type: ignore[arg-type]
+            if f.name not in ("span", "source") and f.type not in _PLAIN
+        )
+        _FIELDS[type(node)] = names
+    found: list[Node] = []
+    for name in names:
+        value = getattr(node, name)
+        if isinstance(value, tuple):
+            found.extend(v for v in value if hasattr(v, "span"))
+        elif hasattr(value, "span"):
+            found.append(value)
+    return tuple(found)
+
+
+def walk(node: object) -> "list[Node]":
+    """A node and all nodes inside it, outer ones first."""
+    found: list[Node] = []
+    waiting = [node]
+    while waiting:
+        one = waiting.pop()
+        found.append(one)  # type: ignore[arg-type]
+        waiting.extend(reversed(children(one)))
+    return found

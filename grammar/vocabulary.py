@@ -1,0 +1,196 @@
+"""The words that models are written in: what they take, what they give, what they mean.
+
+One row a word. rules/vocabulary.pl computes them (a test compares both); the reference of
+docs/models.md, the checker, completion and hover are made from these rows.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from types import MappingProxyType
+
+from facetlog.grammar.source import Source, Span
+
+__all__ = ["ANY", "FACE", "THING", "VOCABULARY", "Gives", "Kind", "Kinds", "Word"]
+
+
+class Kind(StrEnum):
+    """What a name can stand for."""
+
+    FACE = "face"
+    EDGE = "edge"
+    VERTEX = "vertex"
+    THING = "thing"
+
+    def __repr__(self) -> str:
+        return self.value
+
+
+Kinds = frozenset[Kind]
+FACE, EDGE, VERTEX, THING = (frozenset({kind}) for kind in Kind)
+ELEMENT = FACE | EDGE
+ANY = ELEMENT | THING
+
+
+class Gives(StrEnum):
+    """What a word is once it has its arguments."""
+
+    CONDITION = "condition"
+    ANGLE = "angle"
+    LENGTH = "length"
+    AREA = "area"
+    RATIO = "ratio"
+    COUNT = "count"
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A word of the vocabulary.
+
+    `arguments` says for each argument which kinds it may be; the last repeats if `many`. A
+    condition of one argument is also a property (`top is level`), one of two a relation (`x adjoins
+    y`).
+    `low` and `high` bound a measure in degrees, shares or counts; lengths are bounded below alone.
+    `typical_sd` is the deviation that pictures usually leave, in degrees or shares, None if it
+    depends on the size. `unknown_when` says when the scene does not know.
+    """
+
+    name: str
+    arguments: tuple[Kinds, ...]
+    gives: Gives
+    meaning: str
+    unknown_when: str = ""
+    symmetric: bool = False
+    many: bool = False
+    low: float | None = None
+    high: float | None = None
+    number_last: Gives | None = None
+    source: Source | None = None
+    span: Span | None = None
+
+    @property
+    def is_condition(self) -> bool:
+        """Whether it is true or false, and no measure."""
+        return self.gives is Gives.CONDITION
+
+    @property
+    def signature(self) -> str:
+        """The word with the kinds of its arguments: `angle(face, face): angle`."""
+        kinds = ["/".join(sorted(kinds)) for kinds in self.arguments]
+        if self.number_last:
+            kinds.append(self.number_last.value)
+        if self.many:
+            kinds.append("...")
+        return f"{self.name}({', '.join(kinds)}): {self.gives}"
+
+
+_UP = "up is not known"
+_CUT = "the outline was not wholly seen"
+_SCALE = "it is compared with metres and the scale is not known"
+
+
+def _condition(
+    name: str, *arguments: Kinds, meaning: str, unknown: str = "", symmetric: bool = False
+) -> Word:
+    return Word(name, arguments, Gives.CONDITION, meaning, unknown, symmetric)
+
+
+def _measure(
+    name: str,
+    gives: Gives,
+    *arguments: Kinds,
+    meaning: str,
+    unknown: str = "",
+    symmetric: bool = False,
+    high: float | None = None,
+    low: float | None = 0.0,
+) -> Word:
+    return Word(name, arguments, gives, meaning, unknown, symmetric, low=low, high=high)
+
+
+_WORDS = (
+    # Two faces
+    _measure("angle", Gives.ANGLE, FACE, FACE, symmetric=True, high=180.0,
+             meaning="the angle between the outward normals"),
+    _measure("dihedral", Gives.ANGLE, FACE, FACE, symmetric=True, high=360.0,
+             meaning="the angle through the solid at the edge that they share: 90 at a box's edge, "
+                     "270 in a room's corner",
+             unknown="they share no edge, or which side is solid cannot be told"),
+    _measure("offset", Gives.LENGTH, FACE, FACE, low=None,
+             meaning="how far the middle of the first lies in front of the second's plane; "
+                     "negative behind it"),
+    _measure("overlap", Gives.RATIO, FACE, FACE, symmetric=True, high=1.0,
+             meaning="the share of the smaller one's plan that lies over or under the other's",
+             unknown=f"{_UP}, or one of them stands upright"),
+    _measure("shared_length", Gives.LENGTH, FACE, FACE, symmetric=True,
+             meaning="the length of the edge that they share", unknown="they share no edge"),
+    _condition("adjoins", FACE, FACE, symmetric=True, meaning="they share an edge"),
+    _condition("coplanar", FACE, FACE, symmetric=True, meaning="they lie in one plane"),
+    _condition("opposite", FACE, FACE, symmetric=True,
+               meaning="their normals are opposed, and their outlines overlap along them"),
+    _condition("convex", FACE, FACE, symmetric=True,
+               meaning="the solid bulges outwards at the edge that they share",
+               unknown="which side is solid cannot be told"),
+    _condition("concave", FACE, FACE, symmetric=True,
+               meaning="the solid is hollow at the edge that they share",
+               unknown="which side is solid cannot be told"),
+    _condition("closes", FACE, FACE,
+               meaning="the first adjoins the second, is upright, and shuts the space below it",
+               unknown=_UP),
+    _condition("underside_of", FACE, FACE,
+               meaning="the first is the lower side of the board whose upper side the second is",
+               unknown=_UP),
+    _condition("above", FACE, FACE, meaning="its middle is higher than the other's", unknown=_UP),
+    _condition("below", FACE, FACE, meaning="its middle is lower than the other's", unknown=_UP),
+    Word("parallel", (FACE, FACE), Gives.CONDITION,
+         "their normals are along one line, within the given angle", symmetric=True,
+         number_last=Gives.ANGLE),
+    Word("share_corner", (FACE,), Gives.CONDITION, "all of them meet at one vertex", symmetric=True,
+         many=True),
+    # One face
+    _measure("tilt", Gives.ANGLE, ELEMENT, high=90.0, unknown=_UP,
+             meaning="0 level, 90 upright, whichever way it faces"),
+    _measure("area", Gives.AREA, FACE, meaning="the area, without holes"),
+    _measure("length", Gives.LENGTH, FACE | THING,
+             meaning="the longer side of the least rectangle round a face; the longest side of the "
+                     "least box round a thing"),
+    _measure("width", Gives.LENGTH, FACE | THING,
+             meaning="the shorter side of that rectangle; the middle side of that box"),
+    _measure("height", Gives.LENGTH, ANY, unknown=_UP,
+             meaning="how much higher its top is than its bottom"),
+    _measure("elevation", Gives.LENGTH, FACE, unknown=_UP,
+             meaning="how high its middle is above the lowest point of its thing"),
+    _measure("top_of", Gives.LENGTH, ANY, unknown=_UP,
+             meaning="how high its highest point is above the lowest of its thing"),
+    _measure("bottom_of", Gives.LENGTH, ANY, unknown=_UP,
+             meaning="how high its lowest point is above the lowest of its thing"),
+    _measure("protrusion", Gives.LENGTH, FACE,
+             meaning="how far its thing reaches in front of its plane"),
+    _measure("clear_below", Gives.LENGTH, FACE, unknown=f"{_UP}, or it stands upright",
+             meaning="the free height under most of it, down to the next face or the ground"),
+    _measure("share", Gives.RATIO, FACE, high=1.0,
+             meaning="its area over the silhouette of its thing, seen along its normal"),
+    _measure("fill", Gives.RATIO, FACE, high=1.0,
+             meaning="its area over that of the least rectangle round it"),
+    _measure("coverage", Gives.RATIO, FACE, high=1.0,
+             meaning="the share of it that was seen in at least one picture"),
+    _measure("corners", Gives.COUNT, FACE, low=3.0, meaning="how many corners its outline has"),
+    _condition("measured", FACE, meaning="pictures support it"),
+    _condition("upward", FACE, meaning="its outward side looks upwards", unknown=_UP),
+    _condition("downward", FACE, meaning="its outward side looks downwards", unknown=_UP),
+    _condition("level", ELEMENT, meaning="within 10 degrees of level", unknown=_UP),
+    _condition("upright", ELEMENT, meaning="within 10 degrees of upright", unknown=_UP),
+    # Edges, vertices, things
+    _measure("edge_length", Gives.LENGTH, EDGE, meaning="its length"),
+    _measure("faces_at", Gives.COUNT, VERTEX, meaning="how many faces meet there"),
+    _measure("gap", Gives.LENGTH, THING, THING, symmetric=True,
+             meaning="the least distance between what was found of two things"),
+    _condition("bounds", EDGE, FACE, meaning="the edge is a side of the face"),
+    _condition("supports", ELEMENT, FACE, unknown=_UP,
+               meaning="the first is upright, starts near the ground (within 15 % of the second's "
+                       "height) and reaches at least half way up to the second, not past it"),
+    _condition("touches", THING, THING, symmetric=True, meaning="nothing is between them"),
+)  # fmt: skip
+
+VOCABULARY: Mapping[str, Word] = MappingProxyType({word.name: word for word in _WORDS})
+"""The words by name."""

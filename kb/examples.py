@@ -1,0 +1,204 @@
+"""Running the examples of models: what is expected of a scene, and what came out."""
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from facetlog.errors import FacetlogError
+from facetlog.grammar import syntax as s
+from facetlog.grammar.analysis import Analysis
+from facetlog.grammar.constants import quantity
+from facetlog.grammar.example_scenes import examples_of, sizes_si
+from facetlog.kb.encode import Fact
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.proof import State
+from facetlog.kb.terms import Atom
+from facetlog.kb.verdict import Verdict
+
+__all__ = ["Case", "CaseResult", "Expected", "SceneMaker", "example_cases", "run_cases"]
+
+SceneMaker: TypeAlias = Callable[[s.SceneFile | s.SceneBuilt, Path], Iterable[Fact]]
+"""The facts of an example's scene; the path is that of the model file.
+
+Raises InputError for a file that is no scene, and for sizes that nothing can have.
+"""
+
+SCENE = "example"
+"""What the knowledge base calls the scene that is being asked."""
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """What a model should say: the state, its degree at least, and lines that are in that state."""
+
+    state: State
+    at_least: float | None = None
+    because: tuple[str, ...] = ()
+
+    def text(self) -> str:
+        """As an example writes it: 'fails because room, legs'."""
+        degree = "" if self.at_least is None else f" at least {self.at_least:.4g}"
+        because = f" because {', '.join(self.because)}" if self.because else ""
+        return f"{self.state}{degree}{because}"
+
+    def problems(self, verdict: Verdict) -> tuple[str, ...]:
+        """What of the expectation is not so, a sentence each."""
+        if verdict.state is not self.state:
+            return (f"it {_says(verdict.state)}, expected was that it {_says(self.state)}",)
+        found = []
+        if self.at_least is not None and verdict.degree < self.at_least:
+            found.append(f"it holds by {verdict.degree:.4g} only, expected was {self.at_least:.4g}")
+        states = {c.label: c.proof.state for c in verdict.conditions}
+        for label in self.because:
+            state = states.get(label)
+            if state is None:
+                found.append(f"`{label}` was not asked, expected was that it {_says(self.state)}")
+            elif state is not self.state:
+                found.append(f"`{label}` {_says(state)}, expected was that it {_says(self.state)}")
+        return tuple(found)
+
+
+def _says(state: State) -> str:
+    return "is unknown" if state is State.UNKNOWN else state.value
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """One expectation: of which model, on which thing of which scene, and where it is written.
+
+    Without `thing` it is the main one: that which fits best, or the largest where the model should
+    fail. `scene` names the scene in words, the same for the same scene; `facts` makes it.
+    """
+
+    title: str
+    place: str
+    model: str
+    expected: Expected
+    scene: str
+    facts: Callable[[], Iterable[Fact]] = field(compare=False, repr=False)
+    thing: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class CaseResult:
+    """What came of a case: the verdict, if it could be asked, and what is not as expected."""
+
+    case: Case
+    verdict: Verdict | None
+    problems: tuple[str, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether all is as expected."""
+        return not self.problems
+
+    def lines(self) -> Iterator[str]:
+        """The problem with its place, and why the verdict is as it is; one line if it passed."""
+        case = self.case
+        if self.passed:
+            yield f'{case.place}: passed: {case.model} "{case.title}" {case.expected.text()}'
+            return
+        yield f'{case.place}: failed: {case.model} "{case.title}": {"; ".join(self.problems)}'
+        if self.verdict is not None:
+            holds = self.verdict.state is State.HOLDS
+            yield from self.verdict.lines() if holds else self.verdict.miss_lines()
+
+    def to_json(self) -> dict[str, Any]:
+        """The result as plain data."""
+        case = self.case
+        return {
+            "title": case.title,
+            "place": case.place,
+            "model": case.model,
+            "scene": case.scene,
+            "thing": self.verdict.thing if self.verdict else case.thing,
+            "expected": {
+                "state": case.expected.state.value,
+                "at_least": case.expected.at_least,
+                "because": list(case.expected.because),
+            },
+            "passed": self.passed,
+            "problems": list(self.problems),
+            "verdict": self.verdict.to_json() if self.verdict else None,
+        }
+
+
+def example_cases(analysis: Analysis, make: SceneMaker) -> tuple[Case, ...]:
+    """The examples of a model file without faults, in the order of the text."""
+    path = Path(analysis.file.source.name)
+    return tuple(
+        _case(model, example, analysis, path, make) for model, example in examples_of(analysis)
+    )
+
+
+def _case(
+    model: s.Model, example: s.Example, analysis: Analysis, path: Path, make: SceneMaker
+) -> Case:
+    degree = None if example.at_least is None else quantity(example.at_least)
+    expected = Expected(
+        State(example.outcome.value),
+        None if degree is None else degree.value,
+        tuple(label.text for label in example.because),
+    )
+    return Case(
+        example.title.value,
+        analysis.file.source.place(example.span.start),
+        model.name.text,
+        expected,
+        _scene_name(example.scene, path),
+        lambda: make(example.scene, path),
+    )
+
+
+def _scene_name(scene: s.SceneFile | s.SceneBuilt, path: Path) -> str:
+    if isinstance(scene, s.SceneFile):
+        return str(path.parent / scene.path.value)
+    sizes = ", ".join(f"{name} {value!r}" for name, value in sorted(sizes_si(scene).items()))
+    return f"{scene.builder}({sizes})"
+
+
+def run_cases(base: KnowledgeBase, cases: Sequence[Case]) -> Iterator[CaseResult]:
+    """The results of cases, those of one scene together: each scene is made and loaded once.
+
+    What is wrong with a scene, or a limit that a model reaches, is a problem of its cases.
+    """
+    of_scene: dict[str, list[Case]] = {}
+    for case in cases:
+        of_scene.setdefault(case.scene, []).append(case)
+    for together in of_scene.values():
+        try:
+            base.load_scene(SCENE, together[0].facts())
+        except FacetlogError as exc:
+            yield from (CaseResult(case, None, (f"the scene: {exc}",)) for case in together)
+            continue
+        try:
+            yield from (_result(base, case) for case in together)
+        finally:
+            base.drop_scene(SCENE)
+
+
+def _result(base: KnowledgeBase, case: Case) -> CaseResult:
+    try:
+        verdict = base.why(SCENE, case.model, thing=case.thing or _main_thing(base, case))
+    except FacetlogError as exc:
+        return CaseResult(case, None, (str(exc),))
+    return CaseResult(case, verdict, case.expected.problems(verdict))
+
+
+def _main_thing(base: KnowledgeBase, case: Case) -> str | None:
+    """The largest thing where the model should fail; None, for whichever fits best, elsewhere.
+
+    That one of many fits badly says nothing of the others.
+    """
+    if case.expected.state is not State.FAILS:
+        return None
+    with base.query("thing_size(T, L, W, H)", scenes=(SCENE,)) as answers:
+        sizes = {str(t): _diagonal(lengths) for t, *lengths in answers if isinstance(t, Atom)}
+    # The first of equals, as facts name them.
+    return max(sizes, key=lambda thing: sizes[thing], default=None)
+
+
+def _diagonal(lengths: Sequence[object]) -> float:
+    """Squared, of the least box round a thing: a flat one has a size as well."""
+    return sum(float(x) ** 2 for x in lengths if isinstance(x, int | float))

@@ -1,0 +1,95 @@
+:- module(facetlog_fading, [ membership_within/3,  % +Margins, +Width, -Degree
+                             widened/4,            % +Margins0, +Width, +Variance, -Margins
+                             mass/3                % +Mean, +Variance, -Mass
+                           ]).
+
+/** <module> Edges of regions, sharp and fading
+
+A region's edge is sharp, or its membership falls linearly from 1 at the edge to 0 at some width
+beyond it. The degree is the expected membership of the true value, normally distributed about the
+measured one. Margins are margin(Side, Distance, Variance), positive inside.
+*/
+
+:- set_prolog_flag(optimise, true).
+
+%!  widened(+Margins0, +Width, +Variance, -Margins) is det.
+%
+%   Margins are told from the middle of slopes that are Width wide, with the Variance of that.
+
+widened([], _, _, []).
+widened([margin(Side, Distance0, Var0)|Margins0], Width, Q,
+        [margin(Side, Distance, Var)|Margins]) :-
+    Distance is Distance0 + Width/2,
+    Var is Var0 + Q/4,
+    widened(Margins0, Width, Q, Margins).
+
+%!  membership_within(+Margins, +Width, -Degree) is det.
+%
+%   Degree is the expected membership of a region with these Margins, as widened/4 gives them. Where
+%   one slope is below 1 the other is 1, so that memberships add as masses do.
+
+membership_within(Margins, Width, Degree) :-
+    within(Margins, Width, 1, Degree).
+
+within([], _, Sum, Degree) :-
+    Degree is max(0.0, min(1.0, Sum)).
+within([margin(_, Distance, Var)|Margins], Width, Sum0, Degree) :-
+    expected(Distance, Var, Width, Membership),
+    Sum is Sum0 + Membership - 1,
+    within(Margins, Width, Sum, Degree).
+
+%   Of a slope that is narrower than this many deviations only the middle counts: the mean of the
+%   normal distribution function over it is that within 1/24 of the square of this.
+narrow(1.0e-4).
+
+%   Expected value of clip(1/2 + X/Width, 0, 1) for a normal X of this mean and variance. With
+%   E max(0, X) = max(0, Mean) + Sd g(|Mean|/Sd) it is a difference of two such terms.
+expected(Mean, Var, Width, Membership) :-
+    Sd is sqrt(Var),
+    narrow(Narrow),
+    (   Width =< Narrow*Sd
+    ->  mass(Mean, Var, Membership)
+    ;   Low is Mean - Width/2,
+        High is Mean + Width/2,
+        on_slope(Low, High, Mean, Width, At),
+        (   Sd > 0
+        ->  FromHigh is abs(High)/Sd,
+            FromLow is abs(Low)/Sd,
+            loss(FromHigh, Above),
+            loss(FromLow, Below),
+            Membership is At + Sd/Width*(Above - Below)
+        ;   Membership = At
+        )
+    ).
+
+%   The membership at the mean itself.
+on_slope(Low, High, Mean, Width, At) :-
+    (   Low >= 0
+    ->  At = 1
+    ;   High =< 0
+    ->  At = 0
+    ;   At is 0.5 + Mean/Width
+    ).
+
+%   g(T) = phi(T) - T Phi(-T), of the standard normal distribution.
+loss(T, Loss) :-
+    (   negligible(Far),
+        T > Far
+    ->  Loss = 0
+    ;   Loss is exp(-T*T/2)/sqrt(2*pi) - T*0.5*erfc(T/sqrt(2))
+    ).
+
+%   In deviations: the density beyond is less than the least float.
+negligible(40).
+
+%!  mass(+Mean, +Variance, -Mass) is det.
+%
+%   Probability that a normal variable of this mean and variance is not negative.
+
+mass(Mean, Var, Mass) :-
+    (   Var > 0
+    ->  Mass is 0.5*erfc(-Mean/sqrt(2*Var))
+    ;   Mean >= 0
+    ->  Mass = 1
+    ;   Mass = 0
+    ).

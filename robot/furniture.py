@@ -1,0 +1,178 @@
+"""Makers of furniture and stairs: each stands on z = 0 with the middle of its plan at the origin.
+
+Lengths are in world units; x is along the length, y along the depth with the front at -y, z up.
+No two pieces that meet have a face in one plane, and faces hidden by another piece are left out.
+"""
+
+import numpy as np
+
+from facetlog.robot.solids import LEAST_INSET_SHARE, WHITE_PAINT, Part, joined, legs, slab
+from facetlog.robot.world import Solid
+
+__all__ = ["bench", "cabinet", "desk", "shelf", "stairs", "stool"]
+
+# A desk's front panel hangs this far in from its rear rim, as a share of the depth.
+MODESTY_INSET_SHARE = 0.15
+
+
+def desk(
+    length: float,
+    depth: float,
+    height: float,
+    *,
+    thickness: float,
+    panel: float,
+    modesty: float,
+    blocks: tuple[float, float] = (0.0, 0.0),
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """A top on two side panels, tied at the rear by a panel that hangs `modesty` of the height.
+
+    `blocks` are the widths of a drawer block at the left and at the right end: 0 for none, where
+    a side panel of thickness `panel` stands instead.
+    """
+    below = height - thickness
+    x, y = (1 - LEAST_INSET_SHARE) * length / 2, (1 - LEAST_INSET_SHARE) * depth / 2
+    left, right = (width or panel for width in blocks)
+    sides = [
+        slab((low, -y, 0.0), (width, 2 * y, below), without=("top",))
+        for low, width in ((-x, left), (x - right, right))
+    ]
+    rear = slab(
+        (-x + left, depth * (0.5 - MODESTY_INSET_SHARE) - panel, below - modesty * height),
+        (2 * x - left - right, panel, modesty * height),
+        without=("top", "left", "right"),
+    )
+    return joined("desk", [_top(length, depth, height, thickness), *sides, rear], albedo)
+
+
+def bench(
+    length: float,
+    depth: float,
+    height: float,
+    *,
+    thickness: float,
+    support: float,
+    panels: bool,
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """A long seat on two panels across it, or on four legs; `support` is how thick they are."""
+    below = height - thickness
+    if not panels:
+        parts = legs(length, depth, below, support)
+    else:
+        x = length / 2 - LEAST_INSET_SHARE * length
+        y = (1 - LEAST_INSET_SHARE) * depth / 2
+        parts = tuple(
+            slab((low, -y, 0.0), (support, 2 * y, below), without=("top",))
+            for low in (-x, x - support)
+        )
+    return joined("bench", [_top(length, depth, height, thickness), *parts], albedo)
+
+
+def stool(
+    length: float,
+    depth: float,
+    height: float,
+    *,
+    thickness: float,
+    leg: float,
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """A small seat without a back on four square legs."""
+    parts = [_top(length, depth, height, thickness), *legs(length, depth, height - thickness, leg)]
+    return joined("stool", parts, albedo)
+
+
+def shelf(
+    width: float,
+    depth: float,
+    height: float,
+    *,
+    boards: int,
+    thickness: float,
+    back: bool,
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """`boards` level boards between two sides, evenly from foot to top, open in front.
+
+    With a `back` it is shut behind. ValueError for fewer than two boards, or boards too thick.
+    """
+    if boards < 2:
+        raise ValueError(f"a shelf needs two boards at least, not {boards}")
+    if boards * thickness >= height or 2 * thickness >= width or 2 * thickness >= depth:
+        raise ValueError("the boards of a shelf leave no room between them")
+    # The sides reach a little higher, lower and farther forward than what they hold.
+    margin = LEAST_INSET_SHARE * depth
+    x, y = width / 2, depth / 2
+    inner = width - 2 * thickness
+    parts = [slab((low, -y, 0.0), (thickness, depth, height)) for low in (-x, x - thickness)]
+    lowest, highest = margin, height - margin - thickness
+    rear = y - margin
+    between = rear
+    if back:
+        # It stands on the lowest board and below the highest; the others end in front of it.
+        between -= thickness
+        room = highest - lowest - thickness
+        upright = slab(
+            (thickness - x, between, lowest + thickness),
+            (inner, thickness, room),
+            without=("left", "right", "bottom", "top"),
+        )
+        parts.append(upright)
+    for low in np.linspace(lowest, highest, boards):
+        ends = rear if low in (lowest, highest) else between
+        corner = (thickness - x, margin - y, float(low))
+        hidden = ("left", "right") if ends == rear else ("left", "right", "back")
+        parts.append(slab(corner, (inner, ends - margin + y, thickness), without=hidden))
+    return joined("shelf", parts, albedo)
+
+
+def cabinet(
+    width: float,
+    depth: float,
+    height: float,
+    *,
+    foot: float,
+    leg: float = 0.0,
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """A closed block on a plinth `foot` high, or on four legs of thickness `leg` and that height.
+
+    ValueError if the foot is as high as the whole.
+    """
+    if not 0 < foot < height:
+        raise ValueError("the foot of a cabinet must be lower than the cabinet")
+    body = slab((-width / 2, -depth / 2, foot), (width, depth, height - foot))
+    inset = LEAST_INSET_SHARE * min(width, depth)
+    plinth = slab(
+        (inset - width / 2, inset - depth / 2, 0.0),
+        (width - 2 * inset, depth - 2 * inset, foot),
+        without=("top",),
+    )
+    feet = legs(width, depth, foot, leg) if leg > 0 else (plinth,)
+    return joined("cabinet", [body, *feet], albedo)
+
+
+def stairs(
+    steps: int, width: float, rise: float, going: float, *, albedo: float = WHITE_PAINT
+) -> Solid:
+    """A solid flight that climbs along x: each step `rise` high and `going` deep, `width` across.
+
+    ValueError for fewer than two steps.
+    """
+    if steps < 2:
+        raise ValueError(f"stairs need two steps at least, not {steps}")
+    treads = [(going * i, rise * (i + k)) for i in range(steps) for k in (0, 1)]
+    # Anticlockwise seen from the front (-y), where x points to the right and z up.
+    profile = [(0.0, 0.0), (going * steps, 0.0), (going * steps, rise * steps), *treads[:0:-1]]
+    n = len(profile)
+    x, y = going * steps / 2, width / 2
+    points = np.array([(u - x, v, z) for v in (-y, y) for u, z in profile])
+    loops = [tuple(range(n)), tuple(reversed(range(n, 2 * n)))]
+    loops += [(i, n + i, n + (i + 1) % n, (i + 1) % n) for i in range(n)]
+    return joined("stairs", [(points, loops)], albedo)
+
+
+def _top(length: float, depth: float, height: float, thickness: float) -> Part:
+    return slab((-length / 2, -depth / 2, height - thickness), (length, depth, thickness))

@@ -1,0 +1,152 @@
+:- module(measures, [ measure/4,            % +Measure, -Value, -Sd, -Kind
+                      known_measure/1       % ?Measure
+                    ]).
+
+/** <module> The measures of the vocabulary
+
+What the scene says of faces, edges and things in numbers.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(aggregate)).
+:- use_module(library(apply)).
+:- use_module(facetlog_kb(scene)).
+:- use_module(facetlog_kb(recall)).
+:- use_module(facetlog_kb(quantities)).
+:- use_module(facetlog(grouping)).
+
+%!  measure(+Measure, -Value, -Sd, -Kind) is semidet.
+%
+%   Value and standard deviation of Measure. Kind is deg, ratio, count, length or area. Fails if
+%   the scene does not know.
+
+measure(angle(A, B), V, Sd, deg)        :- fact(angle(A, B, V, Sd)).
+measure(dihedral(A, B), V, Sd, deg)     :- fact(dihedral(A, B, V, Sd)).
+measure(tilt(F), V, Sd, deg)            :- fact(tilt(F, V, Sd)).
+measure(tilt(E), V, 0, deg)             :- edge_tilt(E, V).
+measure(area(F), V, Sd, area)           :- fact(area(F, V, Sd)).
+measure(area(T), V, Sd, area)           :- surface(T, V, Sd).
+measure(length(F), V, Sd, length)       :- fact(length(F, V, Sd)).
+measure(length(T), V, 0, length)        :- fact(thing_size(T, V, _, _)).
+measure(width(F), V, Sd, length)        :- fact(width(F, V, Sd)).
+measure(width(T), V, 0, length)         :- fact(thing_size(T, _, V, _)).
+measure(height(X), V, Sd, length)       :- height(X, V, Sd).
+measure(edge_length(E), V, Sd, length)  :- fact(edge_length(E, V, Sd)).
+measure(shared_length(A, B), V, Sd, length) :- shared_length(A, B, V, Sd).
+measure(fill(F), V, Sd, ratio)          :- fact(fill(F, V, Sd)).
+measure(coverage(F), V, 0, ratio)       :- fact(coverage(F, V)).
+measure(share(F), V, Sd, ratio)         :- fact(share(F, V, Sd)).
+measure(protrusion(F), V, Sd, length)   :- fact(protrusion(F, V, Sd)).
+measure(offset(A, B), V, Sd, length)    :- fact(offset(A, B, V, Sd)).
+measure(elevation(F), V, Sd, length)    :- fact(elevation(F, V, Sd)).
+measure(elevation(T), V, Sd, length)    :- middle(T, V, Sd).
+measure(top_of(X), V, Sd, length)       :- fact(top_of(X, V, Sd)).
+measure(bottom_of(X), V, Sd, length)    :- fact(bottom_of(X, V, Sd)).
+measure(clear_below(F), V, 0, length)   :- fact(clear_below(F, V)).
+measure(overlap(A, B), V, 0, ratio)     :- fact(overlap(A, B, V)).
+measure(gap(A, B), V, Sd, length)       :- fact(gap(A, B, V, Sd)).
+measure(thing_length(T), V, 0, length)  :- fact(thing_size(T, V, _, _)).
+measure(thing_width(T), V, 0, length)   :- fact(thing_size(T, _, V, _)).
+measure(thing_height(T), V, Sd, length) :-
+    recall(vocabulary, thing_height, T, measure, max(V, Sd), highest_part(T, max(V, Sd))).
+measure(metres(V), V, 0, length)        :- number(V), fact(scale(metric)).
+measure(count(List), V, 0, count)       :- is_list(List), length(List, V).
+measure(corners(F), V, 0, count)        :- corners(F, V).
+measure(faces_at(V), N, 0, count)       :- faces_at(V, N).
+measure(smallest_gap(Ts), V, Sd, length) :- gaps(Ts, Gaps), min_member(V-Sd, Gaps).
+measure(largest_gap(Ts), V, Sd, length) :- gaps(Ts, Gaps), max_member(V-Sd, Gaps).
+measure(lowest(List), V, Sd, Kind)      :- of_list(lowest(List), V, Sd, Kind).
+measure(highest(List), V, Sd, Kind)     :- of_list(highest(List), V, Sd, Kind).
+measure(sum(List), V, Sd, Kind)         :- of_list(sum(List), V, Sd, Kind).
+measure(mean(List), V, Sd, Kind)        :- of_list(mean(List), V, Sd, Kind).
+
+%!  known_measure(?Measure) is nondet.
+%
+%   The measures of the vocabulary, as terms with fresh arguments.
+
+known_measure(Measure) :-
+    clause(measure(Measure, _, _, _), _).
+
+%   Asked of every candidate, and it goes through the whole thing: remembered.
+%   Of several as high the one that is least sure, whatever the order of the facts.
+highest_part(Thing, max(H, S)) :-
+    findall(H0-S0, ( fact(part_of(X, Thing)), fact(top_of(X, H0, S0)) ), Tops),
+    max_member(H-S, Tops).
+
+%   Of a thing: all that was measured of it.
+surface(Thing, Area, Sd) :-
+    fact(thing(Thing)),
+    findall(A-S, ( fact(part_of(Face, Thing)),
+                   fact(evidence(Face, measured)),
+                   fact(area(Face, A, S)) ),
+            Areas),
+    Areas \== [],
+    aggregate_all(r(sum(A), sum(S*S)), member(A-S, Areas), r(Area, Var)),
+    Sd is sqrt(Var).
+
+%   A thing stands on its lowest point, a face or edge does not: of these both ends were measured.
+height(X, Height, Sd) :-
+    fact(top_of(X, Top, TopSd)),
+    \+ fact(thing(X)),
+    fact(bottom_of(X, Bottom, BottomSd)),
+    Height is Top - Bottom,
+    Sd is sqrt(TopSd*TopSd + BottomSd*BottomSd).
+height(Thing, Height, Sd) :-
+    fact(thing(Thing)),
+    measure(thing_height(Thing), Height, Sd, _).
+
+%   Of a thing, as of a face: how high its middle is above its lowest point.
+middle(Thing, Middle, Sd) :-
+    fact(thing(Thing)),
+    measure(thing_height(Thing), Height, HeightSd, _),
+    Middle is Height/2,
+    Sd is HeightSd/2.
+
+%   Two faces may share several edges: the longest counts.
+shared_length(A, B, Length, Sd) :-
+    findall(A-B, fact(adjoins(A, B, _)), Pairs0),
+    sort(Pairs0, Pairs),
+    member(A-B, Pairs),
+    aggregate_all(max(L, S),
+                  ( fact(adjoins(A, B, Edge)),
+                    fact(edge_length(Edge, L, S)) ),
+                  max(Length, Sd)).
+
+corners(Face, Count) :-
+    fact(face(Face)),
+    aggregate_all(count, fact(corner(Face, _, _)), Count),
+    Count > 0.
+
+%   Only measured faces are evidence.
+faces_at(Vertex, Count) :-
+    fact(vertex(Vertex)),
+    findall(Face, ( fact(corner(Face, _, Vertex)), fact(evidence(Face, measured)) ), Faces0),
+    sort(Faces0, Faces),
+    length(Faces, Count).
+
+%   Between each two of at least two things; fails if one is not known.
+gaps(Things, Gaps) :-
+    is_list(Things),
+    findall(A-B, ( append(_, [A|Rest], Things), member(B, Rest) ), [Pair|Pairs]),
+    maplist(gap, [Pair|Pairs], Gaps).
+
+gap(A-B, V-Sd) :-
+    fact(gap(A, B, V, Sd)).
+
+of_list(Summary, V, Sd, Kind) :-
+    value(Summary, vocabulary, quantity(V, Var, Kind)),
+    Sd is sqrt(Var).
+
+edge_tilt(Edge, Degrees) :-
+    fact(edge(Edge, V1, V2)),
+    fact(up(X, Y, Z)),
+    fact(point(V1, X1, Y1, Z1)),
+    fact(point(V2, X2, Y2, Z2)),
+    distance([X1, Y1, Z1], [X2, Y2, Z2], Length),
+    Length > 0,
+    DX is X2-X1,
+    DY is Y2-Y1,
+    DZ is Z2-Z1,
+    dot([DX, DY, DZ], [X, Y, Z], Rise),
+    % The tilt of an edge is that of its own direction: 0 lying, 90 standing.
+    Degrees is asin(min(1.0, abs(Rise)/Length))*180/pi.

@@ -1,0 +1,1 @@
+"""The commands `facetlog model ...`: what people who write models need."""

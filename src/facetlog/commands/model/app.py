@@ -1,0 +1,26 @@
+"""The sub-commands of `facetlog model`."""
+
+import typer
+
+from facetlog.commands.model.check import check_command
+from facetlog.commands.model.compile import compile_command
+from facetlog.commands.model.examples import examples_command
+from facetlog.commands.model.format import format_command
+from facetlog.commands.model.lsp import lsp_command
+from facetlog.commands.model.new import new_command
+
+__all__ = ["model_app"]
+
+model_app = typer.Typer(
+    name="model",
+    help="Checks, formats, tests and compiles models in the model language.",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+
+model_app.command("new")(new_command)
+model_app.command("check")(check_command)
+model_app.command("format")(format_command)
+model_app.command("test")(examples_command)
+model_app.command("compile")(compile_command)
+model_app.command("lsp")(lsp_command)

@@ -1,0 +1,99 @@
+"""`facetlog model check`: all faults of model files, each with its place and the way out."""
+
+from enum import StrEnum
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from facetlog.commands.model.files import Files, is_stdin, model_files, stdin_text
+from facetlog.commands.model.watch import Ran, Watch, watched
+from facetlog.commands.shared import NO, YES, command
+from facetlog.errors import InputError
+
+if TYPE_CHECKING:
+    from facetlog.grammar.analysis import Analysis
+    from facetlog.grammar.faults import Fault
+
+__all__ = ["analysed", "check_command", "checked"]
+
+
+class Output(StrEnum):
+    """How faults are told."""
+
+    TEXT = "text"
+    JSON = "json"
+    SARIF = "sarif"
+
+
+@command
+def check_command(
+    files: Files,
+    output: Annotated[
+        Output, typer.Option("--output", help="For readers, for programs, for code hosts.")
+    ] = Output.TEXT,
+    warnings_as_errors: Annotated[
+        bool, typer.Option("--warnings-as-errors", help="End with 1 for warnings as well.")
+    ] = False,
+    watch: Watch = False,
+) -> int:
+    """Tells all faults of model files.
+
+    Exit code 0: no errors, 1: there are some, 2: a file cannot be read.
+    """
+    run = partial(_check, files, output, warnings_as_errors=warnings_as_errors)
+    return watched(run, partial(model_files, files), watch=watch)
+
+
+def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool) -> Ran:
+    from facetlog.commands.model.fault_text import (
+        distinct,
+        errors_in,
+        faults_json,
+        faults_text,
+    )
+    from facetlog.commands.model.sarif import faults_sarif
+
+    paths = model_files(arguments)
+    used: set[Path] = set()
+    found: list[Fault] = []
+    for path in paths:
+        analysis, faults = checked(path)
+        used |= {*analysis.library.files, *analysis.library.words}
+        found.extend(faults)
+    faults = distinct(found)
+    write = {Output.TEXT: faults_text, Output.JSON: faults_json, Output.SARIF: faults_sarif}
+    typer.echo(write[output](paths, faults))
+    if any(fault.code == "unreadable" for fault in faults):
+        return Ran(InputError.exit_code, frozenset(used))
+    bad = len(faults) if warnings_as_errors else errors_in(faults)
+    return Ran(NO if bad else YES, frozenset(used))
+
+
+def analysed(path: Path) -> "Analysis":
+    """What is known of a model file, or of the text on standard input."""
+    from facetlog.grammar.analysis import analyse
+
+    return analyse(path, stdin_text() if is_stdin(path) else None)
+
+
+def checked(path: Path) -> "tuple[Analysis, tuple[Fault, ...]]":
+    """What is known of a model file, and its faults with those of the things its examples build."""
+    from facetlog.grammar import syntax as s
+    from facetlog.grammar.example_scenes import examples_of, scene_faults
+
+    analysis = analysed(path)
+    faults = analysis.faults
+    if any(isinstance(example.scene, s.SceneBuilt) for _, example in examples_of(analysis)):
+        from facetlog.commands.model.scenes import builder_sizes
+
+        own = scene_faults(analysis, builder_sizes())
+        faults = tuple(sorted((*faults, *own), key=partial(_order, analysis)))
+    return analysis, faults
+
+
+def _order(analysis: "Analysis", fault: "Fault") -> tuple[bool, str, int]:
+    """The faults of the file itself first, each file's in the order of its text."""
+    other = fault.source is not analysis.file.source
+    return other, fault.source.name, fault.span.start

@@ -1,0 +1,89 @@
+"""`facetlog model format`: model files in their canonical layout."""
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from facetlog.commands.model.fault_text import counted, plain
+from facetlog.commands.model.files import Files, is_stdin, model_files, stdin_text
+from facetlog.commands.model.in_place import replace_text
+from facetlog.commands.model.watch import Ran, Watch, watched
+from facetlog.commands.shared import NO, YES, command
+from facetlog.errors import InputError
+from facetlog.terminal import error, note, one_line
+
+__all__ = ["format_command"]
+
+
+@command
+def format_command(
+    files: Files,
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing; name the files that would change.")
+    ] = False,
+    diff: Annotated[
+        bool, typer.Option("--diff", help="Write nothing; show what would change.")
+    ] = False,
+    watch: Watch = False,
+) -> int:
+    """Lays model files out; standard input goes to standard output.
+
+    Exit code 0: done, 1: a file would change or has faults, which leave it as it is, 2: a file
+    cannot be read or written.
+    """
+    if watch and not check:
+        raise InputError("--watch needs --check: files that are being edited are not rewritten")
+    run = partial(_format, files, check=check, diff=diff)
+    return watched(run, partial(model_files, files), watch=watch)
+
+
+def _format(arguments: list[str], *, check: bool, diff: bool) -> Ran:
+    paths = model_files(arguments)
+    codes = [_formatted(path, check=check, diff=diff) for path in paths]
+    return Ran(max(codes), frozenset(paths))
+
+
+def _formatted(path: Path, *, check: bool, diff: bool) -> int:
+    """The exit code of one file; those after it are laid out whatever came of it."""
+    from facetlog.grammar.format import differences, formatted
+    from facetlog.grammar.parse import parse
+    from facetlog.grammar.source import Source
+
+    try:
+        before = stdin_text() if is_stdin(path) else _text(path)
+    except InputError as exc:
+        error(str(exc))
+        return exc.exit_code
+    source = Source(str(path), before)
+    faults = parse(source).faults
+    if faults:
+        told = f"{counted(len(faults), 'fault')}, the first at {faults[0].place}"
+        note(f"{path} is left as it is: it has {told}: {faults[0].message}")
+        if is_stdin(path) and not (check or diff):
+            typer.echo(before, nl=False)
+        return NO
+    after = formatted(source)
+    if diff:
+        for line in differences(before, after, str(path)).splitlines():
+            typer.echo(plain(line))
+    if check and before != after:
+        note(f"{path} is not in canonical layout") if diff else typer.echo(one_line(str(path)))
+    if check or diff:
+        return YES if before == after else NO
+    if is_stdin(path):
+        typer.echo(after, nl=False)
+    elif before != after:
+        replace_text(path, after)
+        note(f"{path} is laid out anew")
+    return YES
+
+
+def _text(path: Path) -> str:
+    from facetlog.grammar.library import read_text
+
+    try:
+        return read_text(path)
+    except (OSError, ValueError) as exc:
+        raise InputError(f"{path} cannot be read: {getattr(exc, 'strerror', None) or exc}") from exc

@@ -1,0 +1,74 @@
+"""Faults of model files as SARIF 2.1.0, which code hosts and editors show at their lines.
+
+Source: OASIS Standard "Static Analysis Results Interchange Format (SARIF) Version 2.1.0", 2020.
+"""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from urllib.parse import quote
+
+from facetlog import __version__
+from facetlog.commands.model.fault_codes import described
+from facetlog.grammar.faults import Fault
+from facetlog.grammar.source import Source
+
+__all__ = ["faults_sarif"]
+
+SCHEMA_ADDRESS = "https://json.schemastore.org/sarif-2.1.0.json"
+
+
+def faults_sarif(files: Sequence[Path], faults: Sequence[Fault]) -> str:
+    """A log with one run: the files, a rule for each kind of fault, a result for each fault."""
+    codes = sorted({fault.code for fault in faults})
+    run = {
+        "tool": {
+            "driver": {
+                "name": "facetlog",
+                "version": __version__,
+                "rules": [_rule(code) for code in codes],
+            }
+        },
+        # Section 3.14.17: how columns are counted; the way of editors.
+        "columnKind": "utf16CodeUnits",
+        "artifacts": [{"location": {"uri": _address(str(path))}} for path in files],
+        "results": [_result(fault, codes.index(fault.code)) for fault in faults],
+    }
+    return json.dumps({"$schema": SCHEMA_ADDRESS, "version": "2.1.0", "runs": [run]}, indent=1)
+
+
+def _rule(code: str) -> dict[str, object]:
+    return {"id": code, "shortDescription": {"text": described(code)}}
+
+
+def _result(fault: Fault, rule: int) -> dict[str, object]:
+    hint = f"; {fault.hint}" if fault.hint else ""
+    start_line, start_column = _place(fault.source, fault.span.start)
+    end_line, end_column = _place(fault.source, fault.span.end)
+    region = {
+        "startLine": start_line,
+        "startColumn": start_column,
+        "endLine": end_line,
+        "endColumn": end_column,
+    }
+    location = {"artifactLocation": {"uri": _address(fault.source.name)}, "region": region}
+    return {
+        "ruleId": fault.code,
+        "ruleIndex": rule,
+        "level": fault.severity.value,
+        "message": {"text": f"{fault.message}{hint}"},
+        "locations": [{"physicalLocation": location}],
+    }
+
+
+def _place(source: Source, offset: int) -> tuple[int, int]:
+    """Line and column from 1, the column in UTF-16 code units."""
+    line, column = source.line_and_column(offset)
+    before = source.text[offset - column + 1 : offset]
+    return line, len(before.encode("utf-16-le", "surrogatepass")) // 2 + 1
+
+
+def _address(name: str) -> str:
+    """A path as a URI: absolute ones with their scheme, others relative to where it was run."""
+    path = Path(name)
+    return path.as_uri() if path.is_absolute() else quote(path.as_posix())

@@ -1,0 +1,57 @@
+"""The scenes of examples: read from files, or built to measure."""
+
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from facetlog.errors import InputError
+from facetlog.grammar import syntax as s
+from facetlog.grammar.example_scenes import sizes_si
+from facetlog.grammar.units import Dimension
+from facetlog.query_shell.scene_files import scene_file
+
+if TYPE_CHECKING:
+    from facetlog.grammar.example_scenes import Builders
+    from facetlog.kb.encode import Fact
+
+__all__ = ["builder_sizes", "example_facts", "labelled_facts"]
+
+_DIMENSIONS = {
+    "length": Dimension.LENGTH,
+    "angle": Dimension.ANGLE,
+    "count": Dimension.NUMBER,
+}
+
+
+@cache
+def builder_sizes() -> "Builders":
+    """The sizes of all builders of exact scenes, as the language names dimensions."""
+    from facetlog.perception.builders import BUILDERS
+
+    return {
+        builder.name: {p.name: _DIMENSIONS[p.kind] for p in builder.parameters}
+        for builder in BUILDERS.values()
+    }
+
+
+def example_facts(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Iterable[Fact]":
+    """The facts of an example's scene; a file's path is beside the model file.
+
+    Raises InputError for a file that is no scene, and for sizes that nothing can have.
+    """
+    if isinstance(scene, s.SceneFile):
+        return labelled_facts(model_file.parent / scene.path.value)
+    from facetlog.perception.builders import build
+    from facetlog.perception.facts import scene_facts
+
+    try:
+        built = build(scene.builder.text, sizes_si(scene))
+    except ValueError as exc:
+        raise InputError(str(exc)) from exc
+    return tuple((fact.functor, *fact.args) for fact in scene_facts(built))
+
+
+def labelled_facts(path: Path) -> "Iterable[Fact]":
+    """The facts of a scene file, or of a folder that -o wrote; InputError if it is none."""
+    return tuple(scene_file(path).facts())

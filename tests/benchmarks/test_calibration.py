@@ -1,0 +1,160 @@
+"""The calibration benchmark: truths for every world, facts kept by content, figures that add up."""
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from benchmarks import calibration_scenes
+from benchmarks.calibration import Judged, chance_error, fitted, judged, report, write
+from benchmarks.calibration_scenes import KINDS, OPEN, TourScene, main_thing, tour_scene, truth
+from benchmarks.common import Settings, text
+from benchmarks.recognition import tour_views
+from facetlog.errors import InputError
+from facetlog.kb.calibration import Calibration
+from facetlog.kb.encode import Fact
+from facetlog.perception.builders import build
+from facetlog.perception.facts import scene_facts
+from facetlog.perception.polyhedra import moved, together
+from facetlog.perception.types import Scene
+from facetlog.perception.views import ViewSet
+from facetlog.robot.tour import tour_poses
+from facetlog.robot.varied import VARIED
+from facetlog.robot.worlds import WORLDS
+
+
+def facts_of(scene: Scene) -> tuple[Fact, ...]:
+    return tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
+
+
+def exact(world: str, builder: str) -> TourScene:
+    facts = facts_of(build(builder, {}))
+    return TourScene(world, 0, facts, main_thing(facts))
+
+
+@pytest.fixture(scope="module")
+def found() -> Judged:
+    scenes = [exact("boxes", "cuboid"), exact("cabinet", "cabinet"), exact("tables", "table")]
+    return judged([*scenes, exact("bench", "bench"), TourScene("cylinder", 0, (), None)])
+
+
+def test_every_world_of_varied_things_has_its_truth() -> None:
+    assert set(VARIED) <= set(KINDS) <= set(WORLDS)
+    assert {world for world, _ in OPEN} <= set(KINDS)
+    assert truth("desk", "table") is True
+    assert truth("bench", "table") is False
+    assert truth("cabinet", "box") is None
+    assert truth("cabinet", "cabinet") is True
+
+
+def test_the_main_thing_is_the_one_of_the_largest_faces() -> None:
+    small = moved(build("cuboid", {}), translation=(5.0, 0.0, 0.0), scale=0.2)
+    for scenes in ((small, build("cuboid", {})), (build("cuboid", {}), small)):
+        facts = facts_of(together(*scenes))
+        (larger,) = (f[1] for f in facts if f[0] == "thing_size" and float(f[2]) > 0.1)
+        assert main_thing(facts) == larger
+    assert main_thing([("thing", "t2"), ("thing", "t1")]) == "t1"
+    assert main_thing([("scene", "s")]) is None
+
+
+@pytest.fixture
+def reconstructed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[float]:
+    """How far from the origin the first camera of each reconstruction was, metres."""
+    calls: list[float] = []
+
+    def reconstruct(view_set: ViewSet, **_: object) -> Scene:
+        calls.append(float(abs(view_set.views[0].pose.centre).max()))
+        return build("cuboid", {})
+
+    two = tour_views("block", 0, poses=tour_poses()[:2])
+    monkeypatch.setattr(calibration_scenes, "tour_views", lambda *_: two)
+    monkeypatch.setattr(calibration_scenes, "reconstruct_views", reconstruct)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return calls
+
+
+def test_a_scene_is_rendered_once_and_its_facts_are_kept(
+    reconstructed: list[float], tmp_path: Path
+) -> None:
+    first = tour_scene("tables", 3)
+    again = tour_scene("tables", 3)
+    assert again == first
+    assert first.thing == "t1"
+    assert len(reconstructed) == 1
+    (kept,) = tmp_path.rglob("*.json.gz")
+    assert kept.name.startswith("tables-3-")
+
+
+def test_facts_are_kept_by_world_and_seed_and_code(
+    reconstructed: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tour_scene("tables", 3)
+    tour_scene("tables", 4)
+    made = calibration_scenes.make_world
+    monkeypatch.setattr(
+        calibration_scenes, "make_world", lambda *a: replace(made(*a), exposure=1.0)
+    )
+    tour_scene("tables", 3)
+    monkeypatch.setattr(calibration_scenes, "_code", lambda: "another")
+    tour_scene("tables", 3)
+    assert len(reconstructed) == 4
+
+
+def test_lengths_are_those_of_the_real_thing(reconstructed: list[float]) -> None:
+    tour_scene("block", 3)
+    tour_scene("tables", 3)
+    model_scale = calibration_scenes.make_world("tables", 3).model_scale
+    assert reconstructed[1] == pytest.approx(model_scale * reconstructed[0])
+
+
+def test_a_fault_is_kept_and_gives_no_thing(
+    reconstructed: list[float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*_: object, **__: object) -> Scene:
+        raise InputError("no")
+
+    monkeypatch.setattr(calibration_scenes, "reconstruct_views", refuse)
+    assert tour_scene("block", 5).fault == "InputError"
+    scene = tour_scene("block", 5)
+    assert (scene.fault, scene.thing, scene.facts) == ("InputError", None, ())
+
+
+def test_every_model_is_asked_of_every_thing_but_where_people_differ(found: Judged) -> None:
+    models = len(found.contents)
+    open_ones = len(OPEN & {(s.world, m) for s in found.scenes for m, _ in found.contents})
+    assert len(found.samples) == 4 * models - open_ones
+    assert sum(s.truth for s in found.samples if s.model in ("box", "table", "chair")) == 2
+    assert {("boxes", "box"), ("tables", "table"), ("bench", "table")} <= set(found.holding)
+
+
+def test_the_report_counts_scenes_things_and_samples(found: Judged) -> None:
+    calibration = fitted(found)
+    said = report(Settings(), found, found, calibration)
+    worlds, errors, before, after = said.tables
+    assert sum(int(str(row["scenes"])) for row in worlds.rows) == 5
+    assert sum(int(str(row["things"])) for row in worlds.rows) == 4
+    overall = errors.rows[-1]
+    assert overall["model"] == "all"
+    assert overall["checked on"] == len(found.samples)
+    for table in (before, after):
+        assert sum(int(str(row["verdicts"])) for row in table.rows) == len(found.samples)
+    lines = "\n".join(text(said.to_json()))
+    assert "ECE after" in lines
+    assert "--fit writes this one" in lines
+
+
+def test_chance_alone_makes_an_error_that_falls_with_the_number_of_verdicts() -> None:
+    # Of one bin: the mean of |binomial share - p|, sqrt(2 p (1 - p) / (pi n)) for many.
+    few, many = chance_error([0.3] * 100), chance_error([0.3] * 400)
+    assert few == pytest.approx((2 * 0.21 / (math.pi * 100)) ** 0.5, rel=0.05)
+    assert many == pytest.approx(few / 2, rel=0.1)
+    assert chance_error([0.0, 1.0]) == 0.0
+
+
+def test_what_is_written_is_the_calibration(found: Judged, tmp_path: Path) -> None:
+    calibration = fitted(found)
+    write(calibration, tmp_path / "c.json")
+    kept = json.loads((tmp_path / "c.json").read_text(encoding="utf-8"))
+    assert Calibration.from_json(kept) == calibration

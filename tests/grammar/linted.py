@@ -1,0 +1,34 @@
+"""Models for tests of lint: a sound one, and what is told of a changed one."""
+
+from pathlib import Path
+
+from facetlog.grammar.analysis import analyse
+from facetlog.grammar.faults import Fault, Severity
+
+__all__ = ["codes", "complete", "errors", "told", "told_of"]
+
+
+def told_of(text: str) -> tuple[Fault, ...]:
+    """All faults of a text."""
+    return analyse(Path("test.model"), text).faults
+
+
+def complete(body: str, name: str = "thing_made_up", doc: str = "What it is.") -> str:
+    """A model with some statements, a text and an example."""
+    lines = "\n".join(f"  {line.strip()}" for line in body.strip().splitlines())
+    return f'model {name}\n  "{doc}"\n{lines}\n  example "one" of cuboid() fails\n'
+
+
+def told(body: str) -> tuple[Fault, ...]:
+    """The faults of one model with such statements."""
+    return told_of(complete(body))
+
+
+def codes(body: str) -> list[str]:
+    """Their codes."""
+    return [f.code for f in told(body)]
+
+
+def errors(body: str) -> list[str]:
+    """The codes of those that are errors."""
+    return [f.code for f in told(body) if f.severity is Severity.ERROR]

@@ -1,0 +1,72 @@
+"""Whether the things that examples are made of can be built."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.analysis import Analysis, analyse
+from facetlog.grammar.example_scenes import examples_of, scene_faults, sizes_si
+from facetlog.grammar.units import Dimension
+
+BUILDERS = {
+    "ramp": {"width": Dimension.LENGTH, "slope": Dimension.ANGLE, "steps": Dimension.NUMBER},
+    "ball": {"radius": Dimension.LENGTH},
+}
+
+
+def _analysis(scene: str) -> Analysis:
+    text = f'model a\n  face top\n  level: top is level\n  example "one" of {scene} holds\n'
+    return analyse(Path("a.model"), text)
+
+
+def _faults(scene: str) -> list[tuple[str, str, str]]:
+    """Code, the text that is blamed, and hint."""
+    return [
+        (fault.code, fault.source.text[fault.span.start : fault.span.end], fault.hint)
+        for fault in scene_faults(_analysis(scene), BUILDERS)
+    ]
+
+
+@pytest.mark.parametrize("scene", ["ball()", "ramp(width 40 cm, slope 0.3 rad, steps 3)"])
+def test_what_can_be_built_has_no_faults(scene: str) -> None:
+    assert _faults(scene) == []
+
+
+@pytest.mark.parametrize(
+    ("scene", "code", "blamed", "hint"),
+    [
+        ("rampp()", "unknown-builder", "rampp", "did you mean `ramp`?"),
+        ("zzz()", "unknown-builder", "zzz", "there are ramp, ball"),
+        ("ramp(widht 4 cm)", "unknown-size", "widht", "did you mean `width`?"),
+        ("ball(qq 4 cm)", "unknown-size", "qq", "it has radius"),
+        ("ball(radius 4 cm, radius 5 cm)", "twice", "radius", ""),
+        ("ball(radius 4)", "dimension", "4", "write `radius 40 cm`"),
+        ("ramp(slope 4 cm)", "dimension", "4 cm", "write `slope 90 deg`"),
+        ("ramp(steps 4 cm)", "dimension", "4 cm", "write `steps 4`"),
+    ],
+)
+def test_what_cannot_be_built_is_blamed_at_its_place(
+    scene: str, code: str, blamed: str, hint: str
+) -> None:
+    assert _faults(scene) == [(code, blamed, hint)]
+
+
+def test_a_unit_that_there_is_not_is_told_once_by_the_checker() -> None:
+    analysis = _analysis("ball(radius 4 cmm)")
+    assert scene_faults(analysis, BUILDERS) == ()
+    assert [fault.code for fault in analysis.faults] == ["unknown-unit"]
+
+
+def test_all_faults_of_a_scene_are_told_in_order() -> None:
+    codes = [code for code, _, _ in _faults("ramp(slope 4 cm, steep 3, steps 4 deg)")]
+    assert codes == ["dimension", "unknown-size", "dimension"]
+
+
+def test_sizes_are_metres_radians_and_ones() -> None:
+    analysis = _analysis("ramp(width 40 cm, slope 90 deg, steps 3)")
+    ((model, example),) = examples_of(analysis)
+    assert model.name.text == "a"
+    assert isinstance(example.scene, s.SceneBuilt)
+    assert sizes_si(example.scene) == {"width": 0.4, "slope": math.pi / 2, "steps": 3.0}

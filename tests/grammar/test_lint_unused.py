@@ -1,0 +1,70 @@
+"""What is named and never used, and parts that could be anything."""
+
+import pytest
+
+from tests.grammar.linted import codes, complete, told, told_of
+
+GOOD = "face a, b\na adjoins b, a is level\n"
+
+
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        ("let much = 5 deg\n" + GOOD, "unused-constant"),
+        ("define flat(f): f is level\n" + GOOD, "unused-definition"),
+        ("define flat(f): a is upward\nflat(b)\n" + GOOD, "unused-parameter"),
+        ("face c\n" + GOOD, "unused-part"),
+        ("any number of faces leg where leg is upright\n" + GOOD, "unused-part"),
+        ("face c\nexpect: c adjoins a\n" + GOOD, "unconstrained"),
+        ("face c\nsize length: length(c)\n" + GOOD, "unconstrained"),
+        ("face c\nc is upright\n" + GOOD, "unconnected"),
+    ],
+)
+def test_what_is_not_used_is_told_once(body: str, code: str) -> None:
+    (fault,) = told(body)
+    assert (fault.code, fault.severity) == (code, "warning")
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "let much = 5 deg\nlet more = 2 * much\nangle(a, b) at most more\n" + GOOD,
+        "let much = 5 deg\ndefine flat(f): tilt(f) at most much\nflat(b)\n" + GOOD,
+        "at least 3 faces leg where leg is upright\n" + GOOD,
+        "any number of faces leg where leg is upright\neach leg: leg adjoins a\n" + GOOD,
+        "any number of faces leg where leg is upright\ncount(leg) at most 4\n" + GOOD,
+        "face c where c adjoins a\n" + GOOD,
+        "face c\nc adjoins a or c adjoins b\n" + GOOD,
+        "face c\nany number of faces leg where leg adjoins a\neach leg: leg adjoins c\n" + GOOD,
+        "define near(f): f adjoins a\nface c\nnear(c)\n" + GOOD,
+    ],
+)
+def test_what_is_used_is_not_told(body: str) -> None:
+    assert codes(body) == []
+
+
+def test_an_heir_uses_what_it_inherits() -> None:
+    parent = complete("let much = 5 deg\nface a\na is level", "first")
+    heir = 'model second is first\n  "It."\n  angle(a, b) at most much\n  face b\n'
+    heir += '  example "one" of cuboid() fails\n'
+    assert [f.code for f in told_of(parent)] == ["unused-constant"]
+    assert told_of(parent + heir) == ()
+
+
+def test_constants_before_the_models_are_used_by_any() -> None:
+    first, second = complete(GOOD, "first"), complete(GOOD + "tilt(b) at most much", "second")
+    assert [f.code for f in told_of("let much = 5 deg\n" + first)] == ["unused-constant"]
+    assert "unused-constant" not in [f.code for f in told_of("let much = 5 deg\n" + first + second)]
+
+
+def test_a_model_with_an_error_is_not_said_to_leave_things_unused() -> None:
+    faults = told("let much = 5 deg\nface a, b, c\na is level, tilt(b) at most munch")
+    assert [f.code for f in faults] == ["unknown-name"]
+
+
+def test_an_object_is_bound_by_its_kind() -> None:
+    table = complete("face top\ntop is level", "board")
+    alone = complete("one board first\none board second\ngap(first, second) at most 1 m", "two")
+    assert "unconstrained" not in [f.code for f in told_of(table + alone)]
+    apart = complete("one board first\none board second\nfirst.top is level", "two")
+    assert "unconnected" in [f.code for f in told_of(table + apart)]

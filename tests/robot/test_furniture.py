@@ -1,0 +1,162 @@
+"""Furniture is made of boxes that look outwards, do not run through one another, and stand."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from facetlog.perception.types import FloatArray
+from facetlog.robot.furniture import bench, cabinet, desk, shelf, stairs, stool
+from facetlog.robot.solids import table
+from facetlog.robot.varied import VARIED
+from facetlog.robot.world import Solid
+
+PIECES = {
+    "desk on panels": (desk(60, 30, 30, thickness=1, panel=1, modesty=0.5), 4, (60, 30, 30)),
+    "desk with a drawer block": (
+        desk(60, 30, 30, thickness=1, panel=1, modesty=0.5, blocks=(16, 0)),
+        4,
+        (60, 30, 30),
+    ),
+    "bench on panels": (
+        bench(50, 14, 18, thickness=1.5, support=1.5, panels=True),
+        3,
+        (50, 14, 18),
+    ),
+    "bench on legs": (bench(50, 14, 18, thickness=1.5, support=2, panels=False), 5, (50, 14, 18)),
+    "stool": (stool(14, 13, 20, thickness=1.5, leg=1.5), 5, (14, 13, 20)),
+    "shelf": (shelf(36, 12, 60, boards=5, thickness=1, back=False), 7, (36, 12, 60)),
+    "shelf with a back": (shelf(36, 12, 60, boards=5, thickness=1, back=True), 8, (36, 12, 60)),
+    "cabinet on a plinth": (cabinet(30, 16, 40, foot=3), 2, (30, 16, 40)),
+    "cabinet on legs": (cabinet(30, 16, 40, foot=4, leg=2), 5, (30, 16, 40)),
+}
+
+
+def normal(corners: FloatArray) -> FloatArray:
+    return np.asarray(np.cross(corners[1] - corners[0], corners[2] - corners[1]))
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_furniture_has_its_size_and_its_pieces(name: str) -> None:
+    solid, pieces, size = PIECES[name]
+    assert len(solid.vertices) == 8 * pieces
+    assert solid.size == pytest.approx(size)
+    assert solid.vertices.min(axis=0) == pytest.approx([-size[0] / 2, -size[1] / 2, 0])
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_every_face_looks_out_of_its_piece(name: str) -> None:
+    solid = PIECES[name][0]
+    for face in solid.faces:
+        corners = solid.vertices[list(face)]
+        piece = solid.vertices[8 * (face[0] // 8) :][:8]
+        assert normal(corners) @ (corners[0] - piece.mean(axis=0)) > 0
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_pieces_touch_but_do_not_run_through_one_another(name: str) -> None:
+    boxes = PIECES[name][0].vertices.reshape(-1, 8, 3)
+    lows, highs = boxes.min(axis=1), boxes.max(axis=1)
+    touching = {0}
+    for _ in boxes:
+        for i, j in combinations(range(len(boxes)), 2):
+            shared = np.minimum(highs[i], highs[j]) - np.maximum(lows[i], lows[j])
+            assert shared.min() < 1e-9
+            if shared.min() > -1e-9 and touching & {i, j}:
+                touching |= {i, j}
+    assert touching == set(range(len(boxes)))
+
+
+@pytest.mark.parametrize("name", PIECES)
+def test_no_face_that_is_left_out_could_be_seen(name: str) -> None:
+    """What is hidden lies against another piece: its corners, drawn in a little, touch one."""
+    solid = PIECES[name][0]
+    boxes = solid.vertices.reshape(-1, 8, 3)
+    shown = {(f[0] // 8, tuple(np.round(_unit(solid, f), 6))) for f in solid.faces}
+    for i, box in enumerate(boxes):
+        low, high = box.min(axis=0), box.max(axis=0)
+        for axis in range(3):
+            for sign in (-1.0, 1.0):
+                direction = sign * np.eye(3)[axis]
+                if (i, tuple(direction)) in shown:
+                    continue
+                middle = (low + high) / 2
+                middle[axis] = high[axis] if sign > 0 else low[axis]
+                reach = 0.499 * (high - low)
+                reach[axis] = 0.0
+                corners = middle + reach * np.array([(a, b, c) for a in (-1, 1) for b in (-1, 1)
+                                                     for c in (-1, 1)])  # fmt: skip
+                outside = corners + 1e-6 * direction
+                for point in outside:
+                    assert any(
+                        (point > other.min(axis=0) - 1e-9).all()
+                        and (point < other.max(axis=0) + 1e-9).all()
+                        for j, other in enumerate(boxes)
+                        if j != i
+                    ), (name, i, direction)
+
+
+def _unit(solid: Solid, face: tuple[int, ...]) -> FloatArray:
+    across = normal(solid.vertices[list(face)])
+    return np.asarray(across / np.linalg.norm(across)) + 0.0
+
+
+def test_a_desk_is_open_in_front_and_closed_by_a_panel_that_does_not_reach_the_ground() -> None:
+    boxes = PIECES["desk on panels"][0].vertices.reshape(-1, 8, 3)
+    panel = boxes[-1]
+    assert panel[:, 1].min() > 0
+    assert panel[:, 2].min() == pytest.approx(30 - 1 - 0.5 * 30)
+    assert panel[:, 2].max() == pytest.approx(29)
+
+
+def test_the_boards_of_a_shelf_are_evenly_spaced() -> None:
+    boxes = PIECES["shelf"][0].vertices.reshape(-1, 8, 3)[2:]
+    tops = boxes[:, :, 2].max(axis=1)
+    assert np.ptp(np.diff(tops)) < 1e-9
+    assert len(tops) == 5
+
+
+@pytest.mark.parametrize("steps", [2, 3, 5])
+def test_stairs_are_closed_and_have_a_tread_and_a_riser_for_each_step(steps: int) -> None:
+    solid = stairs(steps, 30, 7, 11)
+    assert solid.size == pytest.approx((11 * steps, 30, 7 * steps))
+    volume = sum(
+        float(p[0] @ np.cross(p[i], p[i + 1])) / 6
+        for p in (solid.vertices[list(face)] for face in solid.faces)
+        for i in range(1, len(p) - 1)
+    )
+    assert volume == pytest.approx(30 * 7 * 11 * steps * (steps + 1) / 2)
+    looks = [tuple(np.round(_unit(solid, face), 6)) for face in solid.faces]
+    assert looks.count((0.0, 0.0, 1.0)) == steps
+    assert looks.count((-1.0, 0.0, 0.0)) == steps
+
+
+@pytest.mark.parametrize("name", VARIED)
+def test_what_is_drawn_keeps_its_pieces_apart(name: str) -> None:
+    for seed in range(40):
+        solid = VARIED[name](np.random.default_rng(seed))
+        assert solid.vertices[:, 2].min() == pytest.approx(0.0)
+        if name in ("boxes", "stairs"):
+            continue
+        boxes = solid.vertices.reshape(-1, 8, 3)
+        for a, b in combinations(boxes, 2):
+            shared = np.minimum(a.max(axis=0), b.max(axis=0)) - np.maximum(
+                a.min(axis=0), b.min(axis=0)
+            )
+            assert shared.min() < 1e-9
+
+
+def test_legs_may_stand_farther_in() -> None:
+    feet = table(10, 10, 8, thickness=1, leg=1, inset=0.2).vertices[8:]
+    assert np.abs(feet[:, :2]).max() == pytest.approx(3.0)
+
+
+def test_impossible_furniture_is_refused() -> None:
+    with pytest.raises(ValueError, match="two boards"):
+        shelf(36, 12, 60, boards=1, thickness=1, back=False)
+    with pytest.raises(ValueError, match="no room"):
+        shelf(36, 12, 60, boards=5, thickness=13, back=False)
+    with pytest.raises(ValueError, match="foot"):
+        cabinet(30, 16, 40, foot=40)
+    with pytest.raises(ValueError, match="two steps"):
+        stairs(1, 30, 7, 11)

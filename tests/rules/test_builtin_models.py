@@ -1,0 +1,58 @@
+"""The models that come with facetlog: their files, and the examples they give of themselves."""
+
+import runpy
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import pytest
+
+from facetlog.commands.model.scenes import builder_sizes, example_facts
+from facetlog.grammar.analysis import analyse
+from facetlog.grammar.example_scenes import scene_faults
+from facetlog.grammar.format import formatted
+from facetlog.grammar.library import BUILTIN, builtin_names
+from facetlog.kb.examples import example_cases, run_cases
+from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
+from facetlog.kb.proof import State
+
+SCRIPT = Path(__file__).parents[2] / "scripts" / "compile_models.py"
+MODELS = sorted(BUILTIN.glob("*.model"))
+
+
+def script(name: str) -> Callable[..., object]:
+    return runpy.run_path(str(SCRIPT))[name]  # type: ignore[no-any-return]
+
+
+def test_every_model_of_the_language_is_built_in() -> None:
+    assert builtin_names() == set(BUILTIN_MODELS)
+
+
+def test_rule_files_are_made_from_their_models() -> None:
+    programs = script("programs")()
+    assert isinstance(programs, Mapping)
+    assert {path.stem for path in programs} == builtin_names()
+    assert script("stale")(programs) == (), "run `make models`"
+
+
+def test_a_rule_file_that_was_edited_is_named(tmp_path: Path) -> None:
+    edited = tmp_path / "box.pl"
+    edited.write_text("% Edited.\n")
+    wanted = {edited: "% Made.\n", tmp_path / "absent.pl": "% Made.\n"}
+    assert script("stale")(wanted) == tuple(wanted)
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
+def test_a_model_is_without_fault_and_in_canonical_layout(path: Path) -> None:
+    analysis = analyse(path)
+    assert analysis.faults == ()
+    assert scene_faults(analysis, builder_sizes()) == ()
+    assert formatted(analysis.file.source) == analysis.file.source.text
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda p: p.stem)
+def test_examples_are_as_they_say(path: Path) -> None:
+    cases = example_cases(analyse(path), example_facts)
+    assert {case.expected.state for case in cases} == set(State)
+    with KnowledgeBase() as base:
+        failed = [result for result in run_cases(base, cases) if not result.passed]
+    assert not failed, "\n".join(line for result in failed for line in result.lines())

@@ -1,0 +1,212 @@
+"""`facetlog model check`: faults of files, folders and standard input, in three outputs."""
+
+import ast
+import io
+import json
+import re
+from pathlib import Path
+
+import pytest
+
+from facetlog.cli import main
+from facetlog.commands.model.fault_codes import FAULT_CODES
+from facetlog.kb.engine import house
+
+GOOD = """model slab
+  "A level board."
+  face top
+  level: top is level, top is upward  "it lies level"
+  example "board" of cuboid(width 40 cm, depth 30 cm, height 2 cm) holds
+"""
+FAULTY = GOOD.replace("top is level,", "top is levle,")
+THREE_FAULTS = GOOD.replace("upward", "upwrad").replace("2 cm", "2 deg").replace("40 cm", "40 cmm")
+
+
+def _write(folder: Path, **texts: str) -> None:
+    for name, text in texts.items():
+        path = folder / f"{name}.model"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+
+
+@pytest.fixture(autouse=True)
+def in_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_a_file_without_faults_passes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _write(tmp_path, slab=GOOD)
+    assert main(["model", "check", "slab.model"]) == 0
+    assert capsys.readouterr() == ("1 file, no faults\n", "")
+
+
+def test_all_faults_of_all_files_are_told_at_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _write(tmp_path, a=THREE_FAULTS, b=FAULTY)
+    assert main(["model", "check", "a.model", "b.model"]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    heads = [line for line in lines if ": error: " in line]
+    assert [head.split(": ")[0] for head in heads] == [
+        "a.model:4:31",
+        "a.model:5:38",
+        "a.model:5:63",
+        "b.model:4:17",
+    ]
+    assert "did you mean `upward`" in heads[0]
+    assert lines[lines.index(heads[0]) + 1] == "  " + THREE_FAULTS.splitlines()[3]
+    assert lines[lines.index(heads[0]) + 2] == "  " + " " * 30 + "^" * 6
+    assert lines[-1] == "2 files, 4 errors"
+
+
+def test_what_an_example_builds_is_checked(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _write(tmp_path, a=GOOD.replace("cuboid(", "cubiod("), b=GOOD.replace("depth", "deep"))
+    assert main(["model", "check", "a.model", "b.model"]) == 1
+    out = capsys.readouterr().out
+    assert "a.model:5:22: error: nothing can be built that is called `cubiod`" in out
+    assert "did you mean `cuboid`" in out
+    assert "a cuboid has no size `deep`; did you mean `depth`?" in out
+
+
+def test_folders_and_patterns_name_files_once_and_skip_hidden_ones(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _write(tmp_path / "m", a=GOOD, b=GOOD)
+    _write(tmp_path / "m" / "deep", c=GOOD)
+    _write(tmp_path / "m" / ".old", d="nonsense here")
+    assert main(["model", "check", "m", "m/*.model", "m/a.model", "--output", "json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["files"] == ["m/a.model", "m/b.model", "m/deep/c.model"]
+
+
+def test_standard_input_is_read(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(FAULTY.encode())))
+    assert main(["model", "check", "-"]) == 1
+    assert capsys.readouterr().out.startswith("<stdin>:4:")
+
+
+def test_standard_input_that_is_no_text_is_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.stdin", io.TextIOWrapper(io.BytesIO(b"model a\n\xff")))
+    assert main(["model", "check", "-"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "line 2 is no UTF-8 text" in err
+
+
+@pytest.mark.parametrize("argument", ["empty", "*.model", "rules.pl", "a" * 5000])
+def test_what_names_no_model_file_is_refused(
+    argument: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "empty").mkdir()
+    assert main(["model", "check", argument]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert err.startswith("facetlog: ")
+    assert err.count("\n") == 1
+
+
+def test_a_file_that_is_not_there_does_not_hide_the_faults_of_others(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _write(tmp_path, a=FAULTY)
+    assert main(["model", "check", "absent.model", "a.model"]) == 2
+    out = capsys.readouterr().out
+    assert "absent.model:1:1: error: the file cannot be read" in out
+    assert "a.model:4:" in out
+
+
+def test_a_fault_of_a_file_that_several_use_is_told_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first = 'use "c.model"\n'
+    _write(tmp_path, a=first + GOOD, b=first + GOOD.replace("slab", "slob"))
+    _write(tmp_path, c=FAULTY.replace("slab", "other"))
+    assert main(["model", "check", "a.model", "b.model", "--output", "json"]) == 1
+    faults = json.loads(capsys.readouterr().out)["faults"]
+    assert {fault["file"] for fault in faults} == {"c.model"}
+    assert len(faults) == 1
+
+
+def test_json_gives_places_and_counts(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _write(tmp_path, a=FAULTY)
+    assert main(["model", "check", "a.model", "--output", "json"]) == 1
+    found = json.loads(capsys.readouterr().out)
+    (fault,) = found["faults"]
+    assert (found["schema"], found["errors"], found["warnings"]) == ("facetlog-model-check/1", 1, 0)
+    line = FAULTY.splitlines()[fault["line"] - 1]
+    assert fault["severity"] == "error"
+    assert fault["file"] == "a.model"
+    assert 1 <= fault["column"] < fault["end_column"] <= len(line) + 1
+
+
+def test_sarif_has_what_the_standard_requires(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _write(tmp_path / "a b", a=THREE_FAULTS)
+    assert main(["model", "check", "a b/a.model", "--output", "sarif"]) == 1
+    log = json.loads(capsys.readouterr().out)
+    assert log["version"] == "2.1.0"
+    assert log["$schema"].endswith("sarif-2.1.0.json")
+    (run,) = log["runs"]
+    driver = run["tool"]["driver"]
+    assert driver["name"] == "facetlog"
+    assert run["columnKind"] == "utf16CodeUnits"
+    assert run["artifacts"] == [{"location": {"uri": "a%20b/a.model"}}]
+    assert len(run["results"]) == 3
+    for result in run["results"]:
+        rule = driver["rules"][result["ruleIndex"]]
+        assert rule["id"] == result["ruleId"]
+        assert rule["shortDescription"]["text"].endswith(".")
+        assert result["level"] in {"error", "warning", "note", "none"}
+        assert result["message"]["text"]
+        (location,) = result["locations"]
+        place = location["physicalLocation"]
+        assert place["artifactLocation"]["uri"] == "a%20b/a.model"
+        region = place["region"]
+        assert all(isinstance(n, int) and n >= 1 for n in region.values())
+        start = region["startLine"], region["startColumn"]
+        assert start < (region["endLine"], region["endColumn"])
+
+
+def test_sarif_counts_columns_in_utf_16(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _write(tmp_path, a=GOOD.replace("example", 'example "\U0001f4d0" of cuboid() hodls\n  example'))
+    assert main(["model", "check", "a.model", "--output", "sarif"]) == 1
+    (result,) = json.loads(capsys.readouterr().out)["runs"][0]["results"]
+    region = result["locations"][0]["physicalLocation"]["region"]
+    before = '  example "\U0001f4d0" of cuboid() '
+    assert region["startColumn"] == len(before.encode("utf-16-le")) // 2 + 1
+    assert region["endColumn"] == region["startColumn"] + len("hodls")
+
+
+def test_every_kind_of_fault_is_described() -> None:
+    codes = {
+        code
+        for path in house("grammar").rglob("*.py")
+        # Its inner function takes the name of a part of the pattern.
+        if path.name != "own_words.py"
+        for code in _codes(ast.parse(path.read_text(encoding="utf-8")))
+    }
+    assert {"syntax", "unknown-builder", "dimension"} <= codes
+    assert sorted(codes - FAULT_CODES.keys()) == []
+
+
+CODE = re.compile(r"[a-z]+(-[a-z]+)*")
+
+
+def _codes(tree: ast.AST) -> set[str]:
+    """The words, joined by hyphens, among the first arguments of whatever makes faults."""
+    found: set[str] = set()
+    for node in ast.walk(tree):
+        if not (isinstance(node, ast.Call) and node.args):
+            continue
+        name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+        if name.lstrip("_").lower() in {"fault", "warning"}:
+            texts = (p.value for p in ast.walk(node.args[0]) if isinstance(p, ast.Constant))
+            found |= {text for text in texts if isinstance(text, str) and CODE.fullmatch(text)}
+    return found

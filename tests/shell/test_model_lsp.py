@@ -1,0 +1,71 @@
+"""`facetlog model lsp`: the server that editors start, with the builders that examples may use."""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any
+
+import pytest
+
+
+@pytest.fixture
+def server(tmp_path: Path) -> Iterator["subprocess.Popen[bytes]"]:
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    with subprocess.Popen(
+        [sys.executable, "-m", "facetlog", "model", "lsp"],
+        cwd=tmp_path,
+        env=environment,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    ) as process:
+        yield process
+        process.kill()
+
+
+def _send(stream: "IO[bytes] | None", **message: object) -> None:
+    assert stream is not None
+    body = json.dumps({"jsonrpc": "2.0", **message}).encode()
+    stream.write(b"Content-Length: %d\r\n\r\n%s" % (len(body), body))
+    stream.flush()
+
+
+def _reply(stream: "IO[bytes] | None", number: int) -> Any:
+    """The result of the request of that number; notes that come before it are passed over."""
+    assert stream is not None
+    while True:
+        length = 0
+        while (line := stream.readline().strip()) or not length:
+            assert line, "the server has ended"
+            name, _, value = line.partition(b":")
+            if name.lower() == b"content-length":
+                length = int(value)
+        message = json.loads(stream.read(length))
+        if message.get("id") == number:
+            return message["result"]
+
+
+def test_an_editor_is_offered_the_builders_of_examples(
+    server: "subprocess.Popen[bytes]", tmp_path: Path
+) -> None:
+    text = 'model slab\n  face top\n  level: top is level\n  example "a" of cub'
+    place = (tmp_path / "slab.model").as_uri()
+    document = {"uri": place, "languageId": "facetlog-model", "version": 1, "text": text}
+    settings = {"processId": None, "rootUri": None, "capabilities": {}}
+    _send(server.stdin, id=1, method="initialize", params=settings)
+    assert "completionProvider" in _reply(server.stdout, 1)["capabilities"]
+    _send(server.stdin, method="initialized", params={})
+    _send(server.stdin, method="textDocument/didOpen", params={"textDocument": document})
+    position = {"line": 3, "character": len(text.splitlines()[3])}
+    asked = {"textDocument": {"uri": place}, "position": position}
+    _send(server.stdin, id=2, method="textDocument/completion", params=asked)
+    found = _reply(server.stdout, 2)
+    items = found if isinstance(found, list) else found["items"]
+    assert "cuboid" in {item["label"] for item in items}
+    _send(server.stdin, id=3, method="shutdown")
+    assert _reply(server.stdout, 3) is None
+    _send(server.stdin, method="exit")
+    assert server.wait(timeout=20) == 0
