@@ -75,8 +75,7 @@ def compiled(analysis: Analysis) -> Program:
         clauses += _model_clauses(analysis.scopes[name])
     clauses = _by_predicate(clauses)
     path = Path(analysis.file.source.name)
-    words = tuple((own.source.name, own.source.text) for own in analysis.library.words.values())
-    words = tuple((Path(name).name, text) for name, text in words)
+    words = tuple((used.name, own.source.text) for used, own in analysis.library.words.items())
     module = path.stem if path.suffix == ".model" else "models"
     return Program(module, tuple(analysis.models), tuple(clauses), _needs(analysis), words)
 

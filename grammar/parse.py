@@ -83,7 +83,7 @@ def _statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator
         if len(faults) >= MOST_FAULTS:
             return
         if not statement.whole:
-            # Its brackets or texts are told already; a model's name is still worth knowing.
+            # Its brackets or texts are told already.
             continue
         if len(statement.tokens) > LONGEST:
             faults.append(_too_deep(source, statement.span, "this statement is too long"))

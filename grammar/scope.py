@@ -1,6 +1,6 @@
 """What the names of a model stand for."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
@@ -17,9 +17,11 @@ __all__ = [
     "Scope",
     "SetSymbol",
     "Symbol",
+    "conditions_in",
     "file_scope",
     "model_roles",
     "model_scope",
+    "names_in",
     "part_kind",
 ]
 
@@ -109,6 +111,29 @@ def part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] | No
         if name in models:
             return THING, name
     return None
+
+
+def conditions_in(node: s.Expression | None, scope: Scope) -> Iterator[s.Expression]:
+    """A condition, and the bodies of the definitions that it names, each once."""
+    seen: set[str] = set()
+    waiting: list[s.Expression] = [] if node is None else [node]
+    while waiting:
+        one = waiting.pop()
+        yield one
+        for inner in s.walk(one):
+            if isinstance(inner, s.Name) and inner.text in scope.defines and inner.text not in seen:
+                seen.add(inner.text)
+                waiting.append(scope.defines[inner.text].node.body)
+
+
+def names_in(node: s.Expression | None, scope: Scope) -> frozenset[str]:
+    """All names in a condition, those in the definitions that it names too."""
+    return frozenset(
+        inner.text
+        for one in conditions_in(node, scope)
+        for inner in s.walk(one)
+        if isinstance(inner, s.Name)
+    )
 
 
 def model_roles(models: Mapping[str, FlatModel], library: Library) -> dict[str, dict[str, Kinds]]:

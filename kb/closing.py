@@ -1,17 +1,18 @@
 """Objects that a `with` statement closes."""
 
+from abc import ABC, abstractmethod
 from types import TracebackType
 from typing import Self
 
 __all__ = ["Closing"]
 
 
-class Closing:
+class Closing(ABC):
     """A context manager whose end is `close`."""
 
+    @abstractmethod
     def close(self) -> None:
         """Ends what the object is for; harmless if that has happened."""
-        raise NotImplementedError
 
     def __enter__(self) -> Self:
         return self

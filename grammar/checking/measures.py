@@ -1,5 +1,6 @@
 """Measures and words: whether each is known, and is given what it takes."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -19,7 +20,7 @@ Names = Mapping[str, Symbol]
 
 
 @dataclass(slots=True)
-class MeasureChecker:
+class MeasureChecker(ABC):
     """Types of measures and words; conditions.py adds those of conditions."""
 
     scope: Scope
@@ -36,9 +37,9 @@ class MeasureChecker:
         """Tells a fault of the model's own text."""
         self.faults.append(Fault(code, message, self.source, node.span, hint))
 
+    @abstractmethod
     def type_of(self, node: s.Expression, names: Names) -> Type | None:
         """The type of an expression; None if it has a fault, which is told."""
-        raise NotImplementedError
 
     def measure(self, node: s.Expression, names: Names) -> Dimension | None:
         """The dimension of a measure; tells if it is none."""

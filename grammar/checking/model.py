@@ -10,7 +10,7 @@ from facetlog.grammar.constants import constant
 from facetlog.grammar.faults import Fault, said
 from facetlog.grammar.layout import STATEMENT_WORDS
 from facetlog.grammar.library import builtin_names
-from facetlog.grammar.scope import THIS, Local, Scope, part_kind
+from facetlog.grammar.scope import THIS, Local, Scope, names_in, part_kind
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import THING
 
@@ -163,7 +163,7 @@ class _ModelChecker(ConditionChecker):
         """Tells sets that are found by one another."""
         sets = {x.name: x for x in self.scope.sets}
         needs = {
-            name: {other for other in self._named_in(x.owned.node.where) if other in sets} - {name}
+            name: (names_in(x.owned.node.where, self.scope) & sets.keys()) - {name}
             for name, x in sets.items()
         }
         for name, symbol in sets.items():
@@ -179,18 +179,6 @@ class _ModelChecker(ConditionChecker):
                 message = f"`{name}` is found by {by}, and that by `{name}`"
                 where = symbol.owned.node.names[0]
                 self.fault("cycle", message, where, "find one of them without the other")
-
-    def _named_in(self, node: s.Expression | None) -> set[str]:
-        """All names in a condition, those in the definitions that it uses too."""
-        found: set[str] = set()
-        waiting: list[s.Node] = [] if node is None else [node]
-        while waiting:
-            for inner in s.walk(waiting.pop()):
-                if isinstance(inner, s.Name) and inner.text not in found:
-                    found.add(inner.text)
-                    if inner.text in self.scope.defines:
-                        waiting.append(self.scope.defines[inner.text].node.body)
-        return found
 
     def _part(self, part: s.Part) -> None:
         kind = part_kind(part.kind.text, self.scope.roles)

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 from facetlog.grammar import syntax as s
 from facetlog.grammar.compiling.measures import Bound
 from facetlog.grammar.compiling.names import Names
-from facetlog.grammar.scope import THIS, Scope, SetSymbol
+from facetlog.grammar.scope import THIS, Scope, SetSymbol, conditions_in, names_in
 from facetlog.grammar.terms import Atom, Struct, Term, Var
+from facetlog.grammar.vocabulary import Kinds
 
 if TYPE_CHECKING:
     from facetlog.grammar.compiling.writer import MeasureWriter
@@ -29,7 +30,7 @@ class SetShape:
     """
 
     symbol: SetSymbol
-    roles: tuple[tuple[str, frozenset[object]], ...]
+    roles: tuple[tuple[str, Kinds], ...]
     needs: tuple[str, ...]
     needs_thing: bool
     word: str
@@ -49,7 +50,7 @@ class SetShape:
         first, *rest = variables
         found = {name: Bound(first, self.symbol.kinds, self.symbol.model)}
         for (role, kinds), variable in zip(self.roles, rest, strict=True):
-            found[f"{name}.{role}"] = Bound(variable, kinds)  # type: ignore[arg-type]
+            found[f"{name}.{role}"] = Bound(variable, kinds)
         return found
 
     def test(self, writer: "MeasureWriter") -> Term:
@@ -103,7 +104,9 @@ def set_shapes(scope: Scope) -> dict[str, SetShape]:
         roles = tuple(
             (role, own[role]) for role in sorted(asked.get(symbol.name, ())) if role in own
         )
-        named, searches = _named(symbol.owned.node.where, scope)
+        where = symbol.owned.node.where
+        named = names_in(where, scope)
+        searches = _searches(where, scope) or "count" in named
         needs = tuple(p.name for p in scope.singular if searches or p.name in named)
         word = f"{model.name}.{symbol.name}"
         shapes[symbol.name] = SetShape(
@@ -116,23 +119,13 @@ def set_shapes(scope: Scope) -> dict[str, SetShape]:
     return shapes
 
 
-def _named(node: s.Expression | None, scope: Scope) -> tuple[frozenset[str], bool]:
-    """All names in a condition, those in the definitions that it uses too; and whether it searches.
-
-    What searches the thing needs the thing and all parts.
-    """
-    found: set[str] = set()
-    searches = False
-    waiting: list[s.Node] = [] if node is None else [node]
-    while waiting:
-        for inner in s.walk(waiting.pop()):
-            searches = searches or isinstance(inner, s.There | s.Each | s.EachOf | s.Aggregate)
-            if isinstance(inner, s.Name) and inner.text not in found:
-                found.add(inner.text)
-                searches = searches or inner.text == "count"
-                if inner.text in scope.defines:
-                    waiting.append(scope.defines[inner.text].node.body)
-    return frozenset(found), searches
+def _searches(node: s.Expression | None, scope: Scope) -> bool:
+    """Whether a condition goes through the thing: then it needs the thing and all parts."""
+    return any(
+        isinstance(inner, s.There | s.Each | s.EachOf | s.Aggregate)
+        for one in conditions_in(node, scope)
+        for inner in s.walk(one)
+    )
 
 
 def _members_asked(nodes: Iterable[s.Node]) -> dict[str, set[str]]:

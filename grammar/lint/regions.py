@@ -1,6 +1,7 @@
 """Measures into sums, and comparisons into the ends of their regions."""
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Hashable, Iterator, Mapping
 from dataclasses import replace
 
@@ -26,7 +27,7 @@ POSITIVE = frozenset({"length", "width", "area", "edge_length", "shared_length",
 """Words whose measures are never zero: a face has an area, an edge a length."""
 
 
-class RegionReader:
+class RegionReader(ABC):
     """Reads measures and comparisons of one model; `opened` is left to who knows definitions."""
 
     def __init__(self, scope: Scope, most: int) -> None:
@@ -39,11 +40,11 @@ class RegionReader:
         self.used: set[str] = set()
         self._lets: dict[str, Constant | None] = {}
 
+    @abstractmethod
     def opened(
         self, name: str, arguments: tuple[s.Expression, ...], names: Mapping[str, str]
     ) -> Iterator[tuple[s.Expression, Mapping[str, str]]]:
         """The body of a definition, once, and what the names in it stand for."""
-        raise NotImplementedError
 
     def enter(self) -> None:
         """One step, one level further in; OverflowError after too many. Who leaves goes back."""
