@@ -34,8 +34,9 @@ format: $(STAMP) ## put the Python files into form
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-reference: $(STAMP) ## make the reference of docs/models.md
+reference: $(STAMP) ## make the reference of docs/models.md, and its picture of words
 	$(BIN)/python scripts/write_reference.py
+	$(BIN)/python scripts/draw_vocabulary.py
 
 models: $(STAMP) ## make rules/NAME.pl of each rules/NAME.model
 	$(BIN)/python scripts/compile_models.py

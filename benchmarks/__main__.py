@@ -21,8 +21,11 @@ NAMES = (
     "accuracy_noise",
     "accuracy_front_end",
     "accuracy_estimation",
+    "accuracy_planes",
+    "accuracy_shapes",
     "time_demo",
     "time_estimation",
+    "time_facts",
     "time_facts_in",
     "time_answers_out",
     "time_box_rule",
@@ -32,6 +35,8 @@ NAMES = (
     "calibration",
     "time_models",
     "time_compiled",
+    "time_mesh",
+    "time_batch",
     "fuzz_models",
 )
 HERE = Path(__file__).resolve().parent

@@ -86,6 +86,9 @@ class Word:
 
 _UP = "up is not known"
 _CUT = "the outline was not wholly seen"
+_SPACE = f"{_UP}, or the surface of its thing is not known from all sides"
+_LEVEL = f"{_SPACE}, or it leans more than 30 degrees from level"
+_RISE = f"{_LEVEL}, or nothing rises above it"
 _SCALE = "it is compared with metres and the scale is not known"
 
 
@@ -134,6 +137,8 @@ _WORDS = (
     _condition("concave", FACE, FACE, symmetric=True,
                meaning="the solid is hollow at the edge that they share",
                unknown="which side is solid cannot be told"),
+    _condition("congruent", FACE, FACE, symmetric=True,
+               meaning="their lengths, widths and areas are equal within 5 %"),
     _condition("closes", FACE, FACE,
                meaning="the first adjoins the second, is upright, and shuts the space below it",
                unknown=_UP),
@@ -156,6 +161,7 @@ _WORDS = (
                      "least box round a thing"),
     _measure("width", Gives.LENGTH, FACE | THING,
              meaning="the shorter side of that rectangle; the middle side of that box"),
+    _measure("depth", Gives.LENGTH, THING, meaning="the shortest side of that box"),
     _measure("height", Gives.LENGTH, ANY, unknown=_UP,
              meaning="how much higher its top is than its bottom"),
     _measure("elevation", Gives.LENGTH, FACE, unknown=_UP,
@@ -175,6 +181,34 @@ _WORDS = (
     _measure("coverage", Gives.RATIO, FACE, high=1.0,
              meaning="the share of it that was seen in at least one picture"),
     _measure("corners", Gives.COUNT, FACE, low=3.0, meaning="how many corners its outline has"),
+    # What lies beneath, on and above the level of a face
+    _measure("cover", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+             meaning="the share of the thing's footprint that its level takes: all that faces up "
+                     "at that height"),
+    _measure("level_length", Gives.LENGTH, FACE, unknown=_LEVEL,
+             meaning="the longer extent of its level, along the sides of the thing's plan"),
+    _measure("level_width", Gives.LENGTH, FACE, unknown=_LEVEL,
+             meaning="the shorter extent of its level"),
+    _measure("built_over", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+             meaning="the share of its level that has something above it"),
+    _measure("room_below", Gives.LENGTH, FACE, unknown=_LEVEL,
+             meaning="the free height right beneath its level, on average"),
+    _measure("room_above", Gives.LENGTH, FACE, unknown=_LEVEL,
+             meaning="the free height right above its level, on average"),
+    _measure("free_below", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+             meaning="the share of the space beneath its level, its board included, that is free"),
+    _measure("see_through", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+             meaning="the share of the space beneath its level that one sees through, from the "
+                     "front or from the side, whichever is more"),
+    _measure("see_across", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+             meaning="the same from the front or from the side, whichever is less"),
+    _measure("rise_side", Gives.RATIO, FACE, unknown=_RISE,
+             meaning="how far to one side what rises high above its level stands: 0 in the "
+                     "middle, 1 at the rim"),
+    _measure("rise_off_middle", Gives.RATIO, FACE, unknown=_RISE,
+             meaning="how far that is from the middle of this side: 0 in the middle, 1 at its end"),
+    _measure("rise_span", Gives.RATIO, FACE, high=1.0, unknown=_RISE,
+             meaning="how much of the length of that side it takes"),
     _condition("measured", FACE, meaning="pictures support it"),
     _condition("upward", FACE, meaning="its outward side looks upwards", unknown=_UP),
     _condition("downward", FACE, meaning="its outward side looks downwards", unknown=_UP),
@@ -189,6 +223,21 @@ _WORDS = (
     _condition("supports", ELEMENT, FACE, unknown=_UP,
                meaning="the first is upright, starts near the ground (within 15 % of the second's "
                        "height) and reaches at least half way up to the second, not past it"),
+    _condition("on_ground", ANY, unknown=_UP,
+               meaning="its lowest point is level with that of its thing, within 3 % of the "
+                       "thing's height"),
+    _condition("at_rim", ELEMENT, FACE, unknown=_UP,
+               meaning="seen from above, the first, which is upright, stands at the rim of the "
+                       "second: within 15 % of its width"),
+    _measure("footprint", Gives.AREA, THING, unknown=_SPACE,
+             meaning="the area that it takes, seen from above"),
+    _measure("solidity", Gives.RATIO, THING, high=1.0,
+             unknown="the surface of the thing is not known from all sides",
+             meaning="its share of the least box round it, upright if up is known; what cannot be "
+                     "reached from outside counts as its own"),
+    _measure("curved", Gives.RATIO, THING, high=1.0,
+             meaning="the share of its surface that is not flat"),
+    _condition("whole", THING, meaning="its surface is known from all sides, as a mesh's is"),
     _condition("touches", THING, THING, symmetric=True, meaning="nothing is between them"),
 )  # fmt: skip
 

@@ -8,7 +8,7 @@ from facetlog.kb.engine import Reply, piece_text
 from facetlog.kb.python_predicates import raised
 from facetlog.kb.terms import Failure, Term, decode_reply
 
-__all__ = ["Door", "Replies", "ask", "checked"]
+__all__ = ["LOAD_SECONDS", "Door", "Replies", "ask", "checked"]
 
 LOAD_SECONDS = 600.0
 """Wall time for one chunk of facts or one file of rules: the reader has limits of its own."""

@@ -3,13 +3,13 @@
 import math
 import struct
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import repeat
 
 from facetlog.kb.encode import Fact, argument_text
 from facetlog.kb.terms import Atom, Struct, Term, term_text
 
-__all__ = ["columns_text"]
+__all__ = ["columns_text", "rows_text"]
 
 SEPARATOR = "\x1f"  # separator/1 of fact_columns.pl
 
@@ -24,15 +24,23 @@ def columns_text(scene: str, facts: Iterable[Fact]) -> str:
     kinds: dict[tuple[object, int], list[Fact]] = defaultdict(list)
     for fact in facts:
         kinds[fact[0], len(fact)].append(fact)
-    heads: list[Term] = []
-    columns: list[str] = []
-    for (name, _), alike in kinds.items():
+    rows: dict[tuple[str, int], list[Fact]] = {}
+    for (name, length), alike in kinds.items():
         if not isinstance(name, str):
             raise TypeError(f"a fact begins with the name of its functor, not {name!r}")
-        _, *values = zip(*alike, strict=True)
+        rows[name, length - 1] = [fact[1:] for fact in alike]
+    return rows_text(scene, rows)
+
+
+def rows_text(scene: str, rows: Mapping[tuple[str, int], Sequence[Fact]]) -> str:
+    """The same of facts by functor and number of arguments, each without its functor."""
+    heads: list[Term] = []
+    columns: list[str] = []
+    for (name, _), alike in rows.items():
+        values = zip(*alike, strict=True)
         layouts: list[Term] = []
         for column in values:
-            layout, text = _column(column, alike)
+            layout, text = _column(column, name, alike)
             layouts.append(Struct("-", (Atom(layout), len(text))))
             columns.append(text)
         heads.append(Struct("kind", (Atom(name), len(alike), tuple(layouts))))
@@ -40,7 +48,9 @@ def columns_text(scene: str, facts: Iterable[Fact]) -> str:
     return "".join((head, "\n", *columns))
 
 
-def _column(values: Sequence[str | int | float], facts: Sequence[Fact]) -> tuple[str, str]:
+def _column(
+    values: Sequence[str | int | float], name: str, rows: Sequence[Fact]
+) -> tuple[str, str]:
     """The layout and the text of the values of one argument."""
     types = set(map(type, values))
     if types == {str}:
@@ -49,6 +59,7 @@ def _column(values: Sequence[str | int | float], facts: Sequence[Fact]) -> tuple
             return "a", text
     if types == {float} and all(map(math.isfinite, values)):  # type: ignore[arg-type]
         return "f", _floats(values)  # type: ignore[arg-type]
+    facts = ((name, *row) for row in rows)
     return "t", f"[{','.join(map(argument_text, values, facts))}]"
 
 

@@ -17,7 +17,7 @@ from facetlog.kb.calibration import Calibration, shipped_calibration
 from facetlog.kb.closing import Closing
 from facetlog.kb.decode_origin import decode_origin
 from facetlog.kb.decode_verdict import decode_verdict, decode_verdicts
-from facetlog.kb.door import Door, ask, checked
+from facetlog.kb.door import LOAD_SECONDS, Door, ask, checked
 from facetlog.kb.encode import Fact
 from facetlog.kb.engine import house
 from facetlog.kb.engine_pool import engine_pool
@@ -333,6 +333,24 @@ class KnowledgeBase(Closing):
             return checked(next(iter(replies), ()))[0]
         finally:
             replies.close()
+
+    def request(
+        self, operation: str, about: Struct, columns: str = "", *, keep: str | None = None
+    ) -> Term:
+        """The result of a request of a batch (batch_judge.py), within the limits of one question.
+
+        What is to `keep` is what later requests rest on, under that name until it is forgotten.
+        """
+        self._check_open()
+        text = term_text(Struct(about.functor, (Atom(self._name), *about.args)))
+        text = f"{text}\n{columns}" if columns else text
+        seconds = self.limits.seconds if keep is None else LOAD_SECONDS
+        return ask(self._door, operation, text, seconds=seconds, state=keep)
+
+    def forget(self, operation: str, kept: str) -> None:
+        """Sends the request that forgets what was kept, when all that is asked now has ended."""
+        if not self._closed:
+            self._door.when_quiet(operation, term_text(Atom(kept)), state=kept)
 
     def _scene(self, name: str) -> LoadedScene:
         try:

@@ -192,10 +192,19 @@ class Proof:
             return f"{self._where(length_unit)}{then}"
         if self._is("counted"):
             return self.sentence(length_unit)
-        for child in self.children:
-            if child.state is self.state:
-                return child.because(length_unit)
-        return self.sentence(length_unit)
+        same = [child for child in self.children if child.state is self.state]
+        if not same:
+            return self.sentence(length_unit)
+        # Of alternatives that all fail, the one that lacks least is worth saying.
+        first = min(same, key=Proof._lacking) if self._is("any") else same[0]
+        return first.because(length_unit)
+
+    def _lacking(self) -> tuple[int, int]:
+        """How many of the tests that it joins fail, and, less being more, how many hold."""
+        if not self._is("all"):
+            return 1, 0
+        states = [child.state for child in self.children]
+        return states.count(State.FAILS), -states.count(State.HOLDS)
 
     def sentence(self, length_unit: str | None = None) -> str:
         """This step alone, in words."""

@@ -73,12 +73,28 @@ _RELATIONS: dict[str, tuple[str, str, str]] = {
         "{all} do not touch",
         "it is not known whether {all} touch",
     ),
+    "on_ground": (
+        "{0} stands on the ground",
+        "{0} does not reach the ground",
+        "it is not known whether {0} stands on the ground",
+    ),
+    "at_rim": (
+        "{0} stands at the rim of {1}",
+        "{0} does not stand at the rim of {1}",
+        "it is not known whether {0} stands at the rim of {1}",
+    ),
+    "whole": (
+        "{0} is known from all sides",
+        "{0} is not known from all sides",
+        "it is not known whether {0} is known from all sides",
+    ),
 }
 
 _CAUSES = {
     "unseen": "a face that it needs was not seen",
     "up": "which way is up was not given",
     "scale": "the scale was not given",
+    "sides": "its surface is not known from all sides",
 }
 
 # More groups than this are not named one by one.

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtr
 
+from facetlog.perception.flat_faces import cross
 from facetlog.perception.types import FloatArray, Plane
 
 __all__ = ["angle_between", "pairwise_angles", "probability_within"]
@@ -29,17 +30,17 @@ def _angles(
     n: FloatArray, m: FloatArray, n_cov: FloatArray, m_cov: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Angles and sds (...), of unit normals (..., 3) with covariances (..., 3, 3)."""
-    cross = np.cross(n, m)
-    sine = np.linalg.norm(cross, axis=-1)
+    product = cross(n, m)
+    sine = np.sqrt((product * product).sum(axis=-1))
     cosine = (n * m).sum(axis=-1)
     angle = np.arctan2(sine, cosine)
     # Of parallel normals every direction across them will do: the sum of both variances counts.
     axis = np.eye(3)[np.argmin(np.abs(n), axis=-1)]
-    some = np.cross(n, axis)
+    some = cross(n, axis)
     parallel = (sine < LEAST_SINE)[..., None]
-    across = np.where(parallel, some, cross)
+    across = np.where(parallel, some, product)
     across = across / np.linalg.norm(across, axis=-1, keepdims=True)
-    n_way, m_way = np.cross(across, n), np.cross(m, across)
+    n_way, m_way = cross(across, n), cross(m, across)
 
     def variance(way: FloatArray, cov: FloatArray) -> FloatArray:
         return np.asarray(np.einsum("...i,...ij,...j->...", way, cov, way))

@@ -1,116 +1,88 @@
 """Where faces meet: sides that run along each other, and corners that lie on another face."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+from dataclasses import dataclass, fields
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
-from facetlog.perception.flat_faces import FlatFace, cross
-from facetlog.perception.tolerance import ANGLE_RESOLUTION, SDS, Tolerance
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.face_table import FaceTable, PlaneTable
+from facetlog.perception.flat_faces import cross
+from facetlog.perception.outlines import distances_outside
+from facetlog.perception.row_table import Bools, Indices
+from facetlog.perception.tolerance import ANGLE_RESOLUTION, SDS
+from facetlog.perception.types import FloatArray
 
 __all__ = [
-    "Bend",
-    "Side",
-    "SideContact",
-    "Touch",
-    "bends",
-    "plane_gaps",
+    "SideContacts",
+    "Touches",
+    "edges_along_sides",
+    "face_distances",
     "side_contacts",
-    "sides",
     "touches",
 ]
 
 # Two sides adjoin where they run together over this share of the shorter (language vocabulary).
 LEAST_OVERLAP = 0.2
 
-
-class Side(NamedTuple):
-    """One side of a face, from vertex `start` to `end` as its ring runs."""
-
-    face: int
-    start: int
-    end: int
-    in_hole: bool
+FEW_PAIRS = 250_000
+"""Up to so many pairs of boxes numpy compares all sooner than a tree is made (measured)."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class SideContact:
-    """Two faces' sides that run along each other over `length`; `direction` is the first one's.
+class SideContacts:
+    """Pairs (c,) of two faces' sides that run along each other, by the first and the second.
 
-    `against` says that the sides run against each other, as two sides of one solid's edge do.
+    `first` and `second` are the sides' places, `faces` (c, 2) whose they are. `against` says that
+    they run against each other, as two sides of one solid's edge do. They do so over `length`;
     `shorter` is the side that names the contact.
+
+    `turn` is the signed angle by which the solid turns there, radians: > 0 convex, < 0 concave; its
+    1σ is `sd`. Two faces back to back turn by π, or by -π: which of them is the same, so it is π.
     """
 
-    first: Side
-    second: Side
-    length: float
-    direction: FloatArray
-    against: bool
-    shorter: Side
-
-
-class Bend(NamedTuple):
-    """Signed angle by which a solid turns at an edge, radians: > 0 convex, < 0 concave; 1σ.
-
-    Two faces back to back turn by π, or by -π: which of them is the same, so it is π, and neither
-    convex nor concave. They are two sides of one sheet, or of two bodies that touch.
-    """
-
-    turn: float
-    sd: float
+    first: Indices
+    second: Indices
+    faces: Indices
+    length: FloatArray
+    against: Bools
+    shorter: Indices
+    turn: FloatArray
+    sd: FloatArray
 
     @property
-    def back_to_back(self) -> bool:
-        """The two faces lie on each other, within 3 sd."""
-        return abs(self.turn) >= np.pi - SDS * self.sd - ANGLE_RESOLUTION
+    def back_to_back(self) -> Bools:
+        """The two faces lie on each other, within 3 sd: sides of one sheet, or bodies touching."""
+        return np.asarray(np.abs(self.turn) >= np.pi - SDS * self.sd - ANGLE_RESOLUTION)
 
     @property
-    def convex(self) -> bool:
+    def convex(self) -> Bools:
         """The solid bulges, by more than 3 sd."""
-        return self.turn > SDS * self.sd + ANGLE_RESOLUTION and not self.back_to_back
+        return (self.turn > SDS * self.sd + ANGLE_RESOLUTION) & ~self.back_to_back
 
     @property
-    def concave(self) -> bool:
+    def concave(self) -> Bools:
         """The solid is hollow, by more than 3 sd."""
-        return self.turn < -SDS * self.sd - ANGLE_RESOLUTION and not self.back_to_back
+        return (self.turn < -SDS * self.sd - ANGLE_RESOLUTION) & ~self.back_to_back
+
+    def take(self, rows: Indices | Bools) -> "SideContacts":
+        """Some of them."""
+        return SideContacts(*(getattr(self, field.name)[rows] for field in fields(self)))
 
 
-def sides(faces: tuple[FlatFace, ...]) -> tuple[Side, ...]:
-    """All sides of all faces, in order."""
-    return tuple(
-        Side(face.index, a, b, nth > 0)
-        for face in faces
-        for nth, ring in enumerate(face.rings)
-        for a, b in zip(ring, (*ring[1:], ring[0]), strict=True)
-    )
+def _bends(planes: PlaneTable, faces: Indices, d: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Turns (c,) of the solid where faces (c, 2) meet along unit vectors d (c, 3), and their 1σ.
 
-
-def bends(scene: Scene, contacts: Sequence[SideContact]) -> tuple[Bend, ...]:
-    """Turn of the solid at each contact: φ = atan2((n1 × n2) · d, n1 · n2), d along the first side.
-
-    About the edge only the part of a normal's error along d × n counts, so
-    var φ = Σ (d × n)ᵀ C (d × n).
+    φ = atan2((n1 × n2) · d, n1 · n2). About the edge only the part of a normal's error along d × n
+    counts, so var φ = Σ (d × n)ᵀ C (d × n).
     """
-    if not contacts:
-        return ()
-    d = np.array([contact.direction for contact in contacts])
-    normals = np.array([face.plane.normal for face in scene.faces])
-    covs = np.array([face.plane.cov[:3, :3] for face in scene.faces])
-    first = np.array([contact.first.face for contact in contacts])
-    second = np.array([contact.second.face for contact in contacts])
-    n1, n2 = normals[first], normals[second]
+    n1, n2 = planes.normals[faces[:, 0]], planes.normals[faces[:, 1]]
     turns = np.arctan2((cross(n1, n2) * d).sum(axis=1), (n1 * n2).sum(axis=1))
     turns[turns < ANGLE_RESOLUTION - np.pi] = np.pi
     variance = np.zeros(len(d))
-    for face, n in ((first, n1), (second, n2)):
+    for face, n in ((faces[:, 0], n1), (faces[:, 1], n2)):
         axis = cross(d, n)
-        variance += np.einsum("ni,nij,nj->n", axis, covs[face], axis)
-    sds = np.sqrt(np.maximum(variance, 0.0))
-    return tuple(Bend(turn, sd) for turn, sd in zip(turns.tolist(), sds.tolist(), strict=True))
+        variance += np.einsum("ni,nij,nj->n", axis, planes.normal_covs[face], axis)
+    return turns, np.sqrt(np.maximum(variance, 0.0))
 
 
 def along(
@@ -135,150 +107,127 @@ def along(
 
 def near_segments(
     first: FloatArray, first_slack: FloatArray, second: FloatArray, second_slack: FloatArray
-) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Pairs of segments (n, 2, 3) whose boxes, widened by their slack (n,), meet."""
+) -> tuple[Indices, Indices]:
+    """Pairs of segments (n, 2, 3) whose boxes, widened by their slack (n,), meet; by the first."""
     boxes = []
     for segments, slack in ((first, first_slack), (second, second_slack)):
-        low, high = segments.min(axis=1) - slack[:, None], segments.max(axis=1) + slack[:, None]
-        boxes.append((low, high, shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])))
-    (low1, high1, flat1), (low2, high2, flat2) = boxes
+        boxes.append((segments.min(axis=1) - slack[:, None], segments.max(axis=1) + slack[:, None]))
+    (low1, high1), (low2, high2) = boxes
+    if len(first) * len(second) <= FEW_PAIRS:
+        meet = np.ones((len(first), len(second)), dtype=np.bool_)
+        for axis in range(3):
+            meet &= low1[:, axis, None] <= high2[:, axis]
+            meet &= low2[:, axis] <= high1[:, axis, None]
+        one, two = np.nonzero(meet)
+        return one, two
+    flat1, flat2 = (shapely.box(*low[:, :2].T, *high[:, :2].T) for low, high in boxes)
     one, two = shapely.STRtree(flat2).query(flat1)
     keep = (low1[one, 2] <= high2[two, 2]) & (low2[two, 2] <= high1[one, 2])
-    return one[keep], two[keep]
+    one, two = one[keep], two[keep]
+    order = np.lexsort((two, one))
+    return one[order], two[order]
 
 
-def side_contacts(scene: Scene, faces: tuple[FlatFace, ...]) -> tuple[SideContact, ...]:
+def side_contacts(table: FaceTable) -> SideContacts:
     """All contacts between sides of two different faces, each pair of faces in one order only.
 
     Sides with the same two vertices meet. Others meet where they run along each other, no further
     apart than 3 sd, over 20 % of the shorter one and more than twice that tolerance.
     """
-    every = sides(faces)
-    if not every:
-        return ()
-    points = scene.points
-    segments = points[[(s.start, s.end) for s in every]]
-    tolerance = Tolerance.of(scene)
-    ends = np.array([(s.start, s.end) for s in every])
+    ends, owner, tolerance = table.sides.ends, table.sides.face, table.tolerance
+    segments = table.points[ends]
     sds = tolerance.vertex_sds[ends].max(axis=1)
-    one, two = near_segments(
-        segments,
-        tolerance.within(sds),
-        segments,
-        tolerance.within(sds),
-    )
-    owner = np.array([s.face for s in every])
+    slack = tolerance.within(sds)
+    one, two = near_segments(segments, slack, segments, slack)
     keep = owner[one] < owner[two]
     one, two = one[keep], two[keep]
     overlap, gap, cosine = along(
         (segments[one, 0], segments[one, 1]), (segments[two, 0], segments[two, 1])
     )
-    size = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
+    spans = segments[:, 1] - segments[:, 0]
+    size = np.linalg.norm(spans, axis=1)
     limit = tolerance.within(np.hypot(sds[one], sds[two]))
     least = np.minimum(size[one], size[two])
-    shared = (np.sort(ends[one], axis=1) == np.sort(ends[two], axis=1)).all(axis=1)
-    meets = shared | ((gap <= limit) & (overlap >= LEAST_OVERLAP * least) & (overlap > 2.0 * limit))
-    contacts = []
-    for k in np.flatnonzero(meets).tolist():
-        i, j = int(one[k]), int(two[k])
-        span = segments[i, 1] - segments[i, 0]
-        same = bool(shared[k])
-        contacts.append(
-            SideContact(
-                every[i],
-                every[j],
-                float(size[i] if same else overlap[k]),
-                span / max(float(size[i]), 1e-300),
-                every[i].start != every[j].start if same else bool(cosine[k] < 0.0),
-                every[i] if size[i] <= size[j] else every[j],
-            )
-        )
-    return tuple(contacts)
+    same = _same_ends(ends[one], ends[two])
+    meets = same | ((gap <= limit) & (overlap >= LEAST_OVERLAP * least) & (overlap > 2.0 * limit))
+    one, two, same = one[meets], two[meets], same[meets]
+    faces = np.column_stack([owner[one], owner[two]])
+    directions = spans[one] / np.maximum(size[one], 1e-300)[:, None]
+    return SideContacts(
+        one,
+        two,
+        faces,
+        np.where(same, size[one], overlap[meets]),
+        np.where(same, ends[one, 0] != ends[two, 0], cosine[meets] < 0.0),
+        np.where(size[one] <= size[two], one, two),
+        *_bends(table.planes, faces, directions),
+    )
 
 
-def edges_along_sides(
-    scene: Scene, faces: tuple[FlatFace, ...], edges: Sequence[tuple[int, int]]
-) -> tuple[tuple[int, int], ...]:
-    """(edge, face) wherever an edge is a side of the face or lies along one, within 3 sd."""
-    every = sides(faces)
-    if not every or not edges:
-        return ()
-    points = scene.points
-    tolerance = Tolerance.of(scene)
-    ends, side_ends = np.array(edges), np.array([(s.start, s.end) for s in every])
-    sds = tolerance.vertex_sds[ends].max(axis=1)
-    side_sds = tolerance.vertex_sds[side_ends].max(axis=1)
+def _same_ends(one: Indices, two: Indices) -> Bools:
+    """Which pairs of vertices (m, 2) are the same, in whichever order."""
+    same: Bools = (one == two).all(axis=1) | (one == two[:, ::-1]).all(axis=1)
+    return same
+
+
+def edges_along_sides(table: FaceTable, edges: Indices) -> Indices:
+    """(edge, face) (b, 2), ascending, wherever an edge (e, 2) is or lies along a side, by 3 sd."""
+    points, ends, tolerance = table.points, table.sides.ends, table.tolerance
+    sds = tolerance.vertex_sds[edges].max(axis=1)
+    side_sds = tolerance.vertex_sds[ends].max(axis=1)
     one, two = near_segments(
-        points[ends],
-        tolerance.within(sds),
-        points[side_ends],
-        tolerance.within(side_sds),
+        points[edges], tolerance.within(sds), points[ends], tolerance.within(side_sds)
     )
     overlap, gap, _ = along(
-        (points[ends[one, 0]], points[ends[one, 1]]),
-        (points[side_ends[two, 0]], points[side_ends[two, 1]]),
+        (points[edges[one, 0]], points[edges[one, 1]]), (points[ends[two, 0]], points[ends[two, 1]])
     )
-    size = np.linalg.norm(points[ends[:, 1]] - points[ends[:, 0]], axis=1)[one]
+    size = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)[one]
     limit = tolerance.within(np.hypot(sds[one], side_sds[two]))
-    same = (np.sort(ends[one], axis=1) == np.sort(side_ends[two], axis=1)).all(axis=1)
     lies = (gap <= limit) & (overlap >= size - 2.0 * limit) & (overlap > 2.0 * limit)
-    owner = np.array([s.face for s in every])
-    found = np.column_stack([one, owner[two]])[same | lies]
-    return tuple(dict.fromkeys((e, f) for e, f in sorted(found.tolist())))
+    lies |= _same_ends(edges[one], ends[two])
+    count = max(len(table), 1)
+    found = np.unique(one[lies] * count + table.sides.face[two[lies]])
+    return np.column_stack(np.divmod(found, count))
 
 
-class Touch(NamedTuple):
-    """A vertex that lies on a face it is no corner of; `depth` is its distance from the rim.
+@dataclass(frozen=True, eq=False, slots=True)
+class Touches:
+    """Vertices (t,) that lie on faces (t,) they are no corners of, and how far from the rim.
 
     The depth is negative, down to the tolerance, for a vertex just outside the outline.
     """
 
-    vertex: int
-    face: int
-    depth: float
+    vertex: Indices
+    face: Indices
+    depth: FloatArray
 
 
-def plane_gaps(scene: Scene, vertices: NDArray[np.intp]) -> tuple[FloatArray, FloatArray]:
-    """Signed distances (n, faces) of vertices from faces' planes, and 3 sd of each as tolerance."""
-    points = scene.points[vertices]
-    covs = np.array([v.cov for v in scene.vertices])[vertices]
-    levers = np.column_stack([points, np.ones(len(points))])
-    normals = np.array([f.plane.normal for f in scene.faces])
-    offsets = np.array([f.plane.offset for f in scene.faces])
-    plane_covs = np.array([f.plane.cov for f in scene.faces])
-    # var d = (p, 1) C (p, 1)ᵀ + nᵀ V n, both as products of flattened squares
-    squares = np.einsum("ni,nj->nij", levers, levers).reshape(-1, 16)
-    variance = squares @ plane_covs.reshape(-1, 16).T
-    outer = np.einsum("fi,fj->fij", normals, normals).reshape(-1, 9)
-    variance += covs.reshape(-1, 9) @ outer.T
-    limit = Tolerance.of(scene).within(np.sqrt(np.maximum(variance, 0.0)))
-    return points @ normals.T + offsets, limit
+def touches(table: FaceTable, vertices: Indices, faces: Indices) -> Touches:
+    """Which of these vertices (c,), near the planes of these faces (c,), lie on them, by 3 sd."""
+    spokes = table.points[vertices] - table.middles[faces]
+    flat = (table.axes[faces] @ spokes[:, :, None])[:, :, 0]
+    slack = table.tolerance.within(table.tolerance.vertex_sds[vertices])
+    low, high = table.flat.min(axis=1), table.flat.max(axis=1)
+    inside = ((flat >= low[faces] - slack[:, None]) & (flat <= high[faces] + slack[:, None])).all(1)
+    vertices, faces, flat, slack = vertices[inside], faces[inside], flat[inside], slack[inside]
+    outside, rim = face_distances(table, faces, flat[:, None])
+    on = outside[:, 0] <= slack
+    depth = np.where(outside == 0.0, rim, -outside)[on, 0]
+    return Touches(vertices[on], faces[on], depth)
 
 
-def touches(
-    scene: Scene, faces: tuple[FlatFace, ...], vertices: NDArray[np.intp]
-) -> Iterator[Touch]:
-    """All of the given vertices that lie on faces within 3 sd of plane and vertex."""
-    if not len(vertices) or not faces:
-        return
-    points = scene.points[vertices]
-    tolerance = Tolerance.of(scene)
-    gaps, limits = plane_gaps(scene, vertices)
-    near = np.abs(gaps) <= limits
-    for face in faces:
-        rows = np.flatnonzero(near[:, face.index] & ~np.isin(vertices, face.members))
-        if not len(rows):
-            continue
-        flat = face.flatten(points[rows])
-        low, high = np.array(face.polygon.bounds).reshape(2, 2)
-        slack = tolerance.within(tolerance.vertex_sds[vertices[rows]])
-        inside = ((flat >= low - slack[:, None]) & (flat <= high + slack[:, None])).all(axis=1)
-        rows, flat, slack = rows[inside], flat[inside], slack[inside]
-        if not len(rows):
-            continue
-        dots = shapely.points(flat)
-        outside = shapely.distance(dots, face.polygon)
-        rim = shapely.distance(dots, face.polygon.boundary)
-        for k in np.flatnonzero(outside <= slack).tolist():
-            depth = float(rim[k]) if outside[k] == 0.0 else -float(outside[k])
-            yield Touch(int(vertices[rows[k]]), face.index, depth)
+def face_distances(
+    table: FaceTable, faces: Indices, where: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Distances (r, q) of points (r, q, 2) from faces (r,), in their planes: outside, from the rim.
+
+    The former is 0 within the outline, outside of holes; both are NaN where the face has no area.
+    """
+    outside, rim = distances_outside(table.flat[faces], table.sizes[faces], where)
+    others = np.flatnonzero(~table.convex[faces])
+    if len(others):
+        polygons = table.polygons[faces[others], None]
+        dots = shapely.points(where[others])
+        outside[others] = shapely.distance(dots, polygons)
+        rim[others] = shapely.distance(dots, shapely.boundary(polygons))
+    return outside, rim

@@ -4,9 +4,15 @@ This is the contract between perception and the knowledge base. It needs no nume
 knowledge base can read it cheaply; the table of docs/facts.md is made from it.
 """
 
-from dataclasses import dataclass
-from enum import StrEnum
-from typing import NamedTuple
+from facetlog.perception.fact_kinds import (
+    Argument,
+    ArgumentKind,
+    Fact,
+    FactKind,
+    Solutions,
+    Value,
+)
+from facetlog.perception.fact_kinds import fact_kind as _kind
 
 __all__ = [
     "FACT_SCHEMA",
@@ -20,132 +26,13 @@ __all__ = [
     "schema_table",
 ]
 
-Value = str | int | float
-
-
-class Fact(NamedTuple):
-    """A ground, flat term: strings are atoms, whole numbers integers, all else floats.
-
-    >>> str(Fact("area", ("f1", 2.0, 0.01)))
-    'area(f1, 2.0, 0.01)'
-    """
-
-    functor: str
-    args: tuple[Value, ...]
-
-    def __str__(self) -> str:
-        return f"{self.functor}({', '.join(str(a) for a in self.args)})"
-
-
-class ArgumentKind(StrEnum):
-    """What an argument is, and its unit."""
-
-    TEXT = "text"
-    SYMBOL = "symbol"
-    VIEW = "view"
-    VERTEX = "vertex"
-    EDGE = "edge"
-    FACE = "face"
-    THING = "thing"
-    PART = "face or edge"
-    BODY = "face, edge or thing"
-    COUNT = "count"
-    NUMBER = "number"
-    SHARE = "share"
-    DEGREES = "deg"
-    LENGTH = "length"
-    AREA = "length²"
-    PIXELS = "px"
-
-    @property
-    def is_atom(self) -> bool:
-        """Whether the argument is an atom; otherwise it is a number."""
-        return self not in _NUMBERS
-
-    @property
-    def is_name(self) -> bool:
-        """Whether the argument names something of the scene."""
-        return self.is_atom and self not in (ArgumentKind.TEXT, ArgumentKind.SYMBOL)
-
-
-_NUMBERS = frozenset(
-    {
-        ArgumentKind.COUNT,
-        ArgumentKind.NUMBER,
-        ArgumentKind.SHARE,
-        ArgumentKind.DEGREES,
-        ArgumentKind.LENGTH,
-        ArgumentKind.AREA,
-        ArgumentKind.PIXELS,
-    }
-)
-
-
-class Solutions(StrEnum):
-    """How many facts there are for given keys (different ones, where they are of one kind)."""
-
-    ONE = "det"
-    AT_MOST_ONE = "semidet"
-    ANY = "nondet"
-
-
-@dataclass(frozen=True, slots=True)
-class Argument:
-    """Name and kind of one argument."""
-
-    name: str
-    kind: ArgumentKind
-
-
-@dataclass(frozen=True, slots=True)
-class FactKind:
-    """One functor: its arguments, of which the first `keys` are what a question starts from."""
-
-    functor: str
-    arguments: tuple[Argument, ...]
-    keys: int
-    solutions: Solutions
-    meaning: str
-    absent: str = ""
-
-    @property
-    def arity(self) -> int:
-        """Number of arguments."""
-        return len(self.arguments)
-
-
-def _kind(text: str, solutions: Solutions, meaning: str, absent: str = "") -> FactKind:
-    """A kind from "functor +Key:kind Name:kind ...", in the manner of a mode line."""
-    functor, *words = text.split()
-    arguments = []
-    for word in words:
-        name, _, kind = word.lstrip("+").partition(":")
-        arguments.append(Argument(name, _SHORT[kind]))
-    keys = sum(word.startswith("+") for word in words)
-    return FactKind(functor, tuple(arguments), keys, solutions, meaning, absent)
-
-
-_SHORT = {
-    "text": ArgumentKind.TEXT,
-    "symbol": ArgumentKind.SYMBOL,
-    "view": ArgumentKind.VIEW,
-    "vertex": ArgumentKind.VERTEX,
-    "edge": ArgumentKind.EDGE,
-    "face": ArgumentKind.FACE,
-    "thing": ArgumentKind.THING,
-    "part": ArgumentKind.PART,
-    "body": ArgumentKind.BODY,
-    "count": ArgumentKind.COUNT,
-    "number": ArgumentKind.NUMBER,
-    "share": ArgumentKind.SHARE,
-    "deg": ArgumentKind.DEGREES,
-    "length": ArgumentKind.LENGTH,
-    "area": ArgumentKind.AREA,
-    "px": ArgumentKind.PIXELS,
-}
 _ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
 _NO_UP = "up is not known"
 _UPRIGHT = "up is not known, or a face stands within 10° of upright (its plan is a line)"
+
+_NO_SPACE = "the thing's surface is not known from all sides, or " + _NO_UP
+_NO_LEVEL = _NO_SPACE + ", or the face leans more than 30° from level"
+_NO_RISE = _NO_LEVEL + ", or nothing rises above it"
 
 FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind("scene Name:text", _ONE, "the scene's name"),
@@ -346,6 +233,105 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         _MAYBE,
         "share of the smaller one's plan that lies over or under the other's",
         _UPRIGHT + "; else absent means less than 0.001",
+    ),
+    _kind(
+        "on_ground +X:body",
+        _MAYBE,
+        "its lowest point is level with its thing's, within 3 % of the thing's height or 3 sd",
+        "otherwise, or " + _NO_UP,
+    ),
+    _kind(
+        "at_rim +X:part +F:face",
+        _MAYBE,
+        "seen from above, the upright X stands at the rim of F: within 15 % of F's width",
+        "otherwise, or " + _NO_UP,
+    ),
+    _kind("whole +T:thing", _MAYBE, "its surface is known from all sides", "it is not"),
+    _kind("curved +T:thing R:share", _ONE, "share of its surface that is not flat"),
+    _kind(
+        "footprint +T:thing A:area Sd:area", _MAYBE, "area of its plan, hollows filled", _NO_SPACE
+    ),
+    _kind(
+        "solidity +T:thing R:share Sd:share",
+        _MAYBE,
+        "share that it takes of the least box round it, upright if up is known; what cannot be "
+        "reached from outside counts as taken",
+        "its surface is not known from all sides",
+    ),
+    _kind(
+        "cover +F:face R:share Sd:share",
+        _MAYBE,
+        "share of its thing's footprint that the level of the face takes: all that faces up at "
+        "that height",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "level_length +F:face L:length Sd:length",
+        _MAYBE,
+        "longer extent of the face's level, along the sides of the thing's plan",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "level_width +F:face L:length Sd:length",
+        _MAYBE,
+        "shorter extent of the face's level, along the sides of the thing's plan",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "built_over +F:face R:share Sd:share",
+        _MAYBE,
+        "share of the face's level that has something above it",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "room_below +F:face H:length Sd:length",
+        _MAYBE,
+        "free height right beneath the face's level, on average",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "room_above +F:face H:length Sd:length",
+        _MAYBE,
+        "free height right above the face's level up to the highest point, on average",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "free_below +F:face R:share Sd:share",
+        _MAYBE,
+        "share of the space beneath the face's level, its board included, that is free",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "see_through +F:face R:share Sd:share",
+        _MAYBE,
+        "share of the space beneath the face's level that one sees through, from the front or "
+        "from the side, whichever is more",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "see_across +F:face R:share Sd:share",
+        _MAYBE,
+        "the same from the front or from the side, whichever is less",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "rise_side +F:face R:number Sd:number",
+        _MAYBE,
+        "how far to one side what rises high above the face's level stands: 0 in its middle, "
+        "1 at its rim",
+        _NO_RISE,
+    ),
+    _kind(
+        "rise_off_middle +F:face R:number Sd:number",
+        _MAYBE,
+        "how far that is from the middle of this side: 0 in the middle, 1 at its end",
+        _NO_RISE,
+    ),
+    _kind(
+        "rise_span +F:face R:share Sd:share",
+        _MAYBE,
+        "how much of the length of that side it takes",
+        _NO_RISE,
     ),
 )
 

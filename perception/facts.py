@@ -5,90 +5,95 @@ v1 …, views view1 …, things t1 …, in the scene's order; sides of faces tha
 edge for follow the listed ones.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import repeat
+from typing import TypeAlias
 
 import numpy as np
 
-from facetlog.perception import heights, measures, relations
+from facetlog.perception import heights, measures, plans, relations
 from facetlog.perception.angles import pairwise_angles
-from facetlog.perception.contacts import (
-    Bend,
-    SideContact,
-    bends,
-    edges_along_sides,
-    side_contacts,
-    sides,
-)
+from facetlog.perception.contacts import SideContacts, edges_along_sides, side_contacts
+from facetlog.perception.face_table import FaceTable
 from facetlog.perception.fact_schema import FACT_SCHEMA, Fact, Value
-from facetlog.perception.flat_faces import FlatFace, flat_faces
 from facetlog.perception.gaps import gaps
+from facetlog.perception.row_table import Indices
+from facetlog.perception.space import curved_share, spaces
+from facetlog.perception.standing import at_rim
 from facetlog.perception.things import Thing, find_things
-from facetlog.perception.tolerance import Tolerance
+from facetlog.perception.tolerance import SDS
 from facetlog.perception.types import Evidence, FloatArray, Scene
 
-__all__ = ["Fact", "scene_facts"]
+__all__ = ["Fact", "FactRows", "fact_rows", "scene_facts"]
+
+# On the ground is what ends within this share of its thing's height from the lowest point.
+GROUND = 0.03
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Survey:
-    """What several facts are made from, worked out once."""
+    """What several facts are made from, worked out once.
+
+    `edges` (e, 2) are vertices, `bounds` (b, 2) an edge and a face each, `members` all vertices of
+    each thing, ascending.
+    """
 
     scene: Scene
-    faces: tuple[FlatFace, ...]
-    edges: tuple[tuple[int, int], ...]
-    bounds: tuple[tuple[int, int], ...]
-    contacts: tuple[tuple[SideContact, Bend], ...]
+    table: FaceTable
+    edges: Indices
+    bounds: Indices
+    contacts: SideContacts
     things: tuple[Thing, ...]
-    points: FloatArray
-    covs: FloatArray
-    tolerance: Tolerance
+    members: tuple[Indices, ...]
 
     @classmethod
     def of(cls, scene: Scene) -> "_Survey":
-        faces = flat_faces(scene)
-        listed = [(e.start, e.end) for e in scene.edges]
-        known = {frozenset(pair) for pair in listed}
-        every = sides(faces)
-        missing = {
-            frozenset(pair): pair
-            for side in every
-            if frozenset(pair := (side.start, side.end)) not in known
-        }
-        edges = (*listed, *missing.values())
-        bounds = edges_along_sides(scene, faces, edges)
-        found = side_contacts(scene, faces)
-        contacts = tuple(zip(found, bends(scene, found), strict=True))
-        bounding = {edge for edge, _ in bounds}
-        loose = tuple(i for i in range(len(listed)) if i not in bounding)
-        return cls(
-            scene,
-            faces,
-            edges,
-            bounds,
-            contacts,
-            find_things(scene, faces, contacts, loose),
-            scene.points,
-            np.array([v.cov for v in scene.vertices]).reshape(-1, 3, 3),
-            Tolerance.of(scene),
+        table = FaceTable.of(scene)
+        edges = _edges(scene, table)
+        bounds = edges_along_sides(table, edges)
+        contacts = side_contacts(table)
+        bounding = set(bounds[:, 0].tolist())
+        loose = tuple(i for i in range(len(scene.edges)) if i not in bounding)
+        things = find_things(scene, table, contacts, loose)
+        members = tuple(
+            np.unique(
+                np.concatenate(
+                    (
+                        table.rows_of(thing.faces)[1],
+                        edges[list(thing.edges)].ravel(),
+                        *(np.array(scene.patches[i].hull, dtype=np.intp) for i in thing.patches),
+                    )
+                )
+            )
+            for thing in things
         )
+        return cls(scene, table, edges, bounds, contacts, things, members)
 
-    def members(self, thing: Thing) -> tuple[int, ...]:
-        """All vertices of a thing, ascending."""
-        own = {i for face in thing.faces for i in self.faces[face].members}
-        own.update(i for edge in thing.edges for i in self.edges[edge])
-        return tuple(sorted(own))
+
+def _edges(scene: Scene, table: FaceTable) -> Indices:
+    """The scene's edges (e, 2) and, after these, sides that it has no edge for."""
+    listed = [(edge.start, edge.end) for edge in scene.edges]
+    known = {frozenset(pair) for pair in listed}
+    missing = {
+        key: (start, end)
+        for start, end in table.sides.ends.tolist()
+        if (key := frozenset((start, end))) not in known
+    }
+    return np.array([*listed, *missing.values()], dtype=np.intp).reshape(-1, 2)
 
 
 # What Fact(functor, args) comes to, without the call: a scene may have millions of facts.
 _fact: Callable[[tuple[str, tuple[Value, ...]]], Fact] = partial(tuple.__new__, Fact)
 
-_Rows = dict[str, list[tuple[Value, ...]]]
+# Where the upper half of a covariance stands.
+UPPER = np.triu_indices(3)
+
+FactRows: TypeAlias = dict[str, list[tuple[Value, ...]]]
 
 
-def _scene_facts(s: _Survey, rows: _Rows) -> None:
+def _scene_facts(s: _Survey, rows: FactRows) -> None:
     scene = s.scene
     rows["scene"].append((scene.name,))
     rows["scale"].append(("metric" if scene.metric else "unknown",))
@@ -98,12 +103,40 @@ def _scene_facts(s: _Survey, rows: _Rows) -> None:
         rows["view"].append((f"view{i}", name))
 
 
-def _vertex_facts(s: _Survey, rows: _Rows) -> None:
-    for i, vertex in enumerate(s.scene.vertices, 1):
-        name = f"v{i}"
-        rows["vertex"].append((name,))
-        rows["point"].append((name, *vertex.point.tolist()))
-        rows["point_cov"].append((name, *vertex.cov[np.triu_indices(3)].tolist()))
+def _names(letter: str, count: int) -> list[str]:
+    return [f"{letter}{i}" for i in range(1, count + 1)]
+
+
+def _named(letter: str, indices: Iterable[int]) -> list[str]:
+    return [f"{letter}{i + 1}" for i in indices]
+
+
+def _rows(names: Iterable[str], *columns: Iterable[Value]) -> Iterable[tuple[Value, ...]]:
+    """A row for each name."""
+    return zip(names, *columns, strict=True)
+
+
+def _both_ways(
+    rows: list[tuple[Value, ...]],
+    one: Sequence[str],
+    two: Sequence[str],
+    *columns: Iterable[Value],
+) -> None:
+    """Adds a row for each pair of names, and after it that for the two in the other order."""
+    for first, second, *rest in zip(one, two, *columns, strict=True):
+        rows.append((first, second, *rest))
+        rows.append((second, first, *rest))
+
+
+def _vertex_facts(s: _Survey, rows: FactRows) -> None:
+    table, vertices = s.table, s.scene.vertices
+    names = _names("v", len(vertices))
+    rows["vertex"].extend(_rows(names))
+    rows["point"].extend(_rows(names, *table.points.T.tolist()))
+    rows["point_cov"].extend(
+        _rows(names, *(table.covs[:, i, j].tolist() for i, j in zip(*UPPER, strict=True)))
+    )
+    for name, vertex in zip(names, vertices, strict=True):
         if vertex.label is not None:
             rows["vertex_label"].append((name, vertex.label.value))
         for seen in vertex.observations:
@@ -112,73 +145,100 @@ def _vertex_facts(s: _Survey, rows: _Rows) -> None:
             rows["observed"].append((name, f"view{seen.view + 1}", *pixel))
 
 
-def _edge_facts(s: _Survey, rows: _Rows) -> None:
-    measured = {
-        edge for edge, face in s.bounds if s.scene.faces[face].evidence is Evidence.MEASURED
-    }
-    for i, (start, end) in enumerate(s.edges):
-        name = f"e{i + 1}"
-        rows["edge"].append((name, f"v{start + 1}", f"v{end + 1}"))
-        span = s.points[end] - s.points[start]
-        length = float(np.linalg.norm(span))
-        # ∂|p - q|/∂p is the unit vector from q to p
-        u = span / length if length > 0.0 else np.zeros(3)
-        variance = float(u @ (s.covs[start] + s.covs[end]) @ u)
-        rows["edge_length"].append((name, length, float(np.sqrt(max(variance, 0.0)))))
-        if i < len(s.scene.edges):
-            rows["edge_support"].append((name, float(s.scene.edges[i].support)))
-            evidence = s.scene.edges[i].evidence
-        else:
-            evidence = Evidence.MEASURED if i in measured else Evidence.IMPLIED
-        rows["evidence"].append((name, evidence.value))
-    rows["bounds"].extend((f"e{edge + 1}", f"f{face + 1}") for edge, face in s.bounds)
+def _edge_facts(s: _Survey, rows: FactRows) -> None:
+    table, (start, end) = s.table, s.edges.T
+    names = _names("e", len(s.edges))
+    vertex_names = _names("v", len(table.points))
+    ends = ([vertex_names[i] for i in each] for each in s.edges.T.tolist())
+    rows["edge"].extend(_rows(names, *ends))
+    span = table.points[end] - table.points[start]
+    length = np.sqrt((span * span).sum(axis=1))
+    # ∂|p - q|/∂p is the unit vector from q to p
+    u = span / np.where(length > 0.0, length, 1.0)[:, None]
+    variance = ((u[:, None] @ (table.covs[start] + table.covs[end]))[:, 0] * u).sum(axis=1)
+    sds = np.sqrt(np.maximum(variance, 0.0))
+    rows["edge_length"].extend(_rows(names, length.tolist(), sds.tolist()))
+    edges = s.scene.edges
+    rows["edge_support"].extend(_rows(names[: len(edges)], [float(e.support) for e in edges]))
+    seen = {i for i, face in enumerate(s.scene.faces) if face.evidence is Evidence.MEASURED}
+    measured = {edge for edge, face in s.bounds.tolist() if face in seen}
+    evidence = [edge.evidence for edge in edges] + [
+        Evidence.MEASURED if i in measured else Evidence.IMPLIED
+        for i in range(len(edges), len(names))
+    ]
+    rows["evidence"].extend(_rows(names, [each.value for each in evidence]))
+    edge, face = s.bounds.T.tolist()
+    rows["bounds"].extend(_rows(_named("e", edge), _named("f", face)))
 
 
-def _face_facts(s: _Survey, rows: _Rows) -> None:
-    for flat, face in zip(s.faces, s.scene.faces, strict=True):
-        name = f"f{flat.index + 1}"
-        rows["face"].append((name,))
-        rows["evidence"].append((name, face.evidence.value))
-        rows["plane"].append((name, *face.plane.normal.tolist(), float(face.plane.offset)))
-        _, offset_sd = measures.distances(face.plane, flat.middle[None])
-        tilt_sd = float(np.rad2deg(measures.tilt_sd(face.plane)))
-        rows["plane_sd"].append((name, tilt_sd, float(offset_sd[0])))
-        rows["corner"].extend((name, i, f"v{v + 1}") for i, v in enumerate(flat.outline, 1))
-        size = measures.face_size(flat, s.points, s.covs, s.tolerance)
-        rows["area"].append((name, *size.area))
-        rows["length"].append((name, *size.length))
-        rows["width"].append((name, *size.width))
-        rows["fill"].append((name, *size.fill))
-        rows["coverage"].append((name, float(face.coverage)))
+def _face_facts(s: _Survey, rows: FactRows) -> None:
+    table, faces, planes = s.table, s.scene.faces, s.table.planes
+    if not len(table):
+        return
+    names = _names("f", len(table))
+    rows["face"].extend(_rows(names))
+    rows["evidence"].extend(_rows(names, [face.evidence.value for face in faces]))
+    rows["plane"].extend(_rows(names, *planes.normals.T.tolist(), planes.offsets.tolist()))
+    levers = np.column_stack([table.middles, np.ones(len(table))])
+    variance = ((levers[:, None] @ planes.covs)[:, 0] * levers).sum(axis=1)
+    offset_sds = np.sqrt(np.maximum(variance, 0.0)).tolist()
+    tilt_sds = np.rad2deg(planes.tilt_sds()).tolist()
+    rows["plane_sd"].extend(_rows(names, tilt_sds, offset_sds))
+    for name, face in zip(names, table.faces, strict=True):
+        corners = enumerate(_named("v", face.outline), 1)
+        rows["corner"].extend((name, i, corner) for i, corner in corners)
+    sizes = measures.face_sizes(table)
+    for functor, found in (
+        ("area", sizes.areas),
+        ("length", sizes.lengths),
+        ("width", sizes.widths),
+        ("fill", sizes.fills),
+    ):
+        rows[functor].extend(_rows(names, found.values.tolist(), found.sds.tolist()))
+    rows["coverage"].extend(_rows(names, [float(face.coverage) for face in faces]))
 
 
-def _thing_facts(s: _Survey, rows: _Rows) -> None:
+def _thing_facts(s: _Survey, rows: FactRows) -> None:
+    table = s.table
+    groups = [
+        measures.Group.of(thing.faces, members, table.points)
+        for thing, members in zip(s.things, s.members, strict=True)
+        if thing.faces
+    ]
     for i, thing in enumerate(s.things, 1):
         name = f"t{i}"
         rows["thing"].append((name,))
-        rows["part_of"].extend((f"f{face + 1}", name) for face in thing.faces)
-        rows["part_of"].extend((f"e{edge + 1}", name) for edge in thing.edges)
-        members = np.array(s.members(thing), dtype=np.intp)
-        outer = measures.outer_members(members, s.points)
-        own = tuple(s.faces[face] for face in thing.faces)
-        rows["thing_size"].append((name, *measures.thing_box(own, outer, s.points)))
-        for flat in own:
-            plane = s.scene.faces[flat.index].plane
-            face = f"f{flat.index + 1}"
-            part = measures.share(flat, plane, outer, s.points, s.covs, s.tolerance)
-            rows["share"].append((face, *part))
-            reach = measures.protrusion(flat, plane, members, s.points, s.covs, s.tolerance)
-            rows["protrusion"].append((face, *reach))
-    for i, j, distance in gaps(s.points, s.covs, s.faces, s.edges, s.things, s.tolerance):
-        rows["gap"].append((f"t{i + 1}", f"t{j + 1}", *distance))
-        rows["gap"].append((f"t{j + 1}", f"t{i + 1}", *distance))
+        rows["part_of"].extend((part, name) for part in _named("f", thing.faces))
+        rows["part_of"].extend((part, name) for part in _named("e", thing.edges))
+    if groups:
+        named = [f"t{i}" for i, thing in enumerate(s.things, 1) if thing.faces]
+        boxes = measures.thing_boxes(table, groups)
+        rows["thing_size"].extend((name, *box) for name, box in zip(named, boxes, strict=True))
+        names = _named("f", np.concatenate([group.faces for group in groups]).tolist())
+        for functor, found in (
+            ("share", measures.shares(table, groups)),
+            ("protrusion", measures.protrusions(table, groups)),
+        ):
+            rows[functor].extend(_rows(names, found.values.tolist(), found.sds.tolist()))
+    bent = [i for i, thing in enumerate(s.things) if not thing.faces and len(s.members[i]) > 1]
+    for i in bent:
+        rows["thing_size"].append(
+            (f"t{i + 1}", *measures.box_of_points(table.points[s.members[i]]))
+        )
+    flat = [i for i, thing in enumerate(s.things) if thing.faces or thing.edges]
+    for i, j, distance in gaps(table, s.edges, tuple(s.things[i] for i in flat)):
+        one, two = f"t{flat[i] + 1}", f"t{flat[j] + 1}"
+        rows["gap"].append((one, two, *distance))
+        rows["gap"].append((two, one, *distance))
 
 
-def _pair_facts(s: _Survey, rows: _Rows) -> None:
-    names = [f"f{i}" for i in range(1, len(s.faces) + 1)]
+def _pair_facts(s: _Survey, rows: FactRows) -> None:
+    table, n = s.table, len(s.table)
+    if not n:
+        return
+    names = _names("f", n)
     angles = pairwise_angles([face.plane for face in s.scene.faces])
-    offsets = relations.offsets(s.scene, s.faces)
-    n = len(names)
+    offsets = relations.offsets(table)
     others = ~np.eye(n, dtype=bool)
     tables = (("angle", (np.rad2deg(angles[0]), np.rad2deg(angles[1]))), ("offset", offsets))
     for functor, (values, sds) in tables:
@@ -189,69 +249,108 @@ def _pair_facts(s: _Survey, rows: _Rows) -> None:
             # millions of rows: kept within zip
             rows[functor].extend(zip(repeat(name), second, value_rows[i], sd_rows[i], strict=False))
     for functor, pairs in (
-        ("opposite", relations.opposite_pairs(s.scene, s.faces, angles)),
-        ("coplanar", relations.coplanar_pairs(s.scene, angles, offsets)),
+        ("opposite", relations.opposite_pairs(table, angles)),
+        ("coplanar", relations.coplanar_pairs(table, angles, offsets)),
     ):
-        for i, j in pairs:
-            rows[functor].append((names[i], names[j]))
-            rows[functor].append((names[j], names[i]))
+        one, two = pairs.T.tolist()
+        _both_ways(rows[functor], _named("f", one), _named("f", two))
 
 
-def _contact_facts(s: _Survey, rows: _Rows) -> None:
-    edge_of = {frozenset(pair): i for i, pair in reversed(tuple(enumerate(s.edges, 1)))}
-    longest: dict[tuple[int, int], tuple[SideContact, Bend]] = {}
-    adjoining: set[tuple[int, int, int]] = set()
-    for contact, turn in s.contacts:
-        pair = (contact.first.face + 1, contact.second.face + 1)
-        edge = edge_of[frozenset((contact.shorter.start, contact.shorter.end))]
-        adjoining.add((*pair, edge))
-        if contact.against and (pair not in longest or contact.length > longest[pair][0].length):
-            longest[pair] = contact, turn
-    for i, j, edge in sorted(adjoining):
-        rows["adjoins"].append((f"f{i}", f"f{j}", f"e{edge}"))
-        rows["adjoins"].append((f"f{j}", f"f{i}", f"e{edge}"))
-    for (i, j), (_, turn) in sorted(longest.items(), key=lambda item: item[0]):
-        # the solid's angle is what is left of a straight line after the turn
-        through = float(np.rad2deg(np.pi - turn.turn))
-        way = "convex" if turn.convex else "concave" if turn.concave else None
-        for a, b in ((f"f{i}", f"f{j}"), (f"f{j}", f"f{i}")):
-            rows["dihedral"].append((a, b, through, float(np.rad2deg(turn.sd))))
-            if way is not None:
-                rows[way].append((a, b))
+def _contact_facts(s: _Survey, rows: FactRows) -> None:
+    contacts = s.contacts
+    edge_of = {frozenset(pair): i for i, pair in reversed(tuple(enumerate(s.edges.tolist())))}
+    shorter = s.table.sides.ends[contacts.shorter].tolist()
+    adjoining = {
+        (*pair, edge_of[frozenset(ends)])
+        for pair, ends in zip(contacts.faces.tolist(), shorter, strict=True)
+    }
+    if adjoining:
+        one, two, edge = zip(*sorted(adjoining), strict=True)
+        names = _named("f", one), _named("f", two), _named("e", edge)
+        _both_ways(rows["adjoins"], *names)
+    # Of each pair that run against each other the longest contact, the first of equals.
+    bent = contacts.take(contacts.against)
+    order = np.lexsort((-bent.length, bent.faces[:, 1], bent.faces[:, 0]))
+    faces = bent.faces[order]
+    new = np.ones(len(faces), dtype=np.bool_)
+    new[1:] = (faces[1:] != faces[:-1]).any(axis=1)
+    bent = bent.take(order[new])
+    # the solid's angle is what is left of a straight line after the turn
+    through, sds = np.rad2deg(np.pi - bent.turn).tolist(), np.rad2deg(bent.sd).tolist()
+    one, two = bent.faces.T.tolist()
+    _both_ways(rows["dihedral"], _named("f", one), _named("f", two), through, sds)
+    for functor, bulges in (("convex", bent.convex), ("concave", bent.concave)):
+        one, two = bent.faces[bulges].T.tolist()
+        _both_ways(rows[functor], _named("f", one), _named("f", two))
 
 
-def _height_facts(s: _Survey, rows: _Rows) -> None:
-    up = s.scene.up
-    if up is None:
+def _height_facts(s: _Survey, rows: FactRows) -> None:
+    up, table = s.scene.up, s.table
+    if up is None or not len(table):
         return
-    for flat, face in zip(s.faces, s.scene.faces, strict=True):
-        name = f"f{flat.index + 1}"
-        leaning = heights.tilt(face.plane, up)
-        rows["tilt"].append((name, *np.rad2deg(leaning).tolist()))
-        sense = heights.vertical_sense(face.plane, up)
-        if sense:
-            rows["upward" if sense > 0 else "downward"].append((name,))
-    for i, thing in enumerate(s.things, 1):
-        members = s.members(thing)
-        ground = heights.Ground.under(members, s.points, s.covs, s.tolerance, up)
-        bodies: list[tuple[str, tuple[int, ...]]] = [(f"t{i}", members)]
-        bodies += [(f"f{face + 1}", s.faces[face].members) for face in thing.faces]
-        bodies += [(f"e{edge + 1}", s.edges[edge]) for edge in thing.edges]
-        for name, own in bodies:
-            top, bottom = heights.extremes(own, ground)
-            rows["top_of"].append((name, *top))
-            rows["bottom_of"].append((name, *bottom))
-        for index in thing.faces:
-            middle = heights.elevation(s.faces[index], ground, s.covs)
-            rows["elevation"].append((f"f{index + 1}", *middle))
-    for index, free in heights.clear_below(s.scene, s.faces, s.things, s.contacts, up).items():
-        rows["clear_below"].append((f"f{index + 1}", free))
-    for i, j, share in heights.overlaps(s.scene, s.faces, up):
+    names = _names("f", len(table))
+    leaning = heights.tilts(table.planes, up)
+    degrees = np.rad2deg(leaning.values).tolist(), np.rad2deg(leaning.sds).tolist()
+    rows["tilt"].extend(_rows(names, *degrees))
+    senses = heights.vertical_senses(table.planes, up)
+    rows["upward"].extend(_rows(_named("f", np.flatnonzero(senses > 0).tolist())))
+    rows["downward"].extend(_rows(_named("f", np.flatnonzero(senses < 0).tolist())))
+    if s.things:
+        _thing_heights(s, rows, up)
+    for i, j, share in plans.overlaps(seen := plans.Plans.of(table, up)):
         rows["overlap"].append((f"f{i + 1}", f"f{j + 1}", share))
         rows["overlap"].append((f"f{j + 1}", f"f{i + 1}", share))
+    lowest = np.array([(table.points[own] @ up).min(initial=np.inf) for own in s.members])
+    for index, free in plans.clear_below(seen, s.things, lowest, s.contacts):
+        rows["clear_below"].append((f"f{index + 1}", free))
 
 
-_MAKERS: tuple[Callable[[_Survey, _Rows], None], ...] = (
+def _thing_heights(s: _Survey, rows: FactRows, up: FloatArray) -> None:
+    table = s.table
+    grounds = heights.Grounds.under(s.members, table, up)
+    bodies: list[tuple[str, int, Indices]] = []
+    for nth, (thing, members) in enumerate(zip(s.things, s.members, strict=True)):
+        bodies.append((f"t{nth + 1}", nth, members))
+        own = ((face, table.faces[face].members) for face in thing.faces)
+        bodies += [(f"f{face + 1}", nth, np.array(members)) for face, members in own]
+        bodies += [(f"e{edge + 1}", nth, s.edges[edge]) for edge in thing.edges]
+    names, things, vertices = zip(*bodies, strict=True)
+    owners = np.array(things, dtype=np.intp)
+    tops, bottoms = heights.extremes(vertices, owners, grounds, table)
+    for functor, found in (("top_of", tops), ("bottom_of", bottoms)):
+        rows[functor].extend(_rows(names, found.values.tolist(), found.sds.tolist()))
+    whole = np.array([name.startswith("t") for name in names])
+    least = np.maximum(GROUND * tops.values[whole], table.tolerance.finest)[owners]
+    low = bottoms.values <= np.maximum(least, SDS * bottoms.sds)
+    rows["on_ground"].extend((names[i],) for i in np.flatnonzero(low).tolist())
+    faces = [face for thing in s.things for face in thing.faces]
+    of = np.repeat(np.arange(len(s.things)), [len(thing.faces) for thing in s.things])
+    middles = heights.elevations(table, np.array(faces, dtype=np.intp), of, grounds)
+    rows["elevation"].extend(
+        _rows(_named("f", faces), middles.values.tolist(), middles.sds.tolist())
+    )
+
+
+def _space_facts(s: _Survey, rows: FactRows) -> None:
+    faces, points = s.table.faces, s.table.points
+    edges = [(start, end) for start, end in s.edges.tolist()]
+    for part, face in at_rim(s.scene, faces, edges, s.things):
+        rows["at_rim"].append((part, f"f{face + 1}"))
+    for i, thing in enumerate(s.things, 1):
+        if thing.whole:
+            rows["whole"].append((f"t{i}",))
+        rows["curved"].append((f"t{i}", curved_share(s.scene, faces, thing)))
+    outer = [points[members] for members in s.members]
+    for index, space in spaces(s.scene, faces, s.things, outer).items():
+        if space.footprint is not None:
+            rows["footprint"].append((f"t{index + 1}", *space.footprint))
+        rows["solidity"].append((f"t{index + 1}", *space.solidity))
+        for face, level in space.levels.items():
+            for functor, estimate in level.measures():
+                rows[functor].append((f"f{face + 1}", *estimate))
+
+
+_MAKERS: tuple[Callable[[_Survey, FactRows], None], ...] = (
     _scene_facts,
     _vertex_facts,
     _edge_facts,
@@ -260,7 +359,26 @@ _MAKERS: tuple[Callable[[_Survey, _Rows], None], ...] = (
     _pair_facts,
     _contact_facts,
     _height_facts,
+    _space_facts,
 )
+
+
+def fact_rows(scene: Scene) -> FactRows:
+    """Arguments of all facts of a scene by functor, in the schema's order.
+
+    Functors without a fact have an empty list. This is what `scene_facts` is made of, for callers
+    that need no `Fact` objects.
+
+    >>> from facetlog.perception.polyhedra import cuboid
+    >>> rows = fact_rows(cuboid(0.3, 0.2, 0.1))
+    >>> rows["thing"], rows["convex"][:2]
+    ([('t1',)], [('f1', 'f3'), ('f3', 'f1')])
+    """
+    survey = _Survey.of(scene)
+    rows: FactRows = {kind.functor: [] for kind in FACT_SCHEMA}
+    for maker in _MAKERS:
+        maker(survey, rows)
+    return rows
 
 
 def scene_facts(scene: Scene) -> tuple[Fact, ...]:
@@ -271,10 +389,8 @@ def scene_facts(scene: Scene) -> tuple[Fact, ...]:
     >>> [str(fact) for fact in facts if fact.functor in ("thing", "convex")][:3]
     ['thing(t1)', 'convex(f1, f3)', 'convex(f3, f1)']
     """
-    survey = _Survey.of(scene)
-    rows: _Rows = {kind.functor: [] for kind in FACT_SCHEMA}
-    for maker in _MAKERS:
-        maker(survey, rows)
     return tuple(
-        fact for functor, found in rows.items() for fact in map(_fact, zip(repeat(functor), found))
+        fact
+        for functor, found in fact_rows(scene).items()
+        for fact in map(_fact, zip(repeat(functor), found))
     )

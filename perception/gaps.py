@@ -13,7 +13,9 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.spatial.distance import cdist
 
-from facetlog.perception.flat_faces import Estimate, FlatFace
+from facetlog.perception.face_table import FaceTable
+from facetlog.perception.flat_faces import Estimate
+from facetlog.perception.row_table import Indices
 from facetlog.perception.things import Thing, components
 from facetlog.perception.tolerance import Tolerance
 from facetlog.perception.types import FloatArray
@@ -29,7 +31,9 @@ from facetlog.perception.witnesses import (
 
 __all__ = ["Gap", "gaps"]
 
-Indices = NDArray[np.intp]
+
+PAIRS_AT_ONCE = 2_000
+"""Pairs of things worked on in one go: of blocks some 100 MB."""
 
 
 class Gap(NamedTuple):
@@ -40,34 +44,37 @@ class Gap(NamedTuple):
     distance: Estimate
 
 
-def gaps(
-    points: FloatArray,
-    covs: FloatArray,
-    faces: tuple[FlatFace, ...],
-    edges: Sequence[tuple[int, int]],
-    things: Sequence[Thing],
-    tolerance: Tolerance,
-) -> tuple[Gap, ...]:
+def gaps(table: FaceTable, edges: Indices, things: Sequence[Thing]) -> tuple[Gap, ...]:
     """The least distance of every two things, 0 where they touch or go through each other.
 
-    `points` (n, 3) and `covs` (n, 3, 3) are the scene's vertices; lengths are in its unit. Where
-    several witnesses are as near within 3 sd, as between two faces that are parallel, the distance
-    is their mean: the least alone would be low by its noise.
+    `edges` (e, 2) are vertices. Where several witnesses are as near within 3 sd, as between two
+    faces that are parallel, the distance is their mean: the least alone would be low by its noise.
     """
     if len(things) < 2:
         return ()
-    parts = Parts.of(points, tolerance.vertex_sds, faces, edges, things)
-    noise = _noise(parts, len(things), tolerance)
-    reach = _vertex_distances(parts, len(things)) + noise
+    covs, tolerance = table.covs, table.tolerance
+    parts = Parts.of(table, edges, things)
+    count = len(things)
+    noise = _noise(parts, count, tolerance)
+    # Each pair once: other ways round, the reach is NaN, which nothing is within.
+    later = np.triu(np.ones((count, count), dtype=np.bool_), 1)
+    reach = np.where(later, _vertex_distances(parts, count) + noise, np.nan)
+    step = max(1, PAIRS_AT_ONCE // count)
     found: list[Gap] = []
-    for i in range(len(things) - 1):
-        one, rest = parts.between(i, i + 1), parts.between(i + 1, len(things))
+    for low in range(0, count - 1, step):
+        one, rest = parts.between(low, low + step), parts.between(low + 1, count)
         near = _witnesses(one, rest, reach, tolerance.finest)
-        other = np.maximum(near.one, near.two)
-        order = np.lexsort((near.rank, other))
-        near, other = near.take(order), other[order] - (i + 1)
-        distances = _distances(near, other, noise[i, i + 1 :], covs, tolerance)
-        found.extend(Gap(i, j, distance) for j, distance in enumerate(distances, i + 1))
+        pairs = low + np.argwhere(later[low : low + step, low:])
+        number = np.zeros((count, count), dtype=np.intp)
+        number[pairs[:, 0], pairs[:, 1]] = np.arange(len(pairs))
+        pair = number[np.minimum(near.one, near.two), np.maximum(near.one, near.two)]
+        order = np.lexsort((near.rank, pair))
+        distances = _distances(
+            near.take(order), pair[order], noise[pairs[:, 0], pairs[:, 1]], covs, tolerance
+        )
+        found.extend(
+            Gap(i, j, distance) for (i, j), distance in zip(pairs.tolist(), distances, strict=True)
+        )
     return tuple(found)
 
 
@@ -93,12 +100,12 @@ def _witnesses(one: Parts, rest: Parts, reach: FloatArray, slack: float) -> Witn
     return joined(
         [
             to_sides(one, rest, reach, slack),
-            to_sides(rest, one, reach, slack),
+            to_sides(rest, one, reach.T, slack),
             passing(one, rest, reach, slack),
             over_faces(one, rest, reach, slack),
-            over_faces(rest, one, reach, slack),
-            through_faces(one, rest, slack),
-            through_faces(rest, one, slack),
+            over_faces(rest, one, reach.T, slack),
+            through_faces(one, rest, reach, slack),
+            through_faces(rest, one, reach.T, slack),
         ]
     )
 

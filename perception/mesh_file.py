@@ -8,10 +8,12 @@ import numpy as np
 import shapely
 import trimesh
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 from trimesh.exchange import gltf, ply
 
 from facetlog.errors import InputError
-from facetlog.perception.flat_faces import FlatFace, flat_faces
+from facetlog.perception.face_table import flat_faces
+from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.types import FloatArray, Scene
 from facetlog.perception.whole_file import write_whole
 
@@ -21,10 +23,13 @@ __all__ = ["face_triangles", "mesh_bytes", "write_mesh"]
 _export_ply: Callable[..., bytes] = ply.export_ply
 _export_glb: Callable[..., bytes] = gltf.export_glb
 _export_gltf: Callable[..., dict[str, bytes]] = gltf.export_gltf
+_apply: Callable[..., object] = trimesh.Scene.apply_transform
 
 # Hues a golden section apart stay distinct however many there are.
 HUE_STEP = 0.6180339887
 SATURATION, BRIGHTNESS = 0.55, 0.95
+# glTF 2.0, section 3.4: +y is up.
+GLTF_UP = (0.0, 1.0, 0.0)
 # A corner this near to a vertex, as a share of the face's extent, is that vertex, rounded.
 SAME_CORNER = 1e-9
 
@@ -72,10 +77,27 @@ def _face_meshes(scene: Scene) -> Iterator[tuple[str, trimesh.Trimesh]]:
             yield f"f{face.index + 1}", mesh
 
 
+def _turned_up(up: FloatArray) -> FloatArray:
+    """The least rotation (4, 4) that brings a unit vector to the up of glTF.
+
+    >>> _turned_up(np.array([0.0, 0.0, 1.0])) @ [1.0, 2.0, 3.0, 1.0]
+    array([ 1.,  3., -2.,  1.])
+    """
+    axis = np.cross(up, GLTF_UP)
+    sine = float(np.linalg.norm(axis))
+    # upside down any level axis will do
+    level = axis / sine if sine > 0.0 else np.array([1.0, 0.0, 0.0])
+    turn = Rotation.from_rotvec(np.arctan2(sine, up @ GLTF_UP) * level)
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn.as_matrix().round(15)  # a quarter turn is written with zeros
+    return matrix
+
+
 def mesh_bytes(scene: Scene, suffix: str) -> bytes:
     """The scene's faces as `.ply`, `.glb` or `.gltf`, in the scene's coordinates and unit.
 
-    In glTF every face is a node (f1, f2, …) of its own. Loose edges are left out.
+    In glTF every face is a node (f1, f2, …) of its own, turned so that up, where it is known, is
+    the format's. Loose edges are left out.
     """
     meshes = dict(_face_meshes(scene))
     if not meshes:
@@ -85,6 +107,8 @@ def mesh_bytes(scene: Scene, suffix: str) -> bytes:
     graph = trimesh.Scene()
     for name, mesh in meshes.items():
         graph.add_geometry(mesh, node_name=name, geom_name=name)
+    if scene.up is not None:
+        _apply(graph, _turned_up(scene.up))
     if suffix == ".glb":
         return bytes(_export_glb(graph))
     if suffix == ".gltf":

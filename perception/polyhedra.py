@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from facetlog.perception.types import Edge, Face, FloatArray, Plane, Scene, Vertex
+from facetlog.perception.types import Edge, Face, FloatArray, Patch, Plane, Scene, Vertex
 
 __all__ = [
     "CUBOID_SIDES",
@@ -361,4 +361,9 @@ def moved(
         None if scene.up is None else turn @ scene.up,
         scene.metric,
         scene.warnings,
+        tuple(
+            Patch(scale * p.points @ turn.T + shift, p.normals @ turn.T, scale**2 * p.areas, p.hull)
+            for p in scene.patches
+        ),
+        scene.bodies,
     )

@@ -1,16 +1,15 @@
 """How two faces lie to each other: offset, opposite, coplanar; all pairs at once."""
 
-from collections.abc import Sequence
-
 import numpy as np
-import shapely
-from numpy.typing import NDArray
 
-from facetlog.perception.flat_faces import FlatFace, plane_axes
-from facetlog.perception.tolerance import ANGLE_RESOLUTION, SDS, Tolerance
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.face_table import FaceTable
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.outlines import Outlines
+from facetlog.perception.row_table import Indices, row_sums
+from facetlog.perception.tolerance import ANGLE_RESOLUTION, SDS
+from facetlog.perception.types import FloatArray
 
-__all__ = ["coplanar_pairs", "offsets", "opposite_pairs", "projected"]
+__all__ = ["coplanar_pairs", "offsets", "opposite_pairs", "seen_along"]
 
 # First-order angles are calibrated up to 7° and mean little beyond 15°.
 VAGUE = np.deg2rad(15.0)
@@ -20,89 +19,54 @@ OPPOSITE_LEAST = np.deg2rad(5.0)
 LEAST_FACING = 0.01
 
 
-def middle_cov(scene: Scene, face: FlatFace) -> FloatArray:
-    """Covariance (3, 3) of a face's middle: Σ J C Jᵀ over its vertices."""
-    covs = np.array([scene.vertices[i].cov for i in face.members])
-    slopes = face.middle_slope
-    return np.asarray((slopes @ covs @ slopes.transpose(0, 2, 1)).sum(axis=0))
-
-
-def offsets(scene: Scene, faces: tuple[FlatFace, ...]) -> tuple[FloatArray, FloatArray]:
+def offsets(table: FaceTable) -> tuple[FloatArray, FloatArray]:
     """Signed distances [i, j] of the middle of face i from the plane of face j, and their 1σ."""
-    n = len(faces)
-    middles = np.array([f.middle for f in faces]).reshape(n, 3)
-    middle_covs = np.array([middle_cov(scene, face) for face in faces]).reshape(n, 9)
-    planes = [scene.faces[f.index].plane for f in faces]
-    normals = np.array([p.normal for p in planes]).reshape(n, 3)
-    plane_covs = np.array([p.cov for p in planes]).reshape(n, 16)
-    levers = np.column_stack([middles, np.ones(n)])
-    variance = (levers[:, :, None] * levers[:, None, :]).reshape(n, 16) @ plane_covs.T
-    variance += middle_covs @ (normals[:, :, None] * normals[:, None, :]).reshape(n, 9).T
-    signed = middles @ normals.T + np.array([p.offset for p in planes])
-    return signed, np.sqrt(np.maximum(variance, 0.0))
+    slopes, members = table.members.middle_slope, table.members
+    # Of a middle: Σ J C Jᵀ over its vertices.
+    covs = row_sums(slopes @ table.covs[members.vertex] @ slopes.transpose(0, 2, 1), members.counts)
+    return table.planes.distances(table.middles, covs)
 
 
 def coplanar_pairs(
-    scene: Scene,
+    table: FaceTable,
     angles: tuple[FloatArray, FloatArray],
     distances: tuple[FloatArray, FloatArray],
-) -> list[tuple[int, int]]:
-    """Pairs (i < j) in one plane: normals parallel or opposed, middles in each other's plane."""
+) -> Indices:
+    """Pairs (p, 2), i < j, in one plane: normals parallel or opposed, middles in the planes."""
     off = np.minimum(angles[0], np.pi - angles[0])
     flat = off <= np.minimum(SDS * angles[1], VAGUE) + ANGLE_RESOLUTION
-    near = np.abs(distances[0]) <= Tolerance.of(scene).within(distances[1])
-    return [(i, j) for i, j in np.argwhere(np.triu(flat & near & near.T, 1)).tolist()]
+    near = np.abs(distances[0]) <= table.tolerance.within(distances[1])
+    return np.argwhere(np.triu(flat & near & near.T, 1))
 
 
-def projected(
-    faces: Sequence[FlatFace], points: FloatArray, axes: Sequence[FloatArray]
-) -> NDArray[np.object_]:
-    """Polygon (n,) of every face in a frame (2, 3) of its own: its outline as seen along that."""
-    coordinates: list[FloatArray] = []
-    ring_of: list[int] = []
-    polygon_of: list[int] = []
-    for nth, (face, frame) in enumerate(zip(faces, axes, strict=True)):
-        for ring in face.rings:
-            coordinates.append(points[list(ring)] @ frame.T)
-            ring_of += [len(polygon_of)] * len(ring)
-            polygon_of.append(nth)
-    rings = shapely.linearrings(np.concatenate(coordinates), indices=ring_of)
-    polygons = shapely.polygons(rings, indices=polygon_of)
-    crossed = ~shapely.is_valid(polygons)
-    polygons[crossed] = shapely.buffer(polygons[crossed], 0.0)
-    return np.asarray(polygons, dtype=np.object_)
+def seen_along(table: FaceTable, faces: Indices, frames: FloatArray) -> Outlines:
+    """Outlines (r,) of faces (r,) in frames (r, 2, 3) of their own, or in one (2, 3) for all."""
+    points = table.points
+    frames = np.broadcast_to(frames, (len(faces), 2, 3))
+    loops = points[table.outlines[faces]] @ frames.transpose(0, 2, 1)
+
+    def rings_of(row: int) -> list[FloatArray]:
+        rings = table.faces[faces[row]].rings
+        return [points[list(ring)] @ frames[row].T for ring in rings]
+
+    return Outlines.of(loops, table.sizes[faces], table.convex[faces], rings_of)
 
 
-def opposite_pairs(
-    scene: Scene, faces: tuple[FlatFace, ...], angles: tuple[FloatArray, FloatArray]
-) -> list[tuple[int, int]]:
-    """Pairs (i < j) with opposed normals whose outlines overlap along the mean normal."""
-    points = scene.points
+def opposite_pairs(table: FaceTable, angles: tuple[FloatArray, FloatArray]) -> Indices:
+    """Pairs (p, 2), i < j, with opposed normals whose outlines overlap along the mean normal."""
     limit = np.clip(SDS * angles[1], OPPOSITE_LEAST, VAGUE)
     opposed = np.argwhere(np.triu(np.pi - angles[0] <= limit, 1))
-    if not len(opposed):
-        return []
-    middles = np.array([f.middle for f in faces])
-    normals = np.array([f.normal for f in faces])
-    radii = np.array(
-        [np.linalg.norm(points[list(f.outline)] - f.middle, axis=1).max() for f in faces]
-    )
     one, two = opposed.T
+    normals, middles = table.planes.normals, table.middles
+    radii = np.sqrt((table.flat * table.flat).sum(axis=2).max(axis=1, initial=0.0))
     between = middles[two] - middles[one]
     mean = normals[one] - normals[two]
     mean /= np.linalg.norm(mean, axis=1)[:, None]
-    aside = between - np.einsum("ij,ij->i", between, mean)[:, None] * mean
+    aside = between - (between * mean).sum(axis=1)[:, None] * mean
     close = np.linalg.norm(aside, axis=1) < radii[one] + radii[two]
-    one, two, mean = one[close], two[close], mean[close]
-    if not len(one):
-        return []
-    frames = [
-        plane_axes(normal, faces[i].axes[0]) for i, normal in zip(one.tolist(), mean, strict=True)
-    ]
-    first, second = (
-        projected([faces[i] for i in rows], points, frames) for rows in (one.tolist(), two.tolist())
-    )
-    least = np.minimum(shapely.area(first), shapely.area(second))
-    shared = shapely.area(shapely.intersection(first, second))
-    facing = (least > 0.0) & (shared >= LEAST_FACING * least)
-    return list(zip(one[facing].tolist(), two[facing].tolist(), strict=True))
+    opposed, mean = opposed[close], mean[close]
+    frames = plane_axes(mean, table.axes[opposed[:, 0], 0])
+    first, second = (seen_along(table, rows, frames) for rows in opposed.T)
+    least = np.minimum(first.areas, second.areas)
+    facing = (least > 0.0) & (first.shared_areas(second) >= LEAST_FACING * least)
+    return np.asarray(opposed[facing], dtype=np.intp)

@@ -5,18 +5,22 @@ with every bit it left with.
 """
 
 import json
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, NamedTuple
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt, ValidationError
 
 from facetlog.errors import InputError
 from facetlog.perception.types import (
+    Body,
     Edge,
     Evidence,
     Face,
     FloatArray,
     Observation,
+    Patch,
     Plane,
     PositionLabel,
     Scene,
@@ -26,6 +30,8 @@ from facetlog.perception.whole_file import write_whole
 
 __all__ = [
     "FORMAT",
+    "SceneFault",
+    "SceneFileError",
     "read_scene",
     "scene_from_json",
     "scene_schema",
@@ -35,6 +41,26 @@ __all__ = [
 
 FORMAT = "facetlog-scene/1"
 SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+class SceneFault(NamedTuple):
+    """What is wrong in a scene file, and where: a JSON path as $.faces[3].outline."""
+
+    path: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.message}"
+
+
+class SceneFileError(InputError):
+    """The file is no `facetlog-scene/1`: the message tells the first of its `faults`."""
+
+    def __init__(self, source: str, faults: tuple[SceneFault, ...]) -> None:
+        more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
+        super().__init__(f"{source}: {faults[0]}{more}")
+        self.faults = faults
+
 
 Vector2 = tuple[FiniteFloat, FiniteFloat]
 Vector3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
@@ -92,6 +118,24 @@ class FaceRecord(_Record):
     evidence: Evidence = Evidence.MEASURED
 
 
+class PatchRecord(_Record):
+    """Surface that is not flat: points, their outward unit normals (or zeros), areas."""
+
+    points: tuple[Vector3, ...]
+    normals: tuple[Vector3, ...]
+    areas: tuple[Annotated[FiniteFloat, Field(ge=0.0)], ...]
+    hull: tuple[NonNegativeInt, ...] = ()
+
+
+class BodyRecord(_Record):
+    """One object: its faces, edges and patches (indices); whole if known from all sides."""
+
+    faces: tuple[NonNegativeInt, ...] = ()
+    edges: tuple[NonNegativeInt, ...] = ()
+    patches: tuple[NonNegativeInt, ...] = ()
+    whole: bool = False
+
+
 class SceneRecord(_Record):
     """A reconstructed scene: vertices, edges and flat faces with their uncertainty."""
 
@@ -108,6 +152,8 @@ class SceneRecord(_Record):
     edges: tuple[EdgeRecord, ...] = ()
     faces: tuple[FaceRecord, ...] = ()
     warnings: tuple[str, ...] = ()
+    patches: tuple[PatchRecord, ...] = ()
+    bodies: tuple[BodyRecord, ...] = ()
 
 
 def scene_schema() -> str:
@@ -166,80 +212,151 @@ def scene_to_json(scene: Scene) -> str:
             for face in scene.faces
         ],
         "warnings": scene.warnings,
+        "patches": [
+            {
+                "points": _rows(patch.points),
+                "normals": _rows(patch.normals),
+                "areas": _rows(patch.areas),
+                "hull": patch.hull,
+            }
+            for patch in scene.patches
+        ],
+        "bodies": [
+            {
+                "faces": body.faces,
+                "edges": body.edges,
+                "patches": body.patches,
+                "whole": body.whole,
+            }
+            for body in scene.bodies
+        ],
     }
     return json.dumps(content, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def _json_path(place: tuple[int | str, ...]) -> str:
+_Place = tuple[int | str, ...]
+
+
+def _json_path(place: _Place) -> str:
     return "$" + "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)
 
 
-def _face(record: FaceRecord, place: str) -> Face:
-    try:
-        plane = Plane(record.plane.normal, record.plane.offset, record.plane.cov)  # type: ignore[arg-type]
-        return Face(
-            record.outline, plane, record.holes, record.support, record.coverage, record.evidence
-        )
-    except ValueError as exc:
-        raise InputError(f"{place}: {exc}") from exc
+def _frozen(rows: Sequence[object]) -> FloatArray:
+    """All rows as one array that is not writeable: what is cut from it need not be copied."""
+    array = np.array(rows, dtype=np.float64)
+    array.setflags(write=False)
+    return array
 
 
-def _check_indices(record: SceneRecord, source: str) -> None:
-    """Raise InputError at the first index of a vertex or view that the scene does not have."""
+def _faces(records: Sequence[FaceRecord], source: str) -> Iterator[Face]:
+    normals = _frozen([r.plane.normal for r in records])
+    covs = _frozen([r.plane.cov for r in records])
+    for i, (r, normal, cov) in enumerate(zip(records, normals, covs, strict=True)):
+        try:
+            plane = Plane(normal, r.plane.offset, cov)
+            yield Face(r.outline, plane, r.holes, r.support, r.coverage, r.evidence)
+        except ValueError as exc:
+            raise SceneFileError(source, (SceneFault(f"$.faces[{i}]", str(exc)),)) from exc
+
+
+def _vertices(records: Sequence[VertexRecord]) -> Iterator[Vertex]:
+    points = _frozen([r.point for r in records])
+    covs = _frozen([r.cov for r in records])
+    for r, point, cov in zip(records, points, covs, strict=True):
+        yield Vertex(point, cov, tuple(_observations(r.observations)), r.label)
+
+
+def _observations(records: Sequence[ObservationRecord]) -> Iterator[Observation]:
+    if records:
+        pixels = _frozen([r.uv for r in records])
+        covs = _frozen([r.cov for r in records])
+        for r, uv, cov in zip(records, pixels, covs, strict=True):
+            yield Observation(r.view, uv, cov)
+
+
+def _references(record: SceneRecord) -> Iterator[tuple[_Place, str, int, int]]:
+    """Where indices stand, of what they are, the highest of them, and how many there are of it."""
     vertices, views = len(record.vertices), len(record.views)
-    loops: list[tuple[str, tuple[int, ...]]] = []
-    for i, edge in enumerate(record.edges):
-        loops += [(f"edges[{i}].start", (edge.start,)), (f"edges[{i}].end", (edge.end,))]
-    for i, face in enumerate(record.faces):
-        loops.append((f"faces[{i}].outline", face.outline))
-        loops += [(f"faces[{i}].holes[{j}]", hole) for j, hole in enumerate(face.holes)]
-    for place, loop in loops:
-        if max(loop) >= vertices:
-            raise InputError(
-                f"{source}: $.{place}: vertex {max(loop)} does not exist, there are {vertices}"
-            )
     for i, vertex in enumerate(record.vertices):
         for j, seen in enumerate(vertex.observations):
-            if seen.view >= views:
-                raise InputError(
-                    f"{source}: $.vertices[{i}].observations[{j}].view: "
-                    f"view {seen.view} does not exist, there are {views}"
-                )
+            yield ("vertices", i, "observations", j, "view"), "view", seen.view, views
+    for i, edge in enumerate(record.edges):
+        yield ("edges", i, "start"), "vertex", edge.start, vertices
+        yield ("edges", i, "end"), "vertex", edge.end, vertices
+    for i, face in enumerate(record.faces):
+        yield ("faces", i, "outline"), "vertex", max(face.outline), vertices
+        for j, hole in enumerate(face.holes):
+            yield ("faces", i, "holes", j), "vertex", max(hole), vertices
+    for i, patch in enumerate(record.patches):
+        yield ("patches", i, "hull"), "vertex", max(patch.hull, default=-1), vertices
+    for i, body in enumerate(record.bodies):
+        yield ("bodies", i, "faces"), "face", max(body.faces, default=-1), len(record.faces)
+        yield ("bodies", i, "edges"), "edge", max(body.edges, default=-1), len(record.edges)
+        yield ("bodies", i, "patches"), "patch", max(body.patches, default=-1), len(record.patches)
+
+
+def _missing(record: SceneRecord) -> Iterator[SceneFault]:
+    """Faults for what indices name and the scene does not have."""
+    for place, kind, highest, count in _references(record):
+        if highest >= count:
+            yield SceneFault(
+                _json_path(place), f"{kind} {highest} does not exist, there are {count}"
+            )
+
+
+def _record(text: str | bytes, source: str) -> SceneRecord:
+    """What a JSON text says, in which all indices name something; SceneFileError otherwise."""
+    try:
+        record = SceneRecord.model_validate_json(text)
+    except ValidationError as exc:
+        faults = tuple(
+            SceneFault(_json_path(fault["loc"]), " ".join(fault["msg"].split()))
+            for fault in exc.errors(include_url=False)
+        )
+        raise SceneFileError(source, faults) from exc
+    missing = tuple(_missing(record))
+    if missing:
+        raise SceneFileError(source, missing)
+    return record
 
 
 def scene_from_json(text: str | bytes, source: str = "scene") -> Scene:
     """The scene of a JSON text; `source` is what messages call it.
 
-    Raises InputError, in one line with the JSON path, if the text is no `facetlog-scene/1`.
+    Raises SceneFileError, in one line with the JSON path, if the text is no `facetlog-scene/1`.
     """
+    record = _record(text, source)
     try:
-        record = SceneRecord.model_validate_json(text)
-    except ValidationError as exc:
-        first = exc.errors(include_url=False)[0]
-        more = f" (and {exc.error_count() - 1} more)" if exc.error_count() > 1 else ""
-        message = " ".join(first["msg"].split())
-        raise InputError(f"{source}: {_json_path(first['loc'])}: {message}{more}") from exc
-    _check_indices(record, source)
+        return _scene(record, source)
+    except ValueError as exc:
+        raise SceneFileError(source, (SceneFault("$", str(exc)),)) from exc
+
+
+def _patch(record: PatchRecord, index: int, source: str) -> Patch:
+    count = len(record.points)
+    if len(record.normals) != count or len(record.areas) != count:
+        said = (
+            f"{count} points, {len(record.normals)} normals and {len(record.areas)} areas: "
+            "give as many of each"
+        )
+        raise SceneFileError(source, (SceneFault(f"$.patches[{index}]", said),))
+    points = np.array(record.points, dtype=np.float64).reshape(count, 3)
+    normals = np.array(record.normals, dtype=np.float64).reshape(count, 3)
+    return Patch(points, normals, np.array(record.areas, dtype=np.float64), record.hull)
+
+
+def _scene(record: SceneRecord, source: str) -> Scene:
     return Scene(
         record.name,
         record.views,
-        tuple(
-            Vertex(
-                vertex.point,  # type: ignore[arg-type]
-                vertex.cov,  # type: ignore[arg-type]
-                tuple(
-                    Observation(seen.view, seen.uv, seen.cov)  # type: ignore[arg-type]
-                    for seen in vertex.observations
-                ),
-                vertex.label,
-            )
-            for vertex in record.vertices
-        ),
+        tuple(_vertices(record.vertices)),
         tuple(Edge(e.start, e.end, e.support, e.evidence) for e in record.edges),
-        tuple(_face(f, f"{source}: $.faces[{i}]") for i, f in enumerate(record.faces)),
+        tuple(_faces(record.faces, source)),
         record.up,  # type: ignore[arg-type]
         record.metric,
         record.warnings,
+        tuple(_patch(p, i, source) for i, p in enumerate(record.patches)),
+        tuple(Body(b.faces, b.edges, b.patches, b.whole) for b in record.bodies),
     )
 
 

@@ -1,18 +1,16 @@
 """Many faces at once, as arrays: heights over them, feet inside them, weights of their vertices."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.flat_faces import FlatFace
+from facetlog.perception.face_table import FaceTable
+from facetlog.perception.row_table import Indices
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Sheets"]
-
-Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -36,31 +34,25 @@ class Sheets:
     levers: FloatArray
 
     @classmethod
-    def of(cls, faces: Sequence[FlatFace], points: FloatArray) -> "Sheets":
-        """The faces, in order; `points` (n, 3) are the scene's vertices."""
-        longest = max((len(f.outline) for f in faces), default=0)
-        loops = [points[list(f.outline)] for f in faces]
-        outlines = np.zeros((len(faces), longest), dtype=np.intp)
-        centres, shares = np.zeros((len(faces), 2)), np.zeros((len(faces), longest))
-        levers = np.zeros((len(faces), 2, longest))
-        for nth, (face, loop) in enumerate(zip(faces, loops, strict=True)):
-            count = len(loop)
-            flat = face.flatten(loop)
-            centres[nth] = flat.mean(axis=0)
-            spokes = flat - centres[nth]
-            outlines[nth, :count], shares[nth, :count] = face.outline, 1.0 / count
-            levers[nth, :, :count] = np.linalg.pinv(spokes.T @ spokes, hermitian=True) @ spokes.T
+    def of(cls, table: FaceTable, faces: Indices) -> "Sheets":
+        """Some faces (f,) of a scene, in this order."""
+        outlines, there, flat = table.outlines[faces], table.there[faces], table.flat[faces]
+        loops = table.points[outlines]
+        shares = there / there.sum(axis=1)[:, None]
+        centres = (shares[:, None] @ flat)[:, 0]
+        spokes = np.where(there[..., None], flat - centres[:, None], 0.0)
+        across = spokes.transpose(0, 2, 1)
         return cls(
-            np.array([f.normal for f in faces]).reshape(-1, 3),
-            np.array([f.middle for f in faces]).reshape(-1, 3),
-            np.array([f.axes for f in faces]).reshape(-1, 2, 3),
-            np.array([f.polygon for f in faces], dtype=np.object_),
-            np.array([loop.min(axis=0) for loop in loops]).reshape(-1, 3),
-            np.array([loop.max(axis=0) for loop in loops]).reshape(-1, 3),
-            outlines,
+            table.planes.normals[faces],
+            table.middles[faces],
+            table.axes[faces],
+            table.polygons[faces],
+            loops.min(axis=1),
+            loops.max(axis=1),
+            np.where(there, outlines, 0),
             centres,
             shares,
-            levers,
+            np.linalg.pinv(across @ spokes, hermitian=True) @ across,
         )
 
     def part(self, rows: slice) -> "Sheets":

@@ -13,24 +13,17 @@ a sheet. Then cores join where they touch, unless one merely stands on a face of
 """
 
 from collections import defaultdict
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from facetlog.perception.behind import stands_behind
-from facetlog.perception.contacts import (
-    Bend,
-    SideContact,
-    plane_gaps,
-    touches,
-)
+from facetlog.perception.contacts import SideContacts, touches
+from facetlog.perception.face_table import FaceTable
 from facetlog.perception.flat_faces import FlatFace
-from facetlog.perception.tolerance import Tolerance
+from facetlog.perception.row_table import Bools, Indices, row_starts, row_table
 from facetlog.perception.types import FloatArray, Scene
 
 __all__ = ["Thing", "components", "find_things"]
@@ -44,15 +37,18 @@ RIM_SHARE = 0.05
 # The normal must point this far above or below the horizon to carry or to hang: sin 30°.
 LEVEL_ENOUGH = 0.5
 
-BentContacts = tuple[tuple[SideContact, Bend], ...]
-
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """Faces and loose edges (indices into the scene) that are judged as one object."""
+    """Faces, loose edges and patches (indices into the scene) that are judged as one object.
+
+    `whole` says that its surface is known from all sides.
+    """
 
     faces: tuple[int, ...]
     edges: tuple[int, ...]
+    patches: tuple[int, ...] = ()
+    whole: bool = False
 
 
 def components(count: int, pairs: Iterable[tuple[int, int]]) -> tuple[int, ...]:
@@ -61,119 +57,167 @@ def components(count: int, pairs: Iterable[tuple[int, int]]) -> tuple[int, ...]:
     >>> components(4, [(3, 1)])
     (0, 1, 2, 1)
     """
-    joined = np.array(list(pairs), dtype=np.int64).reshape(-1, 2)
-    graph = coo_array((np.ones(len(joined)), (joined[:, 0], joined[:, 1])), shape=(count, count))
-    labels = connected_components(graph, directed=False)[1].tolist() if count else []
-    names: dict[Hashable, int] = {}
-    return tuple(names.setdefault(label, len(names)) for label in labels)
+    parent = list(range(count))
 
+    def root(node: int) -> int:
+        while parent[node] != node:
+            parent[node] = node = parent[parent[node]]
+        return node
 
-@dataclass(frozen=True, slots=True)
-class _Meeting:
-    """Part `part` (faces first, then loose edges) meets face `face` at some vertices.
-
-    `at_rim` says that it is at the face's outline; `by_side`, that a whole side runs along there.
-    """
-
-    part: int
-    face: int
-    vertices: tuple[int, ...]
-    at_rim: bool
-    by_side: bool = False
+    for one, two in pairs:
+        first, second = root(one), root(two)
+        parent[max(first, second)] = min(first, second)
+    names: dict[int, int] = {}
+    return tuple(names.setdefault(root(node), len(names)) for node in range(count))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Parts:
-    """The scene's faces and then its loose edges, numbered as parts; who holds which vertex."""
+    """The scene's faces and then its loose edges, numbered as parts; who holds which vertex.
 
-    scene: Scene
-    points: FloatArray
-    faces: tuple[FlatFace, ...]
-    members: tuple[tuple[int, ...], ...]
-    holders: dict[int, tuple[int, ...]]
+    Part `part` (h,) has the vertex `vertex` (h,); those of a part stand together, `counts` (p,) of
+    them. `loose` (l, 2) are the loose edges' ends.
+    """
+
+    table: FaceTable
+    up: FloatArray | None
+    loose: Indices
+    part: Indices
+    vertex: Indices
+    counts: Indices
 
     @classmethod
-    def of(cls, scene: Scene, faces: tuple[FlatFace, ...], loose: tuple[int, ...]) -> "_Parts":
-        ends = ((scene.edges[i].start, scene.edges[i].end) for i in loose)
-        members = (*(f.members for f in faces), *ends)
-        holders: dict[int, tuple[int, ...]] = {}
-        for part, own in enumerate(members):
-            for vertex in own:
-                holders[vertex] = (*holders.get(vertex, ()), part)
-        return cls(scene, scene.points, faces, members, holders)
+    def of(cls, table: FaceTable, up: FloatArray | None, loose: Indices) -> "_Parts":
+        counts = np.concatenate((table.members.counts, np.full(len(loose), 2)))
+        vertex = np.concatenate((table.members.vertex, loose.ravel()))
+        return cls(table, up, loose, np.repeat(np.arange(len(counts)), counts), vertex, counts)
 
     @property
-    def used(self) -> NDArray[np.intp]:
-        """All vertices that some part has."""
-        return np.array(sorted(self.holders), dtype=np.intp)
+    def used(self) -> Indices:
+        """All vertices that some part has, ascending."""
+        return np.unique(self.vertex)
 
-    def on_loose_edges(self) -> list[tuple[int, int]]:
-        """(vertex, part) wherever a vertex lies on a loose edge that does not end there."""
-        points, used = self.points, self.used
-        tolerance = Tolerance.of(self.scene)
+    def holders(self, vertices: Indices) -> tuple[Indices, Indices]:
+        """(place among `vertices`, part) (m,) each, for all parts that have one of these (v,)."""
+        order = np.argsort(self.vertex, kind="stable")
+        ordered = self.vertex[order]
+        first = np.searchsorted(ordered, vertices, "left")
+        counts = np.searchsorted(ordered, vertices, "right") - first
+        steps = np.arange(int(counts.sum())) - np.repeat(row_starts(counts), counts)
+        return np.repeat(np.arange(len(vertices)), counts), self.part[
+            order[np.repeat(first, counts) + steps]
+        ]
+
+    def on_loose_edges(self) -> tuple[Indices, Indices]:
+        """(vertex, part) (m,) each, wherever a vertex lies on a loose edge that ends elsewhere."""
+        points, used, tolerance = self.table.points, self.used, self.table.tolerance
         sds = tolerance.vertex_sds
-        found: list[tuple[int, int]] = []
-        for part in range(len(self.faces), len(self.members)):
-            start, end = self.members[part]
-            span = points[end] - points[start]
-            square = max(float(span @ span), 1e-300)
-            t = np.clip((points[used] - points[start]) @ span / square, 0.0, 1.0)
-            gap = np.linalg.norm(points[used] - points[start] - t[:, None] * span, axis=1)
-            slack = np.hypot(sds[used], max(sds[start], sds[end]))
-            near = (gap <= tolerance.within(slack)) & ~np.isin(used, (start, end))
-            found += [(v, part) for v in used[near].tolist()]
-        return found
-
-    def meetings(self, contacts: BentContacts) -> Iterator[_Meeting]:
-        """All meetings of parts with faces; a pair may have several."""
-        for contact, _ in contacts:
-            ends = (contact.shorter.start, contact.shorter.end)
-            outer = not (contact.first.in_hole or contact.second.in_hole)
-            for side, other in ((contact.first, contact.second), (contact.second, contact.first)):
-                by_side = outer and contact.against
-                yield _Meeting(other.face, side.face, ends, not side.in_hole, by_side)
-        count = len(self.faces)
-        corners = [(v, part) for v, parts in self.holders.items() for part in parts]
-        for vertex, part in (*corners, *self.on_loose_edges()):
-            for face in self.holders[vertex]:
-                if face < count and face != part:
-                    yield _Meeting(part, face, (vertex,), vertex in self.faces[face].outline)
-        for vertex, face, depth in touches(self.scene, self.faces, self.used):
-            outline = self.faces[face].flatten(self.points[list(self.faces[face].outline)])
-            rim = depth <= RIM_SHARE * float(np.ptp(outline, axis=0).min())
-            for part in self.holders[vertex]:
-                yield _Meeting(part, face, (vertex,), rim)
+        ends = points[self.loose]
+        span = ends[:, 1] - ends[:, 0]
+        square = np.maximum((span * span).sum(axis=1), 1e-300)
+        beside = points[used][:, None] - ends[:, 0]
+        t = np.clip((beside * span).sum(axis=2) / square, 0.0, 1.0)
+        gap = np.linalg.norm(beside - t[:, :, None] * span, axis=2)
+        slack = np.hypot(sds[used][:, None], sds[self.loose].max(axis=1))
+        own = (used[:, None, None] == self.loose).any(axis=2)
+        row, edge = np.nonzero((gap <= tolerance.within(slack)) & ~own)
+        return used[row], len(self.table) + edge
 
 
 def _loose_pairs(parts: _Parts) -> Iterator[tuple[int, int]]:
     """Pairs of loose edges that share an end, or of which one ends on the other."""
-    count = len(parts.faces)
-    for held in parts.holders.values():
-        edges = [part for part in held if part >= count]
-        yield from pairwise(edges)
-    for vertex, edge in parts.on_loose_edges():
-        yield from ((edge, part) for part in parts.holders[vertex] if part >= count)
+    count = len(parts.table)
+    if not len(parts.loose):
+        return
+    row, part = parts.holders(parts.used)
+    for held in np.split(part, np.cumsum(np.bincount(row))[:-1]):
+        yield from pairwise(held[held >= count].tolist())
+    vertex, edge = parts.on_loose_edges()
+    row, part = parts.holders(vertex)
+    keep = part >= count
+    yield from zip(edge[row[keep]].tolist(), part[keep].tolist(), strict=True)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Cores:
-    """The core of every part, and which cores are bodies (have a convex edge)."""
+    """The core (p,) of every part, and whether each core (c,) is a body (has a convex edge)."""
 
-    of: tuple[int, ...]
-    bodies: frozenset[int]
+    of: Indices
+    bodies: Bools
 
     @classmethod
-    def among(cls, parts: _Parts, contacts: BentContacts) -> "_Cores":
-        joined = list(_loose_pairs(parts))
-        convex: list[int] = []
-        for contact, turn in contacts:
-            if contact.against:
-                if not turn.concave and not turn.back_to_back:
-                    joined.append((contact.first.face, contact.second.face))
-                if turn.convex:
-                    convex.append(contact.first.face)
-        groups = components(len(parts.members), joined)
-        return cls(groups, frozenset(groups[face] for face in convex))
+    def among(cls, parts: _Parts, contacts: SideContacts) -> "_Cores":
+        bent = contacts.take(contacts.against)
+        flush = bent.faces[~bent.concave & ~bent.back_to_back].tolist()
+        groups = np.array(
+            components(len(parts.counts), [*_loose_pairs(parts), *flush]), dtype=np.intp
+        )
+        bodies = np.zeros(int(groups.max()) + 1, dtype=np.bool_)
+        bodies[groups[bent.faces[bent.convex, 0]]] = True
+        return cls(groups, bodies)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Meetings:
+    """Parts (m,) that meet faces (m,), at a vertex each; two of them where a side runs along.
+
+    `at_rim` says that it is at the face's outline; `by_side`, that a whole side runs along there.
+    """
+
+    part: Indices
+    face: Indices
+    vertex: Indices
+    at_rim: Bools
+    by_side: Bools
+
+
+def _meetings(
+    parts: _Parts, cores: _Cores, contacts: SideContacts, near: Bools
+) -> tuple[_Meetings, ...]:
+    """All meetings of parts with faces of other cores; `near` (v, f): which of the used vertices
+    are at a face's plane.
+    """
+    found: list[_Meetings] = []
+
+    def add(part: Indices, face: Indices, vertex: Indices, at_rim: Bools, by_side: Bools) -> None:
+        keep = cores.of[part] != cores.of[face]
+        found.append(_Meetings(part[keep], face[keep], vertex[keep], at_rim[keep], by_side[keep]))
+
+    table = parts.table
+    sides, count = table.sides, len(table)
+    in_hole = np.column_stack([sides.in_hole[contacts.first], sides.in_hole[contacts.second]])
+    by_side = contacts.against & ~in_hole.any(axis=1)
+    for own, other in ((0, 1), (1, 0)):
+        for end in (0, 1):
+            vertex = sides.ends[contacts.shorter, end]
+            faces = contacts.faces
+            add(faces[:, other], faces[:, own], vertex, ~in_hole[:, own], by_side)
+
+    on_edge = parts.on_loose_edges()
+    vertex = np.concatenate((parts.vertex, on_edge[0]))
+    part = np.concatenate((parts.part, on_edge[1]))
+    row, face = parts.holders(vertex)
+    keep = face < count
+    row, face = row[keep], face[keep]
+    vertex = vertex[row]
+    rim = (table.outlines[face] == vertex[:, None]).any(axis=1)
+    add(part[row], face, vertex, rim, np.zeros(len(row), dtype=np.bool_))
+
+    # A vertex may lie within a face: it matters where some part that has it is of another core.
+    row, face = np.nonzero(near)
+    vertex = parts.used[row]
+    row, part = parts.holders(vertex)
+    inside, apart = np.zeros((2, len(vertex)), dtype=np.bool_)
+    inside[row[part == face[row]]] = True
+    apart[row[cores.of[part] != cores.of[face[row]]]] = True
+    vertex, face = vertex[apart & ~inside], face[apart & ~inside]
+    touching = touches(table, vertex, face)
+    width = np.ptp(table.flat, axis=1).min(axis=1)[touching.face]
+    row, part = parts.holders(touching.vertex)
+    rim = (touching.depth <= RIM_SHARE * width)[row]
+    no_side = np.zeros(len(row), dtype=np.bool_)
+    add(part, touching.face[row], touching.vertex[row], rim, no_side)
+    return tuple(found)
 
 
 def _reaches_on(face: FlatFace, span: FloatArray, points: FloatArray) -> bool:
@@ -204,90 +248,108 @@ class _Stance:
 
 
 def _stances(
-    parts: _Parts, cores: _Cores, contacts: BentContacts
+    parts: _Parts, cores: _Cores, contacts: SideContacts
 ) -> dict[tuple[int, int], _Stance]:
     """For each core and each face of another core that it meets, its stance."""
-    used = parts.used
-    row = {vertex: nth for nth, vertex in enumerate(used.tolist())}
-    gaps, limits = plane_gaps(parts.scene, used)
     stances: dict[tuple[int, int], _Stance] = defaultdict(_Stance)
-    for meeting in parts.meetings(contacts):
-        core, face = cores.of[meeting.part], meeting.face
-        if core == cores.of[face]:
-            continue
-        rows = [row[v] for v in parts.members[meeting.part]]
-        farthest = rows[int(np.argmax(np.abs(gaps[rows, face])))]
-        in_front = gaps[farthest, face] > limits[farthest, face]
-        if abs(gaps[farthest, face]) <= limits[farthest, face] and meeting.part < len(parts.faces):
-            # Flat on the face and facing it: the underside of something that stands there.
-            in_front = parts.faces[meeting.part].normal @ parts.faces[face].normal < 0.0
-        stance = stances[core, face]
-        stance.vertices.update(meeting.vertices)
-        stance.in_front |= bool(in_front)
-        stance.at_rim |= meeting.at_rim
-        stance.by_side |= meeting.by_side
-        if meeting.part >= len(parts.faces) and meeting.vertices[0] in parts.faces[face].outline:
-            stance.by_side = True  # pictures say that the edge starts at a corner of the face
+    if len(cores.bodies) == 1:
+        return stances
+    table, planes, used = parts.table, parts.table.planes, parts.used
+    count = len(table)
+    gaps, sds = planes.distances(table.points[used], table.covs[used])
+    limits = table.tolerance.within(sds)
+    place, there = row_table(parts.counts)
+    rows = np.searchsorted(used, parts.vertex)[place]
+    for met in _meetings(parts, cores, contacts, np.abs(gaps) <= limits):
+        part, face = met.part, met.face
+        own = np.where(there[part], np.abs(gaps[rows[part], face[:, None]]), -1.0)
+        farthest = rows[part, own.argmax(axis=1)]
+        reach, limit = gaps[farthest, face], limits[farthest, face]
+        in_front = reach > limit
+        # Flat on the face and facing it: the underside of something that stands there.
+        flat = (np.abs(reach) <= limit) & (part < count)
+        facing = (planes.normals[part[flat]] * planes.normals[face[flat]]).sum(axis=1)
+        in_front[flat] = facing < 0.0
+        # Of an edge that starts at a corner of the face pictures say that it belongs there.
+        starts = (table.outlines[face] == met.vertex[:, None]).any(axis=1)
+        by_side = met.by_side | ((part >= count) & starts)
+        for core, i, vertex, front, rim, side in zip(
+            cores.of[part].tolist(),
+            face.tolist(),
+            met.vertex.tolist(),
+            in_front.tolist(),
+            met.at_rim.tolist(),
+            by_side.tolist(),
+            strict=True,
+        ):
+            stance = stances[core, i]
+            stance.vertices.add(vertex)
+            stance.in_front |= front
+            stance.at_rim |= rim
+            stance.by_side |= side
     return stances
 
 
 def _hanging(parts: _Parts, cores: _Cores) -> Iterator[tuple[int, int]]:
     """Pairs of cores: loose edges that stand behind a face within its outline, near enough."""
-    loose = parts.members[len(parts.faces) :]
-    if not loose:
+    table = parts.table
+    if not len(parts.loose):
         return
-    ends = parts.points[np.array(loose)]
-    for face in parts.faces:
+    ends = table.points[parts.loose]
+    for face in table.faces:
         if face.area == 0.0:
             continue
-        behind = stands_behind(ends, parts.points[list(face.outline)], face.normal)
-        for nth in np.nonzero(behind)[0].tolist():
-            core, other = cores.of[len(parts.faces) + nth], cores.of[face.index]
+        behind = stands_behind(ends, table.points[list(face.outline)], face.normal)
+        other = int(cores.of[face.index])
+        for core in cores.of[len(table) :][behind].tolist():
             if core != other:
                 yield min(core, other), max(core, other)
 
 
 def _stands_apart(parts: _Parts, cores: _Cores, core: int, face: FlatFace, how: _Stance) -> bool:
     """Whether a core in front of a face only stands there: see the module's rules."""
-    up, points = parts.scene.up, parts.points
-    rise = 0.0 if up is None else float(face.normal @ up)
+    points = parts.table.points
+    rise = 0.0 if parts.up is None else float(face.normal @ parts.up)
     if not how.in_front or rise < -LEVEL_ENOUGH:
         return False
-    if cores.of[face.index] in cores.bodies:
+    if cores.bodies[cores.of[face.index]]:
         if how.at_rim or rise <= LEVEL_ENOUGH:
             return False
-    elif how.by_side and core not in cores.bodies:
+    elif how.by_side and not cores.bodies[core]:
         return False
     return _reaches_on(face, _farthest(points[sorted(how.vertices)]), points)
 
 
 def find_things(
-    scene: Scene,
-    faces: tuple[FlatFace, ...],
-    contacts: BentContacts,
-    loose: tuple[int, ...],
+    scene: Scene, table: FaceTable, contacts: SideContacts, loose: tuple[int, ...]
 ) -> tuple[Thing, ...]:
-    """The scene's things, in the order of their first faces.
+    """The scene's bodies where it tells them apart, else its things in the order of first faces.
 
     `loose` are the edges that bound no face; those that join no face belong to no thing.
     """
-    if not faces:
+    if scene.bodies:
+        known = set(loose)
+        own = ((b, tuple(e for e in b.edges if e in known)) for b in scene.bodies)
+        return tuple(Thing(b.faces, edges, b.patches, b.whole) for b, edges in own)
+    if not len(table):
         return ()
-    parts = _Parts.of(scene, faces, loose)
+    ends = np.array([(scene.edges[i].start, scene.edges[i].end) for i in loose], dtype=np.intp)
+    parts = _Parts.of(table, scene.up, ends.reshape(-1, 2))
     cores = _Cores.among(parts, contacts)
     met = set(_hanging(parts, cores))
     apart: set[tuple[int, int]] = set()
     for (core, face), stance in _stances(parts, cores, contacts).items():
-        pair = (min(core, cores.of[face]), max(core, cores.of[face]))
+        other = int(cores.of[face])
+        pair = (min(core, other), max(core, other))
         met.add(pair)
-        if _stands_apart(parts, cores, core, faces[face], stance):
+        if _stands_apart(parts, cores, core, table.faces[face], stance):
             apart.add(pair)
-    groups = components(max(cores.of) + 1, met - apart)
+    groups = components(len(cores.bodies), met - apart)
     things: dict[int, tuple[list[int], list[int]]] = {}
-    for part, core in enumerate(cores.of):
+    for part, core in enumerate(cores.of.tolist()):
         own_faces, own_edges = things.setdefault(groups[core], ([], []))
-        if part < len(faces):
+        if part < len(table):
             own_faces.append(part)
         else:
-            own_edges.append(loose[part - len(faces)])
+            own_edges.append(loose[part - len(table)])
     return tuple(Thing(tuple(f), tuple(e)) for f, e in things.values() if f)

@@ -30,12 +30,17 @@ class Tolerance:
 
     @classmethod
     def of(cls, scene: Scene) -> "Tolerance":
-        """The scene's tolerance, its bounds in proportion to the diagonal of its vertices."""
-        if not scene.vertices:
+        """The scene's tolerance."""
+        covs = np.array([v.cov for v in scene.vertices]).reshape(-1, 3, 3)
+        return cls.of_vertices(scene.points, covs)
+
+    @classmethod
+    def of_vertices(cls, points: FloatArray, covs: FloatArray) -> "Tolerance":
+        """That of vertices (n, 3) with covariances (n, 3, 3), in proportion to their diagonal."""
+        if not len(points):
             return cls(np.zeros(0), 0.0, 0.0)
-        covs = np.array([v.cov for v in scene.vertices])
         sds = np.sqrt(np.maximum(np.linalg.eigvalsh(covs)[:, -1], 0.0))
-        diagonal = float(np.linalg.norm(np.ptp(scene.points, axis=0)))
+        diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
         return cls(sds, LENGTH_RESOLUTION * diagonal, WIDEST * diagonal)
 
     def within(self, sds: ArrayLike) -> FloatArray:
@@ -46,15 +51,14 @@ class Tolerance:
         """
         return np.minimum(SDS * np.asarray(sds) + self.finest, self.widest)
 
-    def highest(self, vertices: NDArray[np.intp], reach: FloatArray) -> NDArray[np.intp]:
-        """Positions among `vertices` of the one with the highest reach, and of its equals.
+    def highest(self, vertices: NDArray[np.intp], reach: FloatArray) -> NDArray[np.bool_]:
+        """Which of the vertices (r, k) of each row have its highest reach (r, k), within 3 sd.
 
-        Equal are those within 3 sd. The mean of equals is the better estimate of an extreme: the
-        highest alone is high by its noise, and which one it is depends on rounding.
+        The mean of equals is the better estimate of an extreme: the highest alone is high by its
+        noise, and which one it is depends on rounding. A reach of -inf is left out.
         """
-        top = int(np.argmax(reach))
+        rows, top = np.arange(len(reach)), reach.argmax(axis=1)
         sds = self.vertex_sds[vertices]
-        equal: NDArray[np.intp] = np.flatnonzero(
-            reach >= reach[top] - self.within(np.hypot(sds, sds[top]))
-        )
-        return equal
+        limit = self.within(np.hypot(sds, sds[rows, top, None]))
+        equal = reach >= reach[rows, top, None] - limit
+        return np.asarray(equal & (reach > -np.inf))

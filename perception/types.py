@@ -2,9 +2,11 @@
 
 World frame: right-handed, any unit of length (metres where the unit is known).
 Camera frame: OpenCV's, x right, y down, z forward. Pixels: the centre of the top-left pixel is
-(0, 0), u to the right, v down. Arrays are float64, copied on entry and not writeable.
+(0, 0), u to the right, v down. Arrays are float64 and not writeable, and copied on entry unless
+they cannot be written to anyway.
 """
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -16,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from facetlog.errors import CalibrationError
 
 __all__ = [
+    "Body",
     "Camera",
     "Edge",
     "Evidence",
@@ -23,6 +26,7 @@ __all__ = [
     "FloatArray",
     "Image",
     "Observation",
+    "Patch",
     "Plane",
     "Pose",
     "PositionLabel",
@@ -40,11 +44,23 @@ ROTATION_TOLERANCE = 1e-3
 
 
 def _frozen(values: ArrayLike, *shape: int) -> FloatArray:
-    array = np.array(values, dtype=np.float64)
+    if isinstance(values, np.ndarray) and _is_frozen(values):
+        array = values
+    else:
+        array = np.array(values, dtype=np.float64)
+        array.setflags(write=False)
     if array.shape != shape:
         raise ValueError(f"expected shape {shape}, got {array.shape}")
-    array.setflags(write=False)
     return array
+
+
+def _is_frozen(array: NDArray[np.generic]) -> bool:
+    """Whether nobody can write to an array of float64, so that it need not be copied."""
+    if array.flags.writeable or array.dtype != np.float64:
+        return False
+    return array.base is None or (
+        isinstance(array.base, np.ndarray) and not array.base.flags.writeable
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +197,7 @@ class Plane:
     def __post_init__(self) -> None:
         object.__setattr__(self, "normal", _frozen(self.normal, 3))
         object.__setattr__(self, "cov", _frozen(self.cov, 4, 4))
-        if abs(np.linalg.norm(self.normal) - 1.0) > 1e-6:
+        if abs(math.sqrt(self.normal.dot(self.normal)) - 1.0) > 1e-6:
             raise ValueError("the normal is not of unit length")
 
     def flipped(self) -> "Plane":
@@ -234,11 +250,49 @@ class Face:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Patch:
+    """A piece of surface that is not flat, as points that each stand for some of its area.
+
+    `points` (n, 3); unit `normals` (n, 3) outwards, rows of zeros where they are not known;
+    `areas` (n,). Points lie so close that the surface has no hole between them that matters.
+    `hull` are vertices (indices into the scene) that reach as far as the patch does: the corners
+    of its convex hull, or enough of them.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    areas: FloatArray
+    hull: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        count = len(self.points)
+        object.__setattr__(self, "points", _frozen(self.points, count, 3))
+        object.__setattr__(self, "normals", _frozen(self.normals, count, 3))
+        object.__setattr__(self, "areas", _frozen(self.areas, count))
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """One object, told apart where the scene was read: indices of its faces, edges and patches.
+
+    `whole` says that its surface is known from all sides, as a mesh's is: where there is no
+    surface, there is nothing. Otherwise it may go on where nobody looked.
+    """
+
+    faces: tuple[int, ...] = ()
+    edges: tuple[int, ...] = ()
+    patches: tuple[int, ...] = ()
+    whole: bool = False
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Scene:
     """Everything that was reconstructed: what the facts are made of.
 
     `up` is a unit vector, or None where it is not known. `metric` says that lengths are metres;
     otherwise the scale is unknown and only ratios mean something. Edges need not bound a face.
+    `patches` are surface that is not flat. Without `bodies` the objects are found from what
+    touches what (things.py); each face, edge and patch is of one body at most.
     """
 
     name: str
@@ -249,6 +303,8 @@ class Scene:
     up: FloatArray | None = None
     metric: bool = False
     warnings: tuple[str, ...] = field(default=())
+    patches: tuple[Patch, ...] = ()
+    bodies: tuple[Body, ...] = ()
 
     def __post_init__(self) -> None:
         if self.up is not None:
@@ -260,11 +316,22 @@ class Scene:
                 *((e.start, e.end) for e in self.edges),
                 *(f.outline for f in self.faces),
                 *(h for f in self.faces for h in f.holes),
+                *(p.hull for p in self.patches),
             )
             for i in ring
         )
         if any(not 0 <= i < count for i in used):
-            raise ValueError("an edge or face names a vertex that the scene does not have")
+            raise ValueError("an edge, face or patch names a vertex that the scene does not have")
+        self._check_bodies()
+
+    def _check_bodies(self) -> None:
+        for kind, parts in (("face", self.faces), ("edge", self.edges), ("patch", self.patches)):
+            plural = "patches" if kind == "patch" else f"{kind}s"
+            named = [i for body in self.bodies for i in getattr(body, plural)]
+            if any(not 0 <= i < len(parts) for i in named):
+                raise ValueError(f"a body names a {kind} that the scene does not have")
+            if len(set(named)) != len(named):
+                raise ValueError(f"two bodies name the same {kind}")
 
     @property
     def points(self) -> FloatArray:

@@ -1,32 +1,46 @@
 """Files that are there whole or not at all."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from facetlog.errors import InputError
 
-__all__ = ["write_whole"]
+__all__ = ["write_whole", "writing_whole"]
 
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write a file beside its place and rename it there, so that nobody reads half of it.
+
+    As `writing_whole`, of what is at hand as a whole.
+    """
+    with writing_whole(path) as file:
+        file.write(content)
+
+
+@contextmanager
+def writing_whole(path: Path) -> Iterator[BinaryIO]:
+    """A file beside its place, which is renamed there at the end if nothing was raised.
 
     Raises InputError if the folder cannot be written to; an older file is then left as it was. A
     link is followed, and what is no file (a pipe, a device) is written to as it stands.
     """
     try:
         if path.exists() and not path.is_file():
-            path.write_bytes(content)
+            with path.open("wb") as file:
+                yield file
             return
         path = path.resolve()
         part = path.with_name(f".{path.name}.{os.getpid()}.part")
         try:
             with part.open("wb") as file:
-                file.write(content)
+                yield file
                 file.flush()
                 os.fsync(file.fileno())
             part.replace(path)
         finally:
             part.unlink(missing_ok=True)
     except OSError as exc:
-        raise InputError(f"{path}: cannot be written: {exc.strerror}") from exc
+        raise InputError(f"{path}: cannot be written: {exc.strerror or exc}") from exc

@@ -10,11 +10,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.contacts import sides
-from facetlog.perception.flat_faces import FlatFace, cross
+from facetlog.perception.face_table import FaceTable
+from facetlog.perception.flat_faces import cross
 from facetlog.perception.relations import VAGUE
+from facetlog.perception.row_table import Indices
 from facetlog.perception.sheets import Sheets
 from facetlog.perception.things import Thing
 from facetlog.perception.tolerance import ANGLE_RESOLUTION, SDS
@@ -22,7 +24,6 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["Parts", "Witnesses", "joined", "over_faces", "passing", "through_faces", "to_sides"]
 
-Indices = NDArray[np.intp]
 Boxes = tuple[FloatArray, FloatArray]
 
 PAIRS_AT_ONCE = 1_000_000
@@ -51,33 +52,32 @@ class Parts:
     sheet_of: Indices
 
     @classmethod
-    def of(
-        cls,
-        points: FloatArray,
-        vertex_sds: FloatArray,
-        faces: tuple[FlatFace, ...],
-        edges: Sequence[tuple[int, int]],
-        things: Sequence[Thing],
-    ) -> "Parts":
-        """The parts of one thing at least."""
-        vertices, pairs, sheets = [], [], []
-        for thing in things:
-            own = tuple(faces[i] for i in thing.faces)
-            ends = [(side.start, side.end) for side in sides(own)]
-            ends += [edges[i] for i in thing.edges]
-            pairs.append(np.unique(np.sort(np.array(ends, dtype=np.intp), axis=1), axis=0))
-            vertices.append(np.unique(pairs[-1]))
-            sheets.append([face for face in own if not face.polygon.is_empty])
-        numbers = np.arange(len(things))
+    def of(cls, table: FaceTable, edges: Indices, things: Sequence[Thing]) -> "Parts":
+        """The parts of one thing at least; `edges` (e, 2) are the scene's."""
+        count, most = len(things), max(len(table.points), 1)
+        owner = np.full(len(table), count)
+        for nth, thing in enumerate(things):
+            owner[list(thing.faces)] = nth
+        loose = [edge for thing in things for edge in thing.edges]
+        of = np.repeat(np.arange(count), [len(thing.edges) for thing in things])
+        of = np.concatenate((owner[table.sides.face], of))
+        ends = np.sort(np.concatenate((table.sides.ends, edges[loose])), axis=1)
+        keys = np.unique((of * most + ends[:, 0]) * most + ends[:, 1])
+        keys, last = np.divmod(keys[keys < count * most * most], most)
+        side_of, first = np.divmod(keys, most)
+        pairs = np.column_stack([first, last])
+        vertex_of, vertices = np.divmod(np.unique(side_of[:, None] * most + pairs), most)
+        faces = np.flatnonzero(~shapely.is_empty(table.polygons) & (owner < count))
+        faces = faces[np.argsort(owner[faces], kind="stable")]
         return cls(
-            points,
-            vertex_sds,
-            np.concatenate(vertices),
-            np.concatenate(pairs),
-            Sheets.of([face for own in sheets for face in own], points),
-            np.repeat(numbers, [len(v) for v in vertices]),
-            np.repeat(numbers, [len(p) for p in pairs]),
-            np.repeat(numbers, [len(f) for f in sheets]),
+            table.points,
+            table.tolerance.vertex_sds,
+            vertices,
+            pairs,
+            Sheets.of(table, faces),
+            vertex_of,
+            side_of,
+            owner[faces],
         )
 
     def between(self, low: int, high: int) -> "Parts":
@@ -259,10 +259,11 @@ def over_faces(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witne
     )
 
 
-def through_faces(one: Parts, two: Parts, slack: float) -> Witnesses:
-    """Where sides go through faces of other things."""
+def through_faces(one: Parts, two: Parts, reach: FloatArray, slack: float) -> Witnesses:
+    """Where sides go through faces of other things, of those pairs that have a reach."""
     sheets = two.sheets
-    i, j = _near(one.side_boxes, two.sheet_boxes, np.array(slack))
+    touching = np.where(np.isnan(reach), np.nan, slack)
+    i, j = _near(one.side_boxes, two.sheet_boxes, _reach(touching, one.side_of, two.sheet_of))
     ends = one.points[one.sides[i]]
     start, end = sheets.heights(j, ends[:, 0]), sheets.heights(j, ends[:, 1])
     # An end that lies on the face is a vertex over it.

@@ -6,130 +6,166 @@
 model(chair, "A level seat on legs, with an upright back rising above one side of it.",
       [seat, back]).
 
-% chair.model:13  parts
+% chair.model:22  parts
 candidate(chair, Thing, Parts) :-
     findall(Parts, likely(chair, Thing, Parts), Found),
     ( Found == [] -> distant(chair, Thing, Parts) ; member(Parts, Found) ).
 
-% chair.model:13  all that may satisfy its lines
+% chair.model:22  all that may satisfy its lines
 likely(chair, Thing, [Seat, Back]) :-
     face_of(Thing, Seat),
-    possible(all([measured(Seat), level(Seat), upward(Seat),
+    possible(all([measured(Seat), at_most(tilt(Seat), 20), upward(Seat),
+                  any([not(whole(Thing)), at_least(cover(Seat), 0.3)]),
                   at_least(protrusion(Seat), 0.3*elevation(Seat)),
-                  between(elevation(Seat), 0.25*thing_height(Thing), 0.75*thing_height(Thing)),
-                  at_least(width(Seat), 0.4*elevation(Seat)),
-                  at_most(length(Seat), 2.5*width(Seat))])),
-    face_of(Thing, Back),
-    Back \== Seat,
-    possible(at_least(tilt(Back), 65)),
-    possible(all([at_least(top_of(Back), 1.3*elevation(Seat)),
-                  at_least(length(Back), 0.5*width(Seat)),
-                  any([at_least(offset(Seat, Back), 0.3*width(Seat)),
-                       at_most(offset(Seat, Back), -(0.3*width(Seat)))])])).
+                  between(elevation(Seat), 0.2*thing_height(Thing), 0.75*thing_height(Thing)),
+                  any([all([whole(Thing), at_least(level_width(Seat), 0.4*elevation(Seat)),
+                            at_most(level_length(Seat), 1.8*level_width(Seat))]),
+                       all([not(whole(Thing)), at_least(width(Seat), 0.4*elevation(Seat)),
+                            at_most(length(Seat), 1.8*width(Seat))])]),
+                  any([not(whole(Thing)), at_least(elevation(Seat), 0.35*level_length(Seat))])])),
+    ( findall(Back,
+              ( face_of(Thing, Back), Back \== Seat,
+                possible(all([at_least(tilt(Back), 65),
+                              at_least(top_of(Back), 1.3*elevation(Seat)),
+                              at_least(length(Back), 0.5*width(Seat)),
+                              any([at_least(offset(Seat, Back), 0.3*width(Seat)),
+                                   at_most(offset(Seat, Back), -(0.3*width(Seat)))])])) ),
+              Backs), member(Back, [unseen|Backs]) ).
 
-% chair.model:13  near misses
+% chair.model:22  near misses
 distant(chair, Thing, [Seat, Back]) :-
     as_far_as_seen(Thing,
-                   [step(Seat, 10, all([measured(Seat), level(Seat), upward(Seat)])),
-                    step(Back, 4,
-                         all([at_least(tilt(Back), 65),
-                              at_least(top_of(Back), 1.3*elevation(Seat))]))],
-                   [Seat, Back]).
+                   [step(Seat, 10, all([measured(Seat), at_most(tilt(Seat), 20), upward(Seat)]))],
+                   [Seat]),
+    Back = unseen.
 
-% chair.model:16  leg supports seat
+% chair.model:24  leg supports seat
 means('chair.leg'(Leg, Seat), supports(Leg, Seat)).
-% chair.model:17  panel supports seat, wide(panel)
+% chair.model:25  panel supports seat, wide(panel)
 means('chair.panel'(Panel, Seat),
       all([supports(Panel, Seat), at_least(width(Panel), 0.5*width(Seat))])).
 
-% chair.model:16
+% chair.model:24
 members(chair, leg, Thing, [Seat, Back], Members) :-
     findall(Leg,
             ( element_of(Thing, Leg), \+ memberchk(Leg, [Seat, Back]),
               possible('chair.leg'(Leg, Seat)) ), Found),
     sort(Found, Members).
-% chair.model:17
+% chair.model:25
 members(chair, panel, Thing, [Seat, Back], Members) :-
     findall(Panel,
             ( face_of(Thing, Panel), \+ memberchk(Panel, [Seat, Back]),
               possible('chair.panel'(Panel, Seat)) ), Found),
     sort(Found, Members).
 
-% chair.model:14  face back where tilt(back) at least 90 deg - lean, top_of(back) at least 130 % of elevation(seat)
-condition(chair, back, "an upright back rises above the seat", _, [Seat, Back],
-          all([at_least(tilt(Back), 65), at_least(top_of(Back), 1.3*elevation(Seat))])).
-% chair.model:19  seat is measured, seat is level, seat is upward
-condition(chair, level, "the seat is level and faces up", _, [Seat, _],
-          all([measured(Seat), level(Seat), upward(Seat)])).
-% chair.model:20  protrusion(seat) at least 30 % of elevation(seat)
+% chair.model:23  optional face back where is_back(back)
+condition(chair, back, "an upright back stands at the rim of the seat", _, [Seat, Back],
+          all([at_least(tilt(Back), 65), at_least(top_of(Back), 1.3*elevation(Seat)),
+               at_least(length(Back), 0.5*width(Seat)),
+               any([at_least(offset(Seat, Back), 0.3*width(Seat)),
+                    at_most(offset(Seat, Back), -(0.3*width(Seat)))])])) :-
+    Back \== unseen.
+% chair.model:27  seat is measured, tilt(seat) at most 20 deg, seat is upward
+condition(chair, level, "the seat is about level and faces up", _, [Seat, _],
+          all([measured(Seat), at_most(tilt(Seat), 20), upward(Seat)])).
+% chair.model:29  this is not whole or cover(seat) at least 30 %
+condition(chair, cover, "the seat takes much of the plan", Thing, [Seat, _],
+          any([not(whole(Thing)), at_least(cover(Seat), 0.3)])).
+% chair.model:30  protrusion(seat) at least 30 % of elevation(seat)
 condition(chair, rises, "something rises above the seat", _, [Seat, _],
           at_least(protrusion(Seat), 0.3*elevation(Seat))).
-% chair.model:21  length(back) at least 50 % of width(seat)
-condition(chair, broad, "the back is about as broad as the seat", _, [Seat, Back],
-          at_least(length(Back), 0.5*width(Seat))).
-% chair.model:23  offset(seat, back) at least 30 % of width(seat) or offset(seat, back) at most -30 % of width(seat)
-condition(chair, rim, "the back stands at the rim of the seat", _, [Seat, Back],
-          any([at_least(offset(Seat, Back), 0.3*width(Seat)),
-               at_most(offset(Seat, Back), -(0.3*width(Seat)))])).
-% chair.model:25  free(seat) or there is a face f where f underside_of seat, free(f)
+% chair.model:31  this is whole and rises_at_one_side(seat) or this is not whole and (there is a face f where is_back(f))
+condition(chair, backed, "a back rises at one side of the seat, about as broad as that", Thing,
+          [Seat, Back],
+          any([all([whole(Thing), at_least(rise_side(Seat), 0.35),
+                    at_most(rise_off_middle(Seat), 0.35), at_least(rise_span(Seat), 0.6),
+                    at_most(built_over(Seat), 0.6)]),
+               all([not(whole(Thing)),
+                    some(F, Fs,
+                         all([at_least(tilt(F), 65), at_least(top_of(F), 1.3*elevation(Seat)),
+                              at_least(length(F), 0.5*width(Seat)),
+                              any([at_least(offset(Seat, F), 0.3*width(Seat)),
+                                   at_most(offset(Seat, F), -(0.3*width(Seat)))])]))])])) :-
+    findall(F,
+            ( face_of(Thing, F), \+ memberchk(F, [Seat, Back]),
+              possible(all([at_least(tilt(F), 65), at_least(top_of(F), 1.3*elevation(Seat)),
+                            at_least(length(F), 0.5*width(Seat)),
+                            any([at_least(offset(Seat, F), 0.3*width(Seat)),
+                                 at_most(offset(Seat, F), -(0.3*width(Seat)))])])) ),
+            Found),
+    sort(Found, Fs).
+% chair.model:34  free(seat) or (there is a face f where f underside_of seat, free(f)) or this is whole
 condition(chair, room, "there is free space beneath the seat", Thing, [Seat, Back],
           any([at_least(clear_below(Seat), 0.5*elevation(Seat)),
                some(F, Fs,
-                    all([underside_of(F, Seat), at_least(clear_below(F), 0.5*elevation(Seat))]))])) :-
+                    all([underside_of(F, Seat), at_least(clear_below(F), 0.5*elevation(Seat))])),
+               whole(Thing)])) :-
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [Seat, Back]),
               possible(all([underside_of(F, Seat), at_least(clear_below(F), 0.5*elevation(Seat))])) ),
             Found),
     sort(Found, Fs).
-% chair.model:27  count(leg) at least 3 or count(panel) at least 2
+% chair.model:36  count(leg) at least 3 or count(panel) at least 2 or this is whole
 condition(chair, support, "it stands on three legs or two panels at least", Thing, [Seat, Back],
           any([at_least_of(3, Leg, Leg_groups, 'chair.leg'(Leg, Seat)),
-               at_least_of(2, Panel, Panel_groups, 'chair.panel'(Panel, Seat))])) :-
+               at_least_of(2, Panel, Panel_groups, 'chair.panel'(Panel, Seat)), whole(Thing)])) :-
     members(chair, leg, Thing, [Seat, Back], Leg_members),
     separate(Leg_members, Leg_groups),
     members(chair, panel, Thing, [Seat, Back], Panel_members),
     separate(Panel_members, Panel_groups).
-% chair.model:29  elevation(seat) between 25 % of height(this) and 75 % of height(this)
+% chair.model:38  elevation(seat) between 20 % of height(this) and 75 % of height(this)
 condition(chair, height, "the seat is at about half of the height", Thing, [Seat, _],
-          between(elevation(Seat), 0.25*thing_height(Thing), 0.75*thing_height(Thing))).
-% chair.model:30  width(seat) at least 40 % of elevation(seat), length(seat) at most 250 % of width(seat)
-condition(chair, proportion, "the seat is no bar stool's and no bench's", _, [Seat, _],
-          all([at_least(width(Seat), 0.4*elevation(Seat)),
-               at_most(length(Seat), 2.5*width(Seat))])).
-% chair.model:32  elevation(seat) between 30 cm and 60 cm
+          between(elevation(Seat), 0.2*thing_height(Thing), 0.75*thing_height(Thing))).
+% chair.model:39  this is whole and level_width(seat) at least 40 % of elevation(seat) and level_length(seat) at most 180 % of level_width(seat) or this is not whole and width(seat) at least 40 % of elevation(seat) and length(seat) at most 180 % of width(seat)
+condition(chair, proportion, "the seat is no bar stool's and no bench's", Thing, [Seat, _],
+          any([all([whole(Thing), at_least(level_width(Seat), 0.4*elevation(Seat)),
+                    at_most(level_length(Seat), 1.8*level_width(Seat))]),
+               all([not(whole(Thing)), at_least(width(Seat), 0.4*elevation(Seat)),
+                    at_most(length(Seat), 1.8*width(Seat))])])).
+% chair.model:43  height(this) at least 50 % of length(this)
+condition(chair, tall, "it is not long like a sofa", Thing, [_, _],
+          at_least(thing_height(Thing), 0.5*thing_length(Thing))).
+% chair.model:45  this is not whole or elevation(seat) at least 35 % of level_length(seat)
+condition(chair, high, "the seat is not low like a bed", Thing, [Seat, _],
+          any([not(whole(Thing)), at_least(elevation(Seat), 0.35*level_length(Seat))])).
+% chair.model:47  elevation(seat) between 30 cm and 60 cm
 condition(chair, usual, "seats are 30 cm to 60 cm high", _, [Seat, _],
           expect(0.25, if_known(between(elevation(Seat), metres(0.3), metres(0.6))))).
 
-written(chair, back, 'chair.model:14',
-        "face back where tilt(back) at least 90 deg - lean, top_of(back) at least 130 % of elevation(seat)").
-written(chair, level, 'chair.model:19', "seat is measured, seat is level, seat is upward").
-written(chair, rises, 'chair.model:20', "protrusion(seat) at least 30 % of elevation(seat)").
-written(chair, broad, 'chair.model:21', "length(back) at least 50 % of width(seat)").
-written(chair, rim, 'chair.model:23',
-        "offset(seat, back) at least 30 % of width(seat) or offset(seat, back) at most -30 % of width(seat)").
-written(chair, room, 'chair.model:25',
-        "free(seat) or there is a face f where f underside_of seat, free(f)").
-written(chair, support, 'chair.model:27', "count(leg) at least 3 or count(panel) at least 2").
-written(chair, height, 'chair.model:29',
-        "elevation(seat) between 25 % of height(this) and 75 % of height(this)").
-written(chair, proportion, 'chair.model:30',
-        "width(seat) at least 40 % of elevation(seat), length(seat) at most 250 % of width(seat)").
-written(chair, usual, 'chair.model:32', "elevation(seat) between 30 cm and 60 cm").
+written(chair, back, 'chair.model:23', "optional face back where is_back(back)").
+written(chair, level, 'chair.model:27',
+        "seat is measured, tilt(seat) at most 20 deg, seat is upward").
+written(chair, cover, 'chair.model:29', "this is not whole or cover(seat) at least 30 %").
+written(chair, rises, 'chair.model:30', "protrusion(seat) at least 30 % of elevation(seat)").
+written(chair, backed, 'chair.model:31',
+        "this is whole and rises_at_one_side(seat) or this is not whole and (there is a face f where is_back(f))").
+written(chair, room, 'chair.model:34',
+        "free(seat) or (there is a face f where f underside_of seat, free(f)) or this is whole").
+written(chair, support, 'chair.model:36',
+        "count(leg) at least 3 or count(panel) at least 2 or this is whole").
+written(chair, height, 'chair.model:38',
+        "elevation(seat) between 20 % of height(this) and 75 % of height(this)").
+written(chair, proportion, 'chair.model:39',
+        "this is whole and level_width(seat) at least 40 % of elevation(seat) and level_length(seat) at most 180 % of level_width(seat) or this is not whole and width(seat) at least 40 % of elevation(seat) and length(seat) at most 180 % of width(seat)").
+written(chair, tall, 'chair.model:43', "height(this) at least 50 % of length(this)").
+written(chair, high, 'chair.model:45',
+        "this is not whole or elevation(seat) at least 35 % of level_length(seat)").
+written(chair, usual, 'chair.model:47', "elevation(seat) between 30 cm and 60 cm").
 
-% chair.model:16
+% chair.model:24
 group(chair, Thing, [Seat, Back], leg, Members) :-
     members(chair, leg, Thing, [Seat, Back], Leg_members),
     findall(Leg, ( member(Leg, Leg_members), holds('chair.leg'(Leg, Seat)) ), Members).
-% chair.model:17
+% chair.model:25
 group(chair, Thing, [Seat, Back], panel, Members) :-
     members(chair, panel, Thing, [Seat, Back], Panel_members),
     findall(Panel, ( member(Panel, Panel_members), holds('chair.panel'(Panel, Seat)) ), Members).
 
-% chair.model:34
+% chair.model:49
 size(chair, _, [Seat, _], width, width(Seat)).
-% chair.model:35
+% chair.model:50
 size(chair, _, [Seat, _], depth, length(Seat)).
-% chair.model:36
+% chair.model:51
 size(chair, _, [Seat, _], seat_height, elevation(Seat)).
-% chair.model:37
-size(chair, _, [_, Back], height, top_of(Back)).
+% chair.model:52
+size(chair, Thing, [_, _], height, thing_height(Thing)).

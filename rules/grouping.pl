@@ -121,19 +121,30 @@ cell(foot(_, [X, Y, Z], Reach), I, J, K) :-
     J is floor(Y/Side),
     K is floor(Z/Side).
 
-%   Two cells so many steps apart, each pair once.
+%   Two cells so many steps apart, each pair once. A few cells are compared with one another; of many,
+%   each is asked for its neighbours.
 cell_pair(Cells, Apart, Feet1, Feet2) :-
-    gen_assoc(cell(I, J, K), Cells, Feet1),
-    Least is -Apart,
-    between(Least, Apart, DI),
-    between(Least, Apart, DJ),
-    between(Least, Apart, DK),
-    Apart =:= max(abs(DI), max(abs(DJ), abs(DK))),
-    [DI, DJ, DK] @> [0, 0, 0],
-    I2 is I + DI,
-    J2 is J + DJ,
-    K2 is K + DK,
-    get_assoc(cell(I2, J2, K2), Cells, Feet2).
+    assoc_to_list(Cells, Listed),
+    length(Listed, Count),
+    few_cells(Few),
+    (   Count =< Few
+    ->  append(_, [cell(I, J, K)-Feet1|Later], Listed),
+        member(cell(I2, J2, K2)-Feet2, Later),
+        Apart =:= max(abs(I2 - I), max(abs(J2 - J), abs(K2 - K)))
+    ;   gen_assoc(cell(I, J, K), Cells, Feet1),
+        Least is -Apart,
+        between(Least, Apart, DI),
+        between(Least, Apart, DJ),
+        between(Least, Apart, DK),
+        Apart =:= max(abs(DI), max(abs(DJ), abs(DK))),
+        [DI, DJ, DK] @> [0, 0, 0],
+        I2 is I + DI,
+        J2 is J + DJ,
+        K2 is K + DK,
+        get_assoc(cell(I2, J2, K2), Cells, Feet2)
+    ).
+
+few_cells(60).      % with 125 neighbours at most, half of them later, the pairs are fewer
 
                  /*******************************
                  *             FEET             *

@@ -30,6 +30,7 @@ measure(length(F), V, Sd, length)       :- fact(length(F, V, Sd)).
 measure(length(T), V, 0, length)        :- fact(thing_size(T, V, _, _)).
 measure(width(F), V, Sd, length)        :- fact(width(F, V, Sd)).
 measure(width(T), V, 0, length)         :- fact(thing_size(T, _, V, _)).
+measure(depth(T), V, 0, length)         :- fact(thing_size(T, _, _, V)).
 measure(height(X), V, Sd, length)       :- height(X, V, Sd).
 measure(edge_length(E), V, Sd, length)  :- fact(edge_length(E, V, Sd)).
 measure(shared_length(A, B), V, Sd, length) :- shared_length(A, B, V, Sd).
@@ -43,6 +44,21 @@ measure(elevation(T), V, Sd, length)    :- middle(T, V, Sd).
 measure(top_of(X), V, Sd, length)       :- fact(top_of(X, V, Sd)).
 measure(bottom_of(X), V, Sd, length)    :- fact(bottom_of(X, V, Sd)).
 measure(clear_below(F), V, 0, length)   :- fact(clear_below(F, V)).
+measure(cover(F), V, Sd, ratio)         :- fact(cover(F, V, Sd)).
+measure(level_length(F), V, Sd, length) :- fact(level_length(F, V, Sd)).
+measure(level_width(F), V, Sd, length)  :- fact(level_width(F, V, Sd)).
+measure(built_over(F), V, Sd, ratio)    :- fact(built_over(F, V, Sd)).
+measure(room_below(F), V, Sd, length)   :- fact(room_below(F, V, Sd)).
+measure(room_above(F), V, Sd, length)   :- fact(room_above(F, V, Sd)).
+measure(free_below(F), V, Sd, ratio)    :- fact(free_below(F, V, Sd)).
+measure(see_across(F), V, Sd, ratio)    :- fact(see_across(F, V, Sd)).
+measure(see_through(F), V, Sd, ratio)   :- fact(see_through(F, V, Sd)).
+measure(rise_side(F), V, Sd, ratio)     :- fact(rise_side(F, V, Sd)).
+measure(rise_off_middle(F), V, Sd, ratio) :- fact(rise_off_middle(F, V, Sd)).
+measure(rise_span(F), V, Sd, ratio)     :- fact(rise_span(F, V, Sd)).
+measure(footprint(T), V, Sd, area)      :- fact(footprint(T, V, Sd)).
+measure(solidity(T), V, Sd, ratio)      :- fact(solidity(T, V, Sd)).
+measure(curved(T), V, 0, ratio)         :- fact(curved(T, V)).
 measure(overlap(A, B), V, 0, ratio)     :- fact(overlap(A, B, V)).
 measure(gap(A, B), V, Sd, length)       :- fact(gap(A, B, V, Sd)).
 measure(thing_length(T), V, 0, length)  :- fact(thing_size(T, V, _, _)).

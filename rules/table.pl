@@ -14,10 +14,17 @@ candidate(table, Thing, Parts) :-
 % table.model:11  all that may satisfy its lines
 likely(table, Thing, [Top]) :-
     face_of(Thing, Top),
-    possible(all([measured(Top), level(Top), upward(Top), at_least(share(Top), 0.8),
-                  at_most(protrusion(Top), 0.1*elevation(Top)),
-                  at_least(width(Top), 0.25*elevation(Top)),
-                  at_least(elevation(Top), 0.15*length(Top))])).
+    possible(all([measured(Top), level(Top), upward(Top),
+                  any([at_least(share(Top), 0.8), all([whole(Thing), at_least(cover(Top), 0.7)])]),
+                  any([at_most(protrusion(Top), 0.1*elevation(Top)),
+                       all([whole(Thing), at_most(protrusion(Top), 0.15*elevation(Top))]),
+                       all([whole(Thing), at_most(built_over(Top), 0.3),
+                            at_most(rise_span(Top), 0.6),
+                            at_most(protrusion(Top), 0.6*elevation(Top))])]),
+                  any([all([whole(Thing), at_least(level_width(Top), 0.25*elevation(Top)),
+                            at_least(elevation(Top), 0.12*level_length(Top))]),
+                       all([not(whole(Thing)), at_least(width(Top), 0.25*elevation(Top)),
+                            at_least(elevation(Top), 0.15*length(Top))])])])).
 
 % table.model:11  near misses
 distant(table, Thing, [Top]) :-
@@ -49,57 +56,73 @@ members(table, panel, Thing, [Top], Members) :-
               possible('table.panel'(Panel, Top)) ), Found),
     sort(Found, Members).
 
-% table.model:16  top is measured, top is level, top is upward
+% table.model:18  top is measured, top is level, top is upward
 condition(table, level, "the top is level and faces up", _, [Top],
           all([measured(Top), level(Top), upward(Top)])).
-% table.model:17  share(top) at least 80 %
-condition(table, cover, "the top covers the thing seen from above", _, [Top],
-          at_least(share(Top), 0.8)).
-% table.model:18  protrusion(top) at most 10 % of elevation(top)
-condition(table, topmost, "nothing rises above the top", _, [Top],
-          at_most(protrusion(Top), 0.1*elevation(Top))).
-% table.model:19  free(top) or there is a face f where f underside_of top, free(f)
+% table.model:19  share(top) at least 80 % or this is whole and cover(top) at least 70 %
+condition(table, cover, "the top covers the thing seen from above", Thing, [Top],
+          any([at_least(share(Top), 0.8), all([whole(Thing), at_least(cover(Top), 0.7)])])).
+% table.model:21  protrusion(top) at most 10 % of elevation(top) or this is whole and protrusion(top) at most 15 % of elevation(top) or this is whole and built_over(top) at most 30 % and rise_span(top) at most 60 % and protrusion(top) at most 60 % of elevation(top)
+condition(table, topmost, "nothing rises above the top but what may stand on it", Thing, [Top],
+          any([at_most(protrusion(Top), 0.1*elevation(Top)),
+               all([whole(Thing), at_most(protrusion(Top), 0.15*elevation(Top))]),
+               all([whole(Thing), at_most(built_over(Top), 0.3), at_most(rise_span(Top), 0.6),
+                    at_most(protrusion(Top), 0.6*elevation(Top))])])).
+% table.model:26  this is whole and room_below(top) at least 50 % of elevation(top) or this is whole and free_below(top) at least 75 % and see_across(top) at least 45 % or this is not whole and (free(top) or there is a face f where f underside_of top, free(f))
 condition(table, room, "there is free space beneath the top", Thing, [Top],
-          any([at_least(clear_below(Top), 0.5*elevation(Top)),
-               some(F, Fs,
-                    all([underside_of(F, Top), at_least(clear_below(F), 0.5*elevation(Top))]))])) :-
+          any([all([whole(Thing), at_least(room_below(Top), 0.5*elevation(Top))]),
+               all([whole(Thing), at_least(free_below(Top), 0.75),
+                    at_least(see_across(Top), 0.45)]),
+               all([not(whole(Thing)),
+                    any([at_least(clear_below(Top), 0.5*elevation(Top)),
+                         some(F, Fs,
+                              all([underside_of(F, Top),
+                                   at_least(clear_below(F), 0.5*elevation(Top))]))])])])) :-
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [Top]),
               possible(all([underside_of(F, Top), at_least(clear_below(F), 0.5*elevation(Top))])) ),
             Found),
     sort(Found, Fs).
-% table.model:21  each pair x, y of closed: not x adjoins y
+% table.model:31  this is whole and see_through(top) at least 35 % or this is not whole and (each pair x, y of closed: not x adjoins y)
 condition(table, open, "no two neighbouring sides are closed", Thing, [Top],
-          each_pair(X, Y, Closed_members,
-                    implies(all(['table.closed'(X, Top), 'table.closed'(Y, Top)]),
-                            not(adjoins(X, Y))))) :-
+          any([all([whole(Thing), at_least(see_through(Top), 0.35)]),
+               all([not(whole(Thing)),
+                    each_pair(X, Y, Closed_members,
+                              implies(all(['table.closed'(X, Top), 'table.closed'(Y, Top)]),
+                                      not(adjoins(X, Y))))])])) :-
     members(table, closed, Thing, [Top], Closed_members).
-% table.model:22  count(leg) at least 3 or count(panel) at least 2
+% table.model:34  count(leg) at least 3 or count(panel) at least 2 or this is whole
 condition(table, support, "it stands on three legs or two panels at least", Thing, [Top],
           any([at_least_of(3, Leg, Leg_groups, 'table.leg'(Leg, Top)),
-               at_least_of(2, Panel, Panel_groups, 'table.panel'(Panel, Top))])) :-
+               at_least_of(2, Panel, Panel_groups, 'table.panel'(Panel, Top)), whole(Thing)])) :-
     members(table, leg, Thing, [Top], Leg_members),
     separate(Leg_members, Leg_groups),
     members(table, panel, Thing, [Top], Panel_members),
     separate(Panel_members, Panel_groups).
-% table.model:25  width(top) at least 25 % of elevation(top), elevation(top) at least 15 % of length(top)
-condition(table, proportion, "the top is no pole and no tray", _, [Top],
-          all([at_least(width(Top), 0.25*elevation(Top)),
-               at_least(elevation(Top), 0.15*length(Top))])).
-% table.model:27  elevation(top) between 30 cm and 120 cm
+% table.model:37  this is whole and level_width(top) at least 25 % of elevation(top) and elevation(top) at least 12 % of level_length(top) or this is not whole and width(top) at least 25 % of elevation(top) and elevation(top) at least 15 % of length(top)
+condition(table, proportion, "the top is no pole and no tray", Thing, [Top],
+          any([all([whole(Thing), at_least(level_width(Top), 0.25*elevation(Top)),
+                    at_least(elevation(Top), 0.12*level_length(Top))]),
+               all([not(whole(Thing)), at_least(width(Top), 0.25*elevation(Top)),
+                    at_least(elevation(Top), 0.15*length(Top))])])).
+% table.model:41  elevation(top) between 30 cm and 120 cm
 condition(table, usual, "tables are 30 cm to 120 cm high", _, [Top],
           expect(0.25, if_known(between(elevation(Top), metres(0.3), metres(1.2))))).
 
-written(table, level, 'table.model:16', "top is measured, top is level, top is upward").
-written(table, cover, 'table.model:17', "share(top) at least 80 %").
-written(table, topmost, 'table.model:18', "protrusion(top) at most 10 % of elevation(top)").
-written(table, room, 'table.model:19',
-        "free(top) or there is a face f where f underside_of top, free(f)").
-written(table, open, 'table.model:21', "each pair x, y of closed: not x adjoins y").
-written(table, support, 'table.model:22', "count(leg) at least 3 or count(panel) at least 2").
-written(table, proportion, 'table.model:25',
-        "width(top) at least 25 % of elevation(top), elevation(top) at least 15 % of length(top)").
-written(table, usual, 'table.model:27', "elevation(top) between 30 cm and 120 cm").
+written(table, level, 'table.model:18', "top is measured, top is level, top is upward").
+written(table, cover, 'table.model:19',
+        "share(top) at least 80 % or this is whole and cover(top) at least 70 %").
+written(table, topmost, 'table.model:21',
+        "protrusion(top) at most 10 % of elevation(top) or this is whole and protrusion(top) at most 15 % of elevation(top) or this is whole and built_over(top) at most 30 % and rise_span(top) at most 60 % and protrusion(top) at most 60 % of elevation(top)").
+written(table, room, 'table.model:26',
+        "this is whole and room_below(top) at least 50 % of elevation(top) or this is whole and free_below(top) at least 75 % and see_across(top) at least 45 % or this is not whole and (free(top) or there is a face f where f underside_of top, free(f))").
+written(table, open, 'table.model:31',
+        "this is whole and see_through(top) at least 35 % or this is not whole and (each pair x, y of closed: not x adjoins y)").
+written(table, support, 'table.model:34',
+        "count(leg) at least 3 or count(panel) at least 2 or this is whole").
+written(table, proportion, 'table.model:37',
+        "this is whole and level_width(top) at least 25 % of elevation(top) and elevation(top) at least 12 % of level_length(top) or this is not whole and width(top) at least 25 % of elevation(top) and elevation(top) at least 15 % of length(top)").
+written(table, usual, 'table.model:41', "elevation(top) between 30 cm and 120 cm").
 
 % table.model:12
 group(table, Thing, [Top], closed, Members) :-
@@ -115,9 +138,9 @@ group(table, Thing, [Top], panel, Members) :-
     members(table, panel, Thing, [Top], Panel_members),
     findall(Panel, ( member(Panel, Panel_members), holds('table.panel'(Panel, Top)) ), Members).
 
-% table.model:29
+% table.model:43
 size(table, _, [Top], length, length(Top)).
-% table.model:30
+% table.model:44
 size(table, _, [Top], width, width(Top)).
-% table.model:31
+% table.model:45
 size(table, _, [Top], height, elevation(Top)).

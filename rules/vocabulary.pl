@@ -58,6 +58,7 @@ tolerance(level,   10).     % degrees from horizontal
 tolerance(upright, 10).     % degrees from vertical
 tolerance(reaches, 0.15).   % of a height: how short of an end still counts as there
 tolerance(board,   0.20).   % of a height: how thick a board on legs may be
+tolerance(alike,   0.05).   % of a size: congruent faces may differ by so much
 tolerance(touch,   3).      % deviations: a gap of so few is none, as perception takes it for contacts
 
                  /*******************************
@@ -232,11 +233,14 @@ known_relation(downward(_)).
 known_relation(share_corner(_)).
 known_relation(bounds(_, _)).
 known_relation(touches(_, _)).
+known_relation(on_ground(_)).
+known_relation(at_rim(_, _)).
+known_relation(whole(_)).
 
 %!  missing_because(+MeasureOrRelation, -Cause) is det.
 %
-%   Why the scene does not know it: unseen (a part was not seen), up or scale (not given), or
-%   unstated (no such fact was found).
+%   Why the scene does not know it: unseen (a part was not seen), up or scale (not given), sides
+%   (no thing is known from all sides), or unstated (no such fact was found).
 
 missing_because(Word, Cause) :-
     (   arg(_, Word, Part),
@@ -245,6 +249,9 @@ missing_because(Word, Cause) :-
     ;   needs_up(Word),
         \+ fact(up(_, _, _))
     ->  Cause = up
+    ;   needs_all_sides(Word),
+        \+ fact(whole(_))
+    ->  Cause = sides
     ;   Word = metres(_),
         \+ fact(scale(metric))
     ->  Cause = scale
@@ -259,8 +266,28 @@ needs_up(bottom_of(_)).
 needs_up(clear_below(_)).
 needs_up(overlap(_, _)).
 needs_up(thing_height(_)).
+needs_up(on_ground(_)).
+needs_up(at_rim(_, _)).
 needs_up(upward(_)).
 needs_up(downward(_)).
+needs_up(Word) :-
+    needs_all_sides(Word),
+    Word \= solidity(_).
+
+needs_all_sides(footprint(_)).
+needs_all_sides(solidity(_)).
+needs_all_sides(cover(_)).
+needs_all_sides(level_length(_)).
+needs_all_sides(level_width(_)).
+needs_all_sides(built_over(_)).
+needs_all_sides(room_below(_)).
+needs_all_sides(room_above(_)).
+needs_all_sides(free_below(_)).
+needs_all_sides(see_through(_)).
+needs_all_sides(see_across(_)).
+needs_all_sides(rise_side(_)).
+needs_all_sides(rise_off_middle(_)).
+needs_all_sides(rise_span(_)).
 
 mentions_unseen(Part) :-
     var(Part),
@@ -281,6 +308,9 @@ truth(concave(A, B), Truth)   :- either(fact(concave(A, B)), fact(convex(A, B)),
 % The tilt of a face is known exactly where up is.
 truth(upward(F), Truth)       :- either(fact(upward(F)), fact(tilt(F, _, _)), Truth).
 truth(downward(F), Truth)     :- either(fact(downward(F)), fact(tilt(F, _, _)), Truth).
+truth(on_ground(X), Truth)    :- either(fact(on_ground(X)), fact(bottom_of(X, _, _)), Truth).
+truth(at_rim(X, F), Truth)    :- either(fact(at_rim(X, F)), fact(tilt(F, _, _)), Truth).
+truth(whole(T), Truth)        :- settled(fact(whole(T)), Truth).
 truth(share_corner([]), true).
 truth(share_corner([First|Faces]), Truth) :-
     settled(( fact(corner(First, _, V)),
@@ -315,6 +345,11 @@ means(upright(X), at_least(tilt(X), Limit)) :- tolerance(upright, Slack), Limit 
 means(parallel(A, B, Tol), any([at_most(angle(A, B), Tol), at_least(angle(A, B), 180 - Tol)])).
 means(above(A, B), at_least(elevation(A), elevation(B))).
 means(below(A, B), at_most(elevation(A), elevation(B))).
+means(congruent(A, B),
+      all([ near(length(A), length(B), Share*length(B)),
+            near(width(A), width(B), Share*width(B)),
+            near(area(A), area(B), Share*area(B)) ])) :-
+    tolerance(alike, Share).
 means(supports(X, Face),
       all([ upright(X),
             at_most(bottom_of(X), Share*elevation(Face)),

@@ -12,7 +12,7 @@ raises but for an interrupt that arrives on its very threshold.
 % This file is kb/prolog/bridge.pl; rules/ stands beside kb/.
 :- prolog_load_context(directory, Here),
    asserta(user:file_search_path(facetlog_kb, Here)),
-   forall(member(Folder, [scenes, checking, judging]),
+   forall(member(Folder, [scenes, checking, judging, batch]),
           ( atomic_list_concat([Here, Folder], /, Path),
             assertz(user:file_search_path(facetlog_kb, Path)) )),
    absolute_file_name('../../rules', Rules, [relative_to(Here), file_type(directory)]),
@@ -28,6 +28,7 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(fact_columns)).
 :- use_module(facetlog_kb(scene_cache)).
 :- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(batch)).
 :- use_module(facetlog_kb(near_miss)).
 :- use_module(facetlog_kb(origin)).
 :- use_module(facetlog_kb(ask)).
@@ -225,6 +226,24 @@ result("why", Text, Verdict) :-
 result("why_not", Text, Verdicts) :-
     explained(Text, why_not(Module, Model, Things, Given, Count),
               why_not(Module, Model, Things, Given, Count, Verdicts)).
+result("open_batch", Text, Asked) :-
+    term_string(batch(Base, Batch, Scene, Models), Text),
+    ask_base(Base, all),
+    open_batch(Batch, Scene, Models, Asked).
+result("judge_batch", Text, Verdicts) :-
+    once(sub_string(Text, End, 1, _, "\n")),
+    sub_string(Text, 0, End, _, Line),
+    term_string(batch(Base, Batch, Bounds), Line),
+    Start is End + 1,
+    sub_string(Text, Start, _, 0, Columns),
+    ask_base(Base, all),
+    setup_call_cleanup(
+        true,
+        bounded(Bounds, ( add_columns(Columns), brief_verdicts(Batch, Verdicts) )),
+        empty_batch(Batch)).
+result("close_batch", Text, true) :-
+    term_string(Batch, Text),
+    close_batch(Batch).
 result("origin", Text, Origin) :-
     explained(Text, origin(Name), ( about(Name, About), origin(About, Origin) )).
 result("version", _, Version) :-

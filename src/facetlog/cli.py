@@ -12,9 +12,11 @@ import typer
 
 from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
+from facetlog.commands.classify import classify_command
 from facetlog.commands.explain import why_command, why_not_command
 from facetlog.commands.model.app import model_app
 from facetlog.commands.query import query_command
+from facetlog.commands.scene.app import scene_app
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
@@ -172,10 +174,12 @@ def demo_command(
     )
 
 
+app.command("classify")(classify_command)
 app.command("query")(query_command)
 app.command("why")(why_command)
 app.command("why-not")(why_not_command)
 app.add_typer(model_app)
+app.add_typer(scene_app)
 
 
 def _recognized(

@@ -257,10 +257,10 @@ def test_what_is_not_there_is_named(
 
 def test_where_nothing_is_proposed_the_faces_themselves_are_tried(facts_of: Build) -> None:
     with asked(facts_of("pyramid")) as ask:
-        assert "no face was measured that could be its seat" in ask.judge("chair").summary
+        assert "it is not so that a back rises" in ask.judge("chair").summary
         misses = ask.why_not("chair")
     assert {v.parts[0].faces for v in misses} == {(f"f{i}",) for i in range(5)}
-    assert "tilt(f1) = 56.31° ± 0.4°, needs at most 10: 46.31° over" in "\n".join(
+    assert "tilt(f1) = 56.31° ± 0.4°, needs at most 20: 36.31° over" in "\n".join(
         line for v in misses for line in v.miss_lines()
     )
 

@@ -6,17 +6,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from facetlog.perception import contacts, gaps, hulls, measures, outlines, plans, witnesses
 from facetlog.perception.fact_schema import FACT_SCHEMA, Fact, Solutions, fact_fault, schema_table
-from facetlog.perception.facts import scene_facts
+from facetlog.perception.facts import fact_rows, scene_facts
 from facetlog.perception.polyhedra import (
     chair,
     cuboid,
     l_block,
+    moved,
     pyramid,
     room_corner,
     seen_from,
     stick_table,
     table,
+    together,
     wedge,
 )
 from facetlog.perception.types import Edge, Face, Plane, Scene, Vertex
@@ -43,6 +46,15 @@ def test_every_fact_keeps_to_the_schema(build: object) -> None:
     places = [order.index(fact.functor) for fact in facts]
     assert places == sorted(places)
     assert len(set(facts)) == len(facts)
+
+
+@pytest.mark.parametrize("build", SOLIDS)
+def test_rows_are_the_facts_arguments_by_functor(build: object) -> None:
+    scene: Scene = build()  # type: ignore[operator]
+    rows_by_functor = fact_rows(scene)
+    assert list(rows_by_functor) == [kind.functor for kind in FACT_SCHEMA]
+    facts = [Fact(functor, args) for functor, found in rows_by_functor.items() for args in found]
+    assert facts == list(scene_facts(scene))
 
 
 @pytest.mark.parametrize("build", SOLIDS)
@@ -122,6 +134,31 @@ def test_a_chair_is_one_thing_with_its_back() -> None:
     scene = chair()
     assert set(rows(scene, "thing")) == {("t1",)}
     assert rows(scene, "clear_below")["f2",] == (pytest.approx(0.41),)
+
+
+def test_portions_that_many_pairs_are_worked_on_in_do_not_show(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = together(table(), moved(cuboid(), translation=(2.0, 0.1, 0.0)), l_block())
+    facts = scene_facts(scene)
+    for module in (outlines, measures, hulls, plans, gaps, witnesses, contacts):
+        for name in ("MOST_NUMBERS", "MOST_PRODUCTS", "PAIRS_AT_ONCE", "FEW_PAIRS"):
+            if hasattr(module, name):
+                monkeypatch.setattr(module, name, 1)
+    assert_near(scene_facts(scene), facts)
+
+
+def assert_near(found: tuple[Fact, ...], wanted: tuple[Fact, ...]) -> None:
+    """The same facts but for rounding."""
+    assert len(found) == len(wanted)
+    for one, other in zip(found, wanted, strict=True):
+        numbers = [x for x in other.args if isinstance(x, float)]
+        assert [x for x in one.args if isinstance(x, float)] == pytest.approx(numbers, abs=1e-12)
+        names = [x for x in other.args if not isinstance(x, float)]
+        assert (one.functor, [x for x in one.args if not isinstance(x, float)]) == (
+            other.functor,
+            names,
+        )
 
 
 def test_the_document_holds_the_schema() -> None:

@@ -7,8 +7,9 @@ import pytest
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
+from facetlog.perception.face_table import FaceTable
 from facetlog.perception.facts import scene_facts
-from facetlog.perception.flat_faces import Estimate, flat_faces
+from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.gaps import gaps
 from facetlog.perception.polyhedra import (
     chair,
@@ -23,7 +24,6 @@ from facetlog.perception.polyhedra import (
     wedge,
 )
 from facetlog.perception.things import Thing
-from facetlog.perception.tolerance import Tolerance
 from facetlog.perception.types import Edge, Face, Scene, Vertex
 
 SIZE = (0.254, 0.2032, 0.1524)  # the default cuboid
@@ -36,8 +36,8 @@ def gap(scene: Scene, split: int, *, loose: Sequence[tuple[int, int]] = ()) -> E
         Thing(tuple(range(split)), ()),
         Thing(tuple(range(split, count)), tuple(range(len(loose)))),
     ]
-    covs = np.array([v.cov for v in scene.vertices])
-    found = gaps(scene.points, covs, flat_faces(scene), loose, things, Tolerance.of(scene))
+    edges = np.array(loose, dtype=np.intp).reshape(-1, 2)
+    found = gaps(FaceTable.of(scene), edges, things)
     assert [(g.first, g.second) for g in found] == [(0, 1)]
     return found[0].distance
 

@@ -8,7 +8,7 @@ import pytest
 
 from facetlog.perception.facts import scene_facts
 from facetlog.perception.flat_faces import hull_indices
-from facetlog.perception.measures import least_rectangle
+from facetlog.perception.hulls import least_rectangle
 from facetlog.perception.polyhedra import cuboid, l_block, plane_through, stick_table, wedge
 from facetlog.perception.types import Edge, Face, Scene, Vertex
 

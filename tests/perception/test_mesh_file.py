@@ -1,5 +1,6 @@
 """Meshes out: what another program loads has the faces' areas, colours and names."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 import trimesh
 
 from facetlog.errors import InputError
-from facetlog.perception.flat_faces import flat_faces
+from facetlog.perception.face_table import flat_faces
 from facetlog.perception.mesh_file import face_triangles, write_mesh
 from facetlog.perception.polyhedra import cuboid, l_block, plane_through, pyramid
 from facetlog.perception.types import Face, Scene, Vertex
@@ -54,8 +55,22 @@ def test_a_gltf_has_a_node_per_face(suffix: str, tmp_path: Path) -> None:
     assert {f"f{i}" for i in range(1, 7)} <= set(graph.graph.nodes_geometry)
     for face in flat_faces(cuboid()):
         transform, name = graph.graph[f"f{face.index + 1}"]
-        assert np.array_equal(transform, np.eye(4))
+        # up is z in the scene and y in glTF
+        assert np.array_equal(transform[:3, :3], [[1, 0, 0], [0, 0, 1], [0, -1, 0]])
         assert graph.geometry[name].area == pytest.approx(face.area, rel=1e-5)
+
+
+@pytest.mark.parametrize("up", [(0, 0, 1), (0, 1, 0), (0, -1, 0), (0.6, 0, -0.8), None])
+def test_up_comes_back_from_a_gltf_as_the_format_has_it(
+    up: tuple[float, float, float] | None, tmp_path: Path
+) -> None:
+    scene = replace(cuboid(0.3, 0.2, 0.1), up=None if up is None else np.array(up))
+    write_mesh(scene, tmp_path / "scene.glb")
+    mesh = trimesh.load_mesh(tmp_path / "scene.glb")
+    along = (0.0, 1.0, 0.0)
+    expected = np.ptp(scene.points @ (along if up is None else up))
+    assert np.ptp(mesh.vertices @ along) == pytest.approx(expected, rel=1e-6)
+    assert mesh.volume == pytest.approx(0.006, rel=1e-6)
 
 
 def test_what_cannot_be_written_is_told(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ block_fact(thing_size(t1, 10.0, 8.0, 6.0)).
 block_fact(Fact) :-
     member(F, [f1, f2, f3]),
     member(Fact, [face(F), part_of(F, t1), evidence(F, measured), corner(F, 1, v1),
-                  area(F, 60.0, 0.5), share(F, 1.0, 0.01), fill(F, 1.0, 0.01),
+                  area(F, 60.0, 0.5), share(F, 1.0, 0.01), fill(F, 1.0, 0.01), width(F, 6.0, 0.05),
                   protrusion(F, 0.0, 0.02)]).
 block_fact(Fact) :-
     member(A-B-E, [f1-f2-e1, f2-f1-e1, f1-f3-e2, f3-f1-e2, f2-f3-e3, f3-f2-e3]),

@@ -97,7 +97,7 @@ def test_a_faulty_file_is_told_and_the_others_are_tested(
 def test_labelled_scenes_are_asked_as_well(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    write_scene(cuboid(0.8, 0.5, 0.05), tmp_path / "flat.json")
+    write_scene(cuboid(0.8, 0.5, 0.1), tmp_path / "flat.json")
     table = "scene,thing,model,expected\nflat.json,t1,slab,holds\nflat.json,,box,fails\n"
     (tmp_path / "labels.csv").write_text(table)
     assert main(["model", "test", "slab.model", "--scenes", "labels.csv"]) == 1

@@ -132,6 +132,7 @@ described(count('List'), measure, "how many elements the list has").
 described(area('X'), measure, "area of a face, or of all measured faces of a thing").
 described(length('X'), measure, "longer side of a face, longest side of a thing").
 described(width('X'), measure, "shorter side of a face, middle side of a thing").
+described(depth('Thing'), measure, "shortest side of a thing").
 described(height('X'), measure, "from the lowest to the highest point of a face, edge or thing").
 described(elevation('X'), measure,
           "height of the middle of a face or thing above the thing's lowest point").
@@ -146,6 +147,10 @@ described(sum('Measures'), measure, "the sum of the measures").
 described(mean('Measures'), measure, "the mean of the measures").
 described(above('A', 'B'), relation, "the face A is not lower than B").
 described(below('A', 'B'), relation, "the face A is not higher than B").
+described(congruent('A', 'B'), relation, "the faces have the same length, width and area").
+described(on_ground('X'), relation, "its lowest point is level with that of its thing").
+described(at_rim('X', 'Face'), relation, "the upright face or edge stands at the rim of the face").
+described(whole('Thing'), relation, "the thing's surface is known from all sides").
 described(supports('X', 'Face'), relation,
           "the upright face or edge starts below the face and reaches down to the ground").
 described(underside_of('Other', 'Face'), relation,

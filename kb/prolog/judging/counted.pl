@@ -4,7 +4,8 @@
                                                    % -High, -Detail, -Proofs
                              outline_counted/8,    % +Bound, +Count, +Groups, +Module, -State, -Low,
                                                    % -High, -Miss
-                             state_counted/5       % +Bound, +Count, +Groups, +Module, -State
+                             state_counted/5,      % +Bound, +Count, +Groups, +Module, -State
+                             decided/6             % +Bound, +Count, +Outlines, -State, -Low, -High
                            ]).
 
 /** <module> Of how many groups a test holds
@@ -139,6 +140,10 @@ state_group(Module, Members, State) :-
                  /*******************************
                  *           DECISION           *
                  *******************************/
+
+%!  decided(+Bound, +Count, +Outlines, -State, -Low, -High) is det.
+%
+%   Outlines are outline(State, Low, High) of the groups.
 
 decided(Bound, Count, Outlines, State, Low, High) :-
     findall(S, member(outline(S, _, _), Outlines), States),

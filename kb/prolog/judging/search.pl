@@ -1,5 +1,8 @@
 :- module(facetlog_search, [ start/4,         % +Aim, +Candidates, +Plan, -Queue
                              next_best/4,     % +Aim, +Queue0, -Queue, -Found
+                             count_all/3,     % +Outlines, +Tally0, -Tally
+                             total/2,         % +Misses, -Total
+                             key/3,           % +Sought, +Open, -Key
                              plan/3,          % +Module, +Model, -Plan
                              candidates/4,    % +Module, +Model, +Thing, -Candidates
                              in_all/2         % +Found, -State
@@ -44,11 +47,11 @@ candidates(Module, Model, Thing, Candidates) :-
 
 %!  start(+Aim, +Candidates, +Plan, -Queue) is det.
 
-start(Aim, Candidates, Plan, Queue) :-
+start(aim(Sought, _, _), Candidates, Plan, Queue) :-
     findall(Key-Open,
             ( member(Thing-Parts, Candidates),
               Open = open(Thing, Parts, tally(0, 0, 0, 1, 1, []), Plan),
-              key(Aim, Open, Key) ),
+              key(Sought, Open, Key) ),
             Pairs),
     list_to_heap(Pairs, Queue).
 
@@ -65,7 +68,8 @@ go_on(open(Thing, Parts, Tally, []), _, Queue, Queue, found(Thing, Parts, Tally)
     !.
 go_on(Open0, Aim, Queue0, Queue, Found) :-
     ask_next(Open0, Aim, Open),
-    key(Aim, Open, Key),
+    Aim = aim(Sought, _, _),
+    key(Sought, Open, Key),
     (   min_of_heap(Queue0, Least, _),
         Least @< Key
     ->  add_to_heap(Queue0, Key, Open, Queue1),
@@ -86,12 +90,23 @@ ask(Module, Model, Label, Thing, Parts, Tally0, Tally) :-
     count_in(Tests, Module, Tally0, Tally).
 
 count_in([], _, Tally, Tally).
-count_in([Test|Tests], Module, tally(H0, F0, U0, L0, P0, Misses0), Tally) :-
-    outline(Test, Module, outline(State, L, P, Miss)),
+count_in([Test|Tests], Module, Tally0, Tally) :-
+    outline(Test, Module, Outline),
+    count_one(Outline, Tally0, Tally1),
+    count_in(Tests, Module, Tally1, Tally).
+
+%!  count_all(+Outlines, +Tally0, -Tally) is det.
+
+count_all([], Tally, Tally).
+count_all([Outline|Outlines], Tally0, Tally) :-
+    count_one(Outline, Tally0, Tally1),
+    count_all(Outlines, Tally1, Tally).
+
+count_one(outline(State, L, P, Miss), tally(H0, F0, U0, L0, P0, Misses0),
+          tally(H1, F1, U1, L1, P1, Misses1)) :-
     L1 is L0*L,
     P1 is P0*P,
-    count_state(State, Miss, H0, F0, U0, Misses0, H1, F1, U1, Misses1),
-    count_in(Tests, Module, tally(H1, F1, U1, L1, P1, Misses1), Tally).
+    count_state(State, Miss, H0, F0, U0, Misses0, H1, F1, U1, Misses1).
 
 count_state(holds, _, H0, F, U, Misses, H, F, U, Misses) :- H is H0 + 1.
 count_state(unknown, _, H, F, U0, Misses, H, F, U, Misses) :- U is U0 + 1.
@@ -116,9 +131,11 @@ state_of(Failing, Unknown, State) :-
                  *             KEYS             *
                  *******************************/
 
+%!  key(+Sought, +Open, -Key) is det.
+%
 %   Least is best. No component can shrink when more conditions are asked, so that the key of an
 %   assignment half asked is a bound.
-key(aim(Sought, _, _), open(Thing, Parts, Tally, Groups),
+key(Sought, open(Thing, Parts, Tally, Groups),
     key(Order, Lacking, F, Total, L, P, Thing, Parts)) :-
     Tally = tally(H, F, U, Low, High, Misses),
     state_of(F, U, State),
@@ -152,6 +169,10 @@ improbability(Probability, Whole) :-
         Whole is round(-log(Probability)/Step)
     ;   Whole = infinite            % an atom: behind all numbers
     ).
+
+%!  total(+Misses, -Total) is det.
+%
+%   Their sum, in whole steps of the resolution.
 
 total(Misses, Total) :-
     resolution(Step),

@@ -1,4 +1,5 @@
-:- module(facetlog_seen_parts, [ as_far_as_seen_in/4     % +Module, +Thing, +Steps, -Parts
+:- module(facetlog_seen_parts, [ as_far_as_seen_in/4,    % +Module, +Thing, +Steps, -Parts
+                                seen_parts/2            % +Steps, +Faces
                                ]).
 
 /** <module> Faces for parts, as far as a thing was seen
@@ -9,6 +10,7 @@ misses and leave a model open.
 */
 
 :- use_module(library(lists)).
+:- use_module(library(apply)).
 :- use_module(library(error)).
 :- use_module(library(solution_sequences)).
 :- use_module(facetlog(vocabulary)).
@@ -26,9 +28,20 @@ most_choices(60).
 as_far_as_seen_in(Module, Thing, Steps, Parts) :-
     must_be(list, Steps),
     parts_of(Steps, Parts),
+    maplist(step_goal(Module), Steps, Goals),
     largest_faces(Thing, Faces),
+    seen_parts(Goals, Faces).
+
+step_goal(Module, step(Part, Count, Test), step(Part, Count, vocabulary:possible(Module:Test))).
+
+%!  seen_parts(+Steps, +Faces) is nondet.
+%
+%   Binds the variables of Steps to some of Faces, the largest first. Steps is a list of
+%   step(Variable, Count, Goal), where Goal says whether what it is bound to fits.
+
+seen_parts(Steps, Faces) :-
     most_choices(Most),
-    limit(Most, chosen(Steps, Module, Faces, [])).
+    limit(Most, chosen(Steps, Faces, [])).
 
 parts_of([], []).
 parts_of([Step|Steps], [Part|Parts]) :-
@@ -43,15 +56,15 @@ parts_of([Step|Steps], [Part|Parts]) :-
     ),
     parts_of(Steps, Parts).
 
-chosen([], _, _, _).
-chosen([step(Part, Count, Test)|Steps], Module, Faces, Used) :-
+chosen([], _, _).
+chosen([step(Part, Count, Goal)|Steps], Faces, Used) :-
     findall(Face,
             limit(Count, ( member(Face, Faces),
                            \+ memberchk(Face, Used),
-                           \+ \+ ( Part = Face, possible(Module:Test) ) )),
+                           \+ \+ ( Part = Face, call(Goal) ) )),
             Fitting),
     (   Fitting == []
     ->  Part = unseen
     ;   member(Part, Fitting)
     ),
-    chosen(Steps, Module, Faces, [Part|Used]).
+    chosen(Steps, Faces, [Part|Used]).

@@ -1,4 +1,5 @@
 :- module(facetlog_told_of_models, [ roled/5,          % +Module, +Model, +Thing, +Parts, -Roled
+                                    roled_in/6,       % +Module, +Model, +Groups, +Thing, +Parts, -Roled
                                     written/5,        % +Module, +Model, +Label, -Place, -Text
                                     general_models/3  % +Module, +Model, -General
                                   ]).
@@ -22,12 +23,19 @@ All of it is optional, and asked only when a verdict is told.
 %   @error type_error if the members are no list of names, or of lists of names.
 
 roled(Module, Model, Thing, Parts, Roled) :-
+    roled_in(Module, Model, Module, Thing, Parts, Roled).
+
+%!  roled_in(+Module, +Model, +Groups, +Thing, +Parts, -Roled) is det.
+%
+%   The same where group/5 is that of the module Groups.
+
+roled_in(Module, Model, Groups, Thing, Parts, Roled) :-
     once(Module:model(Model, _, Roles)),
     pairs_keys_values(Singles, Roles, Parts),
-    (   current_predicate(Module:group/5)
-    ->  findall(Role-Members, Module:group(Model, Thing, Parts, Role, Members), Found),
-        distinct_roles(Found, [], Groups),
-        append(Singles, Groups, Roled)
+    (   current_predicate(Groups:group/5)
+    ->  findall(Role-Members, Groups:group(Model, Thing, Parts, Role, Members), Found),
+        distinct_roles(Found, [], Sets),
+        append(Singles, Sets, Roled)
     ;   Roled = Singles
     ).
 

@@ -1,0 +1,106 @@
+"""How long do a scene's facts take, from its JSON on, and which step takes it?
+
+Exact scenes of 6 to 60 faces. Processor time of one process, the least of the repeats: what else
+the machine does can only add to it.
+"""
+
+import cProfile
+import pstats
+import time
+from collections.abc import Callable
+
+from benchmarks.common import Report, Row, Settings, Table, command
+from facetlog.perception.builders import build
+from facetlog.perception.facts import fact_rows, scene_facts
+from facetlog.perception.polyhedra import cuboid, moved, together
+from facetlog.perception.scene_file import scene_from_json, scene_to_json
+from facetlog.perception.types import Scene
+
+__all__ = ["NAME", "main", "measure"]
+
+NAME = "time_facts"
+REPEATS = 30
+# The steps of fact_rows, by their functions in perception/facts.py.
+STEPS = {
+    "of": "faces, contacts, things",
+    "_edge_facts": "edges",
+    "_vertex_facts": "vertices",
+    "_face_facts": "faces' measures",
+    "_thing_facts": "shares, protrusions, gaps",
+    "_pair_facts": "pairs",
+    "_contact_facts": "where faces meet",
+    "_height_facts": "heights and plans",
+}
+
+
+def scenes() -> dict[str, Scene]:
+    """Scenes by name, of few faces and of many."""
+    blocks = [moved(cuboid(), translation=(0.5 * i, 0.1 * i, 0.0)) for i in range(10)]
+    return {
+        "a cuboid": build("cuboid", {}),
+        "two cuboids": together(*blocks[:2]),
+        "stairs": build("stairs", {}),
+        "a bench": build("bench", {}),
+        "a table": build("table", {}),
+        "a shelf": build("shelf", {}),
+        "a shelf of nine boards": build("shelf", {"boards": 9}),
+        "ten cuboids": together(*blocks),
+    }
+
+
+def least_ms(work: Callable[[], object], repeats: int) -> float:
+    """Least processor time of the work, milliseconds."""
+    times = []
+    for _ in range(repeats):
+        start = time.process_time()
+        work()
+        times.append(time.process_time() - start)
+    return 1e3 * min(times)
+
+
+def shares_of_steps(scene: Scene, repeats: int) -> dict[str, float]:
+    """Share of fact_rows that each of its steps takes, per cent, by Python's profiler."""
+    profile = cProfile.Profile()
+    profile.enable()
+    for _ in range(repeats):
+        fact_rows(scene)
+    profile.disable()
+    spent: dict[str, float] = dict.fromkeys(STEPS, 0.0)
+    total = 0.0
+    statistics = pstats.Stats(profile).stats  # type: ignore[attr-defined]
+    for (path, _, name), (_, _, _, cumulative, _) in statistics.items():
+        if path.endswith("/perception/facts.py"):
+            if name in spent:
+                spent[name] = cumulative
+            elif name == "fact_rows":
+                total = cumulative
+    return {STEPS[name]: 100.0 * each / total for name, each in spent.items()}
+
+
+def measure(settings: Settings) -> Report:
+    """Times of every scene; the number of repeats is that of seeds asked for."""
+    repeats = settings.number(REPEATS)
+    times: list[Row] = []
+    steps: list[Row] = []
+    for name, scene in scenes().items():
+        text = scene_to_json(scene)
+        facts = scene_facts(scene)
+        times.append(
+            {
+                "scene": name,
+                "faces": len(scene.faces),
+                "facts": len(facts),
+                "JSON to scene, ms": least_ms(lambda text=text: scene_from_json(text), repeats),
+                "fact_rows, ms": least_ms(lambda scene=scene: fact_rows(scene), repeats),
+                "scene_facts, ms": least_ms(lambda scene=scene: scene_facts(scene), repeats),
+            }
+        )
+        steps.append({"scene": name, **shares_of_steps(scene, repeats)})
+    tables = (Table("Processor time", tuple(times)), Table("Share of fact_rows, %", tuple(steps)))
+    return Report(NAME, tables, {"repeats": repeats})
+
+
+main = command(NAME, __doc__, measure)
+
+if __name__ == "__main__":
+    main(None)

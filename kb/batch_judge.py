@@ -1,0 +1,218 @@
+"""Brief verdicts on one scene after the other: what a batch keeps of each, and nothing else.
+
+Verdicts have the states, degrees, parts and sizes that `KnowledgeBase.judge` gives, without their
+proofs. Models are written anew once for that (prolog/batch/specialise.pl), only the facts that they
+ask for are handed over, and a scene is one request.
+"""
+
+import hashlib
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from facetlog.errors import EngineError
+from facetlog.kb.closing import Closing
+from facetlog.kb.encode import Fact
+from facetlog.kb.engine import house
+from facetlog.kb.fact_columns import rows_text
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.leftovers import scene_module
+from facetlog.kb.limits import Limits
+from facetlog.kb.proof import State
+from facetlog.kb.recognize import open_knowledge_base
+from facetlog.kb.terms import Atom, Struct, Term
+from facetlog.kb.wording import UNSEEN
+
+__all__ = ["BatchJudge", "BriefVerdict"]
+
+# What verdicts follow from beside the models: words, measures and how they are judged.
+JUDGING_CODE = ("rules/*.pl", "kb/prolog/judging/*.pl", "kb/prolog/batch/*.pl")
+HASH_DIGITS = 16
+
+
+@dataclass(frozen=True, slots=True)
+class BriefVerdict:
+    """What one model says of one thing, as `Verdict` has it.
+
+    `parts` are (role, names), none where nothing was seen for the role; `sizes` are
+    (name, value, standard deviation).
+    """
+
+    model: str
+    thing: str
+    state: State
+    degree: float
+    degree_at_most: float
+    probability: float | None
+    parts: tuple[tuple[str, tuple[str, ...]], ...]
+    sizes: tuple[tuple[str, float, float], ...]
+
+
+class BatchJudge(Closing):
+    """The built-in models and the user's, asked of many scenes; arguments as for
+    `open_knowledge_base`. `limits` hold for all verdicts on one scene.
+
+    It belongs to one thread. Raises RuleSyntaxError for a faulty file, EngineError if SWI-Prolog is
+    missing or too old.
+    """
+
+    def __init__(
+        self,
+        model_paths: Sequence[Path] = (),
+        *,
+        trusted: bool = False,
+        crisp: bool = False,
+        limits: Limits | None = None,
+    ) -> None:
+        self._base = open_knowledge_base(model_paths, trusted=trusted, limits=limits, crisp=crisp)
+        self.models_hash = _models_hash(self._base)
+        self._asked: frozenset[tuple[str, int]] = frozenset()
+        self._batch: str | None = None
+        try:
+            self._batch = self._opened()
+        except BaseException:
+            self._base.close()
+            raise
+
+    def _opened(self) -> str:
+        """The name of a batch whose models are ready, for the facts of a fresh module."""
+        self._scene = scene_module()
+        batch = f"{self._scene}:batch"
+        of_module: dict[str, list[Atom]] = defaultdict(list)
+        for model, rules in self._base.models.items():
+            of_module[rules.module].append(Atom(model))
+        models = tuple(Struct("-", (Atom(m), tuple(names))) for m, names in of_module.items())
+        about = Struct("batch", (Atom(batch), Atom(self._scene), models))
+        asked = self._base.request("open_batch", about, keep=batch)
+        self._asked = frozenset(map(_functor, _items(asked)))
+        return batch
+
+    @property
+    def process_id(self) -> int | None:
+        """Of the isolated process, if one is running."""
+        return self._base.process_id
+
+    @property
+    def asked(self) -> frozenset[tuple[str, int]]:
+        """The facts that the models ask for, as (functor, number of arguments)."""
+        return self._asked
+
+    def close(self) -> None:
+        """Forgets the models."""
+        if self._batch is not None:
+            self._base.forget("close_batch", self._batch)
+            self._batch = None
+        self._base.close()
+
+    def judge(
+        self, rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]
+    ) -> tuple[BriefVerdict, ...]:
+        """What each model says of each thing of a scene, things and models in their order.
+
+        `rows` are the facts, or for each functor its rows without it. Raises EngineError if a limit
+        is reached; the next scene is judged as if nothing had been.
+        """
+        batch = self._batch or self._opened()
+        # What is stopped may be at it for a while: the next scene then has a module of its own.
+        self._batch = None
+        columns = rows_text(self._scene, self._needed(rows))
+        about = Struct("batch", (Atom(batch), self._base.limits.bounds))
+        try:
+            said = self._base.request("judge_batch", about, columns)
+        except BaseException:
+            self._base.forget("close_batch", batch)
+            raise
+        self._batch = batch
+        return tuple(self._verdict(term) for term in _items(said))
+
+    def _needed(
+        self, rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]
+    ) -> dict[tuple[str, int], Sequence[Fact]]:
+        found: dict[tuple[str, int], list[Fact]] = defaultdict(list)
+        if isinstance(rows, Mapping):
+            lengths = {name: {len(row) for row in some} for name, some in rows.items()}
+            for name, arity in self._asked:
+                if lengths.get(name) == {arity}:
+                    found[name, arity] = list(rows[name])
+        else:
+            for fact in rows:
+                key = (str(fact[0]), len(fact) - 1)
+                if key in self._asked:
+                    found[key].append(fact[1:])
+        return {key: found[key] for key in sorted(found)}
+
+    def _verdict(self, term: Term) -> BriefVerdict:
+        match term:
+            case Struct(
+                "brief",
+                (
+                    Atom(model),
+                    Atom(thing),
+                    Atom(state),
+                    int() | float() as low,
+                    int() | float() as high,
+                    tuple(parts),
+                    tuple(sizes),
+                ),
+            ):
+                content = self._base.models[model].content
+                probability = self._base.calibration.probability(
+                    model, float(low), float(high), content=content
+                )
+                return BriefVerdict(
+                    model=str(model),
+                    thing=str(thing),
+                    state=State(state),
+                    degree=float(low),
+                    degree_at_most=float(high),
+                    probability=probability if thing else None,
+                    parts=tuple(map(_part, parts)),
+                    sizes=tuple(map(_size, sizes)),
+                )
+        raise _unreadable()
+
+
+def _part(term: Term) -> tuple[str, tuple[str, ...]]:
+    match term:
+        case Struct("-", (Atom(role), Atom(name))):
+            return str(role), () if name == UNSEEN else (str(name),)
+        case Struct("-" | "group", (Atom(role), tuple(names))):
+            return str(role), tuple(map(str, names))
+    raise _unreadable()
+
+
+def _size(term: Term) -> tuple[str, float, float]:
+    match term:
+        case Struct("size", (Atom(name), int() | float() as value, int() | float() as sd)):
+            return str(name), float(value), float(sd)
+    raise _unreadable()
+
+
+def _items(term: Term) -> tuple[Term, ...]:
+    if isinstance(term, tuple):
+        return term
+    raise _unreadable()
+
+
+def _functor(term: Term) -> tuple[str, int]:
+    match term:
+        case Struct("-", (Atom(name), int(arity))):
+            return str(name), arity
+    raise _unreadable()
+
+
+def _unreadable() -> EngineError:
+    return EngineError("Prolog's brief verdicts cannot be read")
+
+
+def _models_hash(base: KnowledgeBase) -> str:
+    """A digest of the models' clauses and of what they are judged by, the same on every machine."""
+    total = hashlib.sha256()
+    for model, rules in base.models.items():
+        total.update(f"{model}={rules.content}\n".encode())
+    root = house("rules").parent
+    for pattern in JUDGING_CODE:
+        for path in sorted(root.glob(pattern)):
+            total.update(path.read_bytes())
+    return total.hexdigest()[:HASH_DIGITS]

@@ -1,0 +1,114 @@
+:- module(facetlog_batch, [ open_batch/4,         % +Batch, +Scene, +Models, -Asked
+                            brief_verdicts/2,     % +Batch, -Verdicts
+                            empty_batch/1,        % +Batch
+                            close_batch/1         % +Batch
+                          ]).
+
+/** <module> Brief verdicts on one scene after the other
+
+A batch has one module for the facts of the scene at hand, filled and emptied, and its models written
+anew for it (specialise.pl). A brief verdict is
+
+    brief(Model, Thing, State, Low, High, Parts, Sizes)
+
+with the same values as in the verdict of judge.pl, whose other arguments it lacks.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(facetlog_kb(schema)).
+:- use_module(facetlog_kb(scene)).
+:- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(best_in_order)).
+:- use_module(facetlog_kb(outlines)).
+:- use_module(facetlog_kb(target)).
+:- use_module(facetlog_kb(specialise)).
+:- use_module(facetlog_kb(told_of_models)).
+
+:- dynamic batch_scene/2,               % Batch, Scene
+           batch_model/4,               % Batch, Model, Module, Target or none
+           batch_fact/2.                % Batch, Head
+
+%!  open_batch(+Batch, +Scene, +Models, -Asked) is det.
+%
+%   Models are Module-[Model, ...] in the order of the verdicts. Asked lists the functors Name-Arity
+%   that a scene needs facts of; it may have others.
+
+open_batch(Batch, Scene, Models, Asked) :-
+    new_scene(Scene),
+    assertz(batch_scene(Batch, Scene)),
+    ( nb_current(facetlog_crisp, Crisp) -> true ; Crisp = false ),
+    forall(member(Module-Names, Models), open_models(Batch, Scene, Crisp, Module, Names)),
+    findall(Name-Arity, needed(Batch, Scene, Name/Arity), Asked0),
+    sort(Asked0, Asked),
+    forall(member(Name-Arity, Asked),
+           ( functor(Head, Name, Arity), assertz(batch_fact(Batch, Head)) )).
+
+%   The module of the facts is that of the new clauses, too: they call no other temporary one.
+open_models(Batch, Scene, Crisp, Module, Names) :-
+    (   catch(specialised(Module, context(Module, Scene, Crisp)), facetlog_general(_), fail)
+    ->  Target = Scene
+    ;   Target = none
+    ),
+    forall(member(Name, Names), assertz(batch_model(Batch, Name, Module, Target))).
+
+needed(_, _, thing/1).
+needed(_, Scene, Indicator) :-
+    asked_of_scene(Scene, Indicator).
+needed(Batch, _, Indicator) :-
+    batch_model(Batch, _, _, none),
+    fact_schema(Indicator, _).
+
+%!  close_batch(+Batch) is det.
+
+close_batch(Batch) :-
+    retractall(batch_model(Batch, _, _, _)),
+    retractall(batch_fact(Batch, _)),
+    forall(retract(batch_scene(Batch, Scene)), ( forget_code(Scene), destroy_scene(Scene) )).
+
+%!  empty_batch(+Batch) is det.
+%
+%   Forgets the facts of the scene at hand, and all that was found out about it.
+
+empty_batch(Batch) :-
+    batch_scene(Batch, Scene),
+    forall(batch_fact(Batch, Head), retractall(Scene:Head)),
+    retractall(Scene:'facetlog recall'(_, _, _, _, _, _)),
+    forget_remembered(Scene).
+
+%!  brief_verdicts(+Batch, -Verdicts) is det.
+%
+%   On each thing of the scene at hand each model's, in their orders.
+
+brief_verdicts(Batch, Verdicts) :-
+    batch_scene(Batch, Scene),
+    b_setval(facetlog_scene, Scene),
+    findall(Thing, Scene:thing(Thing), Things),
+    findall(Verdict,
+            ( member(Thing, Things),
+              batch_model(Batch, Model, Module, Target),
+              brief(Target, Module, Model, Thing, Verdict) ),
+            Verdicts).
+
+brief(none, Module, Model, Thing, brief(Model, Of, State, Low, High, Parts, Sizes)) :-
+    !,
+    judge(Module, Model, Thing, verdict(_, Of, State, Low, High, Parts, Sizes, _, _, _)).
+brief(Target, Module, Model, Thing, Verdict) :-
+    findall(Thing-Parts, Target:candidate(Model, Thing, Parts), Bag),
+    sort(Bag, Candidates),
+    Target:plan(Model, Plan),
+    (   best_in_order(Candidates, Target, Plan, Of, Parts)
+    ->  brief_on(Target, Module, Model, Of, Parts, Verdict)
+    ;   Verdict = brief(Model, Thing, unknown, 0, 1, [], [])
+    ),
+    !.
+
+brief_on(Target, Module, Model, Thing, Parts,
+         brief(Model, Thing, State, Low, High, Roled, Sizes)) :-
+    Target:lines(Model, Names),
+    all_outlines(Names, Target, Thing, Parts, Outlines),
+    all_of(full, Outlines, outline(State, Low, High, _)),
+    roled_in(Module, Model, Target, Thing, Parts, Roled),
+    findall(size(Name, V, Sd),
+            ( Target:size(Model, Thing, Parts, Name, V, Var), Sd is sqrt(Var) ),
+            Sizes).

@@ -1,0 +1,162 @@
+:- module(facetlog_specialise, [ specialised/2,       % +Module, +Context
+                                 all_outlines/5       % +Names, +Target, +Thing, +Parts, -Outlines
+                               ]).
+
+/** <module> Rules for one scene after the other
+
+A batch asks the same few models of thousands of scenes. For that a module of rules is written anew
+once: what its goals ask of the vocabulary is copied beside it (body_code.pl), each test becomes the
+Prolog that works out just that test (state_code.pl, outline_code.pl), and every fact is asked of one module, which
+holds one scene at a time. What was asked of a scene once is remembered until the next.
+
+Context is context(Module, Target, Crisp): the rules, the module of the facts and of the new clauses,
+and whether values are exact. What cannot be written anew is asked as always, and costs what
+it always did; nothing is judged in another way.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(facetlog_kb(target)).
+:- use_module(facetlog_kb(body_code)).
+:- use_module(facetlog_kb(state_code)).
+:- use_module(facetlog_kb(outline_code)).
+:- use_module(facetlog_kb(measure_code)).
+:- use_module(facetlog_kb(search)).
+
+%!  specialised(+Module, +Context) is det.
+%
+%   Target can judge the models of Module from now on. It has
+%
+%     - candidate(Model, Thing, Parts), nondet, as the module itself;
+%     - plan(Model, Plan): a list of ask(Name, Most, First), the cheapest first. Name(Thing,
+%       Parts, Outlines) gives the outlines of the conditions of one label; Most is as in search.pl.
+%       First(Thing, Parts) fails if the only condition does, and is seen sooner; or it is `none`;
+%     - lines(Model, Names): Name(Thing, Parts, Outlines) in the order of the file, in full;
+%     - group(Model, Thing, Parts, Role, Members), nondet;
+%     - size(Model, Thing, Parts, Name, Value, Variance), nondet.
+
+specialised(Module, Context) :-
+    findall(Model, Module:model(Model, _, _), Models),
+    current_prolog_flag(optimise, Before),
+    setup_call_cleanup(
+        set_prolog_flag(optimise, true),    % arithmetic is most of the work
+        maplist(model_code(Context), Models),
+        set_prolog_flag(optimise, Before)).
+
+model_code(Context, Model) :-
+    Context = context(Module, _, _),
+    body_code(Module:candidate(Model, Thing, Parts), Context, Candidate),
+    put_clause(Context, (candidate(Model, Thing, Parts) :- Candidate)),
+    plan(Module, Model, Plan0),
+    asks(Plan0, Context, Model, Plan),
+    put_clause(Context, plan(Model, Plan)),
+    findall(line(Label, LineThing, LineParts, Test, Body),
+            clause(Module:condition(Model, Label, _, LineThing, LineParts, Test), Body),
+            Lines),
+    maplist(line_code(full, Context, Model, several), Lines, Names),
+    put_clause(Context, lines(Model, Names)),
+    (   current_predicate(Module:group/5)
+    ->  body_code(Module:group(Model, Thing, Parts, Role, Members), Context, Group)
+    ;   Group = fail
+    ),
+    put_clause(Context, (group(Model, Thing, Parts, Role, Members) :- Group)),
+    put_clause(Context, (size(Model, _, _, _, _, _) :- fail)),
+    (   current_predicate(Module:size/5)
+    ->  forall(clause(Module:size(Model, SizeThing, SizeParts, Name, Measure), Body),
+               size_code(Context, Model, SizeThing, SizeParts, Name, Measure, Body))
+    ;   true
+    ).
+
+%   The conditions of each group of a plan in one predicate.
+asks([], _, _, []).
+asks([group(Label, Most)|Groups], Context, Model, [ask(Name, Most, First)|Asks]) :-
+    Context = context(Module, _, _),
+    findall(line(Label, Thing, Parts, Test, Body),
+            clause(Module:condition(Model, Label, _, Thing, Parts, Test), Body),
+            Lines),
+    ( Groups = [group(_, After)|_] -> true ; After = 0 ),
+    (   Lines = [Line],
+        Most =:= After + 1
+    ->  line_code(outline, Context, Model, one, Line, Name),
+        first_code(Context, Line, Name, First)
+    ;   First = none,   maplist(line_code(outline, Context, Model, several), Lines, Names),
+        group_of_lines(Context, Names, Name)
+    ),
+    asks(Groups, Context, Model, Asks).
+
+%   To see that a condition which searches fails takes less than to say by how much.
+first_code(Context, line(_, Thing, Parts, Test, Body0), Name, First) :-
+    (   Body0 == true
+    ->  First = none
+    ;   Context = context(Module, _, _),
+        body_code(Module:Body0, Context, Body),
+        state_code(possible, Test, Context, Possible),
+        helper(Context, first(Name), [Thing, Parts], Head, true),
+        functor(Head, First, 2),
+        put_clause(Context, (Head :- Body, !, Possible, !)),
+        ( Thing-Parts =@= _-_ -> true ; functor(Other, First, 2), put_clause(Context, Other) )
+    ).
+
+group_of_lines(Context, Names, Name) :-
+    helper(Context, lines(Names), [Thing, Parts, Outlines], Head, _),
+    functor(Head, Name, _),
+    Context = context(_, Target, _),
+    put_clause(Context, (Head :- facetlog_specialise:all_outlines(Names, Target, Thing, Parts, Outlines))).
+
+%!  all_outlines(+Names, +Target, +Thing, +Parts, -Outlines) is det.
+%
+%   What the predicates Names give, one after the other.
+
+all_outlines([], _, _, _, []).
+all_outlines([Name|Names], Target, Thing, Parts, Outlines) :-
+    call(Target:Name, Thing, Parts, First),
+    append(First, Rest, Outlines),
+    all_outlines(Names, Target, Thing, Parts, Rest).
+
+%   Name(Thing, Parts, Outlines) for one clause, which has one answer or several. What does not depend
+%   on all parts is asked once for those that it depends on.
+line_code(Mode, Context, Model, Number, line(Label, Thing, Parts, Test, Body0), Name) :-
+    Context = context(Module, _, _),
+    body_code(Module:Body0, Context, Body),
+    outline_code(Mode, Test, Context, Goal, Outline),
+    helper(Context, line(Model, Label, Mode, Test, Body0), [Thing, Parts, Outlines], Head, true),
+    functor(Head, Name, _),
+    line_goal(Number, ( Body, Goal ), Thing-Parts-Body0-Test, Outline, Context, Outlines, All),
+    term_variables(Thing-Parts, Given),
+    term_variables(Body0-Test, Used),
+    include(among(Used), Given, Inputs),
+    term_variables(Parts, PartVariables),
+    (   Mode == outline,
+        \+ forall(member(Part, PartVariables), among(Used, Part))
+    ->  append(Inputs, [Outlines], Args),
+        helper(Context, kept(Head), Args, Kept, true),
+        put_remembered(Context, Kept, Inputs, [Outlines], All),
+        put_clause(Context, (Head :- Kept, !))
+    ;   put_clause(Context, (Head :- All, !))
+    ),
+    (   Thing-Parts =@= _-_
+    ->  true
+    ;   functor(Other, Name, 3),
+        arg(3, Other, []),
+        put_clause(Context, Other)
+    ).
+
+line_goal(one, Goal, _, Outline, _, Outlines, ( Goal -> Outlines = [Outline] ; Outlines = [] )).
+line_goal(several, Goal, Source, Outline, Context, Outlines, findall(Outline, Call, Outlines)) :-
+    called(Goal, Source-Outline, Context, Call).
+
+size_code(Context, Model, Thing, Parts, Name, Measure, Body0) :-
+    Context = context(Module, _, _),
+    body_code(Module:Body0, Context, Body),
+    (   value_code(Measure, Context, Goal, V, Var, Kind)
+    ->  Kind == length,
+        Value = Goal
+    ;   Value = facetlog_quantities:value(Measure, Module, quantity(V, Var, length)),
+        % Which of several was worked out while they were sorted.
+        ( var(Measure), sub_goal(longest_first(Ms, _), Body0), is_list(Ms) -> true
+        ; asks_all(Context) )
+    ),
+    put_clause(Context, (size(Model, Thing, Parts, Name, V, Var) :- Body, Value)).
+
+sub_goal(Goal, Goal).
+sub_goal(Goal, (A, B)) :- ( sub_goal(Goal, A) ; sub_goal(Goal, B) ).

@@ -1,0 +1,174 @@
+:- module(facetlog_target, [ put_clause/2,         % +Context, +Clause
+                            declared/2,           % +Target, +Head
+                            helper/5,             % +Context, +Key, +Args, -Head, -New
+                            called/4,             % +Code, +Source, +Context, -Call
+                            among/2,              % +Variables, +Variable
+                            put_remembered/5,     % +Context, +Head, +Inputs, +Outputs, +Body
+                            forget_remembered/1,  % +Target
+                            copied/2,             % +Target, +Indicator
+                            copy_noted/2,         % +Target, +Indicator
+                            note/2,               % +Target, +Indicator
+                            asks_all/1,           % +Context
+                            asked_of_scene/2,     % +Target, ?Indicator
+                            forget_code/1         % +Target
+                          ]).
+
+/** <module> The module that rules are written anew into
+
+It holds the new clauses, the facts of the scene at hand, and what was worked out of these. Context is
+as in specialise.pl.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(facetlog_kb(schema)).
+
+:- dynamic asks/2,                      % Target, Indicator or all
+           copy/2,                      % Target, Indicator
+           made/4,                      % Target, Key, Arity, Name
+           remembered/2.                % Target, Head
+
+                 /*******************************
+                 *            CLAUSES           *
+                 *******************************/
+
+%!  declared(+Target, +Head) is det.
+%
+%   Head may be called before it has clauses.
+
+declared(Target, Head) :-
+    functor(Head, Name, Arity),
+    dynamic(Target:Name/Arity).
+
+%!  called(+Code, +Source, +Context, -Call) is det.
+%
+%   Call does what Code does, and is a call of one predicate: what a predicate such as findall/3 is
+%   given with control in it would be compiled each time. Source has all variables of Code that others
+%   see.
+
+called(Code, Source, Context, Call) :-
+    (   control(Code)
+    ->  term_variables(Code, All),
+        term_variables(Source, Seen),
+        include(among(Seen), All, Variables),
+        helper(Context, goal(Code), Variables, Call, New),
+        ( New == true -> put_clause(Context, (Call :- Code)) ; true )
+    ;   Call = Code
+    ).
+
+control((_, _)).
+control((_ ; _)).
+control((_ -> _)).
+control((_ *-> _)).
+control(\+ _).
+
+%!  among(+Variables, +Variable) is semidet.
+
+among(Variables, Variable) :-
+    member(Other, Variables),
+    Other == Variable,
+    !.
+
+%!  put_clause(+Context, +Clause) is det.
+
+put_clause(context(_, Target, _), Clause) :-
+    assertz(Target:Clause).
+
+%!  helper(+Context, +Key, +Args, -Head, -New) is det.
+%
+%   Head is a predicate of the target with these Args for what Key stands for; New is true if it was
+%   made just now, and has no clause yet.
+
+helper(context(_, Target, _), Key, Args, Head, New) :-
+    length(Args, Arity),
+    (   made(Target, Key0, Arity, Name),
+        Key0 =@= Key
+    ->  New = false
+    ;   flag(facetlog_code, Number, Number + 1),
+        functor(Key, Kind, _),
+        atomic_list_concat([Kind, Number], '#', Name),
+        assertz(made(Target, Key, Arity, Name)),
+        New = true
+    ),
+    Head =.. [Name|Args],
+    ( New == true -> declared(Target, Head) ; true ).
+
+%!  put_remembered(+Context, +Head, +Inputs, +Outputs, +Body) is det.
+%
+%   Head, whose arguments are Inputs and Outputs, is what Body makes of it; for the Inputs of the scene
+%   that is worked out once.
+
+put_remembered(Context, Head, Inputs, Outputs, Body) :-
+    Context = context(_, Target, _),
+    Head =.. [Name|_],
+    atom_concat(Name, ' known', Known),
+    Answer =.. [answer|Outputs],
+    append(Inputs, [Found], KnownArgs),
+    Kept =.. [Known|KnownArgs],
+    declared(Target, Kept),
+    assertz(remembered(Target, Kept)),
+    maplist(bound_test, Inputs, Tests),
+    foldl(joined, Tests, true, Bound),
+    put_clause(Context, (Head :- Bound, Kept, !, Found = Answer)),
+    put_clause(Context,
+               (Head :- ( Body -> Found = Answer ; Found = none ),
+                        assertz(Target:Kept),
+                        Found = Answer)).
+
+bound_test(Input, nonvar(Input)).
+
+joined(Goal, Before, ( Before, Goal )).
+
+%!  forget_remembered(+Target) is det.
+%
+%   For the next scene.
+
+forget_remembered(Target) :-
+    forall(remembered(Target, Kept), retractall(Target:Kept)).
+
+%!  forget_code(+Target) is det.
+
+forget_code(Target) :-
+    retractall(asks(Target, _)),
+    retractall(copy(Target, _)),
+    retractall(made(Target, _, _, _)),
+    retractall(remembered(Target, _)).
+
+                 /*******************************
+                 *           THE NOTES          *
+                 *******************************/
+
+%!  copied(+Target, +Indicator) is semidet.
+%!  copy_noted(+Target, +Indicator) is det.
+%
+%   Which predicates of others were copied.
+
+copied(Target, Indicator) :-
+    copy(Target, Indicator).
+
+copy_noted(Target, Indicator) :-
+    assertz(copy(Target, Indicator)).
+
+%!  note(+Target, +Indicator) is det.
+%
+%   A fact is asked for; `all` stands for any.
+
+note(Target, What) :-
+    ( asks(Target, What) -> true ; assertz(asks(Target, What)) ).
+
+%!  asks_all(+Context) is det.
+%
+%   Any fact may be asked for.
+
+asks_all(context(_, Target, _)) :-
+    note(Target, all).
+
+%!  asked_of_scene(+Target, ?Indicator) is nondet.
+%
+%   The facts that Target asks for.
+
+asked_of_scene(Target, Indicator) :-
+    (   asks(Target, all)
+    ->  fact_schema(Indicator, _)
+    ;   asks(Target, Indicator)
+    ).

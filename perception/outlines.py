@@ -1,0 +1,258 @@
+"""Outlines of many faces in planes: areas that two share, points that they hold.
+
+Loops of faces without holes that are convex, which most are, are worked on as arrays, all at once;
+for the others there is shapely.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.row_table import Bools, Indices, row_starts
+from facetlog.perception.types import FloatArray
+
+__all__ = [
+    "Outlines",
+    "convex_loops",
+    "distances_outside",
+    "following",
+    "valid_polygons",
+]
+
+Shapes = NDArray[np.object_]
+
+MOST_NUMBERS = 1_000_000
+"""Numbers worked on in one go: some 10 MB an array."""
+
+
+def following(sizes: Indices, longest: int) -> Indices:
+    """Place (r, k) of the corner after each one of loops of some sizes (r,).
+
+    What is beyond the last corner is followed by itself.
+
+    >>> following(np.array([3]), 4).tolist()
+    [[1, 2, 0, 3]]
+    """
+    steps, last = np.arange(longest), (sizes - 1)[:, None]
+    return np.where(steps == last, 0, steps + (steps < last))
+
+
+def convex_loops(loops: FloatArray, sizes: Indices) -> Bools:
+    """Which loops (r, k, 2) turn left at every corner, and once round in all."""
+    rows, after = np.arange(len(loops))[:, None], following(sizes, loops.shape[1])
+    here = loops[rows, after] - loops
+    there = here[rows, after]
+    twist = here[..., 0] * there[..., 1] - here[..., 1] * there[..., 0]
+    beyond = np.arange(loops.shape[1]) >= sizes[:, None]
+    turn = np.where(beyond, 0.0, np.arctan2(twist, (here * there).sum(axis=2))).sum(axis=1)
+    return np.asarray(((twist > 0.0) | beyond).all(axis=1) & (turn < 3.0 * np.pi) & (sizes > 2))
+
+
+def _areas(loops: FloatArray) -> FloatArray:
+    """Signed areas (r,) of loops (r, k, 2), counter-clockwise positive."""
+    spokes = loops[:, 1:] - loops[:, :1]
+    one, two = spokes[:, :-1], spokes[:, 1:]
+    areas: FloatArray = 0.5 * (one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0]).sum(axis=1)
+    return areas
+
+
+def valid_polygons(corners: FloatArray, rings: Indices, faces: Indices, sound: Bools) -> Shapes:
+    """Polygons (r,) of corners (c, 2) in rings of some lengths, of these faces (rings,), in order.
+
+    The first ring of a face is its outline. What is not `sound` (r,), known to be valid, is made
+    so: of a loop that crosses itself remains what it surrounds.
+    """
+    ring_of = np.repeat(np.arange(len(rings)), rings)
+    polygons = shapely.polygons(shapely.linearrings(corners, indices=ring_of), indices=faces)
+    doubtful = np.flatnonzero(~sound)
+    crossed = doubtful[~shapely.is_valid(polygons[doubtful])]
+    polygons[crossed] = shapely.buffer(polygons[crossed], 0.0)
+    return np.asarray(polygons, dtype=np.object_)
+
+
+def distances_outside(
+    loops: FloatArray, sizes: Indices, where: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Distances (r, q) of points (r, q, 2) from convex loops (r, k, 2): outside, and to the rim.
+
+    The former is 0 within the loop.
+    """
+    after = loops[np.arange(len(loops))[:, None], following(sizes, loops.shape[1])]
+    span = (after - loops)[:, None]
+    beside = where[:, :, None] - loops[:, None]
+    depth = span[..., 0] * beside[..., 1] - span[..., 1] * beside[..., 0]
+    square = np.maximum((span * span).sum(axis=3), 1e-300)
+    t = np.clip((beside * span).sum(axis=3) / square, 0.0, 1.0)
+    apart = beside - t[..., None] * span
+    rim: FloatArray = np.sqrt((apart * apart).sum(axis=3).min(axis=2))
+    return np.where((depth >= 0.0).all(axis=2), 0.0, rim), rim
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Outlines:
+    """Outlines (r,) of faces, each in a frame of its own.
+
+    `loops` (r, k, 2) of `sizes` (r,) corners run counter-clockwise; shorter ones repeat their last
+    corner. `areas` (r,) are without holes. `shapes` (r,) are polygons of what is not `convex` (r,).
+    """
+
+    loops: FloatArray
+    sizes: Indices
+    areas: FloatArray
+    convex: Bools
+    shapes: Shapes
+
+    @classmethod
+    def of(
+        cls,
+        loops: FloatArray,
+        sizes: Indices,
+        convex: Bools,
+        rings_of: Callable[[int], Sequence[FloatArray]],
+    ) -> "Outlines":
+        """Loops (r, k, 2) either way round, of faces that are `convex` (r,) in their planes.
+
+        `rings_of` a row gives its outline and holes (k, 2), where it is not convex.
+        """
+        areas = _areas(loops)
+        steps = np.minimum(np.arange(loops.shape[1]), sizes[:, None] - 1)
+        steps = np.where(areas[:, None] < 0.0, (sizes[:, None] - steps) % sizes[:, None], steps)
+        loops, areas = loops[np.arange(len(loops))[:, None], steps], np.abs(areas)
+        convex = convex & convex_loops(loops, sizes)
+        shapes = np.full(len(loops), None, dtype=np.object_)
+        others = np.flatnonzero(~convex)
+        if len(others):
+            rings = [rings_of(row) for row in others.tolist()]
+            flat = [ring for own in rings for ring in own]
+            owner = np.repeat(np.arange(len(rings)), [len(own) for own in rings])
+            shapes[others] = valid_polygons(
+                np.concatenate(flat),
+                np.array([len(ring) for ring in flat]),
+                owner,
+                np.zeros(len(rings), np.bool_),
+            )
+            areas[others] = shapely.area(shapes[others])
+        return cls(loops, sizes, areas, convex, shapes)
+
+    @property
+    def low(self) -> FloatArray:
+        """Lowest coordinates (r, 2)."""
+        return np.asarray(self.loops.min(axis=1), dtype=np.float64)
+
+    @property
+    def high(self) -> FloatArray:
+        """Highest coordinates (r, 2)."""
+        return np.asarray(self.loops.max(axis=1), dtype=np.float64)
+
+    def take(self, rows: Indices | Bools) -> "Outlines":
+        """Some of them."""
+        return Outlines(
+            self.loops[rows],
+            self.sizes[rows],
+            self.areas[rows],
+            self.convex[rows],
+            self.shapes[rows],
+        )
+
+    def polygons(self) -> Shapes:
+        """All of them as polygons (r,)."""
+        shapes = self.shapes.copy()
+        shapes[self.convex] = shapely.polygons(self.loops[self.convex])
+        return shapes
+
+    def corners(self) -> tuple[FloatArray, Bools]:
+        """Corners (r, k, 2) of what the outlines surround, and which are there (r, k)."""
+        there = np.arange(self.loops.shape[1]) < self.sizes[:, None]
+        others = np.flatnonzero(~self.convex)
+        if not len(others):
+            return self.loops, there
+        found, row = shapely.get_coordinates(self.shapes[others], return_index=True)
+        counts = np.bincount(row, minlength=len(others))
+        widest = max(int(counts.max()), self.loops.shape[1])
+        loops, known = np.zeros((len(there), widest, 2)), np.zeros((len(there), widest), np.bool_)
+        loops[:, : there.shape[1]], known[:, : there.shape[1]] = self.loops, there
+        known[others] = np.arange(widest) < counts[:, None]
+        loops[others[row], np.arange(len(row)) - np.repeat(row_starts(counts), counts)] = found
+        return loops, known
+
+    def shared_areas(self, others: "Outlines") -> FloatArray:
+        """Areas (r,) that these share with the others (r,), one with one."""
+        shared = np.zeros(len(self.areas))
+        meet = ((self.low < others.high) & (others.low < self.high)).all(axis=1)
+        simple = self.convex & others.convex
+        rows = np.flatnonzero(meet & simple)
+        step = max(1, MOST_NUMBERS // max(4 * self.loops.shape[1] * others.loops.shape[1], 1))
+        for start in range(0, len(rows), step):
+            some = rows[start : start + step]
+            sizes, other_sizes = self.sizes[some], others.sizes[some]
+            shared[some] = _convex_shared(
+                self.loops[some, : sizes.max()],
+                sizes,
+                others.loops[some, : other_sizes.max()],
+                other_sizes,
+            )
+        rows = np.flatnonzero(meet & ~simple)
+        if len(rows):
+            one, two = self.take(rows).polygons(), others.take(rows).polygons()
+            shared[rows] = shapely.area(shapely.intersection(one, two))
+        return shared
+
+    def hold(self, where: FloatArray) -> Bools:
+        """Which points (r, q, 2) the outlines hold, one row each, their rims included (r, q)."""
+        within = np.zeros(where.shape[:2], dtype=np.bool_)
+        rows = np.flatnonzero(self.convex)
+        inside = np.ones((len(rows), where.shape[1]), dtype=np.bool_)
+        loops = self.loops[rows, : self.sizes[rows].max(initial=0)]
+        x, y = where[rows, :, 0], where[rows, :, 1]
+        after = loops[np.arange(len(rows))[:, None], following(self.sizes[rows], loops.shape[1])]
+        span = after - loops
+        for k in range(loops.shape[1]):
+            a, side = loops[:, k, :, None], span[:, k, :, None]
+            inside &= side[:, 0] * (y - a[:, 1]) >= side[:, 1] * (x - a[:, 0])
+        within[rows] = inside
+        others = np.flatnonzero(~self.convex)
+        if len(others):
+            shapely.prepare(self.shapes[others])
+            at = where[others]
+            within[others] = shapely.intersects_xy(
+                self.shapes[others, None], at[..., 0], at[..., 1]
+            )
+        return within
+
+
+def _convex_shared(
+    loops: FloatArray, sizes: Indices, others: FloatArray, other_sizes: Indices
+) -> FloatArray:
+    """Areas (p,) of convex loops (p, k, 2) clipped to convex loops (p, l, 2), side by side.
+
+    Sutherland and Hodgman (1974).
+    """
+    after = others[np.arange(len(others))[:, None], following(other_sizes, others.shape[1])]
+    for k in range(others.shape[1]):
+        loops, sizes = _clipped(loops, sizes, others[:, k], after[:, k])
+    return np.maximum(_areas(loops), 0.0)
+
+
+def _clipped(
+    loops: FloatArray, sizes: Indices, start: FloatArray, end: FloatArray
+) -> tuple[FloatArray, Indices]:
+    """What of convex loops (p, k, 2) lies left of lines from `start` (p, 2) to `end` (p, 2)."""
+    rows, longest = np.arange(len(loops))[:, None], loops.shape[1]
+    after, there = following(sizes, longest), np.arange(longest) < sizes[:, None]
+    side, spokes = (end - start)[:, None], loops - start[:, None]
+    depth = side[..., 0] * spokes[..., 1] - side[..., 1] * spokes[..., 0]
+    inside = depth >= 0.0
+    crosses = there & (inside != inside[rows, after])
+    span = np.where(crosses, depth - depth[rows, after], 1.0)
+    cut = loops + (depth / span)[..., None] * (loops[rows, after] - loops)
+    # Each corner that is inside, and then where the side from there on crosses the line.
+    found = np.stack([loops, cut], axis=2).reshape(len(loops), -1, 2)
+    kept = np.stack([inside & there, crosses], axis=2).reshape(len(loops), -1)
+    sizes = kept.sum(axis=1)
+    order = np.argsort(~kept, axis=1, kind="stable")
+    steps = np.arange(max(int(sizes.max(initial=0)), 1))
+    place = order[rows, np.minimum(steps, np.maximum(sizes - 1, 0)[:, None])]
+    return found[rows, place], sizes

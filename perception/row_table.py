@@ -1,0 +1,43 @@
+"""Rows of different lengths that stand end to end in one array, as a table and as sums."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.types import FloatArray
+
+__all__ = ["Bools", "Indices", "row_starts", "row_sums", "row_table"]
+
+Indices = NDArray[np.intp]
+Bools = NDArray[np.bool_]
+
+
+def row_starts(lengths: Indices) -> Indices:
+    """Where each row begins (r,).
+
+    >>> row_starts(np.array([3, 2])).tolist()
+    [0, 3]
+    """
+    return np.cumsum(lengths) - lengths
+
+
+def row_table(lengths: Indices) -> tuple[Indices, Bools]:
+    """Places (r, k) of the rows' entries, k the longest, and which of them are there (r, k).
+
+    A row that is shorter repeats its last entry.
+
+    >>> places, there = row_table(np.array([3, 2]))
+    >>> places.tolist(), there[1].tolist()
+    ([[0, 1, 2], [3, 4, 4]], [True, True, False])
+    """
+    steps = np.arange(int(lengths.max(initial=0)))
+    there = steps < lengths[:, None]
+    last = np.maximum(lengths - 1, 0)
+    return row_starts(lengths)[:, None] + np.minimum(steps, last[:, None]), there
+
+
+def row_sums(values: FloatArray, lengths: Indices) -> FloatArray:
+    """Sums (r, ...) of the rows' entries (n, ...); every row has one at least."""
+    if not len(lengths):
+        return np.zeros((0, *values.shape[1:]))
+    sums: FloatArray = np.add.reduceat(values, row_starts(lengths), axis=0)
+    return sums

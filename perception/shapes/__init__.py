@@ -1,0 +1,1 @@
+"""Meshes and point clouds into scenes: files → regions → polygons → bodies → scene."""

@@ -1,0 +1,70 @@
+"""The area that points in a plane cover: alpha shape of their triangulation, without whiskers."""
+
+import numpy as np
+import shapely
+from scipy.spatial import Delaunay, QhullError
+
+from facetlog.perception.types import FloatArray
+
+__all__ = ["covered_area"]
+
+# Points at random leave an empty disc of 2.2 times their spacing once in e^15 (π 2.2²).
+ALPHA = 2.2
+# More points than this make no better outline, only a slower one; the spacing grows with the gap.
+MOST_POINTS = 6000
+# Whiskers and cracks narrower than twice this, in spacings, are the triangulation's own.
+CLEARED = 1.0
+# Holes must be this wide, in spacings, to be holes and not chance.
+HOLE = 4.0
+# Pieces with less than this share of the largest one's area are scatter.
+PIECE_SHARE = 0.05
+# Corners are put on a grid this fine, in spacings: without one the overlay of two areas can fail
+# where sides all but touch (GEOS rounds onto the grid soundly).
+GRID = 1e-6
+
+
+def covered_area(
+    flat: FloatArray, spacing: FloatArray
+) -> tuple[tuple[shapely.Polygon, ...], float]:
+    """Polygons that points (n, 2) cover, largest first, and the median spacing they rest on.
+
+    `spacing` (n,) is the side of the square that each point has to itself. There are none where
+    the points are on one line.
+    """
+    if len(flat) > MOST_POINTS:
+        kept = np.random.default_rng(0).permutation(len(flat))[:MOST_POINTS]
+        flat, spacing = flat[kept], spacing[kept] * np.sqrt(len(flat) / MOST_POINTS)
+    typical = float(np.median(spacing))
+    try:
+        triangles = Delaunay(flat).simplices
+    except (QhullError, ValueError):
+        return (), typical
+    # A point that is sparse by its neighbourhood's chance must not let a real gap be bridged.
+    reach = ALPHA * np.minimum(spacing, 2.0 * typical)[triangles].mean(axis=1)
+    kept_triangles = flat[triangles[_circumradius(flat[triangles]) <= reach]]
+    if not len(kept_triangles):
+        return (), typical
+    whole = shapely.coverage_union_all(shapely.polygons(kept_triangles))
+    width = CLEARED * typical
+    closed = whole.buffer(width, join_style="mitre").buffer(-width, join_style="mitre")
+    opened = closed.buffer(-width, join_style="mitre").buffer(width, join_style="mitre")
+    # buffers by nothing repair what rounding did to sides that all but touch
+    both = shapely.intersection(opened.buffer(0), closed.buffer(0), grid_size=GRID * typical)
+    pieces = [p for p in shapely.get_parts(both) if p.geom_type == "Polygon"]
+    pieces = [_without_pinholes(p, HOLE * typical) for p in pieces if p.area > 0.0]
+    pieces.sort(key=lambda piece: -piece.area)
+    return tuple(p for p in pieces if p.area >= PIECE_SHARE * pieces[0].area), typical
+
+
+def _circumradius(triangles: FloatArray) -> FloatArray:
+    """Radii (n,) of the circles through corners (n, 3, 2): r = abc / (4 area)."""
+    sides = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2)
+    (ax, ay), (bx, by) = np.moveaxis(triangles[:, 1:] - triangles[:, :1], (1, 2), (0, 1))
+    twice = np.abs(ax * by - ay * bx)
+    radius: FloatArray = sides.prod(axis=1) / np.maximum(2.0 * twice, 1e-300)
+    return radius
+
+
+def _without_pinholes(polygon: shapely.Polygon, width: float) -> shapely.Polygon:
+    holes = [r for r in polygon.interiors if not shapely.Polygon(r).buffer(-width / 2.0).is_empty]
+    return shapely.Polygon(polygon.exterior, holes)

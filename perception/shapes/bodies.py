@@ -1,0 +1,80 @@
+"""Which points are of one object: what is near to one another once the floor is taken away."""
+
+from collections.abc import Collection
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import KDTree
+
+from facetlog.perception.types import FloatArray
+
+__all__ = ["majority", "tell_apart"]
+
+# Points at random on one surface are within so many spacings of the next: the chance is e^-28.
+REACH_SPACINGS = 3.0
+# What is nearer than this share of the whole's diagonal is one thing: a scan has gaps at edges
+# where a ray met neither side well.
+REACH_SHARE = 0.01
+# Points are gathered in cells of this share of the reach; a cell's first point stands for it, and
+# is off by a cell's diagonal at most.
+CELL_SHARE = 1.0 / 3.0
+# A group with less than this share of the largest one's points is scatter, not an object.
+SCATTER_SHARE = 0.005
+# ... and so is one of fewer points.
+LEAST_POINTS = 8
+
+
+def tell_apart(
+    points: FloatArray,
+    owner: NDArray[np.intp],
+    spacing: float,
+    *,
+    support: Collection[int] = (),
+) -> NDArray[np.intp]:
+    """Number of the object of each of points (n, 3), the one with most points first; -1: none.
+
+    `owner` (n,) is the flat region of a point, -1 for none: a region is of one object. Regions
+    named in `support`, as a floor is, are of none, and join nothing. `spacing` is the typical
+    distance between points on the surface. Single linkage, within 3 spacings or 1 % of the
+    diagonal of what is told apart.
+    """
+    bodies = np.full(len(points), -1)
+    rows = np.flatnonzero(~np.isin(owner, list(support)))
+    if not len(rows):
+        return bodies
+    own = points[rows]
+    diagonal = float(np.linalg.norm(np.ptp(own, axis=0)))
+    reach = max(REACH_SPACINGS * spacing, REACH_SHARE * diagonal)
+    if reach <= 0.0:
+        bodies[rows] = 0
+        return bodies
+    cells = np.floor((own - own.min(axis=0)) / (CELL_SHARE * reach)).astype(np.int64)
+    first, cell_of = np.unique(cells, axis=0, return_index=True, return_inverse=True)[1:]
+    cell_of = cell_of.ravel()
+    pairs = KDTree(own[first]).query_pairs(reach * (1.0 + CELL_SHARE), output_type="ndarray")
+    # a region is a node of its own, after the cells', joined to all cells of its points
+    held = owner[rows] >= 0
+    hubs = len(first) + owner[rows][held]
+    one = np.concatenate([pairs[:, 0], cell_of[held]])
+    two = np.concatenate([pairs[:, 1], hubs])
+    nodes = len(first) + int(owner.max(initial=-1)) + 1
+    graph = coo_array((np.ones(len(one)), (one, two)), shape=(nodes, nodes))
+    groups = connected_components(graph, directed=False)[1][cell_of]
+    sizes = np.bincount(groups)
+    order = np.argsort(-sizes, kind="stable")
+    kept = sizes[order] >= max(LEAST_POINTS, SCATTER_SHARE * sizes[order[0]])
+    names = np.full(len(sizes), -1)
+    names[order[kept]] = np.arange(int(kept.sum()))
+    bodies[rows] = names[groups]
+    return bodies
+
+
+def majority(values: NDArray[np.intp]) -> int:
+    """The commonest of numbers from -1 on, the least of equals; -1 where there are none.
+
+    >>> majority(np.array([2, -1, 2, 0]))
+    2
+    """
+    return int(np.bincount(values + 1).argmax()) - 1 if len(values) else -1

@@ -1,0 +1,100 @@
+"""A point cloud as a value: points, and what their file says of normals, viewpoints and errors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from facetlog.errors import InputError
+from facetlog.perception.types import FloatArray
+
+__all__ = ["HUGE", "LEAST_POINTS", "Cloud"]
+
+# Fewer points are no surface: a neighbourhood has 16.
+LEAST_POINTS = 16
+# Coordinates beyond this overflow when they are multiplied three times, as a covariance's are.
+HUGE = 1e75
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cloud:
+    """Different points (n, 3), all finite, in the file's own frame and unit.
+
+    Unit `normals` (n, 3) outwards, or None where the file has none; `seen_from` (n, 3), a place
+    from which each point was seen, rows of NaN where that is not known, or None; `camera_ups`
+    (m, 3), unit vectors upwards in the cameras' pictures; `errors` (n,), the standard deviation of
+    each point in the unit of length. `warnings` tell what was left out.
+    """
+
+    points: FloatArray
+    normals: FloatArray | None = None
+    name: str = "cloud"
+    seen_from: FloatArray | None = None
+    camera_ups: FloatArray | None = None
+    errors: FloatArray | None = None
+    warnings: tuple[str, ...] = ()
+
+    @classmethod
+    def of(
+        cls,
+        points: ArrayLike,
+        *,
+        normals: ArrayLike | None = None,
+        name: str = "cloud",
+        seen_from: ArrayLike | None = None,
+        camera_ups: ArrayLike | None = None,
+        errors: ArrayLike | None = None,
+    ) -> "Cloud":
+        """A cloud of any arrays: points that are not finite, or there already, are dropped.
+
+        Normals of no length are taken for unknown. Raises InputError for fewer than 16 points.
+        """
+        every = np.array(points, dtype=np.float64).reshape(-1, 3)
+        with np.errstate(invalid="ignore"):
+            sound = (np.abs(every) < HUGE).all(axis=1)
+        rows = np.flatnonzero(sound)
+        order = np.lexsort(every[rows].T)
+        same = (np.diff(every[rows][order], axis=0) == 0.0).all(axis=1)
+        rows = np.sort(np.delete(rows[order], np.flatnonzero(same) + 1))
+        if len(rows) < LEAST_POINTS:
+            raise InputError(
+                f"{name}: {len(rows) or 'no'} different points with finite coordinates, at least "
+                f"{LEAST_POINTS} are needed: export the cloud anew"
+            )
+        said = []
+        for lost, what in ((int((~sound).sum()), "not finite"), (int(same.sum()), "there twice")):
+            if lost:
+                said.append(f"{lost} of {len(every)} points are {what}, and were left out")
+        extra = [
+            None if given is None else np.array(given, dtype=np.float64)[rows]
+            for given in (normals, seen_from, errors)
+        ]
+        ups = None if camera_ups is None else np.array(camera_ups, dtype=np.float64).reshape(-1, 3)
+        return cls(
+            _settled(every[rows]),
+            _unit_rows(extra[0]),
+            name,
+            None if extra[1] is None else _settled(extra[1]),
+            None if ups is None else _settled(ups),
+            None if extra[2] is None else _settled(extra[2]),
+            tuple(said),
+        )
+
+
+def _settled(values: FloatArray) -> FloatArray:
+    values.setflags(write=False)
+    return values
+
+
+def _unit_rows(normals: FloatArray | None) -> FloatArray | None:
+    """Normals (n, 3) of unit length; zeros where they had none; None where none has any."""
+    if normals is None:
+        return None
+    with np.errstate(over="ignore", invalid="ignore"):
+        length = np.linalg.norm(normals, axis=1)
+    known = np.isfinite(length) & (length > 0.0)
+    if not known.any():
+        return None
+    unit = np.zeros_like(normals)
+    unit[known] = normals[known] / length[known, None]
+    return _settled(unit)

@@ -1,0 +1,176 @@
+"""Point cloud files (PLY, PCD, LAS/LAZ, text) and COLMAP models as clouds.
+
+A file may lie. What it claims is compared with what it holds before anything is allocated.
+"""
+
+import io
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from facetlog.errors import InputError
+from facetlog.perception.shapes.cloud import Cloud
+from facetlog.perception.shapes.colmap_model import find_colmap_model, read_colmap
+from facetlog.perception.shapes.pcd_points import read_pcd_points
+from facetlog.perception.shapes.ply_points import read_ply_points
+from facetlog.perception.shapes.point_table import columns_of
+from facetlog.perception.shapes.resolution import check_resolution
+
+__all__ = ["CLOUD_SUFFIXES", "DEFAULT_LIMITS", "CloudLimits", "read_cloud"]
+
+CLOUD_SUFFIXES = (".csv", ".las", ".laz", ".pcd", ".ply", ".pts", ".txt", ".xyz")
+"""The files that `read_cloud` reads, by their suffix; a COLMAP model is a folder."""
+
+# A laser scan of a building; the arrays of so many points take 2.4 GB.
+MOST_POINTS = 50_000_000
+MOST_BYTES = 4 << 30
+# Text is looked at this far for its separator and the names of its columns.
+FIRST_BYTES = 1 << 12
+
+
+@dataclass(frozen=True, slots=True)
+class CloudLimits:
+    """What is refused: files of more `size_bytes`, clouds of more `points`."""
+
+    size_bytes: int = MOST_BYTES
+    points: int = MOST_POINTS
+
+
+DEFAULT_LIMITS = CloudLimits()
+
+
+def read_cloud(path: Path, limits: CloudLimits = DEFAULT_LIMITS) -> Cloud:
+    """The cloud of a file, its kind told by the suffix, or of a folder with a COLMAP model.
+
+    Raises InputError where it is missing, empty, damaged, beyond the limits, or of another kind.
+    """
+    try:
+        if path.is_dir():
+            model = find_colmap_model(path)
+            if model is None:
+                raise InputError(f"{path}: has no points3D.bin or points3D.txt of a COLMAP model")
+            return read_colmap(model, limits.points)
+        kind = path.suffix.lower()
+        if path.name in ("points3D.bin", "points3D.txt"):
+            return read_colmap(path.parent, limits.points)
+        if kind not in _READERS:
+            raise InputError(
+                f"{path.name}: is no point cloud; give one of {', '.join(CLOUD_SUFFIXES)}, "
+                "or the folder of a COLMAP model"
+            )
+        size = path.stat().st_size
+        if not path.is_file():
+            raise InputError(f"{path.name}: is no file; give a point cloud")
+        if size == 0:
+            raise InputError(f"{path.name}: is empty; export the cloud anew")
+        if size > limits.size_bytes:
+            raise InputError(
+                f"{path.name}: has {size} bytes, more than {limits.size_bytes}; thin the cloud"
+            )
+        cloud = _READERS[kind](path, limits)
+    except MemoryError as exc:
+        raise InputError(f"{path.name}: does not fit into memory; thin the cloud") from exc
+    except OSError as exc:
+        raise InputError(f"{path.name}: cannot be read ({exc.strerror}); check the path") from exc
+    check_resolution(cloud.points, path.name)
+    return cloud
+
+
+def _read_ply(path: Path, limits: CloudLimits) -> Cloud:
+    with path.open("rb") as file:
+        table = read_ply_points(file, path.name, limits.points)
+    return Cloud.of(table.points, normals=table.normals, name=path.name)
+
+
+def _read_pcd(path: Path, limits: CloudLimits) -> Cloud:
+    with path.open("rb") as file:
+        table, viewpoint = read_pcd_points(file, path.name, limits.points)
+    seen_from = None if viewpoint is None else np.tile(viewpoint, (len(table.points), 1))
+    return Cloud.of(table.points, normals=table.normals, name=path.name, seen_from=seen_from)
+
+
+def _read_las(path: Path, limits: CloudLimits) -> Cloud:
+    try:
+        laspy: Any = import_module("laspy")  # an extra: surveys need it, nothing else does
+    except ImportError as exc:
+        raise InputError(f"{path.name}: LAS files need laspy: pip install 'facetlog[las]'") from exc
+    try:
+        with laspy.open(path) as file:
+            header: Any = file.header
+            claimed = int(header.point_count)
+            if claimed > limits.points:
+                raise InputError(
+                    f"{path.name}: has {claimed} points, more than {limits.points}; thin the cloud"
+                )
+            held = path.stat().st_size - int(header.offset_to_point_data)
+            if path.suffix.lower() == ".las" and claimed * int(header.point_format.size) > held:
+                raise InputError(
+                    f"{path.name}: claims {claimed} points, more than it holds; it is truncated"
+                )
+            points = np.array(file.read().xyz, dtype=np.float64)
+    except (InputError, OSError, MemoryError):
+        raise
+    except Exception as exc:  # readers fail in every way there is on a damaged file
+        said = " ".join(str(exc).split()) or type(exc).__name__
+        raise InputError(
+            f"{path.name}: cannot be read as LAS ({said[:200]}); export the cloud anew"
+        ) from exc
+    return Cloud.of(points, name=path.name)
+
+
+def _read_text(path: Path, limits: CloudLimits) -> Cloud:
+    """Rows of numbers, x y z first unless a first row names the columns; any usual separator."""
+    data = path.read_bytes()
+    text = data[:FIRST_BYTES].decode("utf-8", "replace")
+    separator = next((mark for mark in ",;" if mark in text.split("\n", 1)[0]), None)
+    first = text.split("\n", 1)[0].split(separator)
+    names = tuple(word.strip().strip('"').removeprefix("//") for word in first)
+    named = not _are_numbers(names)
+    counted = path.suffix.lower() == ".pts" and len(first) == 1
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of a table without rows, which is found below
+            rows = np.loadtxt(
+                io.BytesIO(data),
+                delimiter=separator,
+                skiprows=int((named and not text.startswith("#")) or counted),
+                max_rows=limits.points + 1,
+                ndmin=2,
+            )
+    except (ValueError, UnicodeDecodeError) as exc:
+        said = " ".join(str(exc).split())
+        raise InputError(
+            f"{path.name}: is no table of numbers ({said[:100]}); give x, y, z in each row"
+        ) from exc
+    if len(rows) > limits.points:
+        raise InputError(f"{path.name}: has more than {limits.points} points; thin the cloud")
+    if rows.shape[1] < 3:
+        raise InputError(f"{path.name}: has no x, y, z in each row; export the cloud anew")
+    if named and {"x", "y", "z"} <= {name.lower() for name in names}:
+        table = columns_of(path.name, names, rows)
+        return Cloud.of(table.points, normals=table.normals, name=path.name)
+    return Cloud.of(rows[:, :3], name=path.name)
+
+
+def _are_numbers(words: tuple[str, ...]) -> bool:
+    try:
+        return all(float(word) is not None for word in words)
+    except ValueError:
+        return False
+
+
+_READERS: dict[str, Callable[[Path, CloudLimits], Cloud]] = {
+    ".csv": _read_text,
+    ".las": _read_las,
+    ".laz": _read_las,
+    ".pcd": _read_pcd,
+    ".ply": _read_ply,
+    ".pts": _read_text,
+    ".txt": _read_text,
+    ".xyz": _read_text,
+}

@@ -1,0 +1,143 @@
+"""A cloud as flat regions and the rest: planes, outlines, objects, floor and outer sides."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.shapes.all_round import goes_all_round
+from facetlog.perception.shapes.bodies import majority, tell_apart
+from facetlog.perception.shapes.cloud import Cloud
+from facetlog.perception.shapes.cloud_outlines import Outline, cloud_outlines
+from facetlog.perception.shapes.cloud_planes import CloudPlanes, cloud_planes
+from facetlog.perception.shapes.facing import Surroundings, outer_side
+from facetlog.perception.shapes.floor import Up, find_up, up_from_cameras
+from facetlog.perception.shapes.region import FlatRegion, Rest
+from facetlog.perception.types import FloatArray
+
+__all__ = ["CloudRegions", "cloud_regions"]
+
+# So many points tell floor, objects and sides apart; more only take longer.
+MOST_LOOKED_AT = 20_000
+# The rest of the surface is thinned to so many points, each with more area.
+MOST_REST = 5_000
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CloudRegions:
+    """Flat regions and the rest of a cloud; up (3,) if it is known; whether it goes all round."""
+
+    regions: tuple[FlatRegion, ...]
+    rest: Rest
+    up: FloatArray | None
+    whole: bool
+    warnings: tuple[str, ...]
+
+
+def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions:
+    """The flat regions and the rest of a cloud; `up` is a unit vector where it is known."""
+    found = cloud_planes(cloud.points)
+    outlines = cloud_outlines(cloud.points, found)
+    owner = np.full(len(cloud.points), -1)
+    for number, outline in enumerate(outlines):
+        owner[outline.members] = number
+    looked = _some_rows(len(cloud.points))
+    stretch = float(np.sqrt(len(cloud.points) / len(looked)))
+    spacing = float(np.median(found.spacing)) * stretch
+    level = _up(cloud, found, outlines, owner, looked, up)
+    floor = () if level is None or level.floor is None else (level.floor,)
+    bodies = np.full(len(cloud.points), -1)
+    bodies[looked] = tell_apart(cloud.points[looked], owner[looked], spacing, support=floor)
+    body_of = [
+        -1 if n in floor else majority(bodies[looked][owner[looked] == n])
+        for n in range(len(outlines))
+    ]
+    about = Surroundings(
+        cloud.points[looked],
+        owner[looked],
+        bodies[looked],
+        found.noise,
+        spacing,
+        None if cloud.normals is None else cloud.normals[looked],
+        None if cloud.seen_from is None else cloud.seen_from[looked],
+    )
+    direction = None if level is None else level.direction
+    regions = _regions(outlines, found, about, body_of, floor, direction)
+    things = cloud.points[looked][bodies[looked] >= 0]
+    whole = not floor and goes_all_round(things, noise=found.noise, spacing=spacing)
+    said = () if level is None or up is not None else (level.how,)
+    rest = _rest(cloud, found, owner, looked, bodies)
+    return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said))
+
+
+def _some_rows(count: int) -> NDArray[np.intp]:
+    """Rows of all points, or of 20,000 of them at random."""
+    if count <= MOST_LOOKED_AT:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(0).permutation(count)[:MOST_LOOKED_AT])
+
+
+def _up(
+    cloud: Cloud,
+    found: CloudPlanes,
+    outlines: tuple[Outline, ...],
+    owner: NDArray[np.intp],
+    looked: NDArray[np.intp],
+    up: FloatArray | None,
+) -> Up | None:
+    """Up as given, by the floor, or by the cameras; with the floor's number if there is one."""
+    held = None if cloud.camera_ups is None else up_from_cameras(cloud.camera_ups)
+    rough = up if up is not None else None if held is None else held.direction
+    planes = [found.planes[outline.region].plane for outline in outlines]
+    level = find_up(cloud.points[looked], owner[looked], planes, noise=found.noise, up=rough)
+    if level is None:
+        return held if up is None else Up(up, None, "up was given")
+    if up is None and level.floor is not None:
+        # the floor is a better level than the cameras are
+        plane = planes[level.floor]
+        sign = 1.0 if float(plane.normal @ level.direction) > 0.0 else -1.0
+        return Up(sign * plane.normal, level.floor, level.how)
+    return level
+
+
+def _regions(
+    outlines: tuple[Outline, ...],
+    found: CloudPlanes,
+    about: Surroundings,
+    body_of: list[int],
+    floor: tuple[int, ...],
+    up: FloatArray | None,
+) -> tuple[FlatRegion, ...]:
+    """The outlines as regions that look outwards."""
+    regions = []
+    for number, outline in enumerate(outlines):
+        plane = found.planes[outline.region].plane
+        members = np.flatnonzero(about.owner == number)
+        if number in floor and up is not None:
+            sign = 1 if float(plane.normal @ up) > 0.0 else -1
+        elif len(members):
+            sign = outer_side(number, members, plane, about, up=up)
+        else:
+            sign = 1
+        loops = (outline.outline, *outline.holes)
+        if sign < 0:
+            plane, loops = plane.flipped(), tuple(loop[::-1] for loop in loops)
+        regions.append(FlatRegion(plane, loops[0], loops[1:], outline.corner_sd, body_of[number]))
+    return tuple(regions)
+
+
+def _rest(
+    cloud: Cloud,
+    found: CloudPlanes,
+    owner: NDArray[np.intp],
+    looked: NDArray[np.intp],
+    bodies: NDArray[np.intp],
+) -> Rest:
+    """Points of no region that are of an object, with the area that each stands for."""
+    free = looked[(owner[looked] < 0) & (bodies[looked] >= 0)]
+    areas = found.spacing[free] ** 2 * (len(cloud.points) / len(looked))
+    if len(free) > MOST_REST:
+        kept = np.sort(np.random.default_rng(0).permutation(len(free))[:MOST_REST])
+        free, areas = free[kept], areas[kept] * (len(free) / MOST_REST)
+    normals = np.zeros((len(free), 3)) if cloud.normals is None else cloud.normals[free]
+    return Rest(cloud.points[free], normals, areas, bodies[free].astype(np.float64))

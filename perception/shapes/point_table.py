@@ -1,0 +1,77 @@
+"""Rows of named numbers, as PLY and PCD keep points: sizes held against the file before reading."""
+
+import io
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.errors import InputError
+from facetlog.perception.types import FloatArray
+
+__all__ = ["PointTable", "columns_of", "rows_from_binary", "rows_from_text"]
+
+# A number in text takes a digit and a blank.
+LEAST_TEXT_BYTES = 2
+PLACE = ("x", "y", "z")
+NORMALS = (("nx", "ny", "nz"), ("normal_x", "normal_y", "normal_z"))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PointTable:
+    """Points (n, 3) and what else was found beside them, None where it was not: normals (n, 3)."""
+
+    points: FloatArray
+    normals: FloatArray | None
+
+
+def rows_from_binary(name: str, data: bytes, dtype: np.dtype[Any], count: int) -> NDArray[Any]:
+    """`count` packed rows from the start of the data; InputError where it has fewer."""
+    needed = count * dtype.itemsize
+    if needed > len(data):
+        raise _claims_too_much(name, count)
+    return np.frombuffer(data, dtype, count)
+
+
+def rows_from_text(name: str, data: bytes, columns: int, count: int) -> FloatArray:
+    """`count` rows of `columns` numbers, (count, columns); InputError where it has fewer."""
+    if count * columns * LEAST_TEXT_BYTES > len(data) + LEAST_TEXT_BYTES:
+        raise _claims_too_much(name, count)
+    try:
+        rows = np.loadtxt(io.BytesIO(data), max_rows=count, ndmin=2) if count else np.empty((0, 0))
+    except (ValueError, UnicodeDecodeError) as exc:
+        said = " ".join(str(exc).split())
+        raise InputError(
+            f"{name}: has a damaged row ({said[:100]}); export the cloud anew"
+        ) from exc
+    if rows.shape[0] < count:
+        raise _claims_too_much(name, count)
+    if count and rows.shape[1] != columns:
+        raise InputError(
+            f"{name}: has rows of {rows.shape[1]} numbers where its header says {columns}; "
+            "export the cloud anew"
+        )
+    return rows.reshape(count, columns)
+
+
+def columns_of(name: str, fields: tuple[str, ...], rows: NDArray[Any]) -> PointTable:
+    """Places and normals among the fields of rows, which are packed or (n, fields) numbers."""
+    lower = [field.lower() for field in fields]
+    if not set(PLACE) <= set(lower):
+        raise InputError(f"{name}: its points have no x, y and z; export the cloud anew")
+
+    def taken(wanted: tuple[str, ...]) -> FloatArray:
+        at = [lower.index(field) for field in wanted]
+        if rows.dtype.names is not None:
+            return np.column_stack([rows[rows.dtype.names[k]].astype(np.float64) for k in at])
+        return np.ascontiguousarray(rows[:, at], dtype=np.float64)
+
+    normals = next((taken(names) for names in NORMALS if set(names) <= set(lower)), None)
+    return PointTable(taken(PLACE), normals)
+
+
+def _claims_too_much(name: str, count: int) -> InputError:
+    return InputError(
+        f"{name}: claims {count} points, more than it holds; it is truncated or damaged"
+    )

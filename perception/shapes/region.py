@@ -1,0 +1,37 @@
+"""What meshes and clouds have in common before they are a scene: flat regions and the rest."""
+
+from dataclasses import dataclass
+
+from facetlog.perception.types import FloatArray, Plane
+
+__all__ = ["FlatRegion", "Rest"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FlatRegion:
+    """A connected flat piece of surface, of a mesh or a cloud.
+
+    `outline` (k, 3) and `holes` are loops in the plane, without the first point repeated: the
+    outline counter-clockwise seen from outside (against the normal), holes clockwise. `plane` has
+    the covariance of its fit. `corner_sd` is the standard deviation of a corner, in the unit of
+    length. `body` numbers the object that the region is of; -1: none, as a floor is.
+    """
+
+    plane: Plane
+    outline: FloatArray
+    holes: tuple[FloatArray, ...] = ()
+    corner_sd: float = 0.0
+    body: int = 0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rest:
+    """Surface that is in no flat region: points (n, 3), outward normals (n, 3) or zeros, areas.
+
+    `bodies` (n,) numbers the object that each point is of; -1: none.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    areas: FloatArray
+    bodies: FloatArray

@@ -1,0 +1,1 @@
+"""Many scenes classified: worker processes, a journal, tables of results, and what came of them."""

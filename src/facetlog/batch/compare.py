@@ -1,0 +1,117 @@
+"""Which verdicts differ between two tables of results of the same scenes."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from facetlog.batch.output import read_rows
+from facetlog.batch.rows import Row
+from facetlog.errors import InputError
+
+__all__ = ["Change", "Comparison", "older_rows"]
+
+DEGREE_STEP = 0.005
+"""Degrees that differ by less are the same in any text: they are told in per cent."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """What a model says of a thing, then and now; empty where one of them says nothing of it."""
+
+    path: str
+    model: str
+    thing: str
+    before: str
+    now: str
+
+    def to_json(self) -> dict[str, Any]:
+        """The change as plain data."""
+        return {
+            "path": self.path,
+            "model": self.model,
+            "thing": self.thing,
+            "before": self.before or None,
+            "now": self.now or None,
+        }
+
+
+def older_rows(path: Path) -> dict[str, Row]:
+    """The rows of a table by path; raises InputError if it cannot be read or has none."""
+    rows = {row["path"]: row for row in read_rows(path)}
+    if not rows:
+        raise InputError(f"{path}: has no rows to compare with")
+    return rows
+
+
+@dataclass(slots=True)
+class Comparison:
+    """Rows compared with the older ones of the same path; filled row by row."""
+
+    old: Mapping[str, Row]
+    changes: list[Change] = field(default_factory=list)
+    compared: int = 0
+    new: int = 0
+
+    def add(self, row: Row) -> None:
+        """Compares a row with the older one of its scene, if there is one."""
+        before = self.old.get(row["path"])
+        if before is None:
+            self.new += 1
+            return
+        self.compared += 1
+        self.changes.extend(_changes(before, row))
+
+    def lines(self) -> Iterator[str]:
+        """The changes as text, by scene."""
+        last = ""
+        for change in self.changes:
+            if change.path != last:
+                last = change.path
+                yield last
+            subject = " ".join(filter(None, (change.model, change.thing)))
+            yield f"  {subject}: {change.before or '–'} → {change.now or '–'}"
+        scenes = len({change.path for change in self.changes})
+        many = (
+            f"{len(self.changes)} verdicts of {scenes} scenes differ, of {self.compared} compared"
+        )
+        yield f"{many}; {self.new} scenes are new" if self.new else many
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it as plain data."""
+        return {
+            "compared": self.compared,
+            "new": self.new,
+            "changes": [change.to_json() for change in self.changes],
+        }
+
+
+def _changes(before: Row, now: Row) -> Iterator[Change]:
+    path = now["path"]
+    if before["error"] or now["error"]:
+        if before["error"] != now["error"]:
+            yield Change(path, "", "", before["error"] or "verdicts", now["error"] or "verdicts")
+        return
+    then = {(v["thing"], v["model"]): v for v in before["verdicts"]}
+    here = {(v["thing"], v["model"]): v for v in now["verdicts"]}
+    for key in dict.fromkeys((*then, *here)):
+        old, new = then.get(key), here.get(key)
+        if old is None or new is None or _differ(old, new):
+            thing, model = key
+            yield Change(path, model, thing, _said(old), _said(new))
+
+
+def _differ(old: Row, new: Row) -> bool:
+    bounds = ("degree", "degree_at_most")
+    return old["state"] != new["state"] or any(
+        abs(old[bound] - new[bound]) >= DEGREE_STEP for bound in bounds
+    )
+
+
+def _said(verdict: Row | None) -> str:
+    """A verdict in a word: 'holds 93 %', 'unknown 0–87 %'."""
+    if verdict is None:
+        return ""
+    low, high = 100 * verdict["degree"], 100 * verdict["degree_at_most"]
+    degree = f"{low:.3g} %" if high - low < 100 * DEGREE_STEP else f"{low:.3g}–{high:.3g} %"
+    return f"{verdict['state']} {degree}"

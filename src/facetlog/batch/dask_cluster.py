@@ -1,0 +1,269 @@
+"""The same run on a dask.distributed cluster that exists already.
+
+A task of the cluster is a handful of scenes. Whoever works at it hands them to a process of its own
+with an engine, kept from task to task, so that limits, retries and rows are those of a run on one
+machine. What is lost with a machine is done again by another.
+
+A file is read where the work is done if it is there with the same content (the client hashes what
+it can read, once), else its bytes are sent. Files beside it, as a glTF may name, are not sent. The
+models' files are sent always, as they are here.
+"""
+
+import atexit
+import hashlib
+import json
+import os
+import queue
+import shutil
+import tempfile
+import threading
+from collections import Counter, deque
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from facetlog.batch.content import content_hash
+from facetlog.batch.pool import ATTEMPTS, Answer, Pool, Task
+from facetlog.batch.rows import error_row
+from facetlog.batch.settings import Item, Settings
+from facetlog.errors import EngineError, FacetlogError, InputError
+from facetlog.kb.recognize import rule_files
+from facetlog.kb.rule_source import rule_sources
+
+__all__ = ["Cluster", "cluster", "work"]
+
+SCENES_PER_TASK = 16
+"""A scheduler takes some milliseconds a task, a scene as many: so few that it is no burden."""
+
+TASKS_PER_THREAD = 3
+"""Under way for each thread of the cluster: enough that none waits, few to hold in memory."""
+
+CONNECT_SECONDS = 10.0
+"""How long a scheduler may take to answer."""
+
+Package = dict[str, Any]
+"""The settings, and all files of the models by their path below a common folder."""
+
+
+@contextmanager
+def cluster(address: str, settings: Settings) -> Iterator["Cluster"]:
+    """The cluster whose scheduler is at this address; InputError if there is none.
+
+    An engine is opened here first: it says whether the models can be used, and explains mistakes.
+    """
+    try:
+        import distributed
+    except ImportError as exc:
+        raise InputError("--dask needs dask.distributed: install facetlog[dask]") from exc
+    with Pool(settings) as pool:
+        try:
+            # Untyped where it is installed.
+            connect: Any = distributed.Client
+            client = connect(address, timeout=CONNECT_SECONDS, set_as_default=False)
+        except (OSError, ValueError) as exc:
+            raise InputError(f"--dask {address}: no scheduler answers there: {exc}") from exc
+        with client:
+            yield Cluster(client, settings, pool)
+
+
+class Cluster:
+    """The workers of a cluster, as run.py takes them."""
+
+    def __init__(self, client: Any, settings: Settings, pool: Pool) -> None:
+        self._client, self._settings, self._pool = client, settings, pool
+        self._deaths: Counter[Item] = Counter()
+
+    @property
+    def models_hash(self) -> str:
+        """Of the models here, which the workers of the cluster must have as well."""
+        return self._pool.models_hash
+
+    def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
+        """An answer to each task, as they come; raises EngineError if the cluster is lost.
+
+        Scenes are classified on the cluster; questions about mistakes are answered here.
+        """
+        every = tuple(tasks)
+        yield from self._pool.answers(task for task in every if task.doubt is not None)
+        yield from self._spread(deque(task for task in every if task.doubt is None))
+
+    def _spread(self, waiting: deque[Task]) -> Iterator[Answer]:
+        if not waiting:
+            return
+        package = package_of(self._settings)
+        done: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        handed: dict[str, list[tuple[Task, bytes | None]]] = {}
+
+        def hand(some: list[tuple[Task, bytes | None]]) -> None:
+            items = [_sent(task.item, content) for task, content in some]
+            future = self._client.submit(
+                work, package, items, self.models_hash, pure=False, retries=0
+            )
+            handed[future.key] = some
+            future.add_done_callback(done.put)
+
+        def refill() -> None:
+            threads = sum(self._client.nthreads().values()) or 1
+            while waiting and len(handed) < threads * TASKS_PER_THREAD:
+                count = min(SCENES_PER_TASK, max(1, len(waiting) // (threads * 2)))
+                hand([(waiting.popleft(), None) for _ in range(count) if waiting])
+
+        refill()
+        while handed:
+            future = done.get()
+            some = handed.pop(future.key)
+            if future.status == "finished":
+                for (task, content), told in zip(some, future.result(), strict=True):
+                    if told is None and content is None:
+                        yield from self._with_content(task, hand)
+                    else:
+                        failed, line = told
+                        yield Answer(task, line, failed)
+            else:
+                yield from self._lost(some, future, hand)
+            future.release()
+            refill()
+
+    def _with_content(self, task: Task, hand: Any) -> Iterator[Answer]:
+        """Hands a scene again whose file is not there, with its content if it is here."""
+        try:
+            content = Path(task.item.path).read_bytes()
+        except (OSError, ValueError) as exc:
+            reason = getattr(exc, "strerror", None) or exc
+            yield self._failed(task, f"cannot be read: {reason}")
+            return
+        hand([(task, content)])
+
+    def _lost(
+        self, some: list[tuple[Task, bytes | None]], future: Any, hand: Any
+    ) -> Iterator[Answer]:
+        """What was to be done by a machine that went away, again, one by one; or its error."""
+        from distributed import KilledWorker
+
+        error = future.exception() if future.status == "error" else None
+        if future.status == "cancelled" or isinstance(error, CancelledError):
+            raise EngineError("the cluster went away or forgot the work: go on with --resume")
+        if isinstance(error, FacetlogError):
+            raise error
+        if not isinstance(error, KilledWorker):
+            raise EngineError(f"the cluster cannot do it: {type(error).__name__}: {error}")
+        for task, content in some:
+            self._deaths[task.item] += 1
+            if self._deaths[task.item] >= ATTEMPTS:
+                yield self._failed(task, f"workers of the cluster died at it: {error}")
+            else:
+                hand([(task, content)])
+
+    def _failed(self, task: Task, why: str) -> Answer:
+        error = f"{task.item.path}: {why}"
+        row = error_row(task.item, self._settings, error, models_hash=self.models_hash)
+        return Answer(task, json.dumps(row, separators=(",", ":")).encode(), failed=True)
+
+
+def _sent(item: Item, content: bytes | None) -> dict[str, Any]:
+    """An item with what says which content is meant: the digest, or the content itself."""
+    if content is not None:
+        return {"item": item.to_json(), "content": content}
+    try:
+        return {"item": item.to_json(), "sha256": content_hash(Path(item.path))}
+    except InputError:
+        return {"item": item.to_json(), "sha256": None}  # it may be there, though not here
+
+
+def package_of(settings: Settings) -> Package:
+    """The settings with all that their models are made of, for machines that do not have them.
+
+    Raises RuleSyntaxError for models that cannot be read.
+    """
+    named = rule_files(map(Path, settings.models))
+    files = dict.fromkeys(
+        file.resolve() for path in named for source in rule_sources(path) for file in source.files
+    )
+    if not files:
+        return {"settings": settings.to_json(), "named": [], "files": {}}
+    root = Path(os.path.commonpath([file.parent for file in files]))
+    return {
+        "settings": settings.to_json(),
+        "named": [str(path.relative_to(root)) for path in named],
+        "files": {str(file.relative_to(root)): file.read_bytes() for file in files},
+    }
+
+
+def work(
+    package: Package, items: list[dict[str, Any]], models_hash: str
+) -> list[tuple[bool, bytes] | None]:
+    """On a worker of the cluster: of each item whether it failed, and its row as JSON.
+
+    None for an item whose file is not here, or has another content. Raises InputError if the models
+    come out differently than on the client: another version of the program.
+    """
+    told: dict[str, tuple[bool, bytes]] = {}
+    with tempfile.TemporaryDirectory(prefix="facetlog-") as folder, _engine(package) as pool:
+        if pool.models_hash != models_hash:
+            raise InputError(
+                "the cluster's models are not those of the client: install the same version there"
+            )
+        at_hand = [found for sent in items if (found := _at_hand(sent, Path(folder)))]
+        for answer in pool.answers(map(Task, at_hand)):
+            told[answer.task.item.path] = (answer.failed, answer.line)
+    return [told.get(sent["item"]["path"]) for sent in items]
+
+
+def _at_hand(sent: Mapping[str, Any], folder: Path) -> Item | None:
+    item = Item(**sent["item"])
+    if "content" in sent:
+        # Under its own name, which errors tell, in a folder of its own.
+        place = hashlib.sha256(item.path.encode("utf-8", "surrogateescape")).hexdigest()
+        file = folder / place / Path(item.path).name
+        file.parent.mkdir()
+        file.write_bytes(sent["content"])
+        return replace(item, file=str(file))
+    try:
+        return item if sent["sha256"] in (None, content_hash(Path(item.path))) else None
+    except InputError:
+        return None
+
+
+# Of this process of the cluster, by the digest of the package: engines that wait for work, and the
+# folders of their models.
+_idle: dict[str, "queue.SimpleQueue[Pool]"] = {}
+_folders: dict[str, Path] = {}
+_unpacking = threading.Lock()
+
+
+@contextmanager
+def _engine(package: Package) -> Iterator[Pool]:
+    """A process with an engine for these models: one that nobody uses, or a new one."""
+    digest = hashlib.sha256(repr(sorted(package.items())).encode()).hexdigest()
+    idle = _idle.setdefault(digest, queue.SimpleQueue())
+    try:
+        pool = idle.get_nowait()
+    except queue.Empty:
+        pool = Pool(_unpacked(package, digest))
+        atexit.register(pool.close)
+    try:
+        yield pool
+    except BaseException:
+        pool.close()
+        raise
+    idle.put(pool)
+
+
+def _unpacked(package: Package, digest: str) -> Settings:
+    """The settings with the models' files on this machine; they stay while the process does."""
+    settings = Settings.from_json(package["settings"])
+    if not package["files"]:
+        return settings
+    with _unpacking:
+        folder = _folders.get(digest)
+        if folder is None:
+            folder = _folders[digest] = Path(tempfile.mkdtemp(prefix="facetlog-models-"))
+            atexit.register(shutil.rmtree, folder, ignore_errors=True)
+            for name, content in package["files"].items():
+                file = folder / name
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_bytes(content)
+    return replace(settings, models=tuple(str(folder / name) for name in package["named"]))

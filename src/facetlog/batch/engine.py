@@ -1,0 +1,75 @@
+"""One scene into one row: what a worker process does, with the engine that it keeps."""
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from facetlog.batch.content import content_hash
+from facetlog.batch.rows import Row, error_row, scene_row
+from facetlog.batch.settings import Item, Settings, shape_options
+from facetlog.errors import FacetlogError
+from facetlog.kb.batch_judge import BatchJudge
+from facetlog.kb.limits import Limits
+from facetlog.perception.facts import fact_rows
+from facetlog.perception.shapes.read import read_shape
+from facetlog.terminal import one_line
+
+if TYPE_CHECKING:
+    from facetlog.perception.types import Scene
+
+__all__ = ["SceneEngine"]
+
+
+class SceneEngine:
+    """Scenes into rows by the models of the settings; opened once, for it takes a second."""
+
+    def __init__(self, settings: Settings) -> None:
+        self._settings = settings
+        self._judge = BatchJudge(
+            tuple(map(Path, settings.models)),
+            trusted=settings.trusted,
+            crisp=settings.crisp,
+            limits=Limits(seconds=settings.seconds),
+        )
+        self.models_hash = self._judge.models_hash
+
+    def row(self, item: Item) -> Row:
+        """The row of a scene; whatever goes wrong with it is the row's error."""
+        start = time.perf_counter()
+        sha256 = None
+        try:
+            sha256 = content_hash(Path(item.place))
+            return self._judged(item, sha256, start)
+        except FacetlogError as exc:
+            error = one_line(str(exc).replace(item.place, item.path))
+        except Exception as exc:  # a fault of ours: it must not cost the other scenes
+            error = one_line(f"{item.path}: {type(exc).__name__}: {exc}")
+        return error_row(
+            item,
+            self._settings,
+            error,
+            models_hash=self.models_hash,
+            seconds=time.perf_counter() - start,
+            sha256=sha256,
+        )
+
+    def _judged(self, item: Item, sha256: str, start: float) -> Row:
+        scene: Scene = read_shape(Path(item.place), shape_options(item, self._settings))
+        facts = fact_rows(scene)
+        verdicts = self._judge.judge(facts)
+        return scene_row(
+            item,
+            self._settings,
+            verdicts,
+            sha256=sha256,
+            models_hash=self.models_hash,
+            faces=len(scene.faces),
+            things=len(facts["thing"]),
+            seconds=time.perf_counter() - start,
+            up=None if scene.up is None else scene.up.tolist(),
+            metric=scene.metric,
+        )
+
+    def close(self) -> None:
+        """Ends the engine."""
+        self._judge.close()

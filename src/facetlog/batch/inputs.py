@@ -1,0 +1,69 @@
+"""Which files are meant: paths, globs, folders and lists of them, each file once, in order."""
+
+import glob
+import os
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from facetlog.errors import InputError
+from facetlog.perception.shapes.read import shapes_among
+
+__all__ = ["paths_listed", "scene_paths"]
+
+STDIN = "-"
+
+
+def scene_paths(sources: Sequence[str], listed: Iterable[str] = ()) -> tuple[str, ...]:
+    """The files that are meant, in the order given, each once.
+
+    A source is a file, a folder (searched with all that is in it for files of known suffixes) or a
+    glob, where ** stands for any folders; `listed` are paths of files, taken as they are. Files
+    that are not there are kept: their row says so. Raises InputError for a folder or glob that
+    finds none, and if there is nothing at all.
+    """
+    found = [path for source in sources for path in _found(source)]
+    once: dict[str, str] = {}
+    for path in (*found, *listed):
+        once.setdefault(os.path.realpath(path), path)
+    if not once:
+        raise InputError("there is no scene to classify: give files, folders, globs or --from")
+    return tuple(once.values())
+
+
+def _found(source: str) -> tuple[str, ...]:
+    if Path(source).is_dir():
+        inside = tuple(_shapes_in(source))
+        if not inside:
+            raise InputError(f"{source}: the folder has no scene, mesh or cloud")
+        return inside
+    if not glob.has_magic(source) or Path(source).exists():
+        return (source,)
+    # Of pathlib there is none for an absolute pattern.
+    matched = sorted(glob.glob(source, recursive=True))  # noqa: PTH207
+    if not matched:
+        raise InputError(f"{source}: no file is called so")
+    files = (path for path in matched if not Path(path).is_dir())
+    folders = (path for path in matched if Path(path).is_dir())
+    return (*files, *(inside for folder in folders for inside in _shapes_in(folder)))
+
+
+def _shapes_in(folder: str) -> Iterator[str]:
+    for place, inner, names in os.walk(folder):
+        inner.sort()
+        for name in shapes_among(names):
+            yield str(Path(place, name))
+
+
+def paths_listed(source: str) -> tuple[str, ...]:
+    """The paths in a text file, one on a line; '-' is standard input.
+
+    Empty lines and lines that begin with # are none; relative paths are so to the current folder,
+    as `find` writes them. Raises InputError if the list cannot be read.
+    """
+    try:
+        data = sys.stdin.buffer.read() if source == STDIN else Path(source).read_bytes()
+    except OSError as exc:
+        raise InputError(f"{source}: the list cannot be read: {exc.strerror or exc}") from exc
+    lines = (line.removesuffix("\r") for line in os.fsdecode(data).split("\n"))
+    return tuple(line for line in lines if line.strip() and not line.startswith("#"))

@@ -1,0 +1,158 @@
+"""The journal of a run: every row as soon as there is one, so that none is lost or repeated.
+
+A text file beside the output, only ever appended to: the first line says of which run it is, each
+other one is a row. What a kill or a power cut leaves of a last line is cut off when it is opened.
+"""
+
+import fcntl
+import json
+import os
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, Self
+
+from facetlog.batch.rows import Row
+from facetlog.errors import InputError
+
+__all__ = ["Journal", "journal_path"]
+
+FORMAT = "facetlog-journal/1"
+SYNC_SECONDS = 1.0
+"""A power cut costs the rows of so long; a kill, that of the program alone, costs none."""
+
+
+def journal_path(output: Path) -> Path:
+    """Where the journal of a run with this output is."""
+    return output.with_name(output.name + ".partial")
+
+
+class Journal:
+    """Rows by the path of their scene. A context manager; the file stays until it is removed."""
+
+    def __init__(self, path: Path, descriptor: int) -> None:
+        self.path = path
+        self._descriptor = descriptor
+        self._end = 0
+        self._places: dict[str, tuple[int, int]] = {}
+        self._synced = time.monotonic()
+
+    @classmethod
+    def opened(cls, path: Path, run: Mapping[str, Any], read_as: Mapping[str, str]) -> Self:
+        """The journal of a run: a new one, or the one that is there with all that it holds.
+
+        `run` says what it was made by, `read_as` with what options each scene is read.
+
+        Raises InputError if it cannot be written, is in use, or was begun by another run.
+        """
+        try:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
+        except OSError as exc:
+            raise InputError(f"{path}: cannot be written: {exc.strerror}") from exc
+        journal = cls(path, descriptor)
+        try:
+            journal._take_up(run, read_as)
+        except BaseException:
+            os.close(descriptor)
+            raise
+        return journal
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Closes the file, which stays."""
+        if self._descriptor >= 0:
+            os.close(self._descriptor)
+            self._descriptor = -1
+
+    def remove(self) -> None:
+        """Removes the file: its rows are in the output."""
+        self.path.unlink(missing_ok=True)
+
+    def __contains__(self, path: str) -> bool:
+        return path in self._places
+
+    def __len__(self) -> int:
+        return len(self._places)
+
+    def append(self, path: str, line: bytes) -> None:
+        """Writes the row of a scene; raises InputError if there is no room for it."""
+        self._places[path] = self._written(line)
+        if time.monotonic() - self._synced >= SYNC_SECONDS:
+            self.sync()
+
+    def sync(self) -> None:
+        """Returns when all that was appended would survive a power cut."""
+        os.fsync(self._descriptor)
+        self._synced = time.monotonic()
+
+    def rows(self, paths: Iterable[str]) -> Iterator[Row]:
+        """The rows of these scenes, in this order, read one by one."""
+        for path in paths:
+            start, length = self._places[path]
+            yield json.loads(os.pread(self._descriptor, length, start))
+
+    def _take_up(self, run: Mapping[str, Any], read_as: Mapping[str, str]) -> None:
+        try:
+            fcntl.flock(self._descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            raise InputError(f"{self.path}: another run is writing there: wait for it") from None
+        with os.fdopen(os.dup(self._descriptor), "rb") as file:
+            file.seek(0)
+            head = file.readline()
+            if head.endswith(b"\n"):
+                _check_head(self.path, head, run)
+                self._end = len(head)
+                for line in file:
+                    if not line.endswith(b"\n"):
+                        break  # cut off in the middle
+                    row = json.loads(line)
+                    asked = read_as.get(row["path"], row["read_as"])
+                    if asked != row["read_as"]:
+                        raise _begun_with(self.path, "options", row["read_as"], asked)
+                    self._places[row["path"]] = (self._end, len(line))
+                    self._end += len(line)
+        os.ftruncate(self._descriptor, self._end)
+        if self._end == 0:
+            first = {"journal": FORMAT, **run}
+            self._written(json.dumps(first).encode())
+            self.sync()
+
+    def _written(self, line: bytes) -> tuple[int, int]:
+        data = memoryview(line + b"\n")
+        start, length = self._end, len(data)
+        try:
+            while data:
+                data = data[os.write(self._descriptor, data) :]
+        except OSError as exc:
+            os.ftruncate(self._descriptor, start)  # which needs no room
+            raise InputError(
+                f"{self.path}: cannot be written: {exc.strerror}: it holds {len(self)} rows; "
+                "make room and give --resume"
+            ) from exc
+        self._end += length
+        return start, length
+
+
+def _check_head(path: Path, head: bytes, run: Mapping[str, Any]) -> None:
+    """Raises InputError if the journal is none, or was begun by another run than this."""
+    try:
+        begun = json.loads(head)
+    except ValueError:
+        begun = None
+    if not isinstance(begun, dict) or begun.get("journal") != FORMAT:
+        raise InputError(f"{path}: is no journal of classify: move it away, or give --overwrite")
+    for key, value in run.items():
+        if begun.get(key) != value:
+            raise _begun_with(path, key, begun.get(key), value)
+
+
+def _begun_with(path: Path, what: str, then: object, now: object) -> InputError:
+    return InputError(
+        f"{path}: was begun with other {what}: {then}, now {now}: give those as then, or "
+        "--overwrite to begin anew"
+    )

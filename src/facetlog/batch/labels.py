@@ -1,0 +1,113 @@
+"""What the scenes are in truth, from a table of labels, and how it counts."""
+
+import csv
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from facetlog.errors import InputError
+from facetlog.perception.posed_picture import METRES_PER
+from facetlog.perception.shapes.read import UP_AXES
+
+__all__ = ["NONE", "Label", "Truth", "read_labels", "truths"]
+
+NONE = "none"
+"""The answer that no model of those asked for holds, and the truth of what is none of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """One line of a table of labels; `up` and `unit` where it says so, as options of classify."""
+
+    file: str
+    label: str
+    up: str | None = None
+    unit: str | None = None
+    kind: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """How a label counts: `answer` is right; one of `doubtful` is neither right nor wrong.
+
+    A label that is not counted at all has no answer.
+    """
+
+    answer: str | None
+    doubtful: frozenset[str] = frozenset()
+
+
+def read_labels(path: Path) -> dict[str, Label]:
+    """The labels by the real path of their file, which is relative to the table's folder.
+
+    A CSV with the columns file and label; up_axis, units and kind may be there as well. Of the
+    former two the first word counts: an axis or a unit is taken, any other word ('unknown') means
+    that it is not known, and an empty cell leaves it to the options. Raises InputError for a table
+    that cannot be read, lacks a column, or has a file twice.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            lines = csv.DictReader(file)
+            missing = {"file", "label"} - set(lines.fieldnames or ())
+            if missing:
+                raise InputError(f"{path}: lacks the column {' and '.join(sorted(missing))}")
+            found: dict[str, Label] = {}
+            for line in lines:
+                label = _label(path, line)
+                if found.setdefault(os.path.realpath(label.file), label) is not label:
+                    raise InputError(f"{path}:{lines.line_num}: {line['file']} is there twice")
+    except OSError as exc:
+        raise InputError(f"{path}: cannot be read: {exc.strerror or exc}") from exc
+    except (csv.Error, UnicodeDecodeError) as exc:
+        raise InputError(f"{path}: is no CSV of labels: {exc}") from exc
+    return found
+
+
+def _label(path: Path, line: Mapping[str, str | None]) -> Label:
+    def cell(name: str) -> str:
+        return (line.get(name) or "").strip()
+
+    return Label(
+        str(path.parent / cell("file")),
+        cell("label"),
+        _first_word(cell("up_axis"), UP_AXES),
+        _first_word(cell("units"), METRES_PER),
+        cell("kind"),
+    )
+
+
+def _first_word(text: str, known: Mapping[str, object]) -> str | None:
+    """The word if it is known, 'none' for another, None for an empty cell.
+
+    >>> [_first_word(text, {"z": 1}) for text in ("z (from table plane)", "unknown", "")]
+    ['z', 'none', None]
+    """
+    words = text.lower().split()
+    if not words:
+        return None
+    return words[0] if words[0] in known else "none"
+
+
+def truths(counted_as: Sequence[str], classes: Sequence[str] | None) -> dict[str, Truth]:
+    """How labels count that are not called as their class, from texts like 'armchair=chair'.
+
+    'desk=' leaves a label out. 'cabinet=none|box' says that none is right, and box neither right
+    nor wrong. Raises InputError for another text, and for a class that is none of `classes`, where
+    those are known.
+
+    >>> truths(["armchair=chair"], ["chair"])["armchair"].answer
+    'chair'
+    """
+    found: dict[str, Truth] = {}
+    for text in counted_as:
+        label, equals, answers = text.partition("=")
+        if not (label and equals):
+            raise InputError(f"--count-as {text}: write LABEL=CLASS, LABEL=CLASS|CLASS or LABEL=")
+        named = [name.strip() for name in answers.split("|") if name.strip()]
+        for name in named:
+            if classes is not None and name not in (*classes, NONE):
+                known = ", ".join((*classes, NONE))
+                raise InputError(f"--count-as {text}: {name} is none of the classes {known}")
+        found[label] = Truth(named[0] if named else None, frozenset(named[1:]))
+    return found

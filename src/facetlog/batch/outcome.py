@@ -1,0 +1,73 @@
+"""What a run came to as a whole: counts, confusion, changes; as text and as data."""
+
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from facetlog.batch.compare import Comparison
+from facetlog.batch.confusion import Confusion
+from facetlog.batch.rows import Row
+
+__all__ = ["Outcome"]
+
+SCHEMA = "facetlog-classify/1"
+
+
+@dataclass(slots=True)
+class Outcome:
+    """Filled row by row, as they are written out."""
+
+    confusion: Confusion | None = None
+    comparison: Comparison | None = None
+    scenes: int = 0
+    kept: int = 0
+    seconds: float = 0.0
+    models: Counter[str] = field(default_factory=Counter)
+    errors: list[tuple[str, str]] = field(default_factory=list)
+
+    def noting(self, rows: Iterable[Row]) -> Iterator[Row]:
+        """The same rows, each counted as it goes by."""
+        for row in rows:
+            self.scenes += 1
+            if row["error"] is not None:
+                self.errors.append((row["path"], row["error"]))
+            elif row["model"] is None:
+                self.models["none"] += 1
+            else:
+                self.models[row["model"]] += 1
+            if self.confusion is not None:
+                self.confusion.add(row)
+            if self.comparison is not None:
+                self.comparison.add(row)
+            yield row
+
+    def lines(self) -> Iterator[str]:
+        """What a reader wants to know first, as text."""
+        if self.confusion is not None:
+            yield from self.confusion.lines()
+        if self.comparison is not None:
+            yield from self.comparison.lines()
+
+    @property
+    def summary(self) -> str:
+        """One line: how many scenes, how long, what they are, and how many have errors."""
+        new = self.scenes - self.kept
+        rate = f", {new / self.seconds:.3g}/s" if new and self.seconds > 0 else ""
+        kept = f" ({self.kept} of them before)" if self.kept else ""
+        found = ", ".join(f"{name} {count}" for name, count in self.models.most_common())
+        errors = f"; {len(self.errors)} with errors" if self.errors else ""
+        return f"{self.scenes} scenes{kept} in {self.seconds:.1f} s{rate}: {found}{errors}"
+
+    def to_json(self) -> dict[str, Any]:
+        """All of it as plain data, with the schema's name."""
+        return {
+            "schema": SCHEMA,
+            "scenes": self.scenes,
+            "kept": self.kept,
+            "seconds": round(self.seconds, 3),
+            "models": dict(self.models.most_common()),
+            "errors": [{"path": path, "error": error} for path, error in self.errors],
+            "confusion": None if self.confusion is None else self.confusion.to_json(),
+            "changed": None if self.comparison is None else self.comparison.to_json(),
+        }

@@ -1,0 +1,198 @@
+"""Tables of results: Parquet, JSON lines or CSV, out and in, a row at a time."""
+
+import csv
+import io
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import islice
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, BinaryIO
+
+from facetlog.batch.rows import Row, RowRecord, row_from
+from facetlog.errors import InputError
+from facetlog.perception.whole_file import writing_whole
+
+if TYPE_CHECKING:
+    import pyarrow
+
+__all__ = ["FORMATS", "check_format", "read_rows", "write_rows"]
+
+ROWS_AT_ONCE = 1000
+"""Rows of a group of Parquet: some megabytes, so that neither side needs memory for the whole."""
+
+COLUMNS = tuple(RowRecord.model_fields)
+# Columns that are lists: as JSON in a cell of CSV.
+LISTS = ("verdicts", "up")
+# Columns that are no text, and are empty in a cell of CSV where there is none.
+NUMBERS = ("degree", "probability", "faces", "things", "seconds", "metric")
+
+
+def check_format(path: Path) -> None:
+    """Raises InputError if no table can be written or read at a path of this suffix."""
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path}: tables are written as {', '.join(FORMATS)}: give such a name")
+    if path.suffix.lower() == ".parquet":
+        _pyarrow()
+
+
+def write_rows(path: Path, rows: Iterable[Row]) -> None:
+    """Writes a table in the format of the path's suffix, whole or not at all, in little memory.
+
+    Raises InputError if it cannot be written.
+    """
+    write, _ = FORMATS[path.suffix.lower()]
+    with writing_whole(path) as file:
+        write(file, rows)
+
+
+def read_rows(path: Path) -> Iterator[Row]:
+    """The rows of a table, one by one; raises InputError, with the number of the row, at a bad one.
+
+    The format is that of the suffix.
+    """
+    check_format(path)
+    _, read = FORMATS[path.suffix.lower()]
+    try:
+        with path.open("rb") as file:
+            for number, data in enumerate(read(file, path), start=1):
+                yield row_from(data, f"{path}: row {number}")
+    except OSError as exc:
+        raise InputError(f"{path}: cannot be read: {exc.strerror or exc}") from exc
+
+
+def printable(text: str) -> str:
+    """The text as UTF-8 has it: bytes of a path that are no text come as \\xNN.
+
+    >>> printable("a\\udcffb")
+    'a\\\\xffb'
+    """
+    if text.isascii():
+        return text
+    return text.encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+
+
+def _printable_row(row: Row) -> Row:
+    error = row["error"]
+    said = None if error is None else printable(error)
+    return {**row, "path": printable(row["path"]), "error": said}
+
+
+def _write_lines(file: BinaryIO, rows: Iterable[Row]) -> None:
+    for row in rows:
+        clean = _printable_row(row)
+        file.write(json.dumps(clean, separators=(",", ":"), allow_nan=False).encode() + b"\n")
+
+
+def _read_lines(file: BinaryIO, path: Path) -> Iterator[object]:
+    for number, line in enumerate(file, start=1):
+        try:
+            yield json.loads(line)
+        except ValueError as exc:
+            raise InputError(f"{path}:{number}: is no line of JSON: {exc}") from exc
+
+
+def _write_csv(file: BinaryIO, rows: Iterable[Row]) -> None:
+    text = io.TextIOWrapper(file, encoding="utf-8", newline="", write_through=True)
+    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    for row in rows:
+        lists = {k: None if row[k] is None else json.dumps(row[k]) for k in LISTS}
+        flag = None if row["metric"] is None else str(row["metric"]).lower()
+        writer.writerow({**_printable_row(row), **lists, "metric": flag})
+    text.detach()
+
+
+def _read_csv(file: BinaryIO, path: Path) -> Iterator[object]:
+    # A cell holds all verdicts on a scene, which may be long.
+    csv.field_size_limit(1 << 30)
+    text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+    try:
+        for cells in csv.DictReader(text, strict=True):
+            known = {k: None if v == "" else v for k, v in cells.items() if k in COLUMNS}
+            found: dict[str, object] = dict(known)
+            for key in (*LISTS, *NUMBERS):
+                cell = known.get(key)
+                if cell is not None:
+                    found[key] = json.loads(cell)
+            yield found
+    except (csv.Error, ValueError) as exc:
+        raise InputError(f"{path}: is no table of classify: {exc}") from exc
+    finally:
+        text.detach()  # the file is its owner's to close
+
+
+def _write_parquet(file: BinaryIO, rows: Iterable[Row]) -> None:
+    import pyarrow.parquet
+
+    schema = _arrow_schema()
+    source = iter(rows)
+    with pyarrow.parquet.ParquetWriter(file, schema, compression="zstd") as writer:
+        while some := list(islice(source, ROWS_AT_ONCE)):
+            clean = [_printable_row(row) for row in some]
+            writer.write_table(pyarrow.Table.from_pylist(clean, schema=schema))
+
+
+def _read_parquet(file: BinaryIO, path: Path) -> Iterator[object]:
+    import pyarrow.parquet
+
+    try:
+        table = pyarrow.parquet.ParquetFile(file)
+        for batch in table.iter_batches(batch_size=ROWS_AT_ONCE):
+            yield from batch.to_pylist()
+    except pyarrow.ArrowException as exc:
+        raise InputError(f"{path}: is no Parquet file that can be read: {exc}") from exc
+
+
+def _pyarrow() -> None:
+    try:
+        import pyarrow.parquet  # noqa: F401
+    except ImportError as exc:
+        raise InputError(
+            "Parquet needs pyarrow, which is not installed: install it, or write .jsonl or .csv"
+        ) from exc
+
+
+def _arrow_schema() -> "pyarrow.Schema":
+    """The columns of a row, typed as pandas and DuckDB take them."""
+    import pyarrow as pa
+
+    text, number = pa.string(), pa.float64()
+    part = pa.struct([("role", text), ("names", pa.list_(text))])
+    size = pa.struct([("name", text), ("value", number), ("sd", number)])
+    verdict = pa.struct(
+        [
+            ("model", text),
+            ("thing", text),
+            ("state", text),
+            ("degree", number),
+            ("degree_at_most", number),
+            ("probability", number),
+            ("parts", pa.list_(part)),
+            ("sizes", pa.list_(size)),
+        ]
+    )
+    special = {
+        "degree": number,
+        "probability": number,
+        "verdicts": pa.list_(verdict),
+        "faces": pa.int64(),
+        "things": pa.int64(),
+        "seconds": number,
+        "up": pa.list_(number),
+        "metric": pa.bool_(),
+    }
+    return pa.schema([(name, special.get(name, text)) for name in COLUMNS])
+
+
+_Write = Callable[[BinaryIO, Iterable[Row]], None]
+_Read = Callable[[BinaryIO, Path], Iterator[object]]
+
+FORMATS: Mapping[str, tuple[_Write, _Read]] = MappingProxyType(
+    {
+        ".parquet": (_write_parquet, _read_parquet),
+        ".jsonl": (_write_lines, _read_lines),
+        ".csv": (_write_csv, _read_csv),
+    }
+)
+"""How a table of each suffix is written and read."""

@@ -1,0 +1,260 @@
+"""Worker processes that classify: fed in small batches, watched, ended and replaced.
+
+Not concurrent.futures: a pool of it that loses one process loses them all, and does not say at
+which task. Here each process has a socket of its own, so the scene at which one died or stayed is
+known: the one for which it owes the next row.
+"""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections import Counter, deque
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import Any, Self
+
+from facetlog.batch.rows import error_row
+from facetlog.batch.settings import Item, Settings
+from facetlog.batch.worker import Word
+from facetlog.errors import EngineError, InputError, RuleSyntaxError
+
+__all__ = ["Answer", "Pool", "Task"]
+
+START_SECONDS = 120.0
+"""How long a worker may take to load its engine and models; a second is usual."""
+
+BATCH_SECONDS = 0.1
+"""Work that a worker is handed at once: so much that it need not wait for more, and little to do
+again or to wait for at the end."""
+LARGEST_BATCH = 64
+
+ATTEMPTS = 2
+"""How often a scene is tried at which a worker process died: it may have been another's fault."""
+
+# -P: nothing is imported from the folder that the user happens to be in.
+WORKER = (sys.executable, "-P", "-m", "facetlog.batch.worker")
+
+# One thread a worker: there are as many workers as cores.
+ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """A scene to classify, or with `doubt` one to explain (see explain.py)."""
+
+    item: Item
+    doubt: dict[str, Any] | None = None
+
+    @property
+    def message(self) -> dict[str, Any]:
+        """The task as a worker takes it."""
+        doubt = {} if self.doubt is None else {"explain": self.doubt}
+        return {**self.item.to_json(), **doubt}
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What became of a task: one line of JSON, and whether it tells of an error."""
+
+    task: Task
+    line: bytes
+    failed: bool
+
+
+@dataclass(slots=True)
+class _Worker:
+    """One process; `assigned` are its tasks in turn, the first since `since`."""
+
+    popen: subprocess.Popen[bytes]
+    connection: Connection
+    assigned: deque[Task] = field(default_factory=deque)
+    since: float = field(default_factory=time.monotonic)
+    ready: bool = False
+
+    @classmethod
+    def started(cls, settings: Settings) -> Self:
+        """A new process that opens its engine; what it says first is whether it could."""
+        ours, theirs = socket.socketpair()
+        with theirs:
+            popen = subprocess.Popen(
+                WORKER,
+                stdin=theirs.fileno(),
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                # A Ctrl-C of the terminal is for us.
+                start_new_session=True,
+                env=_environment(),
+            )
+        worker = cls(popen, Connection(ours.detach()))
+        worker.send(settings.to_json())
+        return worker
+
+    def send(self, message: object) -> None:
+        """Hands over a message; that the process is gone shows when it is listened to."""
+        with suppress(OSError):
+            self.connection.send_bytes(json.dumps(message).encode())
+
+    def end(self) -> str:
+        """Ends the process, and says what it died of if it had."""
+        code = self.popen.poll()
+        if code is None:
+            self.popen.kill()
+            # The socket closes before the process is gone: wait for what it says of itself.
+            code = self.popen.wait()
+        self.connection.close()
+        if code < 0:
+            return f"ended by {signal.Signals(-code).name}"
+        return f"ended with code {code}"
+
+
+def _environment() -> dict[str, str]:
+    paths = os.pathsep.join(str(Path(path).resolve()) for path in sys.path if path)
+    return {**os.environ, **dict.fromkeys(ONE_THREAD, "1"), "PYTHONPATH": paths}
+
+
+class Pool:
+    """`count` worker processes with an engine each; a context manager that ends them."""
+
+    def __init__(self, settings: Settings, count: int = 1) -> None:
+        if count < 1:
+            raise InputError(f"{count} workers: give a number above 0")
+        self._settings = settings
+        self._crew: list[_Worker] = []
+        self._seconds_each = BATCH_SECONDS  # of a scene, at first one at a time
+        self._deaths: Counter[Item] = Counter()
+        self.models_hash = ""
+        try:
+            # The first says whether the models can be used at all, before there are others.
+            self._await_first()
+            self._crew.extend(_Worker.started(settings) for _ in range(count - 1))
+        except BaseException:
+            self.close()
+            raise
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Ends all processes, whatever they are doing."""
+        while self._crew:
+            self._crew.pop().end()
+
+    def _await_first(self) -> None:
+        worker = _Worker.started(self._settings)
+        self._crew.append(worker)
+        if not worker.connection.poll(START_SECONDS):
+            raise EngineError(f"a worker process was not ready after {START_SECONDS:g} s")
+        try:
+            message = worker.connection.recv_bytes()
+        except (EOFError, OSError):
+            raise EngineError(f"a worker process could not start: {worker.end()}") from None
+        self._got_ready(worker, message)
+
+    def _got_ready(self, worker: _Worker, message: bytes) -> None:
+        word, content = Word(message[:1]), json.loads(message[1:])
+        if word is Word.REFUSED:
+            kinds = {"rules": RuleSyntaxError, "input": InputError}
+            raise kinds.get(content["kind"], EngineError)(content["error"])
+        if self.models_hash and content != self.models_hash:
+            raise InputError("the models were changed while they were in use: run it again")
+        self.models_hash = content
+        worker.ready, worker.since = True, time.monotonic()
+
+    def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
+        """An answer to each task, as they come; raises EngineError if no worker can be started.
+
+        A worker that dies is replaced. The scene at which it died is tried once more, and has an
+        error for an answer if another worker dies at it; so has one that takes too long.
+        """
+        waiting = deque(tasks)
+        while waiting or any(worker.assigned for worker in self._crew):
+            for worker in self._crew:
+                self._feed(worker, waiting)
+            connections = {worker.connection: worker for worker in self._crew}
+            for connection in wait(list(connections), timeout=self._patience()):
+                yield from self._heard(connections[connection], waiting)  # type: ignore[index]
+            yield from self._overdue(waiting)
+
+    def _feed(self, worker: _Worker, waiting: deque[Task]) -> None:
+        share = -(-len(waiting) // len(self._crew))
+        most = int(min(LARGEST_BATCH, max(1.0, BATCH_SECONDS / self._seconds_each), share))
+        if not worker.ready or len(worker.assigned) > most // 2 or not waiting:
+            return
+        if not worker.assigned:
+            worker.since = time.monotonic()
+        batch = [waiting.popleft() for _ in range(most)]
+        worker.assigned.extend(batch)
+        worker.send([task.message for task in batch])
+
+    def _allowed(self, worker: _Worker) -> float:
+        return self._settings.seconds if worker.ready else START_SECONDS
+
+    def _patience(self) -> float:
+        """Seconds until the first of the workers may be overdue."""
+        now = time.monotonic()
+        busy = (w for w in self._crew if w.assigned or not w.ready)
+        return max(0.0, min(w.since + self._allowed(w) - now for w in busy))
+
+    def _heard(self, worker: _Worker, waiting: deque[Task]) -> Iterator[Answer]:
+        """The answers that a worker has sent, all that there are."""
+        try:
+            while True:
+                message = worker.connection.recv_bytes()
+                if not worker.ready:
+                    self._got_ready(worker, message)
+                else:
+                    yield self._answer(worker, message)
+                if not worker.connection.poll():
+                    return
+        except (EOFError, OSError):
+            yield from self._died(worker, waiting)
+
+    def _answer(self, worker: _Worker, message: bytes) -> Answer:
+        now = time.monotonic()
+        # A running mean of some twenty scenes, over which a rare slow one fades.
+        self._seconds_each += 0.05 * (now - worker.since - self._seconds_each)
+        worker.since = now
+        return Answer(worker.assigned.popleft(), message[1:], message[:1] == Word.FAULT.value)
+
+    def _died(self, worker: _Worker, waiting: deque[Task]) -> Iterator[Answer]:
+        how = worker.end()
+        if not worker.ready:
+            raise EngineError(f"a worker process could not start: {how}")
+        if worker.assigned:
+            task = worker.assigned[0]
+            self._deaths[task.item] += 1
+            if self._deaths[task.item] >= ATTEMPTS:
+                worker.assigned.popleft()
+                yield self._failed(task, f"the worker process died at it, {ATTEMPTS} times: {how}")
+        self._replace(worker, waiting)
+
+    def _overdue(self, waiting: deque[Task]) -> Iterator[Answer]:
+        now = time.monotonic()
+        for worker in tuple(self._crew):
+            late = now - worker.since >= self._allowed(worker)
+            if late and not worker.ready:
+                raise EngineError(f"a worker process was not ready after {START_SECONDS:g} s")
+            if late and worker.assigned and not worker.connection.poll():
+                worker.end()
+                limit = self._settings.seconds
+                yield self._failed(worker.assigned.popleft(), f"took longer than {limit:g} s")
+                self._replace(worker, waiting)
+
+    def _replace(self, worker: _Worker, waiting: deque[Task]) -> None:
+        waiting.extendleft(reversed(worker.assigned))
+        self._crew[self._crew.index(worker)] = _Worker.started(self._settings)
+
+    def _failed(self, task: Task, why: str) -> Answer:
+        error = f"{task.item.path}: {why}"
+        row = error_row(task.item, self._settings, error, models_hash=self.models_hash)
+        return Answer(task, json.dumps(row, separators=(",", ":")).encode(), failed=True)

@@ -1,0 +1,73 @@
+"""The report: one HTML file with all that went wrong, pictures and reasons inside."""
+
+import json
+from collections.abc import Iterable, Iterator
+from itertools import groupby
+from pathlib import Path
+
+from facetlog.batch.confusion import Confusion, Mistake
+from facetlog.batch.outcome import Outcome
+from facetlog.batch.pool import Task
+from facetlog.batch.report_page import Explanation, card, foot, group_head, head
+from facetlog.batch.run import Finished, Workers
+from facetlog.errors import InputError
+from facetlog.perception.whole_file import writing_whole
+
+__all__ = ["check_report", "write_report"]
+
+EXPLAINED_AT_ONCE = 256
+"""Mistakes whose pictures are in memory together: some megabytes."""
+
+
+def check_report(path: Path) -> None:
+    """Raises InputError if a report could not be written there: before the run, not after it."""
+    if path.is_dir() or not path.absolute().parent.is_dir():
+        raise InputError(f"{path} cannot be written: give a file in a folder that exists")
+
+
+def write_report(
+    path: Path, outcome: Outcome, confusion: Confusion, done: Finished, workers: Workers
+) -> None:
+    """Writes the report, whole or not at all; `workers` draw and explain the mistakes."""
+    with writing_whole(path) as file:
+        for text in _page(outcome, confusion, done, workers):
+            file.write(text.encode("utf-8", "backslashreplace"))
+
+
+def _page(
+    outcome: Outcome, confusion: Confusion, done: Finished, workers: Workers
+) -> Iterator[str]:
+    yield from head(outcome, confusion)
+    order = {name: i for i, name in enumerate(confusion.columns)}
+
+    def kind(mistake: Mistake) -> tuple[str, str]:
+        return mistake.truth, mistake.answered
+
+    def place(mistake: Mistake) -> tuple[int, int]:
+        return order[mistake.truth], order[mistake.answered]
+
+    items = {item.path: item for item in done.items}
+    for (truth, answered), group in groupby(sorted(confusion.mistakes, key=place), kind):
+        mistakes = tuple(group)
+        yield group_head(truth, answered, len(mistakes))
+        for start in range(0, len(mistakes), EXPLAINED_AT_ONCE):
+            some = mistakes[start : start + EXPLAINED_AT_ONCE]
+            tasks = [Task(items[m.path], {"answered": m.answered, "right": m.truth}) for m in some]
+            found = _explanations(tasks, workers)
+            rows = done.journal.rows(m.path for m in some)
+            for mistake, row in zip(some, rows, strict=True):
+                yield card(mistake, row, found[mistake.path], confusion.classes)
+        yield "</div>\n"
+    yield foot()
+
+
+def _explanations(tasks: Iterable[Task], workers: Workers) -> dict[str, Explanation]:
+    """By path; a worker that died at one, or took too long, has said so instead."""
+    found: dict[str, Explanation] = {}
+    for answer in workers.answers(tasks):
+        told = json.loads(answer.line)
+        if answer.failed:
+            reason = {"title": "No reasons", "lines": [told["error"]]}
+            told = {"picture": None, "reasons": [reason]}
+        found[answer.task.item.path] = told
+    return found

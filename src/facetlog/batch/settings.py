@@ -1,0 +1,88 @@
+"""What is to be classified and how: plain values that travel to workers as JSON."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Self
+
+from facetlog.errors import InputError
+from facetlog.perception.shapes.read import ShapeOptions, says_itself, unit_from, up_from
+
+__all__ = ["Item", "Settings", "shape_options"]
+
+SECONDS_PER_SCENE = 60.0
+"""Time limit of one scene: a hundred times what a mesh of a hundred thousand triangles takes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What is the same for all scenes of a run: models, and how raw shapes are read.
+
+    `up` is x, y, z, -x, -y, -z, auto or none; `unit` m, cm, mm, in, ft or none. `seconds` is the
+    time that one scene may take. What cannot be understood is an InputError.
+    """
+
+    models: tuple[str, ...] = ()
+    trusted: bool = False
+    crisp: bool = False
+    up: str = "auto"
+    unit: str = "none"
+    seconds: float = SECONDS_PER_SCENE
+
+    def __post_init__(self) -> None:
+        up_from(self.up)
+        unit_from(self.unit)
+        if not self.seconds > 0:
+            raise InputError(f"a time limit of {self.seconds:g} s: give seconds above 0")
+
+    def to_json(self) -> dict[str, Any]:
+        """The settings as plain data."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Self:
+        """The settings of plain data that `to_json` made."""
+        return cls(**{**data, "models": tuple(data["models"])})
+
+    @property
+    def judged_as(self) -> str:
+        """How scenes are judged, beside the models: part of what makes results comparable."""
+        return "crisp" if self.crisp else "degrees"
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A scene to classify, by the path that its row has; `up` and `unit` go before the settings'.
+
+    `file` is where its content is, where that is another path.
+    """
+
+    path: str
+    up: str | None = None
+    unit: str | None = None
+    file: str | None = None
+
+    @property
+    def place(self) -> str:
+        """The file to read."""
+        return self.file or self.path
+
+    def to_json(self) -> dict[str, Any]:
+        """The item as plain data, what is not given left out."""
+        return {key: value for key, value in asdict(self).items() if value is not None}
+
+    def read_as(self, settings: Settings) -> str:
+        """How it is read and judged, as a row says it; scenes say themselves where up is.
+
+        >>> Item("a.ply", up="z").read_as(Settings())
+        'up=z unit=none degrees'
+        """
+        if says_itself(self.path):
+            return settings.judged_as
+        up, unit = self.up or settings.up, self.unit or settings.unit
+        return f"up={up} unit={unit} {settings.judged_as}"
+
+
+def shape_options(item: Item, settings: Settings) -> ShapeOptions:
+    """How a shape is read that does not say itself where up is and what its lengths are."""
+    up = item.up or settings.up
+    return ShapeOptions(up_from(up), up == "auto", unit_from(item.unit or settings.unit))

@@ -1,0 +1,97 @@
+"""A worker process: scenes come in by its standard input, a socket; rows go out by it.
+
+Messages in are JSON: the settings, then lists of items. Messages out are a letter and JSON. What
+another process says is never unpickled.
+"""
+
+import json
+import os
+import queue
+import threading
+from collections.abc import Iterator
+from enum import Enum
+from multiprocessing.connection import Connection
+from typing import Any
+
+from facetlog.errors import FacetlogError, RuleSyntaxError
+
+__all__ = ["Word", "main"]
+
+
+class Word(bytes, Enum):
+    """What a message of a worker is: the first byte of it."""
+
+    READY = b"="
+    """The engine is open: the hash of its models."""
+    REFUSED = b"!"
+    """The engine cannot be opened: kind and text of the error. The process ends."""
+    ROW = b"+"
+    """The row of the item that was first in turn."""
+    FAULT = b"-"
+    """The same, for a row that has an error."""
+    EXPLAINED = b"?"
+    """The picture and the reasons of the item that was first in turn."""
+
+
+def main() -> None:
+    """Serves until the other side goes away."""
+    connection = Connection(os.dup(0))
+    messages: queue.SimpleQueue[Any] = queue.SimpleQueue()
+    threading.Thread(target=_listen, args=(connection, messages), daemon=True).start()
+    try:
+        _serve(connection, messages)
+    except OSError:
+        pass  # nobody is left to tell
+    finally:
+        os._exit(0)  # what an engine may still be doing is not waited for
+
+
+def _listen(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
+    """Takes in what comes; when the other side is gone, ends the process whatever it does."""
+    try:
+        while True:
+            messages.put(json.loads(connection.recv_bytes()))
+    except (EOFError, OSError):
+        os._exit(0)
+
+
+def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
+    def say(word: Word, content: object) -> None:
+        text = json.dumps(content, separators=(",", ":"), allow_nan=False)
+        connection.send_bytes(word.value + text.encode())
+
+    first = messages.get()
+    try:
+        # Loaded only now: a fault in what it loads can be told.
+        from facetlog.batch.engine import SceneEngine
+        from facetlog.batch.settings import Item, Settings
+
+        settings = Settings.from_json(first)
+        engine = SceneEngine(settings)
+    except FacetlogError as exc:
+        kind = "rules" if isinstance(exc, RuleSyntaxError) else "input"
+        say(Word.REFUSED, {"kind": kind if exc.exit_code == 2 else "engine", "error": str(exc)})
+        return
+    except Exception as exc:  # the other side must not wait for ever
+        say(Word.REFUSED, {"kind": "engine", "error": f"{type(exc).__name__}: {exc}"})
+        return
+    say(Word.READY, engine.models_hash)
+    for task in _tasks(messages):
+        doubt = task.pop("explain", None)
+        item = Item(**task)
+        if doubt is not None:
+            from facetlog.batch.explain import explained
+
+            say(Word.EXPLAINED, explained(item, settings, doubt))
+            continue
+        row = engine.row(item)
+        say(Word.ROW if row["error"] is None else Word.FAULT, row)
+
+
+def _tasks(messages: "queue.SimpleQueue[Any]") -> Iterator[dict[str, Any]]:
+    while True:
+        yield from messages.get()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,272 @@
+"""`facetlog classify`: many scenes or raw shapes into a table of verdicts."""
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.errors import InputError
+from facetlog.terminal import note, one_line, warn
+
+if TYPE_CHECKING:
+    from facetlog.batch.confusion import Confusion
+    from facetlog.batch.labels import Label, Truth
+    from facetlog.batch.outcome import Outcome
+    from facetlog.batch.rows import Row
+    from facetlog.batch.run import Finished, Plan, Workers
+    from facetlog.batch.settings import Item, Settings
+
+__all__ = ["classify_command"]
+
+ERRORS_NAMED = 5
+"""Scenes with errors that are named on stderr; the table has them all."""
+
+
+@command
+def classify_command(
+    scenes: Annotated[
+        list[str] | None,
+        typer.Argument(
+            metavar="[SCENE]...",
+            help="Scenes or raw shapes: files, folders with all that is in them, or globs.",
+            show_default=False,
+        ),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("-o", "--out", metavar="FILE", help="Table: .parquet, .jsonl or .csv."),
+    ] = None,
+    listed: Annotated[
+        list[str] | None,
+        typer.Option("--from", metavar="LIST", help="File of paths, one a line; - is stdin."),
+    ] = None,
+    models: Models = None,
+    trust: Trust = False,
+    crisp: Annotated[
+        bool, typer.Option("--crisp", help="Take every measured value as exact.")
+    ] = False,
+    workers: Annotated[
+        int | None,
+        typer.Option("--workers", metavar="N", help="Worker processes; else one a core."),
+    ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option("--dask", metavar="ADDRESS", help="Scheduler of a dask.distributed cluster."),
+    ] = None,
+    up: Annotated[
+        str,
+        typer.Option("--up", metavar="AXIS", help="Of raw shapes: x y z -x -y -z, auto or none."),
+    ] = "auto",
+    unit: Annotated[
+        str, typer.Option("--unit", metavar="U", help="Of raw shapes: m cm mm in ft or none.")
+    ] = "none",
+    timeout: Annotated[
+        float, typer.Option("--timeout", metavar="SECONDS", help="At most so long a scene.")
+    ] = 60.0,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with a run that was stopped.")
+    ] = False,
+    overwrite: Annotated[
+        bool, typer.Option("--overwrite", help="Replace the table, and begin anew.")
+    ] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit code 1 if a scene had an error.")
+    ] = False,
+    labels: Annotated[
+        Path | None,
+        typer.Option("--labels", metavar="CSV", help="What is there: for a confusion matrix."),
+    ] = None,
+    classes: Annotated[
+        str | None,
+        typer.Option("--classes", metavar="A,B,...", help="Models that can be the answer."),
+    ] = None,
+    count_as: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--count-as",
+            metavar="LABEL=CLASS",
+            help="How a label counts; 'desk=' not at all; 'cabinet=none|box' not if answered box.",
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None,
+        typer.Option("--report", metavar="HTML", help="Report with pictures of all mistakes."),
+    ] = None,
+    changed_since: Annotated[
+        Path | None,
+        typer.Option("--changed-since", metavar="TABLE", help="Compare with older results."),
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
+    """Classifies many scenes; a bad one becomes a row with its error.
+
+    Exit code 0: done, 1: verdicts differ (--changed-since), or a scene had an error (--strict).
+    """
+    from facetlog.batch.compare import Comparison, older_rows
+    from facetlog.batch.labels import read_labels, truths
+    from facetlog.batch.outcome import Outcome
+    from facetlog.batch.report import check_report, write_report
+    from facetlog.batch.run import Plan, check_output
+    from facetlog.batch.settings import Settings
+
+    if report is not None and labels is None:
+        raise InputError("--report tells what went wrong: give --labels as well")
+    settings = Settings(_models(models or ()), trust, crisp, up.lower(), unit.lower(), timeout)
+    known = {} if labels is None else read_labels(labels)
+    asked = tuple(filter(None, map(str.strip, (classes or "").split(","))))
+    counted_as = truths(count_as or (), asked or None)
+    comparison = None if changed_since is None else Comparison(older_rows(changed_since))
+    old = {} if comparison is None else comparison.old
+    items = _items(_paths(scenes or (), listed or (), known, old), known)
+    plan = Plan(items, settings, out, resume, overwrite, old)
+    check_output(plan)
+    if report is not None:
+        check_report(report)
+    outcome = Outcome(comparison=comparison)
+    with _workers(settings, workers, dask, len(items)) as crew, _classified(plan, crew) as done:
+        if labels is not None:
+            outcome.confusion = _confusion(done, known, asked, counted_as)
+        outcome.kept, outcome.seconds = done.kept, done.seconds
+        _write_table(done, plan, outcome, as_json=as_json)
+        if report is not None and outcome.confusion is not None:
+            write_report(report, outcome, outcome.confusion, done, crew)
+    _tell(outcome, as_json=as_json and out is not None)
+    differ = comparison is not None and bool(comparison.changes)
+    return NO if differ or (strict and outcome.errors) else YES
+
+
+def _models(paths: Sequence[Path]) -> tuple[str, ...]:
+    """The models' files as workers find them, wherever they run."""
+    for path in paths:
+        if not path.exists():
+            raise InputError(f"{path} does not exist: give a model file or a folder of them")
+    return tuple(str(path.resolve()) for path in paths)
+
+
+def _paths(
+    scenes: Sequence[str],
+    listed: Sequence[str],
+    labels: Mapping[str, "Label"],
+    old: Mapping[str, "Row"],
+) -> tuple[str, ...]:
+    """The scenes that are given; if none are, those with a label, or those of the older table."""
+    from facetlog.batch.inputs import paths_listed, scene_paths
+
+    named = [path for source in listed for path in paths_listed(source)]
+    if not scenes and not named:
+        named = [label.file for label in labels.values()] or list(old)
+    return scene_paths(scenes, named)
+
+
+def _items(paths: Sequence[str], labels: Mapping[str, "Label"]) -> tuple["Item", ...]:
+    from facetlog.batch.settings import Item
+
+    if not labels:
+        return tuple(map(Item, paths))
+    found = ((path, labels.get(os.path.realpath(path))) for path in paths)
+    return tuple(Item(p) if label is None else Item(p, label.up, label.unit) for p, label in found)
+
+
+@contextmanager
+def _workers(
+    settings: "Settings", count: int | None, dask: str | None, scenes: int
+) -> Iterator["Workers"]:
+    """Processes here, or the cluster at an address."""
+    from facetlog.batch.pool import Pool
+
+    if dask is not None:
+        if count is not None:
+            raise InputError("--workers is of this machine, --dask of a cluster: give one of them")
+        from facetlog.batch.dask_cluster import cluster
+
+        with cluster(dask, settings) as crew:
+            yield crew
+        return
+    cores = len(os.sched_getaffinity(0))
+    with Pool(settings, min(cores if count is None else count, scenes)) as pool:
+        yield pool
+
+
+@contextmanager
+def _classified(plan: "Plan", crew: "Workers") -> Iterator["Finished"]:
+    """The finished run, shown while it runs; what is there is told if it is stopped."""
+    from facetlog.batch.display import showing_rate
+    from facetlog.batch.run import classified
+
+    reached = 0
+    with ExitStack() as stack:
+        try:
+            with showing_rate() as show:
+
+                def report(done: int, total: int, failed: int) -> None:
+                    nonlocal reached
+                    reached = done
+                    show(done, total, failed)
+
+                finished = stack.enter_context(classified(plan, crew, report))
+        except KeyboardInterrupt:
+            way_on = "; go on with --resume" if plan.output else ""
+            note(f"stopped after {reached} of {len(plan.items)} scenes{way_on}")
+            raise
+        yield finished
+
+
+def _confusion(
+    done: "Finished",
+    labels: Mapping[str, "Label"],
+    asked: tuple[str, ...],
+    counted_as: Mapping[str, "Truth"],
+) -> "Confusion":
+    from facetlog.batch.confusion import Confusion, models_labelled
+
+    by_path = {
+        item.path: label
+        for item in done.items
+        if (label := labels.get(os.path.realpath(item.path))) is not None
+    }
+    classes = asked or models_labelled(done.rows(), by_path.values())
+    return Confusion(by_path, classes, counted_as)
+
+
+def _write_table(done: "Finished", plan: "Plan", outcome: "Outcome", *, as_json: bool) -> None:
+    """Writes the rows to their file, or tells them on stdout where there is nothing else to say."""
+    from facetlog.batch.output import write_rows
+
+    rows = outcome.noting(done.rows())
+    if plan.output is not None:
+        write_rows(plan.output, rows)
+        done.journal.remove()
+        return
+    silent = outcome.confusion is not None or outcome.comparison is not None
+    for row in rows:
+        if as_json and not silent:
+            typer.echo(json.dumps(row))
+        elif not silent:
+            typer.echo(_row_text(row))
+
+
+def _row_text(row: "Row") -> str:
+    if row["error"] is not None:
+        return one_line(f"{row['path']}: error: {row['error'].removeprefix(row['path'] + ': ')}")
+    if row["model"] is None:
+        return one_line(f"{row['path']}: none")
+    return one_line(f"{row['path']}: {row['model']} ({row['degree']:.0%})")
+
+
+def _tell(outcome: "Outcome", *, as_json: bool) -> None:
+    """Counts on stdout, errors on stderr."""
+    for path, error in outcome.errors[:ERRORS_NAMED]:
+        warn(error if error.startswith(path) else f"{path}: {error}")
+    if len(outcome.errors) > ERRORS_NAMED:
+        warn(f"{len(outcome.errors) - ERRORS_NAMED} more scenes have errors")
+    note(outcome.summary)
+    if as_json:
+        typer.echo(json.dumps(outcome.to_json()))
+    else:
+        for line in outcome.lines():
+            typer.echo(line)

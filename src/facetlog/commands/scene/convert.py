@@ -1,0 +1,76 @@
+"""`facetlog scene convert`: any shape as a scene, a mesh of its faces, or facts."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from facetlog.commands.scene.output import Overwrite, check_output
+from facetlog.commands.scene.shape import AUTO, NONE, ShapeArgument, Unit, Up, read
+from facetlog.commands.shared import YES, command
+from facetlog.terminal import warn
+
+if TYPE_CHECKING:
+    from facetlog.perception.types import Scene
+
+__all__ = ["convert_command"]
+
+SCENE, FACTS = ".json", ".pl"
+
+
+@command
+def convert_command(
+    shape: ShapeArgument,
+    out: Annotated[
+        Path,
+        typer.Argument(
+            metavar="OUT",
+            help="A scene (.json), a mesh of its faces (.ply, .glb, .gltf), or facts (.pl).",
+            show_default=False,
+        ),
+    ],
+    up: Up = AUTO,
+    unit: Unit = NONE,
+    overwrite: Overwrite = False,
+) -> int:
+    """Writes a scene, mesh or cloud in another form; the suffix says which."""
+    check_output(out, tuple(_WRITERS), overwrite=overwrite)
+    scene = read(shape, up, unit).scene
+    for line in scene.warnings:
+        warn(line)
+    _WRITERS[out.suffix.lower()](scene, out)
+    return YES
+
+
+def _write_scene(scene: "Scene", path: Path) -> None:
+    from facetlog.perception.scene_file import write_scene
+
+    write_scene(scene, path)
+
+
+def _write_mesh(scene: "Scene", path: Path) -> None:
+    from facetlog.perception.mesh_file import write_mesh
+
+    write_mesh(scene, path)
+    if scene.patches:
+        warn(f"{path}: holds the flat faces alone; surface that is not flat has no triangles")
+
+
+def _write_facts(scene: "Scene", path: Path) -> None:
+    from facetlog.kb.encode import facts_program
+    from facetlog.perception.facts import scene_facts
+    from facetlog.perception.whole_file import write_whole
+
+    facts = ((fact.functor, *fact.args) for fact in scene_facts(scene))
+    write_whole(path, ("\n".join(facts_program(facts)) + "\n").encode())
+
+
+_WRITERS: Mapping[str, Callable[["Scene", Path], None]] = MappingProxyType(
+    {
+        SCENE: _write_scene,
+        **dict.fromkeys((".ply", ".glb", ".gltf"), _write_mesh),
+        FACTS: _write_facts,
+    }
+)

@@ -1,0 +1,84 @@
+"""What `scene show` and `scene convert` read: any shape, and how its up and its unit are known."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from facetlog.terminal import warn
+
+if TYPE_CHECKING:
+    from facetlog.perception.types import Scene
+
+__all__ = ["Shape", "ShapeArgument", "Unit", "Up", "read"]
+
+ShapeArgument = Annotated[
+    Path,
+    typer.Argument(
+        metavar="SHAPE",
+        help="A scene, mesh or cloud, or the folder of a scene or a COLMAP model.",
+        show_default=False,
+    ),
+]
+Up = Annotated[
+    str,
+    typer.Option("--up", metavar="AXIS", help="Of raw shapes: x y z -x -y -z, auto or none."),
+]
+Unit = Annotated[
+    str, typer.Option("--unit", metavar="U", help="Of raw shapes: m cm mm in ft or none.")
+]
+
+AUTO, NONE = "auto", "none"
+# Formats that define an axis upwards; of others up is found from a floor or cameras.
+FORMATS_WITH_UP = (".dae", ".glb", ".gltf")
+SCENE_IN_FOLDER = "scene.json"  # as -o writes it
+
+
+@dataclass(frozen=True, slots=True)
+class Shape:
+    """A scene and, in a few words each, how its up and its unit of length are known."""
+
+    scene: "Scene"
+    up_known: str
+    unit_known: str
+
+
+def read(path: Path, up: str, unit: str) -> Shape:
+    """The scene of a file or folder, with options in the words of the command line.
+
+    Raises InputError for words that are none, and for what cannot be read.
+    """
+    from facetlog.perception.shapes.read import (
+        ShapeOptions,
+        read_shape,
+        says_itself,
+        unit_from,
+        up_from,
+    )
+
+    up, unit = up.lower(), unit.lower()
+    options = ShapeOptions(up_from(up), find_floor=up == AUTO, unit=unit_from(unit))
+    if path.is_dir() and (path / SCENE_IN_FOLDER).is_file():
+        path = path / SCENE_IN_FOLDER
+    scene = read_shape(path, options)
+    itself = says_itself(str(path))
+    if itself and (up != AUTO or unit != NONE):
+        warn(f"{path}: a scene says its up and its unit itself; --up and --unit do not count")
+    how_up = _how_up(path, itself=itself, given=options.up is not None)
+    how_unit = "given" if options.unit and not itself else "as the file says"
+    return Shape(
+        scene,
+        "not known" if scene.up is None else how_up,
+        how_unit if scene.metric else "not known",
+    )
+
+
+def _how_up(path: Path, *, itself: bool, given: bool) -> str:
+    if itself:
+        return "as the file says"
+    if given:
+        return "given"
+    if path.suffix.lower() in FORMATS_WITH_UP:
+        return "as the format says"
+    return "found from the floor or the cameras"

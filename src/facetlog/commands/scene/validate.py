@@ -1,0 +1,71 @@
+"""`facetlog scene validate`: whether files are sound scenes, and what is wrong where."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from facetlog.commands.shared import NO, YES, AsJson, command
+from facetlog.errors import InputError
+from facetlog.terminal import error, one_line
+
+if TYPE_CHECKING:
+    from facetlog.perception.scene_file import SceneFault
+
+__all__ = ["validate_command"]
+
+FORMAT = "facetlog-validate/1"
+
+
+@command
+def validate_command(
+    files: Annotated[
+        list[Path],
+        typer.Argument(metavar="FILE...", help="Scenes as JSON.", show_default=False),
+    ],
+    as_json: AsJson = False,
+) -> int:
+    """Checks scenes against facetlog-scene/1, and their geometry against itself.
+
+    Exit code 0: all are sound, 1: some are not, 2: a file cannot be read.
+    """
+    code, sound = YES, 0
+    for path in files:
+        try:
+            faults = _faults(path)
+        except InputError as exc:  # the other files are checked all the same
+            error(str(exc))
+            code = exc.exit_code
+            continue
+        sound += not faults
+        code = max(code, NO if faults else YES)
+        if as_json:
+            typer.echo(json.dumps(_report(path, faults)))
+        for fault in () if as_json else faults:
+            typer.echo(one_line(f"{path}: {fault}"))
+    if not as_json:
+        many = "1 file" if len(files) == 1 else f"{len(files)} files"
+        typer.echo(f"{many}, {'all' if sound == len(files) else sound} sound")
+    return code
+
+
+def _faults(path: Path) -> "tuple[SceneFault, ...]":
+    """The faults of a scene file: those of its form, or if it has none those of its geometry."""
+    from facetlog.perception.scene_checks import scene_faults
+    from facetlog.perception.scene_file import SceneFileError, read_scene
+
+    try:
+        scene = read_scene(path)
+    except SceneFileError as exc:
+        return exc.faults
+    return tuple(scene_faults(scene))
+
+
+def _report(path: Path, faults: "tuple[SceneFault, ...]") -> dict[str, object]:
+    return {
+        "schema": FORMAT,
+        "file": str(path),
+        "sound": not faults,
+        "faults": [{"path": fault.path, "message": fault.message} for fault in faults],
+    }

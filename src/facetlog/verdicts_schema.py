@@ -1,0 +1,138 @@
+"""The JSON Schema of `facetlog-verdicts/1`: what `recognize --json` prints and verdicts.json holds.
+
+Models of what kb/verdict.py and kb/proof.py write, for those who read it elsewhere; a test holds
+both against each other.
+"""
+
+import json
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt
+
+__all__ = ["VerdictsRecord", "verdicts_schema"]
+
+SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
+NotNegative = Annotated[FiniteFloat, Field(ge=0.0)]
+State = Literal["holds", "fails", "unknown"]
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class FoundRecord(_Record):
+    """A model that holds, and of what thing; the most probable first."""
+
+    thing: str
+    model: str
+
+
+class SizeRecord(_Record):
+    """A size with its standard deviation, in `length_unit`."""
+
+    value: FiniteFloat
+    sd: NotNegative
+
+
+class AngleRecord(_Record):
+    """An angle that decides, in degrees; `of` is the measure."""
+
+    of: str
+    deg: FiniteFloat
+    sd: NotNegative
+
+
+class ShortfallRecord(_Record):
+    """By how much a value misses its region; `sds` null where its deviation is 0."""
+
+    amount: FiniteFloat
+    sd: NotNegative
+    sds: FiniteFloat | None
+    side: Literal["below", "above"]
+
+
+class MissRecord(ShortfallRecord):
+    """A shortfall with the condition and the measure that it is of."""
+
+    label: str
+    of: str
+    kind: str
+
+
+class WithinRecord(_Record):
+    """The region that a value was tested against: its sort, limits, and how far its edges fade."""
+
+    sort: str
+    limits: tuple[FiniteFloat, ...]
+    fading: FiniteFloat | None = None
+
+
+class ProofRecord(_Record):
+    """A test with its state and the least and greatest degree; a comparison, or a note, or both.
+
+    `because` are the tests that it was decided by.
+    """
+
+    test: str
+    state: State
+    degree: tuple[Share, Share]
+    measure: str | None = None
+    value: FiniteFloat | None = None
+    sd: NotNegative | None = None
+    kind: str | None = None
+    within: WithinRecord | None = None
+    shortfall: ShortfallRecord | None = None
+    note: str | None = None
+    cause: str | None = None
+    because: tuple["ProofRecord", ...] = ()
+
+
+class ConditionRecord(_Record):
+    """A condition of the model: its reason in words, where it is written, and its proof."""
+
+    label: str
+    reason: str
+    place: str | None = None
+    text: str | None = None
+    because: ProofRecord
+
+
+class VerdictRecord(_Record):
+    """What one model says of one thing; without the thing if there was none to ask about."""
+
+    model: str
+    thing: str | None
+    state: State
+    degree: Share
+    degree_at_most: Share
+    specialises: tuple[str, ...]
+    probability: Share | None
+    summary: str
+    parts: dict[str, tuple[str, ...]]
+    sizes: dict[str, SizeRecord]
+    length_unit: str | None
+    angles: tuple[AngleRecord, ...]
+    also: NonNegativeInt
+    shortfalls: tuple[MissRecord, ...]
+    proof: tuple[ConditionRecord, ...]
+
+
+class VerdictsRecord(_Record):
+    """All verdicts on a scene with their proofs, and what was wrong with its pictures."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", title="facetlog-verdicts/1")
+
+    format: Literal["facetlog-verdicts/1"] = Field(alias="schema")
+    scene: str
+    recognised: tuple[FoundRecord, ...]
+    verdicts: tuple[VerdictRecord, ...]
+    problems: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def verdicts_schema() -> str:
+    """The JSON Schema, as docs/verdicts.schema.json holds it."""
+    schema = {"$schema": SCHEMA_DIALECT, **VerdictsRecord.model_json_schema()}
+    return json.dumps(schema, indent=2) + "\n"

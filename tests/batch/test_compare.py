@@ -1,0 +1,65 @@
+"""What differs between two tables of results."""
+
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from facetlog.batch.compare import Comparison, older_rows
+from facetlog.batch.output import write_rows
+from facetlog.errors import InputError
+from tests.batch.fake_worker import fake_row
+
+PATH = __file__
+
+
+def _changed(**change: Any) -> list[tuple[str, str, str, str]]:
+    old = fake_row(PATH, ())
+    new = deepcopy(old)
+    new["verdicts"][1].update(change)
+    comparison = Comparison({PATH: old})
+    comparison.add(new)
+    return [(c.thing, c.model, c.before, c.now) for c in comparison.changes]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{}, {"degree": 0.004}, {"parts": []}, {"probability": 0.5}],
+)
+def test_what_reads_the_same_is_no_change(change: dict[str, Any]) -> None:
+    assert _changed(**change) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "now"),
+    [
+        ({"state": "holds", "degree": 0.93, "degree_at_most": 0.93}, "holds 93 %"),
+        ({"state": "unknown", "degree_at_most": 0.5}, "unknown 0–50 %"),
+        ({"degree": 0.02, "degree_at_most": 0.02}, "fails 2 %"),
+    ],
+)
+def test_states_and_degrees_that_differ_are_changes(change: dict[str, Any], now: str) -> None:
+    assert _changed(**change) == [("t1", "table", "fails 0 %", now)]
+
+
+def test_verdicts_that_came_or_went_are_changes() -> None:
+    assert [c[2:] for c in _changed(thing="t2")] == [("fails 0 %", ""), ("", "fails 0 %")]
+
+
+def test_an_error_is_a_change_and_a_new_scene_is_none() -> None:
+    row = fake_row(PATH, ())
+    comparison = Comparison({PATH: row, "absent": fake_row("absent", ())})
+    comparison.add({**row, "error": "no", "verdicts": []})
+    comparison.add(fake_row("absent", ()))
+    comparison.add({**row, "path": "new"})
+    assert [(c.before, c.now) for c in comparison.changes] == [("verdicts", "no")]
+    assert list(comparison.lines())[-1] == (
+        "1 verdicts of 1 scenes differ, of 2 compared; 1 scenes are new"
+    )
+
+
+def test_a_table_without_rows_cannot_be_compared_with(tmp_path: Path) -> None:
+    write_rows(tmp_path / "t.csv", [])
+    with pytest.raises(InputError, match="has no rows"):
+        older_rows(tmp_path / "t.csv")

@@ -1,0 +1,76 @@
+"""Which files are meant by what is given."""
+
+import io
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from facetlog.batch.inputs import paths_listed, scene_paths
+from facetlog.errors import InputError
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    for name in ("b.json", "a.json", "deep/er/c.JSON", "deep/notes.txt", "out/run.json"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("sources", "found"),
+    [
+        (("b.json", "a.json"), ["b.json", "a.json"]),
+        ((".",), ["a.json", "b.json", "deep/er/c.JSON"]),
+        (("*.json",), ["a.json", "b.json"]),
+        (("**/*.JSON",), ["deep/er/c.JSON"]),
+        (("de*",), ["deep/er/c.JSON"]),
+        (("b.json", "./b.json", "deep/../b.json", "*.json"), ["b.json", "a.json"]),
+        (("absent.json", "a.json"), ["absent.json", "a.json"]),
+    ],
+)
+def test_files_come_once_in_the_order_given(sources: tuple[str, ...], found: list[str]) -> None:
+    assert [os.path.normpath(path) for path in scene_paths(sources)] == found
+
+
+def test_a_link_to_a_file_is_that_file(folder: Path) -> None:
+    (folder / "z.json").symlink_to("a.json")
+    assert scene_paths(("z.json", "a.json")) == ("z.json",)
+
+
+def test_a_file_may_be_called_like_a_glob(folder: Path) -> None:
+    (folder / "[ab].json").touch()
+    assert scene_paths(("[ab].json",)) == ("[ab].json",)
+
+
+@pytest.mark.usefixtures("folder")
+@pytest.mark.parametrize(
+    ("sources", "says"),
+    [
+        ((), "there is no scene to classify"),
+        (("x*.json",), "no file is called so"),
+        (("out",), "out: the folder has no scene, mesh or cloud"),
+    ],
+)
+def test_sources_that_find_nothing_are_refused(sources: tuple[str, ...], says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        scene_paths(sources)
+
+
+def test_a_list_names_a_file_a_line(folder: Path) -> None:
+    (folder / "list").write_bytes(b"# mine\na.json\r\n\n b.json\nna\xefve.json")
+    assert paths_listed("list") == ("a.json", " b.json", os.fsdecode(b"na\xefve.json"))
+
+
+def test_a_list_comes_from_standard_input(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"a.json\nb.json\n")))
+    assert paths_listed("-") == ("a.json", "b.json")
+
+
+def test_a_list_that_is_not_there_is_one_line() -> None:
+    with pytest.raises(InputError, match="absent: the list cannot be read"):
+        paths_listed("absent")

@@ -1,0 +1,141 @@
+"""The journal: nothing is lost, nothing is there twice, and no other run is mixed in."""
+
+import errno
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from facetlog.batch.journal import Journal, journal_path
+from facetlog.errors import InputError
+
+RUN = {"models": "abc"}
+NAMES = tuple("abcdef")
+
+
+def _line(name: str, **more: object) -> bytes:
+    return json.dumps({"path": name, "read_as": "x", **more}).encode()
+
+
+def _written(path: Path, names: tuple[str, ...] = NAMES) -> Journal:
+    journal = Journal.opened(path, RUN, {})
+    for name in names:
+        journal.append(name, _line(name))
+    return journal
+
+
+def test_the_journal_is_beside_the_output() -> None:
+    assert journal_path(Path("a/b.parquet")) == Path("a/b.parquet.partial")
+
+
+def test_rows_come_in_any_order_asked_and_as_often(tmp_path: Path) -> None:
+    with _written(tmp_path / "j") as journal:
+        for _ in range(2):
+            assert [row["path"] for row in journal.rows("cab")] == ["c", "a", "b"]
+        assert "a" in journal
+        assert "z" not in journal
+
+
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(cut=st.integers(0, 400), again=st.booleans())
+def test_a_journal_cut_anywhere_goes_on_with_all_whole_rows(
+    cut: int, again: bool, tmp_path: Path
+) -> None:
+    path = tmp_path / "j"
+    path.unlink(missing_ok=True)
+    _written(path).close()
+    data = path.read_bytes()[:cut]
+    path.write_bytes(data)
+    whole = max(data.count(b"\n") - 1, 0)
+    with Journal.opened(path, RUN, {}) as journal:
+        assert len(journal) == whole
+        for name in NAMES[whole:]:
+            journal.append(name, _line(name))
+        assert [row["path"] for row in journal.rows(NAMES)] == list(NAMES)
+    assert path.read_bytes().count(b"\n") == len(NAMES) + 1
+
+
+@pytest.mark.parametrize(
+    ("run", "read_as", "says"),
+    [
+        ({"models": "other"}, {}, "begun with other models: abc, now other.*--overwrite"),
+        (RUN, {"a": "y"}, "begun with other options: x, now y.*--overwrite"),
+    ],
+)
+def test_another_run_does_not_go_on_with_it(
+    run: dict[str, Any], read_as: dict[str, str], says: str, tmp_path: Path
+) -> None:
+    _written(tmp_path / "j").close()
+    before = (tmp_path / "j").read_bytes()
+    with pytest.raises(InputError, match=says):
+        Journal.opened(tmp_path / "j", run, read_as)
+    assert (tmp_path / "j").read_bytes() == before
+
+
+def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "j").write_text("my thesis\n")
+    with pytest.raises(InputError, match="is no journal of classify"):
+        Journal.opened(tmp_path / "j", RUN, {})
+    assert (tmp_path / "j").read_text() == "my thesis\n"
+
+
+def test_two_runs_do_not_write_one_journal(tmp_path: Path) -> None:
+    with _written(tmp_path / "j"), pytest.raises(InputError, match="another run is writing"):
+        Journal.opened(tmp_path / "j", RUN, {})
+
+
+def test_a_folder_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="cannot be written: No such file"):
+        Journal.opened(tmp_path / "absent" / "j", RUN, {})
+
+
+def test_a_full_disk_keeps_the_rows_so_far_and_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = os.write
+
+    def half(descriptor: int, data: memoryview) -> int:
+        if len(data) < 10:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return real(descriptor, data[: len(data) // 2])
+
+    with _written(tmp_path / "j") as journal:
+        monkeypatch.setattr("facetlog.batch.journal.os.write", half)
+        with pytest.raises(InputError, match=r"No space left.*holds 6 rows.*--resume"):
+            journal.append("g", _line("g"))
+        monkeypatch.undo()
+        journal.append("g", _line("g"))
+        assert [row["path"] for row in journal.rows("ag")] == ["a", "g"]
+    with Journal.opened(tmp_path / "j", RUN, {}) as journal:
+        assert len(journal) == 7
+
+
+def test_a_limit_of_the_system_keeps_the_rows_so_far(tmp_path: Path) -> None:
+    code = (
+        "import resource, sys; from pathlib import Path;"
+        "from facetlog.batch.journal import Journal; from facetlog.errors import InputError\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))\n"
+        "journal = Journal.opened(Path(sys.argv[1]), {'models': 'abc'}, {})\n"
+        "try:\n"
+        "    for i in range(100):\n"
+        '        journal.append(str(i), b\'{"path": "%d", "read_as": "x"}\' % i)\n'
+        "except InputError as exc: print(exc)\n"
+    )
+    paths = os.pathsep.join(path for path in sys.path if path)
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path / "j")],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "PYTHONPATH": paths},
+    )
+    assert "File too large" in done.stdout
+    with Journal.opened(tmp_path / "j", RUN, {}) as journal:
+        assert 5 < len(journal) < 100
+        assert [row["path"] for row in journal.rows("01")] == ["0", "1"]

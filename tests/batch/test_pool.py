@@ -1,0 +1,93 @@
+"""Worker processes: each scene has an answer, whatever becomes of the one that works at it."""
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from facetlog.batch.pool import Pool, Task
+from facetlog.batch.settings import Item, Settings
+from facetlog.errors import EngineError, InputError, RuleSyntaxError
+from tests.batch.fakes import fake_workers, scene_files
+
+
+@pytest.fixture(autouse=True)
+def _fake() -> Iterator[None]:
+    with fake_workers():
+        yield
+
+
+def _rows(items: tuple[Item, ...], *, count: int = 2, seconds: float = 60.0) -> dict[str, dict]:
+    with Pool(Settings(seconds=seconds), count) as pool:
+        answers = list(pool.answers(map(Task, items)))
+    assert len(answers) == len(items)
+    assert all(json.loads(a.line)["path"] == a.task.item.path for a in answers)
+    assert all(a.failed is (json.loads(a.line)["error"] is not None) for a in answers)
+    return {Path(a.task.item.path).stem: json.loads(a.line) for a in answers}
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_each_scene_has_one_answer_whatever_the_number_of_workers(
+    count: int, tmp_path: Path
+) -> None:
+    items = scene_files(tmp_path, *(f"box-{i}" for i in range(300)), "bad-1")
+    rows = _rows(items, count=count)
+    assert rows["bad-1"]["error"]
+    assert {row["model"] for name, row in rows.items() if name != "bad-1"} == {"box"}
+
+
+def test_a_scene_at_which_workers_die_has_an_error_and_costs_no_other(tmp_path: Path) -> None:
+    items = scene_files(tmp_path, "box-1", "die-1", "table-1", "die-2", "chair-1")
+    rows = _rows(items)
+    for name in ("die-1", "die-2"):
+        assert "died at it, 2 times: ended by SIGKILL" in rows[name]["error"]
+    assert [rows[n]["model"] for n in ("box-1", "table-1", "chair-1")] == ["box", "table", "chair"]
+
+
+def test_a_scene_at_which_a_worker_died_once_is_tried_again(tmp_path: Path) -> None:
+    rows = _rows(scene_files(tmp_path, "once-1", "box-1"), count=1)
+    assert rows["once-1"]["error"] is None
+    assert rows["box-1"]["model"] == "box"
+
+
+def test_a_scene_that_takes_too_long_has_an_error_and_costs_no_other(tmp_path: Path) -> None:
+    items = scene_files(tmp_path, *(f"box-{i}" for i in range(5)), "slow-1", "table-1")
+    rows = _rows(items, count=1, seconds=0.5)
+    assert "took longer than 0.5 s" in rows["slow-1"]["error"]
+    assert rows["table-1"]["model"] == "table"
+
+
+def test_models_that_cannot_be_used_are_the_error_of_their_kind() -> None:
+    with pytest.raises(RuleSyntaxError, match="refused:1: no model"):
+        Pool(Settings(models=("refused",)))
+
+
+def test_a_worker_that_cannot_start_is_an_error_of_the_engine() -> None:
+    with pytest.raises(EngineError, match="could not start: ended with code 3"):
+        Pool(Settings(models=("dead",)))
+
+
+def test_no_workers_are_refused() -> None:
+    with pytest.raises(InputError, match="0 workers"):
+        Pool(Settings(), 0)
+
+
+def test_no_process_outlives_its_pool(tmp_path: Path) -> None:
+    with Pool(Settings(), 2) as pool:
+        list(pool.answers(map(Task, scene_files(tmp_path, "box-1"))))
+        ids = [worker.popen.pid for worker in pool._crew]
+    assert len(ids) == 2
+    for process in ids:
+        with pytest.raises(ProcessLookupError):
+            os.kill(process, 0)
+
+
+def test_answers_that_nobody_wants_any_more_leave_no_process(tmp_path: Path) -> None:
+    with Pool(Settings(), 1) as pool:
+        answers = pool.answers(map(Task, scene_files(tmp_path, "box-1", "slow-1")))
+        next(answers)
+        ids = [worker.popen.pid for worker in pool._crew]
+    with pytest.raises(ProcessLookupError):
+        os.kill(ids[0], 0)

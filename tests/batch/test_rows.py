@@ -1,0 +1,66 @@
+"""Rows: what they hold is published, and what others hand in is checked."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from facetlog.batch.rows import RowRecord, best_verdict, error_row, results_schema, row_from
+from facetlog.batch.settings import Item, Settings
+from facetlog.errors import InputError
+from facetlog.kb.proof import State
+from tests.batch.fake_worker import fake_row
+
+
+@dataclass
+class _Verdict:
+    model: str
+    state: State
+    degree: float
+    probability: float | None = None
+
+
+def test_the_published_schema_is_that_of_the_program() -> None:
+    published = Path(__file__).parents[2] / "docs" / "results.schema.json"
+    assert published.read_text(encoding="utf-8") == results_schema()
+
+
+def test_a_row_comes_back_and_columns_of_others_are_left_out() -> None:
+    for path in (__file__, "absent.json"):
+        row = fake_row(path, ())
+        again = row_from({**row, "mine": 1}, "t")
+        assert RowRecord.model_validate(again) == RowRecord.model_validate(row)
+        assert "mine" not in again
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [({"degree": 2}, "t: degree"), ({"path": None}, "t: path"), ({"up": [1]}, "t: up")],
+)
+def test_a_row_that_is_none_is_told_with_its_field(change: dict[str, Any], says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        row_from({**fake_row(__file__, ()), **change}, "t")
+    with pytest.raises(InputError, match="is it a table of classify"):
+        row_from(3, "t")
+
+
+@pytest.mark.parametrize(
+    ("verdicts", "best"),
+    [
+        ((), None),
+        ((_Verdict("a", State.FAILS, 0.9), _Verdict("b", State.UNKNOWN, 0.9)), None),
+        ((_Verdict("a", State.HOLDS, 0.6), _Verdict("b", State.HOLDS, 0.9)), "b"),
+        ((_Verdict("a", State.HOLDS, 0.9), _Verdict("b", State.HOLDS, 0.9)), "a"),
+        ((_Verdict("a", State.HOLDS, 0.6, 0.9), _Verdict("b", State.HOLDS, 0.9, 0.8)), "a"),
+        ((_Verdict("a", State.HOLDS, 0.6, 0.9), _Verdict("b", State.HOLDS, 0.9)), "b"),
+    ],
+)
+def test_the_surest_of_what_holds_is_the_answer(verdicts: Any, best: str | None) -> None:
+    found = best_verdict(verdicts)
+    assert (found and found.model) == best
+
+
+def test_a_row_of_an_error_is_a_row() -> None:
+    row = error_row(Item("a.ply", up="z"), Settings(crisp=True), "a.ply: no", models_hash="h")
+    assert row_from(row, "t")["read_as"] == "up=z unit=none crisp"

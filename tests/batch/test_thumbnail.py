@@ -1,0 +1,59 @@
+"""Small pictures of scenes: something to see of whatever there is."""
+
+import cv2
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from facetlog.batch.thumbnail import thumbnail
+from facetlog.perception.polyhedra import chair, cuboid, moved, room_corner, table
+from facetlog.perception.types import Patch, Scene, Vertex
+
+
+def _picture(scene: Scene) -> NDArray[np.uint8]:
+    data = np.frombuffer(thumbnail(scene, 120), dtype=np.uint8)
+    return np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+
+
+def _ball(radius: float = 1.0) -> Scene:
+    points = np.random.default_rng(0).normal(size=(2000, 3))
+    points /= np.linalg.norm(points, axis=1, keepdims=True)
+    areas = np.full(2000, 4 * np.pi * radius**2 / 2000)
+    return Scene("ball", patches=(Patch(points * radius, points, areas),))
+
+
+@pytest.mark.parametrize("make", [cuboid, table, chair, room_corner])
+def test_flat_faces_are_seen_in_several_shades(make: object) -> None:
+    picture = _picture(make())  # type: ignore[operator]
+    assert picture.shape == (120, 120, 4)
+    solid = picture[picture[..., 3] == 255][:, :3]
+    assert 0.05 < len(solid) / 120**2 < 0.9
+    assert len(np.unique(solid // 16, axis=0)) >= 3
+
+
+def test_a_ball_is_a_disc_lit_from_one_side() -> None:
+    picture = _picture(_ball())
+    share = (picture[..., 3] > 127).mean()
+    # The disc reaches to the margins of 6 %, and its points' own discs a little further.
+    assert share == pytest.approx(np.pi / 4 * 0.88**2, rel=0.15)
+    assert np.ptp(picture[30:90, 30:90, 0]) > 50
+
+
+def test_the_unit_of_length_and_the_place_do_not_matter() -> None:
+    far = moved(table(), np.eye(3), [1e4, -1e4, 5e3])
+    assert np.abs(_picture(far).astype(int) - _picture(table())).mean() < 0.5
+    assert np.abs(_picture(_ball(1e6)).astype(int) - _picture(_ball(1e-6))).mean() < 0.5
+
+
+def test_what_is_nearer_hides_what_is_behind() -> None:
+    # Seen from above, the top face of a block is whole: no side shows through.
+    picture = _picture(cuboid(1.0, 1.0, 0.01))
+    middle = picture[50:70, 50:70, :3].reshape(-1, 3)
+    assert len(np.unique(middle, axis=0)) == 1
+
+
+@pytest.mark.parametrize(
+    "scene", [Scene("empty"), Scene("dot", vertices=(Vertex(np.zeros(3), np.eye(3)),))]
+)
+def test_a_scene_without_anything_is_an_empty_picture(scene: Scene) -> None:
+    assert (_picture(scene)[..., 3] == 0).all()

@@ -1,0 +1,298 @@
+"""Brief verdicts: those of the full judge to the last digit, on one scene after the other."""
+
+import os
+import signal
+from collections import defaultdict
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from facetlog.errors import EngineError, RuleSyntaxError
+from facetlog.kb.batch_judge import BatchJudge, BriefVerdict
+from facetlog.kb.encode import Fact
+from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
+from facetlog.kb.limits import Limits
+from facetlog.kb.proof import State
+from facetlog.kb.recognize import judge_scene, open_knowledge_base
+from facetlog.kb.verdict import Verdict
+from facetlog.perception.builders import build
+from facetlog.perception.fact_schema import FACT_SCHEMA
+from facetlog.perception.facts import scene_facts
+
+# Measures of a file's own, and a model that asks of another, are not written anew.
+OWN = """:- module(m, []).
+:- use_module(facetlog(vocabulary)).
+tolerance(enough, 0.4).
+means(full(F), at_least(fill(F), tolerance(enough))).
+measured(twice(F), V, Sd, ratio) :- measure(fill(F), V0, Sd0, _), V is 2*V0, Sd is 2*Sd0.
+model(own, "Words and measures of its own.", [a]).
+candidate(own, Thing, [F]) :- face_of(Thing, F).
+condition(own, word, "it is full", _, [F], full(F)).
+condition(own, measure, "it is full", _, [F], at_least(twice(F), 1.0)).
+condition(own, several, "one of many", Thing, [_], at_least(fill(F), 0.5)) :- face_of(Thing, F).
+size(own, _, [F], long, length(F)).
+group(own, Thing, _, others, Fs) :- findall(F, face_of(Thing, F), Fs).
+model(asking, "What another model says.", [a]).
+candidate(asking, Thing, [F]) :- face_of(Thing, F).
+condition(asking, other, "it is a box", Thing, [_], is_a(Thing, box)).
+"""
+TESTS = (
+    "at_least(fill(f1), 0.5)",
+    "between(fill(f1), 0.54, 0.56)",
+    "near(fill(f1), 0.6, 0.1)",
+    "fading(at_least(fill(f1), 0.58), 0.1)",
+    "fading(between(fill(f1), 0.61, 0.7), 0.1)",
+    "fading(near(fill(f1), 0.6, 0.01), 0)",
+    "expect(0.25, at_least(fill(f1), 0.6))",
+    "at_most_of(0, X, [[f1]], at_least(fill(X), 0.6))",
+    "at_least_of(1, X, [[f1, f2], []], at_least(fill(X), 0.6))",
+    "each_pair(X, Y, [f1, f2], near(angle(X, Y), 90, 1))",
+    "some(X, [f1, f2], at_least(fill(X), 0.5))",
+    "level(f1)",
+    "not(level(f1))",
+    "implies(measured(f2), at_least(fill(f1)/fill(f1) - 0.1, 1))",
+    "implies(level(f1), at_least(fill(f1), 0.5))",
+    "if_known(at_least(elevation(f1), metres(1)))",
+    "any([at_least(elevation(f1), 1), at_most(fill(f1)*2, 1)])",
+    "all([measured(unseen), adjoins(f1, f2)])",
+    "at_least(count([f1, f2]), 3)",
+    "between(count([f1, f2]), 3, 4)",
+    "at_least(mean([fill(f1), fill(f1)]), 0.5)",
+    "at_least(-fill(f1), -0.6)",
+)
+FACTS: tuple[Fact, ...] = (
+    ("thing", "t1"),
+    ("face", "f1"),
+    ("face", "f2"),
+    ("evidence", "f1", "measured"),
+    ("evidence", "f2", "measured"),
+    ("part_of", "f1", "t1"),
+    ("part_of", "f2", "t1"),
+    ("fill", "f1", 0.55, 0.04),
+    ("angle", "f1", "f2", 90.5, 1.0),
+    ("angle", "f2", "f1", 90.5, 1.0),
+)
+DEVIATIONS = {
+    kind.functor: [i for i, argument in enumerate(kind.arguments, 1) if argument.name == "Sd"]
+    for kind in FACT_SCHEMA
+}
+NEEDS_UP = frozenset(
+    (
+        "up",
+        "tilt",
+        "upward",
+        "downward",
+        "elevation",
+        "top_of",
+        "bottom_of",
+        "clear_below",
+        "overlap",
+    )
+)
+
+
+@pytest.fixture(scope="module")
+def judge() -> Iterator[BatchJudge]:
+    with BatchJudge() as judge:
+        yield judge
+
+
+@pytest.fixture(scope="module")
+def base() -> Iterator[KnowledgeBase]:
+    with KnowledgeBase() as base:
+        yield base
+
+
+def facts_of(name: str, **sizes: float) -> list[Fact]:
+    return [(f.functor, *f.args) for f in scene_facts(build(name, sizes))]
+
+
+def noisy(facts: Iterable[Fact], seed: int, by: float = 30.0) -> list[Fact]:
+    """The same facts measured worse: deviations so many times as large, values moved by them."""
+    generator = np.random.default_rng(seed)
+    found = []
+    for fact in facts:
+        values: list[Any] = list(fact)
+        for place in DEVIATIONS[str(fact[0])]:
+            values[place] *= by
+            values[place - 1] += values[place] * generator.normal()
+        found.append(tuple(values))
+    return found
+
+
+def without_up(facts: Iterable[Fact]) -> list[Fact]:
+    return [fact for fact in facts if fact[0] not in NEEDS_UP]
+
+
+def brief(verdict: Verdict) -> BriefVerdict:
+    return BriefVerdict(
+        verdict.model,
+        verdict.thing,
+        verdict.state,
+        verdict.degree,
+        verdict.degree_at_most,
+        verdict.probability,
+        tuple((part.role, part.faces) for part in verdict.parts),
+        tuple((size.name, size.value, size.sd) for size in verdict.sizes),
+    )
+
+
+def in_full(base: KnowledgeBase, facts: Iterable[Fact]) -> tuple[BriefVerdict, ...]:
+    return tuple(map(brief, judge_scene(base, "s", facts).verdicts))
+
+
+SCENES: dict[str, Callable[[], list[Fact]]] = {
+    "cuboid": lambda: facts_of("cuboid", height=0.4),
+    "tray": lambda: facts_of("tray"),
+    "wedge": lambda: facts_of("wedge"),
+    "room": lambda: facts_of("room_corner"),
+    "desk": lambda: facts_of("desk", width=0.9),
+    "chair": lambda: facts_of("chair"),
+    "cabinet": lambda: facts_of("cabinet"),
+    "stairs": lambda: facts_of("stairs"),
+    "noisy cuboid": lambda: noisy(facts_of("cuboid"), 1),
+    "noisy tray": lambda: noisy(facts_of("tray"), 2, by=10),
+    "noisy pyramid": lambda: noisy(facts_of("pyramid"), 3, by=100),
+    "noisy cabinet": lambda: noisy(facts_of("cabinet"), 4, by=10),
+    "noisy stairs": lambda: noisy(facts_of("stairs"), 5, by=10),
+    "bench without up": lambda: without_up(facts_of("bench")),
+    "noisy cuboid without up": lambda: without_up(noisy(facts_of("cuboid"), 6)),
+    "nothing": list,
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_verdicts_are_those_of_the_full_judge(
+    judge: BatchJudge, base: KnowledgeBase, name: str
+) -> None:
+    facts = SCENES[name]()
+    assert judge.judge(facts) == in_full(base, facts)
+
+
+def test_the_scenes_hold_fail_and_leave_open(judge: BatchJudge) -> None:
+    names = ("cuboid", "noisy cuboid", "noisy tray", "noisy cuboid without up")
+    found = [v for name in names for v in judge.judge(SCENES[name]())]
+    assert {v.state for v in found} == set(State)
+    assert any(0.01 < v.degree < 0.99 for v in found)
+
+
+def test_a_scene_leaves_nothing_behind(judge: BatchJudge) -> None:
+    block, wedge = facts_of("cuboid"), facts_of("wedge")
+    first = judge.judge(block)
+    other = judge.judge(wedge)
+    assert judge.judge(()) == ()
+    assert judge.judge(block) == first
+    assert judge.judge(wedge) == other != first
+
+
+def test_rows_by_functor_are_the_same_facts_in_any_order(judge: BatchJudge) -> None:
+    facts = facts_of("desk")
+    rows: dict[str, list[Fact]] = defaultdict(list)
+    for fact in facts:
+        rows[str(fact[0])].append(fact[1:])
+    shuffled = [facts[i] for i in np.random.default_rng(0).permutation(len(facts))]
+    assert judge.judge(rows) == judge.judge(shuffled) == judge.judge(facts)
+
+
+def test_models_come_in_their_order_thing_after_thing(judge: BatchJudge) -> None:
+    two: tuple[Fact, ...] = (("thing", "t1"), ("thing", "t2"))
+    found = [(v.thing, v.model) for v in judge.judge(two)]
+    assert found == [(thing, model) for thing in ("t1", "t2") for model in BUILTIN_MODELS]
+
+
+def test_a_name_with_anything_in_it_comes_back(judge: BatchJudge) -> None:
+    name = "t'\\\n\x1f😀"
+    assert {v.thing for v in judge.judge((("thing", name),))} == {name}
+
+
+@pytest.mark.parametrize("crisp", [False, True], ids=["graded", "crisp"])
+@pytest.mark.parametrize("trusted", [False, True], ids=["isolated", "trusted"])
+def test_every_form_of_test_is_judged_as_in_full(
+    tmp_path: Path, *, crisp: bool, trusted: bool
+) -> None:
+    lines = [":- module(m, []).", ":- use_module(facetlog(vocabulary))."]
+    lines += [f'model(m{i}, "A model.", [a]).' for i in range(len(TESTS))]
+    lines += [f"candidate(m{i}, _, [f1])." for i in range(len(TESTS))]
+    lines += [f'condition(m{i}, so, "it is so", _, [_], {test}).' for i, test in enumerate(TESTS)]
+    path = tmp_path / "tests.pl"
+    path.write_text("\n".join(lines) + "\n")
+    with (
+        BatchJudge([path], trusted=trusted, crisp=crisp) as judge,
+        open_knowledge_base([path], trusted=trusted, crisp=crisp) as base,
+    ):
+        assert judge.judge(FACTS) == in_full(base, FACTS)
+
+
+@pytest.mark.parametrize("trusted", [False, True], ids=["isolated", "trusted"])
+def test_models_that_cannot_be_written_anew_are_judged_as_in_full(
+    tmp_path: Path, *, trusted: bool
+) -> None:
+    path = tmp_path / "own.pl"
+    path.write_text(OWN)
+    facts = facts_of("cuboid")
+    with (
+        BatchJudge([path], trusted=trusted) as judge,
+        open_knowledge_base([path], trusted=trusted) as base,
+    ):
+        found = judge.judge(facts)
+        assert found == in_full(base, facts)
+        assert {"own", "asking"} <= {v.model for v in found if v.state is State.HOLDS}
+        assert judge.judge(facts) == found
+
+
+def test_an_isolated_process_that_was_started_again_judges_on(tmp_path: Path) -> None:
+    path = tmp_path / "own.pl"
+    path.write_text(OWN)
+    facts = facts_of("cuboid")
+    with BatchJudge([path]) as judge:
+        before = judge.judge(facts)
+        assert judge.process_id is not None
+        os.kill(judge.process_id, signal.SIGKILL)
+        with suppress(EngineError):  # that it has ended is told once
+            judge.judge(facts)
+        assert judge.judge(facts) == before
+
+
+def test_a_scene_that_takes_too_long_fails_alone() -> None:
+    small = facts_of("wedge")
+    with BatchJudge(limits=Limits(inferences=150_000)) as judge:
+        before = judge.judge(small)
+        with pytest.raises(EngineError, match="limit of inferences"):
+            judge.judge(facts_of("shelf", boards=12))
+        assert judge.judge(small) == before
+
+
+def test_the_time_limit_holds_for_a_scene(tmp_path: Path) -> None:
+    path = tmp_path / "slow.pl"
+    path.write_text(
+        ":- module(slow, []).\n:- use_module(facetlog(vocabulary)).\n"
+        'model(slow, "Takes for ever.", [a]).\n'
+        "candidate(slow, t2, [f1]) :- between(1, inf, X), X < 0.\n"
+        'condition(slow, line, "it is so", _, [_], measured(f1)).\n'
+    )
+    with BatchJudge([path], trusted=True, limits=Limits(seconds=1.0)) as judge:
+        before = judge.judge(FACTS)
+        with pytest.raises(EngineError, match="time limit"):
+            judge.judge((("thing", "t2"),))
+        assert judge.judge(FACTS) == before
+
+
+def test_models_hash_says_which_models(tmp_path: Path) -> None:
+    path = tmp_path / "own.pl"
+    path.write_text(OWN)
+    with BatchJudge() as one, BatchJudge() as same, BatchJudge([path], trusted=True) as other:
+        assert one.models_hash == same.models_hash != other.models_hash
+    path.write_text(OWN.replace("0.4", "0.5"))
+    with BatchJudge([path], trusted=True) as changed:
+        assert changed.models_hash != other.models_hash
+
+
+def test_a_faulty_file_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "faulty.pl"
+    path.write_text(":- module(m, []).\nmodel(m, ")
+    with pytest.raises(RuleSyntaxError, match=r"faulty\.pl"):
+        BatchJudge([path])

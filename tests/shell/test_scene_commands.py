@@ -1,0 +1,219 @@
+"""`facetlog scene`: what it shows, writes and finds wrong, and how it ends."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import trimesh
+
+from facetlog.cli import main
+from facetlog.perception.builders import build
+from facetlog.perception.polyhedra import cuboid, moved, table, together
+from facetlog.perception.scene_file import read_scene, scene_to_json, write_scene
+
+Run = Callable[..., tuple[int, str, str]]
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
+    monkeypatch.chdir(tmp_path)
+    write_scene(cuboid(0.3, 0.2, 0.1), Path("block.json"))
+    trimesh.creation.box((300.0, 200.0, 100.0)).export("block.stl")
+    trimesh.creation.cylinder(0.2, 0.5).export("can.ply")
+
+    def called(*argv: str) -> tuple[int, str, str]:
+        capsys.readouterr()
+        code = main(["scene", *argv])
+        return code, *capsys.readouterr()
+
+    return called
+
+
+def test_show_tells_objects_and_largest_faces_as_a_table(run: Run) -> None:
+    code, out, err = run("show", "block.json")
+    assert (code, err) == (0, "")
+    assert out == (
+        "cuboid: 1 object, 6 faces, 12 edges, 8 vertices\n"
+        "unit  metres, as the file says\n"
+        "up    0 0 1, as the file says\n"
+        "\n"
+        "object  faces  length (m)  width (m)  height (m)  curved  whole\n"
+        "t1          6         0.3        0.2         0.1      0%     no\n"
+        "\n"
+        "face  object  area (m²)  length (m)  width (m)   tilt  seen\n"
+        "f1        t1       0.06         0.3        0.2   0.0°  100%\n"
+        "f2        t1       0.06         0.3        0.2   0.0°  100%\n"
+        "f3        t1       0.03         0.3        0.1  90.0°  100%\n"
+        "f4        t1       0.03         0.3        0.1  90.0°  100%\n"
+        "f5        t1       0.02         0.2        0.1  90.0°  100%\n"
+        "f6        t1       0.02         0.2        0.1  90.0°  100%\n"
+    )
+
+
+def test_show_names_ten_faces_and_counts_the_rest(run: Run) -> None:
+    write_scene(table(), Path("table.json"))
+    _, out, _ = run("show", "table.json")
+    assert out.endswith("\nand 16 smaller\n")
+
+
+@pytest.mark.parametrize(
+    ("argv", "unit", "up"),
+    [
+        (["block.json"], ("m", "as the file says"), ([0, 0, 1], "as the file says")),
+        (["block.stl"], (None, "not known"), (None, "not known")),
+        (["block.stl", "--up", "-X", "--unit", "MM"], ("m", "given"), ([-1, 0, 0], "given")),
+        (["block.glb"], ("m", "as the file says"), ([0, 1, 0], "as the format says")),
+        (["block.glb", "--up", "none"], ("m", "as the file says"), (None, "not known")),
+        (["folder"], ("m", "as the file says"), ([0, 0, 1], "as the file says")),
+    ],
+)
+def test_show_says_how_unit_and_up_are_known(
+    argv: list[str], unit: tuple[Any, str], up: tuple[Any, str], run: Run
+) -> None:
+    trimesh.creation.box((0.3, 0.2, 0.1)).export("block.glb")
+    Path("folder").mkdir()
+    write_scene(cuboid(0.3, 0.2, 0.1), Path("folder/scene.json"))
+    code, out, _ = run("show", *argv, "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert found["schema"] == "facetlog-scene-summary/1"
+    assert (found["unit"], found["unit_known"]) == unit
+    assert (found["up"], found["up_known"]) == up
+    assert (found["faces"][0]["tilt"] is None) == (up[0] is None)
+
+
+def test_show_tells_of_several_objects_what_is_curved_and_whole(run: Run) -> None:
+    _, out, _ = run("show", "can.ply", "--json")
+    (can,) = json.loads(out)["things"]
+    assert (can["faces"], can["whole"]) == (2, True)
+    # of a cylinder r 0.2, h 0.5 the mantle is 1 / (1 + r / h) of the surface
+    assert can["curved"] == pytest.approx(1 / 1.4, rel=0.03)
+    write_scene(
+        together(moved(cuboid(), np.eye(3), [5.0, 0.0, 0.0]), build("table", {})), Path("both.json")
+    )
+    _, out, _ = run("show", "both.json", "--json")
+    assert [thing["faces"] for thing in json.loads(out)["things"]] == [6, 26]
+
+
+def test_show_draws_the_scene(run: Run) -> None:
+    code, _, _ = run("show", "block.json", "-o", "block.png")
+    picture = cv2.imread("block.png", cv2.IMREAD_UNCHANGED)
+    assert code == 0
+    assert picture is not None
+    assert picture.shape == (960, 960, 4)
+    assert 0.2 < (picture[..., 3] > 0).mean() < 0.9
+    assert run("show", "block.json", "-o", "block.png")[0] == 2
+    assert run("show", "block.json", "-o", "block.png", "--overwrite")[0] == 0
+
+
+def test_options_do_not_count_for_a_scene_and_it_says_so(run: Run) -> None:
+    code, out, err = run("show", "block.json", "--up", "x", "--json")
+    assert code == 0
+    assert json.loads(out)["up"] == [0, 0, 1]
+    assert "warning: block.json: a scene says its up and its unit itself" in err
+
+
+def test_a_shape_becomes_a_scene_that_is_sound(run: Run) -> None:
+    assert run("convert", "block.stl", "new.json", "--up", "z", "--unit", "mm") == (0, "", "")
+    scene = read_scene(Path("new.json"))
+    assert scene.metric
+    assert np.ptp(scene.points, axis=0) == pytest.approx([0.3, 0.2, 0.1])
+    assert run("validate", "new.json") == (0, "1 file, all sound\n", "")
+
+
+@pytest.mark.parametrize("name", ["new.ply", "new.glb", "new.gltf"])
+def test_trimesh_loads_what_is_converted(name: str, run: Run) -> None:
+    assert run("convert", "block.json", name) == (0, "", "")
+    mesh = trimesh.load_mesh(name)
+    assert mesh.area == pytest.approx(0.22)
+    assert sorted(mesh.extents) == pytest.approx([0.1, 0.2, 0.3])
+    assert run("show", name, "--up", "none", "--json")[0] == 0
+
+
+def test_a_mesh_of_a_curved_thing_says_what_it_lacks(run: Run) -> None:
+    code, _, err = run("convert", "can.ply", "flat.ply")
+    assert code == 0
+    assert "flat.ply: holds the flat faces alone" in err
+    assert trimesh.load_mesh("flat.ply").area == pytest.approx(2 * np.pi * 0.04, rel=0.01)
+
+
+def test_facts_are_written_as_prolog(run: Run) -> None:
+    assert run("convert", "block.json", "facts.pl") == (0, "", "")
+    text = Path("facts.pl").read_text(encoding="utf-8")
+    assert text.startswith("% Facts of one scene; docs/facts.md")
+    assert "\n'part_of'('f1','t1').\n" in text
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (["show", "absent.ply"], "absent.ply: cannot be read"),
+        (["show", "block.doc"], "block.doc: .doc: files that can be read are"),
+        (["show", "block.stl", "--up", "w"], "up 'w': use one of"),
+        (["show", "block.stl", "--unit", "mile"], "unit 'mile': use one of"),
+        (["show", "block.stl", "-o", "block.jpg"], "what can be written is .png"),
+        (["convert", "block.stl", "block.json"], "block.json exists: give --overwrite"),
+        (["convert", "block.stl", "new.obj"], "new.obj: .obj: what can be written is .json, .ply"),
+        (["convert", "block.stl", "no/new.json"], "no/new.json cannot be written"),
+        (["convert", "empty.json", "new.ply"], "has no face with an area"),
+        (["validate", "absent.json"], "absent.json: cannot be read"),
+    ],
+)
+def test_what_cannot_be_is_one_line_and_leaves_no_file(
+    argv: list[str], says: str, run: Run
+) -> None:
+    Path("empty.json").write_text('{"schema": "facetlog-scene/1", "name": "empty"}')
+    before = {path: path.read_bytes() for path in Path().iterdir()}
+    code, _, err = run(*argv)
+    assert code == 2
+    assert says in err
+    assert err.count("\n") == 1
+    assert {path: path.read_bytes() for path in Path().iterdir()} == before
+
+
+def _edited(**changes: Any) -> str:
+    data = json.loads(scene_to_json(cuboid(0.3, 0.2, 0.1)))
+    return json.dumps({**data, **changes})
+
+
+def test_validate_tells_every_fault_by_its_path(run: Run) -> None:
+    Path("form.json").write_text(_edited(up="z", name=3, more=[]))
+    Path("index.json").write_text(_edited(edges=[{"start": 0, "end": 99}], bodies=[{"faces": [7]}]))
+    Path("up.json").write_text(_edited(up=[0, 0, 2]))
+    code, out, err = run("validate", "form.json", "index.json", "block.json", "up.json")
+    assert (code, err) == (1, "")
+    lines = out.splitlines()
+    assert [line.split(": ")[:2] for line in lines[:-1]] == [
+        ["form.json", "$.name"],
+        ["form.json", "$.up"],
+        ["form.json", "$.more"],
+        ["index.json", "$.edges[0].end"],
+        ["index.json", "$.bodies[0].faces"],
+        ["up.json", "$.up"],
+    ]
+    assert lines[-1] == "4 files, 1 sound"
+
+
+def test_validate_as_json_is_an_object_a_file(run: Run) -> None:
+    Path("up.json").write_text(_edited(up=[0, 0, 2]))
+    code, out, _ = run("validate", "block.json", "up.json", "--json")
+    good, bad = map(json.loads, out.splitlines())
+    assert code == 1
+    assert good == {
+        "schema": "facetlog-validate/1",
+        "file": "block.json",
+        "sound": True,
+        "faults": [],
+    }
+    assert bad["faults"] == [{"path": "$.up", "message": "is 2 long: give a unit vector, or null"}]
+
+
+def test_validate_goes_on_after_a_file_that_cannot_be_read(run: Run) -> None:
+    code, out, err = run("validate", "absent.json", "block.json")
+    assert code == 2
+    assert out == "2 files, 1 sound\n"
+    assert err.count("\n") == 1

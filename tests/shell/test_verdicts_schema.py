@@ -1,0 +1,43 @@
+"""docs/verdicts.schema.json: the published schema is true of what recognition says."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from facetlog.kb.recognize import recognize
+from facetlog.perception.builders import build
+from facetlog.perception.facts import scene_facts
+from facetlog.verdicts_schema import VerdictsRecord, verdicts_schema
+
+PUBLISHED = Path(__file__).parents[2] / "docs" / "verdicts.schema.json"
+
+
+def _verdicts(name: str) -> dict[str, Any]:
+    scene = build(name, {})
+    facts = ((fact.functor, *fact.args) for fact in scene_facts(scene))
+    found = recognize(facts, scene_name=scene.name)
+    return {**found.to_json(), "problems": [], "warnings": []}
+
+
+def test_the_published_schema_is_this_one() -> None:
+    assert PUBLISHED.read_text(encoding="utf-8") == verdicts_schema()
+
+
+@pytest.mark.parametrize("name", ["cuboid", "chair", "room_corner"])
+def test_what_recognition_says_is_as_the_schema_has_it(name: str) -> None:
+    said = json.dumps(_verdicts(name))
+    record = VerdictsRecord.model_validate_json(said, strict=True)
+    # nothing is left out and nothing made of it: all that was said comes back
+    assert json.loads(record.model_dump_json(by_alias=True, exclude_unset=True)) == json.loads(said)
+    assert record.recognised
+    assert {verdict.state for verdict in record.verdicts} - {"holds"}
+
+
+def test_a_key_that_is_not_known_is_no_verdict() -> None:
+    said = _verdicts("cuboid")
+    said["verdicts"][0]["proof"][0]["because"]["more"] = 1
+    with pytest.raises(ValidationError, match="more"):
+        VerdictsRecord.model_validate_json(json.dumps(said))
