@@ -234,7 +234,7 @@ def _beyond(table: FaceTable, faces: Indices, others: Indices, there: Bools) -> 
     normals, where = planes.normals[faces], table.points[others]
     depth = (where @ normals[:, :, None])[:, :, 0] + planes.offsets[faces, None]
     own = sds[table.outlines[faces]].max(axis=1)[:, None]
-    tilt = planes.tilt_sds()[faces, None] * depth
+    tilt = planes.tilt_sds[faces, None] * depth
     limit = table.tolerance.within(np.hypot(np.hypot(sds[others], own), tilt))
     flat = (where - table.middles[faces, None]) @ table.axes[faces].transpose(0, 2, 1)
     outside, _ = face_distances(table, faces, flat)
