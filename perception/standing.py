@@ -36,7 +36,8 @@ def at_rim(
 ) -> Iterator[tuple[str, int]]:
     """(part, face) where an upright face or loose edge stands at the rim of a face about level.
 
-    `edges` (e, 2) are vertices. Parts are named as in the facts (f1, e1), faces numbered. Nothing without a known up.
+    `edges` (e, 2) are vertices. Parts are named as in the facts (f1, e1), faces numbered.
+    Nothing without a known up.
     """
     up = scene.up
     if up is None:
