@@ -20,9 +20,10 @@ SAME_WAY = float(np.cos(np.deg2rad(20.0)))
 # The middle of a neighbourhood is within so many times the noise of its region's plane. Its own
 # error is a fourth of that at most, the rest is room for planes that are a little warped.
 MIDDLE_GATE = 1.5
-# Sheets, and what sensors make of flat ones, are warped by about this share of their width: a
-# Kinect shows a box of 20 cm 2 mm off, where its local noise is a fourth of that.
-WARP = 0.012
+# Sheets, and what sensors make of flat ones, are warped by up to this share of their width: a
+# Kinect shows a carton of 16 cm 5 mm off, where its local noise is a tenth of that. With 0.012 the
+# faces of such cartons fall into pieces that are 3 to 9 degrees apart.
+WARP = 0.03
 # Growth starts where this share of the neighbours look the same way.
 SEED_AGREEMENT = 0.7
 # A region has this many nodes at least, fewer fix no plane, and half of the points that make a
@@ -49,11 +50,12 @@ SCRAP_WAY = float(np.cos(np.deg2rad(30.0)))
 BULGE = 0.6
 # ... by more than this many sd, ...
 BULGE_SDS = 5.0
-# ... and its normal turns by more than this from end to end, radians (8 degrees): pictures of
-# flat sheets are warped by less.
-TURN = 0.14
-# A region is one with a curved surface if, over this share of its rim, that goes on within 30
-# degrees (cosine); it takes so many rounds at most, one for each strip round half a cylinder.
+# ... and its normal turns by more than this from end to end, radians (17 degrees): warped sheets
+# turn by less, and a strip of a cylinder that fills the gate of WARP by 16 WARP = 0.48.
+TURN = 0.3
+# A region is one with a curved surface if, over this share of its rim to other regions, that goes
+# on within 30 degrees (cosine); it takes so many rounds at most, one for each strip round half a
+# cylinder.
 SMOOTH_SHARE = 0.4
 SMOOTH_WAY = float(np.cos(np.deg2rad(30.0)))
 SPREADS = 16
@@ -271,7 +273,8 @@ def _spread_curves(
                 continue
             normal = _Sheet.through(near.middles[rows], near.noise).normal
             beyond = near.links[rows].ravel()
-            beyond = beyond[labels[beyond] != label]
+            # what is of no region says nothing: on a curve regions of one normal leave gaps
+            beyond = beyond[(labels[beyond] != label) & (labels[beyond] != -1)]
             smooth = curved[beyond] & (np.abs(near.normals[beyond] @ normal) >= SMOOTH_WAY)
             if len(beyond) and smooth.mean() >= SMOOTH_SHARE:
                 labels[rows] = CURVED
