@@ -85,12 +85,18 @@ def _bends(planes: PlaneTable, faces: Indices, d: FloatArray) -> tuple[FloatArra
     return turns, np.sqrt(np.maximum(variance, 0.0))
 
 
+def _lengths(spans: FloatArray) -> FloatArray:
+    """Lengths (n,) of vectors (n, 3)."""
+    lengths: FloatArray = np.sqrt((spans * spans).sum(axis=1))
+    return lengths
+
+
 def along(
     a: tuple[FloatArray, FloatArray], b: tuple[FloatArray, FloatArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """For pairs of segments, ends (m, 3) each: overlap along a, worst gap there, cosine; (m,)."""
     span, other = a[1] - a[0], b[1] - b[0]
-    size = np.linalg.norm(span, axis=1)
+    size = _lengths(span)
     u = span / np.maximum(size, 1e-300)[:, None]
     t0 = np.einsum("ij,ij->i", b[0] - a[0], u)
     t1 = np.einsum("ij,ij->i", b[1] - a[0], u)
@@ -100,8 +106,8 @@ def along(
     gap = np.zeros(len(size))
     for t in (low, high):
         on_b = b[0] + ((t - t0) / safe)[:, None] * other
-        gap = np.maximum(gap, np.linalg.norm(on_b - a[0] - t[:, None] * u, axis=1))
-    cosine = step / np.maximum(np.linalg.norm(other, axis=1), 1e-300)
+        gap = np.maximum(gap, _lengths(on_b - a[0] - t[:, None] * u))
+    cosine = step / np.maximum(_lengths(other), 1e-300)
     return high - low, gap, cosine
 
 
@@ -145,7 +151,7 @@ def side_contacts(table: FaceTable) -> SideContacts:
         (segments[one, 0], segments[one, 1]), (segments[two, 0], segments[two, 1])
     )
     spans = segments[:, 1] - segments[:, 0]
-    size = np.linalg.norm(spans, axis=1)
+    size = _lengths(spans)
     limit = tolerance.within(np.hypot(sds[one], sds[two]))
     least = np.minimum(size[one], size[two])
     same = _same_ends(ends[one], ends[two])
@@ -181,7 +187,7 @@ def edges_along_sides(table: FaceTable, edges: Indices) -> Indices:
     overlap, gap, _ = along(
         (points[edges[one, 0]], points[edges[one, 1]]), (points[ends[two, 0]], points[ends[two, 1]])
     )
-    size = np.linalg.norm(points[edges[:, 1]] - points[edges[:, 0]], axis=1)[one]
+    size = _lengths(points[edges[:, 1]] - points[edges[:, 0]])[one]
     limit = tolerance.within(np.hypot(sds[one], side_sds[two]))
     lies = (gap <= limit) & (overlap >= size - 2.0 * limit) & (overlap > 2.0 * limit)
     lies |= _same_ends(edges[one], ends[two])

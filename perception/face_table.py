@@ -150,9 +150,11 @@ class FaceTable:
 
         row, vertex, counts = _members(sides, corner, count)
         owner = np.repeat(np.arange(count), counts)
-        own_area, own_moment = np.zeros((len(vertex), 2)), np.zeros((len(vertex), 2, 2))
-        np.add.at(own_area, row, area_slope)
-        np.add.at(own_moment, row, moment_slope)
+        own_area, own_moment = area_slope, moment_slope
+        if len(vertex) < len(corner):
+            own_area, own_moment = np.zeros((len(vertex), 2)), np.zeros((len(vertex), 2, 2))
+            np.add.at(own_area, row, area_slope)
+            np.add.at(own_moment, row, moment_slope)
         # d(M / A) = (dM - M / A dA) / A
         slope = own_moment - shift[owner][:, :, None] * own_area[:, None]
         slope /= size[owner][:, :, None]

@@ -29,9 +29,11 @@ def tilts(planes: PlaneTable, up: FloatArray) -> Estimates:
     return Estimates.of(np.arctan2(size, np.abs(rise)), variance)
 
 
-def vertical_senses(planes: PlaneTable, up: FloatArray) -> Indices:
-    """1 (f,) where a normal points above the horizon by more than 2 sd, -1 if below, else 0."""
-    leaning = tilts(planes, up)
+def vertical_senses(planes: PlaneTable, up: FloatArray, leaning: Estimates) -> Indices:
+    """1 (f,) where a normal points above the horizon by more than 2 sd, -1 if below, else 0.
+
+    `leaning` is what `tilts` says of these planes.
+    """
     sure = np.pi / 2 - leaning.values > SENSE_SDS * leaning.sds + ANGLE_RESOLUTION
     return np.where(sure, np.where(planes.normals @ up > 0.0, 1, -1), 0)
 
@@ -54,8 +56,10 @@ class Grounds:
     def under(cls, members: Sequence[Indices], table: FaceTable, up: FloatArray) -> "Grounds":
         """The grounds of things with these vertices each."""
         heights = table.points @ up
-        thing, vertex, counts = _highest(members, table, -heights)
-        return cls(thing, vertex, counts, heights, up)
+        vertices = np.concatenate(members)
+        rows = np.repeat(np.arange(len(members)), [len(own) for own in members])
+        found = _highest(rows, vertices, len(members), table, -heights[vertices])
+        return cls(*found, heights, up)
 
     def above(
         self,
@@ -92,31 +96,53 @@ class Grounds:
 
 
 def _highest(
-    bodies: Sequence[Indices], table: FaceTable, reach: FloatArray
+    rows: Indices, vertices: Indices, count: int, table: FaceTable, reach: FloatArray
 ) -> tuple[Indices, Indices, Indices]:
-    """(body, vertex) (m,) each, of the highest vertices of bodies by a reach (n,), by 3 sd."""
-    lengths = np.array([len(own) for own in bodies], dtype=np.intp)
-    place, there = row_table(lengths)
-    vertices = np.concatenate(bodies)[place]
-    equal = table.tolerance.highest(vertices, np.where(there, reach[vertices], -np.inf))
-    rows, vertex = np.nonzero(equal)[0], vertices[equal]
-    order = np.lexsort((vertex, rows))  # equal bodies are to have equal sums
-    return rows[order], vertex[order], equal.sum(axis=1)
+    """(body, vertex) (m,) each, of the highest vertices of bodies by 3 sd, and how many a body.
+
+    Body `rows` (h,), ascending, has the vertex `vertices` (h,), which reaches `reach` (h,) far.
+    """
+    top = np.full(count, -np.inf)
+    np.maximum.at(top, rows, reach)
+    first = np.zeros(count, dtype=np.intp)
+    highest = np.flatnonzero(reach == top[rows])[::-1]
+    first[rows[highest]] = highest  # the last assignment, the first of equals, stays
+    sds = table.tolerance.vertex_sds[vertices]
+    limit = table.tolerance.within(np.hypot(sds, sds[first[rows]]))
+    equal = reach >= top[rows] - limit
+    rows, vertices = rows[equal], vertices[equal]
+    order = np.lexsort((vertices, rows))  # equal bodies are to have equal sums
+    return rows[order], vertices[order], np.bincount(rows, minlength=count)
 
 
 def extremes(
-    bodies: Sequence[Indices], things: Indices, grounds: Grounds, table: FaceTable
+    vertices: Indices, counts: Indices, things: Indices, grounds: Grounds, table: FaceTable
 ) -> tuple[Estimates, Estimates]:
-    """Heights (b,) of the highest and the lowest vertices of bodies above their things' grounds."""
-    found = []
-    for sign in (1.0, -1.0):
-        rows, vertex, counts = _highest(bodies, table, sign * grounds.heights)
-        shares = 1.0 / counts[rows]
-        parts = shares * grounds.heights[vertex]
-        values = np.bincount(rows, parts, minlength=len(things)).astype(np.float64)
-        slope = shares[:, None] * grounds.up
-        found.append(grounds.above(things, values, rows, vertex, slope, table.covs))
-    return found[0], found[1]
+    """Heights (b,) of the highest and the lowest vertices of bodies above their things' grounds.
+
+    The bodies have so many of the vertices (h,) as `counts` (b,) say, one after the other.
+    """
+    bodies = len(counts)
+    rows = np.repeat(np.arange(bodies), counts)
+    heights = grounds.heights[vertices]
+    # The lowest are the highest of the same, upside down.
+    rows, at, found = _highest(
+        np.concatenate((rows, bodies + rows)),
+        np.concatenate((vertices, vertices)),
+        2 * bodies,
+        table,
+        np.concatenate((heights, -heights)),
+    )
+    shares = 1.0 / found[rows]
+    values = np.bincount(rows, shares * grounds.heights[at], minlength=2 * bodies).astype(
+        np.float64
+    )
+    slope = shares[:, None] * grounds.up
+    both = grounds.above(np.tile(things, 2), values, rows, at, slope, table.covs)
+    return (
+        Estimates(both.values[:bodies], both.sds[:bodies]),
+        Estimates(both.values[bodies:], both.sds[bodies:]),
+    )
 
 
 def elevations(table: FaceTable, faces: Indices, things: Indices, grounds: Grounds) -> Estimates:

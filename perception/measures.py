@@ -308,20 +308,23 @@ def thing_boxes(table: FaceTable, groups: Sequence[Group]) -> Iterator[tuple[flo
 
     Where several faces are the largest, the least of their boxes is taken.
     """
-    faces, counts, vertices = _pairs(groups, whole=False)
+    faces = np.concatenate([group.faces for group in groups])
     owner = np.repeat(np.arange(len(groups)), [len(group.faces) for group in groups])
     largest = np.zeros(len(groups))
     np.maximum.at(largest, owner, table.areas[faces])
-    chosen = np.flatnonzero(table.areas[faces] >= largest[owner] * (1.0 - AREA_TIE))
-    place, there = row_table(counts)
-    points, there = table.points[vertices[place[chosen]]], there[chosen]
-    normals = table.planes.normals[faces[chosen]]
-    frames = plane_axes(normals, table.axes[faces[chosen], 0])
+    chosen = table.areas[faces] >= largest[owner] * (1.0 - AREA_TIE)
+    faces, owner = faces[chosen], owner[chosen]
+    outer = np.array([len(group.outer) for group in groups], dtype=np.intp)
+    place, there = row_table(outer)
+    vertices = np.concatenate([group.outer for group in groups])
+    points, there = table.points[vertices[place[owner]]], there[owner]
+    normals = table.planes.normals[faces]
+    frames = plane_axes(normals, table.axes[faces, 0])
     _, lengths, widths = least_rectangles(points @ frames.transpose(0, 2, 1), there)
     depths = np.ptp((points @ normals[:, :, None])[:, :, 0], axis=1)
     boxes = np.sort(np.column_stack([lengths, widths, depths]), axis=1)[:, ::-1]
-    order = np.lexsort((*boxes.T[::-1], boxes.prod(axis=1), owner[chosen]))
-    first = np.unique(owner[chosen][order], return_index=True)[1]
+    order = np.lexsort((*boxes.T[::-1], boxes.prod(axis=1), owner))
+    first = np.unique(owner[order], return_index=True)[1]
     high, middle, low = boxes[order[first]].T.tolist()
     return zip(high, middle, low, strict=True)
 

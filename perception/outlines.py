@@ -24,6 +24,8 @@ __all__ = [
 
 Shapes = NDArray[np.object_]
 
+FEW_CORNERS = 4
+
 MOST_NUMBERS = 1_000_000
 """Numbers worked on in one go: some 10 MB an array."""
 
@@ -36,7 +38,10 @@ def following(sizes: Indices, longest: int) -> Indices:
     >>> following(np.array([3]), 4).tolist()
     [[1, 2, 0, 3]]
     """
-    steps, last = np.arange(longest), (sizes - 1)[:, None]
+    steps = np.arange(longest)
+    if len(sizes) and (sizes == longest).all():  # as quads are: one row does for all
+        return np.broadcast_to((steps + 1) % longest, (len(sizes), longest))
+    last = (sizes - 1)[:, None]
     return np.where(steps == last, 0, steps + (steps < last))
 
 
@@ -181,22 +186,26 @@ class Outlines:
         loops[others[row], np.arange(len(row)) - np.repeat(row_starts(counts), counts)] = found
         return loops, known
 
+    def corners_up_to(self, longest: int) -> FloatArray:
+        """Corners (r, longest, 2): what is beyond the last corner repeats it."""
+        steps = np.minimum(np.arange(longest), self.loops.shape[1] - 1)
+        return self.loops[:, steps]
+
     def shared_areas(self, others: "Outlines") -> FloatArray:
         """Areas (r,) that these share with the others (r,), one with one."""
         shared = np.zeros(len(self.areas))
         meet = ((self.low < others.high) & (others.low < self.high)).all(axis=1)
         simple = self.convex & others.convex
-        rows = np.flatnonzero(meet & simple)
-        step = max(1, MOST_NUMBERS // max(4 * self.loops.shape[1] * others.loops.shape[1], 1))
-        for start in range(0, len(rows), step):
-            some = rows[start : start + step]
-            sizes, other_sizes = self.sizes[some], others.sizes[some]
-            shared[some] = _convex_shared(
-                self.loops[some, : sizes.max()],
-                sizes,
-                others.loops[some, : other_sizes.max()],
-                other_sizes,
-            )
+        fewer = np.minimum(self.sizes, others.sizes)
+        # Clipping takes a step for each corner of the one that has fewer: most have four.
+        for rows in (
+            np.flatnonzero(meet & simple & (fewer <= FEW_CORNERS)),
+            np.flatnonzero(meet & simple & (fewer > FEW_CORNERS)),
+        ):
+            step = max(1, MOST_NUMBERS // max(4 * self.loops.shape[1] * others.loops.shape[1], 1))
+            for start in range(0, len(rows), step):
+                some = rows[start : start + step]
+                shared[some] = _convex_shared(self.take(some), others.take(some))
         rows = np.flatnonzero(meet & ~simple)
         if len(rows):
             one, two = self.take(rows).polygons(), others.take(rows).polygons()
@@ -207,14 +216,17 @@ class Outlines:
         """Which points (r, q, 2) the outlines hold, one row each, their rims included (r, q)."""
         within = np.zeros(where.shape[:2], dtype=np.bool_)
         rows = np.flatnonzero(self.convex)
+        # Those with more corners first: each step has to do with the first rows alone.
+        rows = rows[np.argsort(-self.sizes[rows], kind="stable")]
         inside = np.ones((len(rows), where.shape[1]), dtype=np.bool_)
         loops = self.loops[rows, : self.sizes[rows].max(initial=0)]
         x, y = where[rows, :, 0], where[rows, :, 1]
         after = loops[np.arange(len(rows))[:, None], following(self.sizes[rows], loops.shape[1])]
         span = after - loops
         for k in range(loops.shape[1]):
-            a, side = loops[:, k, :, None], span[:, k, :, None]
-            inside &= side[:, 0] * (y - a[:, 1]) >= side[:, 1] * (x - a[:, 0])
+            n = int((self.sizes[rows] > k).sum())
+            a, side = loops[:n, k, :, None], span[:n, k, :, None]
+            inside[:n] &= side[:, 0] * (y[:n] - a[:, 1]) >= side[:, 1] * (x[:n] - a[:, 0])
         within[rows] = inside
         others = np.flatnonzero(~self.convex)
         if len(others):
@@ -226,13 +238,18 @@ class Outlines:
         return within
 
 
-def _convex_shared(
-    loops: FloatArray, sizes: Indices, others: FloatArray, other_sizes: Indices
-) -> FloatArray:
-    """Areas (p,) of convex loops (p, k, 2) clipped to convex loops (p, l, 2), side by side.
+def _convex_shared(one: Outlines, two: Outlines) -> FloatArray:
+    """Areas (p,) that convex outlines (p,) share, side by side.
 
-    Sutherland and Hodgman (1974).
+    The one that has fewer corners clips the other. Sutherland and Hodgman (1974).
     """
+    clips = (one.sizes < two.sizes)[:, None]
+    longest = max(int(one.sizes.max()), int(two.sizes.max()))
+    first, second = one.corners_up_to(longest), two.corners_up_to(longest)
+    sizes = np.where(clips[:, 0], two.sizes, one.sizes)
+    loops = np.where(clips[..., None], second, first)[:, : sizes.max()]
+    other_sizes = np.where(clips[:, 0], one.sizes, two.sizes)
+    others = np.where(clips[..., None], first, second)[:, : other_sizes.max()]
     after = others[np.arange(len(others))[:, None], following(other_sizes, others.shape[1])]
     for k in range(others.shape[1]):
         loops, sizes = _clipped(loops, sizes, others[:, k], after[:, k])

@@ -9,7 +9,6 @@ import shapely
 from facetlog.perception.contacts import SideContacts
 from facetlog.perception.face_table import FaceTable
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.heights import vertical_senses
 from facetlog.perception.hulls import least_rectangles
 from facetlog.perception.outlines import Outlines
 from facetlog.perception.relations import seen_along
@@ -169,17 +168,21 @@ class _Rays:
 
 
 def clear_below(
-    plans: Plans, things: Sequence[Thing], grounds: FloatArray, contacts: SideContacts
+    plans: Plans,
+    things: Sequence[Thing],
+    grounds: FloatArray,
+    contacts: SideContacts,
+    senses: Indices,
 ) -> Iterator[tuple[int, float]]:
     """(face, free height under 80 % of it) for faces that are not upright, by rays downwards.
 
     A ray from an upward face starts in the solid: it leaves it through the next downward face, or,
     if none was seen, where the sides of the solid end. From there it is free down to the next
     face of any thing, or to the level of the lowest point of its own, which is at `grounds` (t,).
+    `senses` (f,) say which faces look up (1) or down (-1).
     """
     table, index = plans.table, plans.index
     where, inside = _ray_grids(plans.outlines)
-    senses = vertical_senses(table.planes, plans.up)
     ground = np.full(len(table), np.inf)
     for thing, height in zip(things, grounds.tolist(), strict=True):
         ground[list(thing.faces)] = height

@@ -5,7 +5,8 @@ with every bit it left with.
 """
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Literal, NamedTuple
 
@@ -241,16 +242,25 @@ def _json_path(place: _Place) -> str:
     return "$" + "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)
 
 
-def _frozen(rows: Sequence[object]) -> FloatArray:
-    """All rows as one array that is not writeable: what is cut from it need not be copied."""
-    array = np.array(rows, dtype=np.float64)
-    array.setflags(write=False)
-    return array
+def _vectors(rows: Collection[Sequence[float]], width: int) -> FloatArray:
+    """The rows as one array (n, width) that is not writeable: what is cut from it is not copied.
+
+    Number by number: numpy takes twice as long to find out how tuples are nested.
+    """
+    numbers = np.fromiter(chain.from_iterable(rows), np.float64, len(rows) * width)
+    numbers.setflags(write=False)
+    return numbers.reshape(len(rows), width)
+
+
+def _squares(matrices: Collection[Sequence[Sequence[float]]], width: int) -> FloatArray:
+    """The same of matrices (n, width, width)."""
+    rows = tuple(chain.from_iterable(matrices))
+    return _vectors(rows, width).reshape(len(matrices), width, width)
 
 
 def _faces(records: Sequence[FaceRecord], source: str) -> Iterator[Face]:
-    normals = _frozen([r.plane.normal for r in records])
-    covs = _frozen([r.plane.cov for r in records])
+    normals = _vectors([r.plane.normal for r in records], 3)
+    covs = _squares([r.plane.cov for r in records], 4)
     for i, (r, normal, cov) in enumerate(zip(records, normals, covs, strict=True)):
         try:
             plane = Plane(normal, r.plane.offset, cov)
@@ -260,16 +270,16 @@ def _faces(records: Sequence[FaceRecord], source: str) -> Iterator[Face]:
 
 
 def _vertices(records: Sequence[VertexRecord]) -> Iterator[Vertex]:
-    points = _frozen([r.point for r in records])
-    covs = _frozen([r.cov for r in records])
+    points = _vectors([r.point for r in records], 3)
+    covs = _squares([r.cov for r in records], 3)
     for r, point, cov in zip(records, points, covs, strict=True):
         yield Vertex(point, cov, tuple(_observations(r.observations)), r.label)
 
 
 def _observations(records: Sequence[ObservationRecord]) -> Iterator[Observation]:
     if records:
-        pixels = _frozen([r.uv for r in records])
-        covs = _frozen([r.cov for r in records])
+        pixels = _vectors([r.uv for r in records], 2)
+        covs = _squares([r.cov for r in records], 2)
         for r, uv, cov in zip(records, pixels, covs, strict=True):
             yield Observation(r.view, uv, cov)
 
@@ -340,9 +350,8 @@ def _patch(record: PatchRecord, index: int, source: str) -> Patch:
             "give as many of each"
         )
         raise SceneFileError(source, (SceneFault(f"$.patches[{index}]", said),))
-    points = np.array(record.points, dtype=np.float64).reshape(count, 3)
-    normals = np.array(record.normals, dtype=np.float64).reshape(count, 3)
-    return Patch(points, normals, np.array(record.areas, dtype=np.float64), record.hull)
+    areas = _vectors([record.areas], count)[0]
+    return Patch(_vectors(record.points, 3), _vectors(record.normals, 3), areas, record.hull)
 
 
 def _scene(record: SceneRecord, source: str) -> Scene:

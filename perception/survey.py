@@ -9,8 +9,8 @@ from facetlog.perception import relations
 from facetlog.perception.angles import pairwise_angles
 from facetlog.perception.contacts import SideContacts, edges_along_sides, side_contacts
 from facetlog.perception.face_table import FaceTable
-from facetlog.perception.heights import Grounds
-from facetlog.perception.measures import Group
+from facetlog.perception.heights import Grounds, tilts, vertical_senses
+from facetlog.perception.measures import Estimates, Group
 from facetlog.perception.plans import Plans
 from facetlog.perception.row_table import Indices
 from facetlog.perception.things import Thing, find_things
@@ -109,3 +109,19 @@ class Survey:
         """The faces as seen from above, if up is known and there is any."""
         up = self.scene.up
         return None if up is None or not len(self.table) else Plans.of(self.table, up)
+
+    @cached_property
+    def leaning(self) -> Estimates:
+        """Angles (f,) between the faces and the level, where up is known."""
+        return tilts(self.table.planes, self._up)
+
+    @cached_property
+    def senses(self) -> Indices:
+        """1 (f,) for faces that look up, -1 for those that look down, else 0; up is known."""
+        return vertical_senses(self.table.planes, self._up, self.leaning)
+
+    @property
+    def _up(self) -> FloatArray:
+        if self.scene.up is None:
+            raise ValueError("up is not known")
+        return self.scene.up

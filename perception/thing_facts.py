@@ -1,11 +1,12 @@
 """Facts about things: what belongs to them, how large they are, where their parts are in them."""
 
+from itertools import chain
+
 import numpy as np
 
 from facetlog.perception import heights, measures, plans
 from facetlog.perception.gaps import gaps
 from facetlog.perception.named_rows import FactRows, named, names, rows_of
-from facetlog.perception.row_table import Indices
 from facetlog.perception.space import curved_share, spaces
 from facetlog.perception.standing import at_rim
 from facetlog.perception.survey import Survey
@@ -80,15 +81,12 @@ def gap_facts(s: Survey, rows: FactRows) -> None:
 
 def tilt_facts(s: Survey, rows: FactRows) -> None:
     """How faces lean, and which face up or down."""
-    up, table = s.scene.up, s.table
-    if up is None or not len(table):
+    if s.scene.up is None or not len(s.table):
         return
-    leaning = heights.tilts(table.planes, up)
-    degrees = np.rad2deg(leaning.values).tolist(), np.rad2deg(leaning.sds).tolist()
-    rows["tilt"].extend(rows_of(names("f", len(table)), *degrees))
-    senses = heights.vertical_senses(table.planes, up)
-    rows["upward"].extend(rows_of(named("f", np.flatnonzero(senses > 0).tolist())))
-    rows["downward"].extend(rows_of(named("f", np.flatnonzero(senses < 0).tolist())))
+    degrees = np.rad2deg(s.leaning.values).tolist(), np.rad2deg(s.leaning.sds).tolist()
+    rows["tilt"].extend(rows_of(names("f", len(s.table)), *degrees))
+    rows["upward"].extend(rows_of(named("f", np.flatnonzero(s.senses > 0).tolist())))
+    rows["downward"].extend(rows_of(named("f", np.flatnonzero(s.senses < 0).tolist())))
 
 
 def body_facts(s: Survey, rows: FactRows) -> None:
@@ -96,15 +94,25 @@ def body_facts(s: Survey, rows: FactRows) -> None:
     table, grounds = s.table, s.grounds
     if grounds is None:
         return
-    bodies: list[tuple[str, int, Indices]] = []
+    ends = s.edges.tolist()
+    found: list[str] = []
+    things: list[int] = []
+    vertices: list[int] = []
+    counts: list[int] = []
     for nth, (thing, members) in enumerate(zip(s.things, s.members, strict=True)):
-        bodies.append((f"t{nth + 1}", nth, members))
-        own = ((face, table.faces[face].members) for face in thing.faces)
-        bodies += [(f"f{face + 1}", nth, np.array(members)) for face, members in own]
-        bodies += [(f"e{edge + 1}", nth, s.edges[edge]) for edge in thing.edges]
-    found, things, vertices = zip(*bodies, strict=True)
+        own = [
+            members.tolist(),
+            *(table.faces[face].members for face in thing.faces),
+            *(ends[edge] for edge in thing.edges),
+        ]
+        found += [f"t{nth + 1}", *named("f", thing.faces), *named("e", thing.edges)]
+        things += [nth] * len(own)
+        vertices += chain.from_iterable(own)
+        counts += map(len, own)
     owners = np.array(things, dtype=np.intp)
-    tops, bottoms = heights.extremes(vertices, owners, grounds, table)
+    tops, bottoms = heights.extremes(
+        np.array(vertices, dtype=np.intp), np.array(counts, dtype=np.intp), owners, grounds, table
+    )
     for functor, each in (("top_of", tops), ("bottom_of", bottoms)):
         rows[functor].extend(rows_of(found, each.values.tolist(), each.sds.tolist()))
     whole = np.array([name.startswith("t") for name in found])
@@ -138,7 +146,7 @@ def clear_facts(s: Survey, rows: FactRows) -> None:
         return
     reach = s.table.points @ s.plans.up
     lowest = np.array([reach[own].min(initial=np.inf) for own in s.members])
-    for index, free in plans.clear_below(s.plans, s.things, lowest, s.contacts):
+    for index, free in plans.clear_below(s.plans, s.things, lowest, s.contacts, s.senses):
         rows["clear_below"].append((f"f{index + 1}", free))
 
 

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 
 from facetlog.perception.builders import build
 from facetlog.perception.facts import scene_facts
+from facetlog.perception.levels import GAP, closed
 from facetlog.perception.polyhedra import cuboid, moved
 from facetlog.perception.types import Body, FloatArray, Patch, Scene, Vertex
 
@@ -135,3 +137,14 @@ def test_legs_stand_on_the_ground_at_the_rim_of_the_top() -> None:
     assert "f2" not in grounded
     assert "t1" in grounded
     assert len(grounded & at_rim) >= 16
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 12), st.integers(1, 12))
+def test_gaps_of_a_plan_are_closed_as_in_mathematical_morphology(
+    seed: int, rows: int, columns: int
+) -> None:
+    plan = np.random.default_rng(seed).random((rows, columns)) < 0.4
+    wide = ndimage.binary_closing(np.pad(plan, GAP + 1), iterations=GAP)
+    wanted = wide[GAP + 1 : -GAP - 1, GAP + 1 : -GAP - 1]
+    np.testing.assert_array_equal(closed(plan), wanted)
