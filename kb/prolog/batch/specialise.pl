@@ -1,5 +1,5 @@
 :- module(facetlog_specialise, [ specialised/2,       % +Module, +Context
-                                 all_outlines/5       % +Names, +Target, +Thing, +Parts, -Outlines
+                                 all_said/5       % +Names, +Target, +Thing, +Parts, -Said
                                ]).
 
 /** <module> Rules for one scene after the other
@@ -28,9 +28,9 @@ it always did; nothing is judged in another way.
 %
 %     - candidate(Model, Thing, Parts), nondet, as the module itself;
 %     - plan(Model, Plan): a list of ask(Name, Most, First), the cheapest first. Name(Thing,
-%       Parts, Outlines) gives the outlines of the conditions of one label; Most is as in search.pl.
+%       Parts, Said) gives what the conditions of one label say (misses.pl); Most is as in search.pl.
 %       First(Thing, Parts) fails if the only condition does, and is seen sooner; or it is `none`;
-%     - lines(Model, Names): Name(Thing, Parts, Outlines) in the order of the file, in full;
+%     - lines(Model, Names): Name(Thing, Parts, Outlines) in the order of the file;
 %     - group(Model, Thing, Parts, Role, Members), nondet;
 %     - size(Model, Thing, Parts, Name, Value, Variance), nondet.
 
@@ -76,28 +76,28 @@ asks([group(Label, Most)|Groups], Context, Model, [ask(Name, Most, First)|Asks])
     ( Groups = [group(_, After)|_] -> true ; After = 0 ),
     (   Lines = [Line],
         Most =:= After + 1
-    ->  line_code(outline, Context, Model, one, Line, Name),
+    ->  line_code(search, Context, Model, one, Line, Name),
         first_code(Context, Line, Name, First)
-    ;   First = none,   maplist(line_code(outline, Context, Model, several), Lines, Names),
+    ;   First = none,   maplist(line_code(search, Context, Model, several), Lines, Names),
         group_of_lines(Context, Names, Name)
     ),
     asks(Groups, Context, Model, Asks).
 
 group_of_lines(Context, Names, Name) :-
-    helper(Context, lines(Names), [Thing, Parts, Outlines], Head, _),
+    helper(Context, lines(Names), [Thing, Parts, Said], Head, _),
     functor(Head, Name, _),
     Context = context(_, Target, _),
-    put_clause(Context, (Head :- facetlog_specialise:all_outlines(Names, Target, Thing, Parts, Outlines))).
+    put_clause(Context, (Head :- facetlog_specialise:all_said(Names, Target, Thing, Parts, Said))).
 
-%!  all_outlines(+Names, +Target, +Thing, +Parts, -Outlines) is det.
+%!  all_said(+Names, +Target, +Thing, +Parts, -Said) is det.
 %
 %   What the predicates Names give, one after the other.
 
-all_outlines([], _, _, _, []).
-all_outlines([Name|Names], Target, Thing, Parts, Outlines) :-
+all_said([], _, _, _, []).
+all_said([Name|Names], Target, Thing, Parts, Said) :-
     call(Target:Name, Thing, Parts, First),
-    append(First, Rest, Outlines),
-    all_outlines(Names, Target, Thing, Parts, Rest).
+    append(First, Rest, Said),
+    all_said(Names, Target, Thing, Parts, Rest).
 
 size_code(Context, Model, Thing, Parts, Name, Measure, Body0) :-
     Context = context(Module, _, _),
