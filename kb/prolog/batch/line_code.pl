@@ -73,18 +73,12 @@ case_code(one(Test-Goals), leaf(Mode, Number, Thing-Parts, Context, Head), Said,
 said_code(search, Test, Context, Code, m(State, Miss)) :- miss_code(Test, Context, Code, State, Miss).
 said_code(full, Test, Context, Code, Outline) :- outline_code(Test, Context, Code, Outline).
 
-step_code(Scope, Context, Step, Code) :-
-    (   Step = source(_, _, _, _, _)
-    ->  source_code(Step, Scope, Context, Code)
-    ;   Context = context(Module, _, _),
-        body_code(Module:Step, Context, Code)
-    ).
-
 %   In a full outline all is asked in the order that the proof has.
 from_sources(full, Test, Steps, _, Test, Steps).
-from_sources(search, Test, Steps0, Scope, FromTest, Steps) :-
+from_sources(search, Test, Steps0, Scope, LateTest, Steps) :-
     from(Test, Steps0, Scope, FromTest),
-    exclude(replaced(FromTest, Steps0), Steps0, Steps).
+    exclude(replaced(FromTest, Steps0), Steps0, Steps1),
+    late(FromTest, Steps1, Scope, LateTest, Steps).
 
 %   Nothing asks for its list any more.
 replaced(Test, Steps, source(_, _, _, _, Xs)) :-
@@ -127,6 +121,51 @@ from_source(List, Sources, Scope, from(X, Goals, Excluded, Test, Scope)) :-
     Xs == List,
     !.
 
+                 /*******************************
+                 *          LATE STEPS          *
+                 *******************************/
+
+%   What only one of several alternatives asks for is found when that one is asked, and the others are
+%   asked before.
+late(any(Tests0), Steps0, Scope, Test, Steps) :-
+    is_list(Tests0),
+    !,
+    maplist(with_none, Tests0, Open0),
+    reverse(Steps0, Reversed),
+    foldl(late_step, Reversed, Open0-[], Open-Steps),
+    partition(has_none, Open, Early, Late),
+    append(Early, Late, Ordered),
+    maplist(after(Scope), Ordered, Tests),
+    Test = any(Tests).
+late(Test, Steps, _, Test, Steps).
+
+with_none(Test, Test-[]).
+
+has_none(_-Steps) :- Steps == [].
+
+after(_, Test-[], Test) :- !.
+after(Scope, Test-Steps, after(Steps, Test, Scope)).
+
+late_step(Step, Open0-Steps0, Open-Steps) :-
+    (   found_by(Step, Found),
+        \+ asks_for(Steps0, Found),
+        append(Before, [Test-Later|After], Open0),
+        asks_for(Test-Later, Found),
+        \+ asks_for(Before-After, Found)
+    ->  append(Before, [Test-[Step|Later]|After], Open),
+        Steps = Steps0
+    ;   Open = Open0,
+        Steps = [Step|Steps0]
+    ).
+
+%   What succeeds once for certain, and what it finds.
+found_by(source(_, _, _, _, Xs), Xs).
+found_by(separate(_, Groups), Groups) :- var(Groups).
+
+                 /*******************************
+                 *             GOALS            *
+                 *******************************/
+
 line_goal(one, Goal, _, One, _, Said, ( Goal -> Said = [One] ; Said = [] )).
 line_goal(several, Goal, Source, One, Context, Said, findall(One, Call, Said)) :-
     called(Goal, Source, Context, Call).
@@ -152,8 +191,9 @@ first_case(either(Goal, IfSo, IfNot), Given, Context, ( Goal -> CodeIfSo ; CodeI
     first_case(IfNot, Given, Context, CodeIfNot).
 first_case(one(Test-Goals), Thing-Parts, Context, Code) :-
     scope(Thing, Parts, Goals, Scope),
-    sources(Goals, Steps),
+    sources(Goals, Steps0),
+    late(Test, Steps0, Scope, LateTest, Steps),
     maplist(step_code(Scope, Context), Steps, Codes0),
     conjunction(Codes0, Body),
-    state_code(possible, Test, Context, Possible),
+    state_code(possible, LateTest, Context, Possible),
     Code = ( Body -> ( Possible -> true ; fail ) ; true ).

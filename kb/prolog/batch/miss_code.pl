@@ -14,6 +14,7 @@ degree, and ask nothing whose only effect is on one. State and miss are those of
 :- use_module(facetlog_kb(measure_code)).
 :- use_module(facetlog_kb(state_code)).
 :- use_module(facetlog_kb(seen_through)).
+:- use_module(facetlog_kb(sources)).
 :- use_module(facetlog_kb(from_source_code)).
 :- use_module(facetlog_kb(compare)).
 :- use_module(facetlog_kb(evaluate)).
@@ -54,6 +55,12 @@ miss_of(not(Test), Context, ( Possible -> ( Holds -> S = fails, Miss = 1 ; S = u
     !,
     once_code(possible, Test, Context, Possible),
     once_code(holds, Test, Context, Holds).
+miss_of(after(Steps, Test, Scope), Context, Code, S, Miss) :-
+    !,
+    maplist(step_code(Scope, Context), Steps, Codes),
+    miss_code(Test, Context, Code0, S, Miss),
+    append(Codes, [Code0], All),
+    conjunction(All, Code).
 miss_of(if_known(Test), Context, ( Code, ( S0 == unknown -> S = holds ; S = S0 ) ), S, Miss) :-
     !,
     miss_code(Test, Context, Code, S0, Miss).
