@@ -118,8 +118,7 @@ brief(Target, Module, Model, Thing, Verdict) :-
 brief_on(Target, Module, Model, Thing, Parts,
          brief(Model, Thing, State, Low, High, Roled, Sizes)) :-
     Target:lines(Model, Names),
-    all_said(Names, Target, Thing, Parts, Outlines),
-    all_of(Outlines, outline(State, Low, High, _)),
+    all_outlined(Names, Target, Thing, Parts, outline(State, Low, High, _)),
     roled_in(Module, Model, Target, Thing, Parts, Roled),
     findall(size(Name, V, Sd),
             ( Target:size(Model, Thing, Parts, Name, V, Var), Sd is sqrt(Var) ),

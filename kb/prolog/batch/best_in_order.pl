@@ -14,7 +14,6 @@ of those alone that nothing else tells apart.
 :- use_module(library(lists)).
 :- use_module(library(pairs)).
 :- use_module(facetlog_kb(search)).
-:- use_module(facetlog_kb(outlines)).
 :- use_module(facetlog_kb(specialise)).
 
 :- set_prolog_flag(optimise, true).
@@ -161,8 +160,7 @@ third_round(_, Equals, Target, Lines, Best) :-
 
 improbable([], _, _, []).
 improbable([Thing-Parts|Equals], Target, Lines, [key(L, P)-(Thing-Parts)|Keyed]) :-
-    all_said(Lines, Target, Thing, Parts, Outlines),
-    all_of(Outlines, outline(_, Low, High, _)),
+    all_outlined(Lines, Target, Thing, Parts, outline(_, Low, High, _)),
     improbability(Low, L),
     improbability(High, P),
     improbable(Equals, Target, Lines, Keyed).

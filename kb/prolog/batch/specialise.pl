@@ -1,5 +1,6 @@
 :- module(facetlog_specialise, [ specialised/2,       % +Module, +Context
-                                 all_said/5       % +Names, +Target, +Thing, +Parts, -Said
+                                 all_said/5,           % +Names, +Target, +Thing, +Parts, -Said
+                                 all_outlined/5        % +Names, +Target, +Thing, +Parts, -Outline
                                ]).
 
 /** <module> Rules for one scene after the other
@@ -19,6 +20,9 @@ it always did; nothing is judged in another way.
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(body_code)).
 :- use_module(facetlog_kb(line_code)).
+:- use_module(facetlog_kb(sources)).
+:- use_module(facetlog_kb(seen_through)).
+:- use_module(facetlog_kb(outlines)).
 :- use_module(facetlog_kb(measure_code)).
 :- use_module(facetlog_kb(search)).
 
@@ -54,11 +58,12 @@ model_code(Context, Model) :-
             Lines),
     maplist(line_code(full, Context, Model, several), Lines, Names),
     put_clause(Context, lines(Model, Names)),
+    put_clause(Context, (group(Model, _, _, _, _) :- fail)),
     (   current_predicate(Module:group/5)
-    ->  body_code(Module:group(Model, Thing, Parts, Role, Members), Context, Group)
-    ;   Group = fail
+    ->  forall(clause(Module:group(Model, GroupThing, GroupParts, Role, Members), GroupBody),
+               group_code(Context, Model, GroupThing, GroupParts, Role, Members, GroupBody))
+    ;   true
     ),
-    put_clause(Context, (group(Model, Thing, Parts, Role, Members) :- Group)),
     put_clause(Context, (size(Model, _, _, _, _, _) :- fail)),
     (   current_predicate(Module:size/5)
     ->  forall(clause(Module:size(Model, SizeThing, SizeParts, Name, Measure), Body),
@@ -98,6 +103,33 @@ all_said([Name|Names], Target, Thing, Parts, Said) :-
     call(Target:Name, Thing, Parts, First),
     append(First, Rest, Said),
     all_said(Names, Target, Thing, Parts, Rest).
+
+%!  all_outlined(+Names, +Target, +Thing, +Parts, -Outline) is det.
+%
+%   What the outlines that the predicates Names give come to together.
+
+all_outlined(Names, Target, Thing, Parts, Outline) :-
+    outlined(Names, Target, Thing, Parts, outline(holds, 1, 1, 0), Outline).
+
+outlined([], _, _, _, Outline, Outline).
+outlined([Name|Names], Target, Thing, Parts, Outline0, Outline) :-
+    call(Target:Name, Thing, Parts, Outlines),
+    all_of([Outline0|Outlines], Outline1),
+    (   Outline1 = outline(fails, _, High, _),
+        High =:= 0
+    ->  Outline = Outline1              % nothing can change that any more
+    ;   outlined(Names, Target, Thing, Parts, Outline1, Outline)
+    ).
+
+%   What the conditions go through the groups go through again.
+group_code(Context, Model, Thing, Parts, Role, Members, Body) :-
+    Context = context(Module, _, _),
+    written_body(Module, Body, Goals),
+    scope(Thing, Parts, Goals, Scope),
+    sources(Goals, Steps),
+    maplist(step_code(Scope, Context), Steps, Codes),
+    conjunction(Codes, Code),
+    put_clause(Context, (group(Model, Thing, Parts, Role, Members) :- Code)).
 
 size_code(Context, Model, Thing, Parts, Name, Measure, Body0) :-
     Context = context(Module, _, _),
