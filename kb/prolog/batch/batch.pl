@@ -108,7 +108,8 @@ brief(Target, Module, Model, Thing, Verdict) :-
     findall(Thing-Parts, Target:candidate(Model, Thing, Parts), Bag),
     sort(Bag, Candidates),
     Target:plan(Model, Plan),
-    (   best_in_order(Candidates, Target, Plan, Of, Parts)
+    Target:lines(Model, Lines),
+    (   best_in_order(Candidates, Target, Plan, Lines, Of, Parts)
     ->  brief_on(Target, Module, Model, Of, Parts, Verdict)
     ;   Verdict = brief(Model, Thing, unknown, 0, 1, [], [])
     ),
@@ -117,8 +118,7 @@ brief(Target, Module, Model, Thing, Verdict) :-
 brief_on(Target, Module, Model, Thing, Parts,
          brief(Model, Thing, State, Low, High, Roled, Sizes)) :-
     Target:lines(Model, Names),
-    all_outlines(Names, Target, Thing, Parts, Outlines),
-    all_of(full, Outlines, outline(State, Low, High, _)),
+    all_outlined(Names, Target, Thing, Parts, outline(State, Low, High, _)),
     roled_in(Module, Model, Target, Thing, Parts, Roled),
     findall(size(Name, V, Sd),
             ( Target:size(Model, Thing, Parts, Name, V, Var), Sd is sqrt(Var) ),

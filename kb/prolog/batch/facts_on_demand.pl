@@ -101,13 +101,13 @@ add_matrix(Scene, Text, Count, Name-Arity, Start, End) :-
     functor(Head, Name, Arity),
     Head =.. [_, A, B|Vs],
     cells(Vs, Place, 0, Places, Matrix1, Cells),
-    assertz(Scene:(Head :-
-                       'place in matrix'(A, _, Before),
-                       'place in matrix'(B, Column, _),
-                       A \== B,
-                       Place is Before + Column,
-                       b_getval(Key, Matrix1),
-                       Cells)),
+    put_compiled(Scene:(Head :-
+                            'place in matrix'(A, _, Before),
+                            'place in matrix'(B, Column, _),
+                            A \== B,
+                            Place is Before + Column,
+                            b_getval(Key, Matrix1),
+                            Cells)),
     End is Start + Length.
 
 cells([V], Place, After, _, Matrix, Cell) :-
@@ -120,3 +120,11 @@ cells([V|Vs], Place, After, Places, Matrix, ( Cell, Cells )) :-
 
 cell(V, Place, 0, Matrix, arg(Place, Matrix, V)) :- !.
 cell(V, Place, After, Matrix, ( Number is Place + After, arg(Number, Matrix, V) )).
+
+%   With its arithmetic compiled.
+put_compiled(Clause) :-
+    current_prolog_flag(optimise, Before),
+    setup_call_cleanup(
+        set_prolog_flag(optimise, true),
+        assertz(Clause),
+        set_prolog_flag(optimise, Before)).

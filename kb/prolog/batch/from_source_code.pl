@@ -1,7 +1,7 @@
-:- module(facetlog_from_source_code, [ each_from_code/6,       % +X, +From, +Test, +Context, -Code, -Outline
-                                      some_from_code/6,       % +X, +From, +Test, +Context, -Code, -Outline
-                                      each_pair_from_code/7   % +X, +Y, +From, +Test, +Context, -Code,
-                                                              % -Outline
+:- module(facetlog_from_source_code, [ each_from_code/7,       % +X, +From, +Test, +Context, -Code, -State,
+                                                              % -Miss
+                                      some_from_code/7,       % the same
+                                      each_pair_from_code/8   % +X, +Y, and the same
                                     ]).
 
 /** <module> Quantifiers over what a source gives
@@ -18,11 +18,11 @@ after the other, until nothing more can change.
 :- use_module(facetlog_kb(seen_through)).
 :- use_module(facetlog_kb(sources)).
 :- use_module(facetlog_kb(body_code)).
-:- use_module(facetlog_kb(outline_code)).
+:- use_module(facetlog_kb(miss_code)).
 
-%!  each_from_code(+X, +From, +Test, +Context, -Code, -Outline) is det.
+%!  each_from_code(+X, +From, +Test, +Context, -Code, -State, -Miss) is det.
 
-each_from_code(X, From, Test, Context, Code, Outline) :-
+each_from_code(X, From, Test, Context, Code, S, Miss) :-
     one_of(X, _, Test, Fresh, lists:member(Y, _)),
     From = from(Z, Goals, Excluded, Possible, Scope),
     ( Fresh = all(Steps), is_list(Steps) -> true ; Steps = [Fresh] ),
@@ -30,13 +30,13 @@ each_from_code(X, From, Test, Context, Code, Outline) :-
     groups(Few, Groups),
     foldl(table_code(Y, From, Context), Groups, []-true, Known-TablesCode),
     (   Many == []
-    ->  Code = ( TablesCode, facetlog_outlines:all_of(outline, Known, Outline) )
+    ->  Code = ( TablesCode, facetlog_misses:all_missed(Known, S, Miss) )
     ;   ( Many = [Only] -> Whole = Only ; Whole = all(Many) ),
-        outline_code(outline, Whole, Context, WholeCode, One),
-        closure(Context, [Y, One], Scope, WholeCode, Closure),
+        miss_code(Whole, Context, WholeCode, S1, Miss1),
+        closure(Context, [Y, m(S1, Miss1)], Scope, WholeCode, Closure),
         source_code(source(Z, Goals, Excluded, Possible, Xs), Scope, Context, SourceCode),
         Code = ( TablesCode, SourceCode,
-                 facetlog_outlines:each_of(Xs, Closure, Known, Outline) )
+                 facetlog_misses:each_of(Xs, Closure, Known, S, Miss) )
     ).
 
 %   Few are Inputs-Step, if they and the source depend on few parts.
@@ -65,7 +65,7 @@ groups([Inputs-Step|Keyed], [Inputs-[Step|Steps]|Groups]) :-
 same_inputs(Inputs, Others-_) :- Inputs == Others.
 
 table_code(Y, from(X, Goals, Excluded, Possible, _), Context, Inputs-Steps,
-           Known0-Code0, Known-( Code0, Table, facetlog_outlines:of_others(Rows, Excluded, Known0, Known) )) :-
+           Known0-Code0, Known-( Code0, Table, facetlog_misses:of_others(Rows, Excluded, Known0, Known) )) :-
     copy_term(Inputs-Y-X-Goals-Possible-Steps, Inputs1-Y1-X1-Goals1-Possible1-Steps1),
     append(Inputs1, [Rows1], Args1),
     Context = context(Module, _, _),
@@ -73,33 +73,33 @@ table_code(Y, from(X, Goals, Excluded, Possible, _), Context, Inputs-Steps,
     (   New == true
     ->  all_code(source(X1, Goals1, [], Possible1, _), Inputs1, Context, All, AllCode),
         ( Steps1 = [Only] -> Whole = Only ; Whole = all(Steps1) ),
-        outline_code(outline, Whole, Context, WholeCode, One),
-        called(( lists:member(Y1, All), WholeCode, facetlog_outlines:changing(One) ),
-               All-Y1-One-Inputs1, Context, Call),
-        put_remembered(Context, Head, Inputs1, [Rows1], ( AllCode, findall(Y1-One, Call, Rows1) ))
+        miss_code(Whole, Context, WholeCode, S, Miss),
+        called(( lists:member(Y1, All), WholeCode, S \== holds ), All-Y1-S-Miss-Inputs1, Context, Call),
+        put_remembered(Context, Head, Inputs1, [Rows1],
+                       ( AllCode, findall(Y1-m(S, Miss), Call, Rows1) ))
     ;   true
     ),
     Head =.. [Name|_],
     append(Inputs, [Rows], Args),
     Table =.. [Name|Args].
 
-%!  some_from_code(+X, +From, +Test, +Context, -Code, -Outline) is det.
+%!  some_from_code(+X, +From, +Test, +Context, -Code, -State, -Miss) is det.
 
-some_from_code(X, from(Z, Goals, Excluded, Possible, Scope), Test, Context, Code, Outline) :-
+some_from_code(X, from(Z, Goals, Excluded, Possible, Scope), Test, Context, Code, S, Miss) :-
     source_code(source(Z, Goals, Excluded, Possible, Xs), Scope, Context, SourceCode),
     one_of(X, _, Test, Fresh, lists:member(Y, _)),
-    outline_code(outline, Fresh, Context, OneCode, One),
-    closure(Context, [Y, One], Scope, OneCode, Closure),
-    Code = ( SourceCode, facetlog_outlines:some_of(Xs, Closure, Outline) ).
+    miss_code(Fresh, Context, OneCode, S1, Miss1),
+    closure(Context, [Y, m(S1, Miss1)], Scope, OneCode, Closure),
+    Code = ( SourceCode, facetlog_misses:some_of(Xs, Closure, S, Miss) ).
 
-%!  each_pair_from_code(+X, +Y, +From, +Test, +Context, -Code, -Outline) is det.
+%!  each_pair_from_code(+X, +Y, +From, +Test, +Context, -Code, -State, -Miss) is det.
 
-each_pair_from_code(X, Y, from(Z, Goals, Excluded, Possible, Scope), Test, Context, Code, Outline) :-
+each_pair_from_code(X, Y, from(Z, Goals, Excluded, Possible, Scope), Test, Context, Code, S, Miss) :-
     source_code(source(Z, Goals, Excluded, Possible, Xs), Scope, Context, SourceCode),
     two_of(X, Y, _, Test, Fresh, facetlog_outlines:pair_of(_, A, B)),
-    outline_code(outline, Fresh, Context, OneCode, One),
-    closure(Context, [A, B, One], Scope, OneCode, Closure),
-    Code = ( SourceCode, facetlog_outlines:each_pair_of(Xs, Closure, Outline) ).
+    miss_code(Fresh, Context, OneCode, S1, Miss1),
+    closure(Context, [A, B, m(S1, Miss1)], Scope, OneCode, Closure),
+    Code = ( SourceCode, facetlog_misses:each_pair_of(Xs, Closure, S, Miss) ).
 
 %   A closure that lacks the arguments Last and does what Code does.
 closure(Context, Last, Scope, Code, Target:Closure) :-

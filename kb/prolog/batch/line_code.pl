@@ -15,20 +15,22 @@ written for each case of the thing (thing_cases.pl), with what quantifiers go th
 :- use_module(facetlog_kb(body_code)).
 :- use_module(facetlog_kb(state_code)).
 :- use_module(facetlog_kb(outline_code)).
+:- use_module(facetlog_kb(miss_code)).
 :- use_module(facetlog_kb(seen_through)).
 :- use_module(facetlog_kb(thing_cases)).
 :- use_module(facetlog_kb(sources)).
 
 %!  line_code(+Mode, +Context, +Model, +Number, +Line, -Name) is det.
 %
-%   Name(Thing, Parts, Outlines) gives the outlines of Line, which has one or several as Number says;
-%   Mode as in outline_code.pl.
+%   Name(Thing, Parts, Said) gives what is said of Line, once or several times as Number says. Where
+%   Mode is `search` that is m(State, Miss), see miss_code.pl; where it is `full` an outline, see
+%   outline_code.pl.
 
 line_code(Mode, Context, Model, Number, line(Label, Thing, Parts, Test, Body0), Name) :-
-    helper(Context, line(Model, Label, Mode, Test, Body0), [Thing, Parts, Outlines], Head, true),
+    helper(Context, line(Model, Label, Mode, Test, Body0), [Thing, Parts, Said], Head, true),
     functor(Head, Name, _),
     cases_of(Context, Thing, Test, Body0, Cases),
-    case_code(Cases, leaf(Mode, Number, Thing-Parts, Context, Head), Outlines, Code),
+    case_code(Cases, leaf(Mode, Number, Thing-Parts, Context, Head), Said, Code),
     put_clause(Context, (Head :- Code, !)),
     (   Thing-Parts =@= _-_
     ->  true
@@ -42,44 +44,41 @@ cases_of(Context, Thing, Test, Body, Cases) :-
     written_body(Module, Body, Goals),
     thing_cases(Test-Goals, Thing, Context, Cases).
 
-case_code(either(Goal, IfSo, IfNot), Leaf, Outlines, ( Goal -> CodeIfSo ; CodeIfNot )) :-
-    case_code(IfSo, Leaf, Outlines, CodeIfSo),
-    case_code(IfNot, Leaf, Outlines, CodeIfNot).
-case_code(one(Test-Goals), leaf(Mode, Number, Thing-Parts, Context, Head), Outlines, Code) :-
+case_code(either(Goal, IfSo, IfNot), Leaf, Said, ( Goal -> CodeIfSo ; CodeIfNot )) :-
+    case_code(IfSo, Leaf, Said, CodeIfSo),
+    case_code(IfNot, Leaf, Said, CodeIfNot).
+case_code(one(Test-Goals), leaf(Mode, Number, Thing-Parts, Context, Head), Said, Code) :-
     scope(Thing, Parts, Goals, Scope),
     sources(Goals, Steps0),
     from_sources(Mode, Test, Steps0, Scope, FromTest, Steps),
     maplist(step_code(Scope, Context), Steps, Codes0),
-    outline_code(Mode, FromTest, Context, TestCode, Outline),
+    said_code(Mode, FromTest, Context, TestCode, One),
     append(Codes0, [TestCode], Codes),
     conjunction(Codes, Goal),
     term_variables(Thing-Parts, Given),
-    line_goal(Number, Goal, Given-Outline, Outline, Context, Outlines, All),
+    line_goal(Number, Goal, Given-One, One, Context, Said, All),
     term_variables(Test-Goals, Used),
     include(among(Used), Given, Inputs),
     term_variables(Parts, PartVariables),
-    (   Mode == outline,
+    (   Mode == search,
         Inputs \== [],
         \+ forall(member(Part, PartVariables), among(Inputs, Part))
-    ->  append(Inputs, [Outlines], Args),
+    ->  append(Inputs, [Said], Args),
         helper(Context, kept(Head, Test), Args, Kept, true),
-        put_remembered(Context, Kept, Inputs, [Outlines], All),
+        put_remembered(Context, Kept, Inputs, [Said], All),
         Code = Kept
     ;   Code = All
     ).
 
-step_code(Scope, Context, Step, Code) :-
-    (   Step = source(_, _, _, _, _)
-    ->  source_code(Step, Scope, Context, Code)
-    ;   Context = context(Module, _, _),
-        body_code(Module:Step, Context, Code)
-    ).
+said_code(search, Test, Context, Code, m(State, Miss)) :- miss_code(Test, Context, Code, State, Miss).
+said_code(full, Test, Context, Code, Outline) :- outline_code(Test, Context, Code, Outline).
 
 %   In a full outline all is asked in the order that the proof has.
 from_sources(full, Test, Steps, _, Test, Steps).
-from_sources(outline, Test, Steps0, Scope, FromTest, Steps) :-
+from_sources(search, Test, Steps0, Scope, LateTest, Steps) :-
     from(Test, Steps0, Scope, FromTest),
-    exclude(replaced(FromTest, Steps0), Steps0, Steps).
+    exclude(replaced(FromTest, Steps0), Steps0, Steps1),
+    late(FromTest, Steps1, Scope, LateTest, Steps).
 
 %   Nothing asks for its list any more.
 replaced(Test, Steps, source(_, _, _, _, Xs)) :-
@@ -122,8 +121,53 @@ from_source(List, Sources, Scope, from(X, Goals, Excluded, Test, Scope)) :-
     Xs == List,
     !.
 
-line_goal(one, Goal, _, Outline, _, Outlines, ( Goal -> Outlines = [Outline] ; Outlines = [] )).
-line_goal(several, Goal, Source, Outline, Context, Outlines, findall(Outline, Call, Outlines)) :-
+                 /*******************************
+                 *          LATE STEPS          *
+                 *******************************/
+
+%   What only one of several alternatives asks for is found when that one is asked, and the others are
+%   asked before.
+late(any(Tests0), Steps0, Scope, Test, Steps) :-
+    is_list(Tests0),
+    !,
+    maplist(with_none, Tests0, Open0),
+    reverse(Steps0, Reversed),
+    foldl(late_step, Reversed, Open0-[], Open-Steps),
+    partition(has_none, Open, Early, Late),
+    append(Early, Late, Ordered),
+    maplist(after(Scope), Ordered, Tests),
+    Test = any(Tests).
+late(Test, Steps, _, Test, Steps).
+
+with_none(Test, Test-[]).
+
+has_none(_-Steps) :- Steps == [].
+
+after(_, Test-[], Test) :- !.
+after(Scope, Test-Steps, after(Steps, Test, Scope)).
+
+late_step(Step, Open0-Steps0, Open-Steps) :-
+    (   found_by(Step, Found),
+        \+ asks_for(Steps0, Found),
+        append(Before, [Test-Later|After], Open0),
+        asks_for(Test-Later, Found),
+        \+ asks_for(Before-After, Found)
+    ->  append(Before, [Test-[Step|Later]|After], Open),
+        Steps = Steps0
+    ;   Open = Open0,
+        Steps = [Step|Steps0]
+    ).
+
+%   What succeeds once for certain, and what it finds.
+found_by(source(_, _, _, _, Xs), Xs).
+found_by(separate(_, Groups), Groups) :- var(Groups).
+
+                 /*******************************
+                 *             GOALS            *
+                 *******************************/
+
+line_goal(one, Goal, _, One, _, Said, ( Goal -> Said = [One] ; Said = [] )).
+line_goal(several, Goal, Source, One, Context, Said, findall(One, Call, Said)) :-
     called(Goal, Source, Context, Call).
 
 %!  first_code(+Context, +Line, +Name, -First) is det.
@@ -147,8 +191,9 @@ first_case(either(Goal, IfSo, IfNot), Given, Context, ( Goal -> CodeIfSo ; CodeI
     first_case(IfNot, Given, Context, CodeIfNot).
 first_case(one(Test-Goals), Thing-Parts, Context, Code) :-
     scope(Thing, Parts, Goals, Scope),
-    sources(Goals, Steps),
+    sources(Goals, Steps0),
+    late(Test, Steps0, Scope, LateTest, Steps),
     maplist(step_code(Scope, Context), Steps, Codes0),
     conjunction(Codes0, Body),
-    state_code(possible, Test, Context, Possible),
+    state_code(possible, LateTest, Context, Possible),
     Code = ( Body -> ( Possible -> true ; fail ) ; true ).

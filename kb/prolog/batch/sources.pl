@@ -5,6 +5,7 @@
                               scope/4,              % +Thing, +Parts, +Goals, -Scope
                               inputs/3,             % +Term, +Scope, -Inputs
                               few_inputs/3,         % +Term, +Scope, -Inputs
+                              step_code/4,          % +Scope, +Context, +Step, -Code
                               without/3             % +Excluded, +Names, -Others
                             ]).
 
@@ -139,6 +140,18 @@ source_code(Source, Scope, Context, Code) :-
     ;   conjunction(Goals, Goal),
         body_code(Module:( findall(X, ( Goal, \+ memberchk(X, Excluded), possible(Test) ), Found),
                            sort(Found, Xs) ), Context, Code)
+    ).
+
+%!  step_code(+Scope, +Context, +Step, -Code) is det.
+%
+%   Of a source or any other goal of a body.
+
+step_code(Scope, Context, Step, Code) :-
+    (   nonvar(Step),
+        Step = source(_, _, _, _, _)
+    ->  source_code(Step, Scope, Context, Code)
+    ;   Context = context(Module, _, _),
+        body_code(Module:Step, Context, Code)
     ).
 
 %   The variable of the source and what is local to its goals are no inputs.

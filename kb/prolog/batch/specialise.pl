@@ -1,5 +1,6 @@
 :- module(facetlog_specialise, [ specialised/2,       % +Module, +Context
-                                 all_outlines/5       % +Names, +Target, +Thing, +Parts, -Outlines
+                                 all_said/5,           % +Names, +Target, +Thing, +Parts, -Said
+                                 all_outlined/5        % +Names, +Target, +Thing, +Parts, -Outline
                                ]).
 
 /** <module> Rules for one scene after the other
@@ -19,6 +20,9 @@ it always did; nothing is judged in another way.
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(body_code)).
 :- use_module(facetlog_kb(line_code)).
+:- use_module(facetlog_kb(sources)).
+:- use_module(facetlog_kb(seen_through)).
+:- use_module(facetlog_kb(outlines)).
 :- use_module(facetlog_kb(measure_code)).
 :- use_module(facetlog_kb(search)).
 
@@ -28,9 +32,9 @@ it always did; nothing is judged in another way.
 %
 %     - candidate(Model, Thing, Parts), nondet, as the module itself;
 %     - plan(Model, Plan): a list of ask(Name, Most, First), the cheapest first. Name(Thing,
-%       Parts, Outlines) gives the outlines of the conditions of one label; Most is as in search.pl.
+%       Parts, Said) gives what the conditions of one label say (misses.pl); Most is as in search.pl.
 %       First(Thing, Parts) fails if the only condition does, and is seen sooner; or it is `none`;
-%     - lines(Model, Names): Name(Thing, Parts, Outlines) in the order of the file, in full;
+%     - lines(Model, Names): Name(Thing, Parts, Outlines) in the order of the file;
 %     - group(Model, Thing, Parts, Role, Members), nondet;
 %     - size(Model, Thing, Parts, Name, Value, Variance), nondet.
 
@@ -54,11 +58,12 @@ model_code(Context, Model) :-
             Lines),
     maplist(line_code(full, Context, Model, several), Lines, Names),
     put_clause(Context, lines(Model, Names)),
+    put_clause(Context, (group(Model, _, _, _, _) :- fail)),
     (   current_predicate(Module:group/5)
-    ->  body_code(Module:group(Model, Thing, Parts, Role, Members), Context, Group)
-    ;   Group = fail
+    ->  forall(clause(Module:group(Model, GroupThing, GroupParts, Role, Members), GroupBody),
+               group_code(Context, Model, GroupThing, GroupParts, Role, Members, GroupBody))
+    ;   true
     ),
-    put_clause(Context, (group(Model, Thing, Parts, Role, Members) :- Group)),
     put_clause(Context, (size(Model, _, _, _, _, _) :- fail)),
     (   current_predicate(Module:size/5)
     ->  forall(clause(Module:size(Model, SizeThing, SizeParts, Name, Measure), Body),
@@ -76,28 +81,55 @@ asks([group(Label, Most)|Groups], Context, Model, [ask(Name, Most, First)|Asks])
     ( Groups = [group(_, After)|_] -> true ; After = 0 ),
     (   Lines = [Line],
         Most =:= After + 1
-    ->  line_code(outline, Context, Model, one, Line, Name),
+    ->  line_code(search, Context, Model, one, Line, Name),
         first_code(Context, Line, Name, First)
-    ;   First = none,   maplist(line_code(outline, Context, Model, several), Lines, Names),
+    ;   First = none,   maplist(line_code(search, Context, Model, several), Lines, Names),
         group_of_lines(Context, Names, Name)
     ),
     asks(Groups, Context, Model, Asks).
 
 group_of_lines(Context, Names, Name) :-
-    helper(Context, lines(Names), [Thing, Parts, Outlines], Head, _),
+    helper(Context, lines(Names), [Thing, Parts, Said], Head, _),
     functor(Head, Name, _),
     Context = context(_, Target, _),
-    put_clause(Context, (Head :- facetlog_specialise:all_outlines(Names, Target, Thing, Parts, Outlines))).
+    put_clause(Context, (Head :- facetlog_specialise:all_said(Names, Target, Thing, Parts, Said))).
 
-%!  all_outlines(+Names, +Target, +Thing, +Parts, -Outlines) is det.
+%!  all_said(+Names, +Target, +Thing, +Parts, -Said) is det.
 %
 %   What the predicates Names give, one after the other.
 
-all_outlines([], _, _, _, []).
-all_outlines([Name|Names], Target, Thing, Parts, Outlines) :-
+all_said([], _, _, _, []).
+all_said([Name|Names], Target, Thing, Parts, Said) :-
     call(Target:Name, Thing, Parts, First),
-    append(First, Rest, Outlines),
-    all_outlines(Names, Target, Thing, Parts, Rest).
+    append(First, Rest, Said),
+    all_said(Names, Target, Thing, Parts, Rest).
+
+%!  all_outlined(+Names, +Target, +Thing, +Parts, -Outline) is det.
+%
+%   What the outlines that the predicates Names give come to together.
+
+all_outlined(Names, Target, Thing, Parts, Outline) :-
+    outlined(Names, Target, Thing, Parts, outline(holds, 1, 1, 0), Outline).
+
+outlined([], _, _, _, Outline, Outline).
+outlined([Name|Names], Target, Thing, Parts, Outline0, Outline) :-
+    call(Target:Name, Thing, Parts, Outlines),
+    all_of([Outline0|Outlines], Outline1),
+    (   Outline1 = outline(fails, _, High, _),
+        High =:= 0
+    ->  Outline = Outline1              % nothing can change that any more
+    ;   outlined(Names, Target, Thing, Parts, Outline1, Outline)
+    ).
+
+%   What the conditions go through the groups go through again.
+group_code(Context, Model, Thing, Parts, Role, Members, Body) :-
+    Context = context(Module, _, _),
+    written_body(Module, Body, Goals),
+    scope(Thing, Parts, Goals, Scope),
+    sources(Goals, Steps),
+    maplist(step_code(Scope, Context), Steps, Codes),
+    conjunction(Codes, Code),
+    put_clause(Context, (group(Model, Thing, Parts, Role, Members) :- Code)).
 
 size_code(Context, Model, Thing, Parts, Name, Measure, Body0) :-
     Context = context(Module, _, _),

@@ -12,6 +12,7 @@ is written. A test that cannot be seen through, such as one that is a variable, 
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(measure_code)).
 :- use_module(facetlog_kb(seen_through)).
+:- use_module(facetlog_kb(sources)).
 :- use_module(facetlog_kb(compare)).
 :- use_module(facetlog_kb(evaluate)).
 :- use_module(facetlog_kb(outlines)).
@@ -56,6 +57,12 @@ state_of(not(Test), Wanted, Context, \+ Code) :-
     !,
     other(Wanted, Other),
     state_code(Other, Test, Context, Code).
+state_of(after(Steps, Test, Scope), Wanted, Context, Code) :-
+    !,                                  % what line_code.pl puts off
+    maplist(step_code(Scope, Context), Steps, Codes),
+    state_code(Wanted, Test, Context, Code0),
+    append(Codes, [Code0], All),
+    conjunction(All, Code).
 state_of(if_known(Test), _, Context, Code) :-
     !,
     state_code(possible, Test, Context, Code).

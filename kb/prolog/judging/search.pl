@@ -3,6 +3,7 @@
                              count_all/3,     % +Outlines, +Tally0, -Tally
                              total/2,         % +Misses, -Total
                              key/3,           % +Sought, +Open, -Key
+                             improbability/2, % +Probability, -Whole
                              plan/3,          % +Module, +Model, -Plan
                              candidates/4,    % +Module, +Model, +Thing, -Candidates
                              in_all/2         % +Found, -State
@@ -162,6 +163,10 @@ most_left([group(_, Most)|_], Most).
 %   Sums and products of floats depend on the order of their terms in the last digits. They are
 %   compared as whole multiples of this, far above such a difference and far below any that matters.
 resolution(1.0e-9).
+
+%!  improbability(+Probability, -Whole) is det.
+%
+%   The less probable the greater, in whole steps of the resolution.
 
 improbability(Probability, Whole) :-
     (   Probability > 0
