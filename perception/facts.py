@@ -339,6 +339,8 @@ def _space_facts(s: _Survey, rows: FactRows) -> None:
     for i, thing in enumerate(s.things, 1):
         if thing.whole:
             rows["whole"].append((f"t{i}",))
+        elif s.scene.bodies:  # read from surface, not found in pictures
+            rows["scanned"].append((f"t{i}",))
         rows["curved"].append((f"t{i}", curved_share(s.scene, faces, thing)))
     outer = [points[members] for members in s.members]
     for index, space in spaces(s.scene, faces, s.things, outer).items():
