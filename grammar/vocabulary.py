@@ -233,8 +233,8 @@ _WORDS = (
              meaning="the area that it takes, seen from above"),
     _measure("solidity", Gives.RATIO, THING, high=1.0,
              unknown="the surface of the thing is not known from all sides",
-             meaning="its share of the least box round it, upright if up is known; what cannot be "
-                     "reached from outside counts as its own"),
+             meaning="its share of the least box round it, upright or square to its largest face; "
+                     "what cannot be reached from outside counts as its own"),
     _measure("curved", Gives.RATIO, THING, high=1.0,
              meaning="the share of its surface that is not flat"),
     _condition("whole", THING, meaning="its surface is known from all sides, as a mesh's is"),

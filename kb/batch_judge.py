@@ -15,7 +15,7 @@ from facetlog.errors import EngineError
 from facetlog.kb.closing import Closing
 from facetlog.kb.encode import Fact
 from facetlog.kb.engine import house
-from facetlog.kb.fact_columns import rows_text
+from facetlog.kb.facts_on_demand import facts_text
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.leftovers import scene_module
 from facetlog.kb.limits import Limits
@@ -116,7 +116,7 @@ class BatchJudge(Closing):
         batch = self._batch or self._opened()
         # What is stopped may be at it for a while: the next scene then has a module of its own.
         self._batch = None
-        columns = rows_text(self._scene, self._needed(rows))
+        columns = facts_text(self._scene, self._needed(rows))
         about = Struct("batch", (Atom(batch), self._base.limits.bounds))
         try:
             said = self._base.request("judge_batch", about, columns)

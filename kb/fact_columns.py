@@ -1,19 +1,19 @@
 """Facts to the text that fact_columns.pl reads: the values of each argument together."""
 
-import math
-import struct
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import repeat
+
+import numpy as np
 
 from facetlog.kb.encode import Fact, argument_text
-from facetlog.kb.terms import Atom, Struct, Term, term_text
+from facetlog.kb.terms import Atom, Struct, Term, integer_text, term_text
 
-__all__ = ["columns_text", "rows_text"]
+__all__ = ["SEPARATOR", "column_text", "columns_text", "floats_text", "rows_text"]
 
 SEPARATOR = "\x1f"  # separator/1 of fact_columns.pl
 
 FLOAT_BYTE = 14  # float_byte/1 of float_bytes.pl
+FLOAT = np.dtype([("byte", "u1"), ("value", "<f8")])
 
 
 def columns_text(scene: str, facts: Iterable[Fact]) -> str:
@@ -40,7 +40,7 @@ def rows_text(scene: str, rows: Mapping[tuple[str, int], Sequence[Fact]]) -> str
         values = zip(*alike, strict=True)
         layouts: list[Term] = []
         for column in values:
-            layout, text = _column(column, name, alike)
+            layout, text = column_text(column, name, alike)
             layouts.append(Struct("-", (Atom(layout), len(text))))
             columns.append(text)
         heads.append(Struct("kind", (Atom(name), len(alike), tuple(layouts))))
@@ -48,21 +48,30 @@ def rows_text(scene: str, rows: Mapping[tuple[str, int], Sequence[Fact]]) -> str
     return "".join((head, "\n", *columns))
 
 
-def _column(
+def column_text(
     values: Sequence[str | int | float], name: str, rows: Sequence[Fact]
 ) -> tuple[str, str]:
-    """The layout and the text of the values of one argument."""
+    """The layout and the text of the values of one argument of the facts `name`."""
     types = set(map(type, values))
     if types == {str}:
         text = SEPARATOR.join(values)  # type: ignore[arg-type]
         if text.count(SEPARATOR) == len(values) - 1:
             return "a", text
-    if types == {float} and all(map(math.isfinite, values)):  # type: ignore[arg-type]
-        return "f", _floats(values)  # type: ignore[arg-type]
+    if types and all(issubclass(kind, float) for kind in types):
+        text = floats_text(values)
+        if text:
+            return "f", text
+    if types == {int}:
+        return "t", f"[{','.join(map(integer_text, values))}]"  # type: ignore[arg-type]
     facts = ((name, *row) for row in rows)
     return "t", f"[{','.join(map(argument_text, values, facts))}]"
 
 
-def _floats(values: Sequence[float]) -> str:
-    pairs = [x for pair in zip(repeat(FLOAT_BYTE), values) for x in pair]
-    return struct.pack("<" + "Bd" * len(values), *pairs).decode("latin-1")
+def floats_text(values: Sequence[str | int | float]) -> str:
+    """Floats as float_bytes.pl has them; empty if one of them is not finite."""
+    numbers = np.empty(len(values), FLOAT)
+    numbers["byte"] = FLOAT_BYTE
+    numbers["value"] = values
+    if not np.isfinite(numbers["value"]).all():
+        return ""
+    return numbers.tobytes().decode("latin-1")

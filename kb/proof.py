@@ -199,12 +199,17 @@ class Proof:
         first = min(same, key=Proof._lacking) if self._is("any") else same[0]
         return first.because(length_unit)
 
-    def _lacking(self) -> tuple[int, int]:
-        """How many of the tests that it joins fail, and, less being more, how many hold."""
+    def _lacking(self) -> tuple[bool, int, int]:
+        """Whether no value misses, how many of the joined tests fail, and, negated, how many hold.
+
+        An alternative for another kind of thing, as what is known from all sides, misses nothing
+        that could be measured better: it says less than one that a value misses.
+        """
+        unmeasured = next(self.shortfalls(), None) is None
         if not self._is("all"):
-            return 1, 0
+            return unmeasured, 1, 0
         states = [child.state for child in self.children]
-        return states.count(State.FAILS), -states.count(State.HOLDS)
+        return unmeasured, states.count(State.FAILS), -states.count(State.HOLDS)
 
     def sentence(self, length_unit: str | None = None) -> str:
         """This step alone, in words."""

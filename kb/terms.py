@@ -12,7 +12,17 @@ from typing import TypeAlias
 
 from facetlog.errors import EngineError
 
-__all__ = ["Atom", "Failure", "Struct", "Term", "Var", "decode_reply", "decode_term", "term_text"]
+__all__ = [
+    "Atom",
+    "Failure",
+    "Struct",
+    "Term",
+    "Var",
+    "decode_reply",
+    "decode_term",
+    "integer_text",
+    "term_text",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +81,8 @@ def _escaped(text: str, quote: str) -> str:
     )
 
 
-def _integer(value: int) -> str:
+def integer_text(value: int) -> str:
+    """The integer in decimal digits, however many there are."""
     # int() turns True, which is an int, into 1. Beyond some thousands of digits Python refuses to
     # write an int, but not a Decimal.
     return str(int(value)) if abs(value) < 1 << 4096 else f"{Decimal(value):f}"
@@ -79,7 +90,7 @@ def _integer(value: int) -> str:
 
 def _number(value: float) -> str:
     if isinstance(value, int):
-        return _integer(value)
+        return integer_text(value)
     if not math.isfinite(value):
         return "1.5NaN" if math.isnan(value) else "1.0Inf" if value > 0 else "-1.0Inf"
     text = repr(float(value))
@@ -105,7 +116,7 @@ def term_text(term: Term) -> str:
         case str():
             return f'"{_escaped(term, chr(34))}"'
         case Fraction(numerator=n, denominator=d):
-            return f"{_integer(n)}r{_integer(d)}"
+            return f"{integer_text(n)}r{integer_text(d)}"
         case int() | float():
             return _number(term)
         case Struct(functor, args):

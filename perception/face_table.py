@@ -6,6 +6,7 @@ put them in rows. Areas, middles and their derivatives are those of polygons in 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import chain
 
 import numpy as np
@@ -23,7 +24,7 @@ __all__ = ["FaceTable", "Members", "PlaneTable", "Sides", "flat_faces"]
 LEAST_AREA = 1e-9
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class PlaneTable:
     """Unit outward normals (f, 3), offsets (f,), covariances (f, 4, 4) of the faces' planes."""
 
@@ -54,6 +55,7 @@ class PlaneTable:
         variance += covs.reshape(-1, 9) @ _squares(self.normals).T
         return points @ self.normals.T + self.offsets, np.sqrt(np.maximum(variance, 0.0))
 
+    @cached_property
     def tilt_sds(self) -> FloatArray:
         """Worst 1σ tilts (f,) of the normals, in radians: largest roots of their covariances."""
         if not len(self.normals):
@@ -211,7 +213,7 @@ def flat_faces(scene: Scene) -> tuple[FlatFace, ...]:
 def _squares(vectors: FloatArray) -> FloatArray:
     """v vᵀ (n, k²) of vectors (n, k), flattened."""
     products: FloatArray = vectors[:, :, None] * vectors[:, None]
-    return products.reshape(len(vectors), -1)
+    return products.reshape(len(vectors), vectors.shape[1] ** 2)
 
 
 def _flattened(spokes: FloatArray, axes: FloatArray) -> FloatArray:

@@ -260,8 +260,8 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind(
         "solidity +T:thing R:share Sd:share",
         _MAYBE,
-        "share that it takes of the least box round it, upright if up is known; what cannot be "
-        "reached from outside counts as taken",
+        "share that it takes of the least box round it, upright or square to its largest face; "
+        "what cannot be reached from outside counts as taken",
         "its surface is not known from all sides",
     ),
     _kind(

@@ -1,14 +1,10 @@
 """A face as a polygon in its own plane, and the geometry in planes that goes with it."""
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.types import FloatArray
 
@@ -16,13 +12,9 @@ __all__ = [
     "Estimate",
     "FlatFace",
     "cross",
-    "hull_indices",
     "plane_axes",
     "vector_area",
 ]
-
-# Above so many points Qhull beats the loop below (measured, 2 µs a point against 80 µs a call).
-MANY_POINTS = 40
 
 
 class Estimate(NamedTuple):
@@ -109,48 +101,3 @@ def vector_area(loop: FloatArray) -> FloatArray:
     spokes = loop - loop[0]
     total: FloatArray = 0.5 * cross(spokes[:-1], spokes[1:]).sum(axis=0)
     return total
-
-
-def hull_indices(flat: FloatArray, slack: float = 0.0) -> NDArray[np.intp]:
-    """Indices of the convex hull of points (n, 2), counter-clockwise.
-
-    Corners no further than `slack` from the line between their neighbours are left out, so that
-    rounding decides nothing where points repeat or stand in a row.
-
-    >>> hull_indices(np.array([[0.0, 0], [1, 0], [2, 0], [2, 2], [1, 1], [0, 2]])).tolist()
-    [0, 2, 3, 5]
-    """
-    xy = flat.tolist()
-    if len(flat) > MANY_POINTS:
-        try:
-            corners: list[int] = ConvexHull(flat).vertices.tolist()  # type: ignore[assignment]
-            return _sharp(corners, xy, slack)
-        except QhullError:  # all on one line
-            pass
-    order = np.lexsort((flat[:, 1], flat[:, 0])).tolist()
-
-    def chain(indices: Sequence[int]) -> list[int]:
-        kept: list[int] = []
-        for i in indices:
-            while len(kept) > 1 and _twice_area(xy[kept[-2]], xy[kept[-1]], xy[i]) <= 0.0:
-                kept.pop()
-            kept.append(i)
-        return kept
-
-    return _sharp(chain(order)[:-1] + chain(order[::-1])[:-1] or [0], xy, slack)
-
-
-def _twice_area(a: list[float], b: list[float], c: list[float]) -> float:
-    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
-
-
-def _sharp(hull: list[int], xy: list[list[float]], slack: float) -> NDArray[np.intp]:
-    """The hull without corners nearer than `slack` to the line between their neighbours."""
-    kept: list[int] = []
-    for nth, i in enumerate(hull):
-        before = xy[kept[-1] if kept else hull[-1]]
-        after = xy[hull[nth + 1] if nth + 1 < len(hull) else kept[0] if kept else hull[0]]
-        chord = math.dist(before, after)
-        if slack == 0.0 or _twice_area(before, xy[i], after) > slack * max(chord, slack):
-            kept.append(i)
-    return np.array(kept if len(kept) > 2 else hull, dtype=np.intp)

@@ -25,7 +25,7 @@ def tilts(planes: PlaneTable, up: FloatArray) -> Estimates:
     level = size < ANGLE_RESOLUTION
     along = ((lean[:, None] @ planes.normal_covs)[:, 0] * lean).sum(axis=1)
     variance = along / np.where(level, 1.0, size) ** 2
-    variance = np.where(level, planes.tilt_sds() ** 2, variance)
+    variance = np.where(level, planes.tilt_sds**2, variance)
     return Estimates.of(np.arctan2(size, np.abs(rise)), variance)
 
 

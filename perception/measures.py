@@ -74,7 +74,7 @@ def face_sizes(table: FaceTable) -> FaceSizes:
     own = table.covs[members.vertex]
     place, _ = row_table(members.counts)
     outer = np.arange(place.shape[1]) < table.sizes[:, None]
-    direction, _, _ = least_rectangles(table.flat, table.there)
+    direction, _, _ = least_rectangles(table.flat, table.there, table.convex)
     across = direction[:, ::-1] * [-1.0, 1.0]
     extents, slopes = [], []
     for way in (direction, across):
@@ -191,9 +191,9 @@ def protrusions(table: FaceTable, groups: Sequence[Group]) -> Estimates:
 
 def _is_member(table: FaceTable, faces: Indices, vertices: Indices) -> Bools:
     """Whether vertices (r, k) are members of their row's face (r,)."""
-    count = len(table.points)
-    keys = table.members.face * count + table.members.vertex
-    found: Bools = np.isin(faces[:, None] * count + vertices, keys)
+    known = np.zeros((len(table), len(table.points)), dtype=np.bool_)
+    known[table.members.face, table.members.vertex] = True
+    found: Bools = known[faces[:, None], vertices]
     return found
 
 
@@ -234,11 +234,18 @@ def _beyond(table: FaceTable, faces: Indices, others: Indices, there: Bools) -> 
     normals, where = planes.normals[faces], table.points[others]
     depth = (where @ normals[:, :, None])[:, :, 0] + planes.offsets[faces, None]
     own = sds[table.outlines[faces]].max(axis=1)[:, None]
-    tilt = planes.tilt_sds()[faces, None] * depth
+    tilt = planes.tilt_sds[faces, None] * depth
     limit = table.tolerance.within(np.hypot(np.hypot(sds[others], own), tilt))
     flat = (where - table.middles[faces, None]) @ table.axes[faces].transpose(0, 2, 1)
-    outside, _ = face_distances(table, faces, flat)
-    return there & (outside > limit)
+    # What is that far from the outline's box needs no closer look.
+    own_flat = table.flat[faces]
+    low, high = own_flat.min(axis=1)[:, None], own_flat.max(axis=1)[:, None]
+    away = np.maximum(np.maximum(low - flat, flat - high), 0.0)
+    beyond: Bools = there & (np.hypot(away[..., 0], away[..., 1]) > limit)
+    row, column = np.nonzero(there & ~beyond)
+    outside, _ = face_distances(table, faces[row], flat[row, column][:, None])
+    beyond[row, column] = outside[:, 0] > limit[row, column]
+    return beyond
 
 
 def _shares(table: FaceTable, faces: Indices, counts: Indices, vertices: Indices) -> Estimates:
@@ -258,11 +265,12 @@ def _shares(table: FaceTable, faces: Indices, counts: Indices, vertices: Indices
     flat = (where - table.middles[faces, None]) @ table.axes[faces].transpose(0, 2, 1)
 
     finest = table.tolerance.finest
-    hulls = Hulls(flat, candidate, finest)
+    hulls = Hulls(flat, candidate, table.convex[faces] & ~beyond.any(axis=1), finest)
     corners, after = hulls.of(flat), following(hulls.sizes, hulls.places.shape[1])
     # Vertices stacked along the normal make one corner together: their mean.
-    gaps = corners[:, :, None] - flat[:, None]
-    stacked = ((gaps * gaps).sum(axis=3) <= finest**2) & candidate[:, None]
+    apart_x = corners[:, :, None, 0] - flat[:, None, :, 0]
+    apart_y = corners[:, :, None, 1] - flat[:, None, :, 1]
+    stacked = (apart_x * apart_x + apart_y * apart_y <= finest**2) & candidate[:, None]
     weights = stacked / stacked.sum(axis=2, keepdims=True)
     weights[np.arange(hulls.places.shape[1]) >= hulls.sizes[:, None]] = 0.0
     loop = weights @ where

@@ -80,15 +80,18 @@ def distances_outside(
 
     The former is 0 within the loop.
     """
+    loops = loops[:, : sizes.max(initial=1)]
     after = loops[np.arange(len(loops))[:, None], following(sizes, loops.shape[1])]
-    span = (after - loops)[:, None]
-    beside = where[:, :, None] - loops[:, None]
-    depth = span[..., 0] * beside[..., 1] - span[..., 1] * beside[..., 0]
-    square = np.maximum((span * span).sum(axis=3), 1e-300)
-    t = np.clip((beside * span).sum(axis=3) / square, 0.0, 1.0)
-    apart = beside - t[..., None] * span
-    rim: FloatArray = np.sqrt((apart * apart).sum(axis=3).min(axis=2))
-    return np.where((depth >= 0.0).all(axis=2), 0.0, rim), rim
+    # Coordinate by coordinate: numpy adds up two numbers a row slowly.
+    x, y = loops[:, None, :, 0], loops[:, None, :, 1]
+    span_x, span_y = after[:, None, :, 0] - x, after[:, None, :, 1] - y
+    beside_x, beside_y = where[:, :, None, 0] - x, where[:, :, None, 1] - y
+    within = (span_x * beside_y - span_y * beside_x >= 0.0).all(axis=2)
+    square = np.maximum(span_x * span_x + span_y * span_y, 1e-300)
+    t = np.clip((beside_x * span_x + beside_y * span_y) / square, 0.0, 1.0)
+    apart_x, apart_y = beside_x - t * span_x, beside_y - t * span_y
+    rim: FloatArray = np.sqrt((apart_x * apart_x + apart_y * apart_y).min(axis=2))
+    return np.where(within, 0.0, rim), rim
 
 
 @dataclass(frozen=True, eq=False, slots=True)

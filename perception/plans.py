@@ -82,7 +82,7 @@ def overlaps(plans: Plans) -> Iterator[tuple[int, int, float]]:
 def _ray_grids(outlines: Outlines) -> tuple[FloatArray, Bools]:
     """Points (l, q, 2) of grids square to the plans' least rectangles; which are in them (l, q)."""
     corners, there = outlines.corners()
-    direction, length, width = least_rectangles(corners, there)
+    direction, length, width = least_rectangles(corners, there, outlines.convex)
     frames = np.stack([direction, direction[:, ::-1] * [-1.0, 1.0]], axis=1)
     reach = corners @ frames.transpose(0, 2, 1)
     low = np.where(there[..., None], reach, np.inf).min(axis=1)

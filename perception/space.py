@@ -18,6 +18,8 @@ __all__ = ["Space", "curved_share", "spaces"]
 
 # A face that leans less than this from level has a level: sin 60°.
 LEVEL_ENOUGH = 0.866
+# A direction this near one of a box's own is the same: cos 5°.
+SAME_DIRECTION = 0.996
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -25,8 +27,8 @@ class Space:
     """A thing's `footprint` (area), `solidity` (its share of the least box round it, 0..1), and the
     levels of its faces that lie about level (by index of the face).
 
-    Without a known up the box is square to the largest face, and there are no levels and no
-    footprint.
+    The box is upright or square to the largest face, whichever is filled more. Without a known up
+    there are no levels and no footprint.
     """
 
     footprint: Estimate | None
@@ -65,22 +67,37 @@ def _footprint(grid: Grid) -> Estimate:
     return Estimate(area, 2.0 * ROUNDING / np.sqrt(cells) * area)
 
 
-def _standing(grid: Grid | None, faces: tuple[FlatFace, ...], up: FloatArray) -> Space | None:
-    if grid is None:
-        return None
-    return Space(_footprint(grid), _solidity(grid), dict(_levels(grid, faces, up)))
-
-
-def _lying(grid: Grid | None) -> Space | None:
-    return None if grid is None else Space(None, _solidity(grid), {})
-
-
 def _axis(faces: tuple[FlatFace, ...], points: FloatArray) -> FloatArray:
     """The normal of the largest face, or the direction in which the points vary least."""
     if faces:
         return max(faces, key=lambda face: face.area).normal
     normal: FloatArray = np.linalg.eigh(np.cov(points.T))[1][:, 0]
     return normal
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Surface:
+    """A thing's faces, points that reach as far as it does, and points of what is curved."""
+
+    faces: tuple[FlatFace, ...]
+    outer: FloatArray
+    curved: FloatArray
+
+    def standing(self, up: FloatArray) -> Space | None:
+        grid = occupancy(self.faces, self.outer, self.curved, up)
+        if grid is None:
+            return None
+        solidity = _solidity(grid)
+        axis = _axis(self.faces, self.outer)
+        # A box that is tipped over fills the box round it no less.
+        if float(np.abs(grid.axes @ axis).max()) < SAME_DIRECTION:
+            tipped = self.lying(axis)
+            solidity = solidity if tipped is None else max(solidity, tipped.solidity)
+        return Space(_footprint(grid), solidity, dict(_levels(grid, self.faces, up)))
+
+    def lying(self, axis: FloatArray) -> Space | None:
+        grid = occupancy(self.faces, self.outer, self.curved, axis, on_ground=False)
+        return None if grid is None else Space(None, _solidity(grid), {})
 
 
 def spaces(
@@ -99,12 +116,11 @@ def spaces(
             continue
         own = tuple(faces[i] for i in thing.faces)
         curved = [scene.patches[i].points for i in thing.patches]
-        others = np.concatenate([np.zeros((0, 3)), *curved])
+        surface = _Surface(own, outer[index], np.concatenate([np.zeros((0, 3)), *curved]))
         if scene.up is None:
-            axis = _axis(own, outer[index])
-            space = _lying(occupancy(own, outer[index], others, axis, on_ground=False))
+            space = surface.lying(_axis(own, outer[index]))
         else:
-            space = _standing(occupancy(own, outer[index], others, scene.up), own, scene.up)
+            space = surface.standing(scene.up)
         if space is not None:
             found[index] = space
     return found

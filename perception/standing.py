@@ -1,12 +1,13 @@
 """Where parts stand: on the ground, and under or on a level face at its rim."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 import shapely
 
 from facetlog.perception.flat_faces import FlatFace, plane_axes
 from facetlog.perception.hulls import least_rectangle
+from facetlog.perception.row_table import Indices
 from facetlog.perception.things import Thing
 from facetlog.perception.types import FloatArray, Scene
 
@@ -30,12 +31,13 @@ def _rises(ends: FloatArray, up: FloatArray) -> bool:
 def at_rim(
     scene: Scene,
     faces: tuple[FlatFace, ...],
-    edges: Sequence[tuple[int, int]],
+    edges: Indices,
     things: tuple[Thing, ...],
 ) -> Iterator[tuple[str, int]]:
     """(part, face) where an upright face or loose edge stands at the rim of a face about level.
 
-    Parts are named as in the facts (f1, e1), faces numbered. Nothing without a known up.
+    `edges` (e, 2) are vertices. Parts are named as in the facts (f1, e1), faces numbered.
+    Nothing without a known up.
     """
     up = scene.up
     if up is None:
@@ -50,7 +52,7 @@ def at_rim(
             for f in own
             if abs(float(f.normal @ up)) < 1.0 - ENOUGH
         ]
-        ends = ((i, points[list(edges[i])]) for i in thing.edges)
+        ends = ((i, points[edges[i]]) for i in thing.edges)
         standing += [(f"e{i + 1}", both.mean(axis=0)) for i, both in ends if _rises(both, up)]
         if not level or not standing:
             continue

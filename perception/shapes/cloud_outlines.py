@@ -123,14 +123,16 @@ class _Neighbours:
         return line
 
 
-def cloud_outlines(points: FloatArray, found: CloudPlanes) -> tuple[Outline, ...]:
-    """Outlines of all planes of a cloud of points (n, 3), in the order of the planes.
+def cloud_outlines(
+    points: FloatArray, found: CloudPlanes, *, first: int = 0
+) -> tuple[Outline, ...]:
+    """Outlines of all planes of a cloud of points (n, 3) from the first on, in their order.
 
     A plane whose points lie in several pieces has one for each; points outside all pieces, and
     planes whose points cover no area, have none.
     """
     neighbours = _Neighbours.of(points, found.planes)
-    every = (_pieces(nth, points, found, neighbours) for nth in range(len(found.planes)))
+    every = (_pieces(nth, points, found, neighbours) for nth in range(first, len(found.planes)))
     return tuple(outline for pieces in every for outline in pieces)
 
 

@@ -1,6 +1,6 @@
 """A cloud as flat regions and the rest: planes, outlines, objects, floor and outer sides."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,8 +8,14 @@ from numpy.typing import NDArray
 from facetlog.perception.shapes.all_round import goes_all_round
 from facetlog.perception.shapes.bodies import is_scatter, majority, tell_apart
 from facetlog.perception.shapes.cloud import Cloud
+from facetlog.perception.shapes.cloud_levels import levels_by_height
 from facetlog.perception.shapes.cloud_outlines import Outline, cloud_outlines
-from facetlog.perception.shapes.cloud_planes import CloudPlanes, cloud_planes
+from facetlog.perception.shapes.cloud_planes import (
+    CloudPlane,
+    CloudPlanes,
+    cloud_planes,
+    least_squares_plane,
+)
 from facetlog.perception.shapes.facing import Surroundings, outer_side
 from facetlog.perception.shapes.floor import Up, find_up, up_from_cameras
 from facetlog.perception.shapes.region import FlatRegion, Rest
@@ -21,6 +27,8 @@ __all__ = ["CloudRegions", "cloud_regions"]
 MOST_LOOKED_AT = 20_000
 # The rest of the surface is thinned to so many points, each with more area.
 MOST_REST = 5_000
+# A face within 20 degrees of level is one for what stands on it (cosine).
+LEVEL_ENOUGH = float(np.cos(np.deg2rad(20.0)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -65,6 +73,10 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     regions = _regions(outlines, found, about, body_of, floor, direction)
     things = cloud.points[looked][bodies[looked] >= 0]
     whole = not floor and goes_all_round(things, noise=found.noise, spacing=spacing)
+    if whole and direction is not None:
+        levels, on_levels = _levels(cloud, found, about, looked, regions, direction)
+        regions = (*regions, *levels)
+        owner[on_levels] = len(regions)  # they are not of the rest
     said = () if level is None or up is not None else (level.how,)
     rest = _rest(cloud, found, owner, looked, bodies, spacing)
     return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said))
@@ -124,6 +136,49 @@ def _regions(
             plane, loops = plane.flipped(), tuple(loop[::-1] for loop in loops)
         regions.append(FlatRegion(plane, loops[0], loops[1:], outline.corner_sd, body_of[number]))
     return tuple(regions)
+
+
+def _levels(
+    cloud: Cloud,
+    found: CloudPlanes,
+    about: Surroundings,
+    looked: NDArray[np.intp],
+    regions: tuple[FlatRegion, ...],
+    up: FloatArray,
+) -> tuple[tuple[FlatRegion, ...], NDArray[np.intp]]:
+    """Level regions that look up and are not among `regions` yet, and their points' rows."""
+    rises = np.array([region.plane.normal @ up for region in regions] + [0.0])
+    known = rises[about.owner] >= LEVEL_ENOUGH
+    sheets, body_of = [], []
+    for body in range(int(about.bodies.max(initial=-1)) + 1):
+        own = np.flatnonzero(about.bodies == body)
+        for members in levels_by_height(
+            about.points[own], up, known[own], noise=found.noise, spacing=about.spacing
+        ):
+            rows = looked[own[members]]
+            plane, rms = least_squares_plane(cloud.points[rows])
+            sign = 1.0 if float(plane.normal @ up) > 0.0 else -1.0
+            sheets.append(CloudPlane(plane if sign > 0.0 else plane.flipped(), rows, rms))
+            body_of.append(body)
+    # these points alone are as far apart as those that were looked at
+    stretch = float(np.sqrt(len(cloud.points) / len(looked)))
+    count = len(found.planes)
+    both = replace(
+        found, planes=(*found.planes, *sheets), spacing=np.asarray(found.spacing * stretch)
+    )
+    outlines = cloud_outlines(cloud.points, both, first=count) if sheets else ()
+    levels = tuple(
+        FlatRegion(
+            sheets[outline.region - count].plane,
+            outline.outline,
+            outline.holes,
+            outline.corner_sd,
+            body_of[outline.region - count],
+        )
+        for outline in outlines
+    )
+    none = np.zeros(0, dtype=np.intp)
+    return levels, np.concatenate([none, *(outline.members for outline in outlines)])
 
 
 def _rest(

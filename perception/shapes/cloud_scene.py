@@ -18,8 +18,8 @@ def scene_of_cloud(
 
     `up` is any vector upwards; without one it is found from a floor or from cameras, and the
     scene's warnings say so, or it is unknown. `whole` says that the surface is known from all
-    sides; without it that is judged from the cloud: nearly all of its faces' area must have other
-    surface behind it, as points taken all over a solid have and a view from one side has not.
+    sides; without it that is judged from the cloud: wherever one looks from, some of it must be
+    hidden behind other surface, as of points all over a solid, but not of a view from one side.
     """
     direction = None
     if up is not None:

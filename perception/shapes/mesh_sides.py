@@ -12,7 +12,6 @@ known whether the way out is free. A side sees the share of the directions befor
   gaps narrower than some 2 % of the object, which the grid does not see into.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,22 +19,19 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from facetlog.perception.shapes.clean_mesh import Surface
+from facetlog.perception.shapes.free_ways import CUBES, FreeWays
 from facetlog.perception.shapes.grouped import Indices, by_group, group_sums
 from facetlog.perception.shapes.surface_samples import Samples, sample_triangles, thinned
 from facetlog.perception.types import FloatArray
 
 __all__ = ["SPACING_SHARE", "Sides", "find_sides"]
 
-# Cubes along the object's diagonal: a board of 2 % of it is two cubes thick.
-CUBES = 96
 # Samples are half a cube apart, so that no cube that the surface crosses is missed.
 SAMPLES_PER_CUBE = 2.0
 SPACING_SHARE = 1.0 / (CUBES * SAMPLES_PER_CUBE)
 """How far apart samples lie, as a share of the object's diagonal."""
 # A side is looked from this far in front of the surface, in cubes: beyond the surface's own.
 STAND_OFF = 1.5
-# Directions flatter than this against the surface run into its own cubes: sine of 17°.
-LEAST_RISE = 0.3
 # Both sides are outside where the lesser sees at least this share of what the greater sees. Within
 # a tray a wall sees 30 %: of nine directions the three that go up over the far wall.
 SHEET_SHARE = 0.25
@@ -97,7 +93,7 @@ def _sights(
     Of the triangles that the samples lie on, `normals` (m, 3) and `pieces` (m,).
     """
     cube = extent / CUBES
-    free = _FreeWays.of(samples.points, cube)
+    free = FreeWays.of(samples.points, cube, margin=STAND_OFF)
     owner = pieces[samples.triangles]
     kept, _, areas = thinned(samples.points, samples.areas, owner, cube / SAMPLES_PER_CUBE)
     points, owner = samples.points[kept], owner[kept]
@@ -153,69 +149,3 @@ def _faced(
         other = owner[found] != owner[votes][:, None]
         blocked |= (known & facing & other & (before > 0.0)).any(axis=1)
     return blocked
-
-
-def _directions() -> Iterator[tuple[int, int, int]]:
-    for x in (-1, 0, 1):
-        for y in (-1, 0, 1):
-            for z in (-1, 0, 1):
-                if x or y or z:
-                    yield x, y, z
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _FreeWays:
-    """For each cube, as bits, the directions in which no cube with surface lies."""
-
-    bits: NDArray[np.uint32]
-    low: FloatArray
-    cube: float
-
-    @classmethod
-    def of(cls, points: FloatArray, cube: float) -> "_FreeWays":
-        """The free ways round the cubes that have a point (n, 3)."""
-        low = np.array([column.min() for column in points.T])
-        high = np.array([column.max() for column in points.T])
-        # one empty layer more than the stand-off round all
-        margin = int(np.ceil(STAND_OFF)) + 1
-        start = low - margin * cube
-        shape = np.ceil((high - low) / cube).astype(int) + 2 * margin + 1
-        full = np.zeros(shape, dtype=bool)
-        full[tuple(np.floor((points - start) / cube).astype(int).T)] = True
-        bits = np.zeros(shape, dtype=np.uint32)
-        for nth, direction in enumerate(_directions()):
-            bits |= (~_blocked(full, direction)).astype(np.uint32) << np.uint32(nth)
-        return cls(bits, start, cube)
-
-    def share(self, places: FloatArray, ahead: FloatArray) -> FloatArray:
-        """Share (n,) of the directions before `ahead` (n, 3) that are free from places (n, 3)."""
-        index = np.floor((places - self.low) / self.cube).astype(int)
-        index = np.clip(index, 0, np.array(self.bits.shape) - 1)
-        bits = self.bits[tuple(index.T)]
-        ways = np.array(list(_directions()), dtype=np.float64)
-        ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-        rise = np.maximum(ahead @ ways.T, 0.0)
-        rise[rise < LEAST_RISE] = 0.0
-        free = (bits[:, None] >> np.arange(len(ways), dtype=np.uint32)) & 1
-        share: FloatArray = (rise * free).sum(axis=1) / rise.sum(axis=1)
-        return share
-
-
-def _blocked(full: NDArray[np.bool_], direction: tuple[int, int, int]) -> NDArray[np.bool_]:
-    """Cubes from which a full one lies somewhere in a direction: b(v) = full(v + d) or b(v + d)."""
-    axis = next(k for k in range(3) if direction[k])
-    ahead = np.moveaxis(full, axis, 0)
-    blocked = np.zeros(ahead.shape, dtype=bool)
-    across = [d for k, d in enumerate(direction) if k != axis]
-    to = tuple(
-        slice(max(-d, 0), n - max(d, 0)) for d, n in zip(across, ahead.shape[1:], strict=True)
-    )
-    of = tuple(
-        slice(max(d, 0), n - max(-d, 0)) for d, n in zip(across, ahead.shape[1:], strict=True)
-    )
-    step = direction[axis]
-    count = len(ahead)
-    for nth in range(count - 2, -1, -1) if step > 0 else range(1, count):
-        beyond = ahead[nth + step] | blocked[nth + step]
-        blocked[nth][to] = beyond[of]
-    return np.moveaxis(blocked, 0, axis)

@@ -1,6 +1,7 @@
 """Facts of exact solids: what the schema promises, and what a reader would measure by hand."""
 
 from collections import defaultdict
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from facetlog.perception.polyhedra import (
     together,
     wedge,
 )
-from facetlog.perception.types import Edge, Face, Plane, Scene, Vertex
+from facetlog.perception.types import Body, Edge, Face, Plane, Scene, Vertex
 
 SOLIDS = [cuboid, wedge, pyramid, l_block, room_corner, table, stick_table, chair]
 
@@ -55,6 +56,42 @@ def test_rows_are_the_facts_arguments_by_functor(build: object) -> None:
     assert list(rows_by_functor) == [kind.functor for kind in FACT_SCHEMA]
     facts = [Fact(functor, args) for functor, found in rows_by_functor.items() for args in found]
     assert facts == list(scene_facts(scene))
+
+
+def told_apart(*scenes: Scene) -> Scene:
+    """The scenes side by side, each a body that is known from all sides."""
+    scene, bodies, begin = together(*scenes), [], 0
+    for each in scenes:
+        end = begin + len(each.faces)
+        bodies.append(Body(tuple(range(begin, end)), whole=True))
+        begin = end
+    return replace(scene, bodies=tuple(bodies))
+
+
+TWO_THINGS = told_apart(chair(), moved(l_block(), translation=(2.0, 0.3, 0.0)))
+ALL_ROWS = fact_rows(TWO_THINGS)
+
+
+@pytest.mark.parametrize("kind", [kind.functor for kind in FACT_SCHEMA])
+def test_facts_of_one_kind_are_the_same_as_among_all(kind: str) -> None:
+    assert fact_rows(TWO_THINGS, {kind}) == {kind: ALL_ROWS[kind]}
+
+
+def test_a_chair_and_a_block_have_facts_of_every_kind_that_needs_no_picture() -> None:
+    of_pictures = {"view", "vertex_label", "observed"}
+    of_scans = {"scanned"}
+    assert {kind for kind, found in ALL_ROWS.items() if not found} == of_pictures | of_scans
+
+
+def test_only_what_was_read_from_surface_and_is_not_whole_is_scanned() -> None:
+    faces = tuple(range(len(chair().faces)))
+    for body, scanned, whole in (
+        (Body(faces), [("t1",)], []),
+        (Body(faces, whole=True), [], [("t1",)]),
+    ):
+        rows = fact_rows(replace(chair(), bodies=(body,)), {"scanned", "whole"})
+        assert rows == {"scanned": scanned, "whole": whole}
+    assert fact_rows(chair(), {"scanned"}) == {"scanned": []}
 
 
 @pytest.mark.parametrize("build", SOLIDS)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from facetlog.perception.facts import scene_facts
-from facetlog.perception.flat_faces import hull_indices
 from facetlog.perception.hulls import least_rectangle
 from facetlog.perception.polyhedra import cuboid, l_block, plane_through, stick_table, wedge
 from facetlog.perception.types import Edge, Face, Scene, Vertex
@@ -83,18 +82,3 @@ def test_the_least_rectangle_of_a_turned_one_is_itself() -> None:
     direction, length, width = least_rectangle(corners @ turn.T)
     assert (length, width) == pytest.approx((3.0, 1.0))
     assert abs(direction @ turn[:, 0]) == pytest.approx(1.0)
-
-
-@pytest.mark.parametrize("count", [1, 2, 5, 200])
-def test_hulls_of_points_on_a_line_are_its_ends(count: int) -> None:
-    line = np.column_stack([np.arange(count), 2.0 * np.arange(count)])
-    assert sorted(hull_indices(line).tolist()) == sorted({0, count - 1})
-
-
-def test_hulls_agree_however_many_points_there_are() -> None:
-    rng = np.random.default_rng(3)
-    points = rng.standard_normal((39, 2))
-    inner = 0.01 * rng.standard_normal((60, 2)) + points.mean(axis=0)
-    few = hull_indices(points)
-    many = hull_indices(np.vstack([points, inner]))
-    assert set(few.tolist()) == set(many.tolist())

@@ -67,6 +67,13 @@ def test_a_cabinet_is_solid_and_a_tray_is_not() -> None:
     assert values(whole(cuboid()), "solidity")["t1"] == 1.0
 
 
+def test_a_block_that_is_tipped_over_is_as_solid_as_upright() -> None:
+    tilt = np.radians(30.0)
+    c, s = np.cos(tilt), np.sin(tilt)
+    tipped = moved(cuboid(), [[1, 0, 0], [0, c, -s], [0, s, c]], (0.0, 0.0, 0.0), 1.0)
+    assert values(whole(tipped), "solidity")["t1"] == pytest.approx(1.0)
+
+
 def test_a_shelf_shows_little_room_beneath_its_top() -> None:
     shelf = whole(build("shelf", {"boards": 5}))
     top = max(values(shelf, "elevation").items(), key=lambda item: item[1])[0]

@@ -1,4 +1,5 @@
 :- module(facetlog_batch, [ open_batch/4,         % +Batch, +Scene, +Models, -Asked
+                            brief_verdicts/3,     % +Batch, +Facts, -Verdicts
                             brief_verdicts/2,     % +Batch, -Verdicts
                             empty_batch/1,        % +Batch
                             close_batch/1         % +Batch
@@ -24,6 +25,7 @@ with the same values as in the verdict of judge.pl, whose other arguments it lac
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(specialise)).
 :- use_module(facetlog_kb(told_of_models)).
+:- use_module(facetlog_kb(facts_on_demand)).
 
 :- dynamic batch_scene/2,               % Batch, Scene
            batch_model/4,               % Batch, Model, Module, Target or none
@@ -36,6 +38,7 @@ with the same values as in the verdict of judge.pl, whose other arguments it lac
 
 open_batch(Batch, Scene, Models, Asked) :-
     new_scene(Scene),
+    prepare_facts(Scene),
     assertz(batch_scene(Batch, Scene)),
     ( nb_current(facetlog_crisp, Crisp) -> true ; Crisp = false ),
     forall(member(Module-Names, Models), open_models(Batch, Scene, Crisp, Module, Names)),
@@ -73,12 +76,20 @@ close_batch(Batch) :-
 empty_batch(Batch) :-
     batch_scene(Batch, Scene),
     forall(batch_fact(Batch, Head), retractall(Scene:Head)),
+    drop_facts(Scene),
     retractall(Scene:'facetlog recall'(_, _, _, _, _, _)),
     forget_remembered(Scene).
 
+%!  brief_verdicts(+Batch, +Facts, -Verdicts) is det.
 %!  brief_verdicts(+Batch, -Verdicts) is det.
 %
-%   On each thing of the scene at hand each model's, in their orders.
+%   On each thing of the scene at hand each model's, in their orders. Facts is a text that
+%   facts_on_demand.pl reads; without it the facts are in the scene.
+
+brief_verdicts(Batch, Facts, Verdicts) :-
+    batch_scene(Batch, Scene),
+    await_facts(Scene, Facts),
+    brief_verdicts(Batch, Verdicts).
 
 brief_verdicts(Batch, Verdicts) :-
     batch_scene(Batch, Scene),

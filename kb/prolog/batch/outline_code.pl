@@ -10,6 +10,7 @@ As state_code.pl, with degrees and misses.
 :- use_module(library(apply)).
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(measure_code)).
+:- use_module(facetlog_kb(from_source_code)).
 :- use_module(facetlog_kb(seen_through)).
 :- use_module(facetlog_kb(compare)).
 :- use_module(facetlog_kb(evaluate)).
@@ -42,6 +43,8 @@ outline_of(Test, _, Context, ( Known -> Compared ; Outline = outline(unknown, 0,
     !,
     comparison_code(Measure, Bounds, Context, Known, Margins),
     compared_code(Margins, Measure, Compared, Outline).
+outline_of(all([]), _, _, Outline = outline(holds, 1, 1, 0), Outline) :- !.
+outline_of(any([]), _, _, Outline = outline(fails, 0, 0, 1), Outline) :- !.
 outline_of(all(Tests), Mode, Context, Code, Outline) :-
     is_list(Tests),
     !,
@@ -80,6 +83,21 @@ outline_of(expect(Weight, Test), Mode, Context,
     Weight =< 1,
     Context = context(_, _, Crisp),
     outline_code(Mode, Test, Context, Code, Asked).
+outline_of(each(X, List, Test), outline, Context, Code, Outline) :-
+    nonvar(List),
+    List = from(_, _, _, _, _),
+    !,
+    each_from_code(X, List, Test, Context, Code, Outline).
+outline_of(some(X, List, Test), outline, Context, Code, Outline) :-
+    nonvar(List),
+    List = from(_, _, _, _, _),
+    !,
+    some_from_code(X, List, Test, Context, Code, Outline).
+outline_of(each_pair(X, Y, List, Test), outline, Context, Code, Outline) :-
+    nonvar(List),
+    List = from(_, _, _, _, _),
+    !,
+    each_pair_from_code(X, Y, List, Test, Context, Code, Outline).
 outline_of(Test, Mode, Context, Code, Outline) :-
     written_out(Test, Plain),
     !,

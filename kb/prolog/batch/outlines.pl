@@ -8,7 +8,12 @@
                                implies_of/3,    % +Where, +Test, -Outline
                                expected_of/4,   % +Weight, +Crisp, +Outline, -Outline
                                counted_of/4,    % +Bound, +Count, +Outlines, -Outline
-                               pair_of/3        % +List, -X, -Y
+                               pair_of/3,       % +List, -X, -Y
+                               each_of/4,       % +Names, :Goal, +Known, -Outline
+                               some_of/3,       % +Names, :Goal, -Outline
+                               each_pair_of/3,  % +Names, :Goal, -Outline
+                               changing/1,      % +Outline
+                               of_others/4      % +Rows, +Excluded, +Outlines, -Outlines
                              ]).
 
 /** <module> What outlines come to
@@ -112,6 +117,104 @@ all_full([outline(S1, L1, H1, _)|Outlines], S0, L0, H0, S, L, H) :-
     L2 is L0*L1,
     H2 is H0*H1,
     all_full(Outlines, S2, L2, H2, S, L, H).
+
+%!  each_of(+Names, :Goal, +Known, -Outline) is det.
+%!  each_pair_of(+Names, :Goal, -Outline) is det.
+%!  some_of(+Names, :Goal, -Outline) is det.
+%
+%   As all_of/3 in the mode `outline`, or any_of/2, of the outlines Known and of those that Goal gives
+%   for each of Names, or each two of them in order. Nobody is asked when nothing can change any more.
+%   Goal may give `none` to some_of/3.
+
+:- meta_predicate each_of(+, 2, +, -), each_pair_of(+, 3, -), some_of(+, 2, -).
+
+each_of(Names, Goal, Known, Outline) :-
+    counted_in(Known, all(holds, 1, 1, 1, []), All0),
+    each_asked(Names, Goal, All0, All),
+    outline_of_all(All, Outline).
+
+each_asked([], _, All, All).
+each_asked([Name|Names], Goal, All0, All) :-
+    (   nothing_left(All0)
+    ->  All = All0
+    ;   call(Goal, Name, Outline),
+        count_in(Outline, All0, All1),
+        each_asked(Names, Goal, All1, All)
+    ).
+
+each_pair_of(Names, Goal, Outline) :-
+    each_pair_asked(Names, Goal, all(holds, 1, 1, 1, []), All),
+    outline_of_all(All, Outline).
+
+each_pair_asked([], _, All, All).
+each_pair_asked([Name|Names], Goal, All0, All) :-
+    pairs_with(Names, Name, Goal, All0, All1),
+    ( nothing_left(All1) -> All = All1 ; each_pair_asked(Names, Goal, All1, All) ).
+
+pairs_with([], _, _, All, All).
+pairs_with([Other|Others], Name, Goal, All0, All) :-
+    call(Goal, Name, Other, Outline),
+    count_in(Outline, All0, All1),
+    ( nothing_left(All1) -> All = All1 ; pairs_with(Others, Name, Goal, All1, All) ).
+
+counted_in([], All, All).
+counted_in([Outline|Outlines], All0, All) :-
+    count_in(Outline, All0, All1),
+    counted_in(Outlines, All1, All).
+
+%   all(State, Low, High, Left, Misses)
+count_in(outline(S1, L1, H1, Miss), all(S0, L0, H0, Left0, Misses0), all(S, L, H, Left, Misses)) :-
+    L is L0*L1,
+    H is H0*H1,
+    (   S1 == holds
+    ->  S = S0, Left = Left0, Misses = Misses0
+    ;   S1 == fails
+    ->  S = fails, Left is Left0*(1 - Miss), Misses = [Miss|Misses0]
+    ;   Left = Left0, Misses = Misses0, ( S0 == fails -> S = fails ; S = unknown )
+    ).
+
+nothing_left(all(_, _, H, Left, _)) :-
+    H < 1.0e-10,
+    Left < 1.0e-10.
+
+outline_of_all(all(S, L, H, _, Misses), outline(S, L, H, Miss)) :-
+    ( Misses == [] -> Miss = 0 ; joint_miss(Misses, Miss) ).
+
+some_of(Names, Goal, outline(S, L, H, Miss)) :-
+    some_asked(Names, Goal, fails, 0, 0, 1, S, L, H, Least),
+    ( S == fails -> Miss = Least ; Miss = 0 ).
+
+some_asked([], _, S, L, H, Miss, S, L, H, Miss).
+some_asked([Name|Names], Goal, S0, L0, H0, Miss0, S, L, H, Miss) :-
+    call(Goal, Name, Outline),
+    (   Outline == none
+    ->  some_asked(Names, Goal, S0, L0, H0, Miss0, S, L, H, Miss)
+    ;   any_outlined([Outline], S0, L0, H0, Miss0, S1, L1, H1, Miss1),
+        (   S1 == holds,
+            L1 >= 1
+        ->  S = S1, L = L1, H = H1, Miss = Miss1
+        ;   some_asked(Names, Goal, S1, L1, H1, Miss1, S, L, H, Miss)
+        )
+    ).
+
+%!  changing(+Outline) is semidet.
+%
+%   Outline changes what all_of/3 gives for others.
+
+changing(outline(S, L, _, _)) :-
+    ( S \== holds -> true ; L < 1 ).
+
+%!  of_others(+Rows, +Excluded, +Outlines0, -Outlines) is det.
+%
+%   Outlines are those of Rows, a list of Name-Outline, whose names are not excluded, before Outlines0.
+
+of_others([], _, Outlines, Outlines).
+of_others([Name-Outline|Rows], Excluded, Outlines0, Outlines) :-
+    (   memberchk(Name, Excluded)
+    ->  Outlines = Outlines1
+    ;   Outlines = [Outline|Outlines1]
+    ),
+    of_others(Rows, Excluded, Outlines0, Outlines1).
 
 all_outlined([], S, L, H, _, Misses, S, L, H, Misses).
 all_outlined([outline(S1, L1, H1, Miss)|Outlines], S0, L0, H0, Left0, Misses0, S, L, H, Misses) :-

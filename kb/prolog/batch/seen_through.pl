@@ -4,6 +4,7 @@
                                   two_of/6,             % +X, +Y, +List, +Test, -Fresh, -Pair
                                   meaning_of/4,         % +Test, +Context, -Sort, -Meaning
                                   relation_code/3,      % +Test, +Context, -Truth
+                                  conjuncts/2,          % +Goal, -Goals
                                   conjunction/2,        % +Codes, -Code
                                   disjunction/2         % +Codes, -Code
                                 ]).
@@ -155,6 +156,19 @@ unseen_code(Part, Part == unseen).
                  /*******************************
                  *             GOALS            *
                  *******************************/
+
+%!  conjuncts(+Goal, -Goals) is det.
+%
+%   The steps of a goal.
+
+conjuncts(Goal, [Goal]) :- var(Goal), !.
+conjuncts(true, []) :- !.
+conjuncts((A, B), Goals) :-
+    !,
+    conjuncts(A, As),
+    conjuncts(B, Bs),
+    append(As, Bs, Goals).
+conjuncts(Goal, [Goal]).
 
 %!  conjunction(+Codes, -Code) is det.
 %!  disjunction(+Codes, -Code) is det.

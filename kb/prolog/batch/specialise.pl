@@ -18,8 +18,7 @@ it always did; nothing is judged in another way.
 :- use_module(library(apply)).
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(body_code)).
-:- use_module(facetlog_kb(state_code)).
-:- use_module(facetlog_kb(outline_code)).
+:- use_module(facetlog_kb(line_code)).
 :- use_module(facetlog_kb(measure_code)).
 :- use_module(facetlog_kb(search)).
 
@@ -84,19 +83,6 @@ asks([group(Label, Most)|Groups], Context, Model, [ask(Name, Most, First)|Asks])
     ),
     asks(Groups, Context, Model, Asks).
 
-%   To see that a condition which searches fails takes less than to say by how much.
-first_code(Context, line(_, Thing, Parts, Test, Body0), Name, First) :-
-    (   Body0 == true
-    ->  First = none
-    ;   Context = context(Module, _, _),
-        body_code(Module:Body0, Context, Body),
-        state_code(possible, Test, Context, Possible),
-        helper(Context, first(Name), [Thing, Parts], Head, true),
-        functor(Head, First, 2),
-        put_clause(Context, (Head :- Body, !, Possible, !)),
-        ( Thing-Parts =@= _-_ -> true ; functor(Other, First, 2), put_clause(Context, Other) )
-    ).
-
 group_of_lines(Context, Names, Name) :-
     helper(Context, lines(Names), [Thing, Parts, Outlines], Head, _),
     functor(Head, Name, _),
@@ -112,38 +98,6 @@ all_outlines([Name|Names], Target, Thing, Parts, Outlines) :-
     call(Target:Name, Thing, Parts, First),
     append(First, Rest, Outlines),
     all_outlines(Names, Target, Thing, Parts, Rest).
-
-%   Name(Thing, Parts, Outlines) for one clause, which has one answer or several. What does not depend
-%   on all parts is asked once for those that it depends on.
-line_code(Mode, Context, Model, Number, line(Label, Thing, Parts, Test, Body0), Name) :-
-    Context = context(Module, _, _),
-    body_code(Module:Body0, Context, Body),
-    outline_code(Mode, Test, Context, Goal, Outline),
-    helper(Context, line(Model, Label, Mode, Test, Body0), [Thing, Parts, Outlines], Head, true),
-    functor(Head, Name, _),
-    line_goal(Number, ( Body, Goal ), Thing-Parts-Body0-Test, Outline, Context, Outlines, All),
-    term_variables(Thing-Parts, Given),
-    term_variables(Body0-Test, Used),
-    include(among(Used), Given, Inputs),
-    term_variables(Parts, PartVariables),
-    (   Mode == outline,
-        \+ forall(member(Part, PartVariables), among(Used, Part))
-    ->  append(Inputs, [Outlines], Args),
-        helper(Context, kept(Head), Args, Kept, true),
-        put_remembered(Context, Kept, Inputs, [Outlines], All),
-        put_clause(Context, (Head :- Kept, !))
-    ;   put_clause(Context, (Head :- All, !))
-    ),
-    (   Thing-Parts =@= _-_
-    ->  true
-    ;   functor(Other, Name, 3),
-        arg(3, Other, []),
-        put_clause(Context, Other)
-    ).
-
-line_goal(one, Goal, _, Outline, _, Outlines, ( Goal -> Outlines = [Outline] ; Outlines = [] )).
-line_goal(several, Goal, Source, Outline, Context, Outlines, findall(Outline, Call, Outlines)) :-
-    called(Goal, Source-Outline, Context, Call).
 
 size_code(Context, Model, Thing, Parts, Name, Measure, Body0) :-
     Context = context(Module, _, _),

@@ -1,4 +1,5 @@
-:- module(facetlog_fact_columns, [ add_columns/1        % +Text
+:- module(facetlog_fact_columns, [ add_columns/1,       % +Text
+                                   add_kind/5           % +Scene, +Text, +Kind, +Start, -End
                                  ]).
 
 /** <module> Facts that come as columns
@@ -35,6 +36,10 @@ add_columns(Text) :-
     term_string(facts(Scene, Kinds), Line),
     Start is End + 1,
     foldl(add_kind(Scene, Text), Kinds, Start, _).
+
+%!  add_kind(+Scene, +Text, +Kind, +Start, -End) is det.
+%
+%   Adds the facts of one kind, whose columns begin at Start.
 
 add_kind(Scene, Text, kind(Name, Count, Layouts), Start, End) :-
     foldl(values(Text, Count), Layouts, Columns, Start, End),

@@ -1,5 +1,6 @@
 :- module(facetlog_float_bytes, [ floats_bytes/2,       % +Floats, -Bytes
-                                  bytes_floats/3        % +Count, +Bytes, -Floats
+                                  bytes_floats/3,       % +Count, +Bytes, -Floats
+                                  bytes_compound/3      % +Count, +Bytes, -Compound
                                 ]).
 
 /** <module> Floats as bytes
@@ -30,8 +31,9 @@ layout_known :-
 %   SWI-Prolog has another layout.
 
 %!  bytes_floats(+Count, +Bytes, -Floats) is det.
+%!  bytes_compound(+Count, +Bytes, -Compound) is det.
 %
-%   Floats are the Count floats of which Bytes has nine bytes each.
+%   Floats are the Count floats of which Bytes has nine bytes each; Compound has them as arguments.
 
 :- if(layout_known).
 
@@ -40,14 +42,31 @@ floats_bytes(Floats, Bytes) :-
     fast_term_serialized(Compound, Bytes).
 
 bytes_floats(Count, Bytes, Floats) :-
+    bytes_compound(Count, Bytes, Compound),
+    compound_name_arguments(Compound, _, Floats).
+
+bytes_compound(Count, Bytes, Compound) :-
+    head(Count, Head),
+    string_concat(Head, Bytes, Text),
+    fast_term_serialized(Compound, Text).
+
+:- dynamic known_head/2.                % Count, Head
+
+%   Found of zeros, and remembered where that may come again.
+head(Count, Head) :-
+    known_head(Count, Head0),
+    !,
+    Head = Head0.
+head(Count, Head) :-
     length(Zeros, Count),
     zeros(Zeros),
     floats_bytes(Zeros, Model),
     Tail is 9*Count,
     sub_string(Model, 0, _, Tail, Head),
-    string_concat(Head, Bytes, Text),
-    fast_term_serialized(Compound, Text),
-    compound_name_arguments(Compound, _, Floats).
+    most_known(Most),
+    ( Count =< Most -> assertz(known_head(Count, Head)) ; true ).
+
+most_known(5000).       % heads of 15 characters
 
 zeros([]).
 zeros([0.0|Zeros]) :- zeros(Zeros).
@@ -59,6 +78,10 @@ floats_bytes(_, _) :- fail.
 bytes_floats(_, Bytes, Floats) :-
     string_codes(Bytes, Codes),
     worked_out(Codes, Floats).
+
+bytes_compound(Count, Bytes, Compound) :-
+    bytes_floats(Count, Bytes, Floats),
+    compound_name_arguments(Compound, floats, Floats).
 
 :- endif.
 

@@ -32,6 +32,8 @@ class SceneEngine:
             limits=Limits(seconds=settings.seconds),
         )
         self.models_hash = self._judge.models_hash
+        # What the models ask for, and the things that a row counts: no other fact is worked out.
+        self._kinds = {name for name, _ in self._judge.asked} | {"thing"}
 
     def row(self, item: Item) -> Row:
         """The row of a scene; whatever goes wrong with it is the row's error."""
@@ -55,7 +57,7 @@ class SceneEngine:
 
     def _judged(self, item: Item, sha256: str, start: float) -> Row:
         scene: Scene = read_shape(Path(item.place), shape_options(item, self._settings))
-        facts = fact_rows(scene)
+        facts = fact_rows(scene, self._kinds)
         verdicts = self._judge.judge(facts)
         return scene_row(
             item,

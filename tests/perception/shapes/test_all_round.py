@@ -62,3 +62,15 @@ def test_a_sheet_hides_nothing_and_a_box_its_smallest_side_at_least() -> None:
     # looked at head-on, when its other sides are seen at their edges
     smallest = 0.5 * 0.5 / (2.0 * (0.7 * 0.5 + 0.7 * 0.5 + 0.5 * 0.5))
     assert least_hidden(box, noise=NOISE, spacing=BOX_SPACING) == pytest.approx(smallest, rel=0.25)
+
+
+def test_a_thin_top_on_thin_legs_goes_all_round_though_it_hides_little() -> None:
+    top = box_points((1.0, 0.6, 0.0), 16_000, noise=NOISE, sides=("+z",))
+    legs = [
+        box_points((0.01, 0.01, 0.3), 100, seed=k, noise=NOISE) + np.array([x, y, -0.3])
+        for k, (x, y) in enumerate([(0.1, 0.1), (0.9, 0.1), (0.1, 0.5), (0.9, 0.5)])
+    ]
+    table = turned(np.concatenate([top, *legs]))
+    apart = float(np.sqrt(0.6 / 16_000))
+    assert least_hidden(table, noise=NOISE, spacing=apart) == pytest.approx(0.02, abs=0.01)
+    assert goes_all_round(table, noise=NOISE, spacing=apart)

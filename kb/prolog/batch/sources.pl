@@ -1,0 +1,226 @@
+:- module(facetlog_sources, [ written_body/3,       % +Module, +Body, -Goals
+                              sources/2,            % +Goals, -Steps
+                              source_code/4,        % +Source, +Scope, +Context, -Code
+                              all_code/5,           % +Source, +Inputs, +Context, -All, -Code
+                              scope/4,              % +Thing, +Parts, +Goals, -Scope
+                              inputs/3,             % +Term, +Scope, -Inputs
+                              few_inputs/3,         % +Term, +Scope, -Inputs
+                              without/3             % +Excluded, +Names, -Others
+                            ]).
+
+/** <module> What quantifiers go through
+
+A condition on "each face other where ..." has its faces found by its body:
+
+    findall(X, ( face_of(Thing, X), \+ memberchk(X, Parts), possible(Test) ), Found),
+    sort(Found, Xs)
+
+Who these are but for the parts themselves depends on few of the parts, if on any: they are found once
+for those. Where Test asks for all of the parts, it has steps that ask for one, and what is not
+possible for that one need not be asked further.
+
+A source is source(X, Goals, Excluded, Test, Xs), where Goals are those without the exclusion and the
+test, and Test is all([]) if there is none. A scope is scope(Thing, Parts, Derived): the variables for
+the thing and its parts, and those that a body binds.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(library(ordsets)).
+:- use_module(facetlog_kb(target)).
+:- use_module(facetlog_kb(body_code)).
+:- use_module(facetlog_kb(seen_through)).
+
+%!  written_body(+Module, +Body, -Goals) is det.
+%
+%   Goals are those of Body, with the bodies of what only collects faces in its place.
+
+written_body(Module, Body, Goals) :-
+    conjuncts(Body, Goals0),
+    maplist(written_goals(Module), Goals0, Lists),
+    append(Lists, Goals).
+
+written_goals(Module, Goal, Goals) :-
+    (   callable(Goal),
+        Goal \= _:_,
+        current_predicate(_, Module:Goal),
+        \+ predicate_property(Module:Goal, imported_from(_)),
+        predicate_property(Module:Goal, number_of_clauses(_)),
+        findall(Goal-Body0, clause(Module:Goal, Body0), [Alike-Body]),
+        Alike =@= Goal,
+        conjuncts(Body, [findall(_, _, Found), sort(Same, _)]),
+        Same == Found
+    ->  Alike = Goal,
+        conjuncts(Body, Goals)
+    ;   Goals = [Goal]
+    ).
+
+%!  sources(+Goals, -Steps) is det.
+%
+%   Steps are sources, and the other goals as they are.
+
+sources([], []).
+sources([findall(X, Goal, Found), sort(Same, Xs)|Goals], [Source|Steps]) :-
+    Same == Found,
+    var(Xs),
+    var(X),
+    source(X, Goal, Xs, Source),
+    !,
+    sources(Goals, Steps).
+sources([Goal|Goals], [Goal|Steps]) :-
+    sources(Goals, Steps).
+
+source(X, Goal, Xs, source(X, Goals, Excluded, Test, Xs)) :-
+    conjuncts(Goal, Goals0),
+    (   append(Goals1, [possible(Test)], Goals0)
+    ->  true
+    ;   Goals1 = Goals0,
+        Test = all([])
+    ),
+    nonvar(Test),
+    select(\+ memberchk(X0, Excluded), Goals1, Goals),
+    !,
+    X0 == X,
+    is_list(Excluded),
+    \+ ( member(Other, Goals), \+ plain(Other) ).
+
+plain(Goal) :- callable(Goal), \+ Goal = (\+ _), Goal \== !.
+
+%!  scope(+Thing, +Parts, +Goals, -Scope) is det.
+
+scope(Thing, Parts, Goals, scope(Thing, PartVariables, Derived)) :-
+    term_variables(Thing-Parts, Given),
+    term_variables(Parts, PartVariables),
+    term_variables(Goals, All),
+    exclude(among(Given), All, Derived).
+
+%!  inputs(+Term, +Scope, -Inputs) is det.
+%
+%   The variables of the scope that stand in Term.
+
+inputs(Term, scope(Thing, Parts, Derived), Inputs) :-
+    term_variables(Term, Variables),
+    append([Thing|Parts], Derived, All),
+    include(among(Variables), All, Inputs).
+
+%!  few_inputs(+Term, +Scope, -Inputs) is semidet.
+%
+%   Term depends on the thing and not on all parts: what is asked of it is asked again for the same.
+
+few_inputs(Term, Scope, Inputs) :-
+    Scope = scope(Thing, Parts, Derived),
+    term_variables(Term, Variables),
+    \+ ( member(Variable, Derived), among(Variables, Variable) ),
+    inputs(Term, Scope, Inputs),
+    exclude(==(Thing), Inputs, Asked),
+    length(Asked, Count),
+    length(Parts, All),
+    ( Count < All -> true ; All =:= 0 ).
+
+%!  source_code(+Source, +Scope, +Context, -Code) is det.
+%
+%   Code finds Xs.
+
+source_code(Source, Scope, Context, Code) :-
+    Source = source(X, Goals, Excluded, Test, Xs),
+    Context = context(Module, _, _),
+    (   own_inputs(Source, Test, Scope, Inputs)
+    ->  all_code(Source, Inputs, Context, All, AllCode),
+        Code = ( AllCode, facetlog_sources:without(Excluded, All, Xs) )
+    ;   narrower(Test, X, Scope, Tests),
+        \+ ( member(Some, Tests), \+ own_inputs(Source, Some, Scope, _) )
+    ->  maplist(narrow_code(Source, Scope, Context), Tests, Lists, Codes),
+        conjunction(Codes, ListsCode),
+        body_code(Module:possible(Test), Context, Possible),
+        inputs(Test-Excluded, Scope, Seen),
+        called(( lists:member(X, Union), \+ memberchk(X, Excluded), Possible ), X-Union-Seen,
+               Context, Call),
+        Code = ( ListsCode, facetlog_sources:together(Lists, Union), findall(X, Call, Xs) )
+    ;   conjunction(Goals, Goal),
+        body_code(Module:( findall(X, ( Goal, \+ memberchk(X, Excluded), possible(Test) ), Found),
+                           sort(Found, Xs) ), Context, Code)
+    ).
+
+%   The variable of the source and what is local to its goals are no inputs.
+own_inputs(source(X, Goals, _, _, _), Test, scope(Thing, Parts, Derived0), Inputs) :-
+    term_variables(X-Goals, Own),
+    exclude(among(Own), Derived0, Derived),
+    few_inputs(Goals-Test, scope(Thing, Parts, Derived), Inputs).
+
+%!  all_code(+Source, +Inputs, +Context, -All, -Code) is det.
+%
+%   Code finds All, the same with those that are excluded, in order.
+
+all_code(source(X, Goals, _, Test, _), Inputs, Context, All, Code) :-
+    Context = context(Module, _, _),
+    copy_term(X-Goals-Test-Inputs, X1-Goals1-Test1-Inputs1),
+    append(Inputs1, [All1], Args1),
+    helper(Context, listed(Module, X1, Goals1, Test1, Inputs1), Args1, Head, New),
+    (   New == true
+    ->  conjunction(Goals1, Goal),
+        ( Test1 == all([]) -> Searched = Goal ; Searched = ( Goal, possible(Test1) ) ),
+        body_code(Module:( findall(X1, Searched, Found), sort(Found, All1) ), Context, Body),
+        put_remembered(Context, Head, Inputs1, [All1], Body)
+    ;   true
+    ),
+    Head =.. [Name|_],
+    append(Inputs, [All], Args),
+    Code =.. [Name|Args].
+
+%   For each way in which Test may be possible, what must be for one part.
+narrower(Test, X, Scope, Tests) :-
+    ( Test = any(Ways), is_list(Ways) -> true ; Ways = [Test] ),
+    maplist(narrow(X, Scope), Ways, Tests).
+
+narrow(X, Scope, Way, all(Steps)) :-
+    ( Way = all(All), is_list(All) -> true ; All = [Way] ),
+    Scope = scope(_, Parts, _),
+    findall(Count-Numbers,
+            ( member(Part, [none|Parts]),
+              findall(Number,
+                      ( nth1(Number, All, Step), asks_only(Step, X, Part, Scope) ),
+                      Numbers),
+              length(Numbers, Count),
+              Count > 0 ),
+            Found),
+    sort(1, @>=, Found, [_-Best|_]),
+    maplist(nth_of(All), Best, Steps).
+
+nth_of(List, Number, Element) :- nth1(Number, List, Element).
+
+%   The thing may be asked for as well.
+asks_only(Step, X, Part, scope(_, Parts, Derived)) :-
+    term_variables(Step, Variables),
+    among(Variables, X),
+    \+ ( member(Variable, Derived), Variable \== X, among(Variables, Variable) ),
+    include(among(Variables), Parts, Asked),
+    ( Part == none -> Asked == [] ; Asked = [Only], Only == Part ).
+
+narrow_code(Source0, Scope, Context, Test, All, Code) :-
+    Source0 = source(X, Goals, Excluded, _, Xs),
+    own_inputs(Source0, Test, Scope, Inputs),
+    all_code(source(X, Goals, Excluded, Test, Xs), Inputs, Context, All, Code).
+
+%!  together(+Lists, -Union) is det.
+
+together([List], List) :- !.
+together(Lists, Union) :-
+    append(Lists, All),
+    sort(All, Union).
+
+%!  without(+Excluded, +Names, -Others) is det.
+
+without([], Names, Names).
+without([Name|Excluded], Names0, Names) :-
+    (   memberchk(Name, Names0)
+    ->  left_out(Names0, Name, Names1)
+    ;   Names1 = Names0
+    ),
+    without(Excluded, Names1, Names).
+
+left_out([Name|Names], Name0, Others) :-
+    (   Name == Name0
+    ->  Others = Names
+    ;   Others = [Name|Others1],
+        left_out(Names, Name0, Others1)
+    ).
