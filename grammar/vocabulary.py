@@ -238,6 +238,9 @@ _WORDS = (
     _measure("curved", Gives.RATIO, THING, high=1.0,
              meaning="the share of its surface that is not flat"),
     _condition("whole", THING, meaning="its surface is known from all sides, as a mesh's is"),
+    _condition("scanned", THING,
+               meaning="its surface is known from some sides, as a scan's is, and there all of it "
+                       "that was in sight"),
     _condition("touches", THING, THING, symmetric=True, meaning="nothing is between them"),
 )  # fmt: skip
 

@@ -88,6 +88,11 @@ _RELATIONS: dict[str, tuple[str, str, str]] = {
         "{0} is not known from all sides",
         "it is not known whether {0} is known from all sides",
     ),
+    "scanned": (
+        "{0} was scanned from some sides",
+        "{0} was not scanned from some sides",
+        "it is not known whether {0} was scanned from some sides",
+    ),
 }
 
 _CAUSES = {

@@ -247,6 +247,12 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "otherwise, or " + _NO_UP,
     ),
     _kind("whole +T:thing", _MAYBE, "its surface is known from all sides", "it is not"),
+    _kind(
+        "scanned +T:thing",
+        _MAYBE,
+        "its surface is known from some sides, as a scan's is, and there all that was in sight",
+        "it is known from all sides, or pictures show it: they may miss faces in plain sight",
+    ),
     _kind("curved +T:thing R:share", _ONE, "share of its surface that is not flat"),
     _kind(
         "footprint +T:thing A:area Sd:area", _MAYBE, "area of its plan, hollows filled", _NO_SPACE

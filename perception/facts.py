@@ -62,7 +62,7 @@ _MAKERS: tuple[tuple[Callable[[Survey, FactRows], None], tuple[str, ...]], ...] 
     (thing_facts.overlap_facts, ("overlap",)),
     (thing_facts.clear_facts, ("clear_below",)),
     (thing_facts.rim_facts, ("at_rim",)),
-    (thing_facts.surface_facts, ("whole", "curved")),
+    (thing_facts.surface_facts, ("whole", "scanned", "curved")),
     (thing_facts.space_facts, ("footprint", "solidity", *LEVEL_KINDS)),
 )
 

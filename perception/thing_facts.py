@@ -161,6 +161,8 @@ def surface_facts(s: Survey, rows: FactRows) -> None:
     for i, thing in enumerate(s.things, 1):
         if thing.whole:
             rows["whole"].append((f"t{i}",))
+        elif s.scene.bodies:  # read from surface, not found in pictures
+            rows["scanned"].append((f"t{i}",))
         rows["curved"].append((f"t{i}", curved_share(s.scene, s.table.faces, thing)))
 
 

@@ -7,81 +7,83 @@ model(box,
       "A solid block: three faces that meet square at one corner, and nothing beyond them.",
       [a, b, c]).
 
-% box.model:20  parts
+% box.model:35  parts
 candidate(box, Thing, Parts) :-
     findall(Parts, likely(box, Thing, Parts), Found),
     ( Found == [] -> distant(box, Thing, Parts) ; member(Parts, Found) ).
 
-% box.model:20  all that may satisfy its lines
+% box.model:35  all that may satisfy its lines
 likely(box, Thing, [A, B, C]) :-
     face_of(Thing, A),
-    possible(all([measured(A),
-                  any([at_least(share(A), 0.8), all([whole(Thing), at_least(share(A), 0.2)])]),
-                  at_most(protrusion(A), 0.05*thing_length(Thing))])),
+    possible(if_known(at_most(protrusion(A), 0.05*thing_length(Thing)))),
     face_of(Thing, B),
     A @< B,
-    possible(all([measured(B),
-                  any([at_least(share(B), 0.8), all([whole(Thing), at_least(share(B), 0.2)])]),
-                  at_most(protrusion(B), 0.05*thing_length(Thing))])),
-    possible(near(angle(A, B), 90, 15)),
+    possible(if_known(at_most(protrusion(B), 0.05*thing_length(Thing)))),
+    possible(if_known(near(angle(A, B), 90, 15))),
     face_of(Thing, C),
     B @< C,
-    possible(all([measured(C),
-                  any([at_least(share(C), 0.8), all([whole(Thing), at_least(share(C), 0.2)])]),
-                  at_most(protrusion(C), 0.05*thing_length(Thing))])),
-    possible(all([any([share_corner([A, B, C]), whole(Thing)]), near(angle(A, C), 90, 15),
-                  near(angle(B, C), 90, 15)])).
+    possible(if_known(at_most(protrusion(C), 0.05*thing_length(Thing)))),
+    possible(all([any([share_corner([A, B, C]), whole(Thing), scanned(Thing)]),
+                  if_known(near(angle(A, C), 90, 15)), if_known(near(angle(B, C), 90, 15))])).
 
-% box.model:20  near misses
+% box.model:35  near misses
 distant(box, Thing, [A2, B2, C2]) :-
     as_far_as_seen(Thing,
-                   [step(A, 6, measured(A)),
-                    step(B, 3, all([measured(B), near(angle(A, B), 90, 15)])),
+                   [step(A, 6, all([])), step(B, 3, if_known(near(angle(A, B), 90, 15))),
                     step(C, 3,
-                         all([measured(C), near(angle(A, C), 90, 15), near(angle(B, C), 90, 15)]))],
+                         all([if_known(near(angle(A, C), 90, 15)),
+                              if_known(near(angle(B, C), 90, 15))]))],
                    [A, B, C]),
     msort([A, B, C], [A2, B2, C2]).
 
-% box.model:22  each x of a, b, c: x is measured
-condition(box, seen, "three of its faces were measured", _, [A, B, C],
-          each(X, [A, B, C], measured(X))).
-% box.model:23  this is not whole or solidity(this) at least solid
+% box.model:37  (each x of a, b, c: x is measured) or this is scanned
+condition(box, seen, "three of its faces were measured", Thing, [A, B, C],
+          any([each(X, [A, B, C], measured(X)), scanned(Thing)])).
+% box.model:38  this is not whole or solidity(this) at least solid
 condition(box, solid, "it fills the box round it", Thing, [_, _, _],
           any([not(whole(Thing)), at_least(solidity(Thing), 0.85)])).
-% box.model:24  (each pair x, y of a, b, c: x adjoins y) or this is whole
+% box.model:39  (each pair x, y of a, b, c: x adjoins y) or this is whole or this is scanned
 condition(box, adjoining, "each two of the faces share an edge", Thing, [A, B, C],
-          any([each_pair(X, Y, [A, B, C], adjoins(X, Y)), whole(Thing)])).
-% box.model:26  share_corner(a, b, c) or this is whole
+          any([each_pair(X, Y, [A, B, C], adjoins(X, Y)), whole(Thing), scanned(Thing)])).
+% box.model:41  share_corner(a, b, c) or this is whole or this is scanned
 condition(box, corner, "the three faces meet at one corner", Thing, [A, B, C],
-          any([share_corner([A, B, C]), whole(Thing)])).
-% box.model:27  each pair x, y of a, b, c: angle(x, y) = 90 deg ± right
+          any([share_corner([A, B, C]), whole(Thing), scanned(Thing)])).
+% box.model:43  each pair x, y of a, b, c: angle(x, y) = 90 deg ± right
 condition(box, square, "the faces meet at right angles", _, [A, B, C],
-          each_pair(X, Y, [A, B, C], near(angle(X, Y), 90, 15))).
-% box.model:28  (each pair x, y of a, b, c: convex(x, y)) or this is whole
+          if_known(each_pair(X, Y, [A, B, C], near(angle(X, Y), 90, 15)))).
+% box.model:45  (each pair x, y of a, b, c: angle(x, y) / 90 deg = 100 % ± 33 %) or this is scanned
+condition(box, sure, "their angles are known", Thing, [A, B, C],
+          any([each_pair(X, Y, [A, B, C], near(angle(X, Y)/90, 1, 0.33)), scanned(Thing)])).
+% box.model:47  (each pair x, y of a, b, c: convex(x, y)) or this is whole or this is scanned
 condition(box, convex, "the faces bulge outwards where they meet", Thing, [A, B, C],
-          any([each_pair(X, Y, [A, B, C], convex(X, Y)), whole(Thing)])).
-% box.model:30  each x of a, b, c: share(x) at least most or this is whole and share(x) at least 20 %
+          any([each_pair(X, Y, [A, B, C], convex(X, Y)), whole(Thing), scanned(Thing)])).
+% box.model:49  (each x of a, b, c: share(x) at least most or this is whole and share(x) at least 20 %) or this is scanned
 condition(box, full, "each face fills its side of the block", Thing, [A, B, C],
-          each(X, [A, B, C],
-               any([at_least(share(X), 0.8), all([whole(Thing), at_least(share(X), 0.2)])]))).
-% box.model:32  (each x of a, b, c: fill(x) at least most) or this is whole
+          any([each(X, [A, B, C],
+                    any([at_least(share(X), 0.8), all([whole(Thing), at_least(share(X), 0.2)])])),
+               scanned(Thing)])).
+% box.model:51  (each x of a, b, c: fill(x) at least most) or this is whole or this is scanned
 condition(box, whole, "each face is a whole rectangle", Thing, [A, B, C],
-          any([each(X, [A, B, C], at_least(fill(X), 0.8)), whole(Thing)])).
-% box.model:34  each x of a, b, c: protrusion(x) at most 5 % of length(this)
+          any([each(X, [A, B, C], at_least(fill(X), 0.8)), whole(Thing), scanned(Thing)])).
+% box.model:53  each x of a, b, c: protrusion(x) at most 5 % of length(this)
 condition(box, flush, "nothing sticks out past a face", Thing, [A, B, C],
-          each(X, [A, B, C], at_most(protrusion(X), 0.05*thing_length(Thing)))).
-% box.model:36  this is whole and depth(this) at least 12 % of length(this) or this is not whole and (each x of a, b, c: width(x) at least 12 % of length(this))
+          if_known(each(X, [A, B, C], at_most(protrusion(X), 0.05*thing_length(Thing))))).
+% box.model:55  this is whole and depth(this) at least 12 % of length(this) or this is scanned and depth(this) at least 12 % of length(this) or this is not whole and this is not scanned and (each x of a, b, c: width(x) at least 12 % of length(this))
 condition(box, thick, "it is no board, door or pane", Thing, [A, B, C],
           any([all([whole(Thing), at_least(depth(Thing), 0.12*thing_length(Thing))]),
-               all([not(whole(Thing)),
+               all([scanned(Thing), at_least(depth(Thing), 0.12*thing_length(Thing))]),
+               all([not(whole(Thing)), not(scanned(Thing)),
                     each(X, [A, B, C], at_least(width(X), 0.12*thing_length(Thing)))])])).
-% box.model:40  each face other where counts(other): along(other)
+% box.model:60  each face other where counts(other): along(other)
 condition(box, others, "every other face lies along one of the three", Thing, [A, B, C],
           each(Other, Others,
                implies(any([all([whole(Thing),
                                  at_least(area(Other),
                                           0.1*thing_length(Thing)*thing_width(Thing))]),
-                            all([not(whole(Thing)),
+                            all([scanned(Thing),
+                                 at_least(area(Other),
+                                          0.05*thing_length(Thing)*thing_width(Thing))]),
+                            all([not(whole(Thing)), not(scanned(Thing)),
                                  some(P, Seen, at_least(area(Other), 0.05*area(P)))])]),
                        some(P2, Seen, parallel(Other, P2, 15))))) :-
     exclude(==(unseen), [A, B, C], Seen),
@@ -90,30 +92,80 @@ condition(box, others, "every other face lies along one of the three", Thing, [A
               possible(any([all([whole(Thing),
                                  at_least(area(Other),
                                           0.1*thing_length(Thing)*thing_width(Thing))]),
-                            all([not(whole(Thing)),
+                            all([scanned(Thing),
+                                 at_least(area(Other),
+                                          0.05*thing_length(Thing)*thing_width(Thing))]),
+                            all([not(whole(Thing)), not(scanned(Thing)),
                                  some(P, Seen, at_least(area(Other), 0.05*area(P)))])])) ),
             Found),
     sort(Found, Others).
+% box.model:62  this is not scanned or (there is a face x of a, b, c where clear(x), (there is a face y of a, b, c where plain(y), x adjoins y, convex(x, y)))
+condition(box, two_sides, "two of its sides were scanned and bulge outwards where they meet",
+          Thing, [A, B, C],
+          any([not(scanned(Thing)),
+               some(X, Seen,
+                    all([at_least(share(X), 0.55), at_least(fill(X), 0.8),
+                         some(Y, Seen,
+                              all([at_least(share(Y), 0.4), at_least(fill(Y), 0.55),
+                                   adjoins(X, Y), convex(X, Y)]))]))])) :-
+    exclude(==(unseen), [A, B, C], Seen).
+% box.model:66  this is not scanned or (there is no face f where area(f) at least 1 % of length(this) * width(this), behind(f) or thin(f))
+condition(box, closed, "no surface was seen behind its sides", Thing, [A, B, C],
+          any([not(scanned(Thing)),
+               not(some(F, Fs,
+                        all([at_least(area(F), 0.01*thing_length(Thing)*thing_width(Thing)),
+                             any([some(P, Seen,
+                                       all([at_most(angle(F, P), 15),
+                                            at_most(offset(F, P), -(0.08*thing_length(Thing)))])),
+                                  some(P2, Seen,
+                                       all([at_least(angle(F, P2), 165),
+                                            at_least(offset(F, P2), -(0.12*thing_length(Thing)))]))])])))])) :-
+    exclude(==(unseen), [A, B, C], Seen),
+    findall(F,
+            ( face_of(Thing, F), \+ memberchk(F, [A, B, C]),
+              possible(all([at_least(area(F), 0.01*thing_length(Thing)*thing_width(Thing)),
+                            any([some(P, Seen,
+                                      all([at_most(angle(F, P), 15),
+                                           at_most(offset(F, P), -(0.08*thing_length(Thing)))])),
+                                 some(P2, Seen,
+                                      all([at_least(angle(F, P2), 165),
+                                           at_least(offset(F, P2), -(0.12*thing_length(Thing)))]))])])) ),
+            Found),
+    sort(Found, Fs).
+% box.model:69  this is not scanned or curved(this) at most bent
+condition(box, flat, "its surface is flat", Thing, [_, _, _],
+          any([not(scanned(Thing)), at_most(curved(Thing), 0.15)])).
+% box.model:70  this is not scanned or (each x of a, b, c: x is measured)
+condition(box, third, "three of its sides were seen", Thing, [A, B, C],
+          expect(0.5, any([not(scanned(Thing)), each(X, [A, B, C], measured(X))]))).
 
-written(box, seen, 'box.model:22', "each x of a, b, c: x is measured").
-written(box, solid, 'box.model:23', "this is not whole or solidity(this) at least solid").
-written(box, adjoining, 'box.model:24',
-        "(each pair x, y of a, b, c: x adjoins y) or this is whole").
-written(box, corner, 'box.model:26', "share_corner(a, b, c) or this is whole").
-written(box, square, 'box.model:27', "each pair x, y of a, b, c: angle(x, y) = 90 deg ± right").
-written(box, convex, 'box.model:28',
-        "(each pair x, y of a, b, c: convex(x, y)) or this is whole").
-written(box, full, 'box.model:30',
-        "each x of a, b, c: share(x) at least most or this is whole and share(x) at least 20 %").
-written(box, whole, 'box.model:32',
-        "(each x of a, b, c: fill(x) at least most) or this is whole").
-written(box, flush, 'box.model:34',
+written(box, seen, 'box.model:37', "(each x of a, b, c: x is measured) or this is scanned").
+written(box, solid, 'box.model:38', "this is not whole or solidity(this) at least solid").
+written(box, adjoining, 'box.model:39',
+        "(each pair x, y of a, b, c: x adjoins y) or this is whole or this is scanned").
+written(box, corner, 'box.model:41', "share_corner(a, b, c) or this is whole or this is scanned").
+written(box, square, 'box.model:43', "each pair x, y of a, b, c: angle(x, y) = 90 deg ± right").
+written(box, sure, 'box.model:45',
+        "(each pair x, y of a, b, c: angle(x, y) / 90 deg = 100 % ± 33 %) or this is scanned").
+written(box, convex, 'box.model:47',
+        "(each pair x, y of a, b, c: convex(x, y)) or this is whole or this is scanned").
+written(box, full, 'box.model:49',
+        "(each x of a, b, c: share(x) at least most or this is whole and share(x) at least 20 %) or this is scanned").
+written(box, whole, 'box.model:51',
+        "(each x of a, b, c: fill(x) at least most) or this is whole or this is scanned").
+written(box, flush, 'box.model:53',
         "each x of a, b, c: protrusion(x) at most 5 % of length(this)").
-written(box, thick, 'box.model:36',
-        "this is whole and depth(this) at least 12 % of length(this) or this is not whole and (each x of a, b, c: width(x) at least 12 % of length(this))").
-written(box, others, 'box.model:40', "each face other where counts(other): along(other)").
+written(box, thick, 'box.model:55',
+        "this is whole and depth(this) at least 12 % of length(this) or this is scanned and depth(this) at least 12 % of length(this) or this is not whole and this is not scanned and (each x of a, b, c: width(x) at least 12 % of length(this))").
+written(box, others, 'box.model:60', "each face other where counts(other): along(other)").
+written(box, two_sides, 'box.model:62',
+        "this is not scanned or (there is a face x of a, b, c where clear(x), (there is a face y of a, b, c where plain(y), x adjoins y, convex(x, y)))").
+written(box, closed, 'box.model:66',
+        "this is not scanned or (there is no face f where area(f) at least 1 % of length(this) * width(this), behind(f) or thin(f))").
+written(box, flat, 'box.model:69', "this is not scanned or curved(this) at most bent").
+written(box, third, 'box.model:70', "this is not scanned or (each x of a, b, c: x is measured)").
 
-% box.model:42
+% box.model:73
 size(box, _, [A, B, C], Name, Measure) :-
     longest_first([shared_length(A, B), shared_length(A, C), shared_length(B, C)], Sorted),
     nth1(Number, Sorted, Measure),

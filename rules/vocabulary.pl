@@ -236,6 +236,7 @@ known_relation(touches(_, _)).
 known_relation(on_ground(_)).
 known_relation(at_rim(_, _)).
 known_relation(whole(_)).
+known_relation(scanned(_)).
 
 %!  missing_because(+MeasureOrRelation, -Cause) is det.
 %
@@ -311,6 +312,7 @@ truth(downward(F), Truth)     :- either(fact(downward(F)), fact(tilt(F, _, _)), 
 truth(on_ground(X), Truth)    :- either(fact(on_ground(X)), fact(bottom_of(X, _, _)), Truth).
 truth(at_rim(X, F), Truth)    :- either(fact(at_rim(X, F)), fact(tilt(F, _, _)), Truth).
 truth(whole(T), Truth)        :- settled(fact(whole(T)), Truth).
+truth(scanned(T), Truth)      :- settled(fact(scanned(T)), Truth).
 truth(share_corner([]), true).
 truth(share_corner([First|Faces]), Truth) :-
     settled(( fact(corner(First, _, V)),

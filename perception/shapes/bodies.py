@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["majority", "tell_apart"]
+__all__ = ["is_scatter", "majority", "tell_apart"]
 
 # Points at random on one surface are within so many spacings of the next: the chance is e^-28.
 REACH_SPACINGS = 3.0
@@ -50,18 +50,7 @@ def tell_apart(
     if reach <= 0.0:
         bodies[rows] = 0
         return bodies
-    cells = np.floor((own - own.min(axis=0)) / (CELL_SHARE * reach)).astype(np.int64)
-    first, cell_of = np.unique(cells, axis=0, return_index=True, return_inverse=True)[1:]
-    cell_of = cell_of.ravel()
-    pairs = KDTree(own[first]).query_pairs(reach * (1.0 + CELL_SHARE), output_type="ndarray")
-    # a region is a node of its own, after the cells', joined to all cells of its points
-    held = owner[rows] >= 0
-    hubs = len(first) + owner[rows][held]
-    one = np.concatenate([pairs[:, 0], cell_of[held]])
-    two = np.concatenate([pairs[:, 1], hubs])
-    nodes = len(first) + int(owner.max(initial=-1)) + 1
-    graph = coo_array((np.ones(len(one)), (one, two)), shape=(nodes, nodes))
-    groups = connected_components(graph, directed=False)[1][cell_of]
+    groups = _linked(own, owner[rows], reach)
     sizes = np.bincount(groups)
     order = np.argsort(-sizes, kind="stable")
     kept = sizes[order] >= max(LEAST_POINTS, SCATTER_SHARE * sizes[order[0]])
@@ -69,6 +58,43 @@ def tell_apart(
     names[order[kept]] = np.arange(int(kept.sum()))
     bodies[rows] = names[groups]
     return bodies
+
+
+def _linked(points: FloatArray, owner: NDArray[np.intp], reach: float) -> NDArray[np.intp]:
+    """The group of each of points (n, 3): what chains within `reach`, or one region, joins."""
+    cells = np.floor((points - points.min(axis=0)) / (CELL_SHARE * reach)).astype(np.int64)
+    first, cell_of = np.unique(cells, axis=0, return_index=True, return_inverse=True)[1:]
+    cell_of = cell_of.ravel()
+    pairs = KDTree(points[first]).query_pairs(reach * (1.0 + CELL_SHARE), output_type="ndarray")
+    # a region is a node of its own, after the cells', joined to all cells of its points
+    held = owner >= 0
+    hubs = len(first) + owner[held]
+    one = np.concatenate([pairs[:, 0], cell_of[held]])
+    two = np.concatenate([pairs[:, 1], hubs])
+    nodes = len(first) + int(owner.max(initial=-1)) + 1
+    graph = coo_array((np.ones(len(one)), (one, two)), shape=(nodes, nodes))
+    groups = connected_components(graph, directed=False)[1][cell_of]
+    return np.asarray(groups, dtype=np.intp)
+
+
+def is_scatter(
+    points: FloatArray, bodies: NDArray[np.intp], free: NDArray[np.bool_], spacing: float
+) -> NDArray[np.bool_]:
+    """Which of points (n, 3), those `free` of any flat region, are too few together for a surface.
+
+    `bodies` (n,) is the object of each. A sensor puts some points into the air beside an edge:
+    they must not say how far an object reaches.
+    """
+    rows = np.flatnonzero(free)
+    scatter = np.zeros(len(points), dtype=bool)
+    if not len(rows) or spacing <= 0.0:
+        return scatter
+    groups = _linked(points[rows], np.full(len(rows), -1), REACH_SPACINGS * spacing)
+    sizes = np.bincount(groups)[groups]
+    of_object = np.bincount(bodies[bodies >= 0], minlength=int(bodies.max(initial=0)) + 1)
+    whole = of_object[np.maximum(bodies[rows], 0)]
+    scatter[rows] = sizes < np.maximum(LEAST_POINTS, SCATTER_SHARE * whole)
+    return scatter
 
 
 def majority(values: NDArray[np.intp]) -> int:

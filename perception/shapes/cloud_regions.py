@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.shapes.all_round import goes_all_round
-from facetlog.perception.shapes.bodies import majority, tell_apart
+from facetlog.perception.shapes.bodies import is_scatter, majority, tell_apart
 from facetlog.perception.shapes.cloud import Cloud
 from facetlog.perception.shapes.cloud_levels import levels_by_height
 from facetlog.perception.shapes.cloud_outlines import Outline, cloud_outlines
@@ -78,7 +78,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
         regions = (*regions, *levels)
         owner[on_levels] = len(regions)  # they are not of the rest
     said = () if level is None or up is not None else (level.how,)
-    rest = _rest(cloud, found, owner, looked, bodies)
+    rest = _rest(cloud, found, owner, looked, bodies, spacing)
     return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said))
 
 
@@ -187,9 +187,12 @@ def _rest(
     owner: NDArray[np.intp],
     looked: NDArray[np.intp],
     bodies: NDArray[np.intp],
+    spacing: float,
 ) -> Rest:
-    """Points of no region that are of an object, with the area that each stands for."""
-    free = looked[(owner[looked] < 0) & (bodies[looked] >= 0)]
+    """Points of no region that are of an object's surface, with the area that each stands for."""
+    unowned = (owner[looked] < 0) & (bodies[looked] >= 0)
+    scatter = is_scatter(cloud.points[looked], bodies[looked], unowned, spacing)
+    free = looked[unowned & ~scatter]
     areas = found.spacing[free] ** 2 * (len(cloud.points) / len(looked))
     if len(free) > MOST_REST:
         kept = np.sort(np.random.default_rng(0).permutation(len(free))[:MOST_REST])

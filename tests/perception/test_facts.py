@@ -79,7 +79,19 @@ def test_facts_of_one_kind_are_the_same_as_among_all(kind: str) -> None:
 
 def test_a_chair_and_a_block_have_facts_of_every_kind_that_needs_no_picture() -> None:
     of_pictures = {"view", "vertex_label", "observed"}
-    assert {kind for kind, found in ALL_ROWS.items() if not found} == of_pictures
+    of_scans = {"scanned"}
+    assert {kind for kind, found in ALL_ROWS.items() if not found} == of_pictures | of_scans
+
+
+def test_only_what_was_read_from_surface_and_is_not_whole_is_scanned() -> None:
+    faces = tuple(range(len(chair().faces)))
+    for body, scanned, whole in (
+        (Body(faces), [("t1",)], []),
+        (Body(faces, whole=True), [], [("t1",)]),
+    ):
+        rows = fact_rows(replace(chair(), bodies=(body,)), {"scanned", "whole"})
+        assert rows == {"scanned": scanned, "whole": whole}
+    assert fact_rows(chair(), {"scanned"}) == {"scanned": []}
 
 
 @pytest.mark.parametrize("build", SOLIDS)

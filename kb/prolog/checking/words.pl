@@ -151,6 +151,8 @@ described(congruent('A', 'B'), relation, "the faces have the same length, width 
 described(on_ground('X'), relation, "its lowest point is level with that of its thing").
 described(at_rim('X', 'Face'), relation, "the upright face or edge stands at the rim of the face").
 described(whole('Thing'), relation, "the thing's surface is known from all sides").
+described(scanned('Thing'), relation,
+          "the thing's surface is known from some sides, and there all of it that was in sight").
 described(supports('X', 'Face'), relation,
           "the upright face or edge starts below the face and reaches down to the ground").
 described(underside_of('Other', 'Face'), relation,

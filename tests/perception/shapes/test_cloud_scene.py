@@ -88,6 +88,16 @@ def test_curved_surface_is_kept_as_a_patch_with_its_area() -> None:
     assert len(scene.faces) == 0
 
 
+def test_points_in_the_air_beside_an_edge_do_not_widen_the_object() -> None:
+    rng = np.random.default_rng(0)
+    points = box_points(SIZE, 6000, noise=0.002)
+    # flying points as depth sensors make them: few, close together, off an edge
+    cluster = np.array([SIZE[0] + 0.08, 0.5, 0.5]) + rng.normal(0.0, 0.01, (12, 3))
+    clean, flying = (scene_of_cloud(Cloud.of(p)) for p in (points, np.vstack([points, cluster])))
+    assert len(clean.faces) == len(flying.faces) == 6
+    assert np.ptp(flying.points, axis=0) == pytest.approx(np.ptp(clean.points, axis=0), abs=0.02)
+
+
 def test_cylinder_wall_gives_no_box() -> None:
     scene = scene_of_cloud(Cloud.of(cylinder_points(0.3, 0.6, 8000, 0.002)))
     areas = sum(float(p.areas.sum()) for p in scene.patches)

@@ -1,0 +1,78 @@
+"""Things that a scan shows from one side: two sides are enough for a box, and for nothing else."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facetlog.kb.batch_judge import BatchJudge, BriefVerdict
+from facetlog.kb.proof import State
+from facetlog.perception.builders import build
+from facetlog.perception.facts import fact_rows
+from facetlog.perception.polyhedra import seen_from
+from facetlog.perception.types import Body, Scene
+
+# From the front, a corner, the other corner and behind, each in turn from a little and far above.
+AZIMUTHS = (20.0, 110.0, 200.0, 290.0)
+HEIGHTS = (4.0, 40.0)
+NO_BOXES = (
+    *("tray", "pyramid", "wedge", "l_block", "room_corner", "table"),
+    *("desk", "chair", "stool", "bench", "shelf", "stairs"),
+)
+
+
+@pytest.fixture(scope="module")
+def judge() -> Iterator[BatchJudge]:
+    with BatchJudge() as judge:
+        yield judge
+
+
+def scanned(scene: Scene, azimuth: float, height: float) -> Scene:
+    """What a sensor sees of the scene from this direction, degrees, as a body."""
+    around, over = np.deg2rad([azimuth, height])
+    way = np.array([np.cos(over) * np.cos(around), np.cos(over) * np.sin(around), np.sin(over)])
+    middle = scene.points.mean(axis=0)
+    seen = seen_from(scene, middle + 3.0 * np.linalg.norm(np.ptp(scene.points, axis=0)) * way)
+    body = Body(tuple(range(len(seen.faces))), tuple(range(len(seen.edges))))
+    return replace(seen, bodies=(body,))
+
+
+def box(judge: BatchJudge, scene: Scene) -> BriefVerdict:
+    """The verdict on the only thing."""
+    (verdict,) = [found for found in judge.judge(fact_rows(scene)) if found.model == "box"]
+    return verdict
+
+
+@pytest.mark.parametrize("azimuth", AZIMUTHS)
+def test_two_sides_are_a_box_half_as_sure_as_three(judge: BatchJudge, azimuth: float) -> None:
+    block = build("cuboid", {})
+    two, three = (box(judge, scanned(block, azimuth, height)) for height in (0.0, 40.0))
+    assert (two.state, three.state) == (State.HOLDS, State.HOLDS)
+    assert [len(names) for _, names in two.parts] == [1, 1, 0]
+    assert two.degree == pytest.approx(0.5 * three.degree, abs=0.02)
+
+
+def test_one_side_is_no_box(judge: BatchJudge) -> None:
+    assert box(judge, scanned(build("cuboid", {}), 0.0, 0.0)).state is not State.HOLDS
+
+
+def test_two_sides_in_pictures_leave_it_open(judge: BatchJudge) -> None:
+    seen = replace(scanned(build("cuboid", {}), 20.0, 0.0), bodies=())
+    assert box(judge, seen).state is State.UNKNOWN
+
+
+@pytest.mark.parametrize("name", NO_BOXES)
+def test_what_is_no_box_is_none_from_whichever_side(judge: BatchJudge, name: str) -> None:
+    thing = build(name, {})
+    for azimuth in AZIMUTHS:
+        for height in HEIGHTS:
+            verdict = box(judge, scanned(thing, azimuth, height))
+            assert verdict.state is State.FAILS, (azimuth, height, verdict)
+
+
+@pytest.mark.parametrize("builder", ["cuboid", "l_block"])
+def test_the_verdict_on_a_scan_does_not_need_up_or_scale(judge: BatchJudge, builder: str) -> None:
+    seen = scanned(build(builder, {}), 20.0, 0.0)
+    loose = replace(seen, up=None, metric=False)
+    assert box(judge, loose).state is box(judge, seen).state
