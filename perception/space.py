@@ -83,6 +83,13 @@ def _axis(faces: tuple[FlatFace, ...], points: FloatArray) -> FloatArray:
     return normal
 
 
+def _corner_sd(scene: Scene, faces: tuple[FlatFace, ...]) -> float:
+    """Median sd of the faces' corners, along an axis; 0 without faces."""
+    corners = {i for face in faces for i in face.members}
+    variances = [float(np.trace(scene.vertices[i].cov)) / 3.0 for i in corners]
+    return float(np.sqrt(np.median(variances))) if variances else 0.0
+
+
 def spaces(
     scene: Scene,
     faces: tuple[FlatFace, ...],
@@ -100,11 +107,14 @@ def spaces(
         own = tuple(faces[i] for i in thing.faces)
         curved = [scene.patches[i].points for i in thing.patches]
         others = np.concatenate([np.zeros((0, 3)), *curved])
+        sd = _corner_sd(scene, own)
         if scene.up is None:
             axis = _axis(own, outer[index])
-            space = _lying(occupancy(own, outer[index], others, axis, on_ground=False))
+            grid = occupancy(own, outer[index], others, axis, corner_sd=sd, on_ground=False)
+            space = _lying(grid)
         else:
-            space = _standing(occupancy(own, outer[index], others, scene.up), own, scene.up)
+            grid = occupancy(own, outer[index], others, scene.up, corner_sd=sd)
+            space = _standing(grid, own, scene.up)
         if space is not None:
             found[index] = space
     return found
