@@ -3,7 +3,9 @@
 The grid stands on the thing's lowest level, square to the least rectangle round its plan. A cell is
 solid if the surface passes through it or if it cannot be reached from outside: a closed cabinet is
 solid, an open shelf is not. So it does not matter which way a surface is turned, whether it is
-doubled, or whether parts cross; gaps narrower than a cell are closed.
+doubled, or whether parts cross; gaps narrower than a cell are closed. Where outlines are known less
+well than to a cell, as those of clouds are, neighbouring faces miss each other by as much: then the
+flood does not pass through gaps that narrow either.
 """
 
 from collections.abc import Iterable
@@ -25,6 +27,10 @@ __all__ = ["Grid", "occupancy", "surface_points"]
 # Cells along the longest side. A chair's leg is 4 % of its height: a cell is 3 %. Finer grids
 # changed no more than 1 % of shares on furniture, and take time with the third power.
 CELLS = 32
+# Two faces' outlines miss each other by less than this many sd of a corner, to either side.
+MISSED_SDS = 2.0
+# Less than this share of a cell, to either side, closes itself: both reach into it.
+LEAST_MISSED = 0.25
 # Samples of a face are this share of a cell apart, so that none of its cells is missed: an inner
 # cell of a plane holds a sample at any spacing below 1; corners of cells are cut at more than .5.
 SPACING = 0.5
@@ -144,13 +150,46 @@ def _axes(points: FloatArray, up: FloatArray) -> FloatArray:
     return np.array([along, np.cross(up, along), up])
 
 
-def _flooded(surface: _Cells, on_ground: bool) -> _Cells:
-    """Cells that are surface or cannot be reached from outside; on the ground not from below."""
+def _missed(corner_sd: float) -> int:
+    """By how many cells an outline may miss its neighbour's, if a corner's sd is so many cells.
+
+    >>> _missed(0.1), _missed(0.2), _missed(0.6)
+    (0, 1, 2)
+    """
+    missed = MISSED_SDS * corner_sd
+    return int(np.ceil(missed)) if missed > LEAST_MISSED else 0
+
+
+def _flooded(surface: _Cells, on_ground: bool, missed: int) -> _Cells:
+    """Cells that are surface or cannot be reached from outside; on the ground not from below.
+
+    Gaps of up to twice as many cells as `missed` do not let the flood through, only in.
+    """
     below = 0 if on_ground else 1
-    open_ = np.pad(~surface, ((1, 1), (1, 1), (below, 1)), constant_values=True)
+    margin = max(1, missed)
+    rim = ((margin, margin), (margin, margin), (below * margin, margin))
+    free = np.pad(~surface, rim, constant_values=True)
+    open_ = free & ~_closed(free, on_ground, missed) if missed else free
     regions, _ = ndimage.label(open_)
-    solid: _Cells = regions != regions[0, 0, -1]
-    return solid[1:-1, 1:-1, below:-1]
+    reached = regions == regions[0, 0, -1]
+    if missed:
+        reached = ndimage.binary_dilation(
+            reached, iterations=missed, mask=reached | (free & ~open_)
+        )
+    nx, ny, nz = surface.shape
+    low = below * margin
+    solid: _Cells = ~reached[margin : margin + nx, margin : margin + ny, low : low + nz]
+    return solid
+
+
+def _closed(free: _Cells, on_ground: bool, missed: int) -> _Cells:
+    """The surface in a grid of which these cells are `free`, and the gaps in it."""
+    # what stands on the ground goes on beneath it
+    full = np.pad(~free, ((0, 0), (0, 0), (missed, 0)), constant_values=False)
+    if on_ground:
+        full[:, :, :missed] = full[:, :, missed : missed + 1]
+    closed: _Cells = ndimage.binary_closing(full, iterations=missed)[:, :, missed:]
+    return closed | ~free
 
 
 def occupancy(
@@ -159,13 +198,14 @@ def occupancy(
     others: FloatArray,
     up: FloatArray,
     *,
+    corner_sd: float = 0.0,
     on_ground: bool = True,
 ) -> Grid | None:
     """The grid of a thing, or None if it has no extent.
 
     `outer` (k, 3) are points that reach as far as the thing does, `others` (m, 3) points of its
-    surface that is not flat, `up` (3,) a unit vector. What does not stand `on_ground` is reached
-    from below, too.
+    surface that is not flat, `up` (3,) a unit vector, `corner_sd` the sd of a face's corner. What
+    does not stand `on_ground` is reached from below, too.
     """
     axes = _axes(outer, up)
     local = outer @ axes.T
@@ -178,4 +218,4 @@ def occupancy(
     cells = np.clip(np.floor((surface - low) / cell).astype(np.intp), 0, shape - 1)
     touched = np.zeros(tuple(shape), dtype=bool)
     touched[tuple(cells.T)] = True
-    return Grid(_flooded(touched, on_ground), cell, axes, low)
+    return Grid(_flooded(touched, on_ground, _missed(corner_sd / cell)), cell, axes, low)

@@ -75,6 +75,13 @@ def _axis(faces: tuple[FlatFace, ...], points: FloatArray) -> FloatArray:
     return normal
 
 
+def _corner_sd(scene: Scene, faces: tuple[FlatFace, ...]) -> float:
+    """Median sd of the faces' corners, along an axis; 0 without faces."""
+    corners = {i for face in faces for i in face.members}
+    variances = [float(np.trace(scene.vertices[i].cov)) / 3.0 for i in corners]
+    return float(np.sqrt(np.median(variances))) if variances else 0.0
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class _Surface:
     """A thing's faces, points that reach as far as it does, and points of what is curved."""
@@ -82,9 +89,10 @@ class _Surface:
     faces: tuple[FlatFace, ...]
     outer: FloatArray
     curved: FloatArray
+    corner_sd: float
 
     def standing(self, up: FloatArray) -> Space | None:
-        grid = occupancy(self.faces, self.outer, self.curved, up)
+        grid = self._grid(up, on_ground=True)
         if grid is None:
             return None
         solidity = _solidity(grid)
@@ -96,8 +104,18 @@ class _Surface:
         return Space(_footprint(grid), solidity, dict(_levels(grid, self.faces, up)))
 
     def lying(self, axis: FloatArray) -> Space | None:
-        grid = occupancy(self.faces, self.outer, self.curved, axis, on_ground=False)
+        grid = self._grid(axis, on_ground=False)
         return None if grid is None else Space(None, _solidity(grid), {})
+
+    def _grid(self, up: FloatArray, *, on_ground: bool) -> Grid | None:
+        return occupancy(
+            self.faces,
+            self.outer,
+            self.curved,
+            up,
+            corner_sd=self.corner_sd,
+            on_ground=on_ground,
+        )
 
 
 def spaces(
@@ -116,7 +134,8 @@ def spaces(
             continue
         own = tuple(faces[i] for i in thing.faces)
         curved = [scene.patches[i].points for i in thing.patches]
-        surface = _Surface(own, outer[index], np.concatenate([np.zeros((0, 3)), *curved]))
+        others = np.concatenate([np.zeros((0, 3)), *curved])
+        surface = _Surface(own, outer[index], others, _corner_sd(scene, own))
         if scene.up is None:
             space = surface.lying(_axis(own, outer[index]))
         else:

@@ -259,7 +259,8 @@ class Patch:
     `points` (n, 3); unit `normals` (n, 3) outwards, rows of zeros where they are not known;
     `areas` (n,). Points lie so close that the surface has no hole between them that matters.
     `hull` are vertices (indices into the scene) that reach as far as the patch does: the corners
-    of its convex hull, or enough of them.
+    of its convex hull, or enough of them. Points without area, which a face's noise explains, say
+    where surface is, but not how far it reaches.
     """
 
     points: FloatArray

@@ -15,7 +15,8 @@ candidate(chair, Thing, Parts) :-
 likely(chair, Thing, [Seat, Back]) :-
     face_of(Thing, Seat),
     possible(all([measured(Seat), at_most(tilt(Seat), 20), upward(Seat),
-                  any([not(whole(Thing)), at_least(cover(Seat), 0.3)]),
+                  any([not(whole(Thing)), at_least(cover(Seat), 0.45),
+                       all([at_least(cover(Seat), 0.25), at_most(see_through(Seat), 0.35)])]),
                   at_least(protrusion(Seat), 0.3*elevation(Seat)),
                   between(elevation(Seat), 0.2*thing_height(Thing), 0.75*thing_height(Thing)),
                   any([all([whole(Thing), at_least(level_width(Seat), 0.4*elevation(Seat)),
@@ -68,13 +69,14 @@ condition(chair, back, "an upright back stands at the rim of the seat", _, [Seat
 % chair.model:27  seat is measured, tilt(seat) at most 20 deg, seat is upward
 condition(chair, level, "the seat is about level and faces up", _, [Seat, _],
           all([measured(Seat), at_most(tilt(Seat), 20), upward(Seat)])).
-% chair.model:29  this is not whole or cover(seat) at least 30 %
+% chair.model:31  this is not whole or cover(seat) at least 45 % or cover(seat) at least 25 % and see_through(seat) at most 35 %
 condition(chair, cover, "the seat takes much of the plan", Thing, [Seat, _],
-          any([not(whole(Thing)), at_least(cover(Seat), 0.3)])).
-% chair.model:30  protrusion(seat) at least 30 % of elevation(seat)
+          any([not(whole(Thing)), at_least(cover(Seat), 0.45),
+               all([at_least(cover(Seat), 0.25), at_most(see_through(Seat), 0.35)])])).
+% chair.model:34  protrusion(seat) at least 30 % of elevation(seat)
 condition(chair, rises, "something rises above the seat", _, [Seat, _],
           at_least(protrusion(Seat), 0.3*elevation(Seat))).
-% chair.model:31  this is whole and rises_at_one_side(seat) or this is not whole and (there is a face f where is_back(f))
+% chair.model:35  this is whole and rises_at_one_side(seat) or this is not whole and (there is a face f where is_back(f))
 condition(chair, backed, "a back rises at one side of the seat, about as broad as that", Thing,
           [Seat, Back],
           any([all([whole(Thing), at_least(rise_side(Seat), 0.35),
@@ -94,7 +96,7 @@ condition(chair, backed, "a back rises at one side of the seat, about as broad a
                                  at_most(offset(Seat, F), -(0.3*width(Seat)))])])) ),
             Found),
     sort(Found, Fs).
-% chair.model:34  free(seat) or (there is a face f where f underside_of seat, free(f)) or this is whole
+% chair.model:38  free(seat) or (there is a face f where f underside_of seat, free(f)) or this is whole
 condition(chair, room, "there is free space beneath the seat", Thing, [Seat, Back],
           any([at_least(clear_below(Seat), 0.5*elevation(Seat)),
                some(F, Fs,
@@ -105,7 +107,7 @@ condition(chair, room, "there is free space beneath the seat", Thing, [Seat, Bac
               possible(all([underside_of(F, Seat), at_least(clear_below(F), 0.5*elevation(Seat))])) ),
             Found),
     sort(Found, Fs).
-% chair.model:36  count(leg) at least 3 or count(panel) at least 2 or this is whole
+% chair.model:40  count(leg) at least 3 or count(panel) at least 2 or this is whole
 condition(chair, support, "it stands on three legs or two panels at least", Thing, [Seat, Back],
           any([at_least_of(3, Leg, Leg_groups, 'chair.leg'(Leg, Seat)),
                at_least_of(2, Panel, Panel_groups, 'chair.panel'(Panel, Seat)), whole(Thing)])) :-
@@ -113,44 +115,45 @@ condition(chair, support, "it stands on three legs or two panels at least", Thin
     separate(Leg_members, Leg_groups),
     members(chair, panel, Thing, [Seat, Back], Panel_members),
     separate(Panel_members, Panel_groups).
-% chair.model:38  elevation(seat) between 20 % of height(this) and 75 % of height(this)
+% chair.model:42  elevation(seat) between 20 % of height(this) and 75 % of height(this)
 condition(chair, height, "the seat is at about half of the height", Thing, [Seat, _],
           between(elevation(Seat), 0.2*thing_height(Thing), 0.75*thing_height(Thing))).
-% chair.model:39  this is whole and level_width(seat) at least 40 % of elevation(seat) and level_length(seat) at most 180 % of level_width(seat) or this is not whole and width(seat) at least 40 % of elevation(seat) and length(seat) at most 180 % of width(seat)
+% chair.model:43  this is whole and level_width(seat) at least 40 % of elevation(seat) and level_length(seat) at most 180 % of level_width(seat) or this is not whole and width(seat) at least 40 % of elevation(seat) and length(seat) at most 180 % of width(seat)
 condition(chair, proportion, "the seat is no bar stool's and no bench's", Thing, [Seat, _],
           any([all([whole(Thing), at_least(level_width(Seat), 0.4*elevation(Seat)),
                     at_most(level_length(Seat), 1.8*level_width(Seat))]),
                all([not(whole(Thing)), at_least(width(Seat), 0.4*elevation(Seat)),
                     at_most(length(Seat), 1.8*width(Seat))])])).
-% chair.model:43  height(this) at least 50 % of length(this)
+% chair.model:47  height(this) at least 50 % of length(this)
 condition(chair, tall, "it is not long like a sofa", Thing, [_, _],
           at_least(thing_height(Thing), 0.5*thing_length(Thing))).
-% chair.model:45  this is not whole or elevation(seat) at least 35 % of level_length(seat)
+% chair.model:49  this is not whole or elevation(seat) at least 35 % of level_length(seat)
 condition(chair, high, "the seat is not low like a bed", Thing, [Seat, _],
           any([not(whole(Thing)), at_least(elevation(Seat), 0.35*level_length(Seat))])).
-% chair.model:47  elevation(seat) between 30 cm and 60 cm
+% chair.model:51  elevation(seat) between 30 cm and 60 cm
 condition(chair, usual, "seats are 30 cm to 60 cm high", _, [Seat, _],
           expect(0.25, if_known(between(elevation(Seat), metres(0.3), metres(0.6))))).
 
 written(chair, back, 'chair.model:23', "optional face back where is_back(back)").
 written(chair, level, 'chair.model:27',
         "seat is measured, tilt(seat) at most 20 deg, seat is upward").
-written(chair, cover, 'chair.model:29', "this is not whole or cover(seat) at least 30 %").
-written(chair, rises, 'chair.model:30', "protrusion(seat) at least 30 % of elevation(seat)").
-written(chair, backed, 'chair.model:31',
+written(chair, cover, 'chair.model:31',
+        "this is not whole or cover(seat) at least 45 % or cover(seat) at least 25 % and see_through(seat) at most 35 %").
+written(chair, rises, 'chair.model:34', "protrusion(seat) at least 30 % of elevation(seat)").
+written(chair, backed, 'chair.model:35',
         "this is whole and rises_at_one_side(seat) or this is not whole and (there is a face f where is_back(f))").
-written(chair, room, 'chair.model:34',
+written(chair, room, 'chair.model:38',
         "free(seat) or (there is a face f where f underside_of seat, free(f)) or this is whole").
-written(chair, support, 'chair.model:36',
+written(chair, support, 'chair.model:40',
         "count(leg) at least 3 or count(panel) at least 2 or this is whole").
-written(chair, height, 'chair.model:38',
+written(chair, height, 'chair.model:42',
         "elevation(seat) between 20 % of height(this) and 75 % of height(this)").
-written(chair, proportion, 'chair.model:39',
+written(chair, proportion, 'chair.model:43',
         "this is whole and level_width(seat) at least 40 % of elevation(seat) and level_length(seat) at most 180 % of level_width(seat) or this is not whole and width(seat) at least 40 % of elevation(seat) and length(seat) at most 180 % of width(seat)").
-written(chair, tall, 'chair.model:43', "height(this) at least 50 % of length(this)").
-written(chair, high, 'chair.model:45',
+written(chair, tall, 'chair.model:47', "height(this) at least 50 % of length(this)").
+written(chair, high, 'chair.model:49',
         "this is not whole or elevation(seat) at least 35 % of level_length(seat)").
-written(chair, usual, 'chair.model:47', "elevation(seat) between 30 cm and 60 cm").
+written(chair, usual, 'chair.model:51', "elevation(seat) between 30 cm and 60 cm").
 
 % chair.model:24
 group(chair, Thing, [Seat, Back], leg, Members) :-
@@ -161,11 +164,11 @@ group(chair, Thing, [Seat, Back], panel, Members) :-
     members(chair, panel, Thing, [Seat, Back], Panel_members),
     findall(Panel, ( member(Panel, Panel_members), holds('chair.panel'(Panel, Seat)) ), Members).
 
-% chair.model:49
+% chair.model:53
 size(chair, _, [Seat, _], width, width(Seat)).
-% chair.model:50
+% chair.model:54
 size(chair, _, [Seat, _], depth, length(Seat)).
-% chair.model:51
+% chair.model:55
 size(chair, _, [Seat, _], seat_height, elevation(Seat)).
-% chair.model:52
+% chair.model:56
 size(chair, Thing, [_, _], height, thing_height(Thing)).

@@ -257,7 +257,9 @@ def _patches(
     for number in numbers:
         own = rest.bodies == number
         points = rest.points[own]
-        outer = [Vertex(points[i], cov) for i in outermost(points, *exactly)]
+        # what stands for no area is the noise of faces, and reaches no further than these
+        far = points[rest.areas[own] > 0.0]
+        outer = [Vertex(far[i], cov) for i in outermost(far, *exactly)] if len(far) else []
         hull = tuple(range(count + len(reaching), count + len(reaching) + len(outer)))
         patches.append(Patch(points, rest.normals[own], rest.areas[own], hull))
         reaching += outer

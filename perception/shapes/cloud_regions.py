@@ -18,6 +18,7 @@ from facetlog.perception.shapes.cloud_planes import (
 )
 from facetlog.perception.shapes.facing import Surroundings, outer_side
 from facetlog.perception.shapes.floor import Up, find_up, up_from_cameras
+from facetlog.perception.shapes.off_faces import off_faces
 from facetlog.perception.shapes.region import FlatRegion, Rest
 from facetlog.perception.types import FloatArray
 
@@ -78,7 +79,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
         regions = (*regions, *levels)
         owner[on_levels] = len(regions)  # they are not of the rest
     said = () if level is None or up is not None else (level.how,)
-    rest = _rest(cloud, found, owner, looked, bodies, spacing)
+    rest = _rest(cloud, found, regions, owner, looked, bodies, spacing)
     return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said))
 
 
@@ -184,12 +185,16 @@ def _levels(
 def _rest(
     cloud: Cloud,
     found: CloudPlanes,
+    regions: tuple[FlatRegion, ...],
     owner: NDArray[np.intp],
     looked: NDArray[np.intp],
     bodies: NDArray[np.intp],
     spacing: float,
 ) -> Rest:
-    """Points of no region that are of an object's surface, with the area that each stands for."""
+    """Points of no region that are of an object's surface, with the area that each stands for.
+
+    Those that a face's noise explains may still close a gap between faces, but stand for no area.
+    """
     unowned = (owner[looked] < 0) & (bodies[looked] >= 0)
     scatter = is_scatter(cloud.points[looked], bodies[looked], unowned, spacing)
     free = looked[unowned & ~scatter]
@@ -197,5 +202,8 @@ def _rest(
     if len(free) > MOST_REST:
         kept = np.sort(np.random.default_rng(0).permutation(len(free))[:MOST_REST])
         free, areas = free[kept], areas[kept] * (len(free) / MOST_REST)
+    spacing = float(np.median(found.spacing))
+    off = off_faces(cloud.points[free], bodies[free], regions, noise=found.noise, spacing=spacing)
+    areas[~off] = 0.0  # noise of faces, whose area is told by these
     normals = np.zeros((len(free), 3)) if cloud.normals is None else cloud.normals[free]
     return Rest(cloud.points[free], normals, areas, bodies[free].astype(np.float64))

@@ -28,7 +28,8 @@ class FlatRegion:
 class Rest:
     """Surface that is in no flat region: points (n, 3), outward normals (n, 3) or zeros, areas.
 
-    `bodies` (n,) numbers the object that each point is of; -1: none.
+    `bodies` (n,) numbers the object that each point is of; -1: none. A point of no area is near a
+    face, and may close a gap beside it, but does not say how far the object reaches.
     """
 
     points: FloatArray
