@@ -14,7 +14,14 @@ from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import FlatFace, cross, plane_axes
 from facetlog.perception.outlines import convex_loops, valid_polygons
-from facetlog.perception.row_table import Bools, Indices, row_starts, row_sums, row_table
+from facetlog.perception.row_table import (
+    Bools,
+    Indices,
+    chosen_places,
+    row_starts,
+    row_sums,
+    row_table,
+)
 from facetlog.perception.tolerance import Tolerance
 from facetlog.perception.types import FloatArray, Scene
 
@@ -201,9 +208,8 @@ class FaceTable:
     def rows_of(self, chosen: Sequence[int]) -> tuple[Indices, Indices]:
         """(place among `chosen`, vertex) (c,) each, of all members of some faces."""
         picked = np.asarray(chosen, dtype=np.intp)
+        rows = chosen_places(self.members.counts, picked)
         counts = self.members.counts[picked]
-        steps = np.arange(int(counts.sum())) - np.repeat(row_starts(counts), counts)
-        rows = np.repeat(row_starts(self.members.counts)[picked], counts) + steps
         return np.repeat(np.arange(len(picked)), counts), self.members.vertex[rows]
 
 

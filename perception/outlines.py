@@ -4,7 +4,7 @@ Loops of faces without holes that are convex, which most are, are worked on as a
 for the others there is shapely.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,11 +119,12 @@ class Outlines:
         loops: FloatArray,
         sizes: Indices,
         convex: Bools,
-        rings_of: Callable[[int], Sequence[FloatArray]],
+        rings_of: Callable[[Indices], tuple[FloatArray, Indices, Indices]],
     ) -> "Outlines":
         """Loops (r, k, 2) either way round, of faces that are `convex` (r,) in their planes.
 
-        `rings_of` a row gives its outline and holes (k, 2), where it is not convex.
+        `rings_of` rows gives the outlines and holes of what is not convex: corners (c, 2) of rings,
+        how many each ring has, and whose it is, as a place among these rows.
         """
         areas = _areas(loops)
         steps = np.minimum(np.arange(loops.shape[1]), sizes[:, None] - 1)
@@ -133,15 +134,9 @@ class Outlines:
         shapes = np.full(len(loops), None, dtype=np.object_)
         others = np.flatnonzero(~convex)
         if len(others):
-            rings = [rings_of(row) for row in others.tolist()]
-            flat = [ring for own in rings for ring in own]
-            owner = np.repeat(np.arange(len(rings)), [len(own) for own in rings])
-            shapes[others] = valid_polygons(
-                np.concatenate(flat),
-                np.array([len(ring) for ring in flat]),
-                owner,
-                np.zeros(len(rings), np.bool_),
-            )
+            corners, lengths, owner = rings_of(others)
+            doubtful = np.zeros(len(others), np.bool_)
+            shapes[others] = valid_polygons(corners, lengths, owner, doubtful)
             areas[others] = shapely.area(shapes[others])
         return cls(loops, sizes, areas, convex, shapes)
 

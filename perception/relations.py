@@ -5,7 +5,7 @@ import numpy as np
 from facetlog.perception.face_table import FaceTable
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.outlines import Outlines
-from facetlog.perception.row_table import Indices, row_sums
+from facetlog.perception.row_table import Indices, chosen_places, row_starts, row_sums
 from facetlog.perception.tolerance import ANGLE_RESOLUTION, SDS
 from facetlog.perception.types import FloatArray
 
@@ -45,9 +45,16 @@ def seen_along(table: FaceTable, faces: Indices, frames: FloatArray) -> Outlines
     frames = np.broadcast_to(frames, (len(faces), 2, 3))
     loops = points[table.outlines[faces]] @ frames.transpose(0, 2, 1)
 
-    def rings_of(row: int) -> list[FloatArray]:
-        rings = table.faces[faces[row]].rings
-        return [points[list(ring)] @ frames[row].T for ring in rings]
+    def rings_of(rows: Indices) -> tuple[FloatArray, Indices, Indices]:
+        own, sides = faces[rows], table.sides
+        corners = np.bincount(sides.face, minlength=len(table))
+        corner = sides.ends[chosen_places(corners, own), 0]
+        turned = np.repeat(frames[rows].transpose(0, 2, 1), corners[own], axis=0)
+        ring_of = sides.face[row_starts(sides.lengths)]
+        rings = np.bincount(ring_of, minlength=len(table))
+        lengths = sides.lengths[chosen_places(rings, own)]
+        flat = (points[corner][:, None] @ turned)[:, 0]
+        return flat, lengths, np.repeat(np.arange(len(rows)), rings[own])
 
     return Outlines.of(loops, table.sizes[faces], table.convex[faces], rings_of)
 
@@ -66,7 +73,9 @@ def opposite_pairs(table: FaceTable, angles: tuple[FloatArray, FloatArray]) -> I
     close = np.linalg.norm(aside, axis=1) < radii[one] + radii[two]
     opposed, mean = opposed[close], mean[close]
     frames = plane_axes(mean, table.axes[opposed[:, 0], 0])
-    first, second = (seen_along(table, rows, frames) for rows in opposed.T)
+    pairs = len(opposed)
+    both = seen_along(table, opposed.T.ravel(), np.concatenate((frames, frames)))
+    first, second = both.take(np.arange(pairs)), both.take(np.arange(pairs, 2 * pairs))
     least = np.minimum(first.areas, second.areas)
     facing = (least > 0.0) & (first.shared_areas(second) >= LEAST_FACING * least)
     return np.asarray(opposed[facing], dtype=np.intp)

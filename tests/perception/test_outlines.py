@@ -28,7 +28,12 @@ def padded(loops: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 
 def outlines(loops: list[np.ndarray]) -> Outlines:
     table, sizes = padded(loops)
-    return Outlines.of(table, sizes, np.ones(len(loops), np.bool_), lambda row: [loops[row]])
+
+    def rings_of(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        own = [loops[row] for row in rows]
+        return np.concatenate(own), sizes[rows], np.arange(len(rows))
+
+    return Outlines.of(table, sizes, np.ones(len(loops), np.bool_), rings_of)
 
 
 def many(seed: int, count: int = 12) -> tuple[np.random.Generator, list[np.ndarray]]:
