@@ -7,7 +7,7 @@ ask for are handed over, and a scene is one request.
 
 import hashlib
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -29,6 +29,8 @@ __all__ = ["BatchJudge", "BriefVerdict"]
 # What verdicts follow from beside the models: words, measures and how they are judged.
 JUDGING_CODE = ("rules/*.pl", "kb/prolog/judging/*.pl", "kb/prolog/batch/*.pl")
 HASH_DIGITS = 16
+
+SEPARATOR = "\x7f"  # separator/1 of batch.pl
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +126,7 @@ class BatchJudge(Closing):
             self._base.forget("close_batch", batch)
             raise
         self._batch = batch
-        return tuple(self._verdict(term) for term in _items(said))
+        return tuple(self._verdicts(_fields(said)))
 
     def _needed(
         self, rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]
@@ -142,51 +144,42 @@ class BatchJudge(Closing):
                     found[key].append(fact[1:])
         return {key: found[key] for key in sorted(found)}
 
-    def _verdict(self, term: Term) -> BriefVerdict:
-        match term:
-            case Struct(
-                "brief",
-                (
-                    Atom(model),
-                    Atom(thing),
-                    Atom(state),
-                    int() | float() as low,
-                    int() | float() as high,
-                    tuple(parts),
-                    tuple(sizes),
-                ),
-            ):
-                content = self._base.models[model].content
-                probability = self._base.calibration.probability(
-                    model, float(low), float(high), content=content
-                )
-                return BriefVerdict(
-                    model=str(model),
-                    thing=str(thing),
-                    state=State(state),
-                    degree=float(low),
-                    degree_at_most=float(high),
-                    probability=probability if thing else None,
-                    parts=tuple(map(_part, parts)),
-                    sizes=tuple(map(_size, sizes)),
-                )
-        raise _unreadable()
+    def _verdicts(self, fields: Sequence[str]) -> Iterator[BriefVerdict]:
+        """From what told_verdicts/3 of batch.pl tells."""
+        field = iter(fields)
+        for model in field:
+            thing, state, low, high = (next(field) for _ in range(4))
+            parts = tuple(_part(field) for _ in range(int(next(field))))
+            sizes = tuple(
+                (next(field), float(next(field)), float(next(field)))
+                for _ in range(int(next(field)))
+            )
+            probability = self._base.calibration.probability(
+                model, float(low), float(high), content=self._base.models[model].content
+            )
+            yield BriefVerdict(
+                model=model,
+                thing=thing,
+                state=State(state),
+                degree=float(low),
+                degree_at_most=float(high),
+                probability=probability if thing else None,
+                parts=parts,
+                sizes=sizes,
+            )
 
 
-def _part(term: Term) -> tuple[str, tuple[str, ...]]:
-    match term:
-        case Struct("-", (Atom(role), Atom(name))):
-            return str(role), () if name == UNSEEN else (str(name),)
-        case Struct("-" | "group", (Atom(role), tuple(names))):
-            return str(role), tuple(map(str, names))
-    raise _unreadable()
+def _part(field: Iterator[str]) -> tuple[str, tuple[str, ...]]:
+    kind, role, name = (next(field) for _ in range(3))
+    if kind == "group":
+        return role, tuple(next(field) for _ in range(int(name)))
+    return role, () if name == UNSEEN else (name,)
 
 
-def _size(term: Term) -> tuple[str, float, float]:
-    match term:
-        case Struct("size", (Atom(name), int() | float() as value, int() | float() as sd)):
-            return str(name), float(value), float(sd)
-    raise _unreadable()
+def _fields(said: Term) -> Sequence[str]:
+    if isinstance(said, str):
+        return said.split(SEPARATOR) if said else ()
+    return tuple(map(str, _items(said)))
 
 
 def _items(term: Term) -> tuple[Term, ...]:

@@ -239,7 +239,7 @@ result("judge_batch", Text, Verdicts) :-
     ask_base(Base, all),
     setup_call_cleanup(
         true,
-        bounded(Bounds, brief_verdicts(Batch, Columns, Verdicts)),
+        bounded(Bounds, told_verdicts(Batch, Columns, Verdicts)),
         empty_batch(Batch)).
 result("close_batch", Text, true) :-
     term_string(Batch, Text),

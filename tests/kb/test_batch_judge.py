@@ -5,6 +5,8 @@ import signal
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +66,35 @@ TESTS = (
     "at_least(mean([fill(f1), fill(f1)]), 0.5)",
     "at_least(-fill(f1), -0.6)",
 )
+# What quantifiers go through depends on no part, on one, on all, on what a goal finds out of them.
+QUANTIFIED = """:- module(q, []).
+:- use_module(facetlog(vocabulary)).
+means(big(F), at_least(fill(F), 0.6)).
+means(beside(F, G), any([adjoins(F, G), at_most(angle(F, G), 45)])).
+candidate(_, Thing, [A, B]) :- face_of(Thing, A), face_of(Thing, B), A @< B.
+members(T, A, B, Fs) :-
+    findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]), possible(beside(F, A)) ), Found),
+    sort(Found, Fs).
+"""
+CONDITIONS = (
+    "each(F, Fs, all([big(F), at_most(angle(F, A), 60), near(angle(F, B), 90, 10)]))",
+    "each(F, Fs, implies(at_least(area(F), area(A)), adjoins(F, B)))",
+    "some(F, Fs, all([big(F), adjoins(F, A), at_least(offset(F, B), 0.1*length(B))]))",
+    "not(some(F, Fs, any([opposite(F, A), opposite(F, B)])))",
+    "any([at_least_of(4, F, Gs, big(F)), some(F, Fs, whole(T))])",
+    "any([whole(T), each_pair(F, G, Fs, any([adjoins(F, G), at_least(angle(F, G), 120)]))])",
+    "implies(whole(T), each(F, Fs, at_least(share(F), 0.9)))",
+    "expect(0.3, at_most_of(2, F, Gs, at_least(fill(F), 0.9)))",
+    "if_known(each_pair(F, G, Fs, implies(all([big(F), big(G)]), at_most(angle(F, G), 100))))",
+)
+BODIES = (
+    "members(T, A, B, Fs), separate(Fs, Gs)",
+    "findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]) ), Found), sort(Found, Fs), Gs = [Fs]",
+    "findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]), possible(any([all([opposite(F, A), "
+    "at_least(area(F), area(B))]), adjoins(F, B)])) ), Found), sort(Found, Fs), separate(Fs, Gs)",
+    "exclude(==(unseen), [A, B], Ps), findall(F, ( face_of(T, F), \\+ memberchk(F, [A, B]), "
+    "possible(some(P, Ps, adjoins(F, P))) ), Found), sort(Found, Fs), Gs = [Fs, Ps]",
+)
 FACTS: tuple[Fact, ...] = (
     ("thing", "t1"),
     ("face", "f1"),
@@ -80,6 +111,20 @@ DEVIATIONS = {
     kind.functor: [i for i, argument in enumerate(kind.arguments, 1) if argument.name == "Sd"]
     for kind in FACT_SCHEMA
 }
+OF_WHOLE = (
+    "cover",
+    "level_length",
+    "level_width",
+    "built_over",
+    "room_below",
+    "room_above",
+    "free_below",
+    "see_through",
+    "see_across",
+    "rise_side",
+    "rise_off_middle",
+    "rise_span",
+)
 NEEDS_UP = frozenset(
     (
         "up",
@@ -145,6 +190,18 @@ def in_full(base: KnowledgeBase, facts: Iterable[Fact]) -> tuple[BriefVerdict, .
     return tuple(map(brief, judge_scene(base, "s", facts).verdicts))
 
 
+def as_whole(facts: list[Fact], seed: int) -> list[Fact]:
+    """The same thing as if it were known from all sides, the rest drawn at random."""
+    generator = np.random.default_rng(seed)
+    found: list[Fact] = [*facts, ("whole", "t1")]
+    found.append(("solidity", "t1", generator.uniform(), 0.01))
+    for _, face in [fact for fact in facts if fact[0] == "face"]:
+        if generator.uniform() < 0.3:
+            continue  # not level
+        found.extend((name, face, generator.uniform(), 0.05) for name in OF_WHOLE)
+    return found
+
+
 SCENES: dict[str, Callable[[], list[Fact]]] = {
     "cuboid": lambda: facts_of("cuboid", height=0.4),
     "tray": lambda: facts_of("tray"),
@@ -161,6 +218,12 @@ SCENES: dict[str, Callable[[], list[Fact]]] = {
     "noisy stairs": lambda: noisy(facts_of("stairs"), 5, by=10),
     "bench without up": lambda: without_up(facts_of("bench")),
     "noisy cuboid without up": lambda: without_up(noisy(facts_of("cuboid"), 6)),
+    **{
+        f"whole {name}": partial(lambda name, seed: as_whole(facts_of(name), seed), name, seed)
+        for seed, name in enumerate(("table", "chair", "stool", "desk", "cuboid", "stairs"))
+    },
+    "noisy whole table": lambda: noisy(as_whole(facts_of("table"), 2), 7, by=5),
+    "noisy whole cuboid": lambda: noisy(as_whole(facts_of("cuboid"), 3), 8),
     "nothing": list,
 }
 
@@ -225,6 +288,23 @@ def test_every_form_of_test_is_judged_as_in_full(
         open_knowledge_base([path], trusted=trusted, crisp=crisp) as base,
     ):
         assert judge.judge(FACTS) == in_full(base, FACTS)
+
+
+def test_what_quantifiers_go_through_is_judged_as_in_full(tmp_path: Path) -> None:
+    lines = [QUANTIFIED]
+    for i, (body, test) in enumerate(product(BODIES, CONDITIONS)):
+        lines.append(f'model(m{i}, "A model.", [a, b]).')
+        lines.append(f'condition(m{i}, one, "it is so", T, [A, B], {test}) :- {body}.')
+        lines.append(f'condition(m{i}, two, "they meet", _, [A, B], adjoins(A, B)).')
+    path = tmp_path / "q.pl"
+    path.write_text("\n".join(lines) + "\n")
+    step = facts_of("l_block")
+    with (
+        BatchJudge([path], trusted=True) as judge,
+        open_knowledge_base([path], trusted=True) as base,
+    ):
+        for facts in (step, as_whole(step, 4), noisy(facts_of("wedge"), 9, by=20)):
+            assert judge.judge(facts) == in_full(base, facts)
 
 
 @pytest.mark.parametrize("trusted", [False, True], ids=["isolated", "trusted"])

@@ -1,5 +1,5 @@
 :- module(facetlog_batch, [ open_batch/4,         % +Batch, +Scene, +Models, -Asked
-                            brief_verdicts/3,     % +Batch, +Facts, -Verdicts
+                            told_verdicts/3,      % +Batch, +Facts, -Told
                             brief_verdicts/2,     % +Batch, -Verdicts
                             empty_batch/1,        % +Batch
                             close_batch/1         % +Batch
@@ -80,16 +80,49 @@ empty_batch(Batch) :-
     retractall(Scene:'facetlog recall'(_, _, _, _, _, _)),
     forget_remembered(Scene).
 
-%!  brief_verdicts(+Batch, +Facts, -Verdicts) is det.
-%!  brief_verdicts(+Batch, -Verdicts) is det.
+%!  told_verdicts(+Batch, +Facts, -Told) is det.
 %
-%   On each thing of the scene at hand each model's, in their orders. Facts is a text that
-%   facts_on_demand.pl reads; without it the facts are in the scene.
+%   Told is brief_verdicts/2 on the facts of the text Facts (facts_on_demand.pl): one string, for that
+%   is told and read faster than terms. It has the atoms and numbers of all verdicts in order, each list
+%   after its length and each part after `part` or `group`, with a separator between them; or, if a name
+%   has the separator in it, Told is the list of them.
 
-brief_verdicts(Batch, Facts, Verdicts) :-
+told_verdicts(Batch, Facts, Told) :-
     batch_scene(Batch, Scene),
     await_facts(Scene, Facts),
-    brief_verdicts(Batch, Verdicts).
+    brief_verdicts(Batch, Verdicts),
+    foldl(fields, Verdicts, Fields, []),
+    separator(Separator),
+    atomic_list_concat(Fields, Separator, Text),
+    (   atomic_list_concat(Split, Separator, Text),
+        same_length(Split, Fields)
+    ->  atom_string(Text, Told)
+    ;   Told = Fields
+    ).
+
+separator('\x7f\').     % as in batch_judge.py; no JSON escapes it
+
+fields(brief(Model, Thing, State, Low, High, Parts, Sizes),
+       [Model, Thing, State, Low, High, PartCount|Fields], Rest) :-
+    length(Parts, PartCount),
+    foldl(part_fields, Parts, Fields, [SizeCount|SizeFields]),
+    length(Sizes, SizeCount),
+    foldl(size_fields, Sizes, SizeFields, Rest).
+
+part_fields(group(Role, Names), [group, Role, Count|Fields], Rest) :-
+    length(Names, Count),
+    append(Names, Rest, Fields).
+part_fields(Role-Part, Fields, Rest) :-
+    (   is_list(Part)
+    ->  part_fields(group(Role, Part), Fields, Rest)
+    ;   Fields = [part, Role, Part|Rest]
+    ).
+
+size_fields(size(Name, V, Sd), [Name, V, Sd|Rest], Rest).
+
+%!  brief_verdicts(+Batch, -Verdicts) is det.
+%
+%   On each thing of the scene at hand each model's, in their orders.
 
 brief_verdicts(Batch, Verdicts) :-
     batch_scene(Batch, Scene),
