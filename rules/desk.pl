@@ -28,7 +28,8 @@ likely(desk, Thing, [Top, Left, Right]) :-
                   any([all([whole(Thing), at_least(level_width(Top), 0.25*elevation(Top)),
                             at_least(elevation(Top), 0.12*level_length(Top))]),
                        all([not(whole(Thing)), at_least(width(Top), 0.25*elevation(Top)),
-                            at_least(elevation(Top), 0.15*length(Top))])])])),
+                            at_least(elevation(Top), 0.15*length(Top))])]),
+                  any([not(whole(Thing)), at_most(see_through(Top), 0.8)])])),
     face_of(Thing, Left),
     Left \== Top,
     possible(all([supports(Left, Top), at_least(width(Left), 0.5*width(Top))])),
@@ -170,7 +171,10 @@ condition(desk, rear, "a panel between the ends shuts one long side, at least in
                             at_least(length(Panel_behind), 0.5*offset(Left, Right))])) ),
             Found),
     sort(Found, Panel_behinds).
-% desk.model:28  elevation(top) between 65 cm and 80 cm fading 5 cm
+% desk.model:29  this is not whole or see_through(top) at most 80 %
+condition(desk, shut, "one does not see through beneath it", Thing, [Top, _, _],
+          any([not(whole(Thing)), at_most(see_through(Top), 0.8)])).
+% desk.model:30  elevation(top) between 65 cm and 80 cm fading 5 cm
 condition(desk, working_height, "desks are 65 cm to 80 cm high", _, [Top, _, _],
           expect(0.25,
                  if_known(fading(between(elevation(Top), metres(0.65), metres(0.8)),
@@ -198,7 +202,8 @@ written(desk, facing, 'desk.model:21', "left opposite right").
 written(desk, knees, 'desk.model:23', "offset(left, right) at least 60 % of elevation(top)").
 written(desk, rear, 'desk.model:25',
         "there is a face panel_behind where panel_behind is upright, angle(panel_behind, left) = 90 deg ± 15 deg, between_ends(panel_behind), shuts(panel_behind)").
-written(desk, working_height, 'desk.model:28',
+written(desk, shut, 'desk.model:29', "this is not whole or see_through(top) at most 80 %").
+written(desk, working_height, 'desk.model:30',
         "elevation(top) between 65 cm and 80 cm fading 5 cm").
 
 % table.model:12
@@ -221,5 +226,5 @@ size(desk, _, [Top, _, _], length, length(Top)).
 size(desk, _, [Top, _, _], width, width(Top)).
 % table.model:45
 size(desk, _, [Top, _, _], height, elevation(Top)).
-% desk.model:30
+% desk.model:32
 size(desk, _, [_, Left, Right], knee_space, offset(Left, Right)).
