@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.errors import EngineError
+from facetlog.kb.calibration import Calibration
 from facetlog.kb.closing import Closing
 from facetlog.kb.encode import Fact
 from facetlog.kb.engine import house
@@ -29,6 +30,9 @@ __all__ = ["BatchJudge", "BriefVerdict"]
 # What verdicts follow from beside the models: words, measures and how they are judged.
 JUDGING_CODE = ("rules/*.pl", "kb/prolog/judging/*.pl", "kb/prolog/batch/*.pl")
 HASH_DIGITS = 16
+
+# A scene with any of these is known from its surface, which no calibration was made for.
+SURFACE = frozenset({("whole", 1), ("scanned", 1)})
 
 SEPARATOR = "\x7f"  # separator/1 of batch.pl
 
@@ -87,7 +91,7 @@ class BatchJudge(Closing):
         models = tuple(Struct("-", (Atom(m), tuple(names))) for m, names in of_module.items())
         about = Struct("batch", (Atom(batch), Atom(self._scene), models))
         asked = self._base.request("open_batch", about, keep=batch)
-        self._asked = frozenset(map(_functor, _items(asked)))
+        self._asked = frozenset(map(_functor, _items(asked))) | SURFACE
         return batch
 
     @property
@@ -118,7 +122,8 @@ class BatchJudge(Closing):
         batch = self._batch or self._opened()
         # What is stopped may be at it for a while: the next scene then has a module of its own.
         self._batch = None
-        columns = facts_text(self._scene, self._needed(rows))
+        needed = self._needed(rows)
+        columns = facts_text(self._scene, needed)
         about = Struct("batch", (Atom(batch), self._base.limits.bounds))
         try:
             said = self._base.request("judge_batch", about, columns)
@@ -126,7 +131,9 @@ class BatchJudge(Closing):
             self._base.forget("close_batch", batch)
             raise
         self._batch = batch
-        return tuple(self._verdicts(_fields(said)))
+        surface = any(needed.get(kind) for kind in SURFACE)
+        calibration = Calibration() if surface else self._base.calibration
+        return tuple(self._verdicts(_fields(said), calibration))
 
     def _needed(
         self, rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]
@@ -144,7 +151,7 @@ class BatchJudge(Closing):
                     found[key].append(fact[1:])
         return {key: found[key] for key in sorted(found)}
 
-    def _verdicts(self, fields: Sequence[str]) -> Iterator[BriefVerdict]:
+    def _verdicts(self, fields: Sequence[str], calibration: Calibration) -> Iterator[BriefVerdict]:
         """From what told_verdicts/3 of batch.pl tells."""
         field = iter(fields)
         for model in field:
@@ -154,7 +161,7 @@ class BatchJudge(Closing):
                 (next(field), float(next(field)), float(next(field)))
                 for _ in range(int(next(field)))
             )
-            probability = self._base.calibration.probability(
+            probability = calibration.probability(
                 model, float(low), float(high), content=self._base.models[model].content
             )
             yield BriefVerdict(

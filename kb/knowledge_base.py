@@ -144,8 +144,10 @@ class KnowledgeBase(Closing):
         self._request("new_scene", term_text(Atom(module)), state=module)
         try:
             total = self._load_facts(module, facts, cache_key)
-            metric = self._request("metric", term_text(Atom(module))) == Atom("true")
-            scene = LoadedScene(name, module, total, "m" if metric else None)
+            said = self._request("known_of_scene", term_text(Atom(module)))
+            known = said if isinstance(said, tuple) else ()
+            unit = "m" if Atom("metric") in known else None
+            scene = LoadedScene(name, module, total, unit, Atom("surface") in known)
             with self._lock:
                 named = _terms("named", self._name, name, module)
                 self._request("name_scene", named, state=module)
@@ -268,7 +270,7 @@ class KnowledgeBase(Closing):
         """What a model says of a thing of a scene: the best assignment of its parts."""
         about = (Atom(self._model(model).module), Atom(model), Atom(thing))
         verdict = self._verdict("judge", scene, about)
-        return self.calibration.applied(verdict, self._model(model).content)
+        return self._calibrated(verdict, scene)
 
     def why(
         self,
@@ -284,7 +286,13 @@ class KnowledgeBase(Closing):
         QueryError for a model, a role, a thing or a face that there is not.
         """
         verdict = self._verdict("why", scene, self._about(model, thing, parts))
-        return verdict if parts else self.calibration.applied(verdict, self._model(model).content)
+        return verdict if parts else self._calibrated(verdict, scene)
+
+    def _calibrated(self, verdict: Verdict, scene: str) -> Verdict:
+        # Calibrations count things that were found in pictures: of surfaces they say nothing.
+        if self._scene(scene).surface:
+            return verdict
+        return self.calibration.applied(verdict, self._model(verdict.model).content)
 
     def _verdict(self, operation: str, scene: str, about: tuple[Term, ...]) -> Verdict:
         answer = self._explained(operation, scene, about)

@@ -32,12 +32,14 @@ class LoadedScene:
     """A scene whose facts are in the knowledge base.
 
     `facts` is how many there are; `length_unit` is 'm', or None where the scale is not known.
+    `surface`: its things are known from a mesh or a cloud, not from pictures.
     """
 
     name: str
     module: str
     facts: int
     length_unit: str | None
+    surface: bool
 
 
 def decode_rule_file(

@@ -83,7 +83,8 @@ class Verdict:
     `also` counts the other ways to choose the parts that hold as well. `length_unit` is 'm', or
     None where the scale is not known. `specialises` names the models of which this one is a special
     case, the nearest first. `probability` is how often the model was right on rendered things where
-    it gave this degree; None where its text was never calibrated.
+    it gave this degree; None where its text was never calibrated, and of scenes that are known from
+    their surface: the rendered things were found in pictures.
     """
 
     model: str

@@ -174,12 +174,9 @@ result("load_saved_scene", Text, Loaded) :-
     ->  Loaded = true
     ;   Loaded = false
     ).
-result("metric", Text, Metric) :-
+result("known_of_scene", Text, Known) :-
     term_string(Scene, Text),
-    (   catch(Scene:scale(metric), _, fail)
-    ->  Metric = true
-    ;   Metric = false
-    ).
+    findall(What, known_of_scene(What, Scene), Known).
 result("name_scene", Text, true) :-
     term_string(named(Base, Name, Scene), Text),
     name_scene(Base, Name, Scene).
@@ -254,6 +251,18 @@ result("statistics", _, [Modules, Clauses]) :-
 result("interrupt", Text, true) :-
     term_string(interrupt(Thread, Number, Why), Text),
     catch(thread_signal(Thread, facetlog_bridge:interrupt(Number, Why)), _, true).
+
+%!  known_of_scene(?What, +Scene) is nondet.
+%
+%   What the caller keeps of a scene: its lengths are metric, or its things are known from their
+%   surface, as those of meshes and clouds are, and not from pictures.
+
+known_of_scene(metric, Scene) :- catch(Scene:scale(metric), _, fail).
+known_of_scene(surface, Scene) :-
+    (   catch(Scene:whole(_), _, fail)
+    ;   catch(Scene:scanned(_), _, fail)
+    ),
+    !.
 
 %   Bases that take all values as exact (quantities.pl).
 :- dynamic crisp_base/1.

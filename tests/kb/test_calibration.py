@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import isotonic_regression
 
+from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.calibration import (
     Calibration,
     ModelCalibration,
@@ -213,6 +214,19 @@ def calibrated(base: KnowledgeBase, model: str) -> Calibration:
     """A calibration that says 0.8 of this model as it stands, of whatever degree."""
     fitted = ModelCalibration(base.models[model].content, 10, ((0.5, 0.8),))
     return Calibration({model: fitted})
+
+
+def test_of_what_is_known_from_its_surface_no_probability_is_said(facts_of: Build) -> None:
+    facts = tuple(facts_of("box"))
+    for surface in ("whole", "scanned"):
+        with KnowledgeBase() as base:
+            base.load_scene("pictures", facts)
+            base.load_scene("surface", (*facts, (surface, "t1")))
+            assert base.why("pictures", "box").probability is not None
+            assert base.why("surface", "box").probability is None
+            assert base.judge("surface", "box", "t1").probability is None
+        with BatchJudge() as judge:
+            assert {v.probability for v in judge.judge((*facts, (surface, "t1")))} == {None}
 
 
 def test_a_verdict_has_the_probability_of_its_model(facts_of: Build) -> None:
