@@ -365,6 +365,11 @@ fault(error(resource_error(What), _), "limit", Message, []) :-
     !,
     resource(What, Name),
     format(string(Message), "the limit of ~w was reached", [Name]).
+fault(models_not_ready(Models, Error), Kind, Message, Place) :-
+    !,
+    fault(Error, Kind, Why, Place),
+    atomic_list_concat(Models, ', ', Names),
+    format(string(Message), "the model ~w cannot be prepared: ~w", [Names, Why]).
 fault(Error, "prolog", Message, []) :-
     '$messages':translate_message(Error, Lines, [nl]),
     with_output_to(string(Message0), print_message_lines(current_output, '', Lines)),

@@ -5,9 +5,11 @@ import signal
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
+from shutil import copyfile
 from typing import Any
 
 import numpy as np
@@ -16,6 +18,7 @@ import pytest
 from facetlog.errors import EngineError, RuleSyntaxError
 from facetlog.kb.batch_judge import BatchJudge, BriefVerdict
 from facetlog.kb.encode import Fact
+from facetlog.kb.engine import house
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.proof import State
@@ -322,6 +325,71 @@ def test_models_that_cannot_be_written_anew_are_judged_as_in_full(
         assert found == in_full(base, facts)
         assert {"own", "asking"} <= {v.model for v in found if v.state is State.HOLDS}
         assert judge.judge(facts) == found
+
+
+@pytest.mark.parametrize("trusted", [False, True], ids=["isolated", "trusted"])
+def test_copies_of_the_built_in_models_are_written_anew_as_these_are(
+    judge: BatchJudge, tmp_path: Path, *, trusted: bool
+) -> None:
+    for name in BUILTIN_MODELS:
+        copyfile(house("rules") / f"{name}.model", tmp_path / f"same_{name}.model")
+    scenes = [SCENES[name]() for name in ("whole desk", "noisy whole cuboid", "noisy cabinet")]
+    with BatchJudge([tmp_path], trusted=trusted) as copies:
+        # What is not written anew asks for all facts.
+        assert copies.asked == judge.asked
+        assert len(judge.asked) < len(FACT_SCHEMA)
+        for facts in scenes:
+            found = {(v.model, v.thing): replace(v, probability=None) for v in copies.judge(facts)}
+            for verdict in judge.judge(facts):
+                # Only the models that come with the program are calibrated.
+                said = found.pop((verdict.model, verdict.thing))
+                assert said == replace(verdict, probability=None)
+            assert not found
+
+
+def nested(levels: int) -> str:
+    """Alternatives in alternatives, each of which names what may hold of the whole thing."""
+    inner = "fill(a) at least 40 %"
+    for level in range(levels):
+        kind = "whole" if level % 2 else "scanned"
+        inner = (
+            f"(this is {kind} and share(a) at least {level} % or {inner} and not this is {kind})"
+        )
+    return (
+        'model deep\n  "Many alternatives."\n\n'
+        f"  define so(f): fill(f) at least 30 % and {inner.replace('(a)', '(f)')}\n\n"
+        f'  face a\n\n  self: {inner}  "it is so"\n  rest: each face other where so(other): '
+        f'share(other) at least 5 % or {inner}  "they are so"\n'
+    )
+
+
+def test_alternatives_in_alternatives_are_written_in_their_own_size(tmp_path: Path) -> None:
+    path = tmp_path / "deep.model"
+    path.write_text(nested(12))
+    with (
+        BatchJudge([path], trusted=True) as judge,
+        open_knowledge_base([path], trusted=True) as base,
+    ):
+        assert len(judge.asked) < len(FACT_SCHEMA)
+        for facts in (
+            facts_of("l_block"),
+            as_whole(facts_of("wedge"), 5),
+            noisy(facts_of("tray"), 6),
+        ):
+            assert judge.judge(facts) == in_full(base, facts)
+
+
+def test_an_error_while_models_are_prepared_names_the_model(tmp_path: Path) -> None:
+    path = tmp_path / "faulty.pl"
+    path.write_text(
+        ":- module(faulty, []).\n:- use_module(facetlog(vocabulary)).\n"
+        "means(full(_), Meaning) :- atom_length(Meaning, _).\n"
+        'model(faulty, "A word without a meaning.", [a]).\n'
+        "candidate(faulty, Thing, [F]) :- face_of(Thing, F).\n"
+        'condition(faulty, word, "it is full", _, [F], full(F)).\n'
+    )
+    with pytest.raises(EngineError, match=r"the model faulty cannot be prepared: .*instantiated"):
+        BatchJudge([path], trusted=True)
 
 
 def test_an_isolated_process_that_was_started_again_judges_on(tmp_path: Path) -> None:

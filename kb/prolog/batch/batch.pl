@@ -35,6 +35,8 @@ with the same values as in the verdict of judge.pl, whose other arguments it lac
 %
 %   Models are Module-[Model, ...] in the order of the verdicts. Asked lists the functors Name-Arity
 %   that a scene needs facts of; it may have others.
+%
+%   @throws models_not_ready(Models, Error) if Error stops the writing of Models.
 
 open_batch(Batch, Scene, Models, Asked) :-
     new_scene(Scene),
@@ -49,11 +51,15 @@ open_batch(Batch, Scene, Models, Asked) :-
 
 %   The module of the facts is that of the new clauses, too: they call no other temporary one.
 open_models(Batch, Scene, Crisp, Module, Names) :-
-    (   catch(specialised(Module, context(Module, Scene, Crisp)), facetlog_general(_), fail)
+    (   catch(specialised(Module, context(Module, Scene, Crisp)), Error, not_written(Error, Names))
     ->  Target = Scene
     ;   Target = none
     ),
     forall(member(Name, Names), assertz(batch_model(Batch, Name, Module, Target))).
+
+not_written(Error, Names) :-
+    Error \= facetlog_general(_),
+    throw(models_not_ready(Names, Error)).
 
 needed(_, _, thing/1).
 needed(_, Scene, Indicator) :-

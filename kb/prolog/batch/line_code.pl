@@ -64,8 +64,9 @@ case_code(one(Test-Goals), leaf(Mode, Number, Thing-Parts, Context, Head), Said,
         Inputs \== [],
         \+ forall(member(Part, PartVariables), among(Inputs, Part))
     ->  append(Inputs, [Said], Args),
-        helper(Context, kept(Head, Test), Args, Kept, true),
-        put_remembered(Context, Kept, Inputs, [Said], All),
+        helper(Context, kept(Head, Test, Goals), Args, Kept, New),
+        % Two cases may come to the same.
+        ( New == true -> put_remembered(Context, Kept, Inputs, [Said], All) ; true ),
         Code = Kept
     ;   Code = All
     ).

@@ -133,13 +133,15 @@ group_code(Context, Model, Thing, Parts, Role, Members, Body) :-
 
 size_code(Context, Model, Thing, Parts, Name, Measure, Body0) :-
     Context = context(Module, _, _),
-    body_code(Module:Body0, Context, Body),
+    written_body(Module, Body0, Goals),
+    conjunction(Goals, Written),
+    body_code(Module:Written, Context, Body),
     (   value_code(Measure, Context, Goal, V, Var, Kind)
     ->  Kind == length,
         Value = Goal
     ;   Value = facetlog_quantities:value(Measure, Module, quantity(V, Var, length)),
         % Which of several was worked out while they were sorted.
-        ( var(Measure), sub_goal(longest_first(Ms, _), Body0), is_list(Ms) -> true
+        ( var(Measure), sub_goal(longest_first(Ms, _), Written), is_list(Ms) -> true
         ; asks_all(Context) )
     ),
     put_clause(Context, (size(Model, Thing, Parts, Name, V, Var) :- Body, Value)).

@@ -18,22 +18,28 @@ both cases, and what decides nothing in a case, and was only searched for that, 
 %
 %   Line is Test-Goals. Cases is one(Line) or either(Goal, CasesIfSo, CasesIfNot).
 
-thing_cases(Test-Goals, Thing, Context, Cases) :-
+thing_cases(Line, Thing, Context, Cases) :-
+    cases(Line, Thing, Context, [], Cases).
+
+%   A relation that is decided may still stand where simple/4 does not look: it is not decided again.
+%   So a line has at most as many cases as the relations that it names allow, however it nests them.
+cases(Line, Thing, Context, Decided, Cases) :-
     (   var(Thing),
-        settled_of(Test-Goals, Thing, Context, Relation, Goal)
-    ->  in_case(Relation, true, Test-Goals, LineIfSo),
-        in_case(Relation, false, Test-Goals, LineIfNot),
-        thing_cases(LineIfSo, Thing, Context, IfSo),
-        thing_cases(LineIfNot, Thing, Context, IfNot),
+        settled_of(Line, Thing, Context, Decided, Relation, Goal)
+    ->  in_case(Relation, true, Line, LineIfSo),
+        in_case(Relation, false, Line, LineIfNot),
+        cases(LineIfSo, Thing, Context, [Relation|Decided], IfSo),
+        cases(LineIfNot, Thing, Context, [Relation|Decided], IfNot),
         Cases = either(Goal, IfSo, IfNot)
-    ;   Cases = one(Test-Goals)
+    ;   Cases = one(Line)
     ).
 
-settled_of(Line, Thing, Context, Relation, Goal) :-
+settled_of(Line, Thing, Context, Decided, Relation, Goal) :-
     part_of_line(Line, Relation),
     compound(Relation),
     compound_name_arguments(Relation, _, [Arg]),
     Arg == Thing,
+    \+ ( member(Other, Decided), Other == Relation ),
     \+ \+ known_relation(Relation),
     relation_code(Relation, Context, settled(Goal, _)),
     !.
