@@ -84,8 +84,7 @@ class Mesh:
         if lost == len(corners):
             raise InputError(f"{name}: no triangle has three finite corners; export the mesh anew")
         said = (
-            f"{lost} of {len(corners)} triangles have corners that are missing or not finite, "
-            "and were left out"
+            f"{lost} of {len(corners)} triangles left out: corners that are missing or not finite"
         )
         return cls(
             np.where(sound[:, None], points, 0.0),

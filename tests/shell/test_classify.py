@@ -47,9 +47,20 @@ def test_a_folder_becomes_a_table(folder: Path, capsys: pytest.CaptureFixture[st
     out, err = capsys.readouterr()
     assert out == ""
     assert "facetlog: warning: in/bad-1.json: is bad\n" in err
-    assert re.search(r"5 scenes in .* s.*: box 1, chair 1, none 1, table 1; 1 with errors", err)
+    assert re.search(r"5 scenes in .* s.*: box 1, chair 1, none 1, table 1; 1 with an error", err)
     assert _paths("r.jsonl") == sorted(NAMES)
     assert sorted(path.name for path in folder.iterdir()) == ["in", "r.jsonl"]
+
+
+@pytest.mark.usefixtures("folder")
+def test_one_scene_is_counted_as_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["classify", "in/box-1.json", "-o", "r.csv"]) == 0
+    assert re.search(r": 1 scene in [\d.]+ s.*: box 1\n", capsys.readouterr().err)
+    absent = [f"in/absent-{k}.json" for k in range(6)]
+    assert main(["classify", *absent, "-o", "s.csv"]) == 0
+    err = capsys.readouterr().err
+    assert "1 more scene has an error\n" in err
+    assert "; 6 with errors" in err
 
 
 def test_rows_are_in_the_order_given_each_once(folder: Path) -> None:
@@ -221,6 +232,7 @@ def test_labels_make_a_matrix_and_a_report(
     assert "Why not chair" in page
     assert "a &lt;top&gt; &amp; legs" in page
     assert page.count('class="card"') == 2
+    assert "6 faces, 1 thing<" in page
     assert not re.search(r"""(src|href)=["']?(https?:|//)|<script""", page)
     assert main([*argv, *counted, "--json", "-o", "s.csv"]) == 0
     summary = json.loads(capsys.readouterr().out)

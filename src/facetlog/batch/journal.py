@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from facetlog.batch.rows import Row
+from facetlog.counted import many
 from facetlog.errors import InputError
 
 __all__ = ["Journal", "journal_path"]
@@ -131,8 +132,8 @@ class Journal:
         except OSError as exc:
             os.ftruncate(self._descriptor, start)  # which needs no room
             raise InputError(
-                f"{self.path}: cannot be written: {exc.strerror}: it holds {len(self)} rows; "
-                "make room and give --resume"
+                f"{self.path}: cannot be written: {exc.strerror}: it holds "
+                f"{many(len(self), 'row')}; make room and give --resume"
             ) from exc
         self._end += length
         return start, length
