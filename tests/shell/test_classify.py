@@ -177,6 +177,28 @@ def test_a_table_that_cannot_be_written_at_the_end_keeps_the_rows(
     assert _paths("r.csv") == sorted(NAMES)
 
 
+@pytest.mark.parametrize("stopped", [True, False])
+def test_resume_tries_a_scene_again_that_took_too_long(
+    stopped: bool, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "in" / "slow-1.json").touch()
+    argv = ["classify", "in", "-o", "r.jsonl", "--workers", "1", "--timeout", "0.5"]
+    assert main(argv) == 0
+    assert "slow-1.json: took longer than 0.5 s" in capsys.readouterr().err
+    if stopped:  # as if it had been before the table was written
+        lines = (folder / "r.jsonl").read_text().splitlines()
+        head = {"journal": "facetlog-journal/1", "models": json.loads(lines[0])["models_hash"]}
+        (folder / "r.jsonl.partial").write_text("\n".join([json.dumps(head), *lines, ""]))
+        (folder / "r.jsonl").unlink()
+    (folder / "in" / "slow-1.quick").touch()  # the machine is less busy
+    assert main([*argv, "--resume"]) == 0
+    err = capsys.readouterr().err
+    # the one of another error is not
+    assert "6 scenes (5 of them before)" in err
+    assert "took longer" not in err
+    assert [row["error"] for row in read_rows(Path("r.jsonl")) if "slow" in row["path"]] == [None]
+
+
 def test_changed_since_tells_what_differs_and_ends_with_1(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
