@@ -1,8 +1,9 @@
 """A worker process without an engine, which does what the name of a file says.
 
-`die-…` ends itself, `once-…` only the first time, `slow-…` takes for ever unless there is a
-file `slow-….quick`, `bad-…` is an error; any other holds for the model that its name
-begins with. Models called `refused` cannot be opened, and a worker of `dead` ones never starts. It loads nothing of facetlog: it starts at once.
+`die-…` ends itself, `once-…` only the first time, `slow-…` takes for ever unless there is a file
+`slow-….quick`, `bad-…` is an error; any other holds for the model that its name begins with.
+Models called `refused` cannot be opened, and a worker of `dead` ones never starts. It loads nothing
+of facetlog: it starts at once.
 """
 
 import json
