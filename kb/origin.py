@@ -161,8 +161,8 @@ class ThingOrigin:
         if self.size is not None:
             sides = " × ".join(map(amount, self.size))
             size = f", {with_unit(sides, length_unit or '')}"
-        loose = f" and {len(self.edges)} loose edges" if self.edges else ""
-        yield f"{self.name}: a thing of {len(self.faces)} faces{loose}{size}"
+        loose = f" and {_count(len(self.edges), 'loose edge')}" if self.edges else ""
+        yield f"{self.name}: a thing of {_count(len(self.faces), 'face')}{loose}{size}"
         for items, noun in ((self.faces, "face"), (self.edges, "loose edge")):
             shown = len(items) if full else SHOWN
             for item in items[:shown]:
@@ -234,6 +234,10 @@ Origin: TypeAlias = VertexOrigin | FaceOrigin | EdgeOrigin | ThingOrigin | ViewO
 
 def _indented(lines: Iterator[str]) -> Iterator[str]:
     return (f"  {line}" for line in lines)
+
+
+def _count(count: int, noun: str) -> str:
+    return f"{count} {noun if count == 1 else f'{noun}s'}"
 
 
 def _rest(count: int, noun: str, plural: str = "") -> Iterator[str]:

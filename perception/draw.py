@@ -266,14 +266,19 @@ def _name_vertices(lettering: Lettering, shown: list[tuple[str, FloatArray]], sc
         lettering.place(name, spots, VERTEX_LETTERS_PX * scale, WHITE)
 
 
+def _many(count: int, one: str, several: str = "") -> str:
+    return f"{count} {one if count == 1 else several or f'{one}s'}"
+
+
 def _legend(view: View, scene: Scene, verdict: str, scale: float) -> ColourImage:
     """The strip below the picture, (h, W, 3)."""
     measured = sum(e.evidence is Evidence.MEASURED for e in scene.edges)
     index = scene.views.index(view.name) if view.name in scene.views else -1
     here = sum(any(o.view == index for o in v.observations) for v in scene.vertices)
     lines = (
-        f"{scene.name}, {view.name}: {len(scene.faces)} faces, {len(scene.edges)} edges "
-        f"({measured} measured), {len(scene.vertices)} vertices ({here} observed here)",
+        f"{scene.name}, {view.name}: {_many(len(scene.faces), 'face')}, "
+        f"{_many(len(scene.edges), 'edge')} ({measured} measured), "
+        f"{_many(len(scene.vertices), 'vertex', 'vertices')} ({here} observed here)",
         "solid: measured, dashed: implied; cross: observed, ellipse: estimate at 2 sd",
         *([verdict] if verdict else []),
     )

@@ -14,6 +14,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt, ValidationError
 
 from facetlog.errors import InputError
+from facetlog.perception.regular_file import check_regular
 from facetlog.perception.types import (
     Body,
     Edge,
@@ -314,13 +315,22 @@ def _missing(record: SceneRecord) -> Iterator[SceneFault]:
             )
 
 
+def _said(kind: str, message: str) -> str:
+    """What pydantic says on one line; of what is no JSON, also the way out."""
+    line = " ".join(message.split())
+    if kind != "json_invalid":
+        return line
+    # at the end of the text what was begun is still open
+    return f"{line}: {'it is cut short, ' if 'EOF' in line else ''}write the scene anew"
+
+
 def _record(text: str | bytes, source: str) -> SceneRecord:
     """What a JSON text says, in which all indices name something; SceneFileError otherwise."""
     try:
         record = SceneRecord.model_validate_json(text)
     except ValidationError as exc:
         faults = tuple(
-            SceneFault(_json_path(fault["loc"]), " ".join(fault["msg"].split()))
+            SceneFault(_json_path(fault["loc"]), _said(fault["type"], fault["msg"]))
             for fault in exc.errors(include_url=False)
         )
         raise SceneFileError(source, faults) from exc
@@ -376,6 +386,7 @@ def write_scene(scene: Scene, path: Path) -> None:
 
 def read_scene(path: Path) -> Scene:
     """The scene of a `facetlog-scene/1` file; raises InputError naming the file and the place."""
+    check_regular(path)
     try:
         content = path.read_bytes()
     except OSError as exc:

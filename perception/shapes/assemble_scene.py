@@ -181,8 +181,8 @@ def _largest(
         return kept, left, ()
     lost, total = sum(areas[id(r)] for r in left), sum(areas.values())
     said = (
-        f"of each object the {MOST_FACES} largest faces are kept; {len(left)} smaller ones, "
-        f"{lost / max(total, 1e-300):.1%} of the flat surface, count as not flat"
+        f"of each object the {MOST_FACES} largest faces are kept; the rest ({len(left)} of "
+        f"{len(ordered)}, {lost / max(total, 1e-300):.1%} of the flat surface) counts as not flat"
     )
     return kept, left, (said,)
 

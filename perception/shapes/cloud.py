@@ -64,7 +64,7 @@ class Cloud:
         said = []
         for lost, what in ((int((~sound).sum()), "not finite"), (int(same.sum()), "there twice")):
             if lost:
-                said.append(f"{lost} of {len(every)} points are {what}, and were left out")
+                said.append(f"{lost} of {len(every)} points left out: {what}")
         extra = [
             None if given is None else np.array(given, dtype=np.float64)[rows]
             for given in (normals, seen_from, errors)

@@ -17,7 +17,7 @@ from facetlog.perception.shapes.cloud_planes import (
     least_squares_plane,
 )
 from facetlog.perception.shapes.facing import Surroundings, outer_side
-from facetlog.perception.shapes.floor import Up, find_up, up_from_cameras
+from facetlog.perception.shapes.floor import HELD_OTHERWISE, Up, find_up, up_from_cameras
 from facetlog.perception.shapes.off_faces import off_faces
 from facetlog.perception.shapes.region import FlatRegion, Rest
 from facetlog.perception.types import FloatArray
@@ -98,13 +98,24 @@ def _up(
     looked: NDArray[np.intp],
     up: FloatArray | None,
 ) -> Up | None:
-    """Up as given, by the floor, or by the cameras; with the floor's number if there is one."""
+    """Up as given, by the floor, or by the cameras; with the floor's number if there is one.
+
+    A floor that is level by the cameras goes before others, which may be walls; but cameras that
+    look straight down are held with their up along the floor, so any floor goes before cameras.
+    """
     held = None if cloud.camera_ups is None else up_from_cameras(cloud.camera_ups)
     rough = up if up is not None else None if held is None else held.direction
     planes = [found.planes[outline.region].plane for outline in outlines]
-    level = find_up(cloud.points[looked], owner[looked], planes, noise=found.noise, up=rough)
+    points, owners = cloud.points[looked], owner[looked]
+    level = find_up(points, owners, planes, noise=found.noise, up=rough)
+    if level is None and up is not None:
+        return Up(up, None, "up was given")
+    if level is None and held is not None:
+        level = find_up(points, owners, planes, noise=found.noise)
+        if level is not None:
+            level = replace(level, how=HELD_OTHERWISE)
     if level is None:
-        return held if up is None else Up(up, None, "up was given")
+        return held
     if up is None and level.floor is not None:
         # the floor is a better level than the cameras are
         plane = planes[level.floor]

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
+from facetlog.perception.regular_file import check_regular
 from facetlog.perception.shapes.cloud import Cloud
 from facetlog.perception.types import FloatArray
 
@@ -90,6 +91,8 @@ def read_colmap(folder: Path, most: int) -> Cloud:
     """
     binary = (folder / "points3D.bin").is_file()
     name = folder.resolve().name if folder.name in ("", ".") else folder.name
+    for part in ("cameras", "images", "points3D"):
+        check_regular(folder / f"{part}{'.bin' if binary else '.txt'}")
     try:
         focal = dict(_cameras(folder, binary))
         pictures = dict(_pictures(folder, binary))

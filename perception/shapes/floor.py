@@ -11,7 +11,12 @@ from scipy.spatial import ConvexHull, QhullError
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.types import FloatArray, Plane
 
-__all__ = ["Up", "find_up", "up_from_cameras"]
+__all__ = ["FROM_CAMERAS", "FROM_FLOOR", "HELD_OTHERWISE", "Up", "find_up", "up_from_cameras"]
+
+FROM_FLOOR = "up was found from the plane on which everything stands"
+FROM_CAMERAS = "up was found from the way the cameras were held"
+HELD_OTHERWISE = f"{FROM_FLOOR}, but the cameras were held otherwise: if it is a wall, say up"
+"""How up was found, as a scene's warnings say it."""
 
 # So much of what is not the floor is above it; the rest is noise, or seen through a gap.
 ABOVE_SHARE = 0.95
@@ -80,7 +85,7 @@ def find_up(
         if facing or first.area < CLEARLY_LARGER * other.area:
             return None
     direction = first.normal if up is None else up
-    return Up(direction, first.region, "up was found from the plane on which everything stands")
+    return Up(direction, first.region, FROM_FLOOR)
 
 
 def _candidate(
@@ -144,4 +149,4 @@ def up_from_cameras(camera_ups: FloatArray) -> Up | None:
     pairs = list(combinations(range(min(len(camera_ups), 2)), 2))
     if length < LEAST_AGREEMENT or not pairs:
         return None
-    return Up(mean / length, None, "up was found from the way the cameras were held")
+    return Up(mean / length, None, FROM_CAMERAS)

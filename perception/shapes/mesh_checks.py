@@ -16,7 +16,15 @@ from urllib.parse import unquote
 
 from facetlog.errors import InputError
 
-__all__ = ["DEFAULT_LIMITS", "MESH_SUFFIXES", "Claim", "Limits", "NoTrianglesError", "check_file"]
+__all__ = [
+    "DEFAULT_LIMITS",
+    "MESH_SUFFIXES",
+    "Claim",
+    "Limits",
+    "NoTrianglesError",
+    "binary_stl_bytes",
+    "check_file",
+]
 
 MESH_SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 """The files that `read_mesh` reads, by their suffix."""
@@ -144,27 +152,45 @@ def _check_ply(file: BinaryIO, name: str, size: int, limits: Limits) -> int:
     # the last number of a text needs no blank
     if needed > size - len(head) + LEAST_TEXT_BYTES:
         raise _claims_too_much(name, f"{needed} bytes of data")
-    faces = counts.get("face", 0) + counts.get("tristrips", 0)
+    if counts.get("tristrips", 0):
+        raise InputError(
+            f"{name}: has triangle strips (tristrips), which are not read; "
+            "export the mesh with faces (triangles)"
+        )
+    faces = counts.get("face", 0)
     if faces == 0:
         raise NoTrianglesError(f"{name}: has no faces; read it as a cloud, or export the faces too")
     if faces > limits.triangles:
         raise _too_many(name, limits)
-    return counts.get("face", 0)
+    return faces
+
+
+def binary_stl_bytes(file: BinaryIO) -> int | None:
+    """How many bytes a binary STL says that it has, from its start; None of an STL in text.
+
+    A binary one may begin with "solid" as text does, but not without a zero byte: numbers of
+    triangles below 2^24, and the two bytes after each, have some.
+    """
+    head = file.read(STL_HEADER_BYTES + STL_TRIANGLE_BYTES)
+    if head.lstrip()[:5].lower() == b"solid" and b"\0" not in head:
+        return None
+    if len(head) < STL_HEADER_BYTES:
+        return STL_HEADER_BYTES
+    (count,) = struct.unpack("<I", head[80:84])
+    return STL_HEADER_BYTES + STL_TRIANGLE_BYTES * int(count)
 
 
 def _check_stl(file: BinaryIO, name: str, size: int, limits: Limits) -> None:
-    head = file.read(STL_HEADER_BYTES)
-    if size > STL_TRIANGLE_BYTES * limits.triangles + STL_HEADER_BYTES and (
-        not head.startswith(b"solid")
-    ):
-        raise _too_many(name, limits)
-    if head.lstrip()[:5].lower() == b"solid":
+    needed = binary_stl_bytes(file)
+    if needed is None:
         return  # text has no counts
     if size < STL_HEADER_BYTES:
         raise InputError(f"{name}: is shorter than an STL header; export the mesh anew")
-    (count,) = struct.unpack("<I", head[80:84])
-    if STL_HEADER_BYTES + STL_TRIANGLE_BYTES * count > size:
+    count = (needed - STL_HEADER_BYTES) // STL_TRIANGLE_BYTES
+    if needed > size:
         raise _claims_too_much(name, f"{count} triangles")
+    if count > limits.triangles:
+        raise _too_many(name, limits)
 
 
 def _check_off(file: BinaryIO, name: str, size: int, limits: Limits) -> int:

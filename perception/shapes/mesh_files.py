@@ -25,6 +25,7 @@ from facetlog.perception.shapes.mesh_checks import (
     NoTrianglesError,
     check_file,
 )
+from facetlog.perception.shapes.mesh_text import readable
 from facetlog.perception.shapes.resolution import check_resolution
 from facetlog.perception.types import FloatArray
 
@@ -83,8 +84,7 @@ class Mesh:
         if lost == len(corners):
             raise InputError(f"{name}: no triangle has three finite corners; export the mesh anew")
         said = (
-            f"{lost} of {len(corners)} triangles have corners that are missing or not finite, "
-            "and were left out"
+            f"{lost} of {len(corners)} triangles left out: corners that are missing or not finite"
         )
         return cls(
             np.where(sound[:, None], points, 0.0),
@@ -117,7 +117,11 @@ def read_mesh(path: Path, limits: Limits = DEFAULT_LIMITS) -> Mesh:
     except MemoryError as exc:
         raise InputError(f"{path.name}: does not fit into memory; reduce the mesh") from exc
     except ImportError as exc:
-        raise InputError(f"{path.name}: cannot be read as {kind.upper()}: {exc}") from exc
+        # of a form that is rare: what its readers want is nothing that a user can know
+        raise InputError(
+            f"{path.name}: is {kind.upper()} in a form that cannot be read here; export the mesh "
+            "anew, perhaps as PLY"
+        ) from exc
     except Exception as exc:  # readers fail in every way there is on a damaged file
         raise InputError(
             f"{path.name}: cannot be read as {kind.upper()}, it is truncated or damaged; "
@@ -139,7 +143,7 @@ def _read_by_trimesh(path: Path, kind: str, limits: Limits) -> Mesh:
         options["group_material"] = False
     with path.open("rb") as file:
         scene = _load_scene(
-            file,
+            readable(file, path.name, kind),
             file_type=kind,
             resolver=FilePathResolver(str(path)),
             allow_remote=False,

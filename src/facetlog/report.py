@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from facetlog import __version__
+from facetlog.counted import many
 from facetlog.output_folder import output_folder
 from facetlog.pipeline import Progress, Recognised
 from facetlog.terminal import one_line
@@ -29,8 +30,13 @@ def verdicts_json(found: Recognised) -> str:
 def verdicts_text(found: Recognised) -> str:
     """The same for a reader: what is there and why, and what each other model lacks."""
     scene = found.scene
-    seen = f"{len(scene.faces)} faces, {len(scene.edges)} edges, {len(scene.vertices)} vertices"
-    head = f"{one_line(scene.name)}: {len(found.view_set.views)} views, {seen}"
+    seen = (
+        many(len(found.view_set.views), "view"),
+        many(len(scene.faces), "face"),
+        many(len(scene.edges), "edge"),
+        many(len(scene.vertices), "vertex", "vertices"),
+    )
+    head = f"{one_line(scene.name)}: {', '.join(seen)}"
     answer = () if found.recognition.best else ("no model matches",)
     return "\n".join([head, *answer, *found.recognition.lines()])
 

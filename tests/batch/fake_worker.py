@@ -1,8 +1,9 @@
 """A worker process without an engine, which does what the name of a file says.
 
-`die-…` ends itself, `once-…` only the first time, `slow-…` takes for ever, `bad-…` is an error;
-any other holds for the model that its name begins with. Models called `refused` cannot be opened,
-and a worker of `dead` ones never starts. It loads nothing of facetlog: it starts at once.
+`die-…` ends itself, `once-…` only the first time, `slow-…` takes for ever unless there is a file
+`slow-….quick`, `bad-…` is an error; any other holds for the model that its name begins with.
+Models called `refused` cannot be opened, and a worker of `dead` ones never starts. It loads nothing
+of facetlog: it starts at once.
 """
 
 import json
@@ -85,7 +86,7 @@ def _answer(task: dict[str, Any], models: tuple[str, ...]) -> bytes:
     if stem.startswith("die") or (stem.startswith("once") and not mark.exists()):
         mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)
-    if stem.startswith("slow"):
+    if stem.startswith("slow") and not Path(task["path"]).with_suffix(".quick").exists():
         time.sleep(1000)
     time.sleep(float(os.environ.get(PAUSE, "0")))
     if "explain" in task:

@@ -55,7 +55,7 @@ def test_an_error_is_a_change_and_a_new_scene_is_none() -> None:
     comparison.add({**row, "path": "new"})
     assert [(c.before, c.now) for c in comparison.changes] == [("verdicts", "no")]
     assert list(comparison.lines())[-1] == (
-        "1 verdicts of 1 scenes differ, of 2 compared; 1 scenes are new"
+        "1 verdict of 1 scene differs, of 2 compared; 1 scene is new"
     )
 
 

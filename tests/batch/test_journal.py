@@ -20,7 +20,7 @@ NAMES = tuple("abcdef")
 
 
 def _line(name: str, **more: object) -> bytes:
-    return json.dumps({"path": name, "read_as": "x", **more}).encode()
+    return json.dumps({"path": name, "read_as": "x", "error": None, **more}).encode()
 
 
 def _written(path: Path, names: tuple[str, ...] = NAMES) -> Journal:
@@ -120,11 +120,11 @@ def test_a_limit_of_the_system_keeps_the_rows_so_far(tmp_path: Path) -> None:
     code = (
         "import resource, sys; from pathlib import Path;"
         "from facetlog.batch.journal import Journal; from facetlog.errors import InputError\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (500, 500))\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (700, 700))\n"
         "journal = Journal.opened(Path(sys.argv[1]), {'models': 'abc'}, {})\n"
         "try:\n"
         "    for i in range(100):\n"
-        '        journal.append(str(i), b\'{"path": "%d", "read_as": "x"}\' % i)\n'
+        '        journal.append(str(i), b\'{"path": "%d", "read_as": "x", "error": null}\' % i)\n'
         "except InputError as exc: print(exc)\n"
     )
     paths = os.pathsep.join(path for path in sys.path if path)

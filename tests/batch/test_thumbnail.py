@@ -3,10 +3,14 @@
 import cv2
 import numpy as np
 import pytest
+import trimesh
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from facetlog.batch.thumbnail import thumbnail
 from facetlog.perception.polyhedra import chair, cuboid, moved, room_corner, table
+from facetlog.perception.shapes.mesh_files import Mesh
+from facetlog.perception.shapes.mesh_scene import scene_of_mesh
 from facetlog.perception.types import Patch, Scene, Vertex
 
 
@@ -50,6 +54,24 @@ def test_what_is_nearer_hides_what_is_behind() -> None:
     picture = _picture(cuboid(1.0, 1.0, 0.01))
     middle = picture[50:70, 50:70, :3].reshape(-1, 3)
     assert len(np.unique(middle, axis=0)) == 1
+
+
+def _dark(scene: Scene) -> int:
+    """Pixels of outlines."""
+    picture = _picture(scene)
+    return int(((picture[..., :3].max(axis=2) < 80) & (picture[..., 3] > 200)).sum())
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_of_a_sheet_only_the_side_is_drawn_that_is_looked_at(seed: int) -> None:
+    made = trimesh.creation.box((3.0, 2.0, 1.0))
+    turned = np.array(Rotation.random(rng=seed).apply(made.vertices)) + 0.1
+    whole = scene_of_mesh(Mesh.of(turned, made.faces), up=[0, 0, 1])
+    # far from closed: each side of the block is a sheet with two sides
+    sheets = scene_of_mesh(Mesh.of(turned, made.faces[:8]), up=[0, 0, 1])
+    assert len(sheets.faces) > len(whole.faces)
+    # no zigzags: outlines are as long as those of the whole, or less
+    assert 0 < _dark(sheets) < 1.5 * _dark(whole)
 
 
 @pytest.mark.parametrize(

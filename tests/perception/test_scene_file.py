@@ -120,7 +120,9 @@ def _broken(*path: str | int, value: Any) -> str:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", r"\$: Invalid JSON"),
+        ("", r"\$: Invalid JSON: .*: it is cut short, write the scene anew$"),
+        (_change()[:-40], r"\$: Invalid JSON: .*: it is cut short, write the scene anew$"),
+        ("{x}", r"\$: Invalid JSON: .*[^t]: write the scene anew$"),
         ("[]", r"\$: "),
         (_change(schema="facetlog-scene/9"), r"\$\.schema: .*'facetlog-scene/1'"),
         (_change(extra=1), r"\$\.extra: "),

@@ -47,9 +47,20 @@ def test_a_folder_becomes_a_table(folder: Path, capsys: pytest.CaptureFixture[st
     out, err = capsys.readouterr()
     assert out == ""
     assert "facetlog: warning: in/bad-1.json: is bad\n" in err
-    assert re.search(r"5 scenes in .* s.*: box 1, chair 1, none 1, table 1; 1 with errors", err)
+    assert re.search(r"5 scenes in .* s.*: box 1, chair 1, none 1, table 1; 1 with an error", err)
     assert _paths("r.jsonl") == sorted(NAMES)
     assert sorted(path.name for path in folder.iterdir()) == ["in", "r.jsonl"]
+
+
+@pytest.mark.usefixtures("folder")
+def test_one_scene_is_counted_as_one(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["classify", "in/box-1.json", "-o", "r.csv"]) == 0
+    assert re.search(r": 1 scene in [\d.]+ s.*: box 1\n", capsys.readouterr().err)
+    absent = [f"in/absent-{k}.json" for k in range(6)]
+    assert main(["classify", *absent, "-o", "s.csv"]) == 0
+    err = capsys.readouterr().err
+    assert "1 more scene has an error\n" in err
+    assert "; 6 with errors" in err
 
 
 def test_rows_are_in_the_order_given_each_once(folder: Path) -> None:
@@ -166,6 +177,28 @@ def test_a_table_that_cannot_be_written_at_the_end_keeps_the_rows(
     assert _paths("r.csv") == sorted(NAMES)
 
 
+@pytest.mark.parametrize("stopped", [True, False])
+def test_resume_tries_a_scene_again_that_took_too_long(
+    stopped: bool, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "in" / "slow-1.json").touch()
+    argv = ["classify", "in", "-o", "r.jsonl", "--workers", "1", "--timeout", "0.5"]
+    assert main(argv) == 0
+    assert "slow-1.json: took longer than 0.5 s" in capsys.readouterr().err
+    if stopped:  # as if it had been before the table was written
+        lines = (folder / "r.jsonl").read_text().splitlines()
+        head = {"journal": "facetlog-journal/1", "models": json.loads(lines[0])["models_hash"]}
+        (folder / "r.jsonl.partial").write_text("\n".join([json.dumps(head), *lines, ""]))
+        (folder / "r.jsonl").unlink()
+    (folder / "in" / "slow-1.quick").touch()  # the machine is less busy
+    assert main([*argv, "--resume"]) == 0
+    err = capsys.readouterr().err
+    # the one of another error is not
+    assert "6 scenes (5 of them before)" in err
+    assert "took longer" not in err
+    assert [row["error"] for row in read_rows(Path("r.jsonl")) if "slow" in row["path"]] == [None]
+
+
 def test_changed_since_tells_what_differs_and_ends_with_1(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -221,6 +254,7 @@ def test_labels_make_a_matrix_and_a_report(
     assert "Why not chair" in page
     assert "a &lt;top&gt; &amp; legs" in page
     assert page.count('class="card"') == 2
+    assert "6 faces, 1 thing<" in page
     assert not re.search(r"""(src|href)=["']?(https?:|//)|<script""", page)
     assert main([*argv, *counted, "--json", "-o", "s.csv"]) == 0
     summary = json.loads(capsys.readouterr().out)

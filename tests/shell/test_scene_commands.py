@@ -14,6 +14,7 @@ from facetlog.cli import main
 from facetlog.perception.builders import build
 from facetlog.perception.polyhedra import cuboid, moved, table, together
 from facetlog.perception.scene_file import read_scene, scene_to_json, write_scene
+from tests.perception.shapes.clouds import box_points, rectangle
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -52,6 +53,36 @@ def test_show_tells_objects_and_largest_faces_as_a_table(run: Run) -> None:
         "f5        t1       0.02         0.2        0.1  90.0°  100%\n"
         "f6        t1       0.02         0.2        0.1  90.0°  100%\n"
     )
+
+
+def _colmap(folder: Path, points: np.ndarray) -> None:
+    """A model whose two cameras look along z, their up along -y."""
+    folder.mkdir()
+    (folder / "cameras.txt").write_text("1 SIMPLE_PINHOLE 640 480 500 320 240\n")
+    (folder / "images.txt").write_text("1 1 0 0 0 0 0 10 1 a.jpg\n\n2 1 0 0 0 -4 0 10 1 b.jpg\n\n")
+    rows = (f"{n} {x} {y} {z} 9 9 9 0.5 1 0 2 0" for n, (x, y, z) in enumerate(points.tolist()))
+    (folder / "points3D.txt").write_text("\n".join(rows) + "\n")
+
+
+@pytest.mark.parametrize(
+    ("floor", "up", "known"),
+    [(True, [0, 0, 1], "found from the floor"), (False, [0, -1, 0], "found from the cameras")],
+)
+def test_show_says_whether_a_floor_or_the_cameras_told_up(
+    run: Run, floor: bool, up: list[int], known: str
+) -> None:
+    rng = np.random.default_rng(0)
+    points = box_points((0.5, 0.4, 0.3), 3000, seed=1, noise=0.002)
+    if floor:
+        ground = rectangle(rng, 12_000, np.array([-1.5, -1.5, 0.0]), [3.0, 0, 0], [0, 3.0, 0])
+        points = np.vstack([points[points[:, 2] > 0.02], ground])
+    _colmap(Path("tour"), points + rng.normal(0.0, 0.001, points.shape))
+    code, out, _ = run("show", "tour", "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert found["up_known"] == known
+    assert np.dot(found["up"], up) > 0.999
+    assert f", {known}\n" in run("show", "tour")[1]
 
 
 def test_show_names_ten_faces_and_counts_the_rest(run: Run) -> None:

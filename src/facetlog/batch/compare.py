@@ -7,6 +7,7 @@ from typing import Any
 
 from facetlog.batch.output import read_rows
 from facetlog.batch.rows import Row
+from facetlog.counted import many
 from facetlog.errors import InputError
 
 __all__ = ["Change", "Comparison", "older_rows"]
@@ -72,10 +73,11 @@ class Comparison:
             subject = " ".join(filter(None, (change.model, change.thing)))
             yield f"  {subject}: {change.before or '–'} → {change.now or '–'}"
         scenes = len({change.path for change in self.changes})
-        many = (
-            f"{len(self.changes)} verdicts of {scenes} scenes differ, of {self.compared} compared"
-        )
-        yield f"{many}; {self.new} scenes are new" if self.new else many
+        verdicts = many(len(self.changes), "verdict")
+        differ = "differs" if len(self.changes) == 1 else "differ"
+        said = f"{verdicts} of {many(scenes, 'scene')} {differ}, of {self.compared} compared"
+        new = f"; {many(self.new, 'scene is', 'scenes are')} new" if self.new else ""
+        yield said + new
 
     def to_json(self) -> dict[str, Any]:
         """All of it as plain data."""

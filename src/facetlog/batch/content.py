@@ -4,6 +4,7 @@ import hashlib
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.perception.regular_file import check_regular
 
 __all__ = ["content_hash"]
 
@@ -12,6 +13,7 @@ HASHED_AT_ONCE = 1 << 20  # bytes
 
 def content_hash(path: Path) -> str:
     """The SHA-256 of a file, as hexadecimal digits; InputError if it cannot be read."""
+    check_regular(path)
     digest = hashlib.sha256()
     try:
         with path.open("rb") as file:

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from facetlog.batch.run import Progress
+from facetlog.counted import many
 from facetlog.terminal import note
 
 __all__ = ["line_of_progress", "showing_rate"]
@@ -50,7 +51,7 @@ def showing_rate() -> Iterator[Progress]:
             clock.begin(done)
             if not clock.due(DRAWN_SECONDS, last=done == total):
                 return
-            errors = f"{failed} errors" if failed else ""
+            errors = many(failed, "error") if failed else ""
             rate = clock.rate(done)
             bar.update(
                 task,
@@ -79,14 +80,14 @@ def line_of_progress(done: int, total: int, failed: int, rate: float) -> str:
     """How far it is, in one line.
 
     >>> line_of_progress(500, 2000, 1, 10.0)
-    '500 of 2000 scenes, 10/s, 2 min 30 s left, 1 with errors'
+    '500 of 2000 scenes, 10/s, 2 min 30 s left, 1 with an error'
     """
-    said = [f"{done} of {total} scenes"]
+    said = [f"{done} of {many(total, 'scene')}"]
     if rate > 0:
         said.append(f"{rate:.3g}/s")
         said.append(f"{_duration((total - done) / rate)} left")
     if failed:
-        said.append(f"{failed} with errors")
+        said.append(f"{failed} with {'an error' if failed == 1 else 'errors'}")
     return ", ".join(said)
 
 

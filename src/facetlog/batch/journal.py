@@ -12,7 +12,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from facetlog.batch.rows import Row
+from facetlog.batch.rows import Row, ran_out_of_time
+from facetlog.counted import many
 from facetlog.errors import InputError
 
 __all__ = ["Journal", "journal_path"]
@@ -41,7 +42,8 @@ class Journal:
     def opened(cls, path: Path, run: Mapping[str, Any], read_as: Mapping[str, str]) -> Self:
         """The journal of a run: a new one, or the one that is there with all that it holds.
 
-        `run` says what it was made by, `read_as` with what options each scene is read.
+        `run` says what it was made by, `read_as` with what options each scene is read. Rows of
+        scenes that ran out of time count for none: they are to be tried again.
 
         Raises InputError if it cannot be written, is in use, or was begun by another run.
         """
@@ -114,7 +116,8 @@ class Journal:
                     asked = read_as.get(row["path"], row["read_as"])
                     if asked != row["read_as"]:
                         raise _begun_with(self.path, "options", row["read_as"], asked)
-                    self._places[row["path"]] = (self._end, len(line))
+                    if not ran_out_of_time(row):
+                        self._places[row["path"]] = (self._end, len(line))
                     self._end += len(line)
         os.ftruncate(self._descriptor, self._end)
         if self._end == 0:
@@ -131,8 +134,8 @@ class Journal:
         except OSError as exc:
             os.ftruncate(self._descriptor, start)  # which needs no room
             raise InputError(
-                f"{self.path}: cannot be written: {exc.strerror}: it holds {len(self)} rows; "
-                "make room and give --resume"
+                f"{self.path}: cannot be written: {exc.strerror}: it holds "
+                f"{many(len(self), 'row')}; make room and give --resume"
             ) from exc
         self._end += length
         return start, length

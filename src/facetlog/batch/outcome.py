@@ -8,6 +8,7 @@ from typing import Any
 from facetlog.batch.compare import Comparison
 from facetlog.batch.confusion import Confusion
 from facetlog.batch.rows import Row
+from facetlog.counted import many
 
 __all__ = ["Outcome"]
 
@@ -56,8 +57,9 @@ class Outcome:
         rate = f", {new / self.seconds:.3g}/s" if new and self.seconds > 0 else ""
         kept = f" ({self.kept} of them before)" if self.kept else ""
         found = ", ".join(f"{name} {count}" for name, count in self.models.most_common())
-        errors = f"; {len(self.errors)} with errors" if self.errors else ""
-        return f"{self.scenes} scenes{kept} in {self.seconds:.1f} s{rate}: {found}{errors}"
+        failed = len(self.errors)
+        errors = f"; {failed} with {'an error' if failed == 1 else 'errors'}" if failed else ""
+        return f"{many(self.scenes, 'scene')}{kept} in {self.seconds:.1f} s{rate}: {found}{errors}"
 
     def to_json(self) -> dict[str, Any]:
         """All of it as plain data, with the schema's name."""

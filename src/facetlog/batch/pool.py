@@ -20,7 +20,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, Self
 
-from facetlog.batch.rows import error_row
+from facetlog.batch.rows import TOOK_LONGER, error_row
 from facetlog.batch.settings import Item, Settings
 from facetlog.batch.worker import Word
 from facetlog.errors import EngineError, InputError, RuleSyntaxError
@@ -247,7 +247,7 @@ class Pool:
             if late and worker.assigned and not worker.connection.poll():
                 worker.end()
                 limit = self._settings.seconds
-                yield self._failed(worker.assigned.popleft(), f"took longer than {limit:g} s")
+                yield self._failed(worker.assigned.popleft(), f"{TOOK_LONGER} {limit:g} s")
                 self._replace(worker, waiting)
 
     def _replace(self, worker: _Worker, waiting: deque[Task]) -> None:

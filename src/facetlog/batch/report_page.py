@@ -10,6 +10,7 @@ from facetlog.batch.confusion import Confusion, Mistake, Proportion
 from facetlog.batch.explain import Reason
 from facetlog.batch.outcome import Outcome
 from facetlog.batch.rows import HOLDS, Row
+from facetlog.counted import many
 
 __all__ = ["Explanation", "card", "foot", "group_head", "head"]
 
@@ -50,11 +51,12 @@ def _figures(outcome: Outcome, confusion: Confusion) -> Iterator[str]:
     value = "–" if accuracy.value is None else f"{accuracy.value:.1%}"
     interval = accuracy.interval
     spread = "" if interval is None else f", 95 % within {interval[0]:.1%}–{interval[1]:.1%}"
+    failed = len(outcome.errors)
     yield '<div class="figures">\n'
     yield _figure(value, f"accuracy: {accuracy.hits} of {accuracy.of}{spread}")
-    yield _figure(str(outcome.scenes), "scenes")
+    yield _figure(str(outcome.scenes), "scene" if outcome.scenes == 1 else "scenes")
     yield _figure(str(len(confusion.mistakes)), "answered wrong")
-    yield _figure(str(len(outcome.errors)), "with errors")
+    yield _figure(str(failed), "with an error" if failed == 1 else "with errors")
     yield "</div>\n"
 
 
@@ -148,7 +150,11 @@ def card(mistake: Mistake, row: Row, explanation: Explanation, classes: Sequence
         about = escape(f"picture of {mistake.path}", quote=True)
         shown = f'<img alt="{about}" loading="lazy" src="data:image/png;base64,{picture}">'
     degree = "" if mistake.degree is None else f" ({mistake.degree:.0%})"
-    counts = "" if row["faces"] is None else f" · {row['faces']} faces, {row['things']} things"
+    counts = (
+        ""
+        if row["faces"] is None
+        else f" · {many(row['faces'], 'face')}, {many(row['things'], 'thing')}"
+    )
     said = (mistake.error or "").removeprefix(f"{mistake.path}: ")
     error = f"<p>{escape(said)}</p>" if said else ""
     return (

@@ -19,10 +19,12 @@ if TYPE_CHECKING:
 
 __all__ = [
     "HOLDS",
+    "TOOK_LONGER",
     "Row",
     "RowRecord",
     "best_verdict",
     "error_row",
+    "ran_out_of_time",
     "results_schema",
     "row_from",
     "scene_row",
@@ -30,6 +32,11 @@ __all__ = [
 
 SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
 HOLDS = "holds"
+
+TOOK_LONGER = "took longer than"
+"""What the error says of a scene whose worker was ended."""
+# The same of the engine's own limit (engine_pool.py and isolated_process.py of facetlog.kb).
+OUT_OF_TIME = (TOOK_LONGER, "the time limit was reached")
 
 Row: TypeAlias = dict[str, Any]
 """A row as plain data, with the fields of RowRecord in their order."""
@@ -129,6 +136,16 @@ def best_verdict(verdicts: Sequence["BriefVerdict"]) -> "BriefVerdict | None":
         key=lambda v: ((v.probability or 0.0) if counted else v.degree, v.degree),
         default=None,
     )
+
+
+def ran_out_of_time(row: Row) -> bool:
+    """Whether its error depends on how busy the machine was, so that it may go well another time.
+
+    >>> ran_out_of_time({"path": "a.ply", "error": "a.ply: took longer than 60 s"})
+    True
+    """
+    said = (row["error"] or "").removeprefix(row["path"])
+    return any(words in said for words in OUT_OF_TIME)
 
 
 def _verdict(verdict: "BriefVerdict") -> Row:

@@ -1,6 +1,7 @@
 """A small shaded picture of a scene, faces and curved surface, from outside and above."""
 
 import math
+from collections.abc import Iterator, Sequence
 
 import cv2
 import numpy as np
@@ -43,13 +44,22 @@ def thumbnail(scene: Scene, size_px: int = SIZE_PX) -> bytes:
     canvas = _Canvas(size_px * SUPERSAMPLED, frame, cloud)
     for patch in scene.patches:
         canvas.draw_patch(patch)
-    for face in scene.faces:
+    for face in _towards(scene.faces, frame[2]):
         canvas.draw_face(face, scene.points)
     bounding = {frozenset(p) for f in scene.faces for p in _sides(f.outline)}
     for edge in scene.edges:
         if frozenset((edge.start, edge.end)) not in bounding:
             canvas.draw_edge(scene.points[[edge.start, edge.end]])
     return canvas.png(size_px)
+
+
+def _towards(faces: Sequence[Face], toward: FloatArray) -> Iterator[Face]:
+    """The faces but for the backs of sheets: two sides in one place would flicker."""
+    turned = [float(face.plane.normal @ toward) >= 0.0 for face in faces]
+    fronts = {frozenset(face.outline) for face, ours in zip(faces, turned, strict=True) if ours}
+    for face, ours in zip(faces, turned, strict=True):
+        if ours or frozenset(face.outline) not in fronts:
+            yield face
 
 
 def _sides(outline: tuple[int, ...]) -> list[tuple[int, int]]:

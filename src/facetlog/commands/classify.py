@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.terminal import note, one_line, warn
 
@@ -211,7 +212,7 @@ def _classified(plan: "Plan", crew: "Workers") -> Iterator["Finished"]:
                 finished = stack.enter_context(classified(plan, crew, report))
         except KeyboardInterrupt:
             way_on = "; go on with --resume" if plan.output else ""
-            note(f"stopped after {reached} of {len(plan.items)} scenes{way_on}")
+            note(f"stopped after {reached} of {many(len(plan.items), 'scene')}{way_on}")
             raise
         yield finished
 
@@ -263,7 +264,8 @@ def _tell(outcome: "Outcome", *, as_json: bool) -> None:
     for path, error in outcome.errors[:ERRORS_NAMED]:
         warn(error if error.startswith(path) else f"{path}: {error}")
     if len(outcome.errors) > ERRORS_NAMED:
-        warn(f"{len(outcome.errors) - ERRORS_NAMED} more scenes have errors")
+        more = len(outcome.errors) - ERRORS_NAMED
+        warn(many(more, "more scene has an error", "more scenes have errors"))
     note(outcome.summary)
     if as_json:
         typer.echo(json.dumps(outcome.to_json()))

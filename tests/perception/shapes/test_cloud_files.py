@@ -188,8 +188,8 @@ def test_points_not_finite_or_there_twice_are_dropped_and_said(points: FloatArra
     cloud = Cloud.of(np.vstack([points, bad, points[:5]]), name="a")
     np.testing.assert_array_equal(cloud.points, points)
     assert cloud.warnings == (
-        f"3 of {COUNT + 8} points are not finite, and were left out",
-        f"5 of {COUNT + 8} points are there twice, and were left out",
+        f"3 of {COUNT + 8} points left out: not finite",
+        f"5 of {COUNT + 8} points left out: there twice",
     )
 
 

@@ -7,6 +7,7 @@ from facetlog.perception.facts import scene_facts
 from facetlog.perception.shapes.bodies import tell_apart
 from facetlog.perception.shapes.cloud import Cloud
 from facetlog.perception.shapes.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.floor import FROM_FLOOR, HELD_OTHERWISE
 from facetlog.perception.types import FloatArray, Scene
 from tests.perception.shapes.clouds import (
     box_points,
@@ -149,6 +150,18 @@ def test_cameras_tell_up_where_there_is_no_floor() -> None:
     assert scene.up is not None
     assert float(scene.up @ -Y) > 0.99
     assert any("cameras" in said for said in scene.warnings)
+
+
+def test_a_floor_goes_before_cameras_that_look_straight_down() -> None:
+    # along z their up lies in the floor
+    down = scene_of_cloud(Cloud.of(floor_and_boxes(), camera_ups=np.tile(-Y, (3, 1))))
+    assert down.up is not None
+    assert float(down.up @ Z) > 0.9999
+    assert HELD_OTHERWISE in down.warnings
+    upright = scene_of_cloud(Cloud.of(floor_and_boxes(), camera_ups=np.tile(Z, (3, 1))))
+    assert upright.up is not None
+    assert float(upright.up @ Z) > 0.9999
+    assert FROM_FLOOR in upright.warnings
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])

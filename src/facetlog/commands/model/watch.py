@@ -11,6 +11,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from facetlog.commands.model.files import is_stdin
+from facetlog.counted import many
 from facetlog.errors import FacetlogError, InputError
 from facetlog.query_shell.model_files import Stamp, stamp_of
 from facetlog.terminal import error, error_lines, note
@@ -69,7 +70,7 @@ def _run_for_ever(run: Callable[[], Ran], named: Callable[[], Iterable[Path]]) -
             for line in error_lines(exc):
                 error(line)
         sys.stdout.flush()  # who reads a pipe wants the result now
-        note(f"watching {len(files())} files; Ctrl-C ends it")
+        note(f"watching {many(len(files()), 'file')}; Ctrl-C ends it")
         # What changed while the run went on is run again: files known before keep their stamps.
         before = next(changes(files, {**_stamps(files()), **before}))
 

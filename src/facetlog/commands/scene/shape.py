@@ -65,7 +65,7 @@ def read(path: Path, up: str, unit: str) -> Shape:
     itself = says_itself(str(path))
     if itself and (up != AUTO or unit != NONE):
         warn(f"{path}: a scene says its up and its unit itself; --up and --unit do not count")
-    how_up = _how_up(path, itself=itself, given=options.up is not None)
+    how_up = _how_up(path, scene, itself=itself, given=options.up is not None)
     how_unit = "given" if options.unit and not itself else "as the file says"
     return Shape(
         scene,
@@ -74,11 +74,15 @@ def read(path: Path, up: str, unit: str) -> Shape:
     )
 
 
-def _how_up(path: Path, *, itself: bool, given: bool) -> str:
+def _how_up(path: Path, scene: "Scene", *, itself: bool, given: bool) -> str:
+    from facetlog.perception.shapes.floor import FROM_CAMERAS
+
     if itself:
         return "as the file says"
     if given:
         return "given"
     if path.suffix.lower() in FORMATS_WITH_UP:
         return "as the format says"
-    return "found from the floor or the cameras"
+    # as cloud_regions.py says it
+    by_cameras = FROM_CAMERAS in scene.warnings
+    return "found from the cameras" if by_cameras else "found from the floor"

@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 from facetlog.commands.scene.shape import Shape
+from facetlog.counted import many
 from facetlog.perception.fact_schema import Value
 from facetlog.perception.facts import FactRows, fact_rows
 
@@ -93,15 +94,15 @@ class Summary:
         """The same as text, of the faces the largest."""
         scene, things, faces = self.shape.scene, self.things(), self.faces()
         yield (
-            f"{scene.name}: {_many(len(things), 'object')}, {_many(len(faces), 'face')}, "
-            f"{_many(len(scene.edges), 'edge')}, {_many(len(scene.vertices), 'vertex', 'vertices')}"
+            f"{scene.name}: {many(len(things), 'object')}, {many(len(faces), 'face')}, "
+            f"{many(len(scene.edges), 'edge')}, {many(len(scene.vertices), 'vertex', 'vertices')}"
         )
         unit = "metres" if scene.metric else "unknown, only ratios of lengths mean something"
         yield f"unit  {unit}{_how(self.shape.unit_known)}"
         up = "unknown" if scene.up is None else " ".join(f"{x:.3g}" for x in scene.up + 0.0)
         yield f"up    {up}{_how(self.shape.up_known)}"
         if scene.views:
-            yield f"seen  in {_many(len(scene.views), 'view')}"
+            yield f"seen  in {many(len(scene.views), 'view')}"
         sign = " (m)" if scene.metric else ""
         if things:
             heads = ("object", "faces", *(f"{n}{sign}" for n in ("length", "width", "height")))
@@ -114,10 +115,6 @@ class Summary:
             yield from _table(heads, [_face_row(face) for face in faces[:FACES_SHOWN]])
             if len(faces) > FACES_SHOWN:
                 yield f"and {len(faces) - FACES_SHOWN} smaller"
-
-
-def _many(count: int, one: str, several: str = "") -> str:
-    return f"{count} {one if count == 1 else several or f'{one}s'}"
 
 
 def _how(known: str) -> str:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from facetlog.commands.shared import NO, YES, AsJson, command
+from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.terminal import error, one_line
 
@@ -45,8 +46,7 @@ def validate_command(
         for fault in () if as_json else faults:
             typer.echo(one_line(f"{path}: {fault}"))
     if not as_json:
-        many = "1 file" if len(files) == 1 else f"{len(files)} files"
-        typer.echo(f"{many}, {'all' if sound == len(files) else sound} sound")
+        typer.echo(f"{many(len(files), 'file')}, {'all' if sound == len(files) else sound} sound")
     return code
 
 
