@@ -1,9 +1,9 @@
 """A worker process without an engine, which does what the name of a file says.
 
-`die-…` ends itself, `once-…` only the first time, `slow-…` takes for ever unless there is a file
-`slow-….quick`, `bad-…` is an error; any other holds for the model that its name begins with.
-Models called `refused` cannot be opened, and a worker of `dead` ones never starts. It loads nothing
-of facetlog: it starts at once.
+`die-…` ends itself, `once-…` only the first time, `busy-…` works for ever, `slow-…` waits for
+ever unless there is a file `slow-….quick`, `bad-…` is an error; any other holds for the model that
+its name begins with. Models called `refused` cannot be opened, and a worker of `dead` ones never
+starts. It loads nothing of facetlog: it starts at once.
 """
 
 import json
@@ -86,6 +86,8 @@ def _answer(task: dict[str, Any], models: tuple[str, ...]) -> bytes:
     if stem.startswith("die") or (stem.startswith("once") and not mark.exists()):
         mark.touch()
         os.kill(os.getpid(), signal.SIGKILL)
+    while stem.startswith("busy"):
+        pass
     if stem.startswith("slow") and not Path(task["path"]).with_suffix(".quick").exists():
         time.sleep(1000)
     time.sleep(float(os.environ.get(PAUSE, "0")))

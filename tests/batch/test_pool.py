@@ -10,6 +10,7 @@ import pytest
 from facetlog.batch.pool import Pool, Task
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import EngineError, InputError, RuleSyntaxError
+from tests.batch.fake_worker import PAUSE
 from tests.batch.fakes import fake_workers, scene_files
 
 
@@ -55,8 +56,17 @@ def test_a_scene_at_which_a_worker_died_once_is_tried_again(tmp_path: Path) -> N
 def test_a_scene_that_takes_too_long_has_an_error_and_costs_no_other(tmp_path: Path) -> None:
     items = scene_files(tmp_path, *(f"box-{i}" for i in range(5)), "slow-1", "table-1")
     rows = _rows(items, count=1, seconds=0.5)
-    assert "took longer than 0.5 s" in rows["slow-1"]["error"]
+    assert rows["slow-1"]["error"].endswith("took longer than 2.5 s by the clock")
     assert rows["table-1"]["model"] == "table"
+
+
+def test_what_works_too_long_is_ended_and_what_waits_its_turn_is_not(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(PAUSE, "0.8")
+    rows = _rows(scene_files(tmp_path, "box-1", "busy-1", "table-1"), count=1, seconds=0.5)
+    assert rows["busy-1"]["error"].endswith("took longer than 0.5 s")
+    assert (rows["box-1"]["model"], rows["table-1"]["model"]) == ("box", "table")
 
 
 def test_models_that_cannot_be_used_are_the_error_of_their_kind() -> None:

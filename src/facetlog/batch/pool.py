@@ -20,6 +20,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, Self
 
+from facetlog.batch.processor_time import processor_seconds
 from facetlog.batch.rows import TOOK_LONGER, error_row
 from facetlog.batch.settings import Item, Settings
 from facetlog.batch.worker import Word
@@ -37,6 +38,9 @@ LARGEST_BATCH = 64
 
 ATTEMPTS = 2
 """How often a scene is tried at which a worker process died: it may have been another's fault."""
+
+LOOKED_SECONDS = 0.05
+"""Processor time is looked at no more often: a tick of it is a fifth of that."""
 
 # -P: nothing is imported from the folder that the user happens to be in.
 WORKER = (sys.executable, "-P", "-m", "facetlog.batch.worker")
@@ -70,12 +74,15 @@ class Answer:
 
 @dataclass(slots=True)
 class _Worker:
-    """One process; `assigned` are its tasks in turn, the first since `since`."""
+    """One process; `assigned` are its tasks in turn, the first since `since`, when it had worked
+    for `worked` seconds (None: the system does not tell).
+    """
 
     popen: subprocess.Popen[bytes]
     connection: Connection
     assigned: deque[Task] = field(default_factory=deque)
     since: float = field(default_factory=time.monotonic)
+    worked: float | None = None
     ready: bool = False
 
     @classmethod
@@ -100,6 +107,19 @@ class _Worker:
         """Hands over a message; that the process is gone shows when it is listened to."""
         with suppress(OSError):
             self.connection.send_bytes(json.dumps(message).encode())
+
+    def begin(self) -> None:
+        """Counts the time of the task that is first in turn from now on."""
+        self.since, self.worked = time.monotonic(), processor_seconds(self.popen.pid)
+
+    def waited(self) -> float:
+        """Seconds since then by the clock."""
+        return time.monotonic() - self.since
+
+    def busy(self) -> float:
+        """Seconds since then that it worked; by the clock where nothing else is known."""
+        now = processor_seconds(self.popen.pid)
+        return self.waited() if now is None or self.worked is None else now - self.worked
 
     def end(self) -> str:
         """Ends the process, and says what it died of if it had."""
@@ -168,7 +188,8 @@ class Pool:
         if self.models_hash and content != self.models_hash:
             raise InputError("the models were changed while they were in use: run it again")
         self.models_hash = content
-        worker.ready, worker.since = True, time.monotonic()
+        worker.ready = True
+        worker.begin()
 
     def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
         """An answer to each task, as they come; raises EngineError if no worker can be started.
@@ -191,19 +212,24 @@ class Pool:
         if not worker.ready or len(worker.assigned) > most // 2 or not waiting:
             return
         if not worker.assigned:
-            worker.since = time.monotonic()
+            worker.begin()
         batch = [waiting.popleft() for _ in range(most)]
         worker.assigned.extend(batch)
         worker.send([task.message for task in batch])
 
-    def _allowed(self, worker: _Worker) -> float:
-        return self._settings.seconds if worker.ready else START_SECONDS
+    def _left(self, worker: _Worker) -> float:
+        """Seconds until it may be overdue: one thread works no more than the clock runs."""
+        waited = worker.waited()
+        if not worker.ready:
+            return START_SECONDS - waited
+        by_clock = self._settings.clock_seconds - waited
+        if waited < self._settings.seconds:
+            return min(by_clock, self._settings.seconds - waited)
+        return min(by_clock, max(LOOKED_SECONDS, self._settings.seconds - worker.busy()))
 
     def _patience(self) -> float:
         """Seconds until the first of the workers may be overdue."""
-        now = time.monotonic()
-        busy = (w for w in self._crew if w.assigned or not w.ready)
-        return max(0.0, min(w.since + self._allowed(w) - now for w in busy))
+        return max(0.0, min(self._left(w) for w in self._crew if w.assigned or not w.ready))
 
     def _heard(self, worker: _Worker, waiting: deque[Task]) -> Iterator[Answer]:
         """The answers that a worker has sent, all that there are."""
@@ -223,7 +249,7 @@ class Pool:
         now = time.monotonic()
         # A running mean of some twenty scenes, over which a rare slow one fades.
         self._seconds_each += 0.05 * (now - worker.since - self._seconds_each)
-        worker.since = now
+        worker.begin()
         return Answer(worker.assigned.popleft(), message[1:], message[:1] == Word.FAULT.value)
 
     def _died(self, worker: _Worker, waiting: deque[Task]) -> Iterator[Answer]:
@@ -239,16 +265,23 @@ class Pool:
         self._replace(worker, waiting)
 
     def _overdue(self, waiting: deque[Task]) -> Iterator[Answer]:
-        now = time.monotonic()
         for worker in tuple(self._crew):
-            late = now - worker.since >= self._allowed(worker)
-            if late and not worker.ready:
+            if not worker.ready and worker.waited() >= START_SECONDS:
                 raise EngineError(f"a worker process was not ready after {START_SECONDS:g} s")
-            if late and worker.assigned and not worker.connection.poll():
+            limit = self._limit_reached(worker)
+            if limit and not worker.connection.poll():
                 worker.end()
-                limit = self._settings.seconds
-                yield self._failed(worker.assigned.popleft(), f"{TOOK_LONGER} {limit:g} s")
+                yield self._failed(worker.assigned.popleft(), f"{TOOK_LONGER} {limit}")
                 self._replace(worker, waiting)
+
+    def _limit_reached(self, worker: _Worker) -> str:
+        """The limit of time that a worker is beyond at its scene, in words; '' if there is none."""
+        settings, waited = self._settings, worker.waited()
+        if not worker.ready or not worker.assigned or waited < settings.seconds:
+            return ""
+        if waited >= settings.clock_seconds:
+            return f"{settings.clock_seconds:g} s by the clock"
+        return f"{settings.seconds:g} s" if worker.busy() >= settings.seconds else ""
 
     def _replace(self, worker: _Worker, waiting: deque[Task]) -> None:
         waiting.extendleft(reversed(worker.assigned))

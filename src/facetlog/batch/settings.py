@@ -12,13 +12,18 @@ __all__ = ["Item", "Settings", "shape_options"]
 SECONDS_PER_SCENE = 60.0
 """Time limit of one scene: a hundred times what a mesh of a hundred thousand triangles takes."""
 
+CLOCK_TIMES = 5.0
+"""By the clock so many times that: a machine with five times more to do than cores is no fault of
+the scene, but a read that hangs must end."""
+
 
 @dataclass(frozen=True, slots=True)
 class Settings:
     """What is the same for all scenes of a run: models, and how raw shapes are read.
 
     `up` is x, y, z, -x, -y, -z, auto or none; `unit` m, cm, mm, in, ft or none. `seconds` is the
-    time that one scene may take. What cannot be understood is an InputError.
+    processor time that one scene may take; by the clock it may take five times that, and what
+    models are asked of it once. What cannot be understood is an InputError.
     """
 
     models: tuple[str, ...] = ()
@@ -33,6 +38,11 @@ class Settings:
         unit_from(self.unit)
         if not self.seconds > 0:
             raise InputError(f"a time limit of {self.seconds:g} s: give seconds above 0")
+
+    @property
+    def clock_seconds(self) -> float:
+        """What one scene may take by the clock."""
+        return CLOCK_TIMES * self.seconds
 
     def to_json(self) -> dict[str, Any]:
         """The settings as plain data."""

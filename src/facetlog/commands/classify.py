@@ -67,7 +67,10 @@ def classify_command(
         str, typer.Option("--unit", metavar="U", help="Of raw shapes: m cm mm in ft or none.")
     ] = "none",
     timeout: Annotated[
-        float, typer.Option("--timeout", metavar="SECONDS", help="At most so long a scene.")
+        float,
+        typer.Option(
+            "--timeout", metavar="SECONDS", help="Of processor time a scene; by the clock 5 times."
+        ),
     ] = 60.0,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with a run that was stopped.")
