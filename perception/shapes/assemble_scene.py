@@ -16,7 +16,7 @@ from facetlog.perception.shapes.surface_samples import sample_triangles
 from facetlog.perception.tolerance import LENGTH_RESOLUTION, SDS, WIDEST
 from facetlog.perception.types import Body, Edge, Face, FloatArray, Patch, Scene, Vertex
 
-__all__ = ["MOST_FACES", "assemble_scene"]
+__all__ = ["MOST_FACES", "assemble_scene", "unit_vector"]
 
 # Facts are quadratic in the faces: 300 make some 200,000. What is smaller is kept as a patch.
 MOST_FACES = 300
@@ -142,7 +142,7 @@ def assemble_scene(
         vertices=(*vertices, *reaching),
         edges=tuple(Edge(a, b) for a, b in sides),
         faces=faces,
-        up=None if up is None else _unit(up),
+        up=None if up is None else unit_vector(up),
         metric=metric,
         warnings=(*warnings, *said),
         patches=patches,
@@ -150,7 +150,8 @@ def assemble_scene(
     )
 
 
-def _unit(up: ArrayLike) -> FloatArray:
+def unit_vector(up: ArrayLike) -> FloatArray:
+    """Up (3,) as a unit vector; ValueError where it has no direction."""
     vector = np.asarray(up, dtype=np.float64)
     length = float(np.linalg.norm(vector))
     if not (np.isfinite(length) and length > 0.0):

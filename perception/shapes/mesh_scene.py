@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from facetlog.perception.shapes.assemble_scene import assemble_scene
+from facetlog.perception.shapes.assemble_scene import assemble_scene, unit_vector
 from facetlog.perception.shapes.clean_mesh import Surface, clean_mesh
 from facetlog.perception.shapes.grouped import Indices, by_group, group_sums
 from facetlog.perception.shapes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.mesh_files import Mesh
+from facetlog.perception.shapes.mesh_floor import find_floor
 from facetlog.perception.shapes.mesh_regions import find_regions
 from facetlog.perception.shapes.mesh_sides import SPACING_SHARE, Sides, find_sides
 from facetlog.perception.shapes.region import FlatRegion, Rest
@@ -30,11 +31,14 @@ REFERENCE = np.array([0.5377, 0.6172, 0.5743])
 def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = False) -> Scene:
     """The scene of a mesh, in the mesh's own frame and unit; `metric` says that it is the metre.
 
-    `up` is taken from the mesh where it is not given. Raises InputError for a mesh without area.
+    `up` is taken from the mesh where it is not given; where it is known, the floor is an object of
+    its own. Raises InputError for a mesh without area.
     """
     surface = clean_mesh(mesh)
     samples = sample_triangles(surface.corners, SPACING_SHARE * surface.size)
-    bodies = _by_area(surface, find_bodies(surface, samples))
+    upwards = mesh.up if up is None else up
+    floor = None if upwards is None else find_floor(surface, samples, unit_vector(upwards))
+    bodies = _by_area(surface, find_bodies(surface, floor))
     labels = find_regions(surface, bodies)
     count = int(labels.max()) + 1
     # what is in no region is looked at by the sheets that it belongs to
@@ -53,7 +57,7 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
         mesh.name,
         regions,
         replace(rest, points=rest.points + surface.centre),
-        up=mesh.up if up is None else up,
+        up=upwards,
         metric=metric,
         whole=True,
         warnings=mesh.warnings,
