@@ -220,6 +220,7 @@ SCENES: dict[str, Callable[[], list[Fact]]] = {
     "noisy cabinet": lambda: noisy(facts_of("cabinet"), 4, by=10),
     "noisy stairs": lambda: noisy(facts_of("stairs"), 5, by=10),
     "bench without up": lambda: without_up(facts_of("bench")),
+    "shelf without up": lambda: without_up(facts_of("shelf")),
     "noisy cuboid without up": lambda: without_up(noisy(facts_of("cuboid"), 6)),
     **{
         f"whole {name}": partial(lambda name, seed: as_whole(facts_of(name), seed), name, seed)
@@ -412,6 +413,13 @@ def test_a_scene_that_takes_too_long_fails_alone() -> None:
         with pytest.raises(EngineError, match="limit of inferences"):
             judge.judge(facts_of("shelf", boards=12))
         assert judge.judge(small) == before
+
+
+def test_what_is_unknown_whatever_is_chosen_is_not_searched_through() -> None:
+    facts = without_up(facts_of("shelf"))
+    with BatchJudge(limits=Limits(inferences=4_000_000)) as judge:  # 16 million for all choices
+        found = {v.model: v.state for v in judge.judge(facts)}
+    assert {found["table"], found["desk"], found["shelf"]} == {State.UNKNOWN}
 
 
 def test_the_time_limit_holds_for_a_scene(tmp_path: Path) -> None:

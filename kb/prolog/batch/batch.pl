@@ -20,6 +20,7 @@ with the same values as in the verdict of judge.pl, whose other arguments it lac
 :- use_module(facetlog_kb(schema)).
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(left_open)).
 :- use_module(facetlog_kb(best_in_order)).
 :- use_module(facetlog_kb(outlines)).
 :- use_module(facetlog_kb(target)).
@@ -148,7 +149,8 @@ brief(Target, Module, Model, Thing, Verdict) :-
     sort(Bag, Candidates),
     Target:plan(Model, Plan),
     Target:lines(Model, Lines),
-    (   best_in_order(Candidates, Target, Plan, Lines, Of, Parts)
+    blocks(Module, Model, Candidates, Blocks),
+    (   best_in_order(Blocks, Target, Plan, Lines, Of, Parts)
     ->  brief_on(Target, Module, Model, Of, Parts, Verdict)
     ;   Verdict = brief(Model, Thing, unknown, 0, 1, [], [])
     ),

@@ -1,4 +1,4 @@
-:- module(facetlog_best_in_order, [ best_in_order/6    % +Candidates, +Target, +Plan, +Lines, -Thing,
+:- module(facetlog_best_in_order, [ best_in_order/6    % +Blocks, +Target, +Plan, +Lines, -Thing,
                                                       % -Parts
                                   ]).
 
@@ -18,18 +18,31 @@ of those alone that nothing else tells apart.
 
 :- set_prolog_flag(optimise, true).
 
-%!  best_in_order(+Candidates, +Target, +Plan, +Lines, -Thing, -Parts) is semidet.
+%!  best_in_order(+Blocks, +Target, +Plan, +Lines, -Thing, -Parts) is semidet.
 %
-%   The best of Candidates, a sorted list of Thing-Parts, by the conditions of Plan and of Lines
-%   (specialise.pl). Fails if there are none.
+%   The best in Blocks, sorted lists of Thing-Parts (left_open.pl), by the conditions of Plan and of
+%   Lines (specialise.pl). Fails if there are none.
 
-best_in_order([First|Candidates], Target, Plan, Lines, Thing, Parts) :-
+best_in_order(Blocks, Target, Plan, Lines, Thing, Parts) :-
     cheap_first(Plan, Cheap, Dear),
+    best_in_blocks(Blocks, asks(Target, Cheap, Dear, Lines), none, Thing-Parts).
+
+%   Best0 is Key-Best of the blocks before, all of which fail, or none.
+best_in_blocks([], _, _-Best, Best).
+best_in_blocks([Block|Blocks], Asks, Best0, Best) :-
+    best_in_block(Block, Asks, Key, Best1),
+    (   Key = bound(2, _, _, _)
+    ->  ( Best0 = Key0-Other, Key0-Other @< Key-Best1 -> Nearest = Best0 ; Nearest = Key-Best1 ),
+        best_in_blocks(Blocks, Asks, Nearest, Best)
+    ;   Best = Best1
+    ).
+
+best_in_block([First|Candidates], asks(Target, Cheap, Dear, Lines), Key, Best) :-
     left(Dear, Left),
     first_round([First|Candidates], Target, Cheap, Left, Round),
     keysort(Round, Promising),
     second_round(Promising, Target, Dear, Left, none, best(Key, Equals)),
-    third_round(Key, Equals, Target, Lines, Thing-Parts).
+    third_round(Key, Equals, Target, Lines, Best).
 
 cheap_first([], [], []).
 cheap_first([Ask|Plan], Cheap, Dear) :-

@@ -27,6 +27,7 @@ lists the models of which this one is a special case.
 :- use_module(facetlog_kb(connectives)).
 :- use_module(facetlog_kb(in_progress)).
 :- use_module(facetlog_kb(search)).
+:- use_module(facetlog_kb(left_open)).
 :- use_module(facetlog_kb(told_of_models)).
 :- use_module(facetlog_kb(recall)).
 
@@ -74,18 +75,32 @@ find_best(Module, Model, Thing, Best) :-
 %!  best_of(+Module, +Model, +Candidates, -Best) is det.
 %
 %   The best of Candidates, a list of Thing-Parts: one of which all conditions hold; else the first of
-%   those that do not fail; else the nearest miss.
+%   those that do not fail; else the nearest miss. Where none can hold (left_open.pl), the first of
+%   those that do not fail in the first block that has one.
 
 best_of(Module, Model, Candidates, Best) :-
     plan(Module, Model, Plan),
-    Aim = aim(verdict, Module, Model),
-    start(Aim, Candidates, Plan, Queue0),
+    blocks(Module, Model, Candidates, Blocks),
+    best_in_blocks(Blocks, aim(verdict, Module, Model), Plan, none, Best).
+
+%   Best0 is Key-Best of the blocks before, all of which fail, or none.
+best_in_blocks([], _, _, Best0, Best) :-
+    ( Best0 = _-Best -> true ; Best = none ).
+best_in_blocks([Block|Blocks], Aim, Plan, Best0, Best) :-
+    start(Aim, Block, Plan, Queue0),
     (   next_best(Aim, Queue0, Queue, Found)
-    ->  Found = found(Thing, Parts, _),
+    ->  Found = found(Thing, Parts, Tally),
         in_all(Found, State),
         ( State == holds -> others_that_hold(Aim, Queue, Also) ; Also = 0 ),
-        Best = best(State, Thing, Parts, Also)
-    ;   Best = none
+        Best1 = best(State, Thing, Parts, Also),
+        (   State == fails
+        ->  Aim = aim(Sought, _, _),
+            key(Sought, open(Thing, Parts, Tally, []), Key),
+            ( Best0 = Key0-_, Key0 @< Key -> Nearest = Best0 ; Nearest = Key-Best1 ),
+            best_in_blocks(Blocks, Aim, Plan, Nearest, Best)
+        ;   Best = Best1
+        )
+    ;   best_in_blocks(Blocks, Aim, Plan, Best0, Best)
     ).
 
 %   Those that hold come before all that do not.

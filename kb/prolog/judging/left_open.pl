@@ -1,0 +1,80 @@
+:- module(facetlog_left_open, [ blocks/4              % +Module, +Model, +Candidates, -Blocks
+                              ]).
+
+/** <module> Where nothing can hold
+
+A thing of which nobody knows which way is up has no level face for certain: a model that wants one is
+unknown whatever faces are chosen, and thousands of choices may be equally open. The first that does
+not fail then settles what the verdict is.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(facetlog_kb(evaluate)).
+:- use_module(facetlog_kb(in_progress)).
+
+%   As many assignments as are tried of near misses (as_far_as_seen: 6*3*3): so many are searched
+%   for the best of them before it is asked whether others can be better.
+block_size(54).
+
+%!  blocks(+Module, +Model, +Candidates, -Blocks) is det.
+%
+%   Candidates, a sorted list of Thing-Parts, in lists that follow each other; there is but one unless
+%   none of Candidates can hold. An assignment that does not fail is then as good as any: who finds
+%   one in a block need not search the next.
+
+blocks(Module, Model, Candidates, Blocks) :-
+    block_size(Size),
+    length(Block, Size),
+    (   append(Block, [Next|Rest], Candidates),
+        none_holds(Module, Model, Candidates)
+    ->  Blocks = [Block|Others],
+        split([Next|Rest], Size, Others)
+    ;   Blocks = [Candidates]
+    ).
+
+split(Candidates, Size, Blocks) :-
+    length(Block, Size),
+    (   append(Block, [Next|Rest], Candidates)
+    ->  Blocks = [Block|Others],
+        split([Next|Rest], Size, Others)
+    ;   Blocks = [Candidates]
+    ).
+
+%   A condition that asks for few of the parts, the fewest first, holds for none of those that are
+%   proposed for them.
+none_holds(Module, Model, Candidates) :-
+    predicate_property(Module:condition(_, _, _, _, _, _), number_of_clauses(_)),
+    findall(Count-line(Thing, Parts, Asked, Test),
+            ( clause(Module:condition(Model, _, _, Thing, Parts, Test), true),
+              asked(Thing, Parts, Test, Asked),
+              length(Asked, Count) ),
+            Lines0),
+    keysort(Lines0, Lines),
+    member(_-line(Thing, Parts, Asked, Test), Lines),
+    findall(Thing-Asked, member(Thing-Parts, Candidates), All),
+    sort(All, Distinct),
+    \+ ( member(Thing-Asked, Distinct), may_hold(Module, Model, Thing, Test) ),
+    !.
+
+%   Asked are the variables of parts in Test, which are not all there are.
+asked(Thing, Parts, Test, Asked) :-
+    var(Thing),
+    nonvar(Test),
+    is_list(Parts),
+    term_variables(Parts, PartVariables),
+    term_variables(Test, TestVariables),
+    include(among(TestVariables), PartVariables, Asked),
+    \+ same_length(Asked, PartVariables).
+
+among(Variables, Variable) :-
+    member(Other, Variables),
+    Other == Variable,
+    !.
+
+may_hold(Module, Model, Thing, Test) :-
+    (   noted(Module, Model, Thing)
+    ->  outline(Test, Module, Outline)
+    ;   while_judging(Module, Model, Thing, outline(Test, Module, Outline))
+    ),
+    Outline = outline(holds, _, _, _).
