@@ -53,7 +53,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     looked = _some_rows(len(cloud.points))
     stretch = float(np.sqrt(len(cloud.points) / len(looked)))
     spacing = float(np.median(found.spacing)) * stretch
-    level = _up(cloud, found, outlines, owner, looked, up)
+    level = _up(cloud, found, outlines, owner, looked, spacing, up)
     floor = () if level is None or level.floor is None else (level.floor,)
     bodies = np.full(len(cloud.points), -1)
     bodies[looked] = tell_apart(cloud.points[looked], owner[looked], spacing, support=floor)
@@ -96,13 +96,21 @@ def _up(
     outlines: tuple[Outline, ...],
     owner: NDArray[np.intp],
     looked: NDArray[np.intp],
+    spacing: float,
     up: FloatArray | None,
 ) -> Up | None:
     """Up as given, by the floor, or by the cameras; with the floor's number if there is one."""
     held = None if cloud.camera_ups is None else up_from_cameras(cloud.camera_ups)
     rough = up if up is not None else None if held is None else held.direction
     planes = [found.planes[outline.region].plane for outline in outlines]
-    level = find_up(cloud.points[looked], owner[looked], planes, noise=found.noise, up=rough)
+    level = find_up(
+        cloud.points[looked],
+        owner[looked],
+        planes,
+        noise=found.noise,
+        spacing=spacing,
+        up=rough,
+    )
     if level is None:
         return held if up is None else Up(up, None, "up was given")
     if up is None and level.floor is not None:
