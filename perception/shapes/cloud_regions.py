@@ -53,7 +53,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     looked = _some_rows(len(cloud.points))
     stretch = float(np.sqrt(len(cloud.points) / len(looked)))
     spacing = float(np.median(found.spacing)) * stretch
-    level = _up(cloud, found, outlines, owner, looked, up)
+    level = _up(cloud, found, outlines, owner, looked, spacing, up)
     floor = () if level is None or level.floor is None else (level.floor,)
     bodies = np.full(len(cloud.points), -1)
     bodies[looked] = tell_apart(cloud.points[looked], owner[looked], spacing, support=floor)
@@ -96,6 +96,7 @@ def _up(
     outlines: tuple[Outline, ...],
     owner: NDArray[np.intp],
     looked: NDArray[np.intp],
+    spacing: float,
     up: FloatArray | None,
 ) -> Up | None:
     """Up as given, by the floor, or by the cameras; with the floor's number if there is one.
@@ -107,11 +108,11 @@ def _up(
     rough = up if up is not None else None if held is None else held.direction
     planes = [found.planes[outline.region].plane for outline in outlines]
     points, owners = cloud.points[looked], owner[looked]
-    level = find_up(points, owners, planes, noise=found.noise, up=rough)
+    level = find_up(points, owners, planes, noise=found.noise, spacing=spacing, up=rough)
     if level is None and up is not None:
         return Up(up, None, "up was given")
     if level is None and held is not None:
-        level = find_up(points, owners, planes, noise=found.noise)
+        level = find_up(points, owners, planes, noise=found.noise, spacing=spacing)
         if level is not None:
             level = replace(level, how=HELD_OTHERWISE)
     if level is None:

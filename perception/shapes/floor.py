@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.shapes.bodies import tell_apart
+from facetlog.perception.shapes.standing import surely_stand, width_of
 from facetlog.perception.types import FloatArray, Plane
 
 __all__ = ["FROM_CAMERAS", "FROM_FLOOR", "HELD_OTHERWISE", "Up", "find_up", "up_from_cameras"]
@@ -62,18 +64,20 @@ def find_up(
     planes: Sequence[Plane],
     *,
     noise: float,
+    spacing: float,
     up: FloatArray | None = None,
 ) -> Up | None:
     """Up from the one plane on which everything else stands; None where there is none, or two.
 
     `points` (n, 3) lie evenly on the surface, `owner` (n,) is the plane of each, -1: none; `noise`
-    is their sd off the planes. With a known `up` only the level planes are asked, and the answer
-    tells which of them is the floor.
+    is their sd off the planes, `spacing` the typical distance between them. A wall carries things
+    too: one must be there that can only stand. With a known `up` only the level planes are asked,
+    and the answer tells which of them is the floor.
     """
     found = [
         candidate
-        for number in range(len(planes))
-        if (candidate := _candidate(number, points, owner, planes[number], noise, up)) is not None
+        for number, plane in enumerate(planes)
+        if (candidate := _candidate(number, points, owner, plane, noise, spacing, up)) is not None
     ]
     found.sort(key=lambda candidate: -candidate.area)
     if not found:
@@ -94,6 +98,7 @@ def _candidate(
     owner: NDArray[np.intp],
     plane: Plane,
     noise: float,
+    spacing: float,
     up: FloatArray | None,
 ) -> _Candidate | None:
     """The region as a floor, its normal towards the things on it; None if it cannot be one."""
@@ -125,18 +130,16 @@ def _candidate(
         return None
     sides = floor_hull.equations
     within = (flat[things] @ sides[:, :2].T + sides[:, 2] <= ON_PLANE_SDS * noise).all(axis=1)
-    width = _width(flat[own][floor_hull.vertices])
+    width = width_of(flat[own][floor_hull.vertices])
     if within.mean() < WITHIN_SHARE or width < LEAST_WIDTH * float(np.abs(height[things]).max()):
         return None
+    if up is None:
+        bodies = tell_apart(points, owner, spacing, support=(region,))
+        over = np.column_stack([flat, sign * height])
+        numbers = range(int(bodies.max()) + 1)
+        if not surely_stand([over[things & (bodies == k)] for k in numbers], spacing):
+            return None
     return _Candidate(region, sign * plane.normal, float(floor_hull.volume))
-
-
-def _width(hull: FloatArray) -> float:
-    """Least distance between two parallel lines that hold a convex polygon (k, 2) between them."""
-    span = np.roll(hull, -1, axis=0) - hull
-    normals = np.column_stack([span[:, 1], -span[:, 0]])
-    normals /= np.maximum(np.linalg.norm(normals, axis=1), 1e-300)[:, None]
-    return float(np.ptp(hull @ normals.T, axis=0).min())
 
 
 def up_from_cameras(camera_ups: FloatArray) -> Up | None:
