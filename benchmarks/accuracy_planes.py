@@ -3,7 +3,7 @@
 Rectangles of 1 to 3 units at random in a cube of 10, with Gaussian noise. A plane is found if one
 of the regions has more than half of its points, and more than half of that region's are its own.
 The oracle is least squares on the true points of each plane. The peers, Open3D's
-`detect_planar_patches` and CGAL's region growing (which is told the noise that facetlog estimates),
+`detect_planar_patches` and CGAL's region growing (which is told the true noise),
 are measured where they are installed. Seconds are processor time, so that other programs' load
 does not count.
 """

@@ -15,7 +15,7 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["BOXES", "LEAST_SIDE"]
 
-LEAST_SIDE = 0.08
+LEAST_SIDE = 0.12
 """Of the longest side: thinner is a board (rules/box.model)."""
 # What lies on a face, or in it, is this share of the shortest side at most: it is no part of the
 # block's form.
@@ -44,11 +44,11 @@ def _cereal(rng: np.random.Generator) -> trimesh.Trimesh:
 
 
 def _flat(rng: np.random.Generator) -> trimesh.Trimesh:
-    return block(ORIGIN, [1.0, rng.uniform(0.6, 1.0), rng.uniform(0.1, 0.2)])
+    return block(ORIGIN, [1.0, rng.uniform(0.6, 1.0), rng.uniform(LEAST_SIDE, 0.2)])
 
 
 def _beam(rng: np.random.Generator) -> trimesh.Trimesh:
-    side = rng.uniform(0.12, 0.25)
+    side = rng.uniform(LEAST_SIDE, 0.25)
     return block(ORIGIN, rng.permutation([1.0, side, side]))
 
 

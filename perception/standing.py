@@ -16,9 +16,10 @@ __all__ = ["RIM_SHARE", "at_rim"]
 # A part whose middle is this near to the outline, as a share of the face's width, is at the rim:
 # legs are inset by 5 to 12 % of a table's width.
 RIM_SHARE = 0.15
-# Faces that lean less than this from level have a rim to stand at, and parts that lean less than
-# this from upright stand: cos 30°.
+# Faces that lean less than 30° from level have a rim to stand at, and parts that lean less than 30°
+# from upright stand: cosine and sine.
 ENOUGH = 0.866
+LEANS_LITTLE = 0.5
 
 
 def _rises(ends: FloatArray, up: FloatArray) -> bool:
@@ -50,7 +51,7 @@ def at_rim(
         standing = [
             (f"f{f.index + 1}", points[list(f.outline)].mean(axis=0))
             for f in own
-            if abs(float(f.normal @ up)) < 1.0 - ENOUGH
+            if abs(float(f.normal @ up)) < LEANS_LITTLE
         ]
         ends = ((i, points[edges[i]]) for i in thing.edges)
         standing += [(f"e{i + 1}", both.mean(axis=0)) for i, both in ends if _rises(both, up)]

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
@@ -12,8 +13,11 @@ from facetlog.perception.builders import build
 from facetlog.perception.facts import scene_facts
 from facetlog.perception.levels import GAP, closed
 from facetlog.perception.polyhedra import cuboid, moved
+from facetlog.perception.shapes.mesh_files import Mesh
+from facetlog.perception.shapes.mesh_scene import scene_of_mesh
 from facetlog.perception.types import Body, Face, FloatArray, Patch, Scene, Vertex
 
+UP = np.array([0.0, 0.0, 1.0])
 CELL = 1 / 32
 """Of the longest side: what the grid resolves."""
 
@@ -164,6 +168,22 @@ def test_legs_stand_on_the_ground_at_the_rim_of_the_top() -> None:
     assert "f2" not in grounded
     assert "t1" in grounded
     assert len(grounded & at_rim) >= 16
+
+
+def test_panels_that_lean_a_little_stand_at_the_rim() -> None:
+    board = trimesh.creation.box(bounds=[(0.0, 0.0, 0.7), (1.2, 0.7, 0.73)])
+    panels = []
+    for start, lean in ((0.15, 10.0), (1.02, -10.0)):
+        panel = trimesh.creation.box(bounds=[(start, 0.05, 0.0), (start + 0.03, 0.65, 0.7)])
+        corners = np.array(panel.vertices)
+        corners[:, 0] += np.tan(np.radians(lean)) * (corners[:, 2] - 0.7)
+        panels.append(trimesh.Trimesh(corners, panel.faces))
+    mesh = trimesh.util.concatenate([board, *panels])
+    scene = scene_of_mesh(Mesh.of(mesh.vertices, mesh.faces, name="trestle"), up=UP, metric=True)
+    leaning = {f for f, tilt in values(scene, "tilt").items() if 75.0 < tilt < 85.0}
+    tops = {f for f, tilt in values(scene, "tilt").items() if tilt < 1.0}
+    assert leaning
+    assert leaning & {part for part, face in pairs(scene, "at_rim") if face in tops}
 
 
 @settings(max_examples=40, deadline=None)
