@@ -1,13 +1,18 @@
-"""What does a scene of a batch cost, from facts to the verdicts of all models?
+"""What does a scene of a batch cost, from its JSON to the verdicts of all models?
 
-Scenes of 12 to 60 faces, furniture of the builders in random sizes, through one BatchJudge, and
-the same facts read from a file of Prolog clauses and judged by the same code in a native `swipl`
-process, in the same run. CPU time; resident memory is read after every tenth of a longer run and
-fitted by a line. The number of seeds asked for is that of the scenes.
+Scenes of 12 to 60 faces, furniture of the builders in random sizes, are read, made into the facts
+that the models ask for, and judged by one BatchJudge; the same facts are read from a file of Prolog
+clauses and judged by the same code in a native `swipl` process, in the same run. CPU time. One and
+two workers of `facetlog classify` are compared by the clock, less what they take to start.
+Resident memory is read after every tenth of a longer run; its growth is that of the second half,
+when all that is made once has been made. The number of seeds asked for is that of the scenes.
 """
 
+import subprocess
+import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import cast
 
@@ -21,15 +26,18 @@ from facetlog.kb.engine import house
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
 from facetlog.kb.schema import declarations
 from facetlog.perception.builders import BUILDERS, build
-from facetlog.perception.facts import scene_facts
+from facetlog.perception.facts import fact_rows, scene_facts
+from facetlog.perception.scene_file import read_scene, write_scene
+from facetlog.perception.types import Scene
 
-__all__ = ["NAME", "main", "measure", "scenes"]
+__all__ = ["NAME", "built", "main", "measure", "scenes"]
 
 NAME = "time_batch"
 SCENES = 48
 REPEATS = 3  # of each scene; the least time counts, the others were disturbed
 LONG_RUN = 20  # times all scenes, for the memory
 TENTHS = 10
+COPIES = 8  # of each scene, for the workers
 LEAST_FACES, MOST_FACES = 12, 60
 SPREAD = 0.7, 1.4  # of sizes, times what is usual
 
@@ -82,9 +90,9 @@ print(json.dumps(sizes))
 """
 
 
-def scenes(count: int, first: int = 0) -> list[list[Fact]]:
+def built(count: int, first: int = 0) -> list[Scene]:
     """So many scenes, each of a builder in its turn, in sizes that follow from the seed."""
-    found: list[list[Fact]] = []
+    found: list[Scene] = []
     names = sorted(BUILDERS)
     seed = first
     while len(found) < count:
@@ -101,17 +109,62 @@ def scenes(count: int, first: int = 0) -> list[list[Fact]]:
         except ValueError:
             continue  # no such thing can be
         if LEAST_FACES <= len(scene.faces) <= MOST_FACES:
-            found.append([(f.functor, *f.args) for f in scene_facts(scene)])
+            found.append(scene)
     return found
 
 
-def _timed(judge: BatchJudge, facts: list[Fact]) -> float:
+def scenes(count: int, first: int = 0) -> list[list[Fact]]:
+    """The facts of so many scenes."""
+    return [[(f.functor, *f.args) for f in scene_facts(scene)] for scene in built(count, first)]
+
+
+def _timed(judge: BatchJudge, path: Path) -> tuple[float, float, float]:
+    """Milliseconds to read a scene, to make facts of it, and to judge them."""
+    kinds = {name for name, _ in judge.asked}
     times = []
     for _ in range(REPEATS):
-        start = time.process_time()
-        judge.judge(facts)
-        times.append(1e3 * (time.process_time() - start))
-    return min(times)
+        at = [time.process_time()]
+        scene = read_scene(path)
+        at.append(time.process_time())
+        rows = fact_rows(scene, kinds)
+        at.append(time.process_time())
+        judge.judge(rows)
+        at.append(time.process_time())
+        times.append(1e3 * np.diff(at))
+    read, facts, judged = min(times, key=lambda steps: float(steps.sum())).tolist()
+    return read, facts, judged
+
+
+def _classified(paths: Sequence[Path], workers: int) -> float:
+    """Seconds by the clock that classify takes for these files."""
+    start = time.perf_counter()
+    output = paths[0].parent / f"{workers}-{len(paths)}.jsonl"
+    options = ("--workers", str(workers), "-o", str(output))
+    subprocess.run(
+        [sys.executable, "-m", "facetlog", "classify", *map(str, paths), *options],
+        check=True,
+        capture_output=True,
+    )
+    return time.perf_counter() - start
+
+
+def _workers(folder: Path, found: Sequence[Scene]) -> tuple[Row, ...]:
+    paths = []
+    for number, scene in enumerate(tuple(found) * COPIES):
+        paths.append(folder / f"copy{number}.json")
+        write_scene(scene, paths[-1])
+    rates = []
+    for workers in (1, 2):
+        few = _classified(paths[:workers], workers)
+        rates.append((len(paths) - workers) / (_classified(paths, workers) - few))
+    return tuple(
+        {
+            "workers": workers,
+            "scenes a second": round(rate, 1),
+            "times one": round(rate / rates[0], 2),
+        }
+        for workers, rate in zip((1, 2), rates, strict=True)
+    )
 
 
 def _native(found: list[list[Fact]], judge: BatchJudge) -> list[float]:
@@ -133,36 +186,53 @@ def _native(found: list[list[Fact]], judge: BatchJudge) -> list[float]:
 
 
 def measure(settings: Settings) -> Report:
-    """Times of all scenes, the native peer's, and memory."""
+    """Times of all scenes, the native peer's, workers and memory."""
     count = settings.number(SCENES)
-    found = scenes(count, settings.first)
-    with BatchJudge() as judge:
-        for facts in found:
-            judge.judge(facts)  # uncounted
-        ours = [_timed(judge, facts) for facts in found]
-        native = _native(found, judge)
-    rows = rows_against(native, (("swipl: read, judge", native), ("BatchJudge", ours)))
+    found = built(count, settings.first)
+    facts = scenes(count, settings.first)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        for number, scene in enumerate(found):
+            write_scene(scene, folder / f"{number}.json")
+        with BatchJudge() as judge:
+            for some in facts:
+                judge.judge(some)  # uncounted
+            steps = [_timed(judge, folder / f"{number}.json") for number in range(count)]
+            native = _native(facts, judge)
+        workers = _workers(folder, found)
+    read, made, judged = (list(step) for step in zip(*steps, strict=True))
+    every = [sum(step) for step in steps]
+    peers = (
+        ("swipl: read facts, judge", native),
+        ("JSON to verdicts", every),
+        ("of that: read", read),
+        ("of that: facts", made),
+        ("of that: judge", judged),
+    )
     code = MEMORY.format(
         count=count, first=settings.first, tenths=TENTHS, rounds=max(1, LONG_RUN // TENTHS)
     )
     sizes = cast(list[float], python_says(code))
-    judged = count * max(1, LONG_RUN // TENTHS)
-    slope = float(np.polyfit(np.arange(1, TENTHS + 1) * judged, sizes, 1)[0])
+    a_tenth = count * max(1, LONG_RUN // TENTHS)
+    half = TENTHS // 2
+    slope = float(np.polyfit(np.arange(half) * a_tenth, sizes[-half:], 1)[0])
     memory: Row = {
-        "scenes": judged * TENTHS,
+        "scenes": a_tenth * TENTHS,
         "MB after a tenth": round(sizes[0], 1),
+        "MB after half": round(sizes[-half], 1),
         "MB at the end": round(sizes[-1], 1),
-        "MB for 100,000 scenes": round(1e5 * slope, 1),
+        "MB more in 1,000 scenes": round(1e3 * slope, 2),
     }
     rates: Row = {
-        "scenes a second and core": round(1e3 / float(np.mean(ours)), 1),
+        "scenes a second and core": round(1e3 / float(np.mean(every)), 1),
         "native": round(1e3 / float(np.mean(native)), 1),
     }
     return Report(
         NAME,
         (
-            Table("A scene", rows),
+            Table("A scene", rows_against(native, peers)),
             Table("Rates", (rates,)),
+            Table("Workers of classify", workers),
             Table("Resident memory", (memory,)),
         ),
         {"scenes": count, "repeats": REPEATS},
