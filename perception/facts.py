@@ -15,7 +15,7 @@ from facetlog.perception.named_rows import FactRows
 from facetlog.perception.survey import Survey
 from facetlog.perception.types import Scene
 
-__all__ = ["Fact", "FactRows", "fact_rows", "scene_facts"]
+__all__ = ["LEVEL_KINDS", "Fact", "FactRows", "fact_rows", "scene_facts"]
 
 # What Fact(functor, args) comes to, without the call: a scene may have millions of facts.
 _fact: Callable[[tuple[str, tuple[Value, ...]]], Fact] = partial(tuple.__new__, Fact)

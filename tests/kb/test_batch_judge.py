@@ -26,7 +26,7 @@ from facetlog.kb.recognize import judge_scene, open_knowledge_base
 from facetlog.kb.verdict import Verdict
 from facetlog.perception.builders import build
 from facetlog.perception.fact_schema import FACT_SCHEMA
-from facetlog.perception.facts import scene_facts
+from facetlog.perception.facts import LEVEL_KINDS, scene_facts
 
 # Measures of a file's own, and a model that asks of another, are not written anew.
 OWN = """:- module(m, []).
@@ -114,20 +114,6 @@ DEVIATIONS = {
     kind.functor: [i for i, argument in enumerate(kind.arguments, 1) if argument.name == "Sd"]
     for kind in FACT_SCHEMA
 }
-OF_WHOLE = (
-    "cover",
-    "level_length",
-    "level_width",
-    "built_over",
-    "room_below",
-    "room_above",
-    "free_below",
-    "see_through",
-    "see_across",
-    "rise_side",
-    "rise_off_middle",
-    "rise_span",
-)
 NEEDS_UP = frozenset(
     (
         "up",
@@ -201,7 +187,7 @@ def as_whole(facts: list[Fact], seed: int) -> list[Fact]:
     for _, face in [fact for fact in facts if fact[0] == "face"]:
         if generator.uniform() < 0.3:
             continue  # not level
-        found.extend((name, face, generator.uniform(), 0.05) for name in OF_WHOLE)
+        found.extend((name, face, generator.uniform(), 0.05) for name in LEVEL_KINDS)
     return found
 
 

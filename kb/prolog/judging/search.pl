@@ -1,6 +1,5 @@
 :- module(facetlog_search, [ start/4,         % +Aim, +Candidates, +Plan, -Queue
                              next_best/4,     % +Aim, +Queue0, -Queue, -Found
-                             count_all/3,     % +Outlines, +Tally0, -Tally
                              total/2,         % +Misses, -Total
                              key/3,           % +Sought, +Open, -Key
                              improbability/2, % +Probability, -Whole
