@@ -5,6 +5,8 @@ This module is the lowest of the house: every room may import it, and it imports
 
 __all__ = [
     "CalibrationError",
+    "DeviceError",
+    "DeviceTimeout",
     "EngineError",
     "FacetlogError",
     "InconsistentViewsError",
@@ -48,3 +50,13 @@ class EngineError(FacetlogError):
     """SWI-Prolog is missing, too old, or failed."""
 
     exit_code = 3
+
+
+class DeviceError(FacetlogError):
+    """A robot, its camera head or its camera cannot be reached, or does not do what it is told."""
+
+    exit_code = 3
+
+
+class DeviceTimeout(DeviceError, TimeoutError):  # noqa: N818 - as TimeoutError, which it is
+    """A device did not answer, or did not get done, in the time it was given."""

@@ -1,0 +1,1 @@
+"""The Pioneer's serial line: packets, what they say, and the driver."""
