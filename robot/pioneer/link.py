@@ -236,7 +236,7 @@ class Link:
         with self.changed:
             problems, callbacks = self.control.new_problems(), tuple(self._callbacks)
         for problem in problems:
-            LOGGER.warning("%s", problem)
+            LOGGER.info("%s", problem)
             for callback in callbacks:
                 try:
                     callback(problem)
