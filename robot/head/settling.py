@@ -12,7 +12,10 @@ Counts = tuple[int, ...]
 """Of pan and tilt, or of the zoom: places in the device's own steps."""
 
 POLL_S = 0.05
-"""Between two inquiries, seconds: a head that moves at 10°/s then moves by half a degree."""
+"""Between two inquiries, seconds: the slowest Sony pans by more than a count in that time."""
+STILL_S = 0.3
+"""Beside its target a head stands if its place has not changed for so long, seconds: one that
+creeps at a degree a second changes it by a count in 0.1."""
 STARTING_S = 0.6
 """A head that has not begun to move by then will not, seconds (a command is taken up within a few
 pictures; the rest is for a slow line)."""
@@ -33,10 +36,11 @@ def wait_until_still(
     deadline: float,
     clock: Clock,
 ) -> tuple[Counts, bool]:
-    """Where it stands, by two equal answers of `read`, and whether that is at `target`.
+    """Where it stands, by equal answers of `read`, and whether that is at `target`.
 
-    Away from the target it may not have begun to move: only `STARTING_S` of standing there counts.
-    DeviceTimeout if it still moves at `deadline`.
+    At the target itself two of them do; within `tolerance` of it they must be equal for `STILL_S`,
+    elsewhere, where it may not have begun to move, for `STARTING_S`. DeviceTimeout if it still
+    moves at `deadline`.
     """
     before = read()
     since = clock.now()
@@ -49,7 +53,8 @@ def wait_until_still(
                 abs(place - goal) <= most
                 for place, goal, most in zip(here, target, tolerance, strict=True)
             )
-            if there or now - since >= STARTING_S:
+            enough = 0.0 if here == target else STILL_S if there else STARTING_S
+            if now - since >= enough:
                 return here, there
         else:
             before, since = here, now

@@ -137,7 +137,8 @@ class SonyEviD30:
     def _switch_on(self, deadline: float) -> None:
         """Until it says where it stands, which it does not while it is off or starting."""
         while True:
-            if self._line.ask(Inquiry.POWER, POWER_BYTES, bytes) == ON:
+            power = self._line.ask(Inquiry.POWER, POWER_BYTES, bytes)
+            if power in (ON, Failed(ViscaError.SYNTAX)):  # without stand-by there is nothing to ask
                 position = self._line.ask(Inquiry.POSITION, POSITION_BYTES, position_of)
                 if not isinstance(position, Failed):
                     return

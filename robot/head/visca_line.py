@@ -104,11 +104,14 @@ class ViscaLine:
         return reply == Completed(ack.socket)
 
     def clear(self) -> None:
-        """Makes the head forget the commands under way; errors as `ask`."""
+        """Makes the head forget the commands under way, if it can; errors as `ask`.
+
+        One that does not know this command says so, and is as ready as it was.
+        """
 
         def answer() -> None:
             reply = self._receive(ACK_BYTES, ERROR_BYTES)
-            if reply != Information(b""):
+            if not isinstance(reply, Information | Failed):
                 raise ViscaSyntaxError(f"{reply} does not answer a clear")
 
         self._persist(Fixed.CLEAR, answer)

@@ -26,12 +26,15 @@ class Silence:
 class SimulatedLine:
     """As the tunnel through the robot: n bytes come once n are there, what is not asked for stays.
 
-    `spoil` changes what the device says on its way; `asked` are the lengths asked for since the
-    last command was sent.
+    `spoil` changes what the device says on its way, and `spoil_sent` what it is told; each byte in
+    and out waits for the robot's `cycle`. `asked` are the lengths asked for after each command.
     """
 
+    spoil_sent: Callable[[bytes], bytes]
+
     def __init__(self, device: Device | Silence, spoil: Callable[[bytes], bytes] = bytes) -> None:
-        self.device, self.spoil = device, spoil
+        self.device, self.spoil, self.spoil_sent = device, spoil, bytes
+        self.cycle = 0.0
         self.now = 100.0
         self.sent: list[bytes] = []
         self.asked: list[list[int]] = []
@@ -53,12 +56,13 @@ class SimulatedLine:
     def send(self, data: bytes) -> None:
         self.sent.append(data)
         self.asked.append([])
-        self.now += len(data) * BYTE_S
-        self.device.receive(data, self.now)
+        self.now += len(data) * BYTE_S + self.cycle
+        self.device.receive(self.spoil_sent(data), self.now)
 
     def receive(self, count: int, timeout: float) -> bytes:
         self.asked[-1].append(count)
         deadline = self.now + timeout
+        self.now += self.cycle
         while True:
             self._came_in += self.spoil(self.device.pending(self.now))
             if len(self._came_in) >= count:

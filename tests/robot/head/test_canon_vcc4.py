@@ -69,6 +69,16 @@ def test_a_look_waits_until_the_move_is_done_not_only_taken() -> None:
     assert 190 / 90 <= line.now - before <= 190 / 90 + 0.6
 
 
+def test_a_robot_that_hands_bytes_on_ten_times_a_second_only_makes_it_slower() -> None:
+    line = SimulatedLine(CanonHead())
+    line.cycle = 0.1
+    head = CanonVcC4(line, clock=line.clock)
+    head.start()
+    before = line.now
+    assert head.look(rad(90), rad(25)).pan == pytest.approx(rad(90))
+    assert line.now - before < 1.0 + 2.0
+
+
 def test_answers_are_asked_for_in_two_pieces_at_most_six_bytes_first() -> None:
     head, line = started()
     head.look(rad(20), rad(5), zoom=300)

@@ -56,6 +56,16 @@ def test_a_look_takes_as_long_as_the_head_needs_and_little_more() -> None:
     assert 2.5 <= line.now - before <= 2.9
 
 
+def test_a_robot_that_hands_bytes_on_ten_times_a_second_only_makes_it_slower() -> None:
+    line = SimulatedLine(SonyHead(powered=False))
+    line.cycle = 0.1
+    head = SonyEviD30(line, clock=line.clock)
+    head.start()
+    before = line.now
+    assert head.look(rad(100), rad(25)).pan == pytest.approx(rad(100))
+    assert line.now - before < 1.25 + 1.5
+
+
 def test_answers_are_asked_for_in_two_pieces_at_most_the_shortest_first() -> None:
     head, line = started()
     head.look(rad(20), rad(5), zoom=300)
@@ -128,6 +138,16 @@ def test_a_model_of_unknown_scale_is_refused_by_its_number() -> None:
         SonyEviD30(line, clock=line.clock).start()
 
 
+def test_a_head_that_knows_neither_clear_nor_power_is_used_as_it_is() -> None:
+    unknown = "90 60 02 FF"
+    line = SimulatedLine(
+        Answering({"81 01 00 01 FF": unknown, "81 09 04 00 FF": unknown, "88 30 01 FF": ""})
+    )
+    head = SonyEviD30(line, clock=line.clock)
+    head.start()
+    assert head.look(rad(30), 0.0).pan == pytest.approx(rad(30))
+
+
 def test_a_head_that_never_answers_ends_in_a_time_out_that_says_what_to_check() -> None:
     line = SimulatedLine(Silence())
     with pytest.raises(DeviceTimeout, match=r"power.*cable.*AUX1.*9600"):
@@ -180,11 +200,21 @@ def test_a_head_that_is_held_is_told_after_a_few_attempts() -> None:
         head.look(rad(40), 0.0, timeout=60)
 
 
-def test_a_slow_head_is_not_waited_for_longer_than_asked() -> None:
-    class Slow(SonyHead):
-        def _pan_speed(self, _step: int) -> float:
-            return 10.0
+class Slow(SonyHead):
+    """Pans at 10 counts a second, as one that is held."""
 
+    def _pan_speed(self, _step: int) -> float:
+        return 10.0
+
+
+def test_a_completion_that_comes_late_is_not_taken_for_a_place() -> None:
+    head, line = started(Slow())
+    state = head.look(rad(-10), 0.0, timeout=20)
+    assert state.pan == pytest.approx(rad(-10))
+    assert line.device.angles(line.now)[0] == pytest.approx(rad(-10))
+
+
+def test_a_slow_head_is_not_waited_for_longer_than_asked() -> None:
     head, line = started(Slow())
     before = line.now
     with pytest.raises(DeviceTimeout, match="not still"):
@@ -227,21 +257,29 @@ def test_where_may_be_asked_while_it_moves() -> None:
     assert 0 < first < head.where().pan < rad(100)
 
 
-class Losing:
-    """Loses single bytes and whole answers by chance, and spoils some."""
+class Garbling:
+    """Turns a bit of a byte by chance."""
 
     def __init__(self, seed: int, share: float) -> None:
         self.chance, self.share, self.on = random.Random(seed), share, False
 
     def __call__(self, said: bytes) -> bytes:
-        if not self.on:
-            return said
-        kept = bytearray()
-        for byte in said:
-            if self.chance.random() < self.share:
-                continue
-            kept.append(byte)
-        return bytes(kept)
+        return bytes(
+            byte ^ (1 << self.chance.randrange(8))
+            if self.on and self.chance.random() < self.share
+            else byte
+            for byte in said
+        )
+
+
+class Losing:
+    """Loses single bytes by chance."""
+
+    def __init__(self, seed: int, share: float) -> None:
+        self.chance, self.share, self.on = random.Random(seed), share, False
+
+    def __call__(self, said: bytes) -> bytes:
+        return bytes(byte for byte in said if not self.on or self.chance.random() >= self.share)
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -257,6 +295,23 @@ def test_lost_bytes_are_asked_for_again(seed: int) -> None:
         true_pan, true_tilt, _ = line.device.angles(line.now)
         assert true_pan == pytest.approx(state.pan, abs=1e-9)
         assert true_tilt == pytest.approx(rad(tilt), abs=rad(0.1))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_garbled_bytes_in_both_directions_do_not_lead_astray(seed: int) -> None:
+    garble = Garbling(seed, 0.01)
+    line = SimulatedLine(SonyHead(), garble)
+    head = SonyEviD30(line, clock=line.clock)
+    head.start()
+    line.spoil_sent, garble.on = garble, True
+    for pan, tilt in ((40, 10), (-60, -20), (5, 0)):
+        state = head.look(rad(pan), rad(tilt), timeout=60)
+        true_pan, true_tilt, _ = line.device.angles(line.now)
+        # To half a count: a garbled order may have sent it half a degree off, which it tells.
+        assert true_pan == pytest.approx(state.pan, abs=STEP / 2 + 1e-9)
+        assert true_tilt == pytest.approx(state.tilt, abs=STEP / 2 + 1e-9)
+        assert state.pan == pytest.approx(rad(pan), abs=rad(0.6))
+        assert state.tilt == pytest.approx(rad(tilt), abs=rad(0.6))
 
 
 @pytest.mark.parametrize(
