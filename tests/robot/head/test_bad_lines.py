@@ -13,8 +13,8 @@ from facetlog.robot.simulator.head_canon import CanonHead
 from facetlog.robot.simulator.head_sony import SonyHead
 from tests.robot.head.simulated import SimulatedLine
 
-LONGEST_S = 400.0
-"""Simulated: the sum of all time-outs of a start and a look, with every answer lost."""
+LONGEST_S = 60.0
+"""Simulated: twice what the slowest of them takes, a head that is started without answers."""
 ANGLE = math.radians(20)
 
 
