@@ -20,7 +20,7 @@ from facetlog.robot.simulator.world_file import WorldSetup
 
 __all__ = ["Camera", "Shot"]
 
-LATEST = 0.3
+LATEST = 0.5
 """Seconds after its exposure that a picture is still sent if the camera has moved since."""
 OUTDATED_PX = 0.5
 """By so much the picture must have moved meanwhile for that."""

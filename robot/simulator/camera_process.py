@@ -5,7 +5,6 @@ socket does. Its arguments: the socket's number. The first message says what the
 """
 
 import json
-import os
 import signal
 import sys
 from contextlib import suppress
@@ -25,8 +24,6 @@ __all__ = ["main", "opening_message", "viewpoints_message"]
 
 # Keeps the pictures' noise apart from what else is drawn with the same seed.
 PICTURE_STREAM = 3
-NICENESS = 5
-"""The firmware goes before the pictures where both want the same core."""
 
 
 def opening_message(setup: WorldSetup) -> bytes:
@@ -42,7 +39,6 @@ def viewpoints_message(start: Viewpoint, end: Viewpoint) -> bytes:
 def main(descriptor: int) -> None:
     """Answers until the other side goes away."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's matter
-    os.nice(NICENESS)
     cv2.setNumThreads(1)
     with Connection(descriptor) as line, suppress(EOFError, OSError):
         setup = TypeAdapter(WorldSetup).validate_json(line.recv_bytes())

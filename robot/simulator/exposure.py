@@ -7,6 +7,7 @@ time, as a camera's is, and no sharper than it may be.
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.types import Camera, FloatArray, Image, Pose
 from facetlog.robot.render import render
@@ -27,6 +28,9 @@ MOST_MOMENTS = 16
 LEAST_FALL, LEAST_AHEAD = 0.2, 0.3
 # Points of the picture whose motion is looked at, as shares of its size: corners and middle.
 PROBES = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (0.5, 0.5))
+
+
+GreySum = NDArray[np.float32]
 
 
 def _across(camera: Camera, start: Pose, end: Pose) -> FloatArray:
@@ -61,49 +65,48 @@ class Exposures:
         self._world, self._mount, self._setup, self._rng = world, mount, setup, rng
         self._camera = camera_of(setup)
         self._from: Pose | None = None
-        self._sharp: FloatArray | None = None
+        self._sharp: Image | None = None
 
     def expose(self, start: Viewpoint, end: Viewpoint) -> Image:
         """The picture (H, W) of an exposure that began and ended at these viewpoints."""
-        middle = start.towards(end, 0.5)
         smear = smear_px(self._camera, self._pose(start), self._pose(end))
         if smear < STILL_PX:
             picture = self._at_rest(self._pose(start))
         else:
-            picture = self._moving(start, end, middle, smear)
+            picture = self._moving(start, end, smear)
         noise = self._rng.standard_normal(picture.shape, dtype=np.float32)
-        noisy = picture + self._setup.noise * noise
-        return np.asarray(np.clip(np.rint(noisy), 0, 255), dtype=np.uint8)
+        noise *= self._setup.noise
+        return np.asarray(np.clip(np.rint(picture + noise), 0, 255), dtype=np.uint8)
 
     def _pose(self, viewpoint: Viewpoint) -> Pose:
         return camera_pose(viewpoint, self._mount)
 
-    def _at_rest(self, pose: Pose) -> FloatArray:
+    def _at_rest(self, pose: Pose) -> Image:
         before = self._from
         if self._sharp is None or before is None or smear_px(self._camera, before, pose) > STILL_PX:
             self._sharp, self._from = self._render(pose, 1.0), pose
         return self._sharp
 
-    def _moving(
-        self, start: Viewpoint, end: Viewpoint, middle: Viewpoint, smear: float
-    ) -> FloatArray:
-        pose = self._pose(middle)
-        scale = next((scale for limit, scale in SCALES if smear >= limit), 1.0)
-        sharp = self._render(pose, scale)
+    def _moving(self, start: Viewpoint, end: Viewpoint, smear: float) -> GreySum:
+        """The mean of the picture from the middle of the way, moved to moments of the exposure."""
+        pose = self._pose(start.towards(end, 0.5))
+        sharp = self._render(pose, next((scale for least, scale in SCALES if smear >= least), 1.0))
         moments = min(MOST_MOMENTS, 2 + round(smear))
-        total = np.zeros_like(sharp)
+        total: GreySum = np.zeros(sharp.shape, dtype=np.float32)
         for share in (np.arange(moments) + 0.5) / moments:
             there = _across(self._camera, pose, self._pose(start.towards(end, float(share))))
             size = (self._camera.width, self._camera.height)
-            total += cv2.warpPerspective(sharp, there, size, borderMode=cv2.BORDER_REPLICATE)
-        return total / moments
+            moved = cv2.warpPerspective(sharp, there, size, borderMode=cv2.BORDER_REPLICATE)
+            cv2.accumulate(moved, total)
+        return total / np.float32(moments)
 
-    def _render(self, pose: Pose, scale: float) -> FloatArray:
+    def _render(self, pose: Pose, scale: float) -> Image:
         camera = camera_of(self._setup, scale)
         blur = self._setup.blur * scale
         rng = self._rng  # not used without noise
         picture = render(self._world, camera, pose, noise_sd=0.0, blur_px=blur, rng=rng)
-        if scale != 1.0:
-            size = (self._camera.width, self._camera.height)
-            picture = cv2.resize(picture, size, interpolation=cv2.INTER_LINEAR).astype(np.uint8)
-        return picture.astype(np.float64)
+        if scale == 1.0:
+            return picture
+        size = (self._camera.width, self._camera.height)
+        larger = cv2.resize(picture, size, interpolation=cv2.INTER_LINEAR)
+        return np.asarray(larger, dtype=np.uint8)
