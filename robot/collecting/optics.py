@@ -1,0 +1,24 @@
+"""The camera's intrinsics as the record writes them: a pinhole and what its lens adds."""
+
+from dataclasses import dataclass, field
+
+from facetlog.perception.types import Camera
+
+__all__ = ["Optics"]
+
+
+@dataclass(frozen=True, slots=True)
+class Optics:
+    """The pinhole (pixels, the middle of the first one is 0, 0) and its lens.
+
+    `coefficients` are names and values (k1 … k4, p1, p2) of the lens model that `model` names, as
+    COLMAP and nerfstudio name it: PINHOLE, OPENCV or OPENCV_FISHEYE.
+    """
+
+    camera: Camera
+    model: str = "PINHOLE"
+    coefficients: tuple[tuple[str, float], ...] = field(default=())
+
+    def coefficient(self, name: str) -> float:
+        """One coefficient, 0 where there is none."""
+        return dict(self.coefficients).get(name, 0.0)
