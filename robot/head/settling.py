@@ -11,8 +11,9 @@ __all__ = ["Clock", "Counts", "wait_until_still"]
 Counts = tuple[int, ...]
 """Of pan and tilt, or of the zoom: places in the device's own steps."""
 
-POLL_S = 0.05
-"""Between two inquiries, seconds: the slowest Sony pans by more than a count in that time."""
+POLL_S = 0.1
+"""Between two inquiries, seconds: a robot with P2OS takes one command in each of its cycles of 0.05
+to 0.1 s, and an inquiry through it is four of them."""
 STILL_S = 0.3
 """Beside its target a head stands if its place has not changed for so long, seconds: one that
 creeps at a degree a second changes it by a count in 0.1."""

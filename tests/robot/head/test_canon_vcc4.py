@@ -140,6 +140,16 @@ def test_without_answers_it_is_sent_its_moves_unseen_and_that_is_said(
         assert not head.where().reported
 
 
+def test_without_answers_a_move_under_way_is_stopped_first() -> None:
+    line = SimulatedLine(CanonHead(answers=False))
+    head = CanonVcC4(line, answers=False, clock=line.clock)
+    head.start()
+    line.device.receive(move(875, 0), line.now)
+    line.sleep(0.1)
+    state = head.look(rad(10), rad(5))
+    assert line.device.angles(line.now)[0] == pytest.approx(state.pan)
+
+
 def test_without_answers_a_stop_leaves_the_place_unknown() -> None:
     line = SimulatedLine(CanonHead(answers=False))
     head = CanonVcC4(line, answers=False, clock=line.clock)

@@ -3,6 +3,7 @@
 import math
 import random
 from collections.abc import Callable
+from dataclasses import replace
 
 import pytest
 from hypothesis import given, settings
@@ -200,22 +201,20 @@ def test_a_head_that_is_held_is_told_after_a_few_attempts() -> None:
         head.look(rad(40), 0.0, timeout=60)
 
 
-class Slow(SonyHead):
+def slow() -> SonyHead:
     """Pans at 10 counts a second, as one that is held."""
-
-    def _pan_speed(self, _step: int) -> float:
-        return 10.0
+    return SonyHead(replace(EVI_D30, pan_speeds_deg=(10 / 8.8,) * 24))
 
 
 def test_a_completion_that_comes_late_is_not_taken_for_a_place() -> None:
-    head, line = started(Slow())
+    head, line = started(slow())
     state = head.look(rad(-10), 0.0, timeout=20)
     assert state.pan == pytest.approx(rad(-10))
     assert line.device.angles(line.now)[0] == pytest.approx(rad(-10))
 
 
 def test_a_slow_head_is_not_waited_for_longer_than_asked() -> None:
-    head, line = started(Slow())
+    head, line = started(slow())
     before = line.now
     with pytest.raises(DeviceTimeout, match="not still"):
         head.look(rad(90), 0.0, timeout=6.0)
