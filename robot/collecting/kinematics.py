@@ -7,6 +7,7 @@ The chain is the paper's: pinhole = robot ∘ mount ∘ pan-tilt ∘ pinhole off
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.linalg import block_diag
 from scipy.spatial.transform import Rotation
 
@@ -14,7 +15,7 @@ from facetlog.perception.types import FloatArray, Pose
 from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["Gaze", "camera_pose", "gaze_at", "pose_covariance", "stand_for"]
+__all__ = ["Gaze", "camera_frames", "camera_pose", "gaze_at", "pose_covariance", "stand_for"]
 
 # From OpenCV's camera (x right, y down, z along the view) to a frame with x along it and z up.
 AHEAD_FROM_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
@@ -33,34 +34,47 @@ class Gaze:
     tilt: float
 
 
-def _about_z(angle: float) -> FloatArray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def _about_y(angle: float) -> FloatArray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-
-
-def _about_x(angle: float) -> FloatArray:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+def _about(axis: int, angle: ArrayLike) -> FloatArray:
+    """Rotation(s) (..., 3, 3) about x (0), y (1) or z (2) by angle(s) (...)."""
+    turned = np.asarray(angle, dtype=np.float64)
+    c, s = np.cos(turned), np.sin(turned)
+    matrix = np.zeros((*turned.shape, 3, 3))
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    matrix[..., axis, axis] = 1.0
+    matrix[..., first, first] = matrix[..., second, second] = c
+    matrix[..., first, second], matrix[..., second, first] = -s, s
+    return matrix
 
 
 def _robot_from_head(mount: Mount) -> FloatArray:
-    return _about_z(mount.yaw) @ _about_y(mount.pitch) @ _about_x(mount.roll)
+    return _about(2, mount.yaw) @ _about(1, mount.pitch) @ _about(0, mount.roll)
 
 
-def _head_from_axes(mount: Mount, gaze: Gaze) -> FloatArray:
+def _head_from_axes(mount: Mount, pan: ArrayLike, tilt: ArrayLike) -> FloatArray:
     """The frame that turns with both axes, x along the view if there is no skew."""
-    return _about_z(gaze.pan) @ _about_y(-(gaze.tilt + mount.tilt_zero))
+    raised = np.asarray(tilt, dtype=np.float64) + mount.tilt_zero
+    return _about(2, pan) @ _about(1, -raised)
 
 
-def _pinhole_in_robot(mount: Mount, gaze: Gaze) -> FloatArray:
+def _pinhole_in_robot(mount: Mount, axes: FloatArray) -> FloatArray:
+    """(..., 3), for `_head_from_axes` (..., 3, 3)."""
     offset = np.array([mount.pinhole_ahead, mount.pinhole_left, mount.pinhole_up])
-    axes = np.array([mount.x, mount.y, mount.z])
-    return np.asarray(axes + _robot_from_head(mount) @ _head_from_axes(mount, gaze) @ offset)
+    return np.asarray([mount.x, mount.y, mount.z] + _robot_from_head(mount) @ axes @ offset)
+
+
+def camera_frames(
+    places: FloatArray, mount: Mount, gazes: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Rotations (..., 3, 3) and centres (..., 3) of cameras, as in `camera_pose`.
+
+    `places` (..., 3) are x, y, heading of the robot, `gazes` (..., 2) pan and tilt.
+    """
+    turn = _about(2, places[..., 2])
+    axes = _head_from_axes(mount, gazes[..., 0], gazes[..., 1])
+    rotation = turn @ _robot_from_head(mount) @ axes @ _about(0, mount.skew) @ AHEAD_FROM_CAMERA
+    centre = (turn @ _pinhole_in_robot(mount, axes)[..., None])[..., 0]
+    centre[..., :2] += places[..., :2]
+    return rotation, centre
 
 
 def camera_pose(robot: Pose2, mount: Mount, gaze: Gaze) -> Pose:
@@ -69,20 +83,17 @@ def camera_pose(robot: Pose2, mount: Mount, gaze: Gaze) -> Pose:
     >>> camera_pose(Pose2(1.0, 2.0, 0.0), Mount(z=0.7), Gaze(0.0, 0.0)).rotation @ [0, 0, 1]
     array([1., 0., 0.])
     """
-    turn = _about_z(robot.heading)
-    axes = _robot_from_head(mount) @ _head_from_axes(mount, gaze)
-    rotation = turn @ axes @ _about_x(mount.skew) @ AHEAD_FROM_CAMERA
-    place = np.array([robot.x, robot.y, 0.0])
-    return Pose(rotation, place + turn @ _pinhole_in_robot(mount, gaze))
+    place = np.array([robot.x, robot.y, robot.heading])
+    return Pose(*camera_frames(place, mount, np.array([gaze.pan, gaze.tilt])))
 
 
 def gaze_at(robot: Pose2, mount: Mount, point: FloatArray) -> Gaze:
     """The angles at which the optical axis goes through `point` (3,) in the world."""
-    turn = _about_z(robot.heading)
+    turn = _about(2, robot.heading)
     place = np.array([robot.x, robot.y, 0.0])
     gaze = Gaze(0.0, 0.0)
     for _ in range(ROUNDS):
-        pinhole = place + turn @ _pinhole_in_robot(mount, gaze)
+        pinhole = place + turn @ _pinhole(mount, gaze)
         gaze = _gaze_along(turn, mount, point - pinhole)
     return gaze
 
@@ -95,13 +106,17 @@ def stand_for(
     The robot's heading is given; the optical axis goes through `point` (3,). The pinhole's height
     is what the mount makes it.
     """
-    turn = _about_z(heading)
+    turn = _about(2, heading)
     gaze = Gaze(0.0, 0.0)
     for _ in range(ROUNDS):
-        offset = turn @ _pinhole_in_robot(mount, gaze)
+        offset = turn @ _pinhole(mount, gaze)
         gaze = _gaze_along(turn, mount, point - np.array([*pinhole, offset[2]]))
-    offset = turn @ _pinhole_in_robot(mount, gaze)
+    offset = turn @ _pinhole(mount, gaze)
     return Pose2(pinhole[0] - float(offset[0]), pinhole[1] - float(offset[1]), heading), gaze
+
+
+def _pinhole(mount: Mount, gaze: Gaze) -> FloatArray:
+    return _pinhole_in_robot(mount, _head_from_axes(mount, gaze.pan, gaze.tilt))
 
 
 def _gaze_along(turn: FloatArray, mount: Mount, direction: FloatArray) -> Gaze:
