@@ -17,7 +17,6 @@ from facetlog.robot.pioneer.true_pose import TruePose
 from facetlog.robot.pose2 import Pose2
 
 STEP = 0.01
-CYCLE = 0.1
 CONFIGURATION = Configuration(
     "Pioneer", "p3dx", "SCRIPT", 0, 300, 1000, 300, 2000, 400, "scripted", 100, 0, 0, 0, 1, 0,
     0, 0, 2000, 0, 0, 0, 0, 0, 100, 750, 100, 100, 0, 0, 0, 300, 300, 0, 0, 0, 5, 5, 0, 0, 0,
@@ -46,7 +45,9 @@ class ScriptedRobot:
     y: float = 0.0
     heading: float = 0.0
     deceleration: float = 0.3
-    acceleration: float = 0.3
+    acceleration: float = 0.6
+    cycle: float = 0.1
+    """Seconds between reports."""
     origin: tuple[int, int] = (32000, 4000)
     commands: list[tuple[float, str, int | bytes | None]] = field(default_factory=list)
     aux_out: list[bytes] = field(default_factory=list)
@@ -105,7 +106,7 @@ class ScriptedRobot:
         value = argument if isinstance(argument, int) else 0
         match Command(packet.kind):
             case Command.OPEN:
-                self.session, self._next_report = "open", now + CYCLE
+                self.session, self._next_report = "open", now + self.cycle
             case Command.CLOSE:
                 self.session, self.motors, self._sync = "waiting", False, 0
                 self.wanted = (0.0, 0.0)
@@ -187,7 +188,7 @@ class ScriptedRobot:
         self.y += self.speed * STEP * math.sin(middle)
         self.heading += self.turning * STEP
         if self.session == "open" and now >= self._next_report:
-            self._next_report += CYCLE
+            self._next_report += self.cycle
             self.say(self.report().to_packet())
 
     def report(self) -> ServerInformation:
@@ -221,7 +222,7 @@ def _towards(value: float, wanted: float, step: float) -> float:
 
 
 class ScriptedPort:
-    """The robot on a port, for threads: time is the machine's.
+    """The robot on a port, for threads: in the machine's time, and so a lively robot.
 
     `damage` is the share of bytes, both ways, that is changed.
     """
@@ -235,6 +236,7 @@ class ScriptedPort:
         has_baud: bool = False,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
+        robot.cycle, robot.acceleration = 0.05, 3.0
         self.robot, self.damage, self.has_baud = robot, damage, has_baud
         self.address = "scripted"
         self.closed = False
