@@ -200,9 +200,6 @@ class SonyHead:
             self._clear(now)
             self._say(Information(b""), now)
             return
-        if isinstance(command, AddressSet):
-            self._say(Failed(ViscaError.SYNTAX), now)
-            return
         socket = next((free for free in SOCKETS if free not in self._sockets), None)
         if socket is None:
             self._say(Failed(ViscaError.BUFFER_FULL), now)
