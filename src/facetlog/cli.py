@@ -18,6 +18,7 @@ from facetlog.commands.model.app import model_app
 from facetlog.commands.query import query_command
 from facetlog.commands.scene.app import scene_app
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.commands.simulate import simulate_command
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
@@ -178,6 +179,7 @@ app.command("classify")(classify_command)
 app.command("query")(query_command)
 app.command("why")(why_command)
 app.command("why-not")(why_not_command)
+app.command("simulate")(simulate_command)
 app.add_typer(model_app)
 app.add_typer(scene_app)
 
