@@ -13,6 +13,7 @@ import typer
 from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
 from facetlog.commands.classify import classify_command
+from facetlog.commands.collect import collect_command
 from facetlog.commands.explain import why_command, why_not_command
 from facetlog.commands.model.app import model_app
 from facetlog.commands.query import query_command
@@ -176,6 +177,7 @@ def demo_command(
 
 
 app.command("classify")(classify_command)
+app.command("collect")(collect_command)
 app.command("query")(query_command)
 app.command("why")(why_command)
 app.command("why-not")(why_not_command)
