@@ -35,7 +35,7 @@ OPEN_TIMEOUT_MS, READ_TIMEOUT_MS = 5_000, 3_000
 REOPEN_PAUSE = 0.5
 # Between two stills that are asked for while the camera gives the same one again and again.
 STILL_PAUSE = 0.1
-STILL_TIMEOUT = 3.0
+STILL_TIMEOUT = 10.0
 STILL_SUFFIXES = (".jpg", ".jpeg", ".png")
 STILL_WORDS = ("snapshot", "still")
 LARGEST_STILL = 64 * 1024 * 1024

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
 
-__all__ = ["DEFAULT_MOUNT", "PARAMETERS", "Mount", "mount_text", "read_mount"]
+__all__ = ["ANGLES", "DEFAULT_MOUNT", "LENGTHS", "PARAMETERS", "Mount", "mount_text", "read_mount"]
 
 LENGTHS = ("x", "y", "z", "pinhole_ahead", "pinhole_left", "pinhole_up")
 ANGLES = ("yaw", "pitch", "roll", "tilt_zero", "skew")

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass, field
 
-from facetlog.perception.types import Camera
+from facetlog.errors import DeviceError
+from facetlog.perception.types import Camera, Image
 
 __all__ = ["Optics"]
 
@@ -22,3 +23,12 @@ class Optics:
     def coefficient(self, name: str) -> float:
         """One coefficient, 0 where there is none."""
         return dict(self.coefficients).get(name, 0.0)
+
+    def check(self, image: Image) -> None:
+        """DeviceError for a picture of another size: it is not of the camera that this is of."""
+        height, width = image.shape[:2]
+        if (width, height) != (self.camera.width, self.camera.height):
+            raise DeviceError(
+                f"the camera's pictures are {width} x {height}, its calibration is for "
+                f"{self.camera.width} x {self.camera.height}: give the --camera-file of this camera"
+            )

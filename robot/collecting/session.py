@@ -170,7 +170,7 @@ def _shoot(
 ) -> tuple[Image, Quality, list[str]]:
     """The picture, how good it is, and what is to be said of it; a bad one is taken once again."""
     frame = camera.shot(after, SHOT_TIMEOUT)
-    _check_size(frame.image, optics)
+    optics.check(frame.image)
     quality = quality_of(frame.image)
     faults = faults_of(quality, others)
     if not faults:
@@ -184,15 +184,6 @@ def _shoot(
     if (len(still), -second.sharpness) < (len(faults), -quality.sharpness):
         return again.image, second, [f"{fault}, twice; kept" for fault in still]
     return frame.image, quality, [f"{fault}, twice; kept" for fault in faults]
-
-
-def _check_size(image: Image, optics: Optics) -> None:
-    height, width = image.shape[:2]
-    if (width, height) != (optics.camera.width, optics.camera.height):
-        raise DeviceError(
-            f"the camera's pictures are {width} x {height}, its calibration is for "
-            f"{optics.camera.width} x {optics.camera.height}: give the --camera-file of this camera"
-        )
 
 
 def _covariance(rig: Rig, state: RobotView, robot: Pose2, gaze: Gaze) -> FloatArray:

@@ -194,7 +194,7 @@ def optics_of(camera_file: Path | None, tour: Path | None) -> tuple["Optics", fl
         camera_file = tour.parent / CAMERA_TOML
     if camera_file is not None:
         return read_optics(camera_file)
-    note(f"no --camera-file: the camera is taken to be that of {SIMULATED_CAMERA}, 65° across")
+    note("no --camera-file: the camera is taken to be the simulated one, 640 x 480, 65° across")
     return Optics(tour_camera()), None
 
 

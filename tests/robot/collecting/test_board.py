@@ -3,30 +3,39 @@
 import cv2
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
-from facetlog.perception.types import FloatArray, Image
+from facetlog.perception.types import FloatArray, Image, Pose
 from facetlog.robot.collecting.board import Board, Corners, straight_pixels
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.tour import tour_camera
 
 CAMERA = tour_camera()
 CHARUCO, CHESS = Board(7, 5, 0.05, 0.037), Board(8, 5, 0.05)
-TURN, _ = cv2.Rodrigues(np.array([0.3, -0.4, 0.1]))
+TURN = Rotation.from_rotvec([0.3, -0.4, 0.1]).as_matrix()
 SHIFT = np.array([-0.15, -0.1, 0.9])
+# Sharp prints, drawn once.
+PRINTS: dict[Board, Image] = {}
 
 
 def _shown(board: Board) -> Image:
-    """The printed board before the camera, on a grey wall."""
-    picture = board.picture()
+    return seen_by(board, Pose(np.eye(3), np.zeros(3)), Pose(TURN, SHIFT))
+
+
+def seen_by(board: Board, camera: Pose, place: Pose) -> Image:
+    """The printed board on a grey wall, at `place`, as the tour's camera at `camera` sees it."""
+    if board not in PRINTS:
+        PRINTS[board] = np.asarray(cv2.GaussianBlur(board.picture(), (0, 0), 1.5), dtype=np.uint8)
+    picture = PRINTS[board]
+    turn = camera.rotation.T @ place.rotation
+    shift = camera.rotation.T @ (place.centre - camera.centre)
     scale = board.square * board.across / picture.shape[1]
     # Its upper left pixel reaches from the board's corner on: its middle is half a pixel in.
     board_from_print = np.array([[scale, 0, scale / 2], [0, scale, scale / 2], [0, 0, 1]])
-    plane = CAMERA.matrix @ np.column_stack([TURN[:, 0], TURN[:, 1], SHIFT])
+    plane = CAMERA.matrix @ np.column_stack([turn[:, 0], turn[:, 1], shift])
     size = (CAMERA.width, CAMERA.height)
-    shown = cv2.warpPerspective(
-        cv2.GaussianBlur(picture, (0, 0), 1.5), plane @ board_from_print, size, borderValue=(128,)
-    )
+    shown = cv2.warpPerspective(picture, plane @ board_from_print, size, borderValue=(128,))
     return np.asarray(shown, dtype=np.uint8)
 
 
