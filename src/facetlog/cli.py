@@ -13,8 +13,10 @@ import typer
 from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
 from facetlog.commands.classify import classify_command
+from facetlog.commands.collect import collect_command
 from facetlog.commands.explain import why_command, why_not_command
 from facetlog.commands.model.app import model_app
+from facetlog.commands.mount import mount_command
 from facetlog.commands.query import query_command
 from facetlog.commands.scene.app import scene_app
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
@@ -186,6 +188,8 @@ def demo_command(
 
 
 app.command("classify")(classify_command)
+app.command("collect")(collect_command)
+app.command("mount")(mount_command)
 app.command("query")(query_command)
 app.command("why")(why_command)
 app.command("why-not")(why_not_command)
