@@ -1,0 +1,86 @@
+"""A line to a device that is asked for a known number of bytes, wherever the line runs.
+
+The serial port of the robot's microcontroller (AUX) hands on what came in only when it is asked for
+a number of bytes, and then only once they are all there. Drivers that keep to that work through it
+and on a port of their own alike.
+"""
+
+import time
+from typing import Protocol
+
+from facetlog.errors import DeviceTimeout
+
+__all__ = ["ByteLine", "BytePort", "PortLine"]
+
+MOST_READS_OF_A_FLUSH = 256
+"""A device that never stops talking must not keep `flush` for ever."""
+
+
+class ByteLine(Protocol):
+    """A line on which a device is sent bytes and asked for a known number of them."""
+
+    def flush(self) -> None:
+        """Forgets what came in and was not asked for."""
+
+    def send(self, data: bytes) -> None:
+        """Sends all of `data`."""
+
+    def receive(self, count: int, timeout: float) -> bytes:
+        """The next `count` bytes, waiting `timeout` seconds at most.
+
+        DeviceTimeout if they are not all there by then; what did come stays for the next call.
+        """
+
+    def close(self) -> None:
+        """Gives the line back; it cannot be used afterwards."""
+
+
+class BytePort(Protocol):
+    """A port with no more than bytes: a serial port or a socket (see `robot/pioneer/port.py`)."""
+
+    def read(self, timeout: float, /) -> bytes:
+        """What is there, at least one byte; b"" if nothing came in `timeout` seconds."""
+
+    def write(self, data: bytes, /) -> None:
+        """Sends all of it."""
+
+    def close(self) -> None:
+        """Closes the port."""
+
+
+class PortLine:
+    """The line of a device that has a port of its own."""
+
+    def __init__(self, port: BytePort) -> None:
+        self._port = port
+        self._came_in = bytearray()
+
+    def flush(self) -> None:
+        """Forgets what came in and was not asked for."""
+        self._came_in.clear()
+        for _ in range(MOST_READS_OF_A_FLUSH):
+            if not self._port.read(0.0):
+                return
+
+    def send(self, data: bytes) -> None:
+        """Sends all of `data`."""
+        self._port.write(data)
+
+    def receive(self, count: int, timeout: float) -> bytes:
+        """The next `count` bytes; DeviceTimeout if they are not there in `timeout` seconds."""
+        deadline = time.monotonic() + timeout
+        while len(self._came_in) < count:
+            left = deadline - time.monotonic()
+            if not (came := self._port.read(max(left, 0.0))) and left <= 0:
+                raise DeviceTimeout(
+                    f"{len(self._came_in)} of {count} bytes came on the device's port in"
+                    f" {timeout:.1f} s: check its cable, its power and the baud rate"
+                )
+            self._came_in += came
+        taken = bytes(self._came_in[:count])
+        del self._came_in[:count]
+        return taken
+
+    def close(self) -> None:
+        """Closes the port."""
+        self._port.close()

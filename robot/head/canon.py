@@ -1,0 +1,207 @@
+"""The serial language of Canon's VC-C4 and VC-C50i: commands and answers to bytes and back.
+
+A command is ``FF 30 30 00 command parameters EF``, its answer ``FE 30 30 error 30 data EF``.
+Numbers are hexadecimal in ASCII. Angles are in counts of 0.1125° with 8000h added, pan to the
+*right* and tilt up positive.
+
+Sources: Canon VC-C50i programmer's manual, pages 11-12, 20-78 (page numbers as printed); ArVCC4 of
+ARIA and canonvcc4 of Player for what the VC-C4 is sent.
+"""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Final
+
+__all__ = [
+    "ACK_BYTES",
+    "COUNTS_PER_DEGREE",
+    "POSITION_BYTES",
+    "ZOOM_BYTES",
+    "Answer",
+    "CanonCommand",
+    "CanonError",
+    "CanonSyntaxError",
+    "angle_text",
+    "command_to_bytes",
+    "hexadecimal",
+    "move",
+    "number",
+    "parse_answer",
+    "parse_command",
+    "position_of",
+    "tilt_range",
+]
+
+COMMAND_HEADER: Final = bytes.fromhex("FF 30 30 00")
+ANSWER_HEADER: Final = bytes.fromhex("FE 30 30")
+END: Final = 0xEF
+COUNTS_PER_DEGREE: Final = 1 / 0.1125
+MIDDLE: Final = 0x8000
+
+ACK_BYTES: Final = 6
+"""The shortest answer: done, or an error."""
+POSITION_BYTES: Final = 14
+ZOOM_BYTES: Final = 10
+
+
+class CanonSyntaxError(ValueError):
+    """Bytes that are no command and no answer of this language."""
+
+
+class CanonCommand(IntEnum):
+    """Commands by number; a parameter of one digit says which, where it is noted."""
+
+    PAN_SPEED = 0x50
+    """Three digits, counts a second."""
+    TILT_SPEED = 0x51
+    SPEED_REQUEST = 0x52
+    """0 pan, 1 tilt."""
+    DRIVE = 0x53
+    """0 stop, 1 right, 2 left, 3 up, 4 down."""
+    HOME = 0x57
+    INITIALIZE = 0x58
+    """0: finds its middle and stays there."""
+    SPEED_LIMIT_REQUEST = 0x59
+    """0 slowest pan, 1 fastest pan, 2 slowest tilt, 3 fastest tilt."""
+    ANGLE_LIMIT_REQUEST = 0x5C
+    """0 least pan, 1 largest pan, 2 least tilt, 3 largest tilt."""
+    MOVE = 0x62
+    """Pan and tilt, four digits each."""
+    POSITION_REQUEST = 0x63
+    RANGE = 0x64
+    """0 pan or 1 tilt, then the least and the largest angle."""
+    RANGE_REQUEST = 0x65
+    CONTROL = 0x90
+    """0 by this line, 1 by the remote control."""
+    POWER = 0xA0
+    """1 on, 0 off."""
+    FOCUS = 0xA1
+    ZOOM_DRIVE = 0xA2
+    """0 stop, 1 wide, 2 tele."""
+    COARSE_ZOOM_REQUEST = 0xA4
+    """Two digits, 00 … 80."""
+    GAIN = 0xA5
+    FOCUS_PLACE = 0xB0
+    ZOOM = 0xB3
+    """Four digits, 0 the widest."""
+    ZOOM_REQUEST = 0xB4
+    """0 where it is, 3 the largest."""
+    INFRARED_FILTER = 0xB5
+    DIGITAL_ZOOM = 0xB7
+    INFRARED_LIGHT = 0x76
+    LAMP = 0x8E
+
+
+class CanonError(IntEnum):
+    """What an answer says of the command."""
+
+    NONE = 0x30
+    BUSY = 0x31
+    """Something moves, or it is being switched on: try again."""
+    PARAMETER = 0x35
+    MODE = 0x39
+    """It is off, under its remote control, or has not found its middle."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """To a command: taken or not, and what was asked for."""
+
+    error: CanonError
+    data: bytes = b""
+
+    def to_bytes(self) -> bytes:
+        """As it goes over the line.
+
+        >>> Answer(CanonError.BUSY).to_bytes().hex(" ")
+        'fe 30 30 31 30 ef'
+        """
+        return ANSWER_HEADER + bytes([self.error, 0x30]) + self.data + bytes([END])
+
+
+def hexadecimal(value: int, digits: int) -> bytes:
+    """A number in ASCII; ValueError if it needs more digits.
+
+    >>> hexadecimal(613, 3)
+    b'265'
+    """
+    if not 0 <= value < 16**digits:
+        raise ValueError(f"{value} does not go into {digits} hexadecimal digits")
+    return f"{value:0{digits}X}".encode()
+
+
+def number(text: bytes) -> int:
+    """The number that hexadecimal digits say; CanonSyntaxError if they are none."""
+    try:
+        digits = text.decode("ascii")
+    except UnicodeDecodeError:
+        digits = ""
+    if not digits or any(digit not in "0123456789ABCDEFabcdef" for digit in digits):
+        raise CanonSyntaxError(f"{text!r} is no hexadecimal number")
+    return int(digits, 16)
+
+
+def angle_text(counts: int) -> bytes:
+    """Counts from the middle as they are sent.
+
+    >>> angle_text(800)
+    b'8320'
+    """
+    return hexadecimal(MIDDLE + counts, 4)
+
+
+def position_of(data: bytes) -> tuple[int, int]:
+    """Pan and tilt in counts, of eight digits; CanonSyntaxError if they are not that."""
+    if len(data) != 8:
+        raise CanonSyntaxError(f"a position has 8 digits, not {len(data)}")
+    return number(data[:4]) - MIDDLE, number(data[4:]) - MIDDLE
+
+
+def command_to_bytes(command: CanonCommand, parameters: bytes = b"") -> bytes:
+    """The frame of a command.
+
+    >>> command_to_bytes(CanonCommand.POSITION_REQUEST).hex(" ")
+    'ff 30 30 00 63 ef'
+    """
+    return COMMAND_HEADER + bytes([command]) + parameters + bytes([END])
+
+
+def move(pan: int, tilt: int) -> bytes:
+    """The frame that turns it to a place in counts.
+
+    >>> move(800, -267)
+    b'\\xff00\\x00b83207EF5\\xef'
+    """
+    return command_to_bytes(CanonCommand.MOVE, angle_text(pan) + angle_text(tilt))
+
+
+def tilt_range(lowest: int, highest: int) -> bytes:
+    """The frame that lets it tilt that far; after power-on a VC-C4 goes up no more than 30°."""
+    return command_to_bytes(CanonCommand.RANGE, b"1" + angle_text(lowest) + angle_text(highest))
+
+
+def parse_command(frame: bytes) -> tuple[int, bytes]:
+    """The number of a command and its parameters; CanonSyntaxError if it is no command."""
+    if (
+        len(frame) < len(COMMAND_HEADER) + 2
+        or not frame.startswith(COMMAND_HEADER)
+        or frame[-1] != END
+    ):
+        raise CanonSyntaxError(f"{frame.hex(' ')} is no command")
+    return frame[len(COMMAND_HEADER)], frame[len(COMMAND_HEADER) + 1 : -1]
+
+
+def parse_answer(frame: bytes) -> Answer:
+    """What an answer says; CanonSyntaxError if it is none.
+
+    >>> parse_answer(bytes.fromhex("FE 30 30 39 30 EF"))
+    Answer(error=<CanonError.MODE: 57>, data=b'')
+    """
+    if (
+        len(frame) < ACK_BYTES
+        or not frame.startswith(ANSWER_HEADER)
+        or frame[-1] != END
+        or frame[3] not in tuple(CanonError)
+    ):
+        raise CanonSyntaxError(f"{frame.hex(' ')} is no answer of a camera head")
+    return Answer(CanonError(frame[3]), frame[5:-1])

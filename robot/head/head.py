@@ -1,0 +1,88 @@
+"""What a pan-tilt head can do, whoever made it, and how far it can turn."""
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+from facetlog.errors import InputError
+
+__all__ = ["HeadLimits", "HeadState", "PanTiltHead"]
+
+
+@dataclass(frozen=True, slots=True)
+class HeadState:
+    """Where a head looks: radians, pan left positive, tilt up positive, zero ahead and level."""
+
+    pan: float
+    tilt: float
+    zoom: int
+    """In the device's own counts, 0 the widest; not linear in the angle of view."""
+    at: float
+    """When that was so, in seconds of the monotonic clock."""
+    reported: bool = True
+    """The head said so; False where it cannot answer and this is what it was told."""
+
+
+@dataclass(frozen=True, slots=True)
+class HeadLimits:
+    """How far a head can turn and in what steps, radians; the largest zoom in its own counts."""
+
+    pan_min: float
+    pan_max: float
+    tilt_min: float
+    tilt_max: float
+    pan_step: float
+    tilt_step: float
+    zoom_max: int
+
+    def check(self, pan: float, tilt: float, zoom: int | None = None) -> None:
+        """InputError if the head cannot look there; half a step beyond a limit is on it."""
+        self._check_angle("pan", pan, self.pan_min, self.pan_max, self.pan_step)
+        self._check_angle("tilt", tilt, self.tilt_min, self.tilt_max, self.tilt_step)
+        if zoom is not None and not 0 <= zoom <= self.zoom_max:
+            raise InputError(
+                f"zoom {zoom} is not within 0 … {self.zoom_max}, the counts of this camera head"
+            )
+
+    def _check_angle(
+        self, name: str, angle: float, lowest: float, highest: float, step: float
+    ) -> None:
+        # Written so that an angle that is no number is refused as well.
+        if not lowest - step / 2 <= angle <= highest + step / 2:
+            raise InputError(
+                f"{name} {math.degrees(angle):.1f}° is beyond the {math.degrees(lowest):.1f}° …"
+                f" {math.degrees(highest):.1f}° of this camera head: turn the robot, or leave the"
+                " view out of the tour"
+            )
+
+
+class PanTiltHead(Protocol):
+    """A camera head on a line; one thread at a time may use it.
+
+    DeviceTimeout where it does not answer or does not get done, DeviceError where it refuses,
+    InputError for what it cannot do.
+    """
+
+    @property
+    def limits(self) -> HeadLimits:
+        """How far it can turn; of a family of heads, known for certain after `start`."""
+
+    def start(self) -> None:
+        """Switches it on if it is off, and waits until it takes commands."""
+
+    def look(
+        self, pan: float, tilt: float, zoom: int | None = None, timeout: float = 10.0
+    ) -> HeadState:
+        """Where it stands after it was turned to `pan`, `tilt` (radians); returns when it is still.
+
+        The zoom stays as it is unless one is given.
+        """
+
+    def where(self) -> HeadState:
+        """Where it looks now, moving or not."""
+
+    def stop(self) -> None:
+        """Stops its motion where it is."""
+
+    def close(self) -> None:
+        """Gives its line back; the head stays as it stands."""

@@ -1,0 +1,293 @@
+"""VISCA, the serial language of Sony's camera heads: commands and inquiries to bytes and back.
+
+A frame is ``8x … FF`` for the camera with address x (``88``: all of them), answered by ``90 … FF``
+from camera 1 (see `visca_replies`). Numbers of 16 bits go as four bytes, a half byte in each, in
+two's complement. Counts are the device's own: pan to the *right* and tilt up are positive.
+
+Sources: Sony EVI-D70 technical manual, pages 34-42; EVI-D100 manual, pages 23-28.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Final
+
+__all__ = [
+    "BROADCAST",
+    "FASTEST_PAN",
+    "FASTEST_TILT",
+    "LONGEST_FRAME",
+    "AbsoluteMove",
+    "AddressSet",
+    "Cancel",
+    "Command",
+    "Drive",
+    "Fixed",
+    "Inquiry",
+    "Power",
+    "RelativeMove",
+    "ViscaSyntaxError",
+    "ZoomDrive",
+    "ZoomTo",
+    "nibbles",
+    "number",
+    "parse_command",
+    "to_bytes",
+]
+
+END: Final = 0xFF
+BROADCAST: Final = 8
+"""The address that means every camera on the line."""
+FASTEST_PAN: Final = 0x18
+FASTEST_TILT: Final = 0x14
+LONGEST_FRAME: Final = 16
+"""Bytes of a frame with header and end (EVI-D70 manual, page 32)."""
+
+
+class ViscaSyntaxError(ValueError):
+    """A frame that says nothing in this language, or asks for what is out of range."""
+
+
+@dataclass(frozen=True, slots=True)
+class AbsoluteMove:
+    """To a place, in counts from straight ahead; speeds are steps, 1 … 18h and 1 … 14h."""
+
+    pan: int
+    tilt: int
+    pan_speed: int = FASTEST_PAN
+    tilt_speed: int = FASTEST_TILT
+
+
+@dataclass(frozen=True, slots=True)
+class RelativeMove:
+    """By counts from where the head stands; roundings of such moves add up."""
+
+    pan: int
+    tilt: int
+    pan_speed: int = FASTEST_PAN
+    tilt_speed: int = FASTEST_TILT
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """On and on until told otherwise: pan 1 right, -1 left, tilt 1 up, -1 down, 0 stop."""
+
+    pan: int
+    tilt: int
+    pan_speed: int = FASTEST_PAN
+    tilt_speed: int = FASTEST_TILT
+
+
+@dataclass(frozen=True, slots=True)
+class ZoomTo:
+    """To a zoom in counts, 0 the widest."""
+
+    counts: int
+
+
+@dataclass(frozen=True, slots=True)
+class ZoomDrive:
+    """Zooms on and on: 1 to tele, -1 to wide, 0 stop; `speed` 0 … 7, None for the standard one."""
+
+    direction: int
+    speed: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Power:
+    """On, or off (stand-by: it still answers)."""
+
+    on: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Cancel:
+    """Gives up the command of a socket."""
+
+    socket: int
+
+
+@dataclass(frozen=True, slots=True)
+class AddressSet:
+    """Numbers the cameras of a chain: the first takes `first`, and hands on the next number."""
+
+    first: int = 1
+
+
+class Fixed(Enum):
+    """Commands that take no argument."""
+
+    HOME = bytes.fromhex("01 06 04")
+    RESET = bytes.fromhex("01 06 05")
+    """Finds its middle anew."""
+    CLEAR = bytes.fromhex("01 00 01")
+    """Forgets the commands under way."""
+
+
+class Inquiry(Enum):
+    """Questions; each is answered by `visca_replies.Information`."""
+
+    VERSION = bytes.fromhex("09 00 02")
+    POWER = bytes.fromhex("09 04 00")
+    ZOOM = bytes.fromhex("09 04 47")
+    FASTEST = bytes.fromhex("09 06 11")
+    POSITION = bytes.fromhex("09 06 12")
+
+
+Command = (
+    AbsoluteMove
+    | RelativeMove
+    | Drive
+    | ZoomTo
+    | ZoomDrive
+    | Power
+    | Cancel
+    | AddressSet
+    | Fixed
+    | Inquiry
+)
+
+ABSOLUTE, RELATIVE, DRIVE = (bytes.fromhex(f"01 06 0{n}") for n in (2, 3, 1))
+ZOOM_TO, ZOOM_DRIVE, POWER = (bytes.fromhex(f"01 04 {n}") for n in ("47", "07", "00"))
+ON, OFF = 2, 3
+STOPPED = 3
+PAN_WAYS: Final = {-1: 1, 1: 2, 0: STOPPED}  # left, right
+TILT_WAYS: Final = {1: 1, -1: 2, 0: STOPPED}  # up, down
+ZOOM_STOP, ZOOM_TELE, ZOOM_WIDE = 0, 2, 3
+
+
+def nibbles(value: int) -> bytes:
+    """Four bytes with a half byte each, of a number of 16 bits with or without a sign.
+
+    >>> nibbles(-120).hex(" ")
+    '0f 0f 08 08'
+    """
+    if not -0x8000 <= value <= 0xFFFF:
+        raise ValueError(f"{value} does not go into 16 bits")
+    return bytes(value >> shift & 0xF for shift in (12, 8, 4, 0))
+
+
+def number(data: bytes) -> int:
+    """The signed number of 16 bits in four half bytes; ViscaSyntaxError if they are not that."""
+    if len(data) != 4 or any(byte > 0xF for byte in data):
+        raise ViscaSyntaxError(f"{data.hex(' ')} is no number in four half bytes")
+    value = sum(byte << shift for byte, shift in zip(data, (12, 8, 4, 0), strict=True))
+    return value - 0x10000 if value >= 0x8000 else value
+
+
+def to_bytes(command: Command, address: int = 1) -> bytes:
+    """The frame of a command for the camera with this address.
+
+    >>> to_bytes(AbsoluteMove(pan=264, tilt=-120)).hex(" ")
+    '81 01 06 02 18 14 00 01 00 08 0f 0f 08 08 ff'
+    """
+    if isinstance(command, AddressSet):
+        address = BROADCAST
+    if not 1 <= address <= BROADCAST:
+        raise ValueError(f"{address} is no address of a camera: 1 … 7, or 8 for all")
+    return bytes([0x80 | address]) + _body(command) + bytes([END])
+
+
+def _body(command: Command) -> bytes:
+    match command:
+        case AbsoluteMove(pan, tilt, pan_speed, tilt_speed):
+            return ABSOLUTE + bytes([pan_speed, tilt_speed]) + nibbles(pan) + nibbles(tilt)
+        case RelativeMove(pan, tilt, pan_speed, tilt_speed):
+            return RELATIVE + bytes([pan_speed, tilt_speed]) + nibbles(pan) + nibbles(tilt)
+        case Drive(pan, tilt, pan_speed, tilt_speed):
+            return DRIVE + bytes([pan_speed, tilt_speed, PAN_WAYS[pan], TILT_WAYS[tilt]])
+        case ZoomTo(counts):
+            return ZOOM_TO + nibbles(counts)
+        case ZoomDrive(direction, speed):
+            way = {0: ZOOM_STOP, 1: ZOOM_TELE, -1: ZOOM_WIDE}[direction]
+            return ZOOM_DRIVE + bytes([way if speed is None or not way else way << 4 | speed])
+        case Power(on):
+            return POWER + bytes([ON if on else OFF])
+        case Cancel(socket):
+            return bytes([0x20 | socket])
+        case AddressSet(first):
+            return bytes([0x30, first])
+        case Fixed() | Inquiry():
+            return bytes(command.value)
+
+
+def parse_command(frame: bytes) -> tuple[int, Command]:
+    """The address of a frame and what it says; ViscaSyntaxError if it says nothing known.
+
+    >>> parse_command(bytes.fromhex("81 09 06 12 FF"))
+    (1, <Inquiry.POSITION: b'\\t\\x06\\x12'>)
+    """
+    if len(frame) < 3 or not 0x81 <= frame[0] <= 0x88 or frame[-1] != END:
+        raise ViscaSyntaxError(f"{frame.hex(' ')} is no frame for a camera")
+    address, command = frame[0] & 0xF, _command(frame[1:-1])
+    if isinstance(command, AddressSet) and address != BROADCAST:
+        raise ViscaSyntaxError("cameras are numbered all together")
+    return address, command
+
+
+def _command(body: bytes) -> Command:
+    for kind in (Fixed, Inquiry):
+        for member in kind:
+            if member.value == body:
+                return member
+    if len(body) == 1 and body[0] >> 4 == 2:
+        return Cancel(body[0] & 0xF)
+    if len(body) == 2 and body[0] == 0x30:
+        return AddressSet(body[1])
+    reader = READERS.get(body[:3])
+    if reader is None:
+        raise ViscaSyntaxError(f"no command begins with {body[:3].hex(' ')}")
+    return reader(body[3:])
+
+
+def _move(kind: type[AbsoluteMove] | type[RelativeMove]) -> Callable[[bytes], Command]:
+    def read(data: bytes) -> Command:
+        if len(data) != 10:
+            raise ViscaSyntaxError(f"a move has 10 bytes, not {len(data)}")
+        pan_speed, tilt_speed = _speeds(data)
+        return kind(number(data[2:6]), number(data[6:]), pan_speed, tilt_speed)
+
+    return read
+
+
+def _drive(data: bytes) -> Drive:
+    if len(data) != 4 or data[2] not in PAN_WAYS.values() or data[3] not in TILT_WAYS.values():
+        raise ViscaSyntaxError(f"{data.hex(' ')} is no way to drive")
+    pan = next(way for way, byte in PAN_WAYS.items() if byte == data[2])
+    tilt = next(way for way, byte in TILT_WAYS.items() if byte == data[3])
+    return Drive(pan, tilt, *_speeds(data))
+
+
+def _speeds(data: bytes) -> tuple[int, int]:
+    if not (1 <= data[0] <= FASTEST_PAN and 1 <= data[1] <= FASTEST_TILT):
+        raise ViscaSyntaxError(f"speeds {data[0]:02X}h, {data[1]:02X}h are out of range")
+    return data[0], data[1]
+
+
+def _zoom_drive(data: bytes) -> ZoomDrive:
+    if data == bytes([ZOOM_STOP]):
+        return ZoomDrive(0)
+    if len(data) == 1:
+        way, speed = data[0] >> 4, data[0] & 0xF
+        for code, direction in ((ZOOM_TELE, 1), (ZOOM_WIDE, -1)):
+            if data[0] == code:
+                return ZoomDrive(direction)
+            if way == code and speed <= 7:
+                return ZoomDrive(direction, speed)
+    raise ViscaSyntaxError(f"{data.hex(' ')} is no way to zoom")
+
+
+def _power(data: bytes) -> Power:
+    if len(data) != 1 or data[0] not in (ON, OFF):
+        raise ViscaSyntaxError(f"{data.hex(' ')} is neither on nor off")
+    return Power(data[0] == ON)
+
+
+READERS: Final[dict[bytes, Callable[[bytes], Command]]] = {
+    ABSOLUTE: _move(AbsoluteMove),
+    RELATIVE: _move(RelativeMove),
+    DRIVE: _drive,
+    ZOOM_TO: lambda data: ZoomTo(number(data)),
+    ZOOM_DRIVE: _zoom_drive,
+    POWER: _power,
+}

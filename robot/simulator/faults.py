@@ -1,0 +1,97 @@
+"""What can be made to go wrong with the simulated robot, on demand or by a world file."""
+
+import heapq
+import itertools
+from enum import StrEnum
+from typing import Annotated
+
+from pydantic import ConfigDict, Field
+from pydantic.dataclasses import dataclass
+
+__all__ = ["Fault", "FaultKind", "Schedule"]
+
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Seconds = Annotated[float, Field(ge=0.0)]
+
+
+class FaultKind(StrEnum):
+    """Each with what of `Fault` it looks at."""
+
+    LOST = "lost"
+    """`rate`: bytes of the line to the client that do not arrive, either way."""
+    CORRUPT = "corrupt"
+    """`rate`: bytes that arrive as others."""
+    LATE = "late"
+    """`rate`: pieces of traffic that arrive `delay` seconds later; their order is kept."""
+    FROZEN = "frozen"
+    """Nothing gets through for so many `seconds`; then everything at once."""
+    POWER_CYCLE = "power-cycle"
+    """The robot is off for so many `seconds`, and starts anew."""
+    LOW_BATTERY = "low-battery"
+    """`volts`."""
+    STALL = "stall"
+    """The wheels stall, for `seconds`."""
+    MOTORS_OFF = "motors-off"
+    """Somebody presses the button that switches the motors off."""
+    STOP_BUTTON = "stop-button"
+    """The red button is pressed."""
+    HEAD_SILENT = "head-silent"
+    """The camera head neither hears nor answers."""
+    CAMERA_FROZEN = "camera-frozen"
+    """The camera sends the same picture again and again."""
+    CAMERA_SILENT = "camera-silent"
+    """The camera sends nothing."""
+
+
+# What lasts until it is ended if it is not said how long; the others are over at once.
+DEFAULT_SECONDS = {FaultKind.FROZEN: 0.5, FaultKind.POWER_CYCLE: 1.0, FaultKind.STALL: 1.0}
+
+
+@dataclass(frozen=True, slots=True, config=ConfigDict(extra="forbid"))
+class Fault:
+    """One fault. `on = false` ends one; with `seconds` it ends by itself after so long."""
+
+    kind: FaultKind
+    on: bool = True
+    rate: Share = 0.05
+    delay: Seconds = 0.2
+    seconds: Seconds | None = None
+    volts: Annotated[float, Field(ge=0.0, le=25.5)] = 10.8
+
+    @property
+    def lasts(self) -> float | None:
+        """Seconds; None: until it is ended."""
+        return DEFAULT_SECONDS.get(self.kind) if self.seconds is None else self.seconds
+
+    @property
+    def end(self) -> "Fault | None":
+        """What ends it, for those that must be ended from outside."""
+        if not self.on or self.lasts is None or self.kind in DEFAULT_SECONDS:
+            return None
+        return Fault(self.kind, on=False)
+
+
+class Schedule:
+    """Faults in the order of their times, seconds of the simulation."""
+
+    def __init__(self) -> None:
+        self._heap: list[tuple[float, int, Fault]] = []
+        self._count = itertools.count()
+
+    def add(self, at: float, fault: Fault) -> None:
+        """A fault to come; one with an end is ended too."""
+        heapq.heappush(self._heap, (at, next(self._count), fault))
+        if fault.end is not None and fault.lasts is not None:
+            heapq.heappush(self._heap, (at + fault.lasts, next(self._count), fault.end))
+
+    @property
+    def next_at(self) -> float | None:
+        """When the next one is due."""
+        return self._heap[0][0] if self._heap else None
+
+    def due(self, now: float) -> list[Fault]:
+        """Those whose time has come; each once."""
+        found = []
+        while self._heap and self._heap[0][0] <= now:
+            found.append(heapq.heappop(self._heap)[2])
+        return found

@@ -1,0 +1,34 @@
+"""A simulation in real time, for several threads at once."""
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from facetlog.robot.simulator.simulation import Simulation
+
+__all__ = ["LiveSimulation"]
+
+LONGEST_GAP = 2.0
+"""Seconds that the simulation catches up with at once; a machine that slept longer lost them."""
+
+
+class LiveSimulation:
+    """Lets whoever asks see a simulation as it is now; one at a time."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self._simulation = simulation
+        self._lock = threading.Lock()
+        self._started = time.monotonic()
+        self._last = 0.0
+
+    @contextmanager
+    def now(self) -> Iterator[tuple[Simulation, float]]:
+        """The simulation and its time in seconds; nobody else has it meanwhile."""
+        with self._lock:
+            passed = time.monotonic() - self._started
+            if passed - self._last > LONGEST_GAP:
+                self._started += passed - self._last - LONGEST_GAP
+                passed = self._last + LONGEST_GAP
+            self._last = passed
+            yield self._simulation, passed

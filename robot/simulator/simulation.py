@@ -1,0 +1,213 @@
+"""The whole simulated robot without I/O: firmware, head, faults of the line, in given time."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.simulator.device import Device
+from facetlog.robot.simulator.drive import Drive
+from facetlog.robot.simulator.dynamics import Body, MotionErrors, Truth
+from facetlog.robot.simulator.faults import Fault, FaultKind, Schedule
+from facetlog.robot.simulator.faulty_line import FaultyLine
+from facetlog.robot.simulator.firmware import Firmware
+from facetlog.robot.simulator.generations import default_configuration
+from facetlog.robot.simulator.heads import make_head
+from facetlog.robot.simulator.obstacles import Obstacles
+from facetlog.robot.simulator.scene import make_scene
+from facetlog.robot.simulator.servo import Odometry
+from facetlog.robot.simulator.sonar import Sonars
+from facetlog.robot.simulator.viewpoint import Viewpoint
+from facetlog.robot.simulator.world_file import WorldSetup
+
+__all__ = ["Simulation", "SimulationState"]
+
+# Keep what is drawn for motion and for the line apart from each other and from the pictures.
+MOTION_STREAM, LINE_STREAM = 1, 2
+AUX_PORTS = ("aux1", "aux2", "aux3")
+OWN_PORT = "own"
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationState:
+    """What is true at one moment; seconds, metres, radians."""
+
+    at: float
+    truth: Truth
+    odometry: Odometry
+    speed: float
+    turning: float
+    motors: bool
+    stop_button: bool
+    session: bool
+    unattended: bool
+    stalled: bool
+    touching: bool
+    battery_v: float
+    pan: float
+    tilt: float
+    zoom: float
+
+
+class Simulation:
+    """A robot in a world, with a head and faults; `now` are seconds from 0 on, never backwards."""
+
+    def __init__(self, setup: WorldSetup, *, head: Device | None = None) -> None:
+        self.setup = setup
+        self.head = head or make_head(setup.head.kind)
+        self.firmware = _firmware(setup)
+        rng = np.random.default_rng([setup.seed, LINE_STREAM])
+        self._to_robot, self._to_client = FaultyLine(rng), FaultyLine(rng)
+        self._schedule = Schedule()
+        self._head_silent = False
+        self.camera_frozen = False
+        """Whether the camera sends its last picture again."""
+        self.camera_silent = False
+        for timed in setup.faults:
+            self._schedule.add(timed.at, timed.fault)
+        if setup.head.port in AUX_PORTS:
+            port = self.firmware.ports[AUX_PORTS.index(setup.head.port)]
+            port.device = self.head
+
+    def receive(self, data: bytes, now: float) -> None:
+        """Bytes from the client."""
+        self.advance(now)
+        self._to_robot.push(data, now)
+        self.advance(now)
+
+    def pending(self, now: float) -> bytes:
+        """Bytes for the client."""
+        self.advance(now)
+        return self._to_client.pull(now)
+
+    def receive_at_head(self, data: bytes, now: float) -> None:
+        """Bytes that come to a head with a port of its own."""
+        self.advance(now)
+        if self._has_own_port and self.head is not None and not self._head_silent:
+            self.head.receive(data, now)
+
+    def pending_at_head(self, now: float) -> bytes:
+        """Bytes from a head with a port of its own."""
+        self.advance(now)
+        if not self._has_own_port or self.head is None:
+            return b""
+        said = self.head.pending(now)
+        return b"" if self._head_silent else said
+
+    @property
+    def _has_own_port(self) -> bool:
+        return self.setup.head.port == OWN_PORT
+
+    def inject(self, fault: Fault, now: float) -> None:
+        """Lets something go wrong from now on."""
+        self.advance(now)
+        self._schedule.add(now, fault)
+        self.advance(now)
+
+    def advance(self, now: float) -> None:
+        """Lets everything go on until `now`, in the order in which it happens."""
+        while True:
+            times = (self._schedule.next_at, self._to_robot.next_at)
+            at = min((t for t in times if t is not None), default=math.inf)
+            if at > now:
+                break
+            self.firmware.advance(at)
+            for fault in self._schedule.due(at):
+                self._apply(fault, at)
+            self.firmware.receive(self._to_robot.pull(at), at)
+            self._to_client.push(self.firmware.pending(at), at)
+        self._to_client.push(self.firmware.pending(now), now)
+
+    def viewpoint(self, now: float) -> Viewpoint:
+        """From where the camera looks."""
+        self.advance(now)
+        truth = self.firmware.drive.body.truth
+        pan, tilt, _ = self._angles(now)
+        return Viewpoint(truth.x, truth.y, truth.heading, pan, tilt)
+
+    def state(self, now: float) -> SimulationState:
+        """What is true now."""
+        self.advance(now)
+        drive = self.firmware.drive
+        pan, tilt, zoom = self._angles(now)
+        return SimulationState(
+            at=now,
+            truth=drive.body.truth,
+            odometry=drive.odometry,
+            speed=drive.body.speed,
+            turning=drive.body.turning,
+            motors=drive.motors,
+            stop_button=drive.stop_button,
+            session=self.firmware.opened,
+            unattended=self.firmware.unattended(now),
+            stalled=drive.contacts.stalled,
+            touching=drive.body.contact is not None,
+            battery_v=self.firmware.battery_v,
+            pan=pan,
+            tilt=tilt,
+            zoom=zoom,
+        )
+
+    def _angles(self, now: float) -> tuple[float, float, float]:
+        return (0.0, 0.0, 0.0) if self.head is None else self.head.angles(now)
+
+    def _apply(self, fault: Fault, now: float) -> None:
+        lines = (self._to_robot, self._to_client)
+        rate = fault.rate if fault.on else 0.0
+        drive = self.firmware.drive
+        match fault.kind:
+            case FaultKind.LOST:
+                for line in lines:
+                    line.lost = rate
+            case FaultKind.CORRUPT:
+                for line in lines:
+                    line.corrupt = rate
+            case FaultKind.LATE:
+                for line in lines:
+                    line.late, line.delay = rate, fault.delay
+            case FaultKind.FROZEN:
+                for line in lines:
+                    line.frozen_until = now + (fault.lasts or 0.0) if fault.on else now
+            case FaultKind.POWER_CYCLE:
+                self.firmware.power_cycle(now, fault.lasts or 0.0)
+            case FaultKind.LOW_BATTERY:
+                volts = fault.volts if fault.on else self.setup.robot.battery_v
+                self.firmware.battery_v = volts
+            case FaultKind.STALL:
+                drive.contacts.stall(now, (fault.lasts or 0.0) if fault.on else 0.0)
+            case FaultKind.MOTORS_OFF:
+                drive.enable(not fault.on)
+            case FaultKind.STOP_BUTTON:
+                drive.press_stop_button(now, pressed=fault.on)
+            case FaultKind.HEAD_SILENT:
+                self._head_silent = fault.on
+                for port in self.firmware.ports:
+                    port.silent = fault.on
+            case FaultKind.CAMERA_FROZEN:
+                self.camera_frozen = fault.on
+            case FaultKind.CAMERA_SILENT:
+                self.camera_silent = fault.on
+
+
+def _firmware(setup: WorldSetup) -> Firmware:
+    robot = setup.robot
+    parameters = parameters_of(robot.model)
+    configuration = replace(default_configuration(parameters, robot.name), **robot.config)  # type: ignore[arg-type]
+    start = Truth(robot.start.x, robot.start.y, math.radians(robot.start.heading_deg))
+    world = make_scene(setup.scene)
+    obstacles = Obstacles.of(world.solids, radius=parameters.radius, height=robot.height)
+    errors = robot.errors
+    body = Body(
+        track=2 / parameters.turning_per_speed,
+        truth=start,
+        errors=MotionErrors(errors.left, errors.right, errors.track, errors.slip, errors.encoder),
+        surroundings=obstacles,
+        rng=np.random.default_rng([setup.seed, MOTION_STREAM]),
+    )
+    return Firmware(
+        Drive(parameters, configuration, body, home=start),
+        Sonars(parameters, obstacles, (configuration.sonar_cycle or 0) / 1e3),
+        position_bits=robot.position_bits,
+        battery_v=robot.battery_v,
+    )

@@ -1,0 +1,137 @@
+"""Everything that `facetlog simulate` runs, from the first socket to the last."""
+
+import json
+import signal
+import sys
+import threading
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass
+from types import FrameType
+from typing import Self
+
+import numpy as np
+
+from facetlog.robot.simulator.camera import Camera
+from facetlog.robot.simulator.endpoints import Endpoint, PtyEndpoint, TcpEndpoint
+from facetlog.robot.simulator.live import LiveSimulation
+from facetlog.robot.simulator.server import serve
+from facetlog.robot.simulator.simulation import OWN_PORT, Simulation
+from facetlog.robot.simulator.web import Web
+from facetlog.robot.simulator.world_file import WorldSetup
+
+__all__ = ["Addresses", "Station"]
+
+SCHEMA = 1
+PTY = "pty"
+GARBLING_STREAM = 4  # apart from what else is drawn with the same seed
+
+
+@dataclass(frozen=True, slots=True)
+class Addresses:
+    """Where clients reach what is simulated."""
+
+    robot: str
+    pty: str | None
+    head: str
+    camera: str
+    still: str
+    state: str
+    faults: str
+
+    @property
+    def text(self) -> str:
+        """One line for people."""
+        parts = asdict(self).items()
+        return "  ".join(f"{name} {value}" for name, value in parts if value is not None)
+
+    @property
+    def json(self) -> str:
+        """One line for programs."""
+        return json.dumps({"schema": SCHEMA, **asdict(self)})
+
+
+class Station:
+    """Sockets, threads and the camera's process, from its making to its closing.
+
+    DeviceError if an address is in use or cannot be.
+    """
+
+    def __init__(self, setup: WorldSetup, *, listen: str, pty: bool, camera: str) -> None:
+        self._stop = threading.Event()
+        self._setup = setup
+        rng = np.random.default_rng([setup.seed, GARBLING_STREAM])
+        with ExitStack() as made:
+            tcp = TcpEndpoint(listen, "--listen")
+            made.callback(tcp.close)
+            self._robot: list[Endpoint] = [tcp]
+            line = PtyEndpoint(rng) if pty else None
+            if line is not None:
+                made.callback(line.close)
+                self._robot.append(line)
+            self._head = _head_endpoint(setup, rng)
+            if self._head is not None:
+                made.callback(self._head.close)
+            self._live = LiveSimulation(Simulation(setup))
+            pictures = Camera(self._live, setup)
+            made.callback(pictures.close)
+            web = Web(camera, "--camera", self._live, pictures)
+            # Streams end when the camera does, and the server waits for them.
+            made.callback(web.close)
+            made.callback(pictures.close)
+            self._made = made.pop_all()
+        self.addresses = Addresses(
+            robot=tcp.address,
+            pty=None if line is None else line.address,
+            head=_head_place(setup) if self._head is None else self._head.address,
+            camera=f"{web.address}/",
+            still=f"{web.address}/frame.jpg",
+            state=f"{web.address}/state",
+            faults=f"{web.address}/faults",
+        )
+
+    def run(self) -> None:
+        """Serves until Ctrl-C or SIGTERM; to be called in the main thread."""
+        before = {number: signal.signal(number, self._asked) for number in _ENDING}
+        sys.stdout.flush()
+        try:
+            self.serve()
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+
+    def serve(self) -> None:
+        """Serves until `stop`."""
+        serve(self._live, self._robot, self._head, self._stop)
+
+    def stop(self) -> None:
+        """Lets `serve` end."""
+        self._stop.set()
+
+    def close(self) -> None:
+        """Gives everything back."""
+        self.stop()
+        self._made.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _asked(self, _number: int, _frame: FrameType | None) -> None:
+        self.stop()
+
+
+_ENDING = (signal.SIGINT, signal.SIGTERM)
+
+
+def _head_place(setup: WorldSetup) -> str:
+    return "none" if setup.head.kind == "none" else setup.head.port
+
+
+def _head_endpoint(setup: WorldSetup, rng: np.random.Generator) -> Endpoint | None:
+    if setup.head.kind == "none" or setup.head.port != OWN_PORT:
+        return None
+    if setup.head.own == PTY:
+        return PtyEndpoint(rng)
+    return TcpEndpoint(setup.head.own, "head.own in the world file")

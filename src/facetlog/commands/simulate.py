@@ -1,0 +1,53 @@
+"""`facetlog simulate`: a simulated Pioneer with a camera on a pan-tilt head, until it is ended."""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from facetlog.commands.shared import YES, command
+
+__all__ = ["simulate_command"]
+
+ROBOT, CAMERA = "127.0.0.1:8101", "127.0.0.1:8100"
+
+
+@command
+def simulate_command(
+    listen: Annotated[
+        str,
+        typer.Option("--listen", metavar="HOST:PORT", help="Where the robot's line is; 0: any."),
+    ] = ROBOT,
+    world: Annotated[
+        Path | None,
+        typer.Option("--world", metavar="FILE", help="What is simulated; see docs/robot.md."),
+    ] = None,
+    pty: Annotated[
+        bool, typer.Option("--pty", help="The robot's line is a pseudo terminal too.")
+    ] = False,
+    camera: Annotated[
+        str,
+        typer.Option("--camera", metavar="HOST:PORT", help="Pictures, state and faults by HTTP."),
+    ] = CAMERA,
+    seed: Annotated[
+        int | None, typer.Option("--seed", metavar="N", help="Of slip and noise.", min=0)
+    ] = None,
+    as_json: Annotated[
+        bool, typer.Option("--json", help="The addresses as one JSON object.")
+    ] = False,
+) -> int:
+    """Simulates a robot, its world and its camera; prints where they are reached.
+
+    Ends with Ctrl-C.
+    """
+    from facetlog.robot.simulator.station import Station
+    from facetlog.robot.simulator.world_file import read_world
+
+    setup = read_world(world)
+    if seed is not None:
+        setup = replace(setup, seed=seed)
+    with Station(setup, listen=listen, pty=pty, camera=camera) as station:
+        typer.echo(station.addresses.json if as_json else station.addresses.text)
+        station.run()
+    return YES

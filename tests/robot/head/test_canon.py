@@ -1,0 +1,111 @@
+"""Bytes of the maker's manual and of drivers in use, and properties of the codec."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from facetlog.robot.head.canon import (
+    Answer,
+    CanonCommand,
+    CanonError,
+    CanonSyntaxError,
+    angle_text,
+    command_to_bytes,
+    hexadecimal,
+    move,
+    number,
+    parse_answer,
+    parse_command,
+    position_of,
+)
+
+FRAMES = [
+    (command_to_bytes(CanonCommand.CONTROL, b"0"), "FF 30 30 00 90 30 EF"),
+    (command_to_bytes(CanonCommand.POWER, b"1"), "FF 30 30 00 A0 31 EF"),
+    (command_to_bytes(CanonCommand.INITIALIZE, b"0"), "FF 30 30 00 58 30 EF"),
+    (command_to_bytes(CanonCommand.DRIVE, b"0"), "FF 30 30 00 53 30 EF"),
+    (command_to_bytes(CanonCommand.POSITION_REQUEST), "FF 30 30 00 63 EF"),
+    (command_to_bytes(CanonCommand.ZOOM_REQUEST, b"0"), "FF 30 30 00 B4 30 EF"),
+    (command_to_bytes(CanonCommand.ZOOM_REQUEST, b"3"), "FF 30 30 00 B4 33 EF"),
+    # Pan right 90°, tilt down 30° (manual, page 52).
+    (move(800, -267), "FF 30 30 00 62 38 33 32 30 37 45 46 35 EF"),
+    (command_to_bytes(CanonCommand.ZOOM, hexadecimal(256, 4)), "FF 30 30 00 B3 30 31 30 30 EF"),
+    # 350 counts a second (manual, page 27).
+    (
+        command_to_bytes(CanonCommand.TILT_SPEED, hexadecimal(350, 3)),
+        "FF 30 30 00 51 31 35 45 EF",
+    ),
+    # The range of tilt that ARIA and p2os set.
+    (
+        command_to_bytes(CanonCommand.RANGE, b"1" + angle_text(-267) + angle_text(782)),
+        "FF 30 30 00 64 31 37 45 46 35 38 33 30 45 EF",
+    ),
+]
+
+
+@pytest.mark.parametrize(("frame", "expected"), FRAMES)
+def test_commands_are_the_bytes_of_the_manual(frame: bytes, expected: str) -> None:
+    assert frame == bytes.fromhex(expected)
+
+
+def test_answers_are_the_bytes_of_the_manual() -> None:
+    position = bytes.fromhex("FE 30 30 30 30 38 33 32 30 37 45 46 35 EF")
+    answer = parse_answer(position)
+    assert answer.error is CanonError.NONE
+    assert position_of(answer.data) == (800, -267)
+    assert answer.to_bytes() == position
+    assert parse_answer(bytes.fromhex("FE 30 30 31 30 EF")) == Answer(CanonError.BUSY)
+    zoom = parse_answer(bytes.fromhex("FE 30 30 30 30 30 31 30 30 EF"))
+    assert number(zoom.data) == 256
+
+
+@given(st.sampled_from(CanonCommand), st.text("0123456789ABCDEF", max_size=9).map(str.encode))
+def test_reading_a_command_gives_what_was_written(command: CanonCommand, data: bytes) -> None:
+    assert parse_command(command_to_bytes(command, data)) == (command, data)
+
+
+@given(st.sampled_from(CanonError), st.text("0123456789ABCDEF", max_size=8).map(str.encode))
+def test_reading_an_answer_gives_what_was_written(error: CanonError, data: bytes) -> None:
+    assert parse_answer(Answer(error, data).to_bytes()) == Answer(error, data)
+
+
+@given(st.integers(-0x8000, 0x7FFF), st.integers(-0x8000, 0x7FFF))
+def test_positions_give_the_counts_back(pan: int, tilt: int) -> None:
+    _, parameters = parse_command(move(pan, tilt))
+    assert position_of(parameters) == (pan, tilt)
+
+
+@given(st.integers(0, 0xFFFF))
+def test_hexadecimal_digits_give_the_number_back(value: int) -> None:
+    assert number(hexadecimal(value, 4)) == value
+
+
+framed = st.binary(max_size=16).map(lambda data: b"\xfe00" + data + b"\xef")
+
+
+@given(st.binary(max_size=24) | framed)
+def test_no_bytes_crash_the_reader_of_answers(data: bytes) -> None:
+    try:
+        answer = parse_answer(data)
+    except CanonSyntaxError:
+        return
+    try:
+        position_of(answer.data)
+    except CanonSyntaxError:
+        return
+    assert len(answer.data) == 8
+
+
+@given(st.binary(max_size=24) | st.binary(max_size=16).map(lambda d: b"\xff00\x00" + d + b"\xef"))
+def test_no_bytes_crash_the_reader_of_commands(data: bytes) -> None:
+    try:
+        _, parameters = parse_command(data)
+    except CanonSyntaxError:
+        return
+    assert data.endswith(parameters + b"\xef")
+
+
+def test_a_number_with_a_sign_or_a_blank_is_none() -> None:
+    for text in (b"+1", b" 12", b"1_0", b"", b"\xb2"):
+        with pytest.raises(CanonSyntaxError):
+            number(text)

@@ -1,0 +1,111 @@
+"""A client of the simulated firmware in simulated time, and robots for it."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packet import Decoder, Packet
+from facetlog.robot.pioneer.parameters import parameters_of
+from facetlog.robot.pioneer.server_information import SIP_KINDS, ServerInformation
+from facetlog.robot.simulator.drive import Drive
+from facetlog.robot.simulator.dynamics import Body, MotionErrors, Truth
+from facetlog.robot.simulator.firmware import Firmware
+from facetlog.robot.simulator.generations import default_configuration
+from facetlog.robot.simulator.obstacles import Obstacles
+from facetlog.robot.simulator.sonar import Sonars
+from facetlog.robot.world import Solid
+
+ROBOT_HEIGHT = 0.24
+ORIGIN, EXACT = Truth(0.0, 0.0, 0.0), MotionErrors()
+
+
+def make_firmware(
+    model: str = "p3dx",
+    *solids: Solid,
+    start: Truth = ORIGIN,
+    errors: MotionErrors = EXACT,
+    seed: int = 0,
+    position_bits: int = 15,
+    **config: int,
+) -> Firmware:
+    """A robot among solids, in metres; `config` is what it says differently to CONFIG."""
+    parameters = parameters_of(model)
+    configuration = replace(default_configuration(parameters, "Test"), **config)  # type: ignore[arg-type]
+    obstacles = Obstacles.of(solids, radius=parameters.radius, height=ROBOT_HEIGHT)
+    rng = np.random.default_rng(seed)
+    track = 2 / parameters.turning_per_speed
+    body = Body(track, start, errors=errors, surroundings=obstacles, rng=rng)
+    return Firmware(
+        Drive(parameters, configuration, body, home=start),
+        Sonars(parameters, obstacles, period=0.04),
+        position_bits=position_bits,
+    )
+
+
+@dataclass
+class Client:
+    """Sends packets and reads reports; `now` is its clock."""
+
+    firmware: Firmware
+    now: float = 0.0
+    decoder: Decoder = field(default_factory=Decoder)
+    packets: list[Packet] = field(default_factory=list)
+    """All that came and was not taken yet."""
+
+    def say(self, *packets: Packet) -> None:
+        for packet in packets:
+            self.firmware.receive(packet.to_bytes(), self.now)
+
+    def tell(self, command: Command, value: int | None = None) -> None:
+        packet = plain_command(command) if value is None else integer_command(command, value)
+        self.say(packet)
+
+    def wait(self, seconds: float) -> list[Packet]:
+        """What came in that time; nothing is said meanwhile."""
+        self.now += seconds
+        data = self.firmware.pending(self.now)
+        found = [received.packet for received in self.decoder.feed(data, self.now)]
+        self.packets += found
+        return found
+
+    def wait_pulsing(self, seconds: float) -> list[Packet]:
+        """The same, with a PULSE every half second as clients send it."""
+        found: list[Packet] = []
+        while seconds > 1e-9:
+            self.tell(Command.PULSE)
+            found += self.wait(min(seconds, 0.5))
+            seconds -= 0.5
+        return found
+
+    def open(self, *, motors: bool = True) -> "Client":
+        for number in range(3):
+            self.say(Packet(number))
+            assert [packet.kind for packet in self.wait(0.01)] == [number]
+        self.tell(Command.OPEN)
+        if motors:
+            self.tell(Command.ENABLE, 1)
+        return self
+
+    def report(self) -> ServerInformation:
+        """The next SIP."""
+        sips = [packet for packet in self.wait(0.1) if packet.kind in SIP_KINDS]
+        assert sips, "no SIP within a cycle"
+        return ServerInformation.from_packet(sips[-1])
+
+    @property
+    def truth(self) -> Truth:
+        return self.firmware.drive.body.truth
+
+    @property
+    def speed(self) -> float:
+        return self.firmware.drive.body.speed
+
+    @property
+    def turning(self) -> float:
+        return self.firmware.drive.body.turning
+
+
+def connected(firmware: Firmware, *, motors: bool = True) -> Client:
+    """A client whose session is open."""
+    return Client(firmware).open(motors=motors)

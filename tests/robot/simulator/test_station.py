@@ -1,0 +1,320 @@
+"""The whole simulated robot as a user starts it: sockets, a pseudo terminal, HTTP, signals."""
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import urllib.error
+import urllib.request
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+import serial
+
+from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.packet import Decoder, Packet
+from facetlog.robot.simulator.simulation import Simulation
+from facetlog.robot.simulator.station import Station
+from facetlog.robot.simulator.world_file import CameraSetup, HeadSetup, RobotSetup, WorldSetup
+from tests.patience import allowed
+
+ANYWHERE = "127.0.0.1:0"
+SMALL = CameraSetup(width=160, height=120, rate=20.0, noise=1.0)
+SETUP = WorldSetup(camera=SMALL, robot=RobotSetup(model="p3dx"))
+LONG = 30.0
+
+
+def until(found: Callable[[], Any], what: str) -> Any:
+    deadline = time.monotonic() + allowed(LONG)
+    while time.monotonic() < deadline:
+        if value := found():
+            return value
+        time.sleep(0.01)
+    pytest.fail(f"{what} did not come")
+
+
+class Running:
+    """A station that serves on a thread of its own."""
+
+    def __init__(self, setup: WorldSetup = SETUP, *, pty: bool = False) -> None:
+        self.station = Station(setup, listen=ANYWHERE, pty=pty, camera=ANYWHERE)
+        self.thread = threading.Thread(target=self.station.serve)
+        self.thread.start()
+
+    def close(self) -> None:
+        self.station.stop()
+        self.thread.join()
+        self.station.close()
+
+    def get(self, url: str) -> bytes:
+        with urllib.request.urlopen(url, timeout=allowed(LONG)) as answer:  # noqa: S310
+            return bytes(answer.read())
+
+    def state(self) -> dict[str, Any]:
+        return dict(json.loads(self.get(self.station.addresses.state)))
+
+    def fault(self, **fault: object) -> dict[str, Any]:
+        request = urllib.request.Request(  # noqa: S310 - loopback
+            self.station.addresses.faults, data=json.dumps(fault).encode()
+        )
+        with urllib.request.urlopen(request, timeout=allowed(LONG)) as answer:  # noqa: S310
+            return dict(json.loads(answer.read()))
+
+    def picture(self) -> np.ndarray[Any, np.dtype[np.uint8]]:
+        data = np.frombuffer(self.get(self.station.addresses.still), np.uint8)
+        return cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+
+
+class Caller:
+    """A client over functions that write and read bytes."""
+
+    def __init__(self, write: Callable[[bytes], object], read: Callable[[], bytes]) -> None:
+        self.write, self.read = write, read
+        self.decoder = Decoder()
+
+    def ask(self, packet: Packet, kind: int) -> Packet:
+        self.write(packet.to_bytes())
+        return self.next(kind)
+
+    def next(self, kind: int) -> Packet:
+        def found() -> Packet | None:
+            came = [received.packet for received in self.decoder.feed(self.read())]
+            return next((packet for packet in came if packet.kind == kind), None)
+
+        return until(found, f"a packet of kind {kind:#x}")  # type: ignore[no-any-return]
+
+    def connect(self) -> None:
+        for number in range(3):
+            self.ask(Packet(number), number)
+        self.ask(plain_command(Command.OPEN), 0x32)
+        self.write(integer_command(Command.ENABLE, 1).to_bytes())
+
+
+def over_tcp(running: Running) -> tuple[Caller, socket.socket]:
+    host, port = running.station.addresses.robot.removeprefix("tcp:").split(":")
+    line = socket.create_connection((host, int(port)), timeout=allowed(LONG))
+    return Caller(line.sendall, lambda: line.recv(4096)), line
+
+
+@pytest.fixture
+def running() -> Iterator[Running]:
+    made = Running()
+    yield made
+    made.close()
+
+
+def test_a_client_drives_over_tcp_and_the_state_tells_it(running: Running) -> None:
+    client, line = over_tcp(running)
+    with line:
+        client.connect()
+        client.write(integer_command(Command.VEL, 200).to_bytes())
+        client.next(0x33)
+        until(lambda: running.state()["truth"]["x"] > 0.05, "motion")
+        state = running.state()
+    assert state["session"]
+    assert state["motors"]
+    assert state["truth"]["x"] == pytest.approx(state["odometry"]["x"], abs=0.01)
+    assert set(state) >= {"schema", "at", "speed", "turning", "pan", "tilt", "zoom", "stalled"}
+
+
+def test_a_client_that_hangs_up_leaves_a_robot_that_stops_and_does_not_start_again(
+    running: Running,
+) -> None:
+    client, line = over_tcp(running)
+    with line:
+        client.connect()
+        client.write(integer_command(Command.VEL, 200).to_bytes())
+        client.next(0x33)
+    stopped = until(lambda: (s := running.state())["unattended"] and s["speed"] == 0 and s, "stop")
+    # The watchdog's two seconds, and 0.2 / 0.3 of them to stand; not 0.6 m of a runaway.
+    assert stopped["truth"]["x"] < 0.6
+    # The next client first listens, hears that a session is open, and closes it.
+    client, line = over_tcp(running)
+    with line:
+        client.next(0x32)
+        client.write(plain_command(Command.CLOSE).to_bytes())
+        until(lambda: not running.state()["session"], "the end of the session")
+        client.connect()
+        assert running.state()["truth"]["x"] == pytest.approx(stopped["truth"]["x"], abs=1e-6)
+
+
+def test_a_client_drives_over_a_pseudo_terminal_at_two_speeds() -> None:
+    running = Running(pty=True)
+    try:
+        path = running.station.addresses.pty
+        with serial.Serial(path, 9600, timeout=0.1) as line:
+            client = Caller(line.write, lambda: bytes(line.read(200)))
+            line.write(b"WMS2\r")
+            client.connect()
+            client.write(integer_command(Command.HOSTBAUD, 2).to_bytes())
+            line.flush()
+            time.sleep(0.05)
+            line.baudrate = 38400
+            client.ask(plain_command(Command.PULSE), 0x32)
+            client.ask(integer_command(Command.VEL, 200), 0x33)
+            # After a client that falls silent at the new speed it stays there.
+            time.sleep(0.7)
+            client.next(0x33)
+            client.write(plain_command(Command.CLOSE).to_bytes())
+    finally:
+        running.close()
+
+
+def test_a_new_speed_of_the_line_is_given_up_without_a_valid_packet() -> None:
+    simulation = Simulation(SETUP)
+    for number in range(3):
+        simulation.receive(Packet(number).to_bytes(), 0.1 * number)
+    simulation.receive(plain_command(Command.OPEN).to_bytes(), 0.3)
+    simulation.receive(integer_command(Command.HOSTBAUD, 2).to_bytes(), 1.0)
+    simulation.advance(1.4)
+    assert simulation.firmware.baud == 38400
+    simulation.receive(b"\x00\xff junk", 1.45)
+    simulation.advance(1.6)
+    assert simulation.firmware.baud == 9600
+    simulation.receive(integer_command(Command.HOSTBAUD, 2).to_bytes(), 2.0)
+    simulation.receive(plain_command(Command.PULSE).to_bytes(), 2.3)
+    simulation.advance(9.0)
+    assert simulation.firmware.baud == 38400
+
+
+def test_a_head_with_a_port_of_its_own_is_reached_over_tcp_and_a_terminal() -> None:
+    for own in (ANYWHERE, "pty"):
+        running = Running(WorldSetup(head=HeadSetup(port="own", own=own), camera=SMALL))
+        try:
+            address = running.station.addresses.head
+            if own == "pty":
+                line: Any = serial.Serial(address, 9600, timeout=allowed(LONG))
+                read, write = line.read, line.write
+            else:
+                host, port = address.removeprefix("tcp:").split(":")
+                line = socket.create_connection((host, int(port)), timeout=allowed(LONG))
+                read, write = line.recv, line.sendall
+            with line:
+                write(bytes.fromhex("81 09 06 12 FF"))
+                answers = b""
+                while answers.count(b"\xff") < 2:
+                    answers += read(1)
+            # that it has been switched on, and that it looks straight ahead
+            assert answers == bytes.fromhex("90 38 FF 90 50 00 00 00 00 00 00 00 00 FF")
+        finally:
+            running.close()
+
+
+def test_opencv_reads_the_stream_and_each_picture_is_another_exposure(running: Running) -> None:
+    stream = cv2.VideoCapture(running.station.addresses.camera)
+    try:
+        assert stream.isOpened()
+        pictures = []
+        for _ in range(5):
+            read, picture = stream.read()
+            assert read
+            assert picture.shape == (120, 160, 3)
+            pictures.append(picture)
+    finally:
+        stream.release()
+    assert not any(np.array_equal(a, b) for a, b in pairwise(pictures))
+
+
+def test_a_still_is_exposed_after_it_was_asked_for(running: Running) -> None:
+    before = running.picture()
+    client, line = over_tcp(running)
+    with line:
+        client.connect()
+        client.write(integer_command(Command.SETRA, 300).to_bytes())
+        client.write(integer_command(Command.DHEAD, 40).to_bytes())
+        until(lambda: running.state()["truth"]["heading"] > 0.6, "the turn")
+        until(lambda: running.state()["turning"] == 0.0, "a stand")
+        after = running.picture()
+        again = running.picture()
+    moved = np.abs(after.astype(float) - before).mean()
+    rest = np.abs(after.astype(float) - again).mean()
+    assert moved > 2 * rest
+
+
+def test_a_frozen_camera_repeats_its_picture_and_a_silent_one_sends_none(
+    running: Running,
+) -> None:
+    running.picture()
+    running.fault(kind="camera-frozen")
+    running.picture()
+    assert np.array_equal(running.picture(), running.picture())
+    running.fault(kind="camera-frozen", on=False)
+    assert not np.array_equal(running.picture(), running.picture())
+    running.fault(kind="camera-silent")
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        running.get(running.station.addresses.still)
+    with refused.value:
+        assert refused.value.code == 503
+        assert b"the camera sends no picture" in refused.value.read()
+
+
+def test_faults_are_ordered_over_http_and_wrong_orders_refused(running: Running) -> None:
+    answer = running.fault(kind="low-battery", volts=10.0)
+    assert answer["fault"]["kind"] == "low-battery"
+    assert running.state()["battery_v"] == 10.0
+    for wrong in ({"kind": "fire"}, {"kind": "lost", "rate": 3}, {"kind": "lost", "speed": 1}, {}):
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            running.fault(**wrong)
+        with refused.value:
+            assert refused.value.code == 400
+            assert "error" in json.loads(refused.value.read())
+    with pytest.raises(urllib.error.HTTPError) as missing:
+        running.get(running.station.addresses.state + "s")
+    with missing.value:
+        assert missing.value.code == 404
+
+
+def command(*arguments: str) -> "subprocess.Popen[str]":
+    return subprocess.Popen(
+        [sys.executable, "-m", "facetlog", "simulate", "--camera", ANYWHERE, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM])
+def test_the_command_prints_its_addresses_and_ends_cleanly(ending: signal.Signals) -> None:
+    with command("--listen", ANYWHERE, "--pty", "--json", "--seed", "3") as process:
+        assert process.stdout is not None
+        told = json.loads(process.stdout.readline())
+        assert told["robot"].startswith("tcp:127.0.0.1:")
+        assert Path(told["pty"]).exists()
+        assert told["head"] == "aux1"
+        with urllib.request.urlopen(told["state"], timeout=allowed(LONG)) as answer:  # noqa: S310
+            assert json.loads(answer.read())["truth"]["x"] == 0.0
+        with urllib.request.urlopen(told["camera"], timeout=allowed(LONG)) as stream:  # noqa: S310
+            assert stream.read(10), "a picture is under way"
+            process.send_signal(ending)
+            assert process.wait(allowed(LONG)) == 0
+        assert process.stderr is not None
+        assert process.stderr.read() == ""
+
+
+def test_a_port_in_use_ends_the_command_with_one_line_and_3() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        address = f"127.0.0.1:{taken.getsockname()[1]}"
+        with command("--listen", address) as process:
+            out, error = process.communicate(timeout=allowed(LONG))
+    assert process.returncode == 3
+    assert out == ""
+    assert error.splitlines() == [
+        f"facetlog: {address} is in use: end what listens there, or give another --listen"
+    ]
+
+
+def test_a_faulty_world_ends_the_command_with_one_line_and_2(tmp_path: Path) -> None:
+    world = tmp_path / "w.toml"
+    world.write_text("[robot]\nmodle = 'p2dx'\n")
+    with command("--listen", ANYWHERE, "--world", str(world)) as process:
+        _, error = process.communicate(timeout=allowed(LONG))
+    assert process.returncode == 2
+    assert error.splitlines() == [f"facetlog: {world}:2: robot.modle: there is no such key"]
