@@ -24,6 +24,8 @@ __all__ = ["Odometry", "OdometryErrors"]
 
 ACCELERATION_MARGIN = 0.5
 """m/s by which a robot may be faster between two reports than in both."""
+LATE = 0.5
+"""Seconds by which a report may come later than it was made, and the next one not."""
 JUMP = 0.1
 """Metres beyond all speeds from which on a change is said to be doubtful."""
 
@@ -119,7 +121,7 @@ class Odometry:
                 f"no reports for {seconds:.1f} s while turning at up to"
                 f" {math.degrees(turning):.0f} °/s: whole turns may be missing"
             )
-        if way > (speed + ACCELERATION_MARGIN) * seconds + JUMP:
+        if way > speed * (seconds + LATE) + ACCELERATION_MARGIN * seconds + JUMP:
             return (
                 f"odometry jumped by {way:.2f} m in {seconds:.2f} s at {speed:.2f} m/s: it was set"
                 " anew, or a damaged report came through"

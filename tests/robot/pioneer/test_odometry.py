@@ -104,6 +104,14 @@ def test_a_jump_is_counted_and_said() -> None:
     assert odometry.pose.x == pytest.approx(0.6, abs=0.001)
 
 
+def test_reports_that_come_late_and_together_are_no_jump() -> None:
+    odometry, said = Odometry(P3DX), []
+    for i in range(40):
+        arrival = max(i / 10, 0.5 * math.ceil(i / 5))  # five at once, twice a second
+        said.append(odometry.update(report(P3DX, Pose2(0.06 * i, 0.0), 0.6), arrival))
+    assert not any(said)
+
+
 def test_a_gap_in_which_positions_may_roll_over_is_said() -> None:
     odometry = Odometry(P3DX)
     odometry.update(report(P3DX, Pose2(0, 0, 0), 0.5), 0.0)

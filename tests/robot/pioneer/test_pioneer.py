@@ -2,12 +2,14 @@
 
 import logging
 import os
+import pty
 import signal
 import socket
 import subprocess
 import sys
 import threading
 import time
+import tty
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -324,52 +326,108 @@ while True:
 
 
 class Served:
-    """The scripted robot behind a real TCP socket, for clients in processes of their own."""
+    """The scripted robot behind a real line, for clients in processes of their own too."""
 
     def __init__(self) -> None:
         self.robot = ScriptedRobot(watchdog=1.0)
-        self.lock = threading.Lock()
-        self._listening = socket.create_server(("127.0.0.1", 0))
-        self._listening.settimeout(0.05)
-        self.address = "tcp:{}:{}".format(*self._listening.getsockname())
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._serve)
+        self.address = self._listen()
         self._thread.start()
 
     def close(self) -> None:
         self._closing.set()
         self._thread.join()
-        self._listening.close()
 
     def _serve(self) -> None:
-        client: socket.socket | None = None
         while not self._closing.is_set():
-            with self.lock:
-                said = self.robot.pending(time.monotonic())
-            try:
-                if client is None:
-                    client = self._listening.accept()[0]
-                    client.settimeout(0.005)
-                client.sendall(said)
-                data = client.recv(4096)
-                if not data:
-                    client.close()
-                    client = None
-                with self.lock:
-                    self.robot.receive(data, time.monotonic())
-            except TimeoutError:
-                continue
-            except OSError:
-                if client is not None:
-                    client.close()
-                client = None
-        if client is not None:
-            client.close()
+            self.exchange()
+
+    def exchange(self) -> None:
+        """Hands on what the robot says, and what it is told."""
+        try:
+            self._send(self.robot.pending(time.monotonic()))
+            self.robot.receive(self._receive(), time.monotonic())
+        except OSError:
+            self._hang_up()
+
+    def _listen(self) -> str:
+        raise NotImplementedError
+
+    def _send(self, data: bytes) -> None:
+        raise NotImplementedError
+
+    def _receive(self) -> bytes:
+        raise NotImplementedError
+
+    def _hang_up(self) -> None:
+        raise NotImplementedError
+
+
+class ServedByTcp(Served):
+    _client: socket.socket | None = None
+
+    def _listen(self) -> str:
+        self._listening = socket.create_server(("127.0.0.1", 0))
+        self._listening.settimeout(0.01)
+        return "tcp:{}:{}".format(*self._listening.getsockname())
+
+    def _send(self, data: bytes) -> None:
+        if self._client is None:
+            self._client = self._listening.accept()[0]
+            self._client.settimeout(0.005)
+        self._client.sendall(data)
+
+    def _receive(self) -> bytes:
+        assert self._client is not None
+        try:
+            data = self._client.recv(4096)
+        except TimeoutError:
+            return b""
+        if not data:
+            raise ConnectionResetError
+        return data
+
+    def _hang_up(self) -> None:
+        if self._client is not None:
+            self._client.close()
+            self._client = None
+
+    def close(self) -> None:
+        super().close()
+        self._hang_up()
+        self._listening.close()
+
+
+class ServedBySerialLine(Served):
+    def _listen(self) -> str:
+        self._master, self._slave = pty.openpty()
+        tty.setraw(self._slave)
+        os.set_blocking(self._master, False)
+        return os.ttyname(self._slave)
+
+    def _send(self, data: bytes) -> None:
+        os.write(self._master, data)
+
+    def _receive(self) -> bytes:
+        time.sleep(0.005)
+        try:
+            return os.read(self._master, 4096)
+        except BlockingIOError:
+            return b""
+
+    def _hang_up(self) -> None:
+        raise AssertionError("the line is held open by the test")
+
+    def close(self) -> None:
+        super().close()
+        os.close(self._master)
+        os.close(self._slave)
 
 
 @pytest.fixture
 def served() -> Iterator[Served]:
-    server = Served()
+    server = ServedByTcp()
     yield server
     server.close()
 
@@ -402,6 +460,19 @@ def test_a_fork_leaves_the_robot_to_its_parent(served: Served) -> None:
             assert "forked" in said.read()
         keep_driving(robot, lambda: robot.state.speed > 0.1)
         assert "CLOSE" not in [name for _, name, _ in served.robot.commands][3:]
+
+
+def test_a_robot_on_a_serial_line_is_driven_and_its_line_given_back() -> None:
+    served = ServedBySerialLine()
+    try:
+        for _ in range(2):
+            with Pioneer.connect(served.address) as robot:
+                assert robot.baud == 9600
+                robot.enable_motors()
+                keep_driving(robot, lambda: robot.state.speed > 0.2)
+            assert (served.robot.speed, served.robot.session) == (0.0, "waiting")
+    finally:
+        served.close()
 
 
 def test_a_killed_client_leaves_a_robot_that_stands_and_does_not_jump_at_the_next(
