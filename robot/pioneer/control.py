@@ -57,7 +57,7 @@ class Control:
         self._maker.motors_thought_on = False
         self._motors_wanted = False
         self._guard = Guard(self.limits.battery_v or 0.0)
-        self._own_settings = own_settings(self.limits)
+        self._own_settings = own_settings(self.limits, configuration)
         self._restored_settings = restored_settings(configuration)
         self._last_report = self._looked = now
         self._quiet = False

@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 from facetlog.errors import DeviceError
+from facetlog.robot.pioneer.commands import Command, plain_command
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.packet import Packet, Received
 from facetlog.robot.pioneer.port import Port
@@ -212,6 +213,8 @@ class Link:
                 self._wake.wait(min(LOOK_EVERY, max(0.001, due - self._clock())))
         except Exception as error:
             LOGGER.exception("the writer of the robot's line failed")
+            with self._out:
+                self._put(_wire([plain_command(Command.STOP)]))
             self._fail(DeviceError(f"the writer of the robot's line failed: {error!r}"))
 
     def _note(self, now: float, data: bytes) -> None:

@@ -22,8 +22,8 @@ SPACING = 0.05
 """Seconds between two changes of speed, for the same reason."""
 ZERO_REPEAT = 0.1
 """Seconds, until the robot is seen to stand: a zero may be lost too."""
-PULSE = 0.5
-"""Seconds without any packet: a quarter of the watchdog's time."""
+PULSE_SHARE = 0.25
+"""Of the watchdog's time: so long a standing robot may go without any packet."""
 ZEROS = 3
 """Zeros that are sent before the robot's standing is believed."""
 WATCHDOG = 2.0
@@ -39,7 +39,7 @@ class Motion:
 
     def __init__(self, now: float, limits: Limits, watchdog: float = WATCHDOG) -> None:
         self._limits = limits
-        self._gap = GAP_SHARE * watchdog
+        self._gap, self._pulse = GAP_SHARE * watchdog, PULSE_SHARE * watchdog
         self._wanted = (0.0, 0.0)
         self._until = now
         self._alive: Callable[[], bool] | None = None
@@ -65,7 +65,7 @@ class Motion:
             return min(self._pair_at + REPEAT, self._until)
         if not self._stands:
             return self._pair_at + ZERO_REPEAT
-        return self._last_out + PULSE
+        return self._last_out + self._pulse
 
     def drive(
         self,

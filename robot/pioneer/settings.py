@@ -9,14 +9,21 @@ from facetlog.robot.pioneer.packet import Packet
 
 __all__ = ["own_settings", "restored_settings"]
 
-BUMPERS_STALL = 3
-"""Bumpers of both ends stop the wheels without the program's help."""
+FRONT_BUMPERS_STALL, REAR_BUMPERS_STALL = 1, 2
+"""Bumpers of that end stop the wheels without the program's help."""
 
 
-def own_settings(limits: Limits) -> list[Packet]:
-    """Commands that make the robot keep to the limits, and stop where a bumper is pressed."""
+def own_settings(limits: Limits, configuration: Configuration | None) -> list[Packet]:
+    """Commands that make the robot keep to the limits, and stop where a bumper is pressed.
+
+    Bumpers that CONFIG does not tell of may be inputs that nothing is connected to.
+    """
+    bumpers = 0
+    if configuration is not None:
+        bumpers |= FRONT_BUMPERS_STALL if configuration.front_bumpers else 0
+        bumpers |= REAR_BUMPERS_STALL if configuration.rear_bumpers else 0
     return [
-        integer_command(Command.BUMPSTALL, BUMPERS_STALL),
+        *([integer_command(Command.BUMPSTALL, bumpers)] if bumpers else []),
         integer_command(Command.SETV, max(1, round(limits.speed * 1e3))),
         integer_command(Command.SETRV, max(1, round(math.degrees(limits.turning)))),
         integer_command(Command.SETA, -max(1, round(limits.deceleration * 1e3))),

@@ -346,6 +346,24 @@ def test_the_robot_itself_is_given_the_limits() -> None:
     assert drive.robot.deceleration == 1.2
 
 
+@pytest.mark.parametrize(
+    ("front", "rear", "expected"), [(5, 5, ["BUMPSTALL 3"]), (5, 0, ["BUMPSTALL 1"]), (0, 0, [])]
+)
+def test_only_bumpers_that_there_are_stall_the_wheels(
+    front: int, rear: int, expected: list[str]
+) -> None:
+    robot = ScriptedRobot(
+        configuration=replace(CONFIGURATION, front_bumpers=front, rear_bumpers=rear)
+    )
+    assert [name for name in Drive(robot).names() if name.startswith("BUMPSTALL")] == expected
+
+
+def test_a_robot_that_says_nothing_of_itself_is_driven_all_the_same() -> None:
+    drive = moving(Drive(ScriptedRobot(configuration=None)))
+    assert not any(name.startswith("BUMPSTALL") for name in drive.names())
+    assert drive.control.parting() == []
+
+
 def test_the_robots_own_settings_are_given_back() -> None:
     names = [(packet.kind, packet.payload) for packet in Drive().control.parting()]
     assert len(names) == 4
