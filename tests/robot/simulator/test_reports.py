@@ -213,6 +213,18 @@ def test_sonars_fire_one_after_the_other_and_each_reading_is_told_once() -> None
     assert {reading.range for reading in seen if reading.index == 8} == {5000}
 
 
+def test_the_first_report_has_only_what_was_measured_since_the_sonars_were_on() -> None:
+    client = Client(make_firmware("p3dx"))
+    client.wait(5.0)
+    client.open()
+    # 100 ms at 40 ms a sonar, in two arrays
+    assert len(client.report().sonar) == 4
+    client.tell(Command.SONAR, 0)
+    client.wait(5.0)
+    client.tell(Command.SONAR, 1)
+    assert len(client.report().sonar) <= 6
+
+
 def test_ranges_are_in_the_unit_of_the_model() -> None:
     wall = placed(cuboid(0.2, 4.0, 0.5), 1.31, 0.0)
     client = connected(make_firmware("p2dx", wall))

@@ -1,6 +1,7 @@
 """The whole simulated robot as a user starts it: sockets, a pseudo terminal, HTTP, signals."""
 
 import json
+import os
 import signal
 import socket
 import subprocess
@@ -21,6 +22,7 @@ import serial
 
 from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
 from facetlog.robot.pioneer.packet import Decoder, Packet
+from facetlog.robot.simulator import web
 from facetlog.robot.simulator.simulation import Simulation
 from facetlog.robot.simulator.station import Station
 from facetlog.robot.simulator.world_file import CameraSetup, HeadSetup, RobotSetup, WorldSetup
@@ -71,6 +73,13 @@ class Running:
     def picture(self) -> np.ndarray[Any, np.dtype[np.uint8]]:
         data = np.frombuffer(self.get(self.station.addresses.still), np.uint8)
         return cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+
+    def picture_or_none(self) -> "np.ndarray[Any, np.dtype[np.uint8]] | None":
+        try:
+            return self.picture()
+        except urllib.error.HTTPError as refused:
+            refused.close()
+            return None
 
 
 class Caller:
@@ -240,7 +249,7 @@ def test_a_still_is_exposed_after_it_was_asked_for(running: Running) -> None:
 
 
 def test_a_frozen_camera_repeats_its_picture_and_a_silent_one_sends_none(
-    running: Running,
+    running: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     running.picture()
     running.fault(kind="camera-frozen")
@@ -249,11 +258,25 @@ def test_a_frozen_camera_repeats_its_picture_and_a_silent_one_sends_none(
     running.fault(kind="camera-frozen", on=False)
     assert not np.array_equal(running.picture(), running.picture())
     running.fault(kind="camera-silent")
+    monkeypatch.setattr(web, "STILL_SECONDS", 0.3)
     with pytest.raises(urllib.error.HTTPError) as refused:
         running.get(running.station.addresses.still)
     with refused.value:
         assert refused.value.code == 503
         assert b"the camera sends no picture" in refused.value.read()
+
+
+def test_the_camera_goes_on_after_its_process_was_killed(
+    running: Running, caplog: pytest.LogCaptureFixture
+) -> None:
+    running.picture()
+    process = running.station.camera_process
+    assert process is not None
+    os.kill(process, signal.SIGKILL)
+    picture = until(lambda: (found := running.picture_or_none()) is not None and [found], "one")
+    assert picture[0].shape == (120, 160)
+    assert running.station.camera_process != process
+    assert "it is started again" in caplog.text
 
 
 def test_faults_are_ordered_over_http_and_wrong_orders_refused(running: Running) -> None:
