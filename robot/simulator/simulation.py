@@ -175,8 +175,10 @@ class Simulation:
             case FaultKind.LOW_BATTERY:
                 volts = fault.volts if fault.on else self.setup.robot.battery_v
                 self.firmware.battery_v = volts
+            case FaultKind.STALL if fault.on:
+                drive.contacts.stall(now, fault.lasts or 0.0)
             case FaultKind.STALL:
-                drive.contacts.stall(now, (fault.lasts or 0.0) if fault.on else 0.0)
+                drive.contacts.free()
             case FaultKind.MOTORS_OFF:
                 drive.enable(not fault.on)
             case FaultKind.STOP_BUTTON:

@@ -216,6 +216,11 @@ def test_low_battery_stall_and_buttons_are_seen_in_the_reports() -> None:
     driver.hold(200, 1.5)
     assert not driver.reports[-1].stall_left
     assert driver.speed == pytest.approx(0.2)
+    driver.inject(FaultKind.STALL, seconds=60.0)
+    driver.hold(200, 0.2)
+    driver.inject(FaultKind.STALL, on=False)
+    driver.hold(200, 0.2)
+    assert not driver.reports[-1].stall_left
     driver.inject(FaultKind.MOTORS_OFF)
     driver.hold(200, 1.0)
     assert driver.reports[-1].flags & 1 == 0
