@@ -219,7 +219,10 @@ def parse_command(frame: bytes) -> tuple[int, Command]:
     """
     if len(frame) < 3 or not 0x81 <= frame[0] <= 0x88 or frame[-1] != END:
         raise ViscaSyntaxError(f"{frame.hex(' ')} is no frame for a camera")
-    return frame[0] & 0xF, _command(frame[1:-1])
+    address, command = frame[0] & 0xF, _command(frame[1:-1])
+    if isinstance(command, AddressSet) and address != BROADCAST:
+        raise ViscaSyntaxError("cameras are numbered all together")
+    return address, command
 
 
 def _command(body: bytes) -> Command:

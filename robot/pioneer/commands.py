@@ -13,6 +13,7 @@ __all__ = [
     "LARGEST_TEXT",
     "Command",
     "argument_of",
+    "command_name",
     "integer_command",
     "plain_command",
     "text_command",
@@ -169,3 +170,22 @@ def argument_of(packet: Packet) -> int | bytes | None:
         if rest[-1] == 0:
             return rest[:-1]
     raise PacketError(f"the argument of command {packet.kind} is malformed: {payload.hex(' ')}")
+
+
+def command_name(packet: Packet) -> str:
+    """A command to the robot as people write it.
+
+    >>> command_name(Packet(11, bytes.fromhex("1B C8 00")))
+    'VEL -200'
+    """
+    try:
+        name = Command(packet.kind).name
+    except ValueError:
+        name = f"command {packet.kind}"
+    try:
+        argument = argument_of(packet)
+    except PacketError:
+        argument = packet.payload
+    if argument is None:
+        return name
+    return f"{name} {argument.hex(' ') if isinstance(argument, bytes) else argument}"

@@ -35,7 +35,7 @@ ANSWER_S = 0.05
 SWITCHING_S = 4.0
 """For switching on or off, seconds (ARIA, ArVCC4.h)."""
 MIDDLE_S = 5.0
-"""For finding its middle, seconds (fact sheet of ARIA's time-outs: 4 to 5)."""
+"""For finding its middle, seconds (ARIA, ArVCC4.h, waits 5 for it)."""
 ZOOM_RANGE_S = 3.0
 """From end to end of the zoom, seconds: assumed."""
 COARSE_ZOOM_HIGHEST = 0x80

@@ -46,7 +46,7 @@ from facetlog.robot.head.visca_replies import (
     reply_to_bytes,
 )
 from facetlog.robot.simulator.serial_out import SerialOut
-from facetlog.robot.simulator.slew import Slew
+from facetlog.robot.simulator.sony_motion import SonyMotion
 
 __all__ = ["SonyHead"]
 
@@ -57,12 +57,9 @@ STARTING_S = 5.0
 """For switching on, seconds: assumed, of the order of what the maker's manuals tell."""
 RESET_S = 3.0
 """For finding its middle anew, seconds: assumed."""
-ZOOM_RANGE_S = 4.0
-"""From end to end of the zoom, seconds: assumed."""
 SONY_VENDOR = 0x0020
 """EVI-D70 manual, page 34."""
 FIRMWARE = 0x0100
-ZOOM_SPEEDS = 8
 MOST_UNREAD = 256
 """Bytes without an end that are kept; none of them is part of a frame any more."""
 
@@ -99,15 +96,12 @@ class SonyHead:
     def __init__(
         self, model: SonyModel = EVI_D30, *, powered: bool = True, baud: int = 9600
     ) -> None:
-        if not model.pan_speeds_deg:
-            raise ValueError(f"the speeds of an {model.name} are not known")
-        self._model = model
+        self._model, self._motion = model, SonyMotion(model)
         self._out = SerialOut(baud)
         self._frame = bytearray()
         self._address = 1
         self._on = powered
         self._ready_at = 0.0 if powered else math.inf
-        self._pan = self._tilt = self._zoom = Slew.standing(0.0)
         self._sockets: dict[int, _Running] = {}
         if powered:
             self._out.say(reply_to_bytes(NetworkChange()), 0.0)
@@ -131,8 +125,8 @@ class SonyHead:
     def angles(self, now: float) -> tuple[float, float, float]:
         """Where it truly looks: pan (left positive), tilt (radians), zoom in its counts."""
         self._advance(now)
-        pan, tilt = self._model.angles(self._pan.at(now), self._tilt.at(now))
-        return pan, tilt, self._zoom.at(now)
+        pan, tilt = self._model.angles(*self._motion.place(now))
+        return pan, tilt, self._motion.zoom(now)
 
     def _take(self, frame: bytes, now: float) -> None:
         # Only headers have their highest bit set, so the last of them begins what is whole here.
@@ -191,12 +185,12 @@ class SonyHead:
             return Failed(ViscaError.NOT_EXECUTABLE)
         match inquiry:
             case Inquiry.ZOOM:
-                return Information(nibbles(round(self._zoom.at(now))))
+                return Information(nibbles(round(self._motion.zoom(now))))
             case Inquiry.FASTEST:
                 return Information(bytes([FASTEST_PAN, FASTEST_TILT]))
             case Inquiry.POSITION:
-                place = round(self._pan.at(now)), round(self._tilt.at(now))
-                return Information(b"".join(nibbles(counts) for counts in place))
+                place = self._motion.place(now)
+                return Information(b"".join(nibbles(round(counts)) for counts in place))
 
     def _order(self, command: Command, now: float) -> None:
         if isinstance(command, Cancel):
@@ -205,9 +199,6 @@ class SonyHead:
         if command is Fixed.CLEAR:
             self._clear(now)
             self._say(Information(b""), now)
-            return
-        if isinstance(command, AddressSet):
-            self._say(Failed(ViscaError.SYNTAX), now)
             return
         socket = next((free for free in SOCKETS if free not in self._sockets), None)
         if socket is None:
@@ -233,64 +224,28 @@ class SonyHead:
     def _begin(self, command: Command, now: float) -> float:
         """Sets it going at `now`; when it will be done."""
         match command:
-            case AbsoluteMove(pan, tilt, pan_speed, tilt_speed):
-                self._move(pan, tilt, pan_speed, tilt_speed, now)
-            case RelativeMove(pan, tilt, pan_speed, tilt_speed):
-                pan += round(self._pan.at(now))
-                tilt += round(self._tilt.at(now))
-                self._move(pan, tilt, pan_speed, tilt_speed, now)
+            case AbsoluteMove() | RelativeMove():
+                return self._motion.move(command, now)
             case Drive():
-                self._drive(command, now)
-                return now
+                self._motion.drive(command, now)
             case ZoomTo(counts):
-                self._zoom = self._zoom.to(counts, self._zoom_speed(), now)
-                return self._zoom.end
+                return self._motion.zoom_to(counts, now)
             case ZoomDrive():
-                self._drive_zoom(command, now)
-                return now
+                self._motion.drive_zoom(command, now)
             case Power(on):
                 return self._switch(on, now)
             case Fixed.HOME:
-                self._move(0, 0, FASTEST_PAN, FASTEST_TILT, now)
+                return self._motion.go_home(now)
             case Fixed.RESET:
-                self._move(0, 0, FASTEST_PAN, FASTEST_TILT, now)
-                return max(self._pan.end, self._tilt.end, now + RESET_S)
-        return max(self._pan.end, self._tilt.end)
-
-    def _move(self, pan: int, tilt: int, pan_speed: int, tilt_speed: int, now: float) -> None:
-        model = self._model
-        pan = max(-model.pan_limit, min(pan, model.pan_limit))
-        tilt = max(model.tilt_lowest, min(tilt, model.tilt_highest))
-        self._pan = self._pan.to(pan, self._pan_speed(pan_speed), now)
-        self._tilt = self._tilt.to(tilt, self._tilt_speed(tilt_speed), now)
-
-    def _drive(self, drive: Drive, now: float) -> None:
-        model = self._model
-        pan_end = model.pan_limit * drive.pan
-        tilt_end = model.tilt_highest if drive.tilt > 0 else model.tilt_lowest
-        self._pan = self._pan.stopped(now)
-        self._tilt = self._tilt.stopped(now)
-        if drive.pan:
-            self._pan = self._pan.to(pan_end, self._pan_speed(drive.pan_speed), now)
-        if drive.tilt:
-            self._tilt = self._tilt.to(tilt_end, self._tilt_speed(drive.tilt_speed), now)
-
-    def _drive_zoom(self, drive: ZoomDrive, now: float) -> None:
-        self._zoom = self._zoom.stopped(now)
-        if drive.direction:
-            speed = ZOOM_SPEEDS - 1 if drive.speed is None else drive.speed
-            share = (speed + 1) / ZOOM_SPEEDS
-            end = self._model.zoom_highest if drive.direction > 0 else 0
-            self._zoom = self._zoom.to(end, self._zoom_speed() * share, now)
+                return max(self._motion.go_home(now), now + RESET_S)
+        return now
 
     def _switch(self, on: bool, now: float) -> float:
         if on and not self._on:
-            self._move(0, 0, FASTEST_PAN, FASTEST_TILT, now)
-            self._ready_at = now + STARTING_S
+            self._ready_at = max(self._motion.go_home(now), now + STARTING_S)
         elif not on:
-            self._pan, self._tilt, self._zoom = (
-                axis.stopped(now) for axis in (self._pan, self._tilt, self._zoom)
-            )
+            self._motion.stop(now)
+            self._motion.stop_zoom(now)
             self._forget_motions()
             self._ready_at = math.inf
         self._on = on
@@ -322,9 +277,9 @@ class SonyHead:
     def _stop_axes(self, command: Command, now: float) -> None:
         match _part(command):
             case _Part.ZOOM:
-                self._zoom = self._zoom.stopped(now)
+                self._motion.stop_zoom(now)
             case _Part.HEAD:
-                self._pan, self._tilt = self._pan.stopped(now), self._tilt.stopped(now)
+                self._motion.stop(now)
 
     def _break_off(self, part: _Part, now: float) -> None:
         """Ends the motions of a part, the one that runs and the one that waits."""
@@ -351,12 +306,3 @@ class SonyHead:
 
     def _say(self, reply: Reply, now: float) -> None:
         self._out.say(reply_to_bytes(reply, self._address), now + ANSWER_S)
-
-    def _pan_speed(self, step: int) -> float:
-        return self._model.pan_speeds_deg[step - 1] * self._model.pan_per_degree
-
-    def _tilt_speed(self, step: int) -> float:
-        return self._model.tilt_speeds_deg[step - 1] * self._model.tilt_per_degree
-
-    def _zoom_speed(self) -> float:
-        return self._model.zoom_highest / ZOOM_RANGE_S

@@ -13,8 +13,10 @@ import typer
 from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
 from facetlog.commands.classify import classify_command
+from facetlog.commands.collect import collect_command
 from facetlog.commands.explain import why_command, why_not_command
 from facetlog.commands.model.app import model_app
+from facetlog.commands.mount import mount_command
 from facetlog.commands.query import query_command
 from facetlog.commands.scene.app import scene_app
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
@@ -69,6 +71,12 @@ Unit = Annotated[
 Crisp = Annotated[
     bool, typer.Option("--crisp", help="Take every measured value as exact, as the paper does.")
 ]
+KeepPoses = Annotated[
+    bool,
+    typer.Option(
+        "--keep-poses", help="Do not correct poses of which the file tells how far they may be off."
+    ),
+]
 WithFrontEnd = Annotated[
     FrontEnd,
     Method,
@@ -111,10 +119,11 @@ def recognize_command(
     unit: Unit = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
+    keep_poses: KeepPoses = False,
 ) -> int:
     """Says what is there, and why. Exit code 0: a model matches, 1: none does."""
     return _recognized(
-        partial(views_from, views, unit=unit),
+        partial(views_from, views, unit=unit, keep_poses=keep_poses),
         models=models,
         trusted=trust,
         crisp=crisp,
@@ -132,6 +141,7 @@ def reconstruct_command(
     unit: Unit = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
+    keep_poses: KeepPoses = False,
 ) -> int:
     """Writes the vertices, edges and faces that the views show, with their uncertainty."""
     if out.is_dir() or not out.absolute().parent.is_dir():
@@ -139,7 +149,9 @@ def reconstruct_command(
     method = _method(front_end, sd_limit)
     clock = StepClock()
     with showing_progress() as progress:
-        view_set = views_from(views, unit=unit, progress=progress, clock=clock)
+        view_set = views_from(
+            views, unit=unit, keep_poses=keep_poses, progress=progress, clock=clock
+        )
         scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
     write_scene_file(scene, out)
     for line in (*view_set.problems, *scene.warnings):
@@ -176,6 +188,8 @@ def demo_command(
 
 
 app.command("classify")(classify_command)
+app.command("collect")(collect_command)
+app.command("mount")(mount_command)
 app.command("query")(query_command)
 app.command("why")(why_command)
 app.command("why-not")(why_not_command)

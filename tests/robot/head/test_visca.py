@@ -174,6 +174,11 @@ def test_no_bytes_crash_the_reader_of_positions(data: bytes) -> None:
     assert nibbles(pan) + nibbles(tilt) == data
 
 
+def test_one_camera_is_not_numbered_alone() -> None:
+    with pytest.raises(ViscaSyntaxError):
+        parse_command(bytes.fromhex("81 30 01 FF"))
+
+
 @pytest.mark.parametrize("frame", ["81 01 06 02 19 14" + " 00" * 8 + " FF", "81 01 06 02 18 00 FF"])
 def test_speeds_out_of_range_are_refused(frame: str) -> None:
     with pytest.raises(ViscaSyntaxError):

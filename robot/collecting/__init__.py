@@ -1,0 +1,1 @@
+"""Collecting views: tour, route, driving, pictures, and the record of it all."""

@@ -1,0 +1,34 @@
+"""The camera's intrinsics as the record writes them: a pinhole and what its lens adds."""
+
+from dataclasses import dataclass, field
+
+from facetlog.errors import DeviceError
+from facetlog.perception.types import Camera, Image
+
+__all__ = ["Optics"]
+
+
+@dataclass(frozen=True, slots=True)
+class Optics:
+    """The pinhole (pixels, the middle of the first one is 0, 0) and its lens.
+
+    `coefficients` are names and values (k1 … k4, p1, p2) of the lens model that `model` names, as
+    COLMAP and nerfstudio name it: PINHOLE, OPENCV or OPENCV_FISHEYE.
+    """
+
+    camera: Camera
+    model: str = "PINHOLE"
+    coefficients: tuple[tuple[str, float], ...] = field(default=())
+
+    def coefficient(self, name: str) -> float:
+        """One coefficient, 0 where there is none."""
+        return dict(self.coefficients).get(name, 0.0)
+
+    def check(self, image: Image) -> None:
+        """DeviceError for a picture of another size: it is not of the camera that this is of."""
+        height, width = image.shape[:2]
+        if (width, height) != (self.camera.width, self.camera.height):
+            raise DeviceError(
+                f"the camera's pictures are {width} x {height}, its calibration is for "
+                f"{self.camera.width} x {self.camera.height}: give the --camera-file of this camera"
+            )

@@ -1,0 +1,249 @@
+"""From a tour to stops: where the robot stands for each view, which way, and where its head looks.
+
+A view that is asked for is a place of the pinhole, a height and a direction. The robot gives the
+place exactly; the height is the mast's, so the head looks at the point that the middle of the
+picture was to show, from whatever height it has. The robot's heading is free within what the head's
+pan allows: the one is taken with which the robot turns least, on arriving and on leaving.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from facetlog.perception.types import Camera, FloatArray, Pose
+from facetlog.robot.collecting.kinematics import Gaze, camera_pose, stand_for
+from facetlog.robot.collecting.mount import Mount
+from facetlog.robot.collecting.route import Circle, Point, Way, distance_to, length_of, way_round
+from facetlog.robot.collecting.tour_file import Tour, TourView
+from facetlog.robot.head.head import HeadLimits
+from facetlog.robot.pose2 import Pose2, wrapped
+
+__all__ = ["Plan", "Reach", "Skipped", "Stop", "plan_stops", "shows"]
+
+# Kept free at both ends of the pan: by how much the robot's heading may be off where it stops.
+PAN_MARGIN = math.radians(6.0)
+# Headings that are tried within what the pan allows, besides those of arriving and leaving.
+HEADINGS = 25
+# A view whose line of sight does not come near the target is taken to show what is this far ahead.
+WITHOUT_TARGET = 1.0
+# Height and tilt from which on a difference is worth a word: 1 cm, half a degree.
+HEIGHT_WORTH_SAYING, TILT_WORTH_SAYING = 0.01, math.radians(0.5)
+# Share of the picture's half width and height within which the target must be to be in it.
+IN_PICTURE = 0.95
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Stop:
+    """One view that will be taken: the robot's pose, the angles, and the point looked at (3,)."""
+
+    number: int
+    view: TourView
+    robot: Pose2
+    gaze: Gaze
+    point: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Skipped:
+    """A view that cannot be taken, and why."""
+
+    number: int
+    name: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What will be done: the stops in their order, what is left out, and what differs."""
+
+    stops: tuple[Stop, ...]
+    skipped: tuple[Skipped, ...]
+    remarks: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Reach:
+    """What a robot can do: mount, head, camera, and the circles its middle keeps out of."""
+
+    mount: Mount
+    limits: HeadLimits
+    camera: Camera
+    closed: tuple[Circle, ...] = ()
+
+    @property
+    def pans(self) -> tuple[float, float]:
+        """Least and largest pan that are planned with."""
+        return self.limits.pan_min + PAN_MARGIN, self.limits.pan_max - PAN_MARGIN
+
+    def within(self, gaze: Gaze) -> Gaze:
+        """The nearest angles that the head can take."""
+        return Gaze(
+            min(max(gaze.pan, self.limits.pan_min), self.limits.pan_max),
+            min(max(gaze.tilt, self.limits.tilt_min), self.limits.tilt_max),
+        )
+
+
+def shows(camera: Camera, pose: Pose, point: FloatArray) -> bool:
+    """Whether a point (3,) in the world is in the picture, not just at its rim."""
+    x, y, z = pose.rotation.T @ (point - pose.centre)
+    if z <= 0:
+        return False
+    across = abs(camera.fx * x / z) / (camera.width / 2)
+    down = abs(camera.fy * y / z) / (camera.height / 2)
+    return bool(max(across, down) <= IN_PICTURE)
+
+
+def plan_stops(
+    tour: Tour, start: Pose2, reach: Reach, *, order: Sequence[int] | None = None
+) -> Plan:
+    """The stops for a tour's views, from `start` in the world; numbers count the views from 1.
+
+    `order` are indices of views, else they are taken as given.
+    """
+    stops: list[Stop] = []
+    skipped: list[Skipped] = []
+    here = start
+    target = tour.target
+    indices = list(range(len(tour.views)) if order is None else order)
+    for place, index in enumerate(indices):
+        following = [_place(tour.views[i]) for i in indices[place + 1 : place + 2]]
+        found = _stop(index + 1, tour.views[index], target, here, following, reach)
+        if isinstance(found, Stop):
+            stops.append(found)
+            here = found.robot
+        else:
+            skipped.append(found)
+    return Plan(tuple(stops), tuple(skipped), _remarks(stops, reach))
+
+
+def _place(view: TourView) -> Point:
+    return float(view.pose.centre[0]), float(view.pose.centre[1])
+
+
+def _point_of(view: TourView, target: FloatArray | None) -> FloatArray:
+    """What the middle of the picture is to show: the line of sight where it is nearest the target.
+
+    The paper's views cross near the block's middle; of a view that looks away, a point ahead.
+    """
+    along = 0.0 if target is None else float(view.direction @ (target - view.pose.centre))
+    return np.asarray(view.pose.centre + view.direction * (along if along > 0 else WITHOUT_TARGET))
+
+
+def _stop(
+    number: int,
+    view: TourView,
+    target: FloatArray | None,
+    here: Pose2,
+    following: Sequence[Point],
+    reach: Reach,
+) -> Stop | Skipped:
+    point = _point_of(view, target)
+    if math.hypot(*(point - view.pose.centre)[:2]) < math.hypot(*view.pose.centre[:2]) * 1e-9:
+        return Skipped(number, view.name, "it looks straight up or down, which no heading gives")
+    bearings = _bearings(here, _place(view), following, reach)
+    best: tuple[float, Stop] | None = None
+    reasons: list[str] = []
+    for heading in _headings(view, point, bearings, reach):
+        stop = _standing(number, view, point, target, heading, reach)
+        if isinstance(stop, str):
+            reasons.append(stop)
+            continue
+        turns = [abs(wrapped(heading - bearings[0]))] if bearings[0] is not None else []
+        if bearings[1] is not None:
+            turns.append(abs(wrapped(bearings[1] - heading)))
+        cost = sum(turns)
+        if best is None or cost < best[0]:
+            best = cost, stop
+    if best is None:
+        return Skipped(number, view.name, reasons[0])
+    return best[1]
+
+
+def _bearings(
+    here: Pose2, place: Point, following: Sequence[Point], reach: Reach
+) -> tuple[float | None, float | None]:
+    """Headings in which the robot arrives and leaves; None where it does not move."""
+    arriving = _way((here.x, here.y), place, reach)
+    leaving = _way(place, following[0], reach) if following else ()
+    return _heading_of(arriving[-2:]), _heading_of(leaving[:2])
+
+
+def _way(start: Point, end: Point, reach: Reach) -> Way:
+    return way_round(start, end, reach.closed) or ()
+
+
+def _heading_of(leg: Way) -> float | None:
+    if len(leg) < 2 or length_of(leg) == 0:
+        return None
+    (ax, ay), (bx, by) = leg
+    return math.atan2(by - ay, bx - ax)
+
+
+def _headings(
+    view: TourView,
+    point: FloatArray,
+    bearings: tuple[float | None, float | None],
+    reach: Reach,
+) -> list[float]:
+    """Headings at which the pan can be reached, those of arriving and leaving first."""
+    level = point - view.pose.centre
+    sight = math.atan2(level[1], level[0]) - reach.mount.yaw
+    low, high = reach.pans
+    evenly = [sight - pan for pan in np.linspace(low, high, HEADINGS).tolist()]
+    wanted = [h for h in bearings if h is not None and low <= wrapped(sight - h) <= high]
+    return [*wanted, *evenly]
+
+
+def _standing(
+    number: int,
+    view: TourView,
+    point: FloatArray,
+    target: FloatArray | None,
+    heading: float,
+    reach: Reach,
+) -> Stop | str:
+    """The stop with this heading, or why there is none."""
+    robot, asked = stand_for(_place(view), heading, reach.mount, point)
+    if distance_to(reach.closed, (robot.x, robot.y)) < 0:
+        return "the robot would stand within the keep-out circle: give a smaller --keep-out"
+    gaze = reach.within(asked)
+    pose = camera_pose(robot, reach.mount, gaze)
+    seen = point if target is None else target
+    # Where the tour does not look at the target itself, nothing is asked of it.
+    if shows(reach.camera, view.pose, seen) and not shows(reach.camera, pose, seen):
+        return (
+            f"the head cannot tilt to {math.degrees(asked.tilt):.0f}°, and at "
+            f"{math.degrees(gaze.tilt):.0f}° the object would leave the picture"
+        )
+    return Stop(number, view, robot, gaze, point)
+
+
+def _remarks(stops: Sequence[Stop], reach: Reach) -> tuple[str, ...]:
+    """One line for each way in which the pictures will differ from those asked for."""
+    higher, tilted = [], []
+    for stop in stops:
+        pose = camera_pose(stop.robot, reach.mount, stop.gaze)
+        higher.append(float(pose.centre[2] - stop.view.pose.centre[2]))
+        _, asked = stand_for(_place(stop.view), stop.robot.heading, reach.mount, stop.point)
+        tilted.append(abs(stop.gaze.tilt - asked.tilt))
+    remarks = []
+    off = [h for h in higher if abs(h) > HEIGHT_WORTH_SAYING]
+    if off:
+        remarks.append(
+            f"{len(off)} of {len(stops)} views are taken from another height than asked for, by "
+            f"{min(off):+.2f} to {max(off):+.2f} m: the mast has one height"
+        )
+    skewed = sum(stop.view.skewed for stop in stops)
+    if skewed:
+        remarks.append(
+            f"{skewed} of {len(stops)} views are asked for with a skew: the head has none"
+        )
+    short = [t for t in tilted if t > TILT_WORTH_SAYING]
+    if short:
+        remarks.append(
+            f"{len(short)} of {len(stops)} views need more tilt than the head has, by up to "
+            f"{math.degrees(max(short)):.1f}°: the nearest is taken"
+        )
+    return tuple(remarks)

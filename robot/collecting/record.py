@@ -1,0 +1,333 @@
+"""What a collection leaves in its folder: each file whole, and up to date after every view.
+
+- the pictures (PNG), by the names of the tour;
+- collect.jsonl: a line for each view with what happened, first a line about the collection;
+- transforms.json (nerfstudio): intrinsics and poses, and what else is known of each view;
+- cameras.txt, images.txt, points3D.txt (COLMAP's text form, points3D.txt without points);
+- trajectory.tum: the camera's poses (time, place, quaternion).
+
+Poses are of the camera in the world, metres. Times are seconds since 1970.
+"""
+
+import json
+import math
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from facetlog.errors import InputError
+from facetlog.perception.types import FloatArray, Image, Pose
+from facetlog.robot.camera.checks import Quality
+from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.pose2 import Pose2
+
+__all__ = [
+    "LOG_FILE",
+    "SCHEMA",
+    "TRANSFORMS_FILE",
+    "Record",
+    "Taken",
+    "read_record",
+    "robot_tum",
+    "write_file",
+]
+
+LOG_FILE, TRANSFORMS_FILE = "collect.jsonl", "transforms.json"
+SCHEMA = "facetlog-collect/1"
+# OpenGL's camera (x right, y up, z backward) from OpenCV's (x right, y down, z forward).
+OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
+# transforms.json and COLMAP count pixels from the corner of the first one.
+HALF_PIXEL = 0.5
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Taken:
+    """One view that was taken; metres, radians, seconds.
+
+    `covariance` (6, 6) is of the pose, rows as in `kinematics.pose_covariance`; `odometry` is in
+    the robot's own frame, `robot` in the world. `notes` say what was unusual.
+    """
+
+    number: int
+    name: str
+    pose: Pose
+    covariance: FloatArray
+    robot: Pose2
+    odometry: Pose2
+    pan: float
+    tilt: float
+    zoom: int
+    time: float
+    quality: Quality
+    notes: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, object]:
+        """As a line of collect.jsonl; lengths in metres, angles in degrees."""
+        return {
+            "view": self.number,
+            "image": self.name,
+            "result": "taken",
+            "matrix": _matrix(self.pose).tolist(),
+            "covariance": self.covariance.tolist(),
+            "robot": _pose2_json(self.robot),
+            "odometry": _pose2_json(self.odometry),
+            "pan_deg": math.degrees(self.pan),
+            "tilt_deg": math.degrees(self.tilt),
+            "zoom": self.zoom,
+            "time": self.time,
+            "sharpness": [self.quality.across, self.quality.down],
+            "clipped": self.quality.clipped,
+            "notes": list(self.notes),
+        }
+
+    @classmethod
+    def from_json(cls, line: Mapping[str, object]) -> "Taken":
+        """What `to_json` gave; KeyError, TypeError or ValueError if it is something else."""
+        matrix = np.array(line["matrix"], dtype=np.float64)
+        pose = Pose(matrix[:3, :3] @ OPENCV_FROM_OPENGL, matrix[:3, 3])
+        notes = line["notes"]
+        if not isinstance(notes, list):
+            raise TypeError("notes are a list")
+        sharpness = line["sharpness"]
+        if not isinstance(sharpness, list):
+            raise TypeError("sharpness is a list")
+        across, down = (float(str(v)) for v in sharpness)
+        return cls(
+            int(str(line["view"])),
+            str(line["image"]),
+            pose,
+            np.array(line["covariance"], dtype=np.float64).reshape(6, 6),
+            _pose2(line["robot"]),
+            _pose2(line["odometry"]),
+            math.radians(float(str(line["pan_deg"]))),
+            math.radians(float(str(line["tilt_deg"]))),
+            int(str(line["zoom"])),
+            float(str(line["time"])),
+            Quality(across, down, float(str(line["clipped"]))),
+            tuple(map(str, notes)),
+        )
+
+
+def _pose2_json(pose: Pose2) -> list[float]:
+    return [pose.x, pose.y, math.degrees(pose.heading)]
+
+
+def _pose2(told: object) -> Pose2:
+    if not isinstance(told, list):
+        raise TypeError("a place is a list")
+    x, y, heading = (float(str(v)) for v in told)
+    return Pose2(x, y, math.radians(heading))
+
+
+def _matrix(pose: Pose) -> FloatArray:
+    """Camera to world (4, 4), OpenGL's axes."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = pose.rotation @ OPENCV_FROM_OPENGL
+    matrix[:3, 3] = pose.centre
+    return matrix
+
+
+class Record:
+    """The folder of a collection. InputError where it cannot be written, a full disk included.
+
+    `about` is what the first line of collect.jsonl says of the whole; `taken` are the views that
+    an earlier run left there.
+    """
+
+    def __init__(
+        self,
+        folder: Path,
+        optics: Optics,
+        about: Mapping[str, object],
+        taken: Sequence[Taken] = (),
+    ) -> None:
+        self.folder, self._optics = folder, optics
+        self._about = {"schema": SCHEMA, **about}
+        self._taken = list(taken)
+        self._others: list[Mapping[str, object]] = []
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as exc:
+            raise InputError(f"{folder} cannot be made: {exc.strerror}: give another -o") from exc
+        self._write_all()
+
+    @property
+    def taken(self) -> tuple[Taken, ...]:
+        """All views so far, in the order in which they were taken."""
+        return tuple(self._taken)
+
+    def add(self, view: Taken, image: Image) -> None:
+        """Takes a view: its picture first, so that no pose is told of one that is missing."""
+        grey = _as_grey(image)
+        done, data = cv2.imencode(".png", grey)
+        if not done:
+            raise InputError(f"{self.folder / view.name}: the picture cannot be encoded")
+        write_file(self.folder / view.name, data.tobytes())
+        self._taken.append(view)
+        self._write_all()
+
+    def note(self, line: Mapping[str, object]) -> None:
+        """Takes a line about something else: a view that was not taken, a verdict, the end."""
+        self._others.append(line)
+        self._write_log()
+
+    def _write_all(self) -> None:
+        """The log first: it is what a later run goes on from."""
+        self._write_log()
+        for name, text in (
+            (TRANSFORMS_FILE, _transforms(self._optics, self._taken)),
+            ("cameras.txt", _colmap_camera(self._optics)),
+            ("images.txt", _colmap_images(self._taken)),
+            ("points3D.txt", "# 3D points: none, the poses are the robot's own\n"),
+            ("trajectory.tum", _tum(self._taken)),
+        ):
+            write_file(self.folder / name, text.encode())
+
+    def _write_log(self) -> None:
+        lines = [self._about, *(view.to_json() for view in self._taken), *self._others]
+        text = "".join(json.dumps(line, allow_nan=False) + "\n" for line in lines)
+        write_file(self.folder / LOG_FILE, text.encode())
+
+
+def write_file(path: Path, content: bytes) -> None:
+    """Writes a file beside its place and renames it there: it is old or new, never half.
+
+    InputError if that cannot be, as on a full disk; an older file is then as it was.
+    """
+    part = path.with_name(f".{path.name}.part")
+    try:
+        try:
+            with part.open("wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            part.replace(path)
+        finally:
+            part.unlink(missing_ok=True)
+    except OSError as exc:
+        raise InputError(
+            f"{path} cannot be written: {exc.strerror or exc}: make room, then go on with --resume"
+        ) from exc
+
+
+def read_record(folder: Path) -> tuple[Mapping[str, object], tuple[Taken, ...]]:
+    """What an earlier run left: its first line, and the views whose pictures are there.
+
+    InputError if the folder holds no collection or one that cannot be read.
+    """
+    path = folder / LOG_FILE
+    try:
+        lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    except FileNotFoundError as exc:
+        raise InputError(f"{folder} holds no collection to go on with: leave out --resume") from exc
+    except (OSError, ValueError) as exc:
+        raise InputError(f"{path} cannot be read: {exc}: collect into another folder") from exc
+    if not lines or not isinstance(lines[0], dict) or lines[0].get("schema") != SCHEMA:
+        raise InputError(f"{path} is not of the form {SCHEMA}: collect into another folder")
+    taken = []
+    for number, line in enumerate(lines[1:], start=2):
+        if not isinstance(line, dict) or line.get("result") != "taken":
+            continue
+        try:
+            view = Taken.from_json(line)
+        except (KeyError, TypeError, ValueError) as exc:
+            raise InputError(f"{path}:{number}: is no line of a view: {exc!r}") from exc
+        if (folder / view.name).is_file():
+            taken.append(view)
+    return lines[0], tuple(taken)
+
+
+def _as_grey(image: Image) -> Image:
+    """The picture with one channel where all three are the same."""
+    if image.ndim == 3 and (image == image[:, :, :1]).all():
+        return np.ascontiguousarray(image[:, :, 0])
+    return image
+
+
+def _transforms(optics: Optics, taken: Iterable[Taken]) -> str:
+    camera = optics.camera
+    frames = [
+        {
+            "file_path": view.name,
+            "transform_matrix": _matrix(view.pose).tolist(),
+            "pan_deg": math.degrees(view.pan),
+            "tilt_deg": math.degrees(view.tilt),
+            "odometry": _pose2_json(view.odometry),
+            "robot": _pose2_json(view.robot),
+            "covariance": view.covariance.tolist(),
+            "time": view.time,
+        }
+        for view in taken
+    ]
+    content = {
+        # A pinhole is the general model without coefficients to the readers of this format.
+        "camera_model": "OPENCV" if optics.model == "PINHOLE" else optics.model,
+        "w": camera.width,
+        "h": camera.height,
+        "fl_x": camera.fx,
+        "fl_y": camera.fy,
+        "cx": camera.cx + HALF_PIXEL,
+        "cy": camera.cy + HALF_PIXEL,
+        **dict(optics.coefficients),
+        "unit": "m",
+        "up": [0.0, 0.0, 1.0],
+        "frames": frames,
+    }
+    return json.dumps(content, indent=1, allow_nan=False) + "\n"
+
+
+def _colmap_camera(optics: Optics) -> str:
+    camera = optics.camera
+    model = optics.model
+    if model == "OPENCV" and optics.coefficient("k3"):
+        model = "FULL_OPENCV"
+    names = {
+        "OPENCV": ("k1", "k2", "p1", "p2"),
+        "OPENCV_FISHEYE": ("k1", "k2", "k3", "k4"),
+        "FULL_OPENCV": ("k1", "k2", "p1", "p2", "k3", "denominator", "denominator", "denominator"),
+    }.get(model, ())
+    numbers = (
+        *(camera.fx, camera.fy, camera.cx + HALF_PIXEL, camera.cy + HALF_PIXEL),
+        *(optics.coefficient(name) for name in names),
+    )
+    told = " ".join(repr(float(v)) for v in numbers)
+    return (
+        "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n"
+        f"1 {model} {camera.width} {camera.height} {told}\n"
+    )
+
+
+def _colmap_images(taken: Iterable[Taken]) -> str:
+    """World to camera, a quaternion with its real part first; the second line is for points."""
+    lines = ["# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME", "# POINTS2D[] as X Y POINT3D_ID"]
+    for number, view in enumerate(taken, start=1):
+        turn = view.pose.rotation.T
+        quaternion = Rotation.from_matrix(turn).as_quat(canonical=True, scalar_first=True)
+        numbers = [*quaternion.tolist(), *(-turn @ view.pose.centre).tolist()]
+        lines += [f"{number} {' '.join(map(repr, numbers))} 1 {view.name}", ""]
+    return "\n".join(lines) + "\n"
+
+
+def robot_tum(way: Iterable[tuple[float, Pose2]]) -> str:
+    """The robot's places on the floor with their times (s since 1970) as a TUM trajectory."""
+    lines = ["# timestamp tx ty tz qx qy qz qw"]
+    for at, place in way:
+        half = place.heading / 2
+        lines.append(
+            f"{at:.3f} {place.x:.4f} {place.y:.4f} 0 0 0 {math.sin(half):.6f} {math.cos(half):.6f}"
+        )
+    return "\n".join(lines) + "\n"
+
+
+def _tum(taken: Iterable[Taken]) -> str:
+    lines = ["# timestamp tx ty tz qx qy qz qw"]
+    for view in taken:
+        quaternion = Rotation.from_matrix(view.pose.rotation).as_quat(canonical=True)
+        numbers = [*view.pose.centre.tolist(), *quaternion.tolist()]
+        lines.append(f"{view.time:.6f} {' '.join(map(repr, numbers))}")
+    return "\n".join(lines) + "\n"

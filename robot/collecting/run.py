@@ -1,0 +1,318 @@
+"""A whole collection: robot, head and camera are opened, the tour is planned, driven and recorded.
+
+Everything that can be refused is asked before the motors are switched on; everything that was
+opened is closed, the robot last, whatever happens.
+"""
+
+import math
+import time
+from collections.abc import Mapping
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from facetlog.errors import FacetlogError, InputError
+from facetlog.perception.types import FloatArray
+from facetlog.robot.byte_line import ByteLine, PortLine
+from facetlog.robot.camera.source import open_camera
+from facetlog.robot.collecting.drive import Wheels
+from facetlog.robot.collecting.map_picture import Floor, map_png
+from facetlog.robot.collecting.mount import Mount
+from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.collecting.order import short_order
+from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
+from facetlog.robot.collecting.record import (
+    LOG_FILE,
+    Record,
+    Taken,
+    read_record,
+    robot_tum,
+    write_file,
+)
+from facetlog.robot.collecting.route import Circle, Point, distance_to
+from facetlog.robot.collecting.session import Ended, Rig, Teller, collect
+from facetlog.robot.collecting.steering import Pace
+from facetlog.robot.collecting.tour_file import Tour
+from facetlog.robot.head.head import PanTiltHead
+from facetlog.robot.head.open_head import open_head
+from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.pioneer import Pioneer
+from facetlog.robot.pioneer.port import open_port
+from facetlog.robot.pose2 import Pose2
+
+__all__ = [
+    "MAP_FILE",
+    "TRAFFIC_FILE",
+    "WAY_FILE",
+    "Collected",
+    "Request",
+    "open_robot_head",
+    "run_collection",
+]
+
+MAP_FILE, WAY_FILE, TRAFFIC_FILE = "map.png", "odometry.tum", "traffic.jsonl"
+AUX_PORTS = {"aux1": 1, "aux2": 2, "aux3": 3}
+# Room between the robot on the innermost view and the keep-out circle, where none is given: what
+# the robot's place may differ from the plan by driving, with as much again to spare.
+ROOM = 0.05
+# Ways are planned this far outside of what is forbidden: pursuit cuts corners by a centimetre.
+CLEARANCE = 0.03
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Request:
+    """What is to be collected, with what and how; `start` is where the robot stands now.
+
+    `keep_out` is a radius about the tour's target, circles, or None for a radius made from the
+    tour: no part of the robot enters. `resume` goes on with the folder's collection.
+    """
+
+    address: str
+    tour: Tour
+    folder: Path
+    camera: str
+    optics: Optics
+    mount: Mount
+    start: Pose2
+    head: str = "sony-evi-d30"
+    head_port: str = "aux1"
+    latency: float | None = None
+    keep_out: float | tuple[Circle, ...] | None = None
+    short: bool = False
+    speed: float = 0.2
+    resume: bool = False
+    model: str | None = None
+    baud: int | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Collected:
+    """What became of a request: the plan, how it ended, all views there are, metres driven."""
+
+    plan: Plan
+    ended: Ended
+    taken: tuple[Taken, ...]
+    way: float
+    seconds: float
+
+    def to_json(self) -> Mapping[str, object]:
+        """As `--json` prints it."""
+        return {
+            **self.ended.to_json(),
+            "views": [view.name for view in self.taken],
+            "skipped": {each.name: each.reason for each in self.plan.skipped},
+            "remarks": list(self.plan.remarks),
+            "way": self.way,
+            "seconds": self.seconds,
+        }
+
+
+def run_collection(request: Request, teller: Teller) -> Collected:
+    """Collects; faults on the way end it early and are in what is returned.
+
+    InputError for what cannot be done as asked, DeviceError or DeviceTimeout if robot, head or
+    camera cannot be opened.
+    """
+    earlier = _earlier(request)
+    missing = _missing(request.tour, earlier)
+    closed = _keep_out(request)
+    began = time.monotonic()
+    with ExitStack() as stack:
+        robot = stack.enter_context(
+            Pioneer.connect(
+                request.address,
+                model=request.model,
+                limits=Limits(speed=request.speed),
+                log=request.folder / TRAFFIC_FILE,
+                baud=request.baud,
+            )
+        )
+        head = open_robot_head(stack, robot, request.head, request.head_port)
+        camera = open_camera(request.camera, latency=request.latency)
+        stack.callback(camera.close)
+
+        radius = robot.parameters.radius
+        forbidden = _for_the_middle(closed, request, radius)
+        reach = Reach(
+            request.mount,
+            head.limits,
+            request.optics.camera,
+            tuple(circle.grown(CLEARANCE) for circle in forbidden),
+        )
+        plan = _planned(request, missing, reach, forbidden)
+        for line in plan.remarks:
+            teller.warn(line)
+        for each in plan.skipped:
+            teller.warn(f"{each.name} is left out: {each.reason}")
+        record = Record(request.folder, request.optics, _about(request, robot.names.name), earlier)
+        way: list[tuple[float, Pose2]] = []
+        pace = Pace(robot.limits.speed, robot.limits.turning)
+        wheels = Wheels(
+            robot,
+            request.start,
+            pace=pace,
+            closed=forbidden,
+            moved=lambda at, place: way.append((at, place)),
+        )
+        epoch = time.time() - time.monotonic()
+        rig = Rig(wheels, head, camera, request.optics, reach, request.start, epoch)
+        inner = tuple(circle.grown(-radius) for circle in forbidden)
+        try:
+            robot.enable_motors()
+            ended = collect(rig, plan.stops, record, teller, skipped=plan.skipped)
+            robot.stop()
+        except BaseException:
+            # The first fault is the one to tell; a map that cannot be written is not.
+            with suppress(FacetlogError):
+                _draw(request, record.taken, way, inner, radius, epoch)
+            raise
+        _draw(request, record.taken, way, inner, radius, epoch)
+    places = np.array([(place.x, place.y) for _, place in way]).reshape(-1, 2)
+    driven = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+    return Collected(plan, ended, record.taken, driven, time.monotonic() - began)
+
+
+def open_robot_head(stack: ExitStack, robot: Pioneer, kind: str, port: str) -> PanTiltHead:
+    """The started head at `port`: aux1 to aux3 of the robot, or an address of its own."""
+    line: ByteLine = robot.aux(AUX_PORTS[port]) if port in AUX_PORTS else PortLine(open_port(port))
+    stack.callback(line.close)
+    head = open_head(kind, line)
+    head.start()
+    stack.callback(head.close)
+    return head
+
+
+def _earlier(request: Request) -> tuple[Taken, ...]:
+    """The views that are there already; InputError for a folder that holds something else."""
+    folder = request.folder
+    if request.resume:
+        about, taken = read_record(folder)
+        if about.get("tour") != request.tour.name:
+            raise InputError(
+                f"{folder} was collected for tour {about.get('tour')!r}: give that tour again, or "
+                "another folder"
+            )
+        return taken
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        present = sorted(path.name for path in folder.iterdir())
+    except OSError as exc:
+        raise InputError(f"{folder} cannot be used: {exc.strerror}: give another -o") from exc
+    if LOG_FILE in present:
+        raise InputError(f"{folder} holds a collection: go on with it by --resume, or give another")
+    # A log of traffic alone is what an earlier run left that could not begin.
+    others = [name for name in present if name != TRAFFIC_FILE]
+    if others:
+        raise InputError(f"{folder} holds {others[0]}: give an empty folder with -o")
+    return ()
+
+
+def _missing(tour: Tour, taken: tuple[Taken, ...]) -> list[int]:
+    """Indices of the tour's views that are not there yet."""
+    there = {view.name for view in taken}
+    return [i for i, view in enumerate(tour.views) if view.name not in there]
+
+
+def _keep_out(request: Request) -> float | tuple[Circle, ...] | None:
+    target = request.tour.target
+    if isinstance(request.keep_out, float) and target is None:
+        raise InputError(
+            "the tour's lines of sight do not meet, so --keep-out needs a place: X,Y,RADIUS"
+        )
+    return request.keep_out
+
+
+def _for_the_middle(
+    closed: float | tuple[Circle, ...] | None, request: Request, radius: float
+) -> tuple[Circle, ...]:
+    """Circles that the robot's middle must not enter, so that no part of it enters what is asked.
+
+    Without anything asked: about the target, as large as the innermost view leaves room for.
+    """
+    target = request.tour.target
+    if isinstance(closed, tuple):
+        circles = closed
+    elif target is None:
+        return ()
+    else:
+        if closed is None:
+            closed = _room(request.tour, target, request.mount, radius)
+        circles = (Circle(float(target[0]), float(target[1]), closed),)
+    grown = tuple(circle.grown(radius) for circle in circles)
+    inside = distance_to(grown, (request.start.x, request.start.y))
+    if inside < 0:
+        raise InputError(
+            f"the robot at {request.start.x:.2f}, {request.start.y:.2f} is {-inside:.2f} m within "
+            "a keep-out circle: put it elsewhere (--start), or give a smaller --keep-out"
+        )
+    return grown
+
+
+def _room(tour: Tour, target: FloatArray, mount: Mount, radius: float) -> float:
+    """The radius that the innermost view leaves, whichever way the robot stands there."""
+    reach = math.hypot(mount.x, mount.y) + math.hypot(
+        mount.pinhole_ahead, mount.pinhole_left, mount.pinhole_up
+    )
+    nearest = min(float(np.hypot(*(view.pose.centre - target)[:2])) for view in tour.views)
+    room = nearest - reach - radius - ROOM - CLEARANCE
+    if room <= 0:
+        raise InputError(
+            f"the tour comes within {nearest:.2f} m of what it looks at, which leaves no room for "
+            "a robot beside it: give --keep-out RADIUS if that is meant"
+        )
+    return room
+
+
+def _planned(
+    request: Request, missing: list[int], reach: Reach, forbidden: tuple[Circle, ...]
+) -> Plan:
+    views = request.tour.views
+    order = missing
+    if request.short:
+        places: list[Point] = [
+            (float(views[i].pose.centre[0]), float(views[i].pose.centre[1])) for i in missing
+        ]
+        chosen = short_order((request.start.x, request.start.y), places, forbidden)
+        order = [missing[i] for i in chosen]
+    return plan_stops(request.tour, request.start, reach, order=order)
+
+
+def _about(request: Request, robot: str) -> Mapping[str, object]:
+    start = request.start
+    return {
+        "tour": request.tour.name,
+        "robot": robot,
+        "address": request.address,
+        "camera": request.camera,
+        "head": request.head,
+        "start": [start.x, start.y, math.degrees(start.heading)],
+        "began": time.time(),
+    }
+
+
+def _draw(
+    request: Request,
+    taken: tuple[Taken, ...],
+    way: list[tuple[float, Pose2]],
+    closed: tuple[Circle, ...],
+    radius: float,
+    epoch: float,
+) -> None:
+    """The map and the robot's way."""
+    there = {view.name for view in taken}
+    missed = tuple(
+        (float(view.pose.centre[0]), float(view.pose.centre[1]))
+        for view in request.tour.views
+        if view.name not in there
+    )
+    floor = Floor(closed, request.tour.target, radius, missed)
+    write_file(
+        request.folder / MAP_FILE,
+        map_png([place for _, place in way], taken, floor, request.optics),
+    )
+    path = request.folder / WAY_FILE
+    before = path.read_text(encoding="utf-8") if request.resume and path.is_file() else ""
+    stamped = [(epoch + at, place) for at, place in way]
+    write_file(path, (before + robot_tum(stamped)).encode())

@@ -1,0 +1,198 @@
+"""The collection: for each stop drive, stand, point, shoot, check, write.
+
+Whatever ends it - something in the way, a camera that froze, a full disk, Ctrl-C - the robot is
+told to stop, and what was collected stays and can be gone on with.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from facetlog.errors import DeviceError, FacetlogError
+from facetlog.perception.types import FloatArray, Image
+from facetlog.robot.camera.checks import Quality, faults_of, quality_of
+from facetlog.robot.camera.source import FrameSource
+from facetlog.robot.collecting.drive import RobotView, Wheels
+from facetlog.robot.collecting.kinematics import Gaze, camera_pose, gaze_at, pose_covariance
+from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.collecting.plan import Reach, Skipped, Stop
+from facetlog.robot.collecting.record import Record, Taken
+from facetlog.robot.collecting.route import way_round
+from facetlog.robot.head.head import PanTiltHead
+from facetlog.robot.pose2 import Pose2
+
+__all__ = ["Ended", "Rig", "Teller", "collect"]
+
+# Seconds that the robot must have stood before a picture: a mast of 0.7 m swings at some 3 to 5
+# times a second and is still after a few swings.
+SETTLE = 0.6
+# Of the head, after it says that it stands.
+HEAD_SETTLE = 0.2
+SHOT_TIMEOUT, HEAD_TIMEOUT = 10.0, 10.0
+# The head's angles: its steps, and as much again for play in its gears (assumed).
+HEAD_PLAY_SD = math.radians(0.2)
+
+
+class Teller(Protocol):
+    """Is told what happens; all of it may be ignored."""
+
+    def view_taken(self, done: int, total: int, view: Taken) -> None:
+        """A view was taken and written."""
+
+    def warn(self, message: str) -> None:
+        """Something is unusual."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rig:
+    """All that moves and sees. `start` is where odometry's origin lies in the world."""
+
+    wheels: Wheels
+    head: PanTiltHead
+    camera: FrameSource
+    optics: Optics
+    reach: Reach
+    start: Pose2
+    epoch: float
+    """Seconds since 1970 at which the monotonic clock was zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a collection ended: views taken in this run, and what ended it early, if anything."""
+
+    taken: int
+    wanted: int
+    fault: FacetlogError | None = None
+
+    def to_json(self) -> Mapping[str, object]:
+        """As the last line of collect.jsonl."""
+        return {
+            "result": "ended",
+            "taken": self.taken,
+            "wanted": self.wanted,
+            "fault": None if self.fault is None else str(self.fault),
+        }
+
+
+def collect(
+    rig: Rig,
+    stops: tuple[Stop, ...],
+    record: Record,
+    teller: Teller,
+    *,
+    skipped: tuple[Skipped, ...] = (),
+) -> Ended:
+    """Takes the views of all stops; a fault of a device ends it early, and is in what is returned.
+
+    InputError if the folder cannot be written any more.
+    """
+    for each in skipped:
+        record.note(
+            {"view": each.number, "image": each.name, "result": "skipped", "reason": each.reason}
+        )
+    qualities = [view.quality for view in record.taken]
+    before = len(record.taken)
+    total = before + len(stops)
+    ended = Ended(0, len(stops))
+    for stop in stops:
+        try:
+            view, image = _take(rig, stop, qualities)
+        except DeviceError as exc:
+            ended = replace(ended, fault=exc)
+            break
+        record.add(view, image)
+        qualities.append(view.quality)
+        ended = replace(ended, taken=ended.taken + 1)
+        for note in view.notes:
+            teller.warn(f"{view.name}: {note}")
+        teller.view_taken(before + ended.taken, total, view)
+    record.note(ended.to_json())
+    return ended
+
+
+def _take(rig: Rig, stop: Stop, others: list[Quality]) -> tuple[Taken, Image]:
+    here = rig.wheels.place(rig.wheels.state)
+    way = way_round((here.x, here.y), (stop.robot.x, stop.robot.y), rig.reach.closed)
+    if way is None:
+        raise DeviceError(
+            f"there is no way for the robot to view {stop.number} that keeps out of all circles: "
+            "give smaller ones by --keep-out"
+        )
+    rig.wheels.follow(way)
+    rig.wheels.turn_to(stop.robot.heading)
+    state = rig.wheels.stand(SETTLE)
+    robot = rig.wheels.place(state)
+
+    notes: list[str] = []
+    asked = gaze_at(robot, rig.reach.mount, stop.point)
+    gaze = rig.reach.within(asked)
+    if abs(gaze.pan - asked.pan) > HEAD_PLAY_SD:
+        notes.append(
+            f"the head can pan to {math.degrees(gaze.pan):.0f}° only, "
+            f"{math.degrees(asked.pan):.0f}° were needed"
+        )
+    looks = rig.head.look(gaze.pan, gaze.tilt, timeout=HEAD_TIMEOUT)
+    if not looks.reported:
+        notes.append("the head does not say where it looks: the angles are those it was told")
+    after = max(looks.at, rig.wheels.state.at) + HEAD_SETTLE
+    image, quality, said = _shoot(rig.camera, rig.optics, after, others)
+    notes += said
+
+    # While it stood, the robot may have been pushed: the pose is that of the moment after.
+    state = rig.wheels.state
+    robot = rig.wheels.place(state)
+    at = Gaze(looks.pan, looks.tilt)
+    return (
+        Taken(
+            stop.number,
+            stop.view.name,
+            camera_pose(robot, rig.reach.mount, at),
+            _covariance(rig, state, robot, at),
+            robot,
+            state.pose,
+            looks.pan,
+            looks.tilt,
+            looks.zoom,
+            rig.epoch + state.at,
+            quality,
+            tuple(notes),
+        ),
+        image,
+    )
+
+
+def _shoot(
+    camera: FrameSource, optics: Optics, after: float, others: list[Quality]
+) -> tuple[Image, Quality, list[str]]:
+    """The picture, how good it is, and what is to be said of it; a bad one is taken once again."""
+    frame = camera.shot(after, SHOT_TIMEOUT)
+    optics.check(frame.image)
+    quality = quality_of(frame.image)
+    faults = faults_of(quality, others)
+    if not faults:
+        return frame.image, quality, []
+    again = camera.shot(max(frame.arrived, after), SHOT_TIMEOUT)
+    second = quality_of(again.image)
+    still = faults_of(second, others)
+    if not still:
+        return again.image, second, [f"taken twice, the first was {'; '.join(faults)}"]
+    # Neither is good: fewer faults go before more, then the sharper one.
+    if (len(still), -second.sharpness) < (len(faults), -quality.sharpness):
+        return again.image, second, [f"{fault}, twice; kept" for fault in still]
+    return frame.image, quality, [f"{fault}, twice; kept" for fault in faults]
+
+
+def _covariance(rig: Rig, state: RobotView, robot: Pose2, gaze: Gaze) -> FloatArray:
+    """Of the camera's pose in the world; odometry's is in the frame of the robot's start."""
+    c, s = math.cos(rig.start.heading), math.sin(rig.start.heading)
+    turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    odometry = turn @ state.covariance @ turn.T
+    limits = rig.reach.limits
+    step = max(limits.pan_step, limits.tilt_step)
+    # A reading rounded to steps is off evenly within one: variance step² / 12.
+    head_sd = math.sqrt(HEAD_PLAY_SD**2 + step**2 / 12)
+    return pose_covariance(robot, odometry, rig.reach.mount, gaze, head_sd)

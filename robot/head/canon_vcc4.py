@@ -1,0 +1,281 @@
+"""The driver of a Canon VC-C4 or VC-C50i.
+
+Its answers say that a command was taken, not that it is done: a move has ended when two answers to
+where it stands are equal. A head whose cable leaves the CTS line low obeys and never answers; it is
+then told, and given the time that its moves take at the speeds that were set.
+"""
+
+import logging
+import math
+from collections.abc import Callable
+
+from facetlog.errors import DeviceError, DeviceTimeout
+from facetlog.robot.byte_line import ByteLine
+from facetlog.robot.head.canon import (
+    ACK_BYTES,
+    COUNTS_PER_DEGREE,
+    POSITION_BYTES,
+    ZOOM_BYTES,
+    CanonCommand,
+    angle_text,
+    hexadecimal,
+    number,
+    position_of,
+)
+from facetlog.robot.head.canon_line import CanonLine
+from facetlog.robot.head.canon_models import REACH, angles_of, counts_of
+from facetlog.robot.head.head import HeadLimits, HeadState
+from facetlog.robot.head.settling import Clock, Counts, wait_until_still
+
+__all__ = ["CanonVcC4"]
+
+logger = logging.getLogger(__name__)
+
+STARTING_S = 25.0
+"""For switching on and finding its middle, seconds: each takes 4 to 5 (ARIA, ArVCC4.h)."""
+SWITCHING_ON_S = 5.0
+MIDDLE_S = 6.0
+ANSWER_S = 10.0
+"""For where it is, seconds: it does not tell while it finds its middle."""
+ZOOM_S = 15.0
+"""From end to end of the zoom, seconds, with room to spare."""
+UNREPORTED_ZOOM_S = 5.0
+"""The same for a head that cannot say when it is there."""
+NEAR = (math.ceil(0.5 * COUNTS_PER_DEGREE),) * 2
+"""So near to where it was sent the head has arrived, counts: half a degree."""
+NEAR_ZOOM = (16,)
+"""The same of the zoom, counts: below one hundredth of the range."""
+ATTEMPTS = 3
+"""A move that does not take the head to its goal is given so often."""
+MARGIN_S = 0.5
+"""Beyond the time of a move at an even speed, seconds, for speeding up and slowing down."""
+YES = b"1"
+THIS_LINE = b"0"
+FIRST = b"0"
+SETTINGS: tuple[tuple[CanonCommand, bytes], ...] = (
+    (CanonCommand.PAN_SPEED, hexadecimal(REACH.fastest_pan, 3)),
+    (CanonCommand.TILT_SPEED, hexadecimal(REACH.fastest_tilt, 3)),
+    (CanonCommand.RANGE, b"1" + angle_text(REACH.tilt_lowest) + angle_text(REACH.tilt_highest)),
+)
+"""What is set after switching on: as fast as it can, and as far up as it can."""
+
+
+def _nothing(data: bytes) -> bytes:
+    return data
+
+
+class CanonVcC4:
+    """A Canon head on a line; `zoom` is set at the start and kept (counts, 0 the widest).
+
+    `answers` says whether its cable lets it answer; None: found out at the start.
+    """
+
+    def __init__(
+        self,
+        line: ByteLine,
+        *,
+        zoom: int = 0,
+        answers: bool | None = None,
+        clock: Clock | None = None,
+    ) -> None:
+        self._clock = clock or Clock()
+        self._line = CanonLine(line, self._clock)
+        self._answers = answers
+        self._zoom = zoom
+        self._told: Counts | None = None
+        """Where a head that does not answer was sent last."""
+
+    @property
+    def answers(self) -> bool:
+        """Whether it says what it does; taken for granted until `start` has found out."""
+        return self._answers is not False
+
+    @property
+    def limits(self) -> HeadLimits:
+        """How far it can turn, be it a VC-C4 or a VC-C50i."""
+        return REACH.limits
+
+    def start(self) -> None:
+        """Switches it on, lets it find its middle, sets its speeds, range and zoom.
+
+        DeviceTimeout if it does not get ready; if it does not answer, that too, but only where it
+        was said that it can.
+        """
+        self.limits.check(0.0, 0.0, self._zoom)
+        if self._answers is None:
+            self._answers = self._find_out()
+        if not self._answers:
+            self._start_unanswered()
+            return
+        deadline = self._clock.now() + STARTING_S
+        starting: tuple[tuple[CanonCommand, bytes], ...] = (
+            (CanonCommand.CONTROL, THIS_LINE),
+            (CanonCommand.POWER, YES),
+            (CanonCommand.INITIALIZE, FIRST),
+        )
+        for command, parameters in starting:
+            self._order(command, parameters, deadline, starting=True)
+        self._position(deadline, starting=True)
+        for command, parameters in SETTINGS:
+            self._order(command, parameters, deadline)
+        self._zoom_to(self._zoom, self._clock.now() + ZOOM_S)
+
+    def look(
+        self, pan: float, tilt: float, zoom: int | None = None, timeout: float = 10.0
+    ) -> HeadState:
+        """Where it stands after a move to `pan` and `tilt` (radians); returns when it is still.
+
+        InputError beyond its limits; DeviceTimeout if it does not answer, or still moves after
+        `timeout` seconds; DeviceError if it refuses or comes to stand elsewhere.
+        """
+        self.limits.check(pan, tilt, zoom)
+        goal_pan, goal_tilt = counts_of(pan, tilt)
+        goal_pan = max(-REACH.pan_limit, min(goal_pan, REACH.pan_limit))
+        goal_tilt = max(REACH.tilt_lowest, min(goal_tilt, REACH.tilt_highest))
+        goal = (goal_pan, goal_tilt)
+        if not self.answers:
+            return self._look_unanswered(goal, zoom, timeout)
+        deadline = self._clock.now() + timeout
+        if zoom is not None:
+            self._zoom_to(zoom, deadline)
+        where = angle_text(goal_pan) + angle_text(goal_tilt)
+        here = self._carry_out(
+            CanonCommand.MOVE, where, lambda: self._position(deadline), goal, NEAR, deadline
+        )
+        return self._state(here)
+
+    def where(self) -> HeadState:
+        """Where it looks now, moving or not; errors as `look`.
+
+        Of a head that does not answer: where it was told to look, not `reported`.
+        """
+        if not self.answers:
+            if self._told is None:
+                raise DeviceError(
+                    "where the camera head looks is not known: it does not answer, and was stopped"
+                    " or not started; turn it somewhere first"
+                )
+            return self._state(self._told)
+        deadline = self._clock.now() + ANSWER_S
+        here = self._position(deadline)
+        (self._zoom,) = self._zoom_counts(deadline)
+        return self._state(here)
+
+    def stop(self) -> None:
+        """Stops its motion where it is; errors as `look`."""
+        if self.answers:
+            self._order(CanonCommand.DRIVE, FIRST, self._clock.now() + ANSWER_S)
+        else:
+            self._line.tell(CanonCommand.DRIVE, FIRST)
+            self._told = None
+
+    def close(self) -> None:
+        """Closes the line; the head stays as it stands."""
+        self._line.close()
+
+    def _state(self, here: Counts) -> HeadState:
+        pan, tilt = here
+        return HeadState(
+            *angles_of(pan, tilt), self._zoom, self._clock.now(), reported=self.answers
+        )
+
+    def _find_out(self) -> bool:
+        try:
+            self._line.ask(CanonCommand.CONTROL, THIS_LINE)
+        except DeviceTimeout as exc:
+            logger.warning(
+                "%s; it is sent its moves unseen, and the pictures' pan and tilt are what was asked"
+                " for, not what it reports",
+                exc,
+            )
+            return False
+        return True
+
+    def _start_unanswered(self) -> None:
+        # Twice, for a head that is off may take neither before the other.
+        for wait in (SWITCHING_ON_S, 0.0):
+            self._line.tell(CanonCommand.CONTROL, THIS_LINE)
+            self._line.tell(CanonCommand.POWER, YES, wait)
+        self._line.tell(CanonCommand.INITIALIZE, FIRST, MIDDLE_S)
+        for command, parameters in SETTINGS:
+            self._line.tell(command, parameters)
+        self._line.tell(CanonCommand.ZOOM, hexadecimal(self._zoom, 4), UNREPORTED_ZOOM_S)
+        self._told = (0, 0)
+
+    def _look_unanswered(self, goal: Counts, zoom: int | None, timeout: float) -> HeadState:
+        if self._told is None:
+            ways: Counts = (2 * REACH.pan_limit, REACH.tilt_highest - REACH.tilt_lowest)
+        else:
+            ways = tuple(abs(a - b) for a, b in zip(goal, self._told, strict=True))
+        wait = max(ways[0] / REACH.fastest_pan, ways[1] / REACH.fastest_tilt) + MARGIN_S
+        zooming = UNREPORTED_ZOOM_S if zoom is not None else 0.0
+        if wait + zooming > timeout:
+            raise DeviceTimeout(
+                f"the camera head needs {wait + zooming:.1f} s for this and cannot say when it is"
+                f" done: give it more than {timeout:.1f} s"
+            )
+        # It takes no move while it makes another, and cannot say so.
+        self._line.tell(CanonCommand.DRIVE, FIRST)
+        if zoom is not None:
+            self._line.tell(CanonCommand.ZOOM, hexadecimal(zoom, 4), zooming)
+            self._zoom = zoom
+        self._line.tell(CanonCommand.MOVE, b"".join(angle_text(counts) for counts in goal), wait)
+        self._told = goal
+        return self._state(goal)
+
+    def _order(
+        self, command: CanonCommand, parameters: bytes, deadline: float, *, starting: bool = False
+    ) -> None:
+        self._line.insist(
+            command, parameters, decode=_nothing, deadline=deadline, starting=starting
+        )
+
+    def _position(self, deadline: float, *, starting: bool = False) -> Counts:
+        return self._line.insist(
+            CanonCommand.POSITION_REQUEST,
+            data=POSITION_BYTES - ACK_BYTES,
+            decode=position_of,
+            deadline=deadline,
+            starting=starting,
+        )
+
+    def _zoom_counts(self, deadline: float) -> Counts:
+        counts = self._line.insist(
+            CanonCommand.ZOOM_REQUEST,
+            FIRST,
+            ZOOM_BYTES - ACK_BYTES,
+            decode=number,
+            deadline=deadline,
+        )
+        return (counts,)
+
+    def _zoom_to(self, counts: int, deadline: float) -> None:
+        (self._zoom,) = self._carry_out(
+            CanonCommand.ZOOM,
+            hexadecimal(counts, 4),
+            lambda: self._zoom_counts(deadline),
+            (counts,),
+            NEAR_ZOOM,
+            deadline,
+        )
+
+    def _carry_out(
+        self,
+        command: CanonCommand,
+        parameters: bytes,
+        read: Callable[[], Counts],
+        target: Counts,
+        near: Counts,
+        deadline: float,
+    ) -> Counts:
+        """Where `read` says the head stands once it has carried the command out."""
+        here: Counts = ()
+        for _ in range(ATTEMPTS):
+            self._order(command, parameters, deadline)
+            here, there = wait_until_still(read, target, near, deadline, self._clock)
+            if there:
+                return here
+        raise DeviceError(
+            f"the camera head stands at {here} of its counts and was sent to {target}: see whether"
+            " something holds it"
+        )

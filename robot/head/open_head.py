@@ -1,0 +1,30 @@
+"""A camera head by the name of its kind."""
+
+from typing import Final
+
+from facetlog.errors import InputError
+from facetlog.robot.byte_line import ByteLine
+from facetlog.robot.head.canon_vcc4 import CanonVcC4
+from facetlog.robot.head.head import PanTiltHead
+from facetlog.robot.head.sony_evi_d30 import SonyEviD30
+
+__all__ = ["HEAD_KINDS", "open_head"]
+
+DRIVERS: Final[dict[str, type[SonyEviD30] | type[CanonVcC4]]] = {
+    "sony-evi-d30": SonyEviD30,
+    "canon-vc-c4": CanonVcC4,
+}
+
+HEAD_KINDS: Final = tuple(DRIVERS)
+"""Names that `open_head` knows."""
+
+
+def open_head(kind: str, line: ByteLine, *, zoom: int = 0) -> PanTiltHead:
+    """The driver of a head of this kind, not started yet; InputError for a kind not known.
+
+    `zoom` is set when it starts and kept: in the head's own counts, 0 the widest.
+    """
+    driver = DRIVERS.get(kind)
+    if driver is None:
+        raise InputError(f"{kind} is no camera head known here: use one of {', '.join(HEAD_KINDS)}")
+    return driver(line, zoom=zoom)

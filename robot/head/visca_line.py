@@ -1,0 +1,156 @@
+"""One question or command at a time to a Sony head, repeated where an answer is lost.
+
+Answers are asked for in lengths that work through the robot's microcontroller as well: the
+shortest possible answer first, then the rest.
+"""
+
+from collections.abc import Callable
+from typing import Final, TypeVar
+
+from facetlog.errors import DeviceError, DeviceTimeout
+from facetlog.robot.byte_line import ByteLine
+from facetlog.robot.head.settling import Clock
+from facetlog.robot.head.visca import (
+    BROADCAST,
+    END,
+    AddressSet,
+    Command,
+    Fixed,
+    Inquiry,
+    ViscaSyntaxError,
+    to_bytes,
+)
+from facetlog.robot.head.visca_replies import (
+    ACK_BYTES,
+    ERROR_BYTES,
+    Ack,
+    Completed,
+    Failed,
+    Information,
+    Reply,
+    parse_reply,
+)
+
+__all__ = ["ViscaLine"]
+
+T = TypeVar("T")
+
+ATTEMPTS: Final = 5
+"""A question is asked and a command given so often before the head is given up: where one byte in
+fifty is lost, five answers of eleven bytes in a row are spoilt once in three thousand times."""
+ANSWER_S = 1.0
+"""For an answer, seconds: a head takes a picture's time (17 ms) and the bytes at 9600 baud 12 ms;
+through the robot each step waits for its cycle of up to 100 ms."""
+QUIET_S = 0.15
+"""Let pass before asking again, seconds: what is left of a garbled answer has come in by then."""
+ADDRESSES_BYTES = 4
+FRAME_BYTES = 3
+"""Around the data of an answer."""
+
+
+class ViscaLine:
+    """The line to a Sony head, in whole answers; every wait is bounded."""
+
+    def __init__(self, line: ByteLine, clock: Clock, address: int = 1) -> None:
+        self._line, self._clock, self._address = line, clock, address
+
+    def set_addresses(self) -> None:
+        """Numbers the heads on the line; one that has its number may keep silent."""
+        self._line.flush()
+        self._line.send(to_bytes(AddressSet()))
+        try:
+            self._line.receive(ADDRESSES_BYTES, ANSWER_S)
+        except DeviceTimeout:
+            return
+
+    def ask(self, inquiry: Inquiry, length: int, decode: Callable[[bytes], T]) -> T | Failed:
+        """What `decode` reads in the answer to an inquiry, or why there is none.
+
+        The whole answer has `length` bytes. DeviceTimeout if the head never answers, DeviceError if
+        it answers nothing that can be read.
+        """
+
+        def answer() -> T | Failed:
+            reply = self._receive(ERROR_BYTES, length)
+            if isinstance(reply, Failed):
+                return reply
+            if isinstance(reply, Information) and len(reply.data) == length - FRAME_BYTES:
+                return decode(reply.data)
+            raise ViscaSyntaxError(f"{reply} does not answer {inquiry.name}")
+
+        return self._persist(inquiry, answer)
+
+    def command(self, command: Command) -> Ack | Failed:
+        """What became of a command at once; `completed` waits for its end.
+
+        A command whose answer was lost is given again: so it must be one that may be given twice.
+        Errors as `ask`.
+        """
+
+        def answer() -> Ack | Failed:
+            reply = self._receive(ACK_BYTES, ERROR_BYTES)
+            if isinstance(reply, Ack | Failed):
+                return reply
+            raise ViscaSyntaxError(f"{reply} does not acknowledge a command")
+
+        return self._persist(command, answer)
+
+    def completed(self, ack: Ack, timeout: float) -> bool:
+        """Whether the head said that the command is carried out; False if it said nothing."""
+        try:
+            reply = self._receive(ACK_BYTES, ERROR_BYTES, timeout)
+        except (DeviceTimeout, ViscaSyntaxError):
+            return False
+        return reply == Completed(ack.socket)
+
+    def clear(self) -> None:
+        """Makes the head forget the commands under way, if it can; errors as `ask`.
+
+        One that does not know this command says so, and is as ready as it was.
+        """
+
+        def answer() -> None:
+            reply = self._receive(ACK_BYTES, ERROR_BYTES)
+            if not isinstance(reply, Information | Failed):
+                raise ViscaSyntaxError(f"{reply} does not answer a clear")
+
+        self._persist(Fixed.CLEAR, answer)
+
+    def pause(self) -> None:
+        """Lets the head have time before it is asked again."""
+        self._clock.sleep(QUIET_S)
+
+    def close(self) -> None:
+        """Closes the line."""
+        self._line.close()
+
+    def _receive(self, first: int, whole: int, timeout: float = ANSWER_S) -> Reply:
+        """The next answer, of `first` or `whole` bytes."""
+        data = self._line.receive(first, timeout)
+        if data[0] not in (0x80 + 0x10 * self._address, 0x80 | BROADCAST):
+            raise ViscaSyntaxError(f"{data.hex(' ')} begins no answer")
+        if whole > first and data[-1] != END:
+            data += self._line.receive(whole - first, ANSWER_S)
+        return parse_reply(data, self._address)
+
+    def _persist(self, command: Command, answer: Callable[[], T]) -> T:
+        fault: Exception | None = None
+        for attempt in range(ATTEMPTS):
+            if attempt:
+                self.pause()
+            self._line.flush()
+            self._line.send(to_bytes(command, self._address))
+            try:
+                return answer()
+            except (DeviceTimeout, ViscaSyntaxError) as exc:
+                if not isinstance(fault, ViscaSyntaxError):
+                    fault = exc
+        if isinstance(fault, ViscaSyntaxError):
+            raise DeviceError(
+                f"the camera head answers what cannot be read ({fault}): check that the line runs"
+                " at 9600 baud and that nothing else talks on it"
+            ) from fault
+        raise DeviceTimeout(
+            "the camera head does not answer: check that it has power, that its cable is in the"
+            " port that was named (of the robot: AUX1, AUX2 or AUX3), and that it runs at 9600 baud"
+        ) from fault

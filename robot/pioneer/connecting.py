@@ -1,0 +1,120 @@
+"""From an open port to a session: handshake and opening, carried out on a port by a clock."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from facetlog.errors import DeviceError, InputError
+from facetlog.robot.pioneer.commands import Command, plain_command
+from facetlog.robot.pioneer.configuration import Configuration
+from facetlog.robot.pioneer.opening import Opening
+from facetlog.robot.pioneer.packet import Received
+from facetlog.robot.pioneer.parameters import MODELS, Parameters, parameters_of
+from facetlog.robot.pioneer.port import Port
+from facetlog.robot.pioneer.receiver import Receiver
+from facetlog.robot.pioneer.reports import Names
+from facetlog.robot.pioneer.session import BAUDS, Handshake, SetBaud, Write
+from facetlog.robot.pioneer.traffic import TrafficLog
+
+__all__ = ["Connected", "connect_over", "known_model"]
+
+READ_TIMEOUT = 0.05
+"""Seconds: half a report's interval, and what an end of the body's time-out is late at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class Connected:
+    """A session that reports: who answered, and what came so far."""
+
+    names: Names
+    parameters: Parameters
+    configuration: Configuration | None
+    receiver: Receiver
+    received: tuple[Received, ...]
+    baud: int | None
+
+
+def known_model(model: str) -> Parameters:
+    """Parameters of a model that a user names; InputError with those that there are."""
+    try:
+        return parameters_of(model)
+    except KeyError:
+        raise InputError(
+            f"{model!r} is no model that is known; there are {', '.join(MODELS)}"
+        ) from None
+
+
+def connect_over(
+    port: Port,
+    clock: Callable[[], float],
+    *,
+    model: str | None = None,
+    baud: int | None = None,
+    log: TrafficLog | None = None,
+) -> Connected:
+    """Opens a session over a port.
+
+    A `model` goes before what the robot says; a `baud` is the only one tried, and stays.
+    DeviceError or DeviceTimeout with the address, what was tried and what to check.
+    """
+    given = None if model is None else known_model(model)
+    bauds = () if not port.has_baud else BAUDS if baud is None else (baud,)
+    handshake = Handshake(clock(), bauds)
+    _carry_out(handshake, port, clock, log)
+    if handshake.names is None:
+        error = handshake.failure or DeviceError("the handshake has failed")
+        raise type(error)(f"{port.address}: {error}") from None
+    names = handshake.names
+    try:
+        parameters = given or parameters_of(names.subclass)
+    except KeyError:
+        _write(port, Write(plain_command(Command.CLOSE).to_bytes(), "CLOSE"), clock, log)
+        raise DeviceError(
+            f"{port.address}: {names.name!r} is a {names.robot_class} {names.subclass!r}, which is"
+            f" not known; say what it is like with model= ({', '.join(MODELS)})"
+        ) from None
+    fast = parameters.fast_baud if baud is None else None
+    opening = Opening(
+        clock(), handshake.receiver, handshake.left_over, baud=handshake.baud, fast_baud=fast
+    )
+    _carry_out(opening, port, clock, log)
+    if opening.failure is not None:
+        error = opening.failure
+        raise type(error)(f"{port.address}: {names.name!r} ({names.subclass}): {error}") from None
+    return Connected(
+        names,
+        parameters,
+        opening.configuration,
+        handshake.receiver,
+        tuple(opening.received),
+        opening.baud,
+    )
+
+
+def _carry_out(
+    machine: Handshake | Opening,
+    port: Port,
+    clock: Callable[[], float],
+    log: TrafficLog | None,
+) -> None:
+    while True:
+        for action in machine.actions():
+            if isinstance(action, SetBaud):
+                port.set_baud(action.baud)
+                if log is not None:
+                    log.note(clock(), baud=action.baud)
+            else:
+                _write(port, action, clock, log)
+        if machine.over:
+            return
+        data = port.read(max(0.0, min(machine.due - clock(), READ_TIMEOUT)))
+        now = clock()
+        given_up = machine.receiver.given_up
+        machine.receive(data, now)
+        if log is not None and (data or machine.receiver.given_up != given_up):
+            log.incoming(now, data)
+
+
+def _write(port: Port, action: Write, clock: Callable[[], float], log: TrafficLog | None) -> None:
+    port.write(action.data)
+    if log is not None:
+        log.outgoing(clock(), action.data, action.name)

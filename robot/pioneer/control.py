@@ -1,0 +1,228 @@
+"""The driver's mind, without I/O, clock or thread: reports and wishes in, packets and states out.
+
+`Pioneer` gives it the robot's packets and the time, and sends what it says.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterable
+
+from facetlog.errors import DeviceError, DeviceTimeout
+from facetlog.robot.pioneer.commands import Command, integer_command
+from facetlog.robot.pioneer.configuration import Configuration
+from facetlog.robot.pioneer.guard import Guard
+from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.motion import LONGEST_LEASE, WATCHDOG, Motion
+from facetlog.robot.pioneer.odometry import OdometryErrors
+from facetlog.robot.pioneer.packet import Packet, PacketError, Received
+from facetlog.robot.pioneer.parameters import Parameters
+from facetlog.robot.pioneer.problems import Cause, Problem
+from facetlog.robot.pioneer.reports import Report
+from facetlog.robot.pioneer.server_information import SIP_KINDS, ServerInformation
+from facetlog.robot.pioneer.settings import own_settings, restored_settings
+from facetlog.robot.pioneer.state import RobotState, StateMaker, tells_motors
+
+__all__ = ["LOST_AFTER", "QUIET_AFTER", "Control"]
+
+QUIET_AFTER = 0.5
+"""Seconds without a report after which the robot is stopped: five reports."""
+LOST_AFTER = 2.0
+"""Seconds without a report after which the link is given up."""
+DEAF_AFTER = 1.0
+"""Seconds without a look at the line after which nothing is known of the robot any more."""
+PROBLEMS_KEPT = 1000
+
+
+class Control:
+    """One session from the first report on."""
+
+    def __init__(
+        self,
+        now: float,
+        parameters: Parameters,
+        configuration: Configuration | None = None,
+        limits: Limits | None = None,
+        errors: OdometryErrors | None = None,
+    ) -> None:
+        self.limits = (limits or Limits()).of_robot(parameters, configuration)
+        watchdog_ms = configuration.watchdog_ms if configuration else None
+        self.motion = Motion(now, self.limits, (watchdog_ms or WATCHDOG * 1e3) / 1e3)
+        self.state: RobotState | None = None
+        self.halted: Problem | None = None
+        """What stopped the robot, until it is cleared."""
+        self.lost: DeviceError | None = None
+        """Why there is no session any more."""
+        self._maker = StateMaker(parameters, configuration, errors)
+        self._tells_motors = tells_motors(parameters)
+        # On connecting the robot's motors are off, whatever they were before (manuals of both).
+        self._maker.motors_thought_on = False
+        self._motors_wanted = False
+        self._guard = Guard(self.limits.battery_v or 0.0)
+        self._own_settings = own_settings(self.limits)
+        self._restored_settings = restored_settings(configuration)
+        self._last_report = self._looked = now
+        self._quiet = False
+        self._problems: deque[Problem] = deque(maxlen=PROBLEMS_KEPT)
+        self._untold: deque[Problem] = deque(maxlen=PROBLEMS_KEPT)
+
+    @property
+    def problems(self) -> tuple[Problem, ...]:
+        """What went wrong so far, the last thousand."""
+        return tuple(self._problems)
+
+    def new_problems(self) -> list[Problem]:
+        """Those that were not asked for yet."""
+        new = list(self._untold)
+        self._untold.clear()
+        return new
+
+    def take(self, received: Received) -> None:
+        """Takes a packet of the robot."""
+        kind = received.packet.kind
+        if kind in (Report.RESET_1, Report.RESET_2):
+            self.fail(
+                DeviceError("the robot was reset, its session is over: connect again"),
+                Cause.RESET,
+                received.at,
+            )
+        elif kind in SIP_KINDS:
+            try:
+                sip = ServerInformation.from_packet(received.packet)
+            except PacketError:
+                return  # the next comes within a tenth of a second
+            self._take_report(sip, received.at)
+
+    def looked(self, now: float) -> None:
+        """Says that the line has been read up to `now`, whether anything came or not."""
+        self._looked = max(self._looked, now)
+
+    def advance(self, now: float) -> list[Packet]:
+        """What is to be sent at `now`."""
+        self._check_link(now)
+        packets = self.motion.advance(now)
+        if (ended := self.motion.take_ended()) is not None:
+            self.say(Problem(*ended, now, stopped=True))
+        return packets
+
+    @property
+    def due(self) -> float:
+        """When `advance` is to be called at the latest."""
+        return self.motion.due
+
+    def drive(
+        self,
+        speed: float,
+        turning: float,
+        lease: float,
+        now: float,
+        alive: Callable[[], bool] | None = None,
+    ) -> tuple[float, float]:
+        """Wants speeds for `lease` seconds; those that the robot is told, within its limits.
+
+        DeviceError if the robot cannot be driven or was stopped; the text says what to do.
+        """
+        if not 0 < lease <= LONGEST_LEASE:
+            raise ValueError(f"a lease of {lease} s: it is more than 0 and at most {LONGEST_LEASE}")
+        speed, turning = self.limits.clip(speed, turning)
+        self.check()
+        if self.halted is not None:
+            raise DeviceError(f"{self.halted}; then call clear_stop() to drive on")
+        if self.state is None:
+            raise DeviceError("no report of the robot yet")
+        if (reason := self._guard.refusal(self.state, speed)) is not None:
+            raise DeviceError(reason)
+        if self._quiet:
+            speed = turning = 0.0
+        self.motion.drive(speed, turning, lease, now, alive)
+        return speed, turning
+
+    def stop(self) -> None:
+        """Takes the lease back: zeros from now on."""
+        self.motion.rest()
+
+    def emergency_stop(self, now: float) -> None:
+        """Stops as hard as it goes; nothing moves until that is cleared."""
+        self.motion.rest(hard=True)
+        self.halted = Problem(Cause.EMERGENCY, "the program called for a stop", now, stopped=True)
+        self.say(self.halted)
+
+    def clear_stop(self) -> None:
+        """Forgets what stopped the robot; what still holds refuses the next drive."""
+        self.halted = None
+
+    def switching(self, on: bool) -> list[Packet]:
+        """The motors are to be switched; the packets for it, to be sent slowly."""
+        self.motion.rest()
+        self._motors_wanted = on
+        if on:
+            self.halted = None
+            self._maker.motors_thought_on = None
+            return [*self._own_settings, integer_command(Command.ENABLE, 1)]
+        self._maker.motors_thought_on = False
+        return [integer_command(Command.ENABLE, 0)]
+
+    @property
+    def motors_told(self) -> bool:
+        """Whether reports say if the motors are on."""
+        return self._tells_motors
+
+    def parting(self) -> list[Packet]:
+        """The robot's own settings, for its next client."""
+        return self._restored_settings
+
+    def check(self) -> None:
+        """DeviceError if there is no session any more."""
+        if self.lost is not None:
+            raise type(self.lost)(*self.lost.args) from self.lost
+
+    def fail(self, error: DeviceError, cause: Cause, now: float) -> None:
+        """Ends the session for a reason; the first one stays."""
+        if self.lost is None:
+            self.lost = error
+            self.motion.rest(in_time=True)
+            self.say(Problem(cause, str(error), now, stopped=True))
+
+    def say(self, *problems: Problem) -> None:
+        """Keeps problems, to be asked for and to be told."""
+        self._problems.extend(problems)
+        self._untold.extend(problems)
+
+    def _take_report(self, sip: ServerInformation, at: float) -> None:
+        state, doubt = self._maker.state(sip, at)
+        self._last_report, self._quiet = at, False
+        if doubt is not None:
+            self.say(Problem(Cause.ODOMETRY, doubt, at))
+        if not state.standing and not self._tells_motors and self._motors_wanted:
+            self._maker.motors_thought_on = True
+        self.state = state
+        self.motion.saw(state.standing)
+        self._halt(self._guard.look(state, self.motion.told, self._motors_wanted))
+
+    def _halt(self, problems: Iterable[Problem]) -> None:
+        for problem in problems:
+            self.say(problem)
+            self.motion.rest(in_time=True)
+            if problem.cause is Cause.NOT_MOVING and not self._tells_motors:
+                self._maker.motors_thought_on = False
+            if self.halted is None:
+                self.halted = problem
+
+    def _check_link(self, now: float) -> None:
+        if self.lost is not None:
+            return
+        silent = self._looked - self._last_report
+        deaf = now - self._looked
+        if silent >= LOST_AFTER:
+            self.fail(
+                DeviceTimeout(
+                    f"no report of the robot for {silent:.1f} s: the link is lost; check cable,"
+                    " battery and that the robot is on, then connect again"
+                ),
+                Cause.LINK_LOST,
+                now,
+            )
+        if self._quiet or (silent < QUIET_AFTER and deaf < DEAF_AFTER):
+            return
+        self._quiet = True
+        self.motion.rest(in_time=True)
+        text = f"no report of the robot for {max(silent, deaf):.1f} s: stopped until one comes"
+        self.say(Problem(Cause.QUIET, text, now, stopped=True))

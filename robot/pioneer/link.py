@@ -1,0 +1,243 @@
+"""The two threads between a port and the driver's mind: one reads, one writes.
+
+What the mind (`Control`) knows is guarded by one lock, on which waiters also wait. Everything goes
+out under a second lock, which is taken before the first; so whoever sends knows what was sent.
+"""
+
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterable
+
+from facetlog.errors import DeviceError
+from facetlog.robot.pioneer.control import Control
+from facetlog.robot.pioneer.packet import Packet, Received
+from facetlog.robot.pioneer.port import Port
+from facetlog.robot.pioneer.problems import Cause, Problem
+from facetlog.robot.pioneer.receiver import Receiver
+from facetlog.robot.pioneer.traffic import TrafficLog
+
+__all__ = ["Inbox", "Link"]
+
+LOGGER = logging.getLogger(__name__)
+READ_TIMEOUT = 0.05
+"""Seconds: how late the reader notices that it is to end."""
+LOOK_EVERY = 0.05
+"""Seconds: how late the writer notices that the thread which drives has ended."""
+SLOW_SPACING, FAST_SPACING = 0.05, 0.005
+"""Seconds between commands: P2OS takes one in each half cycle, AROS one in 3 to 5 ms (manuals)."""
+JOIN_TIMEOUT = 3.0
+"""Seconds: longer than a write may take."""
+KEPT = 256
+
+
+class Inbox:
+    """Packets of one kind that nobody has taken yet, the newest 256."""
+
+    def __init__(self, link: "Link") -> None:
+        self._link = link
+        self._packets: deque[Received] = deque(maxlen=KEPT)
+
+    def put(self, received: Received) -> None:
+        """Takes one; the link's lock is held."""
+        self._packets.append(received)
+
+    def clear(self) -> None:
+        """Forgets what is there."""
+        with self._link.changed:
+            self._packets.clear()
+
+    def take(self, timeout: float) -> Packet | None:
+        """The oldest, or None if there is none within so many seconds; DeviceError if lost."""
+        with self._link.changed:
+            self._link.wait_until(lambda: bool(self._packets), timeout)
+            return self._packets.popleft().packet if self._packets else None
+
+
+class Link:
+    """Runs a session until it is closed."""
+
+    def __init__(
+        self,
+        port: Port,
+        control: Control,
+        receiver: Receiver,
+        clock: Callable[[], float],
+        log: TrafficLog | None = None,
+    ) -> None:
+        self.control = control
+        self.changed = threading.Condition(threading.RLock())
+        """Guards `control`; notified when a packet or an end has come."""
+        self._port, self._receiver, self._clock, self._log = port, receiver, clock, log
+        self._out = threading.Lock()
+        self._others = threading.Lock()
+        self._spacing = FAST_SPACING if control.motors_told else SLOW_SPACING
+        self._other_at = 0.0
+        self._inboxes: dict[int, Inbox] = {}
+        self._callbacks: list[Callable[[Problem], None]] = []
+        self._wake = threading.Event()
+        self._closing = threading.Event()
+        self._threads = [
+            threading.Thread(target=self._read, name="pioneer-reader", daemon=True),
+            threading.Thread(target=self._write, name="pioneer-writer", daemon=True),
+        ]
+
+    def start(self) -> None:
+        """Starts both threads."""
+        for thread in self._threads:
+            thread.start()
+
+    def wake(self) -> None:
+        """Lets the writer look at once what is to be sent."""
+        self._wake.set()
+
+    def inbox(self, kind: int) -> Inbox:
+        """Where packets of a kind are kept from now on; one for each kind."""
+        with self.changed:
+            return self._inboxes.setdefault(kind, Inbox(self))
+
+    def on_problem(self, callback: Callable[[Problem], None]) -> None:
+        """Calls back with each problem, from the reader's thread."""
+        with self.changed:
+            self._callbacks.append(callback)
+
+    def wait_until(self, condition: Callable[[], bool], timeout: float) -> bool:
+        """Whether it holds within so many seconds; the lock is held. DeviceError if lost."""
+        deadline = time.monotonic() + timeout
+        while not condition():
+            self.control.check()
+            if self._closing.is_set():
+                raise DeviceError("the connection to the robot was closed")
+            left = deadline - time.monotonic()
+            if left <= 0:
+                return False
+            self.changed.wait(left)
+        return True
+
+    def send(self, *packets: Packet) -> None:
+        """Sends commands one after the other, as fast as the robot takes them."""
+        for packet in packets:
+            with self.changed:
+                self.control.check()
+            self.send_anyway(packet)
+        with self.changed:
+            self.control.check()
+
+    def send_anyway(self, *packets: Packet) -> None:
+        """The same, also if the link is lost: nothing tells whether it arrives."""
+        for packet in packets:
+            with self._others:
+                # Not under the lock for all that goes out: zeros do not wait for anybody.
+                if (pause := self._other_at + self._spacing - time.monotonic()) > 0:
+                    time.sleep(pause)
+                self._other_at = time.monotonic()
+                with self._out:
+                    with self.changed:
+                        first = self.control.motion.before_other(self._clock())
+                    self._put([*first, packet])
+
+    def ask(self, question: Packet, kind: int, *, tries: int, each: float) -> Packet | None:
+        """The packet of a kind that answers, None without; asked several times, `each` s apart."""
+        inbox = self.inbox(kind)
+        inbox.clear()
+        for _ in range(tries):
+            self.send(question)
+            if (answer := inbox.take(each)) is not None:
+                return answer
+        return None
+
+    def close(self) -> None:
+        """Ends the threads and closes the port; more than once does no harm."""
+        self._closing.set()
+        self._wake.set()
+        with self.changed:
+            self.changed.notify_all()
+        for thread in self._threads:
+            if thread.is_alive() and thread is not threading.current_thread():
+                thread.join(JOIN_TIMEOUT)
+        self._port.close()
+        self._tell()
+
+    def _read(self) -> None:
+        try:
+            while not self._closing.is_set():
+                self._read_once()
+                self._tell()
+        except DeviceError as error:
+            self._fail(error)
+            self._tell()
+        except Exception as error:
+            LOGGER.exception("the reader of the robot's line failed")
+            self._fail(DeviceError(f"the reader of the robot's line failed: {error!r}"))
+            self._tell()
+
+    def _read_once(self) -> None:
+        data = self._port.read(READ_TIMEOUT)
+        now = self._clock()
+        if data:
+            received = self._receiver.feed(data, now)
+        elif (given_up := self._receiver.idle(now)) is not None:
+            received = given_up
+        else:
+            received = None
+        if self._log is not None and received is not None:
+            self._log.incoming(now, data)
+        with self.changed:
+            for each in received or ():
+                self.control.take(each)
+                if (inbox := self._inboxes.get(each.packet.kind)) is not None:
+                    inbox.put(each)
+            self.control.looked(now)
+            if received or self.control.lost:
+                self.changed.notify_all()
+
+    def _write(self) -> None:
+        try:
+            while not self._closing.is_set():
+                self._wake.clear()
+                with self._out:
+                    with self.changed:
+                        lost_before = self.control.lost
+                        packets = self.control.advance(self._clock())
+                        due = self.control.due
+                        if self.control.lost is not lost_before:
+                            self.changed.notify_all()
+                    self._put(packets)
+                self._wake.wait(min(LOOK_EVERY, max(0.001, due - self._clock())))
+        except Exception as error:
+            LOGGER.exception("the writer of the robot's line failed")
+            self._fail(DeviceError(f"the writer of the robot's line failed: {error!r}"))
+
+    def _put(self, packets: Iterable[Packet]) -> None:
+        data = b"".join(packet.to_bytes() for packet in packets)
+        if not data:
+            return
+        try:
+            self._port.write(data)
+        except DeviceError as error:
+            self._fail(error)
+            return
+        if self._log is not None:
+            self._log.outgoing(self._clock(), data)
+
+    def _fail(self, error: DeviceError) -> None:
+        with self.changed:
+            if not self._closing.is_set():
+                self.control.fail(error, Cause.LINK_LOST, self._clock())
+            self.changed.notify_all()
+
+    def _tell(self) -> None:
+        with self.changed:
+            problems, callbacks = self.control.new_problems(), tuple(self._callbacks)
+        for problem in problems:
+            LOGGER.warning("%s", problem)
+            for callback in callbacks:
+                try:
+                    callback(problem)
+                except Exception as error:
+                    LOGGER.exception("a callback for the robot's problems failed")
+                    text = f"a callback for problems failed: {error!r}"
+                    with self.changed:
+                        if problem.cause is not Cause.CALLBACK:
+                            self.control.say(Problem(Cause.CALLBACK, text, self._clock()))

@@ -1,0 +1,152 @@
+"""Where the robot is by its wheels, with what that is worth.
+
+Reports give positions that roll over; their differences are added up, and none is thrown away: a
+driver in wide use drops every change beyond 100 mm, and with it the way of each report it missed.
+
+What makes odometry wrong is mostly the same all the time: the wheels are larger than believed, or
+of unequal size, the track is wider. Such errors do not average out, so they are carried as unknown
+constants of the robot with their influence on the pose (a Jacobian), beside noise that grows with
+the way (Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile
+robots", 1996, for the distinction; the equations are first-order propagation).
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from facetlog.perception.types import FloatArray
+from facetlog.robot.pioneer.parameters import Parameters
+from facetlog.robot.pioneer.server_information import ServerInformation
+from facetlog.robot.pose2 import Pose2, wrapped
+
+__all__ = ["Odometry", "OdometryErrors"]
+
+ACCELERATION_MARGIN = 0.5
+"""m/s by which a robot may be faster between two reports than in both."""
+JUMP = 0.1
+"""Metres beyond all speeds from which on a change is said to be doubtful."""
+
+
+@dataclass(frozen=True, slots=True)
+class OdometryErrors:
+    """Standard deviations of what is wrong with a robot's odometry.
+
+    The first three are of constants of one robot. Their defaults are those of a robot that was
+    calibrated by its maker and not by its user: 1 % of the way, 2 % of turning, and a drift whose
+    double makes 30 cm in 5 m, the worst that users report of such robots.
+    """
+
+    way: float = 0.01
+    """Share of the way."""
+    turning: float = 0.02
+    """Share of the angle turned."""
+    drift: float = 0.012
+    """Radians turned unseen in each metre: half of 2 × 0.3 m / (5 m)²."""
+    way_noise: float = 0.003
+    """Metres after one metre, growing with the square root of the way (assumed: floor, slip)."""
+    turning_noise: float = 0.01
+    """Radians after one radian turned, growing with the root of it (assumed)."""
+    drift_noise: float = 0.003
+    """Radians after one metre, growing with the root of the way (assumed)."""
+
+
+class Odometry:
+    """Pose and covariance in the frame in which the robot stood at its first report."""
+
+    def __init__(self, parameters: Parameters, errors: OdometryErrors | None = None) -> None:
+        self._parameters = parameters
+        self._errors = errors or OdometryErrors()
+        self._modulus = 1 << parameters.position_bits
+        self._last: tuple[int, int, int] | None = None
+        self._last_at = 0.0
+        self._last_speed = self._last_turning = 0.0
+        self._origin_heading = 0
+        self.pose = Pose2()
+        """Now."""
+        self._noise: FloatArray = np.zeros((3, 3))
+        self._influence: FloatArray = np.zeros((3, 3))
+        """Of way, turning and drift on x, y and heading."""
+
+    @property
+    def covariance(self) -> FloatArray:
+        """(3, 3), of x, y (m²) and heading (rad²); not writeable."""
+        e = self._errors
+        constants = np.diag([e.way**2, e.turning**2, e.drift**2])
+        # P = J C Jᵀ + N, and two readings rounded to whole units.
+        total: FloatArray = self._influence @ constants @ self._influence.T + self._noise
+        unit = self._parameters.distance
+        total += np.diag([unit**2 / 6, unit**2 / 6, self._parameters.angle**2 / 6])
+        total = (total + total.T) / 2
+        total.flags.writeable = False
+        return total
+
+    def update(self, sip: ServerInformation, at: float) -> str | None:
+        """Takes a report that came at `at` (s); why the pose is doubtful from now on, or None."""
+        here = (sip.x, sip.y, sip.heading)
+        p = self._parameters
+        speed = (sip.left + sip.right) / 2 * p.speed
+        turning = (sip.right - sip.left) / 2 * p.speed * p.turning_per_speed
+        doubt = None
+        if self._last is None:
+            self._origin_heading = sip.heading
+        else:
+            dx = self._difference(sip.x, self._last[0]) * p.distance
+            dy = self._difference(sip.y, self._last[1]) * p.distance
+            turned = wrapped((sip.heading - self._last[2]) * p.angle)
+            seconds = at - self._last_at
+            fastest = max(abs(speed), abs(self._last_speed))
+            fastest_turning = max(abs(turning), abs(self._last_turning))
+            doubt = self._doubt(math.hypot(dx, dy), seconds, fastest, fastest_turning)
+            self._move(dx, dy, turned)
+        self._last, self._last_at = here, at
+        self._last_speed, self._last_turning = speed, turning
+        return doubt
+
+    def _difference(self, now: int, before: int) -> int:
+        half = self._modulus // 2
+        return (now - before + half) % self._modulus - half
+
+    def _doubt(self, way: float, seconds: float, speed: float, turning: float) -> str | None:
+        half_round = self._modulus // 2 * self._parameters.distance
+        if speed * seconds > half_round:
+            return (
+                f"no reports for {seconds:.1f} s at up to {speed:.2f} m/s: positions roll over"
+                f" after {2 * half_round:.2f} m, so the robot may be farther by so much"
+            )
+        if turning * seconds > math.pi:
+            return (
+                f"no reports for {seconds:.1f} s while turning at up to"
+                f" {math.degrees(turning):.0f} °/s: whole turns may be missing"
+            )
+        if way > (speed + ACCELERATION_MARGIN) * seconds + JUMP:
+            return (
+                f"odometry jumped by {way:.2f} m in {seconds:.2f} s at {speed:.2f} m/s: it was set"
+                " anew, or a damaged report came through"
+            )
+        return None
+
+    def _move(self, dx: float, dy: float, turned: float) -> None:
+        """Adds a change that is given in the frame of the robot's own odometry."""
+        turn = -self._origin_heading * self._parameters.angle
+        c, s = math.cos(turn), math.sin(turn)
+        dx, dy = c * dx - s * dy, s * dx + c * dy
+        way = math.hypot(dx, dy)
+        # Of the small motion that its errors act on: along the mean heading, forward or backward.
+        middle = self.pose.heading + turned / 2
+        ahead = dx * math.cos(middle) + dy * math.sin(middle)
+        self.pose = Pose2(self.pose.x + dx, self.pose.y + dy, wrapped(self.pose.heading + turned))
+        # F = ∂(pose after) / ∂(pose before): a heading that is off swings the step round.
+        F = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
+        # ∂(pose after) / ∂(way, turning, drift); a turn during the step swings half of it.
+        swing = np.array([-dy / 2, dx / 2, 1.0])
+        G = np.column_stack([[dx, dy, 0.0], swing * turned, swing * ahead])
+        self._influence = F @ self._influence + G
+        e = self._errors
+        along = np.array([math.cos(middle), math.sin(middle), 0.0])
+        heading_noise = e.turning_noise**2 * abs(turned) + e.drift_noise**2 * way
+        self._noise = (
+            F @ self._noise @ F.T
+            + e.way_noise**2 * way * np.outer(along, along)
+            + heading_noise * np.outer(swing, swing)
+        )

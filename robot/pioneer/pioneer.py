@@ -1,0 +1,374 @@
+"""A Pioneer that is driven from Python: connect, look, drive under a lease, and always stop.
+
+    with Pioneer.connect("tcp:localhost:8101") as robot:
+        robot.enable_motors()
+        while robot.state.pose.x < 1.0:
+            robot.drive(0.2, 0.0)
+            time.sleep(0.1)
+
+A speed lasts as long as its lease, and whoever drives renews it by driving again: if the program
+hangs or dies the robot stands. All calls may come from any thread.
+"""
+
+import atexit
+import contextlib
+import os
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Self, TypeVar
+
+from facetlog.errors import DeviceError, DeviceTimeout, InputError
+from facetlog.robot.pioneer.aux_line import AuxLine
+from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.configuration import Configuration
+from facetlog.robot.pioneer.connecting import Connected, connect_over, known_model
+from facetlog.robot.pioneer.control import Control
+from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.link import Link
+from facetlog.robot.pioneer.odometry import OdometryErrors
+from facetlog.robot.pioneer.packet import Packet, PacketError
+from facetlog.robot.pioneer.parameters import Parameters
+from facetlog.robot.pioneer.port import Port, open_port
+from facetlog.robot.pioneer.problems import Cause, Problem
+from facetlog.robot.pioneer.reports import Encoders, InputsOutputs, Names, Report
+from facetlog.robot.pioneer.state import RobotState
+from facetlog.robot.pioneer.traffic import TrafficLog
+from facetlog.robot.pioneer.true_pose import TruePose
+from facetlog.robot.pose2 import Pose2
+
+__all__ = ["LEASE", "Pioneer"]
+
+LEASE = 0.3
+"""Seconds that a speed lasts: two rounds of a program that drives ten times a second, and one."""
+ASK_TRIES, ASK_EACH = 4, 0.3
+"""Questions to the robot, and seconds for each: a packet in twenty may be damaged."""
+ENABLE_TRIES, ENABLE_EACH = 5, 0.4
+STAND_TIMEOUT = 1.5
+"""Seconds for standing before the connection is closed: 0.3 m/s take 1.0 at 0.3 m/s²."""
+OFF_TRIES, OFF_EACH = 3, 0.25
+
+Answer = TypeVar("Answer")
+_OPEN: set["Pioneer"] = set()
+
+
+class Pioneer:
+    """A connected robot; made by `connect`."""
+
+    def __init__(
+        self,
+        connected: Connected,
+        port: Port,
+        *,
+        clock: Callable[[], float],
+        limits: Limits,
+        errors: OdometryErrors | None,
+        log: TrafficLog | None,
+    ) -> None:
+        self._connected, self._log, self._clock = connected, log, clock
+        self._process = os.getpid()
+        self.address = port.address
+        self._control = Control(
+            clock(), connected.parameters, connected.configuration, limits, errors
+        )
+        for received in connected.received:
+            self._control.take(received)
+        self._link = Link(port, self._control, connected.receiver, clock, log)
+        self._closed = False
+        self._close_lock = threading.Lock()
+        if log is not None:
+            log.on_failure(self._log_failed)
+        _OPEN.add(self)
+        self._link.start()
+
+    @classmethod
+    def connect(
+        cls,
+        address: str | Port,
+        *,
+        model: str | None = None,
+        limits: Limits | None = None,
+        log: Path | str | None = None,
+        baud: int | None = None,
+        errors: OdometryErrors | None = None,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> Self:
+        """A robot at an address (see `open_port`), its motors off.
+
+        `model` goes before what the robot says it is; `log` is a file that the traffic is appended
+        to; a `baud` is the only one tried on a serial line. InputError for what was given wrong;
+        DeviceError or DeviceTimeout with what was tried and what to check.
+        """
+        if model is not None:
+            known_model(model)
+        if isinstance(address, str):
+            port = open_port(address, baud)
+        elif baud is not None and not address.has_baud:
+            raise InputError(f"{address.address}: has no baud rate; leave it out")
+        else:
+            port = address
+        traffic: TrafficLog | None = None
+        try:
+            if log is not None:
+                traffic = TrafficLog(Path(log))
+                traffic.start(clock(), port.address, serial=port.has_baud, model=model, baud=baud)
+            connected = connect_over(port, clock, model=model, baud=baud, log=traffic)
+            return cls(
+                connected, port, clock=clock, limits=limits or Limits(), errors=errors, log=traffic
+            )
+        except BaseException:
+            port.close()
+            if traffic is not None:
+                traffic.close()
+            raise
+
+    @property
+    def names(self) -> Names:
+        """What the robot calls itself."""
+        return self._connected.names
+
+    @property
+    def parameters(self) -> Parameters:
+        """Of its model, or of the one that was given."""
+        return self._connected.parameters
+
+    @property
+    def configuration(self) -> Configuration | None:
+        """What it says of itself; None from firmware that does not know the question."""
+        return self._connected.configuration
+
+    @property
+    def baud(self) -> int | None:
+        """The serial line's rate; None where there is none."""
+        return self._connected.baud
+
+    @property
+    def limits(self) -> Limits:
+        """Those in force: the ones given, no higher than the robot's own."""
+        return self._control.limits
+
+    @property
+    def state(self) -> RobotState:
+        """As the last report told; DeviceError once the link is lost or closed."""
+        self._check()
+        with self._link.changed:
+            self._control.check()
+            return self._last()
+
+    @property
+    def last_state(self) -> RobotState:
+        """The same, also when nothing comes any more."""
+        return self._last()
+
+    @property
+    def problems(self) -> tuple[Problem, ...]:
+        """What went wrong since connecting, the last thousand."""
+        with self._link.changed:
+            return self._control.problems
+
+    @property
+    def halted(self) -> Problem | None:
+        """What stopped the robot and keeps it from being driven; None if nothing does."""
+        with self._link.changed:
+            return self._control.halted
+
+    def on_problem(self, callback: Callable[[Problem], None]) -> None:
+        """Calls back with each problem from now on, from a thread of the driver.
+
+        The callback may stop the robot, but must not wait for it.
+        """
+        self._check()
+        self._link.on_problem(callback)
+
+    def drive(self, speed: float, turning: float, lease: float = LEASE) -> tuple[float, float]:
+        """Drives at m/s ahead and rad/s counter-clockwise for `lease` seconds.
+
+        The speeds are made slower alike where they are beyond the limits, and are zero while no
+        reports come; what is told the robot is returned (in whole mm/s and degrees/s on the wire).
+        DeviceError, which says what to do, if the robot may not be driven: after a bumper, a
+        stall, the STOP button, motors off, a low battery, an emergency stop, a lost link.
+        """
+        self._check()
+        alive = threading.current_thread().is_alive
+        with self._link.changed:
+            told = self._control.drive(speed, turning, lease, self._clock(), alive)
+        self._link.wake()
+        return told
+
+    def stop(self) -> None:
+        """Stops; the robot may be driven on. Does not wait: `wait_for(lambda s: s.standing, …)`."""
+        if self._mine():
+            with self._link.changed:
+                self._control.stop()
+            self._link.wake()
+
+    def emergency_stop(self) -> None:
+        """Stops as hard as it can; it is not driven on before `clear_stop`."""
+        if self._mine():
+            with self._link.changed:
+                self._control.emergency_stop(self._clock())
+            self._link.wake()
+
+    def clear_stop(self) -> None:
+        """Lets the robot be driven on after something stopped it; what still holds refuses."""
+        self._check()
+        with self._link.changed:
+            self._control.clear_stop()
+
+    def enable_motors(self) -> None:
+        """Switches the motors on, and clears what stopped the robot.
+
+        DeviceError if they stay off. Old firmware (P2OS, PSOS) does not tell: there it shows when
+        the robot is driven. They are never switched on but by this call.
+        """
+        self._check()
+        if self.state.stop_button:
+            raise DeviceError("the STOP button is pressed: pull it out, then switch the motors on")
+        self._switch(on=True, tries=ENABLE_TRIES, each=ENABLE_EACH)
+        if self._control.motors_told and not self.state.motors_on:
+            raise DeviceError(
+                "the motors stay off: press the MOTORS button, see that the STOP button is out and"
+                " that the charger is unplugged"
+            )
+
+    def disable_motors(self) -> None:
+        """Stops the robot, and switches the motors off once it stands."""
+        self._check()
+        self.stop()
+        self._wait(lambda state: state.standing, STAND_TIMEOUT)
+        self._switch(on=False, tries=OFF_TRIES, each=OFF_EACH)
+
+    def wait_for(self, condition: Callable[[RobotState], bool], timeout: float) -> RobotState:
+        """The first state from now on that meets a condition; DeviceTimeout if none does in time.
+
+        The present state counts. DeviceError if the link is lost meanwhile.
+        """
+        self._check()
+        if not self._wait(condition, timeout):
+            raise DeviceTimeout(f"waited {timeout:.1f} s for the robot, in vain")
+        return self.state
+
+    def aux(self, number: int = 1, *, baud: int | None = None) -> AuxLine:
+        """The line to a device on the robot's AUX port 1, 2 or 3."""
+        self._check()
+        return AuxLine(self._link, number, baud=baud)
+
+    def encoders(self) -> Encoders:
+        """Ticks of both wheels; DeviceTimeout if the robot does not report them."""
+        return self._ask(Command.ENCODER, Report.ENCODER, Encoders.from_packet, "encoders")
+
+    def inputs_outputs(self) -> InputsOutputs:
+        """Digital and analog inputs and outputs; DeviceTimeout if it does not report them."""
+        return self._ask(
+            Command.IOREQUEST, Report.IO, InputsOutputs.from_packet, "inputs and outputs"
+        )
+
+    def true_pose(self) -> Pose2:
+        """Where a simulated robot truly is in its world; DeviceTimeout if it is not simulated."""
+        answer = self._ask(
+            Command.SIM_STAT, Report.SIM_STAT, TruePose.from_packet, "the true pose (a simulator?)"
+        )
+        return answer.pose
+
+    def close(self) -> None:
+        """Stops the robot, switches its motors off, ends the session; again does no harm."""
+        if not self._mine():
+            return  # a fork: the robot and the line are its parent's
+        with self._close_lock:
+            if self._closed:
+                return
+            self._closed = True
+            _OPEN.discard(self)
+            try:
+                self._part()
+            finally:
+                self._link.close()
+                if self._log is not None:
+                    self._log.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def _part(self) -> None:
+        """All that leaves the robot standing and its line free; nothing of it may fail the rest."""
+        zeros = [integer_command(Command.VEL, 0), integer_command(Command.RVEL, 0)]
+        with contextlib.suppress(DeviceError):
+            self.stop()
+            self._wait(lambda state: state.standing, STAND_TIMEOUT)
+        with contextlib.suppress(DeviceError):
+            self._switch(on=False, tries=OFF_TRIES, each=OFF_EACH)
+        # Also where nothing comes any more: what goes out may still arrive.
+        off = integer_command(Command.ENABLE, 0)
+        close = plain_command(Command.CLOSE)
+        self._link.send_anyway(*zeros, off, *self._control.parting(), close)
+
+    def _switch(self, *, on: bool, tries: int, each: float) -> None:
+        with self._link.changed:
+            packets = self._control.switching(on)
+        self._link.wake()
+        self._link.send(*packets[:-1])
+        # Where reports do not tell, they show at least that one has come since.
+        states = (on,) if self._control.motors_told else ((None, True) if on else (False,))
+        for _ in range(tries):
+            self._link.send(packets[-1])
+            if self._wait(lambda state: state.motors_on in states, each):
+                break
+        if not self._control.motors_told:
+            self._link.send(packets[-1])
+
+    def _ask(
+        self, command: Command, kind: Report, read: Callable[[Packet], Answer], what: str
+    ) -> Answer:
+        self._check()
+        question = integer_command(command, 1)
+        packet = self._link.ask(question, kind, tries=ASK_TRIES, each=ASK_EACH)
+        if packet is None:
+            raise DeviceTimeout(f"{self.address}: the robot does not report {what}")
+        try:
+            return read(packet)
+        except PacketError as error:
+            raise DeviceError(f"{self.address}: {error}") from error
+
+    def _last(self) -> RobotState:
+        state = self._control.state
+        if state is None:
+            raise DeviceError(f"{self.address}: no report of the robot yet")
+        return state
+
+    def _wait(self, condition: Callable[[RobotState], bool], timeout: float) -> bool:
+        with self._link.changed:
+            return self._link.wait_until(lambda: condition(self._last()), timeout)
+
+    def _mine(self) -> bool:
+        return os.getpid() == self._process
+
+    def _check(self) -> None:
+        if not self._mine():
+            raise DeviceError(
+                f"{self.address}: the connection belongs to the process that was forked; connect"
+                " again in this one"
+            )
+        if self._closed:
+            raise DeviceError(f"{self.address}: the connection is closed")
+
+    def _log_failed(self, text: str) -> None:
+        with self._link.changed:
+            self._control.say(Problem(Cause.LOG, text, self._clock()))
+
+
+def _stop_all() -> None:
+    for robot in tuple(_OPEN):
+        robot.close()
+
+
+atexit.register(_stop_all)

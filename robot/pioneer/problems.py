@@ -1,0 +1,44 @@
+"""What went wrong on the way: named, told in a line, and whether it stopped the robot."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+__all__ = ["Cause", "Problem"]
+
+
+class Cause(StrEnum):
+    """Kinds of problems."""
+
+    BUMPER = "bumper"
+    STALL = "stall"
+    STOP_BUTTON = "stop button"
+    MOTORS_OFF = "motors off"
+    NOT_MOVING = "not moving"
+    LOW_BATTERY = "low battery"
+    EMERGENCY = "emergency stop"
+    LEASE = "lease"
+    """The program did not renew what it had asked for."""
+    HELD_UP = "held up"
+    """The program was not given any time to run in."""
+    QUIET = "quiet"
+    """No reports for a while."""
+    LINK_LOST = "link lost"
+    RESET = "reset"
+    ODOMETRY = "odometry"
+    LOG = "log"
+    CALLBACK = "callback"
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One of them; `at` is a time of the driver's clock in seconds."""
+
+    cause: Cause
+    text: str
+    """What happened, and what to do where something can be done; one line."""
+    at: float
+    stopped: bool = False
+    """Whether the robot was stopped for it."""
+
+    def __str__(self) -> str:
+        return self.text

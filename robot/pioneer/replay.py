@@ -1,0 +1,133 @@
+"""A traffic log played back, so that a session can be decoded again without its robot."""
+
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from facetlog.errors import DeviceError, InputError
+from facetlog.robot.pioneer.connecting import Connected, connect_over
+from facetlog.robot.pioneer.control import Control
+from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.odometry import OdometryErrors
+from facetlog.robot.pioneer.state import RobotState
+from facetlog.robot.pioneer.traffic import SCHEMA
+
+__all__ = ["ReplayPort", "replay", "replayed_states"]
+
+
+@dataclass(frozen=True, slots=True)
+class _Chunk:
+    at: float
+    data: bytes
+
+
+@dataclass(frozen=True, slots=True)
+class _Session:
+    start: float
+    serial: bool
+    model: str | None
+    baud: int | None
+    chunks: list[_Chunk]
+
+
+class ReplayPort:
+    """A port on which the robot says what it said, at once; what is written to it is forgotten.
+
+    `model` and `baud` are what the user gave when the log was made. `clock` is the time of the log
+    at which the last bytes came. At the end of the log the line is gone: DeviceError.
+    """
+
+    def __init__(self, address: str, session: _Session) -> None:
+        self.address = address
+        self.has_baud = session.serial
+        self.model = session.model
+        self.baud = session.baud
+        self._chunks: Iterator[_Chunk] = iter(session.chunks)
+        self._now = session.start
+
+    def clock(self) -> float:
+        """Seconds, on the clock of the log."""
+        return self._now
+
+    def read(self, timeout: float) -> bytes:  # noqa: ARG002 - what was said does not wait
+        """The next bytes that came; b"" where half a packet was given up."""
+        chunk = next(self._chunks, None)
+        if chunk is None:
+            raise DeviceError(f"{self.address}: the log ends here")
+        self._now = max(self._now, chunk.at)
+        return chunk.data
+
+    def write(self, data: bytes) -> None:
+        """Forgets it."""
+
+    def set_baud(self, baud: int) -> None:
+        """Forgets it."""
+
+    def close(self) -> None:
+        """Ends the log."""
+        self._chunks = iter(())
+
+
+def replay(path: Path | str, session: int = -1) -> ReplayPort:
+    """The port of a session in a log: the last one unless another is named (0 is the first).
+
+    InputError if the file cannot be read, holds no such session, or has a line that is none; but
+    the last line may be cut off, as a kill leaves it.
+    """
+    path = Path(path)
+    try:
+        lines = path.read_bytes().split(b"\n")
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from error
+    sessions: list[_Session] = []
+    for number, line in enumerate(lines[:-1], 1):
+        try:
+            entry = json.loads(line)
+            at = float(entry["at"])
+            if "start" in entry:
+                if entry["schema"] != SCHEMA:
+                    raise InputError(
+                        f"{path}:{number}: a log of schema {entry['schema']}; {SCHEMA} can be read"
+                    )
+                given = entry["serial"], entry["model"], entry["baud"]
+                sessions.append(_Session(at, *given, chunks=[]))
+            elif entry.get("direction") == "in":
+                sessions[-1].chunks.append(_Chunk(at, bytes.fromhex(entry["hex"])))
+        except (ValueError, KeyError, TypeError, IndexError) as error:
+            raise InputError(f"{path}:{number}: is no line of a traffic log") from error
+    try:
+        found = sessions[session]
+    except IndexError:
+        raise InputError(f"{path}: holds {len(sessions)} sessions, none is {session}") from None
+    return ReplayPort(f"replay:{path}", found)
+
+
+def replayed_states(
+    port: ReplayPort,
+    *,
+    errors: OdometryErrors | None = None,
+    connected: Callable[[Connected], None] | None = None,
+) -> Iterator[RobotState]:
+    """The states that the driver made of a session, one after the other, from the first on.
+
+    `connected` is told who answered. DeviceError if the session never came to a report.
+    """
+    found = connect_over(port, port.clock, model=port.model, baud=port.baud)
+    if connected is not None:
+        connected(found)
+    control = Control(port.clock(), found.parameters, found.configuration, Limits(), errors)
+    receiver = found.receiver
+    received = list(found.received)
+    while True:
+        for each in received:
+            before = control.state
+            control.take(each)
+            if control.state is not None and control.state is not before:
+                yield control.state
+        try:
+            data = port.read(0.0)
+        except DeviceError:
+            return
+        now = port.clock()
+        received = receiver.feed(data, now) if data else receiver.idle(now) or []

@@ -1,0 +1,42 @@
+"""The camera of a robot: camera.toml, as pan-tilt tours have it, for the room that collects."""
+
+import tomllib
+from pathlib import Path
+
+from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.lens import Distortion
+from facetlog.perception.posed_picture import FieldNames, metres_per, read_intrinsics, read_text
+from facetlog.robot.collecting.optics import Optics
+
+__all__ = ["read_optics"]
+
+NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.0)
+MODELS = {
+    Distortion.NONE: "PINHOLE",
+    Distortion.POLYNOMIAL: "OPENCV",
+    Distortion.FISHEYE: "OPENCV_FISHEYE",
+}
+
+
+def read_optics(path: Path) -> tuple[Optics, float | None]:
+    """The camera in a TOML file, and the metres in the unit that it names, if it names one.
+
+    Raises InputError for what is not TOML, CalibrationError for a camera that cannot be.
+    """
+    try:
+        fields = tomllib.loads(read_text(path))
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as exc:
+        raise InputError(f"{path}: not TOML that can be read: {exc}") from exc
+    intrinsics = read_intrinsics(fields, NAMES, str(path))
+    width, height = intrinsics.size
+    if width is None or height is None:
+        raise CalibrationError(f"{path}: the camera has no size: give width and height in pixels")
+    lens = intrinsics.lens(width, height)
+    named = dict(
+        zip(("k1", "k2", "k3", "k4", "p1", "p2"), (*lens.radial, *lens.tangential), strict=True)
+    )
+    coefficients = tuple((name, value) for name, value in named.items() if value)
+    model = MODELS[lens.distortion] if coefficients else "PINHOLE"
+    unit = fields.get("unit")
+    scale = metres_per(unit, str(path)) if isinstance(unit, str) else None
+    return Optics(lens.camera, model, coefficients), scale

@@ -1,0 +1,332 @@
+"""`facetlog collect`: a robot drives a tour and brings home pictures with their poses."""
+
+import json
+import math
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.errors import InputError
+from facetlog.terminal import error, error_lines, note, warn
+
+if TYPE_CHECKING:
+    from facetlog.robot.collecting.optics import Optics
+    from facetlog.robot.collecting.record import Taken
+    from facetlog.robot.collecting.route import Circle
+    from facetlog.robot.collecting.run import Collected, Request
+    from facetlog.robot.collecting.tour_file import Tour
+    from facetlog.robot.pose2 import Pose2
+    from facetlog.view_verdicts import ViewVerdict, ViewVerdicts
+
+__all__ = [
+    "Baud",
+    "CameraFile",
+    "CameraUrl",
+    "Head",
+    "HeadPort",
+    "Latency",
+    "Model",
+    "RobotAddress",
+    "Start",
+    "collect_command",
+    "optics_of",
+    "parsed_start",
+]
+
+SCHEMA = "facetlog-collected/1"
+ORDERS = ("given", "short")
+CAMERA_TOML = "camera.toml"
+# What the simulated camera offers where `facetlog simulate` is called as docs/robot.md does.
+SIMULATED_CAMERA = "http://127.0.0.1:8100/"
+DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
+
+RobotAddress = Annotated[
+    str,
+    typer.Argument(
+        metavar="ROBOT", help="tcp:HOST:PORT, HOST:PORT, serial:PATH, or a path as /dev/ttyUSB0."
+    ),
+]
+CameraUrl = Annotated[
+    str,
+    typer.Option(
+        "--camera", metavar="URL", help="0, /dev/video0, rtsp://…, http://… (stream or .jpg), file."
+    ),
+]
+Head = Annotated[
+    str, typer.Option("--head", metavar="KIND", help="Camera head: sony-evi-d30 or canon-vc-c4.")
+]
+HeadPort = Annotated[
+    str,
+    typer.Option("--head-port", metavar="PORT", help="aux1, aux2, aux3, or an address of its own."),
+]
+CameraFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--camera-file", metavar="TOML", help="The camera's calibration; else beside the tour."
+    ),
+]
+Start = Annotated[
+    str | None,
+    typer.Option(
+        "--start", metavar="X,Y,HEADING_DEG", help="Where the robot stands in the world, metres."
+    ),
+]
+Latency = Annotated[
+    float | None,
+    typer.Option("--latency", metavar="SECONDS", help="Largest delay of the camera's pictures."),
+]
+Model = Annotated[
+    str | None,
+    typer.Option("--model", metavar="NAME", help="The robot's model, where it names an unknown."),
+]
+Baud = Annotated[
+    int | None, typer.Option("--baud", metavar="N", help="Of a serial line; else it is found.")
+]
+
+
+@command
+def collect_command(
+    robot: RobotAddress,
+    tour: Annotated[
+        str, typer.Option("--tour", metavar="CSV", help="Camera poses; `paper`: the built-in one.")
+    ],
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Folder for the views.")],
+    camera: CameraUrl = SIMULATED_CAMERA,
+    head: Head = "sony-evi-d30",
+    head_port: HeadPort = "aux1",
+    mount: Annotated[
+        Path | None,
+        typer.Option("--mount", metavar="TOML", help="Where the head sits: see facetlog mount."),
+    ] = None,
+    start: Start = None,
+    camera_file: CameraFile = None,
+    unit: Annotated[
+        str | None, typer.Option("--unit", metavar="U", help="Of the tour: m, cm, mm, in, ft.")
+    ] = None,
+    order: Annotated[
+        str, typer.Option("--order", metavar="ORDER", help="given, or short: the shortest way.")
+    ] = "given",
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="M/S", help="Largest speed of the robot.")
+    ] = DEFAULT_SPEED,
+    keep_out: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--keep-out",
+            metavar="RADIUS",
+            help="No part of the robot comes nearer to what is looked at (m), or X,Y,RADIUS.",
+        ),
+    ] = None,
+    recognize: Annotated[
+        bool, typer.Option("--recognize", help="Say after every view what the models say.")
+    ] = False,
+    models: Models = None,
+    trust: Trust = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with DIR: the views that are missing there.")
+    ] = False,
+    latency: Latency = None,
+    model: Model = None,
+    baud: Baud = None,
+    as_json: AsJson = False,
+) -> int:
+    """Drives a tour and takes its views. Exit code 0: all taken, 1: some left out, 3: a device.
+
+    With --recognize also 1 if no model matches.
+    """
+    from facetlog.perception.posed_picture import metres_per
+    from facetlog.robot.collecting.mount import DEFAULT_MOUNT, read_mount
+    from facetlog.robot.collecting.run import Request
+
+    if order not in ORDERS:
+        raise InputError(f"--order {order!r:.40}: use one of {', '.join(ORDERS)}")
+    if not 0 < speed <= LARGEST_SPEED:
+        raise InputError(f"--speed {speed:g}: give metres a second, above 0 to {LARGEST_SPEED}")
+    if resume and start is None:
+        raise InputError(
+            "--resume: odometry began anew, so say by --start X,Y,HEADING_DEG where the robot "
+            f"stands now{_last_place(out)}"
+        )
+    optics, of_file = optics_of(camera_file, None if tour == "paper" else Path(tour))
+    scale = metres_per(unit, "--unit") if unit is not None else of_file
+    request = Request(
+        robot,
+        _tour(tour, scale),
+        out,
+        camera,
+        optics,
+        DEFAULT_MOUNT if mount is None else read_mount(mount),
+        parsed_start(start),
+        head=head,
+        head_port=head_port,
+        latency=latency,
+        keep_out=_keep_out(keep_out),
+        short=order == "short",
+        speed=speed,
+        resume=resume,
+        model=model,
+        baud=baud,
+    )
+    with ExitStack() as stack:
+        verdicts = _judging(stack, out, tuple(models or ()), trust) if recognize else None
+        collected = _collected(request, verdicts)
+        last = _last_verdict(verdicts) if verdicts is not None else None
+    _answer(collected, last, as_json=as_json)
+    if collected.ended.fault is not None:
+        for line in error_lines(collected.ended.fault):
+            error(line)
+        return collected.ended.fault.exit_code
+    complete = not collected.plan.skipped and (last is None or bool(last.best))
+    return YES if complete else NO
+
+
+def optics_of(camera_file: Path | None, tour: Path | None) -> tuple["Optics", float | None]:
+    """The camera that is told, or that of camera.toml beside the tour, or the simulated one's."""
+    from facetlog.camera_file import read_optics
+    from facetlog.robot.collecting.optics import Optics
+    from facetlog.robot.tour import tour_camera
+
+    if camera_file is None and tour is not None and (tour.parent / CAMERA_TOML).is_file():
+        camera_file = tour.parent / CAMERA_TOML
+    if camera_file is not None:
+        return read_optics(camera_file)
+    note("no --camera-file: the camera is taken to be the simulated one, 640 x 480, 65° across")
+    return Optics(tour_camera()), None
+
+
+def parsed_start(text: str | None) -> "Pose2":
+    """The robot's place in the world; its origin, facing along x, where nothing is told."""
+    from facetlog.robot.pose2 import Pose2
+
+    if text is None:
+        return Pose2()
+    x, y, heading = _numbers(text, "--start", "X,Y,HEADING_DEG", 3)
+    return Pose2(x, y, math.radians(heading))
+
+
+def _numbers(text: str, option: str, form: str, *counts: int) -> tuple[float, ...]:
+    try:
+        values = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) not in counts or not all(map(math.isfinite, values)):
+        raise InputError(f"{option} {text!r:.40}: give {form}")
+    return values
+
+
+def _keep_out(told: list[str] | None) -> "float | tuple[Circle, ...] | None":
+    """One radius about the target, or circles."""
+    from facetlog.robot.collecting.route import Circle
+
+    if not told:
+        return None
+    form = "RADIUS, or X,Y,RADIUS as often as needed (metres)"
+    circles = []
+    for text in told:
+        numbers = _numbers(text, "--keep-out", form, 1, 3)
+        if numbers[-1] <= 0:
+            raise InputError(f"--keep-out {text!r:.40}: a radius is above 0")
+        if len(numbers) == 1 and len(told) == 1:
+            return numbers[0]
+        if len(numbers) == 1:
+            raise InputError(f"--keep-out {text!r:.40}: of several, each is X,Y,RADIUS")
+        circles.append(Circle(*numbers))
+    return tuple(circles)
+
+
+def _tour(name: str, scale: float | None) -> "Tour":
+    from facetlog.robot.collecting.tour_file import PAPER_TOUR, paper_tour, read_tour
+
+    return paper_tour() if name == PAPER_TOUR else read_tour(Path(name), unit=scale)
+
+
+def _last_place(folder: Path) -> str:
+    """Where an earlier run left the robot, to help who is asked for it; empty if nobody knows."""
+    from facetlog.robot.collecting.record import read_record
+
+    try:
+        _, taken = read_record(folder)
+    except InputError:
+        return ""
+    if not taken:
+        return ""
+    place = max(taken, key=lambda view: view.time).robot
+    return (
+        f" (at its last view it was {place.x:.3f},{place.y:.3f},{math.degrees(place.heading):.1f})"
+    )
+
+
+def _judging(
+    stack: ExitStack, folder: Path, models: tuple[Path, ...], trusted: bool
+) -> "ViewVerdicts":
+    """The process that judges; models that cannot be used are refused before the robot moves."""
+    from facetlog.pipeline import open_models
+    from facetlog.view_verdicts import ViewVerdicts
+
+    with open_models(models, trusted=trusted):
+        pass
+    return stack.enter_context(ViewVerdicts(folder, models, trusted=trusted))
+
+
+class _Told:
+    """Lines on stderr: each view, and each verdict as it comes."""
+
+    def __init__(self, verdicts: "ViewVerdicts | None") -> None:
+        self._verdicts = verdicts
+        self._began = time.monotonic()
+
+    def view_taken(self, done: int, total: int, view: "Taken") -> None:
+        seconds = time.monotonic() - self._began
+        note(
+            f"view {done} of {total} ({seconds:.0f} s): {view.name} from "
+            f"{view.pose.centre[0]:.2f}, {view.pose.centre[1]:.2f} m, pan "
+            f"{math.degrees(view.pan):+.1f}°, tilt {math.degrees(view.tilt):+.1f}°"
+        )
+        if self._verdicts is not None:
+            _tell(self._verdicts.ready())
+            self._verdicts.ask(done)
+
+    def warn(self, message: str) -> None:
+        warn(message)
+
+
+def _tell(verdicts: "list[ViewVerdict]") -> None:
+    for verdict in verdicts:
+        note(f"of {verdict.views} views: {verdict.line}")
+        for summary in verdict.summaries:
+            if summary not in verdict.best:
+                note(f"  {summary}")
+
+
+def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collected":
+    from facetlog.robot.collecting.run import run_collection
+
+    return run_collection(request, _Told(verdicts))
+
+
+def _last_verdict(verdicts: "ViewVerdicts") -> "ViewVerdict | None":
+    """The newest verdict, once it is there; those before it are told."""
+    come = [*verdicts.ready(), *verdicts.last()]
+    _tell(come)
+    return max(come, key=lambda verdict: verdict.views, default=None)
+
+
+def _answer(collected: "Collected", last: "ViewVerdict | None", *, as_json: bool) -> None:
+    if as_json:
+        document: dict[str, object] = {"schema": SCHEMA, **collected.to_json()}
+        if last is not None:
+            document["verdict"] = last.document if last.document is not None else last.fault
+        typer.echo(json.dumps(document, indent=1))
+        return
+    there, wanted = len(collected.taken), len(collected.plan.stops) + len(collected.plan.skipped)
+    earlier = there - collected.ended.taken
+    typer.echo(
+        f"{there} of {earlier + wanted} views, {collected.way:.1f} m driven in "
+        f"{collected.seconds:.0f} s"
+    )
+    if last is not None:
+        typer.echo(last.line)

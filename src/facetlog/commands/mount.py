@@ -1,0 +1,187 @@
+"""`facetlog mount`: where the camera head sits on the robot, by looking at a printed board."""
+
+import json
+import math
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from facetlog.commands.collect import (
+    DEFAULT_SPEED,
+    SIMULATED_CAMERA,
+    Baud,
+    CameraFile,
+    CameraUrl,
+    Head,
+    HeadPort,
+    Latency,
+    Model,
+    RobotAddress,
+    optics_of,
+)
+from facetlog.commands.shared import NO, YES, AsJson, command
+from facetlog.errors import InputError
+from facetlog.terminal import note
+
+if TYPE_CHECKING:
+    from facetlog.robot.collecting.board import Board
+    from facetlog.robot.collecting.mount import Mount
+    from facetlog.robot.collecting.mount_fit import MountFit, Sighting
+    from facetlog.robot.collecting.optics import Optics
+
+__all__ = ["mount_command"]
+
+SCHEMA = "facetlog-mount/1"
+
+
+@command
+def mount_command(
+    robot: RobotAddress,
+    board: Annotated[
+        str, typer.Option("--board", metavar="COLUMNSxROWS", help="Squares of the printed board.")
+    ],
+    square: Annotated[float, typer.Option("--square", metavar="METRES", help="Side of a square.")],
+    out: Annotated[Path, typer.Option("-o", "--out", metavar="TOML", help="The mount's file.")],
+    marker: Annotated[
+        float,
+        typer.Option("--marker", metavar="METRES", help="Side of a ChArUco board's markers."),
+    ] = 0.0,
+    board_height: Annotated[
+        float | None,
+        typer.Option(
+            "--board-height",
+            metavar="METRES",
+            help="Of the board's upper left corner over the floor: tells the mast's height.",
+        ),
+    ] = None,
+    believed: Annotated[
+        Path | None,
+        typer.Option("--mount", metavar="TOML", help="The mount by tape; else the paper's mast."),
+    ] = None,
+    camera: CameraUrl = SIMULATED_CAMERA,
+    head: Head = "sony-evi-d30",
+    head_port: HeadPort = "aux1",
+    camera_file: CameraFile = None,
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="M/S", help="Largest speed of the robot.")
+    ] = DEFAULT_SPEED,
+    latency: Latency = None,
+    model: Model = None,
+    baud: Baud = None,
+    as_json: AsJson = False,
+) -> int:
+    """Calibrates where the camera head sits. Exit code 0: all is known, 1: something stays open.
+
+    The robot stands 1 to 2 m before the board, facing it, with half a metre free to both sides.
+    """
+    from facetlog.robot.collecting.mount import DEFAULT_MOUNT, mount_text, read_mount
+    from facetlog.robot.collecting.mount_fit import fit_mount
+    from facetlog.robot.collecting.record import write_file
+
+    printed = _board(board, square, marker)
+    if not speed > 0:
+        raise InputError(f"--speed {speed:g}: give metres a second, above 0")
+    if out.is_dir() or not out.absolute().parent.is_dir():
+        raise InputError(f"{out} cannot be written: give a file in a folder that exists")
+    optics, _ = optics_of(camera_file, None)
+    mount = DEFAULT_MOUNT if believed is None else read_mount(believed)
+    sightings = _sightings(
+        _Line(robot, head, head_port, camera, latency, model, baud, speed), printed, optics, mount
+    )
+    fit = fit_mount(sightings, optics.camera, mount, board_height=board_height)
+    remarks = (
+        f"by {fit.sightings} pictures of a board; corners fit to {fit.rms_px:.2f} pixels (rms)",
+        *(f"not determined by the motions, as it was before: {name}" for name in fit.undetermined),
+    )
+    write_file(out, mount_text(fit.mount, remarks=remarks).encode())
+    typer.echo(_document(fit) if as_json else _text(fit))
+    return NO if fit.undetermined else YES
+
+
+class _Line:
+    """How robot, head and camera are reached."""
+
+    def __init__(
+        self,
+        robot: str,
+        head: str,
+        head_port: str,
+        camera: str,
+        latency: float | None,
+        model: str | None,
+        baud: int | None,
+        speed: float,
+    ) -> None:
+        self.robot, self.head, self.head_port = robot, head, head_port
+        self.camera, self.latency = camera, latency
+        self.model, self.baud, self.speed = model, baud, speed
+
+
+def _board(told: str, square: float, marker: float) -> "Board":
+    from facetlog.robot.collecting.board import Board
+
+    columns, _, rows = told.lower().partition("x")
+    if not (columns.isdecimal() and rows.isdecimal()):
+        raise InputError(f"--board {told!r:.40}: give COLUMNSxROWS of squares, as 7x5")
+    if not square > 0:
+        raise InputError(f"--square {square:g}: give metres, above 0")
+    return Board(int(columns), int(rows), square, marker)
+
+
+def _sightings(line: _Line, board: "Board", optics: "Optics", mount: "Mount") -> "list[Sighting]":
+    from facetlog.robot.camera.source import open_camera
+    from facetlog.robot.collecting.drive import Wheels
+    from facetlog.robot.collecting.mount_session import BoardRig, take_sightings
+    from facetlog.robot.collecting.run import open_robot_head
+    from facetlog.robot.collecting.steering import Pace
+    from facetlog.robot.pioneer.limits import Limits
+    from facetlog.robot.pioneer.pioneer import Pioneer
+    from facetlog.robot.pose2 import Pose2
+
+    with ExitStack() as stack:
+        robot = stack.enter_context(
+            Pioneer.connect(
+                line.robot, model=line.model, limits=Limits(speed=line.speed), baud=line.baud
+            )
+        )
+        head = open_robot_head(stack, robot, line.head, line.head_port)
+        camera = open_camera(line.camera, latency=line.latency)
+        stack.callback(camera.close)
+        robot.enable_motors()
+        wheels = Wheels(robot, Pose2(), pace=Pace(robot.limits.speed, robot.limits.turning))
+        radius = robot.parameters.radius
+        rig = BoardRig(wheels, head, camera, optics, mount, board, radius)
+        return list(take_sightings(rig, note))
+
+
+def _told(fit: "MountFit") -> dict[str, dict[str, object]]:
+    """Each number with its deviation, in metres or degrees, and whether it was determined."""
+    from facetlog.robot.collecting.mount import ANGLES, PARAMETERS
+
+    rows: dict[str, dict[str, object]] = {}
+    for name, value, sd in zip(PARAMETERS, fit.mount.values, fit.mount.sds, strict=True):
+        angle = name in ANGLES
+        rows[f"{name}_deg" if angle else name] = {
+            "value": math.degrees(value) if angle else value,
+            "sd": math.degrees(sd) if angle else sd,
+            "determined": name not in fit.undetermined,
+        }
+    return rows
+
+
+def _document(fit: "MountFit") -> str:
+    head = {"schema": SCHEMA, "pictures": fit.sightings, "rms_px": fit.rms_px}
+    return json.dumps({**head, "mount": _told(fit)}, indent=1)
+
+
+def _text(fit: "MountFit") -> str:
+    lines = [f"{fit.sightings} pictures, corners fit to {fit.rms_px:.2f} pixels (rms)"]
+    for name, row in _told(fit).items():
+        unit = "°" if name.endswith("_deg") else " m"
+        remark = "" if row["determined"] else "  not determined: as it was before"
+        lines.append(
+            f"{name.removesuffix('_deg'):<14}{row['value']:+9.4f} ± {row['sd']:.4f}{unit}{remark}"
+        )
+    return "\n".join(lines)

@@ -1,0 +1,134 @@
+"""Verdicts on a collection while it grows: in a process of its own, so that the robot never waits.
+
+Reconstruction keeps a processor busy for seconds, in which no thread of the same process would
+renew the robot's lease in time. The pictures are read from the folder, where each is whole.
+"""
+
+import signal
+from collections.abc import Mapping
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from facetlog.errors import FacetlogError
+from facetlog.perception.step_clock import StepClock
+
+if TYPE_CHECKING:
+    from facetlog.kb.knowledge_base import KnowledgeBase
+
+__all__ = ["LEAST_VIEWS", "ViewVerdict", "ViewVerdicts"]
+
+LEAST_VIEWS = 2
+"""Fewer views have no depth."""
+
+_models: "list[KnowledgeBase]" = []
+"""Of the worker process: its knowledge base, once it is open."""
+
+
+@dataclass(frozen=True, slots=True)
+class ViewVerdict:
+    """What the models say of the first `views` views.
+
+    `summaries` has a line for each model and thing, `document` all of it as `recognize --json`
+    prints it; `fault` is why there is none.
+    """
+
+    views: int
+    summaries: tuple[str, ...] = ()
+    best: tuple[str, ...] = ()
+    document: Mapping[str, object] | None = None
+    fault: str = ""
+
+    @property
+    def line(self) -> str:
+        """One line: what it is, or why nothing can be said."""
+        return self.fault or "; ".join(self.best) or "no model matches"
+
+
+class ViewVerdicts:
+    """A worker process that is asked after every view; answers come in the order of the questions.
+
+    A question that waits while a newer one comes is dropped: of views that come faster than they
+    are judged, the newest is of interest.
+    """
+
+    def __init__(
+        self, folder: Path, models: tuple[Path, ...] = (), *, trusted: bool = False
+    ) -> None:
+        self._folder = folder
+        # Not by fork: Prolog and threads do not outlive one.
+        self._pool = ProcessPoolExecutor(
+            1, get_context("spawn"), initializer=_open, initargs=(models, trusted)
+        )
+        self._asked: list[Future[ViewVerdict]] = []
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+    def ask(self, views: int) -> None:
+        """Asks for a verdict on the first `views` views of the folder."""
+        self._asked = [future for future in self._asked if not future.cancel()]
+        try:
+            self._asked.append(self._pool.submit(_judge, self._folder, views))
+        except BrokenProcessPool:
+            # Said by the answer to an earlier question.
+            return
+
+    def ready(self) -> list[ViewVerdict]:
+        """The verdicts that have come since it was last called; does not wait."""
+        done = [future for future in self._asked if future.done()]
+        self._asked = [future for future in self._asked if not future.done()]
+        return list(map(_answer, done))
+
+    def last(self) -> list[ViewVerdict]:
+        """All verdicts that are still to come; waits for them."""
+        waiting, self._asked = self._asked, []
+        return list(map(_answer, waiting))
+
+
+def _answer(future: Future[ViewVerdict]) -> ViewVerdict:
+    try:
+        return future.result()
+    except (BrokenProcessPool, CancelledError):
+        return ViewVerdict(0, fault="the process that judges views has died: no more verdicts")
+
+
+def _open(models: tuple[Path, ...], trusted: bool) -> None:
+    """In the worker: opens the models once for all questions."""
+    from facetlog.pipeline import open_models
+
+    # Ctrl-C ends the collection; this process ends with it.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _models.append(open_models(models, trusted=trusted))
+
+
+def _judge(folder: Path, views: int) -> ViewVerdict:
+    """In the worker: the verdict on the first views of a folder."""
+    from facetlog.pipeline import recognize_views, views_from
+
+    clock = StepClock()
+    try:
+        found = views_from(folder / "transforms.json", unit=None, progress=None, clock=clock)
+        first = replace(found, views=found.views[:views])
+        recognised = recognize_views(first, base=_models[0], clock=clock)
+    except FacetlogError as exc:
+        return ViewVerdict(views, fault=str(exc))
+    recognition = recognised.recognition
+    return ViewVerdict(
+        views,
+        tuple(verdict.summary for verdict in recognition.verdicts),
+        tuple(verdict.summary for verdict in recognition.best),
+        recognition.to_json(),
+    )

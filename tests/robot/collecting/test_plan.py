@@ -1,0 +1,109 @@
+"""Stops for a tour: reachable, looking at the same, with little turning."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from facetlog.robot.collecting.kinematics import camera_pose
+from facetlog.robot.collecting.mount import DEFAULT_MOUNT, Mount
+from facetlog.robot.collecting.plan import Plan, Reach, plan_stops, shows
+from facetlog.robot.collecting.route import Circle, distance_to
+from facetlog.robot.collecting.tour_file import Tour, TourView, paper_tour
+from facetlog.robot.pose2 import Pose2, wrapped
+from facetlog.robot.tour import looking_at, tour_camera
+from tests.robot.collecting.fakes import SONY
+
+TOUR, CAMERA = paper_tour(), tour_camera()
+TARGET = TOUR.target
+assert TARGET is not None
+CLOSED = (Circle(float(TARGET[0]), float(TARGET[1]), 0.8),)
+REACH = Reach(DEFAULT_MOUNT, SONY, CAMERA, CLOSED)
+
+
+def _turned(plan: Plan, start: Pose2) -> float:
+    headings = [start.heading, *(stop.robot.heading for stop in plan.stops)]
+    return sum(abs(wrapped(b - a)) for a, b in pairwise(headings))
+
+
+def test_the_papers_views_are_taken_from_where_they_are_asked_for() -> None:
+    plan = plan_stops(TOUR, Pose2(), REACH)
+    assert [stop.number for stop in plan.stops] == list(range(1, 25))
+    assert plan.skipped == ()
+    for stop in plan.stops:
+        pose = camera_pose(stop.robot, DEFAULT_MOUNT, stop.gaze)
+        np.testing.assert_allclose(pose.centre[:2], stop.view.pose.centre[:2], atol=1e-9)
+        if abs(stop.view.pose.centre[2] - DEFAULT_MOUNT.z) < 1e-9:
+            np.testing.assert_allclose(pose.rotation, stop.view.pose.rotation, atol=1e-6)
+        assert SONY.pan_min <= stop.gaze.pan <= SONY.pan_max
+        assert SONY.tilt_min <= stop.gaze.tilt <= SONY.tilt_max
+        assert distance_to(CLOSED, (stop.robot.x, stop.robot.y)) >= 0
+
+
+def test_other_heights_are_told_once_and_still_look_at_the_same() -> None:
+    plan = plan_stops(TOUR, Pose2(), REACH)
+    assert len(plan.remarks) == 1
+    assert plan.remarks[0].startswith("2 of 24 views are taken from another height")
+    for stop in plan.stops:
+        pose = camera_pose(stop.robot, DEFAULT_MOUNT, stop.gaze)
+        assert shows(CAMERA, pose, TARGET)
+
+
+def test_the_robot_goes_round_with_its_side_to_the_object() -> None:
+    start = Pose2(0.2, 0.3, 0.0)
+    plan = plan_stops(TOUR, start, REACH)
+    # Once round is 360 degrees; facing the object at every stop and turning for each leg is far
+    # more than twice that.
+    assert _turned(plan, start) < math.radians(720)
+
+
+def test_a_mount_ahead_of_the_axle_moves_the_robot_not_the_pinhole() -> None:
+    mount = replace(DEFAULT_MOUNT, x=0.12, pinhole_ahead=0.03)
+    plan = plan_stops(TOUR, Pose2(), replace(REACH, mount=mount))
+    for stop in plan.stops:
+        pose = camera_pose(stop.robot, mount, stop.gaze)
+        np.testing.assert_allclose(pose.centre[:2], stop.view.pose.centre[:2], atol=1e-6)
+
+
+def test_a_tilt_beyond_the_heads_is_told_and_the_nearest_taken() -> None:
+    mount = Mount(z=0.85)
+    plan = plan_stops(TOUR, Pose2(), replace(REACH, mount=mount))
+    assert plan.stops
+    tilted = [r for r in plan.remarks if "more tilt than the head has" in r]
+    assert len(tilted) == 1
+    assert min(stop.gaze.tilt for stop in plan.stops) == pytest.approx(SONY.tilt_min)
+    for stop in plan.stops:
+        assert shows(CAMERA, camera_pose(stop.robot, mount, stop.gaze), TARGET)
+
+
+def test_a_view_that_would_lose_the_object_is_left_out() -> None:
+    point = np.array([2.0, 0.0, 0.0])
+    low = TourView("low.png", looking_at((0.5, 0.3, 0.5), point))
+    steep = TourView("steep.png", looking_at((1.8, 0.0, 2.5), point))
+    reach = Reach(Mount(z=2.5), SONY, CAMERA)
+    plan = plan_stops(Tour("t", (low, steep)), Pose2(), reach)
+    assert [each.name for each in plan.skipped] == ["low.png", "steep.png"]
+    assert "the head cannot tilt to" in plan.skipped[1].reason
+
+
+def test_a_view_within_a_circle_is_left_out() -> None:
+    reach = replace(REACH, closed=(CLOSED[0].grown(0.1),))
+    plan = plan_stops(TOUR, Pose2(), reach)
+    assert 0 < len(plan.skipped) < 24
+    assert all("keep-out" in each.reason for each in plan.skipped)
+    assert len(plan.stops) + len(plan.skipped) == 24
+
+
+def test_skewed_views_are_told() -> None:
+    pose = TOUR.views[0].pose
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    view = TourView("a.png", replace(pose, rotation=pose.rotation @ turn))
+    plan = plan_stops(Tour("t", (view,)), Pose2(), REACH)
+    assert any("asked for with a skew" in remark for remark in plan.remarks)
+
+
+def test_an_order_of_ones_own_is_kept() -> None:
+    plan = plan_stops(TOUR, Pose2(), REACH, order=[5, 3, 20])
+    assert [stop.number for stop in plan.stops] == [6, 4, 21]

@@ -1,0 +1,208 @@
+"""What a collection leaves in its folder, read by others and by itself."""
+
+import errno
+import io
+import json
+import math
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from facetlog.errors import InputError
+from facetlog.perception.types import Image
+from facetlog.perception.views import read_views
+from facetlog.robot.camera.checks import Quality
+from facetlog.robot.collecting.kinematics import Gaze, camera_pose
+from facetlog.robot.collecting.mount import DEFAULT_MOUNT
+from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.collecting.record import (
+    LOG_FILE,
+    TRANSFORMS_FILE,
+    Record,
+    Taken,
+    read_record,
+    robot_tum,
+    write_file,
+)
+from facetlog.robot.pose2 import Pose2
+from facetlog.robot.tour import tour_camera
+
+OPTICS = Optics(tour_camera(), "OPENCV", (("k1", -0.1), ("p2", 0.001)))
+
+
+def _view(number: int) -> Taken:
+    robot = Pose2(0.3 * number, -0.2, 0.4 * number)
+    gaze = Gaze(0.3, -0.4)
+    root = np.diag([0.01, 0.02, 0.0, 0.001, 0.001, 0.02])
+    return Taken(
+        number,
+        f"view{number:03d}.png",
+        camera_pose(robot, DEFAULT_MOUNT, gaze),
+        root @ root,
+        robot,
+        Pose2(1.0, 2.0, 3.0),
+        gaze.pan,
+        gaze.tilt,
+        0,
+        1.7e9 + number,
+        Quality(12.5, 3.5, 0.01),
+        ("taken twice",) if number == 2 else (),
+    )
+
+
+def _picture(number: int) -> Image:
+    rng = np.random.default_rng(number)
+    return rng.integers(0, 256, (480, 640, 3)).astype(np.uint8)
+
+
+def _recorded(folder: Path, count: int = 3) -> Record:
+    record = Record(folder, OPTICS, {"tour": "t"})
+    for number in range(1, count + 1):
+        record.add(_view(number), _picture(number))
+    return record
+
+
+def test_perception_reads_the_poses_that_were_written(tmp_path: Path) -> None:
+    record = Record(tmp_path, Optics(tour_camera()), {})
+    for number in (1, 2, 3):
+        record.add(_view(number), _picture(number))
+    views = read_views(tmp_path, unit="m").views
+    assert [view.name for view in views] == ["view001.png", "view002.png", "view003.png"]
+    for number, view in enumerate(views, start=1):
+        wanted = _view(number).pose
+        np.testing.assert_allclose(view.pose.rotation, wanted.rotation, atol=1e-12)
+        np.testing.assert_allclose(view.pose.centre, wanted.centre, atol=1e-12)
+        assert view.camera == tour_camera()
+
+
+def test_each_frame_says_what_head_odometry_and_their_deviations_were(tmp_path: Path) -> None:
+    _recorded(tmp_path)
+    document = json.loads((tmp_path / TRANSFORMS_FILE).read_text(encoding="utf-8"))
+    frame = document["frames"][1]
+    assert frame["pan_deg"] == pytest.approx(math.degrees(0.3))
+    assert frame["odometry"] == pytest.approx([1.0, 2.0, math.degrees(3.0)])
+    assert frame["time"] == 1.7e9 + 2
+    np.testing.assert_allclose(frame["covariance"], _view(2).covariance)
+    assert (document["k1"], document["p2"], document["camera_model"]) == (-0.1, 0.001, "OPENCV")
+
+
+def test_colmaps_files_give_the_same_poses(tmp_path: Path) -> None:
+    """By the format's definition: world to camera, quaternion w first, pixel centres at 0.5."""
+    _recorded(tmp_path)
+    camera = (tmp_path / "cameras.txt").read_text(encoding="utf-8").splitlines()[-1].split()
+    assert camera[:4] == ["1", "OPENCV", "640", "480"]
+    assert [float(v) for v in camera[4:]] == pytest.approx(
+        [tour_camera().fx, tour_camera().fy, 320.0, 240.0, -0.1, 0.0, 0.0, 0.001]
+    )
+    text = (tmp_path / "images.txt").read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if not line.startswith("#")]
+    assert lines[1::2] == ["", "", ""]
+    for number, line in enumerate(lines[0::2], start=1):
+        told = line.split()
+        assert (int(told[0]), told[8], told[9]) == (number, "1", f"view{number:03d}.png")
+        w, x, y, z, *shift = (float(v) for v in told[1:8])
+        turn = Rotation.from_quat([x, y, z, w]).as_matrix()
+        pose = _view(number).pose
+        np.testing.assert_allclose(turn, pose.rotation.T, atol=1e-9)
+        np.testing.assert_allclose(-turn.T @ np.array(shift), pose.centre, atol=1e-9)
+    assert (tmp_path / "points3D.txt").read_text(encoding="utf-8").startswith("#")
+
+
+def test_a_third_radial_coefficient_needs_colmaps_full_model(tmp_path: Path) -> None:
+    Record(tmp_path, Optics(tour_camera(), "OPENCV", (("k1", 0.1), ("k3", 0.02))), {})
+    camera = (tmp_path / "cameras.txt").read_text(encoding="utf-8").splitlines()[-1].split()
+    assert camera[1] == "FULL_OPENCV"
+    assert [float(v) for v in camera[8:]] == [0.1, 0.0, 0.0, 0.0, 0.02, 0.0, 0.0, 0.0]
+
+
+def test_the_trajectory_is_in_tums_order(tmp_path: Path) -> None:
+    _recorded(tmp_path, 1)
+    rows = np.loadtxt(tmp_path / "trajectory.tum").reshape(-1, 8)
+    pose = _view(1).pose
+    np.testing.assert_allclose(rows[0, 1:4], pose.centre)
+    np.testing.assert_allclose(
+        Rotation.from_quat(rows[0, 4:]).as_matrix(), pose.rotation, atol=1e-9
+    )
+    way = np.loadtxt(io.StringIO(robot_tum([(5.0, Pose2(1.0, 2.0, math.pi / 2))])))
+    np.testing.assert_allclose(way, [5, 1, 2, 0, 0, 0, 0.5**0.5, 0.5**0.5], atol=1e-5)
+
+
+def test_a_record_is_read_again_as_it_was(tmp_path: Path) -> None:
+    _recorded(tmp_path)
+    about, taken = read_record(tmp_path)
+    assert about["tour"] == "t"
+    for number, view in enumerate(taken, start=1):
+        wanted = _view(number)
+        assert (view.number, view.name, view.notes) == (number, wanted.name, wanted.notes)
+        np.testing.assert_allclose(view.pose.rotation, wanted.pose.rotation, atol=1e-12)
+        np.testing.assert_allclose(view.covariance, wanted.covariance, atol=1e-15)
+        assert view.robot.heading == pytest.approx(wanted.robot.heading)
+        assert (view.time, view.quality) == (wanted.time, wanted.quality)
+
+
+def test_a_view_without_its_picture_is_taken_anew(tmp_path: Path) -> None:
+    _recorded(tmp_path)
+    (tmp_path / "view002.png").unlink()
+    _, taken = read_record(tmp_path)
+    assert [view.number for view in taken] == [1, 3]
+
+
+def test_pictures_with_three_equal_channels_are_kept_as_grey(tmp_path: Path) -> None:
+    record = Record(tmp_path, OPTICS, {})
+    grey = _picture(1)[:, :, :1].repeat(3, axis=2)
+    record.add(_view(1), grey)
+    record.add(_view(2), _picture(2))
+    one = cv2.imread(str(tmp_path / "view001.png"), cv2.IMREAD_UNCHANGED)
+    two = cv2.imread(str(tmp_path / "view002.png"), cv2.IMREAD_UNCHANGED)
+    assert one is not None
+    assert two is not None
+    np.testing.assert_array_equal(one, grey[:, :, 0])
+    np.testing.assert_array_equal(two, _picture(2))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is not of the form"),
+        ('{"schema": "other/1"}\n', "is not of the form"),
+        ("{nonsense\n", "cannot be read"),
+        ('{"schema": "facetlog-collect/1"}\n{"result": "taken"}\n', r"collect.jsonl:2: is no line"),
+    ],
+)
+def test_a_record_that_cannot_be_read_is_told(tmp_path: Path, text: str, said: str) -> None:
+    (tmp_path / LOG_FILE).write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=said):
+        read_record(tmp_path)
+
+
+def test_a_folder_without_a_collection_is_told(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no collection to go on with: leave out --resume"):
+        read_record(tmp_path)
+
+
+def test_a_full_disk_is_told_and_leaves_the_files_that_were_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    record = _recorded(tmp_path, 2)
+    before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
+
+    def full(_: int) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(InputError, match=r"view003.png cannot be written: No space .* --resume"):
+        record.add(_view(3), _picture(3))
+    assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
+    _, taken = read_record(tmp_path)
+    assert len(taken) == 2
+
+
+def test_a_file_is_replaced_as_a_whole(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    write_file(path, b"old")
+    write_file(path, b"new")
+    assert path.read_bytes() == b"new"
+    assert [p.name for p in tmp_path.iterdir()] == ["a"]

@@ -1,0 +1,84 @@
+"""Tours from CSV files, and the paper's."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.pan_tilt import pan_tilt_pose
+from facetlog.robot.collecting.tour_file import Tour, TourView, paper_tour, read_tour
+from facetlog.robot.tour import looking_at
+from facetlog.robot.worlds import BLOCK_CENTRE, INCH
+
+HEADER = "image,x,y,z,pan_deg,tilt_deg,skew_deg\n"
+
+
+def _written(folder: Path, text: str) -> Path:
+    path = folder / "tour.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def test_the_papers_tour_looks_at_the_block_in_metres() -> None:
+    tour = paper_tour()
+    assert len(tour.views) == 24
+    np.testing.assert_allclose(tour.views[0].pose.centre, [9 * INCH, 14 * INCH, 28.5 * INCH])
+    assert tour.target is not None
+    off = tour.target[:2] - np.array(BLOCK_CENTRE) * INCH
+    assert np.hypot(*off) < 0.03
+    assert not any(view.skewed for view in tour.views)
+
+
+def test_poses_are_read_in_the_unit_that_is_told(tmp_path: Path) -> None:
+    path = _written(tmp_path, HEADER + "# a remark\na.jpg,10,20,30,45,-100,3\n\n,1,2,3,0,-90,\n")
+    tour = read_tour(path, unit=0.01)
+    assert [view.name for view in tour.views] == ["a.png", "view002.png"]
+    wanted = pan_tilt_pose(0.1, 0.2, 0.3, *np.radians([45, -100, 3]))
+    np.testing.assert_allclose(tour.views[0].pose.rotation, wanted.rotation, atol=1e-12)
+    np.testing.assert_allclose(tour.views[0].pose.centre, wanted.centre)
+    assert [view.skewed for view in tour.views] == [True, False]
+
+
+def test_the_papers_own_columns_are_inches_and_need_no_unit(tmp_path: Path) -> None:
+    text = "set,view,x_in,y_in,z_in,pan_deg,tilt_deg\n1,1,10,0,28.5,0,-90\n"
+    view = read_tour(_written(tmp_path, text)).views[0]
+    np.testing.assert_allclose(view.pose.centre, [0.254, 0, 0.7239])
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "said"),
+    [
+        ("image,x,y\na,1,2\n", InputError, r":1: no column z, pan_deg, tilt_deg"),
+        (HEADER + "a.png,1,2,3,0,-90\n", InputError, r":2: 6 fields, the first line has 7"),
+        (HEADER + "a.png,1,2,x,0,-90,0\n", CalibrationError, r":2: z is 'x': give a finite"),
+        (HEADER + "a.png,1,2,3,nan,-90,0\n", CalibrationError, r":2: pan_deg is 'nan'"),
+        (HEADER + "a.png,1,2,3,0,-90,0\na.jpg,1,2,3,0,-90,0\n", InputError, r":3: .* in line 2"),
+        (HEADER, InputError, "has no poses"),
+        ("", InputError, "has no poses"),
+    ],
+)
+def test_what_is_wrong_is_told_with_its_line(
+    tmp_path: Path, text: str, kind: type[Exception], said: str
+) -> None:
+    with pytest.raises(kind, match=said):
+        read_tour(_written(tmp_path, text), unit=1.0)
+
+
+def test_a_unit_is_asked_for(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="give --unit"):
+        read_tour(_written(tmp_path, HEADER + "a,1,2,3,0,-90,0\n"))
+
+
+def test_the_target_is_where_lines_of_sight_cross() -> None:
+    point = np.array([0.3, 0.4, 0.2])
+    eyes = [(1.5, 0.0, 0.7), (0.0, 2.0, 0.6), (-1.0, -1.0, 0.8)]
+    tour = Tour("t", tuple(TourView(f"{i}.png", looking_at(e, point)) for i, e in enumerate(eyes)))
+    assert tour.target is not None
+    np.testing.assert_allclose(tour.target, point, atol=1e-9)
+
+
+def test_parallel_lines_of_sight_have_no_target() -> None:
+    poses = [pan_tilt_pose(x, 0.0, 0.7, 0.0, math.radians(-95)) for x in (0.0, 1.0, 2.0)]
+    assert Tour("t", tuple(TourView(f"{p.centre[0]}", p) for p in poses)).target is None

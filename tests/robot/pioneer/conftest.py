@@ -1,0 +1,11 @@
+"""What all tests of the driver share."""
+
+import pytest
+
+from facetlog.robot.pioneer import session
+
+
+@pytest.fixture
+def quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Listens for three reports of the scripted robot's, which come twice as fast."""
+    monkeypatch.setattr(session, "LISTEN", 0.17)

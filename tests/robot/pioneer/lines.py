@@ -1,0 +1,64 @@
+"""A line in simulated time between a machine of the driver and whatever answers."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from facetlog.robot.pioneer.commands import Command
+from facetlog.robot.pioneer.opening import Opening
+from facetlog.robot.pioneer.packet import Decoder
+from facetlog.robot.pioneer.session import Handshake, SetBaud
+from tests.robot.pioneer.scripted import ScriptedRobot
+
+TICK = 0.01
+Answer = Callable[[bytes, float, int | None], bytes]
+"""What comes back at once for bytes at a time and a baud rate; b"" in, for time that goes."""
+
+
+@dataclass
+class Line:
+    """Carries out what a handshake wants, in steps of simulated time."""
+
+    answer: Answer
+    bauds: tuple[int, ...] = ()
+    now: float = 100.0
+    writes: list[tuple[float, int | None, bytes]] = field(default_factory=list)
+
+    def run(self, machine: Handshake | Opening, longest: float = 60.0) -> None:
+        baud = machine.baud
+        end = self.now + longest
+        while not machine.over and self.now < end:
+            said = b""
+            for action in machine.actions():
+                if isinstance(action, SetBaud):
+                    baud = action.baud
+                else:
+                    self.writes.append((self.now, baud, action.data))
+                    said += self.answer(action.data, self.now, baud)
+            self.now += TICK
+            said += self.answer(b"", self.now, baud)
+            machine.receive(said, self.now)
+        for action in machine.actions():
+            assert isinstance(action, SetBaud), "it writes after its end"
+        assert machine.over, "it goes on for ever"
+
+    def commands(self) -> list[str]:
+        """Names of all that was written, in order (0, 1, 2 as SYNC)."""
+        decoder = Decoder()
+        return [
+            f"SYNC{each.packet.kind}" if each.packet.kind < 3 else Command(each.packet.kind).name
+            for _, _, data in self.writes
+            for each in decoder.feed(data)
+        ]
+
+
+def answering(robot: ScriptedRobot, at_baud: int | None = None) -> Answer:
+    """A robot that hears and is heard at one rate; at others, what it says is noise."""
+
+    def answer(data: bytes, now: float, baud: int | None) -> bytes:
+        right = at_baud is None or baud == at_baud
+        if data and right:
+            robot.receive(data, now)
+        said = robot.pending(now)
+        return said if right else bytes(b ^ 0x5A for b in said)
+
+    return answer

@@ -1,0 +1,433 @@
+"""The driver with its threads, against a scripted robot in real time."""
+
+import logging
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from facetlog.errors import DeviceError, DeviceTimeout, InputError
+from facetlog.robot.pioneer.pioneer import Pioneer
+from facetlog.robot.pioneer.problems import Cause, Problem
+from facetlog.robot.pioneer.reports import Encoders, InputsOutputs
+from tests.robot.pioneer.scripted import ScriptedPort, ScriptedRobot
+
+pytestmark = pytest.mark.usefixtures("quick")
+PATIENCE = 20.0  # seconds a loaded machine gets for what takes one
+
+
+@pytest.fixture(autouse=True)
+def no_thread_is_left() -> Iterator[None]:
+    before = set(threading.enumerate())
+    yield
+    left = [t for t in threading.enumerate() if t not in before]
+    assert not left, f"threads are left over: {left}"
+
+
+@pytest.fixture(autouse=True)
+def quiet_log(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.CRITICAL, "facetlog.robot.pioneer.link")
+
+
+def until(condition: Callable[[], bool], seconds: float = PATIENCE) -> None:
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, "in vain"
+        time.sleep(0.01)
+
+
+def keep_driving(
+    robot: Pioneer, enough: Callable[[], bool], speed: float = 0.3, turning: float = 0.0
+) -> None:
+    deadline = time.monotonic() + PATIENCE
+    while not enough():
+        assert time.monotonic() < deadline, "in vain"
+        robot.drive(speed, turning)
+        time.sleep(0.05)
+
+
+def test_a_robot_is_connected_driven_and_left_standing_with_its_motors_off() -> None:
+    scripted = ScriptedRobot()
+    port = ScriptedPort(scripted)
+    with Pioneer.connect(port) as robot:
+        assert robot.names.subclass == robot.parameters.name == "p3dx"
+        assert robot.configuration is not None
+        assert robot.state.motors_on is False
+        robot.enable_motors()
+        assert robot.state.motors_on is True
+        keep_driving(robot, lambda: robot.state.pose.x > 0.05)
+        robot.stop()
+        state = robot.wait_for(lambda s: s.standing, PATIENCE)
+        assert state.pose.x == pytest.approx(scripted.x, abs=0.001)
+        assert robot.problems == ()
+    assert port.closed
+    assert (scripted.session, scripted.motors, scripted.speed) == ("waiting", False, 0.0)
+    words = [name for _, name, _ in scripted.commands]
+    assert words.index("STOP") == words.index("OPEN", 3) + 1
+    assert words[-1] == "CLOSE"
+
+
+def test_everything_that_can_be_asked_is_answered() -> None:
+    with Pioneer.connect(ScriptedPort(ScriptedRobot(x=1.25, y=-0.5))) as robot:
+        assert robot.encoders() == Encoders(-70000, 123456)
+        assert robot.inputs_outputs() == InputsOutputs(b"\x0f", b"\xf0", (512, 3))
+        pose = robot.true_pose()
+        assert (pose.x, pose.y) == (1.25, -0.5)
+        assert robot.limits.speed == 0.3
+        assert robot.baud is None
+
+
+def test_a_robot_that_is_not_simulated_has_no_true_pose() -> None:
+    robot_without = ScriptedRobot()
+    take = robot_without._take
+    robot_without._take = lambda p, now: None if p.kind == 237 else take(p, now)  # type: ignore[method-assign]
+    with (
+        Pioneer.connect(ScriptedPort(robot_without)) as robot,
+        pytest.raises(DeviceTimeout, match="simulator"),
+    ):
+        robot.true_pose()
+
+
+def test_a_lease_runs_out_and_the_robot_stands() -> None:
+    scripted = ScriptedRobot()
+    with Pioneer.connect(ScriptedPort(scripted)) as robot:
+        robot.enable_motors()
+        keep_driving(robot, lambda: robot.state.speed > 0.25)
+        robot.wait_for(lambda s: s.standing, PATIENCE)
+        assert Cause.LEASE in [p.cause for p in robot.problems]
+
+
+def test_a_thread_that_ends_with_its_lease_running_stops_the_robot() -> None:
+    scripted = ScriptedRobot()
+    with Pioneer.connect(ScriptedPort(scripted)) as robot:
+        robot.enable_motors()
+        driving = threading.Thread(target=lambda: robot.drive(0.3, 0.0, 1.0))
+        driving.start()
+        driving.join()
+        until(lambda: any("thread" in p.text for p in robot.problems))
+        robot.wait_for(lambda s: s.standing, PATIENCE)
+
+
+def test_an_exception_in_the_block_stops_the_robot_and_comes_through() -> None:
+    scripted = ScriptedRobot()
+    port = ScriptedPort(scripted)
+
+    def interrupted() -> None:
+        with Pioneer.connect(port) as robot:
+            robot.enable_motors()
+            keep_driving(robot, lambda: robot.state.speed > 0.2)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert (scripted.speed, scripted.motors, port.closed) == (0.0, False, True)
+
+
+def test_a_bumper_stops_the_robot_and_the_callback_is_told() -> None:
+    scripted = ScriptedRobot()
+    told: list[Problem] = []
+    with Pioneer.connect(ScriptedPort(scripted)) as robot:
+        robot.on_problem(told.append)
+        robot.enable_motors()
+        keep_driving(robot, lambda: robot.state.speed > 0.2)
+        scripted.front_bumpers = 1
+        with pytest.raises(DeviceError, match="bumper pressed"):
+            keep_driving(robot, lambda: False)
+        until(lambda: Cause.BUMPER in [p.cause for p in told])
+        robot.wait_for(lambda s: s.standing, PATIENCE)
+        assert robot.halted is not None
+        assert robot.halted.cause is Cause.BUMPER
+        scripted.front_bumpers = 0
+        robot.wait_for(lambda s: not s.bumped, PATIENCE)
+        robot.clear_stop()
+        keep_driving(robot, lambda: robot.state.speed > 0.1)
+
+
+def test_a_callback_that_fails_is_a_problem_and_nothing_more() -> None:
+    scripted = ScriptedRobot()
+
+    def fail(problem: Problem) -> None:
+        raise RuntimeError("no")
+
+    with Pioneer.connect(ScriptedPort(scripted)) as robot:
+        robot.on_problem(fail)
+        scripted.stall = (True, False)
+        until(lambda: Cause.CALLBACK in [p.cause for p in robot.problems])
+        scripted.stall = (False, False)
+        robot.wait_for(lambda s: not any(s.stalled), PATIENCE)
+
+
+def test_waiters_wake_up_when_the_link_is_lost() -> None:
+    scripted = ScriptedRobot()
+    with Pioneer.connect(ScriptedPort(scripted)) as robot:
+        scripted.frozen = True
+        with pytest.raises(DeviceTimeout, match="link is lost"):
+            robot.wait_for(lambda s: s.speed > 1.0, PATIENCE)
+        with pytest.raises(DeviceTimeout, match="link is lost"):
+            _ = robot.state
+        assert robot.last_state.standing
+        with pytest.raises(DeviceTimeout, match="link is lost"):
+            robot.enable_motors()
+
+
+def test_a_port_that_breaks_ends_the_session_and_closing_is_still_clean() -> None:
+    port = ScriptedPort(ScriptedRobot())
+    with Pioneer.connect(port) as robot:
+        port.broken = DeviceError("the adapter was pulled out")
+        with pytest.raises(DeviceError, match="pulled out"):
+            robot.wait_for(lambda s: s.speed > 1.0, PATIENCE)
+    assert port.closed
+
+
+def test_a_wait_in_vain_is_a_time_out() -> None:
+    with (
+        Pioneer.connect(ScriptedPort(ScriptedRobot())) as robot,
+        pytest.raises(DeviceTimeout, match="in vain"),
+    ):
+        robot.wait_for(lambda s: s.speed > 1.0, 0.3)
+
+
+def test_motors_that_stay_off_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("facetlog.robot.pioneer.pioneer.ENABLE_TRIES", 2)
+    with (
+        Pioneer.connect(ScriptedPort(ScriptedRobot(enable_works=False))) as robot,
+        pytest.raises(DeviceError, match="motors stay off"),
+    ):
+        robot.enable_motors()
+
+
+def test_motors_are_not_switched_on_while_the_stop_button_is_pressed() -> None:
+    scripted = ScriptedRobot(stop_button=True)
+    with Pioneer.connect(ScriptedPort(scripted)) as robot:
+        with pytest.raises(DeviceError, match="STOP button is pressed"):
+            robot.enable_motors()
+        assert ("ENABLE", 1) not in [(n, a) for _, n, a in scripted.commands]
+
+
+def test_old_firmware_is_driven_at_once_after_its_motors_were_switched_on() -> None:
+    scripted = ScriptedRobot(model="p2dx", tells_motors=False)
+    with Pioneer.connect(ScriptedPort(scripted)) as robot:
+        robot.enable_motors()
+        robot.drive(0.1, 0.0)
+        keep_driving(robot, lambda: robot.state.motors_on is True, 0.1)
+        robot.disable_motors()
+        assert scripted.motors is False
+
+
+def test_an_unknown_model_is_an_error_that_names_the_way_out() -> None:
+    scripted = ScriptedRobot(model="p3dx")
+    scripted._synchronise = _with_names(scripted, b"Robby\0Pioneer\0patrolbot\0")  # type: ignore[method-assign]
+    port = ScriptedPort(scripted)
+    with pytest.raises(DeviceError, match=r"patrolbot.*model="):
+        Pioneer.connect(port)
+    assert port.closed
+    with Pioneer.connect(ScriptedPort(scripted), model="p3at") as robot:
+        assert robot.parameters.name == "p3at"
+        assert robot.names.subclass == "patrolbot"
+
+
+def _with_names(scripted: ScriptedRobot, names: bytes) -> Callable[..., None]:
+    original = scripted._synchronise
+
+    def synchronise(packet: object, now: float) -> None:
+        said = scripted._out
+        original(packet, now)  # type: ignore[arg-type]
+        if b"scripted" in scripted._out:
+            from facetlog.robot.pioneer.packet import Packet
+
+            scripted._out = said + Packet(2, names).to_bytes()
+
+    return synchronise
+
+
+def test_the_users_model_goes_before_what_the_robot_says() -> None:
+    with Pioneer.connect(ScriptedPort(ScriptedRobot()), model="P2AT") as robot:
+        assert robot.parameters.name == "p2at"
+
+
+def test_a_model_that_there_is_not_is_refused_before_anything_is_sent() -> None:
+    port = ScriptedPort(ScriptedRobot())
+    with pytest.raises(InputError, match="p3dx"):
+        Pioneer.connect(port, model="r2d2")
+    assert port.written == []
+
+
+def test_a_closed_robot_says_so_and_closing_again_does_no_harm() -> None:
+    robot = Pioneer.connect(ScriptedPort(ScriptedRobot()))
+    robot.close()
+    robot.close()
+    robot.stop()
+    robot.emergency_stop()
+    for use in (
+        robot.enable_motors,
+        robot.clear_stop,
+        lambda: robot.drive(0.1, 0.0),
+        lambda: robot.state,
+        lambda: robot.aux(),
+    ):
+        with pytest.raises(DeviceError, match="closed"):
+            use()
+
+
+def test_many_threads_may_use_one_robot() -> None:
+    scripted = ScriptedRobot()
+    failures: list[Exception] = []
+    with Pioneer.connect(ScriptedPort(scripted)) as robot:
+        robot.enable_motors()
+
+        def use(number: int) -> None:
+            try:
+                for _ in range(15):
+                    robot.drive(0.05 * number, 0.0, 0.2)
+                    assert robot.encoders().left == -70000
+                    assert robot.state.at > 0
+            except Exception as error:
+                failures.append(error)
+
+        threads = [threading.Thread(target=use, args=(n,)) for n in range(4)]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+    assert failures == []
+
+
+CLIENT = """
+import sys, time
+from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.pioneer import Pioneer
+robot = Pioneer.connect(sys.argv[1], limits=Limits(speed=0.3))
+robot.enable_motors()
+if sys.argv[2] == "exit":
+    until = time.monotonic() + 20
+    while robot.state.speed < 0.1 and time.monotonic() < until:
+        robot.drive(0.3, 0.0)
+        time.sleep(0.05)
+    robot.drive(0.3, 0.0, 1.0)
+    sys.exit(0)
+while True:
+    robot.drive(0.3, 0.0)
+    time.sleep(0.05)
+"""
+
+
+class Served:
+    """The scripted robot behind a real TCP socket, for clients in processes of their own."""
+
+    def __init__(self) -> None:
+        self.robot = ScriptedRobot(watchdog=1.0)
+        self.lock = threading.Lock()
+        self._listening = socket.create_server(("127.0.0.1", 0))
+        self._listening.settimeout(0.05)
+        self.address = "tcp:{}:{}".format(*self._listening.getsockname())
+        self._closing = threading.Event()
+        self._thread = threading.Thread(target=self._serve)
+        self._thread.start()
+
+    def close(self) -> None:
+        self._closing.set()
+        self._thread.join()
+        self._listening.close()
+
+    def _serve(self) -> None:
+        client: socket.socket | None = None
+        while not self._closing.is_set():
+            with self.lock:
+                said = self.robot.pending(time.monotonic())
+            try:
+                if client is None:
+                    client = self._listening.accept()[0]
+                    client.settimeout(0.005)
+                client.sendall(said)
+                data = client.recv(4096)
+                if not data:
+                    client.close()
+                    client = None
+                with self.lock:
+                    self.robot.receive(data, time.monotonic())
+            except TimeoutError:
+                continue
+            except OSError:
+                if client is not None:
+                    client.close()
+                client = None
+        if client is not None:
+            client.close()
+
+
+@pytest.fixture
+def served() -> Iterator[Served]:
+    server = Served()
+    yield server
+    server.close()
+
+
+def client(address: str, what: str, tmp_path: Path) -> subprocess.Popen[bytes]:
+    script = tmp_path / "client.py"
+    script.write_text(CLIENT)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    return subprocess.Popen([sys.executable, str(script), address, what], env=environment)
+
+
+@pytest.mark.filterwarnings("ignore:This process:DeprecationWarning")
+def test_a_fork_leaves_the_robot_to_its_parent(served: Served) -> None:
+    with Pioneer.connect(served.address) as robot:
+        robot.enable_motors()
+        reading, writing = os.pipe()
+        child = os.fork()
+        if child == 0:
+            try:
+                robot.stop()
+                robot.close()
+                robot.drive(0.1, 0.0)
+            except DeviceError as error:
+                os.write(writing, str(error).encode())
+            finally:
+                os._exit(0)
+        os.waitpid(child, 0)
+        os.close(writing)
+        with os.fdopen(reading) as said:
+            assert "forked" in said.read()
+        keep_driving(robot, lambda: robot.state.speed > 0.1)
+        assert "CLOSE" not in [name for _, name, _ in served.robot.commands][3:]
+
+
+def test_a_killed_client_leaves_a_robot_that_stands_and_does_not_jump_at_the_next(
+    served: Served, tmp_path: Path
+) -> None:
+    """kill -9 at full allowed speed: the robot's own watchdog stops it."""
+    process = client(served.address, "drive", tmp_path)
+    try:
+        until(lambda: served.robot.speed > 0.29)
+    finally:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    until(lambda: served.robot.speed == 0.0 and served.robot.stopped_at is not None)
+    robot = served.robot
+    assert robot.stopped_at is not None
+    assert robot.stopped_at - robot._last_heard < robot.watchdog + 0.3 / 1.2 + 0.05
+    where = robot.x
+    with Pioneer.connect(served.address) as next_client:
+        next_client.wait_for(lambda s: s.standing, PATIENCE)
+        at = next_client.state.at
+        next_client.wait_for(lambda s: s.at > at + 0.5, PATIENCE)
+        assert robot.x - where < 0.005
+
+
+def test_an_interpreter_that_ends_without_closing_stops_the_robot(
+    served: Served, tmp_path: Path
+) -> None:
+    process = client(served.address, "exit", tmp_path)
+    assert process.wait(60) == 0
+    until(lambda: served.robot.session == "waiting")
+    assert served.robot.speed == 0.0
+    words = [(name, argument) for _, name, argument in served.robot.commands]
+    assert words.index(("ENABLE", 0)) < len(words) - 1
+    assert words[-1][0] == "CLOSE"

@@ -1,0 +1,208 @@
+"""The handshake in simulated time: every state a robot may be found in."""
+
+import pytest
+
+from facetlog.errors import DeviceError, DeviceTimeout
+from facetlog.robot.pioneer.packet import Packet
+from facetlog.robot.pioneer.reports import Names
+from facetlog.robot.pioneer.session import BAUDS, Handshake
+from tests.robot.pioneer.lines import Line, answering
+from tests.robot.pioneer.scripted import ScriptedRobot
+
+
+def shake(line: Line, longest: float = 60.0) -> Handshake:
+    machine = Handshake(line.now, line.bauds)
+    line.run(machine, longest)
+    return machine
+
+
+def test_a_waiting_robot_is_synchronised_and_named() -> None:
+    line = Line(answering(ScriptedRobot()))
+    machine = shake(line)
+    assert machine.names == Names("scripted", "Pioneer", "p3dx")
+    assert line.commands() == ["SYNC0", "SYNC1", "SYNC2"]
+    assert machine.baud is None
+
+
+def test_nothing_is_sent_before_the_line_was_listened_to() -> None:
+    line = Line(answering(ScriptedRobot()))
+    shake(line)
+    assert line.writes[0][0] >= 100.3
+
+
+def test_an_open_session_is_stopped_and_closed_before_anything_else_is_sent() -> None:
+    robot = ScriptedRobot()
+    robot.open_session(100.0, speed=0.3)
+    line = Line(answering(robot))
+    machine = shake(line)
+    assert machine.names is not None
+    assert line.commands() == ["STOP", "SYNC2", "SYNC0", "SYNC1", "SYNC2"]  # CLOSE is 2 as well
+
+
+def test_a_robot_that_the_watchdog_stopped_does_not_jump_when_a_client_connects() -> None:
+    robot = ScriptedRobot(deceleration=0.6)
+    robot.open_session(95.0, speed=0.5)
+    robot.advance(100.0)
+    assert robot.speed == 0
+    where = robot.x
+    fastest = 0.0
+
+    def answer(data: bytes, now: float, baud: int | None) -> bytes:
+        nonlocal fastest
+        fastest = max(fastest, abs(robot.speed))
+        return answering(robot)(data, now, baud)
+
+    assert shake(Line(answer)).names is not None
+    assert (fastest, robot.x) == (0.0, where)
+
+
+def test_a_lost_echo_is_asked_for_again() -> None:
+    robot = ScriptedRobot()
+    lost = {0: 1, 1: 1}
+
+    def answer(data: bytes, now: float, baud: int | None) -> bytes:
+        if len(data) == 6 and lost.get(data[3]):
+            lost[data[3]] -= 1
+            return b""
+        return answering(robot)(data, now, baud)
+
+    line = Line(answer)
+    assert shake(line).names is not None
+    assert line.commands().count("SYNC0") >= 2
+
+
+def test_a_lost_answer_to_sync2_closes_the_half_open_session() -> None:
+    robot = ScriptedRobot()
+    swallow = True
+
+    def answer(data: bytes, now: float, baud: int | None) -> bytes:
+        nonlocal swallow
+        said = answering(robot)(data, now, baud)
+        if b"scripted" in said and swallow:
+            swallow = False
+            return b""
+        return said
+
+    line = Line(answer)
+    assert shake(line).names is not None
+    assert "STOP" in line.commands()
+
+
+def test_a_robot_that_has_lost_count_is_begun_with_again() -> None:
+    robot = ScriptedRobot()
+    robot._sync = 2
+    resets = 2
+
+    def answer(data: bytes, now: float, baud: int | None) -> bytes:
+        nonlocal resets
+        if data and resets:
+            resets -= 1
+            return Packet(0xFF).to_bytes()
+        return answering(robot)(data, now, baud)
+
+    line = Line(answer)
+    assert shake(line).names is not None
+    assert line.commands() == ["SYNC0", "SYNC0", "SYNC0", "SYNC1", "SYNC2"]
+
+
+def test_reports_in_the_midst_of_the_handshake_close_the_old_session() -> None:
+    robot = ScriptedRobot()
+    late = ScriptedRobot().report().to_packet().to_bytes()
+
+    def answer(data: bytes, now: float, baud: int | None) -> bytes:
+        nonlocal late
+        if data[3:4] == b"\x01" and late:
+            said, late = late, b""
+            return said
+        return answering(robot)(data, now, baud)
+
+    line = Line(answer)
+    assert shake(line).names is not None
+    assert line.commands()[:4] == ["SYNC0", "SYNC1", "STOP", "SYNC2"]
+
+
+def test_junk_before_the_echoes_does_no_harm() -> None:
+    robot = ScriptedRobot()
+
+    def answer(data: bytes, now: float, baud: int | None) -> bytes:
+        junk = b"\xfa\xfb\x07WMS" if data else b""
+        return junk + answering(robot)(data, now, baud)
+
+    assert shake(Line(answer)).names is not None
+
+
+@pytest.mark.parametrize("rate", BAUDS)
+def test_the_rate_of_a_serial_line_is_found(rate: int) -> None:
+    line = Line(answering(ScriptedRobot(), at_baud=rate), bauds=BAUDS)
+    machine = shake(line)
+    assert (machine.names is not None, machine.baud) == (True, rate)
+
+
+def test_a_session_left_open_at_a_faster_rate_is_found_and_closed() -> None:
+    robot = ScriptedRobot()
+    robot.open_session(100.0)
+    line = Line(answering(robot, at_baud=38400), bauds=BAUDS)
+    machine = shake(line)
+    assert (machine.names is not None, machine.baud) == (True, 38400)
+    assert line.now < 103.0, "what comes in at the wrong rate tells so at once"
+
+
+def test_the_given_rate_is_the_only_one_tried() -> None:
+    line = Line(answering(ScriptedRobot(), at_baud=9600), bauds=(19200,))
+    machine = shake(line)
+    assert isinstance(machine.failure, DeviceTimeout)
+    assert {baud for _, baud, _ in line.writes} == {19200}
+    assert "19200 baud" in str(machine.failure)
+
+
+def test_a_silent_tcp_connection_is_given_up_before_simulators_hang_up() -> None:
+    line = Line(lambda *_: b"")
+    machine = shake(line)
+    assert isinstance(machine.failure, DeviceTimeout)
+    assert "nothing answers" in str(machine.failure)
+    assert "switched on" in str(machine.failure)
+    assert line.commands().count("SYNC0") <= 10
+    assert line.now - 100.0 < 10.0
+
+
+def test_a_silent_serial_line_is_tried_at_every_rate_and_given_up() -> None:
+    line = Line(lambda *_: b"", bauds=BAUDS)
+    machine = shake(line)
+    assert isinstance(machine.failure, DeviceTimeout)
+    assert all(str(baud) in str(machine.failure) for baud in BAUDS)
+    assert {baud for _, baud, _ in line.writes} == set(BAUDS)
+    assert line.now - 100.0 < 40.0
+
+
+def test_noise_alone_is_said_to_be_noise() -> None:
+    machine = shake(Line(lambda *_: b"\xaa\x55", bauds=BAUDS), 120.0)
+    assert "no packet of a robot" in str(machine.failure)
+
+
+def test_a_session_that_does_not_close_is_told_from_a_silent_robot() -> None:
+    report = ScriptedRobot().report().to_packet().to_bytes()
+    machine = shake(Line(lambda _data, now, _baud: report if round(now * 100) % 10 == 0 else b""))
+    assert isinstance(machine.failure, DeviceError)
+    assert "does not take CLOSE" in str(machine.failure)
+
+
+def test_a_line_that_echoes_is_no_robot() -> None:
+    machine = shake(Line(lambda data, *_: data))
+    assert isinstance(machine.failure, DeviceError)
+    assert "echo" in str(machine.failure)
+
+
+def test_a_robot_that_loses_count_for_ever_is_given_up() -> None:
+    machine = shake(Line(lambda data, *_: Packet(0xFF).to_bytes() if data else b""))
+    assert "loses count" in str(machine.failure)
+
+
+def test_packets_behind_the_names_are_kept() -> None:
+    robot = ScriptedRobot()
+    report = robot.report().to_packet()
+
+    def answer(data: bytes, now: float, baud: int | None) -> bytes:
+        said = answering(robot)(data, now, baud)
+        return said + report.to_bytes() if b"scripted" in said else said
+
+    assert [each.packet for each in shake(Line(answer)).left_over] == [report]
