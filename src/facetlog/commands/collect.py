@@ -40,6 +40,8 @@ __all__ = [
 SCHEMA = "facetlog-collected/1"
 ORDERS = ("given", "short")
 CAMERA_TOML = "camera.toml"
+# One view alone has no depth: of two on there is something to judge.
+LEAST_VIEWS = 2
 # What the simulated camera offers where `facetlog simulate` is called as docs/robot.md does.
 SIMULATED_CAMERA = "http://127.0.0.1:8100/"
 DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
@@ -288,7 +290,8 @@ class _Told:
         )
         if self._verdicts is not None:
             _tell(self._verdicts.ready())
-            self._verdicts.ask(done)
+            if done >= LEAST_VIEWS:
+                self._verdicts.ask(done)
 
     def warn(self, message: str) -> None:
         warn(message)
@@ -297,9 +300,6 @@ class _Told:
 def _tell(verdicts: "list[ViewVerdict]") -> None:
     for verdict in verdicts:
         note(f"of {verdict.views} views: {verdict.line}")
-        for summary in verdict.summaries:
-            if summary not in verdict.best:
-                note(f"  {summary}")
 
 
 def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collected":
