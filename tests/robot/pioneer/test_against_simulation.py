@@ -1,0 +1,181 @@
+"""The driver's mind against the simulated robot, joined in simulated time."""
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from facetlog.robot.pioneer.connecting import Connected, connect_over
+from facetlog.robot.pioneer.control import Control
+from facetlog.robot.pioneer.odometry import OdometryErrors
+from facetlog.robot.pioneer.problems import Cause
+from facetlog.robot.pioneer.state import RobotState
+from facetlog.robot.pose2 import Pose2, wrapped
+from facetlog.robot.simulator.faults import Fault, FaultKind
+from facetlog.robot.simulator.simulation import Simulation
+from facetlog.robot.simulator.world_file import (
+    ErrorSetup,
+    HeadSetup,
+    RobotSetup,
+    SceneSetup,
+    WorldSetup,
+)
+
+TICK = 0.02
+TRACK = 2 / 5.6  # metres, of the p3dx
+
+
+class SimulatedPort:
+    """The simulation as a port in its own time, which goes on while somebody reads."""
+
+    address, has_baud = "simulated", False
+
+    def __init__(self, setup: WorldSetup) -> None:
+        self.simulation, self.now = Simulation(setup), 0.0
+
+    def clock(self) -> float:
+        return self.now
+
+    def read(self, timeout: float) -> bytes:
+        self.now += min(timeout, TICK)
+        return self.simulation.pending(self.now)
+
+    def write(self, data: bytes) -> None:
+        self.simulation.receive(data, self.now)
+
+    def set_baud(self, baud: int) -> None:
+        raise AssertionError(f"there is no rate to make {baud}")
+
+    def close(self) -> None:
+        raise AssertionError("nobody closes it")
+
+
+class Run:
+    """A connected robot whose motors are on."""
+
+    def __init__(self, setup: WorldSetup) -> None:
+        self.port = SimulatedPort(setup)
+        self.connected: Connected = connect_over(self.port, self.port.clock)
+        self.control = Control(
+            self.port.now, self.connected.parameters, self.connected.configuration
+        )
+        for received in self.connected.received:
+            self.control.take(received)
+        self.start = self.true_pose()
+        while self.state.motors_on is False:
+            for packet in self.control.switching(on=True):
+                self.control.goes_out(packet)
+                self.port.write(packet.to_bytes())
+                self.run(0.05)
+            self.run(0.2)
+
+    @property
+    def state(self) -> RobotState:
+        assert self.control.state is not None
+        return self.control.state
+
+    def true_pose(self) -> Pose2:
+        truth = self.port.simulation.state(self.port.now).truth
+        return Pose2(truth.x, truth.y, truth.heading)
+
+    def run(self, seconds: float, speed: float = 0.0, turning: float = 0.0) -> None:
+        end = self.port.now + seconds
+        while self.port.now < end:
+            if (speed or turning) and self.control.lost is None:
+                self.control.drive(speed, turning, 0.3, self.port.now)
+            for packet in self.control.advance(self.port.now):
+                self.port.write(packet.to_bytes())
+            data, receiver = self.port.read(TICK), self.connected.receiver
+            now = self.port.now
+            for received in receiver.feed(data, now) if data else receiver.idle(now) or ():
+                self.control.take(received)
+            self.control.looked(now)
+
+
+def world(errors: ErrorSetup, seed: int = 0, model: str = "p3dx") -> WorldSetup:
+    return WorldSetup(
+        scene=SceneSetup(world="empty"),
+        robot=RobotSetup(model=model, errors=errors),
+        head=HeadSetup(kind="none"),
+        seed=seed,
+    )
+
+
+def errors_drawn(rng: np.random.Generator) -> ErrorSetup:
+    """Of a robot whose constants are as far off as the driver's figures say."""
+    e = OdometryErrors()
+    way, turning, drift = rng.normal(0, [e.way, e.turning, e.drift])
+    return ErrorSetup(
+        left=float(way - drift * TRACK / 2),
+        right=float(way + drift * TRACK / 2),
+        track=float(turning),
+        slip=0.002,
+        encoder=0.001,
+    )
+
+
+@pytest.mark.slow
+def test_the_covariance_is_honest_of_simulated_robots() -> None:
+    """Mean NEES of 40 robots after five legs, within chi-square's 99 %."""
+    rng, runs, total = np.random.default_rng(5), 40, 0.0
+    for seed in range(runs):
+        run = Run(world(errors_drawn(rng), seed))
+        for _ in range(5):
+            run.run(3.0, 0.3, 0.0)
+            run.run(2.0, 0.0, 0.4)
+        run.run(1.5)
+        state, true = run.state, run.start.between(run.true_pose())
+        assert state.standing
+        off = np.array(
+            [
+                true.x - state.pose.x,
+                true.y - state.pose.y,
+                wrapped(true.heading - state.pose.heading),
+            ]
+        )
+        total += float(off @ np.linalg.solve(state.covariance, off))
+    low, high = chi2.ppf([0.005, 0.995], 3 * runs) / runs
+    assert low < total / runs < high
+
+
+@pytest.mark.parametrize("model", ["p2dx", "p3dx", "p2at", "pion1m"])
+def test_every_model_is_driven_along_a_curve_and_knows_its_pose(model: str) -> None:
+    run = Run(world(ErrorSetup(), model=model))
+    run.run(8.0, 0.2, 0.25)
+    run.control.stop()
+    run.run(1.5)
+    pose, true = run.state.pose, run.start.between(run.true_pose())
+    unit = run.connected.parameters.distance
+    assert math.hypot(true.x, true.y) > 0.8
+    assert math.hypot(pose.x - true.x, pose.y - true.y) < 2 * unit + 0.002
+    assert abs(wrapped(pose.heading - true.heading)) < 2 * run.connected.parameters.angle
+    assert run.control.problems == ()
+
+
+def test_damaged_bytes_and_frozen_lines_cost_the_pose_nothing() -> None:
+    """Five bytes in a thousand damaged both ways, and half a second of frozen line at times."""
+    run = Run(world(ErrorSetup()))
+    simulation = run.port.simulation
+    simulation.inject(Fault(FaultKind.CORRUPT, rate=0.005), run.port.now)
+    for _ in range(6):
+        run.run(2.5, 0.25, 0.2)
+        simulation.inject(Fault(FaultKind.FROZEN, seconds=0.5), run.port.now)
+        run.run(0.5, 0.25, 0.2)
+    simulation.inject(Fault(FaultKind.CORRUPT, on=False), run.port.now)
+    run.run(2.0)
+    pose, true = run.state.pose, run.start.between(run.true_pose())
+    assert run.state.standing
+    assert math.hypot(pose.x - true.x, pose.y - true.y) < 2e-3
+    assert abs(wrapped(pose.heading - true.heading)) < 0.004
+    assert {p.cause for p in run.control.problems} <= {Cause.QUIET, Cause.LEASE}
+
+
+def test_a_power_cycle_ends_the_session() -> None:
+    run = Run(world(ErrorSetup()))
+    run.run(2.0, 0.2, 0.0)
+    run.port.simulation.inject(Fault(FaultKind.POWER_CYCLE), run.port.now)
+    run.run(3.0)
+    assert run.control.lost is not None
+    assert run.port.simulation.state(run.port.now).speed == 0
+    assert run.state.pose.x > 0.2
