@@ -2,6 +2,8 @@
 
 Reports give positions that roll over; their differences are added up, and none is thrown away: a
 driver in wide use drops every change beyond 100 mm, and with it the way of each report it missed.
+A report that no motion leads to waits for the next one, which tells whether it was damaged (a sum
+misses some double faults) or the robot's odometry was set anew.
 
 What makes odometry wrong is mostly the same all the time: the wheels are larger than believed, or
 of unequal size, the track is wider. Such errors do not average out, so they are carried as unknown
@@ -22,12 +24,38 @@ from facetlog.robot.pose2 import Pose2, wrapped
 
 __all__ = ["Odometry", "OdometryErrors"]
 
-ACCELERATION_MARGIN = 0.5
-"""m/s by which a robot may be faster between two reports than in both."""
+HARDEST, HARDEST_TURN = 2.0, 10.5
+"""m/s² and rad/s² (600 degrees/s²): what robots of the family give as their tops in CONFIG."""
 LATE = 0.5
 """Seconds by which a report may come later than it was made, and the next one not."""
-JUMP = 0.1
-"""Metres beyond all speeds from which on a change is said to be doubtful."""
+JUMP, TURN_JUMP = 0.1, 0.35
+"""Metres and radians beyond all speeds from which on a change is no motion."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """One report: the robot's units of place and heading, its speeds in m/s and rad/s."""
+
+    x: int
+    y: int
+    heading: int
+    speed: float
+    turning: float
+    at: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Step:
+    """From one reading to the next, in the frame of the robot's own odometry."""
+
+    x: float
+    y: float
+    turned: float
+    seconds: float
+
+    @property
+    def way(self) -> float:
+        return math.hypot(self.x, self.y)
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,9 +89,9 @@ class Odometry:
         self._parameters = parameters
         self._errors = errors or OdometryErrors()
         self._modulus = 1 << parameters.position_bits
-        self._last: tuple[int, int, int] | None = None
-        self._last_at = 0.0
-        self._last_speed = self._last_turning = 0.0
+        self._last: _Reading | None = None
+        self._suspect: _Reading | None = None
+        self._confirmed = False
         self._origin_heading = 0
         self.pose = Pose2()
         """Now."""
@@ -86,31 +114,57 @@ class Odometry:
 
     def update(self, sip: ServerInformation, at: float) -> str | None:
         """Takes a report that came at `at` (s); why the pose is doubtful from now on, or None."""
-        here = (sip.x, sip.y, sip.heading)
         p = self._parameters
-        speed = (sip.left + sip.right) / 2 * p.speed
-        turning = (sip.right - sip.left) / 2 * p.speed * p.turning_per_speed
-        doubt = None
-        if self._last is None:
-            self._origin_heading = sip.heading
-        else:
-            dx = self._difference(sip.x, self._last[0]) * p.distance
-            dy = self._difference(sip.y, self._last[1]) * p.distance
-            turned = wrapped((sip.heading - self._last[2]) * p.angle)
-            seconds = at - self._last_at
-            fastest = max(abs(speed), abs(self._last_speed))
-            fastest_turning = max(abs(turning), abs(self._last_turning))
-            doubt = self._doubt(math.hypot(dx, dy), seconds, fastest, fastest_turning)
-            self._move(dx, dy, turned)
-        self._last, self._last_at = here, at
-        self._last_speed, self._last_turning = speed, turning
-        return doubt
+        here = _Reading(
+            sip.x,
+            sip.y,
+            sip.heading,
+            abs(sip.left + sip.right) / 2 * p.speed,
+            abs(sip.right - sip.left) / 2 * p.speed * p.turning_per_speed,
+            at,
+        )
+        last, suspect, self._suspect = self._last, self._suspect, None
+        if last is None:
+            self._last, self._origin_heading = here, here.heading
+            return None
+        if _is_motion(step := self._step(last, here), last):
+            self._confirmed = True
+            self._move(step)
+            self._last = here
+            return self._gap(last, here)
+        if not self._confirmed:
+            # It is the first report that may have been damaged: nothing was built on it yet.
+            self._last, self._origin_heading = here, here.heading
+            return None
+        if suspect is not None and _is_motion(on := self._step(suspect, here), suspect):
+            jump = self._step(last, suspect)
+            self._move(jump)
+            self._move(on)
+            self._last = here
+            return (
+                f"odometry jumped by {jump.way:.2f} m and {math.degrees(jump.turned):.0f}° in"
+                f" {jump.seconds:.2f} s: something set it anew"
+            )
+        self._suspect = here
+        return None
+
+    def _step(self, before: _Reading, now: _Reading) -> _Step:
+        p = self._parameters
+        return _Step(
+            self._difference(now.x, before.x) * p.distance,
+            self._difference(now.y, before.y) * p.distance,
+            wrapped((now.heading - before.heading) * p.angle),
+            now.at - before.at,
+        )
 
     def _difference(self, now: int, before: int) -> int:
         half = self._modulus // 2
         return (now - before + half) % self._modulus - half
 
-    def _doubt(self, way: float, seconds: float, speed: float, turning: float) -> str | None:
+    def _gap(self, before: _Reading, now: _Reading) -> str | None:
+        seconds = now.at - before.at
+        speed = min(max(before.speed, now.speed), self._parameters.speed_top)
+        turning = min(max(before.turning, now.turning), self._parameters.turning_top)
         half_round = self._modulus // 2 * self._parameters.distance
         if speed * seconds > half_round:
             return (
@@ -120,20 +174,14 @@ class Odometry:
         if turning * seconds > math.pi:
             return (
                 f"no reports for {seconds:.1f} s while turning at up to"
-                f" {math.degrees(turning):.0f} °/s: whole turns may be missing"
-            )
-        if way > speed * (seconds + LATE) + ACCELERATION_MARGIN * seconds + JUMP:
-            return (
-                f"odometry jumped by {way:.2f} m in {seconds:.2f} s at {speed:.2f} m/s: it was set"
-                " anew, or a damaged report came through"
+                f" {math.degrees(turning):.0f}°/s: whole turns may be missing"
             )
         return None
 
-    def _move(self, dx: float, dy: float, turned: float) -> None:
-        """Adds a change that is given in the frame of the robot's own odometry."""
-        turn = -self._origin_heading * self._parameters.angle
+    def _move(self, step: _Step) -> None:
+        turn, turned = -self._origin_heading * self._parameters.angle, step.turned
         c, s = math.cos(turn), math.sin(turn)
-        dx, dy = c * dx - s * dy, s * dx + c * dy
+        dx, dy = c * step.x - s * step.y, s * step.x + c * step.y
         way = math.hypot(dx, dy)
         # Of the small motion that its errors act on: along the mean heading, forward or backward.
         middle = self.pose.heading + turned / 2
@@ -153,3 +201,11 @@ class Odometry:
             + e.way_noise**2 * way * np.outer(along, along)
             + heading_noise * np.outer(swing, swing)
         )
+
+
+def _is_motion(step: _Step, before: _Reading) -> bool:
+    """Whether a robot can have moved so since a reading, late as the one or the other may be."""
+    seconds = max(0.0, step.seconds)
+    way = before.speed * (seconds + LATE) + HARDEST * seconds**2 / 2 + JUMP
+    turn = before.turning * (seconds + LATE) + HARDEST_TURN * seconds**2 / 2 + TURN_JUMP
+    return step.way <= way and abs(step.turned) <= turn

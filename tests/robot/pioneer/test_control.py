@@ -4,11 +4,16 @@ import math
 from dataclasses import replace
 from itertools import pairwise
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from facetlog.errors import DeviceError, DeviceTimeout
+from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.packet import Packet, Received
+from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.pioneer.problems import Cause
 from tests.robot.pioneer.drives import Drive, speeds_sent, way
 from tests.robot.pioneer.scripted import CONFIGURATION, ScriptedRobot
@@ -409,3 +414,21 @@ def test_damage_and_gaps_cost_the_pose_nothing_but_the_rounding_of_the_encoders(
     assert abs(math.remainder(pose.heading - robot.heading, math.tau)) < math.tau / 4096
     doubted = [p for p in drive.control.problems if p.cause is Cause.ODOMETRY]
     assert not doubted
+
+
+@given(
+    st.lists(st.tuples(st.integers(0, 0xFD), st.binary(max_size=120)), max_size=30),
+    st.sampled_from(["p2dx", "p3dx", "pion1m"]),
+)
+def test_no_packets_whatever_is_in_them_upset_the_driver(
+    packets: list[tuple[int, bytes]], model: str
+) -> None:
+    control, now = Control(0.0, MODELS[model], CONFIGURATION), 0.0
+    for kind, payload in packets:
+        now += 0.1
+        control.take(Received(Packet(0x32 if kind % 2 else kind, payload), now))
+        control.looked(now)
+        assert all(packet.to_bytes() for packet in control.advance(now))
+    if control.state is not None:
+        assert math.isfinite(control.state.pose.x)
+        assert np.isfinite(control.state.covariance).all()

@@ -95,13 +95,39 @@ def test_headings_turn_on_through_half_turns() -> None:
     assert odometry.pose.heading == pytest.approx(math.pi / 2, abs=0.002)
 
 
-def test_a_jump_is_counted_and_said() -> None:
-    odometry = Odometry(P3DX)
-    odometry.update(report(P3DX, Pose2(0, 0, 0)), 0.0)
-    said = odometry.update(report(P3DX, Pose2(0.6, 0, 0)), 0.1)
-    assert said is not None
-    assert "jumped" in said
+def standing_reports(odometry: Odometry, poses: list[Pose2]) -> list[str | None]:
+    return [odometry.update(report(P3DX, pose, 0.0), i / 10) for i, pose in enumerate(poses)]
+
+
+def test_odometry_that_was_set_anew_is_followed_and_said() -> None:
+    odometry, there = Odometry(P3DX), Pose2(0.6, 0, 0)
+    said = standing_reports(odometry, [Pose2(), Pose2(), there, there, there])
+    assert [text is None for text in said] == [True, True, True, False, True]
+    assert "jumped by 0.60 m" in str(said[3])
     assert odometry.pose.x == pytest.approx(0.6, abs=0.001)
+
+
+@pytest.mark.parametrize(
+    "damaged", [Pose2(0.9, 0, 0), Pose2(-0.95, 0.97, 0), Pose2(0, 0, 2.5), Pose2(0.3, 0.3, -1)]
+)
+def test_a_damaged_report_that_passed_for_whole_is_left_out(damaged: Pose2) -> None:
+    """Beyond half a roll-over its return would not cancel it: a lap of 2 m would stay."""
+    odometry = Odometry(P3DX)
+    for i in range(60):
+        pose = Pose2(0.02 * i, 0.0)
+        seen = pose.compose(damaged) if i in (20, 33, 47) else pose
+        assert odometry.update(report(P3DX, seen, 0.2), i / 10) is None
+    assert odometry.pose.x == pytest.approx(0.02 * 59, abs=0.001)
+    assert (odometry.pose.y, odometry.pose.heading) == (0.0, 0.0)
+    assert math.sqrt(odometry.covariance[0, 0]) < 0.02
+
+
+def test_a_damaged_first_report_is_no_origin() -> None:
+    odometry, there = Odometry(P3DX), Pose2(0.9, 0.4, 1.5)
+    standing_reports(odometry, [Pose2(), there, there, there.compose(Pose2(0.05, 0.0))])
+    assert odometry.pose.x == pytest.approx(0.05, abs=0.001)
+    assert odometry.pose.y == pytest.approx(0.0, abs=0.001)
+    assert odometry.pose.heading == 0.0
 
 
 def test_reports_that_come_late_and_together_are_no_jump() -> None:
