@@ -194,8 +194,8 @@ def truth_and_report(errors: OdometryErrors, rng: np.random.Generator) -> tuple[
 
 
 def test_the_covariance_is_honest() -> None:
-    """Mean NEES of 120 robots, each with its own constant errors, within chi-square's 99 %."""
-    rng, runs, total = np.random.default_rng(61), 120, 0.0
+    """Mean NEES of 60 robots, each with its own constant errors, within chi-square's 99 %."""
+    rng, runs, total = np.random.default_rng(61), 60, 0.0
     for _ in range(runs):
         true, odometry = truth_and_report(OdometryErrors(), rng)
         off = np.array(

@@ -88,7 +88,8 @@ def test_everything_that_can_be_asked_is_answered() -> None:
         assert robot.baud is None
 
 
-def test_a_robot_that_is_not_simulated_has_no_true_pose() -> None:
+def test_a_robot_that_is_not_simulated_has_no_true_pose(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("facetlog.robot.pioneer.pioneer.ASK_EACH", 0.05)
     robot_without = ScriptedRobot()
     take = robot_without._take
     robot_without._take = lambda p, now: None if p.kind == 237 else take(p, now)  # type: ignore[method-assign]
@@ -199,7 +200,7 @@ def test_a_wait_in_vain_is_a_time_out() -> None:
 
 
 def test_motors_that_stay_off_are_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("facetlog.robot.pioneer.pioneer.ENABLE_TRIES", 2)
+    monkeypatch.setattr("facetlog.robot.pioneer.pioneer.ENABLE_TRIES", 1)
     with (
         Pioneer.connect(ScriptedPort(ScriptedRobot(enable_works=False))) as robot,
         pytest.raises(DeviceError, match="motors stay off"),

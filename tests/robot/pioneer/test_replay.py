@@ -44,7 +44,7 @@ def drive_and_log(
     return states
 
 
-@pytest.mark.parametrize("damage", [0.0, 0.01])
+@pytest.mark.parametrize("damage", [0.0, pytest.param(0.01, marks=pytest.mark.slow)])
 def test_a_session_is_decoded_again_to_the_same_states(tmp_path: Path, damage: float) -> None:
     path = tmp_path / "traffic.jsonl"
     live = drive_and_log(path, damage=damage, model="p3at")
