@@ -117,6 +117,8 @@ def _switched(
 ) -> list[tuple[Cause, str]]:
     if state.stop_button and not (before and before.stop_button):
         return [(Cause.STOP_BUTTON, "STOP button pressed: pull it out, then call enable_motors()")]
+    if state.stop_button is None:
+        return []  # old firmware: what is thought of its motors comes of what was said already
     went_off = before is not None and before.motors_on and state.motors_on is False
     if went_off and motors_wanted:
         return [(Cause.MOTORS_OFF, MOTORS_OFF_TEXT)]
