@@ -1,12 +1,8 @@
-"""The driver and the simulated robot together, by the clock: driving, faults, a killed client."""
+"""The driver on each line of the simulated robot, by the clock; see also test_driver_on_simulator."""
 
 import math
-import signal
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import Any
 
 import pytest
@@ -27,16 +23,6 @@ from tests.robot.simulator.running import LONG, SMALL, Running, until
 FLOOR = SceneSetup(world="empty")
 ERRORS = ErrorSetup(left=0.01, right=-0.01, slip=0.002)
 UNIT = 0.84e-3  # metres of a p2dx's odometry
-DEATH = """
-import sys, time
-from facetlog.robot.pioneer.pioneer import Pioneer
-with Pioneer.connect(sys.argv[1]) as robot:
-    robot.enable_motors()
-    while True:
-        robot.drive(0.3, 0.0)
-        print(robot.state.speed, flush=True)
-        time.sleep(0.05)
-"""
 
 
 @pytest.fixture
@@ -105,47 +91,6 @@ def test_heads_look_through_the_tunnel_where_the_driver_says() -> None:
         running.close()
 
 
-@pytest.mark.slow
-def test_damaged_bytes_and_gaps_leave_no_error_in_the_pose(running: Running) -> None:
-    with Pioneer.connect(running.station.addresses.robot) as robot:
-        robot.enable_motors()
-        running.fault(kind="corrupt", rate=0.005)
-        for _ in range(5):
-            drive(robot, 0.3, 0.5, 1.5)
-            running.fault(kind="frozen", seconds=0.5)
-        drive(robot, 0.3, 0.5, 1.5)
-        running.fault(kind="corrupt", on=False)
-        robot.stop()
-        assert_odometry_agrees(robot, running)
-
-
-@pytest.mark.slow
-def test_a_killed_client_is_stopped_by_the_watchdog_and_the_next_one_does_not_jump(
-    running: Running,
-) -> None:
-    address = running.station.addresses.robot
-    client = subprocess.Popen(
-        [sys.executable, "-c", DEATH, address], stdout=subprocess.PIPE, text=True
-    )
-    with client:
-        assert client.stdout is not None
-        while float(client.stdout.readline()) < 0.29:
-            pass
-        client.send_signal(signal.SIGKILL)
-        client.wait()
-    killed = running.state()
-    stopped = standing(running)
-    # 2 s of the watchdog at 0.3 m/s, and 0.15 m to stand at 0.3 m/s²
-    assert gone(killed, stopped) <= 0.3 * 2.0 + 0.15 + 0.01
-    with Pioneer.connect(address) as robot:
-        after = robot.last_state.at
-        robot.wait_for(lambda state: state.at > after + 1.0, allowed(LONG))
-        assert gone(stopped, running.state()) < 1e-9
-        robot.enable_motors()
-        drive(robot, 0.0, 0.0, 0.5)
-        assert gone(stopped, running.state()) < 1e-9
-
-
 def test_a_power_cycle_is_noticed_and_the_robot_can_be_connected_again(running: Running) -> None:
     address = running.station.addresses.robot
     with Pioneer.connect(address) as robot:
@@ -154,16 +99,3 @@ def test_a_power_cycle_is_noticed_and_the_robot_can_be_connected_again(running: 
             until(lambda: robot.state is None, "an end of the session")
     with Pioneer.connect(address) as robot:
         assert robot.names.subclass == "p2dx"
-
-
-def test_the_lease_stops_the_robot_when_its_caller_falls_silent(running: Running) -> None:
-    with Pioneer.connect(running.station.addresses.robot) as robot:
-        robot.enable_motors()
-        drive(robot, 0.3, 0.0, 2.0)
-        left = running.state()
-        states = [left]
-        while states[-1]["speed"] > 0.0:
-            states.append(running.state())
-        # the lease, and 1.0 s at the firmware's 0.3 m/s² unless the driver asked for more
-        assert states[-1]["at"] - left["at"] < 0.3 + 1.0 + allowed(0.5)
-        assert all(b["speed"] <= a["speed"] + 1e-9 for a, b in pairwise(states))
