@@ -1,4 +1,4 @@
-"""The driver on each line of the simulated robot, by the clock; see also test_driver_on_simulator."""
+"""The driver on each line of the simulated robot, by the clock (see test_driver_on_simulator)."""
 
 import math
 import time
