@@ -79,6 +79,7 @@ class Request:
     head: str = "sony-evi-d30"
     head_port: str = "aux1"
     latency: float | None = None
+    noisy: bool = True
     keep_out: float | tuple[Circle, ...] | None = None
     short: bool = False
     speed: float = 0.2
@@ -130,7 +131,7 @@ def run_collection(request: Request, teller: Teller) -> Collected:
             )
         )
         head = open_robot_head(stack, robot, request.head, request.head_port)
-        camera = open_camera(request.camera, latency=request.latency)
+        camera = open_camera(request.camera, latency=request.latency, noisy=request.noisy)
         stack.callback(camera.close)
 
         radius = robot.parameters.radius
@@ -160,7 +161,8 @@ def run_collection(request: Request, teller: Teller) -> Collected:
         rig = Rig(wheels, head, camera, request.optics, reach, request.start, epoch)
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         try:
-            robot.enable_motors()
+            if plan.stops:
+                robot.enable_motors()
             ended = collect(rig, plan.stops, record, teller, skipped=plan.skipped)
             robot.stop()
         except BaseException:

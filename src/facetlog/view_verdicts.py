@@ -20,10 +20,7 @@ from facetlog.perception.step_clock import StepClock
 if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
 
-__all__ = ["LEAST_VIEWS", "ViewVerdict", "ViewVerdicts"]
-
-LEAST_VIEWS = 2
-"""Fewer views have no depth."""
+__all__ = ["ViewVerdict", "ViewVerdicts"]
 
 _models: "list[KnowledgeBase]" = []
 """Of the worker process: its knowledge base, once it is open."""
@@ -33,20 +30,29 @@ _models: "list[KnowledgeBase]" = []
 class ViewVerdict:
     """What the models say of the first `views` views.
 
-    `summaries` has a line for each model and thing, `document` all of it as `recognize --json`
-    prints it; `fault` is why there is none.
+    `best` has a line for what holds; `excluded` and `unknown` are names of models that hold for
+    nothing there. `document` is all of it as `recognize --json` prints it; `fault` is why there is
+    none.
     """
 
     views: int
-    summaries: tuple[str, ...] = ()
     best: tuple[str, ...] = ()
+    excluded: tuple[str, ...] = ()
+    unknown: tuple[str, ...] = ()
     document: Mapping[str, object] | None = None
     fault: str = ""
 
     @property
     def line(self) -> str:
-        """One line: what it is, or why nothing can be said."""
-        return self.fault or "; ".join(self.best) or "no model matches"
+        """One line: what it is, what it is not and what is open, or why nothing can be said."""
+        if self.fault:
+            return self.fault
+        said = list(self.best) or ["no model matches"]
+        if self.unknown:
+            said.append(f"unknown: {', '.join(self.unknown)}")
+        if self.excluded:
+            said.append(f"no: {', '.join(self.excluded)}")
+        return "; ".join(said)
 
 
 class ViewVerdicts:
@@ -116,6 +122,7 @@ def _open(models: tuple[Path, ...], trusted: bool) -> None:
 
 def _judge(folder: Path, views: int) -> ViewVerdict:
     """In the worker: the verdict on the first views of a folder."""
+    from facetlog.kb.proof import State
     from facetlog.pipeline import recognize_views, views_from
 
     clock = StepClock()
@@ -126,9 +133,14 @@ def _judge(folder: Path, views: int) -> ViewVerdict:
     except FacetlogError as exc:
         return ViewVerdict(views, fault=str(exc))
     recognition = recognised.recognition
+    # Of several things a model may be open for one and excluded for another: then it is open.
+    open_for = {v.model: None for v in recognition.verdicts if v.state is State.UNKNOWN}
+    asked = {verdict.model: None for verdict in recognition.verdicts}
+    unknown = tuple(model for model in open_for if model not in recognition.models)
     return ViewVerdict(
         views,
-        tuple(verdict.summary for verdict in recognition.verdicts),
         tuple(verdict.summary for verdict in recognition.best),
+        tuple(m for m in asked if m not in recognition.models and m not in open_for),
+        unknown,
         recognition.to_json(),
     )

@@ -6,6 +6,7 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+from urllib.parse import urlsplit
 
 import typer
 
@@ -30,8 +31,10 @@ __all__ = [
     "HeadPort",
     "Latency",
     "Model",
+    "Noiseless",
     "RobotAddress",
     "Start",
+    "camera_of",
     "collect_command",
     "optics_of",
     "parsed_start",
@@ -40,6 +43,10 @@ __all__ = [
 SCHEMA = "facetlog-collected/1"
 ORDERS = ("given", "short")
 CAMERA_TOML = "camera.toml"
+# One view alone has no depth: of two on there is something to judge.
+LEAST_VIEWS = 2
+# Where robots and cameras are that are simulated on this machine.
+LOCAL = ("127.", "localhost", "/dev/pts/")
 # What the simulated camera offers where `facetlog simulate` is called as docs/robot.md does.
 SIMULATED_CAMERA = "http://127.0.0.1:8100/"
 DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
@@ -51,10 +58,17 @@ RobotAddress = Annotated[
     ),
 ]
 CameraUrl = Annotated[
-    str,
+    str | None,
     typer.Option(
-        "--camera", metavar="URL", help="0, /dev/video0, rtsp://…, http://… (stream or .jpg), file."
+        "--camera",
+        metavar="URL",
+        help="0, /dev/video0, rtsp://…, http://… (stream or .jpg), file; of a robot that is "
+        f"simulated here {SIMULATED_CAMERA}, if nothing is said.",
     ),
+]
+Noiseless = Annotated[
+    bool,
+    typer.Option("--noiseless", help="Pictures without noise: equal ones are no frozen camera."),
 ]
 Head = Annotated[
     str, typer.Option("--head", metavar="KIND", help="Camera head: sony-evi-d30 or canon-vc-c4.")
@@ -95,7 +109,7 @@ def collect_command(
         str, typer.Option("--tour", metavar="CSV", help="Camera poses; `paper`: the built-in one.")
     ],
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Folder for the views.")],
-    camera: CameraUrl = SIMULATED_CAMERA,
+    camera: CameraUrl = None,
     head: Head = "sony-evi-d30",
     head_port: HeadPort = "aux1",
     mount: Annotated[
@@ -130,6 +144,7 @@ def collect_command(
         bool, typer.Option("--resume", help="Go on with DIR: the views that are missing there.")
     ] = False,
     latency: Latency = None,
+    noiseless: Noiseless = False,
     model: Model = None,
     baud: Baud = None,
     as_json: AsJson = False,
@@ -151,19 +166,21 @@ def collect_command(
             "--resume: odometry began anew, so say by --start X,Y,HEADING_DEG where the robot "
             f"stands now{_last_place(out)}"
         )
-    optics, of_file = optics_of(camera_file, None if tour == "paper" else Path(tour))
+    url = camera_of(camera, robot)
+    optics, of_file = optics_of(camera_file, None if tour == "paper" else Path(tour), url)
     scale = metres_per(unit, "--unit") if unit is not None else of_file
     request = Request(
         robot,
         _tour(tour, scale),
         out,
-        camera,
+        url,
         optics,
         DEFAULT_MOUNT if mount is None else read_mount(mount),
         parsed_start(start),
         head=head,
         head_port=head_port,
         latency=latency,
+        noisy=not noiseless,
         keep_out=_keep_out(keep_out),
         short=order == "short",
         speed=speed,
@@ -184,8 +201,26 @@ def collect_command(
     return YES if complete else NO
 
 
-def optics_of(camera_file: Path | None, tour: Path | None) -> tuple["Optics", float | None]:
-    """The camera that is told, or that of camera.toml beside the tour, or the simulated one's."""
+def camera_of(told: str | None, robot: str) -> str:
+    """The camera's address; that of the simulator only for a robot that is simulated here.
+
+    Otherwise a simulator that somebody forgot would give its pictures to a real robot's views.
+    """
+    if told is not None:
+        return told
+    place = robot.removeprefix("tcp:").removeprefix("serial:")
+    if not place.startswith(LOCAL):
+        raise InputError(f"which camera is on {robot}? Give --camera: 0, /dev/video0, http://…")
+    return SIMULATED_CAMERA
+
+
+def optics_of(
+    camera_file: Path | None, tour: Path | None, camera: str
+) -> tuple["Optics", float | None]:
+    """The camera that is told, or that of camera.toml beside the tour, or the simulated one's.
+
+    InputError where there is neither, and `camera` is not on this machine.
+    """
     from facetlog.camera_file import read_optics
     from facetlog.robot.collecting.optics import Optics
     from facetlog.robot.tour import tour_camera
@@ -194,6 +229,8 @@ def optics_of(camera_file: Path | None, tour: Path | None) -> tuple["Optics", fl
         camera_file = tour.parent / CAMERA_TOML
     if camera_file is not None:
         return read_optics(camera_file)
+    if not (urlsplit(camera).hostname or "").startswith(LOCAL):
+        raise InputError(f"camera {camera} needs its calibration: give --camera-file")
     note("no --camera-file: the camera is taken to be the simulated one, 640 x 480, 65° across")
     return Optics(tour_camera()), None
 
@@ -288,7 +325,8 @@ class _Told:
         )
         if self._verdicts is not None:
             _tell(self._verdicts.ready())
-            self._verdicts.ask(done)
+            if done >= LEAST_VIEWS:
+                self._verdicts.ask(done)
 
     def warn(self, message: str) -> None:
         warn(message)
@@ -297,9 +335,6 @@ class _Told:
 def _tell(verdicts: "list[ViewVerdict]") -> None:
     for verdict in verdicts:
         note(f"of {verdict.views} views: {verdict.line}")
-        for summary in verdict.summaries:
-            if summary not in verdict.best:
-                note(f"  {summary}")
 
 
 def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collected":

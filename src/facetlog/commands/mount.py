@@ -3,6 +3,7 @@
 import json
 import math
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,7 +11,6 @@ import typer
 
 from facetlog.commands.collect import (
     DEFAULT_SPEED,
-    SIMULATED_CAMERA,
     Baud,
     CameraFile,
     CameraUrl,
@@ -18,7 +18,9 @@ from facetlog.commands.collect import (
     HeadPort,
     Latency,
     Model,
+    Noiseless,
     RobotAddress,
+    camera_of,
     optics_of,
 )
 from facetlog.commands.shared import NO, YES, AsJson, command
@@ -60,7 +62,7 @@ def mount_command(
         Path | None,
         typer.Option("--mount", metavar="TOML", help="The mount by tape; else the paper's mast."),
     ] = None,
-    camera: CameraUrl = SIMULATED_CAMERA,
+    camera: CameraUrl = None,
     head: Head = "sony-evi-d30",
     head_port: HeadPort = "aux1",
     camera_file: CameraFile = None,
@@ -68,6 +70,7 @@ def mount_command(
         float, typer.Option("--speed", metavar="M/S", help="Largest speed of the robot.")
     ] = DEFAULT_SPEED,
     latency: Latency = None,
+    noiseless: Noiseless = False,
     model: Model = None,
     baud: Baud = None,
     as_json: AsJson = False,
@@ -85,10 +88,14 @@ def mount_command(
         raise InputError(f"--speed {speed:g}: give metres a second, above 0")
     if out.is_dir() or not out.absolute().parent.is_dir():
         raise InputError(f"{out} cannot be written: give a file in a folder that exists")
-    optics, _ = optics_of(camera_file, None)
+    url = camera_of(camera, robot)
+    optics, _ = optics_of(camera_file, None, url)
     mount = DEFAULT_MOUNT if believed is None else read_mount(believed)
     sightings = _sightings(
-        _Line(robot, head, head_port, camera, latency, model, baud, speed), printed, optics, mount
+        _Line(robot, head, head_port, url, latency, not noiseless, model, baud, speed),
+        printed,
+        optics,
+        mount,
     )
     fit = fit_mount(sightings, optics.camera, mount, board_height=board_height)
     remarks = (
@@ -100,23 +107,19 @@ def mount_command(
     return NO if fit.undetermined else YES
 
 
+@dataclass(frozen=True, slots=True)
 class _Line:
     """How robot, head and camera are reached."""
 
-    def __init__(
-        self,
-        robot: str,
-        head: str,
-        head_port: str,
-        camera: str,
-        latency: float | None,
-        model: str | None,
-        baud: int | None,
-        speed: float,
-    ) -> None:
-        self.robot, self.head, self.head_port = robot, head, head_port
-        self.camera, self.latency = camera, latency
-        self.model, self.baud, self.speed = model, baud, speed
+    robot: str
+    head: str
+    head_port: str
+    camera: str
+    latency: float | None
+    noisy: bool
+    model: str | None
+    baud: int | None
+    speed: float
 
 
 def _board(told: str, square: float, marker: float) -> "Board":
@@ -147,7 +150,7 @@ def _sightings(line: _Line, board: "Board", optics: "Optics", mount: "Mount") ->
             )
         )
         head = open_robot_head(stack, robot, line.head, line.head_port)
-        camera = open_camera(line.camera, latency=line.latency)
+        camera = open_camera(line.camera, latency=line.latency, noisy=line.noisy)
         stack.callback(camera.close)
         robot.enable_motors()
         wheels = Wheels(robot, Pose2(), pace=Pace(robot.limits.speed, robot.limits.turning))

@@ -1,0 +1,140 @@
+"""The command with the simulated robot, by the clock: over TCP and over a serial line."""
+
+import json
+import math
+import threading
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from facetlog.cli import main
+from facetlog.perception.step_clock import StepClock
+from facetlog.pipeline import recognize_views, views_from
+from facetlog.robot.collecting.record import read_record
+from facetlog.robot.pose2 import Pose2
+from facetlog.robot.simulator.station import Station
+from facetlog.robot.simulator.world_file import read_world
+
+pytestmark = pytest.mark.slow
+
+TOUR = """image,x,y,z,pan_deg,tilt_deg
+first,0.25,0.36,0.7239,-19,-113
+second,0.45,0.39,0.7239,0,-113
+third,0.67,0.35,0.7239,13,-113
+"""
+PLACES = ((0.25, 0.36), (0.45, 0.39), (0.67, 0.35))
+
+
+@contextmanager
+def _simulated(*, pty: bool = False, seed: int = 0) -> Iterator[Station]:
+    setup = replace(read_world(None), seed=seed)
+    local = "127.0.0.1:0"
+    with Station(setup, listen=local, pty=pty, camera=local) as station:
+        thread = threading.Thread(target=station.serve)
+        thread.start()
+        try:
+            yield station
+        finally:
+            station.stop()
+            thread.join()
+
+
+def _true(station: Station) -> Pose2:
+    with urllib.request.urlopen(station.addresses.state) as answer:  # noqa: S310
+        truth = json.load(answer)["truth"]
+    return Pose2(truth["x"], truth["y"], truth["heading"])
+
+
+def _fault(station: Station, fault: dict[str, object]) -> None:
+    request = urllib.request.Request(  # noqa: S310
+        station.addresses.faults, json.dumps(fault).encode(), {"Content-Type": "application/json"}
+    )
+    urllib.request.urlopen(request).close()  # noqa: S310
+
+
+def _tour(folder: Path) -> str:
+    path = folder / "tour.csv"
+    path.write_text(TOUR, encoding="utf-8")
+    return str(path)
+
+
+@pytest.mark.parametrize("pty", [False, True], ids=["tcp", "pty"])
+def test_a_tour_is_collected_with_poses_as_good_as_odometry(
+    pty: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "views"
+    with _simulated(pty=pty) as station:
+        addresses = station.addresses
+        robot = addresses.pty if pty else addresses.robot
+        assert robot is not None
+        options = ["--unit", "m", "--camera", addresses.still if pty else addresses.camera]
+        assert main(["collect", robot, "--tour", _tour(tmp_path), "-o", str(out), *options]) == 0
+        true = _true(station)
+    assert capsys.readouterr().out.startswith("3 of 3 views, ")
+    _, taken = read_record(out)
+    assert [view.name for view in taken] == ["first.png", "second.png", "third.png"]
+    for view, place in zip(taken, PLACES, strict=True):
+        assert math.dist(view.pose.centre[:2], place) < 0.04
+    last = taken[-1]
+    # Half a per cent between the wheels: 1 cm and 1 degree on the way of 0.9 m.
+    assert math.dist((last.robot.x, last.robot.y), (true.x, true.y)) < 0.02
+    assert abs(math.remainder(last.robot.heading - true.heading, math.tau)) < math.radians(2)
+    present = {path.name for path in out.iterdir()}
+    assert present >= {"map.png", "odometry.tum", "traffic.jsonl", "transforms.json", "images.txt"}
+    assert not any(name.endswith(".part") for name in present)
+
+
+def test_a_frozen_camera_ends_it_and_the_rest_is_taken_later(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "views"
+    with _simulated() as station:
+        addresses = station.addresses
+        argv = [
+            *("collect", addresses.robot, "--tour", _tour(tmp_path), "-o", str(out)),
+            *("--unit", "m", "--camera", addresses.camera),
+        ]
+
+        def freeze() -> None:
+            while not (out / "first.png").exists():
+                time.sleep(0.05)
+            _fault(station, {"kind": "camera-frozen"})
+
+        watcher = threading.Thread(target=freeze)
+        watcher.start()
+        assert main(argv) == 3
+        watcher.join()
+        assert "is frozen" in capsys.readouterr().err
+        _, taken = read_record(out)
+        assert [view.name for view in taken] == ["first.png"]
+
+        _fault(station, {"kind": "camera-frozen", "on": False})
+        true = _true(station)
+        start = f"{true.x},{true.y},{math.degrees(true.heading)}"
+        assert main([*argv, "--resume", "--start", start]) == 0
+    _, taken = read_record(out)
+    assert [view.name for view in taken] == ["first.png", "second.png", "third.png"]
+
+
+def test_the_papers_block_is_recognised_from_the_views_that_were_collected(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "views"
+    with _simulated(seed=1) as station:
+        addresses = station.addresses
+        options = ["--camera", addresses.camera, "--recognize", "--json"]
+        code = main(["collect", addresses.robot, "--tour", "paper", "-o", str(out), *options])
+    document = json.loads(capsys.readouterr().out)
+    assert code == 0
+    assert (document["taken"], document["fault"]) == (24, None)
+    found = recognize_views(
+        views_from(out, unit="m", progress=None, clock=StepClock()), clock=StepClock()
+    )
+    assert found.recognition.models == {"box"}
+    sizes = sorted(size.value for size in found.recognition.best[0].sizes)
+    assert sizes == pytest.approx([0.1524, 0.2032, 0.2540], rel=0.04)

@@ -1,0 +1,135 @@
+"""`facetlog collect` and `facetlog mount`: what they refuse, in one line, before anything moves."""
+
+import json
+import socket
+from pathlib import Path
+
+import pytest
+
+from facetlog.cli import main
+from facetlog.view_verdicts import ViewVerdict
+
+HEADER = "image,x,y,z,pan_deg,tilt_deg\n"
+CAMERA = "width = 640\nheight = 480\nfx = 500\nfy = 500\ncx = 319.5\ncy = 239.5\n"
+
+
+def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
+    """What is said, with nothing on stdout."""
+    out, err = capsys.readouterr()
+    assert out == ""
+    return err.splitlines()[-1]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--tour", "none.csv"], "tour none.csv is missing"),
+        (["--tour", "paper", "--start", "1,2"], "--start '1,2': give X,Y,HEADING_DEG"),
+        (["--tour", "paper", "--start", "1,2,east"], "give X,Y,HEADING_DEG"),
+        (["--tour", "paper", "--order", "quick"], "use one of given, short"),
+        (["--tour", "paper", "--speed", "0"], "--speed 0: give metres a second"),
+        (["--tour", "paper", "--speed", "3"], "--speed 3: give metres a second"),
+        (["--tour", "paper", "--keep-out", "1,2"], "give RADIUS, or X,Y,RADIUS"),
+        (["--tour", "paper", "--keep-out", "-1"], "a radius is above 0"),
+        (["--tour", "paper", "--keep-out", "1", "--keep-out", "2"], "each is X,Y,RADIUS"),
+        (["--tour", "paper", "--resume"], "say by --start X,Y,HEADING_DEG where the robot stands"),
+        (["--tour", "paper", "--mount", "none.toml"], "none.toml is missing"),
+        (["--tour", "paper", "--camera-file", "none.toml"], "none.toml is missing"),
+        (["--tour", "paper", "--unit", "yd"], "unknown unit 'yd'"),
+    ],
+)
+def test_options_that_cannot_be_are_refused(
+    options: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "views"
+    assert main(["collect", "tcp:127.0.0.1:1", "-o", str(out), *options]) == 2
+    assert said in _refusal(capsys)
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--board", "7", "--square", "0.04"], "give COLUMNSxROWS"),
+        (["--board", "7x5", "--square", "0"], "--square 0: give metres"),
+        (["--board", "7x5", "--square", "0.04"], "looks the same turned round"),
+        (["--board", "7x5", "--square", "0.04", "--marker", "0.05"], "markers are smaller"),
+    ],
+)
+def test_boards_that_cannot_be_are_refused(
+    options: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv = ["mount", "tcp:127.0.0.1:1", "-o", str(tmp_path / "mount.toml"), *options]
+    assert main(argv) == 2
+    assert said in _refusal(capsys)
+
+
+def test_a_simulated_camera_is_not_taken_for_a_real_robots(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    argv = ["collect", "/dev/ttyUSB0", "--tour", "paper", "-o", str(tmp_path / "out")]
+    assert main(argv) == 2
+    assert "which camera is on /dev/ttyUSB0? Give --camera" in _refusal(capsys)
+    assert main([*argv, "--camera", "http://10.0.0.7/"]) == 2
+    assert "needs its calibration: give --camera-file" in _refusal(capsys)
+
+
+def test_a_folder_with_something_else_in_it_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "notes.txt").write_text("mine", encoding="utf-8")
+    assert main(["collect", "tcp:127.0.0.1:1", "--tour", "paper", "-o", str(tmp_path)]) == 2
+    assert "holds notes.txt: give an empty folder with -o" in _refusal(capsys)
+
+
+def test_a_collection_is_not_overwritten(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = {"schema": "facetlog-collect/1", "tour": "paper"}
+    (tmp_path / "collect.jsonl").write_text(json.dumps(log) + "\n", encoding="utf-8")
+    argv = ["collect", "tcp:127.0.0.1:1", "--tour", "paper", "-o", str(tmp_path)]
+    assert main(argv) == 2
+    assert "go on with it by --resume" in _refusal(capsys)
+    tour = tmp_path / "other.csv"
+    tour.write_text(HEADER + "a,0,0,700,0,-100\n", encoding="utf-8")
+    options = ["--unit", "mm", "-o", str(tmp_path), "--resume", "--start", "0,0,0"]
+    assert main(["collect", "tcp:127.0.0.1:1", "--tour", str(tour), *options]) == 2
+    assert "was collected for tour 'paper'" in _refusal(capsys)
+
+
+def test_the_camera_and_its_unit_are_taken_from_beside_the_tour(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tour = tmp_path / "tour.csv"
+    tour.write_text(HEADER + "a,0,0,700,0,-100\nb,900,0,700,20,-100\n", encoding="utf-8")
+    argv = ["collect", _nobody(), "--tour", str(tour), "-o", str(tmp_path / "out")]
+    assert main(argv) == 2
+    assert "its unit of length is not told" in _refusal(capsys)
+    (tmp_path / "camera.toml").write_text(CAMERA + 'unit = "mm"\n', encoding="utf-8")
+    assert main(argv) == 3
+    (tmp_path / "camera.toml").write_text("width = 640\n", encoding="utf-8")
+    assert main(argv) == 2
+    assert "camera.toml" in _refusal(capsys)
+
+
+def test_a_robot_that_is_not_there_ends_with_3(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    address = _nobody()
+    assert main(["collect", address, "--tour", "paper", "-o", str(tmp_path / "out")]) == 3
+    assert address.removeprefix("tcp:") in _refusal(capsys)
+
+
+def _nobody() -> str:
+    """An address at which nobody listens."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    return f"tcp:127.0.0.1:{port}"
+
+
+def test_a_verdict_is_one_line() -> None:
+    verdict = ViewVerdict(5, ("t1 is a box (99%)",), ("table", "chair"), ("stairs",))
+    assert verdict.line == "t1 is a box (99%); unknown: stairs; no: table, chair"
+    assert ViewVerdict(2).line == "no model matches"
+    assert ViewVerdict(2, fault="poses contradict").line == "poses contradict"
