@@ -10,7 +10,7 @@ import serial
 
 from facetlog.errors import DeviceError, InputError
 from facetlog.robot.simulator.address import host_and_port
-from facetlog.robot.simulator.endpoints import PtyEndpoint, TcpEndpoint
+from facetlog.robot.simulator.endpoints import UNDER_WAY, PtyEndpoint, TcpEndpoint
 from tests.patience import allowed
 
 OPTION = "--listen"
@@ -128,6 +128,8 @@ def test_it_sends_no_faster_than_its_speed(terminal: PtyEndpoint, ticks: int) ->
 @pytest.mark.parametrize("speed", [19200, 38400, 115200])
 def test_at_another_speed_both_sides_read_other_bytes(terminal: PtyEndpoint, speed: int) -> None:
     with serial.Serial(terminal.address, speed, timeout=allowed(5.0)) as client:
+        terminal.read(BAUD)
+        time.sleep(2 * UNDER_WAY)
         client.write(b"SYNC" * 10)
         came = eventually(lambda: terminal.read(BAUD))
         assert came != b"SYNC" * 10
@@ -138,8 +140,18 @@ def test_at_another_speed_both_sides_read_other_bytes(terminal: PtyEndpoint, spe
         assert len(heard) == 40
         assert heard != b"ECHO" * 10
         client.baudrate = BAUD
+        terminal.read(BAUD)
         client.write(b"SYNC")
         assert eventually(lambda: terminal.read(BAUD)) == b"SYNC"
+
+
+def test_what_was_sent_before_a_change_of_speed_still_arrives(terminal: PtyEndpoint) -> None:
+    with serial.Serial(terminal.address, BAUD, timeout=allowed(5.0)) as client:
+        terminal.read(BAUD)
+        client.write(b"HOSTBAUD")
+        client.flush()
+        client.baudrate = 38400
+        assert eventually(lambda: terminal.read(BAUD)) == b"HOSTBAUD"
 
 
 def test_nothing_is_echoed_to_a_client_that_sets_nothing(terminal: PtyEndpoint) -> None:
