@@ -9,6 +9,7 @@ import socket
 import termios
 import time
 import tty
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Protocol
 
@@ -19,6 +20,7 @@ from facetlog.robot.simulator.address import listener
 __all__ = ["Endpoint", "PtyEndpoint", "TcpEndpoint"]
 
 CHUNK = 4096
+AT_ONCE = 16 * CHUNK  # more than a line carries in a second: a flood must not hold up the robot
 BITS_A_BYTE = 10  # with start and stop bit
 UNSENT = 1024
 """Bytes that wait for the line at most; as on a real one, what comes on top is lost."""
@@ -80,7 +82,13 @@ class TcpEndpoint:
     def read(self, baud: int) -> bytes:  # noqa: ARG002 - a TCP line has no speed
         """What the client sent; takes another client if there is none."""
         data = self._received()
-        self._accept()
+        for client in self._callers():
+            data += self._received()  # the one before may just have gone
+            if self._client is None:
+                self._client = client
+            else:
+                client.close()
+                _LOG.warning("%s: a second client was turned away", self.address)
         return data
 
     def write(self, data: bytes, now: float, baud: int) -> None:  # noqa: ARG002
@@ -100,29 +108,27 @@ class TcpEndpoint:
         self._listener.close()
 
     def _received(self) -> bytes:
-        if self._client is None:
-            return b""
-        try:
-            data = self._client.recv(CHUNK)
-        except BlockingIOError:
-            return b""
-        except OSError:
-            data = b""
-        if not data:
-            self._hang_up()
+        """What is there, up to a limit; hangs up if the client has."""
+        data = b""
+        while self._client is not None and len(data) < AT_ONCE:
+            try:
+                piece = self._client.recv(CHUNK)
+            except BlockingIOError:
+                break
+            except OSError:
+                piece = b""
+            data += piece
+            if not piece:
+                self._hang_up()
         return data
 
-    def _accept(self) -> None:
+    def _callers(self) -> Iterator[socket.socket]:
         with suppress(BlockingIOError):
             while True:
                 client, _ = self._listener.accept()
-                if self._client is not None:
-                    client.close()
-                    _LOG.warning("%s: a second client was turned away", self.address)
-                    continue
                 client.setblocking(False)
                 client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                self._client = client
+                yield client
 
     def _hang_up(self) -> None:
         if self._client is not None:

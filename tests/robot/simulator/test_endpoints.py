@@ -73,6 +73,18 @@ def test_after_a_client_has_gone_the_next_one_is_taken(tcp: TcpEndpoint) -> None
         eventually(lambda: tcp.read(BAUD) == b"" and len(tcp.descriptors()) == 1)
 
 
+def test_a_client_that_calls_right_after_another_has_gone_is_taken(tcp: TcpEndpoint) -> None:
+    with dial(tcp) as first:
+        first.sendall(b"x")
+        eventually(lambda: tcp.read(BAUD))
+        first.sendall(b"good-bye")
+    with dial(tcp) as second:
+        # both are there at one look: the last words, the end, and the next client
+        assert eventually(lambda: tcp.read(BAUD)) == b"good-bye"
+        second.sendall(b"hello")
+        assert eventually(lambda: tcp.read(BAUD)) == b"hello"
+
+
 def test_a_client_that_does_not_read_does_not_stop_the_robot(tcp: TcpEndpoint) -> None:
     with dial(tcp) as client:
         client.sendall(b"x")
