@@ -100,6 +100,8 @@ def _bumped(state: RobotState, before: RobotState | None) -> list[tuple[Cause, s
 
 
 def _stalled(state: RobotState, before: RobotState | None) -> list[tuple[Cause, str]]:
+    if state.stop_button:
+        return []  # the button shows as a stall of both wheels too (E_STALL)
     then = before.stalled if before else (False, False)
     new = [
         side

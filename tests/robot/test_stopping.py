@@ -1,19 +1,16 @@
-"""The driver against the simulated robot, in real time: bad lines, callers that die, a next client.
+"""How soon the simulated robot stands when a driver, its program or its line fails.
 
-What the robot does is judged by the simulation's own clock and its true state, sampled all along.
+Judged by the simulation's own clock and its true state, sampled all along.
 """
 
-import json
 import math
 import signal
 import subprocess
 import sys
 import threading
 import time
-import urllib.request
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from itertools import pairwise
 
 import pytest
 
@@ -24,11 +21,10 @@ from facetlog.robot.pioneer.problems import Cause
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.faults import Fault, FaultKind
 from facetlog.robot.simulator.simulation import SimulationState
-from facetlog.robot.simulator.station import Station
 from facetlog.robot.simulator.world_file import HeadSetup, RobotSetup, SceneSetup, WorldSetup
 from tests.patience import allowed
+from tests.robot.simulator.running import SMALL, Running, until
 
-ANYWHERE = "127.0.0.1:0"
 STANDING = 1e-3
 LEASE_LIMIT = 0.6
 WATCHDOG = 2.0
@@ -36,24 +32,21 @@ FULL_SPEED = 0.75
 """m/s: what the simulated p3dx allows."""
 
 
-class Robot:
+class Robot(Running):
     """A simulated robot that is served, and what it did."""
 
-    def __init__(self, model: str, **robot: object) -> None:
-        setup = WorldSetup(
-            scene=SceneSetup(world="empty"),
-            robot=RobotSetup(model=model, **robot),  # type: ignore[arg-type]
-            head=HeadSetup(kind="none"),
-        )
-        self.station = Station(setup, listen=ANYWHERE, pty=False, camera=ANYWHERE)
+    def __init__(self, model: str = "p3dx") -> None:
         self.samples: list[SimulationState] = []
         self._done = threading.Event()
-        self._threads = [
-            threading.Thread(target=self.station.serve),
-            threading.Thread(target=self._sample),
-        ]
-        for thread in self._threads:
-            thread.start()
+        self._sampler = threading.Thread(target=self._sample)
+        setup = WorldSetup(
+            scene=SceneSetup(world="empty"),
+            robot=RobotSetup(model=model),
+            head=HeadSetup(kind="none"),
+            camera=SMALL,
+        )
+        super().__init__(setup)
+        self._sampler.start()
 
     @property
     def address(self) -> str:
@@ -80,10 +73,8 @@ class Robot:
 
     def close(self) -> None:
         self._done.set()
-        self.station.stop()
-        for thread in self._threads:
-            thread.join()
-        self.station.close()
+        self._sampler.join()
+        super().close()
 
 
 def _moves(state: SimulationState) -> bool:
@@ -91,19 +82,12 @@ def _moves(state: SimulationState) -> bool:
 
 
 @contextmanager
-def robot(model: str = "p3dx", **setup: object) -> Iterator[Robot]:
-    made = Robot(model, **setup)
+def robot() -> Iterator[Robot]:
+    made = Robot()
     try:
         yield made
     finally:
         made.close()
-
-
-def until(found: Callable[[], bool], what: str, seconds: float = 20.0) -> None:
-    deadline = time.monotonic() + allowed(seconds)
-    while not found():
-        assert time.monotonic() < deadline, f"{what} did not come"
-        time.sleep(0.005)
 
 
 def drive_for(client: Pioneer, seconds: float, speed: float, turning: float) -> None:
@@ -115,39 +99,6 @@ def drive_for(client: Pioneer, seconds: float, speed: float, turning: float) -> 
         except DeviceError:
             client.clear_stop()
         time.sleep(0.05)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("model", ["p2dx", "p3dx"])
-def test_lost_reports_and_gaps_cost_no_odometry_and_the_robot_stands_in_gaps(model: str) -> None:
-    with (
-        robot(model) as simulated,
-        Pioneer.connect(simulated.address, limits=Limits(speed=0.3)) as client,
-    ):
-        client.enable_motors()
-        before = simulated.now.odometry
-        # Of a report's 45 bytes or more one is wrong in every third report or so.
-        simulated.inject(Fault(FaultKind.CORRUPT, rate=0.008))
-        gaps = []
-        for turning in (0.3, -0.4, 0.0):
-            drive_for(client, 2.0, 0.25, turning)
-            gaps.append(simulated.inject(Fault(FaultKind.FROZEN, seconds=0.5)))
-            drive_for(client, 1.0, 0.25, turning)
-        client.stop()
-        until(lambda: not _moves(simulated.now), "standing")
-        simulated.inject(Fault(FaultKind.CORRUPT, on=False))
-        time.sleep(0.5)
-        after, believed = simulated.now.odometry, client.state.pose
-        # What came over the line is the encoders' odometry to its resolution: a unit for the first
-        # and the last report's rounding, of heading the same.
-        theirs = Pose2(before.x, before.y, before.heading).between(
-            Pose2(after.x, after.y, after.heading)
-        )
-        unit = client.parameters.distance
-        assert math.hypot(believed.x - theirs.x, believed.y - theirs.y) < 4 * unit
-        assert abs(believed.heading - theirs.heading) < 4 * client.parameters.angle
-        assert math.hypot(theirs.x, theirs.y) > 0.5
-        assert Cause.LEASE not in [problem.cause for problem in client.problems]
 
 
 @pytest.mark.slow
@@ -217,7 +168,7 @@ def test_a_client_killed_at_full_speed_is_outlived_by_the_watchdog_alone() -> No
             assert process.stdout.readline() == b"at full speed\n"
             process.send_signal(signal.SIGKILL)
             killed = simulated.now.at
-        until(lambda: not _moves(simulated.now), "standing")
+        until(lambda: not _moves(simulated.now), "a stand")
         # Its last packet may be 0.15 s old; then the watchdog's time and the way to standing.
         braking = FULL_SPEED / 0.3
         assert simulated.stood_after(killed) < WATCHDOG + braking + allowed(0.5)
@@ -256,22 +207,12 @@ def _driven_until_refused(client: Pioneer) -> None:
         time.sleep(0.05)
 
 
-@pytest.mark.slow
-def test_state_and_faults_are_reached_over_http_too() -> None:
+def test_the_stop_button_is_what_is_said_not_the_stall_that_comes_with_it() -> None:
     with robot() as simulated, Pioneer.connect(simulated.address) as client:
         client.enable_motors()
-        url = simulated.station.addresses.faults
-        data = json.dumps({"kind": "stop-button"}).encode()
-        with urllib.request.urlopen(url, data=data, timeout=allowed(10.0)):  # noqa: S310
-            pass
+        simulated.fault(kind="stop-button")
         client.wait_for(lambda state: bool(state.stop_button), allowed(5.0))
         with pytest.raises(DeviceError, match="STOP button"):
             client.drive(0.2, 0.0)
         causes = [problem.cause for problem in client.problems]
-        assert Cause.STOP_BUTTON in causes
-
-
-def test_samples_are_in_the_order_of_time() -> None:
-    with robot() as simulated:
-        until(lambda: len(simulated.samples) > 3, "samples")
-    assert all(a.at <= b.at for a, b in pairwise(simulated.samples))
+        assert causes == [Cause.STOP_BUTTON]
