@@ -178,7 +178,7 @@ class Link:
 
     def _read_once(self) -> None:
         data = self._port.read(READ_TIMEOUT)
-        now = self._clock()
+        now, strange = self._clock(), self._receiver.strange
         if data:
             received = self._receiver.feed(data, now)
         elif (given_up := self._receiver.idle(now)) is not None:
@@ -192,7 +192,7 @@ class Link:
                 self.control.take(each)
                 if (inbox := self._inboxes.get(each.packet.kind)) is not None:
                     inbox.put(each)
-            self.control.looked(now)
+            self.control.looked(now, damaged=self._receiver.strange > strange)
             if received or self.control.lost:
                 self.changed.notify_all()
 

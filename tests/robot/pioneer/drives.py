@@ -42,7 +42,7 @@ class Drive:
         self.cut = False
         """Nothing passes either way."""
         self._receiver = Receiver()
-        self._damage, self._random = damage, random.Random(3)
+        self.damage, self._random = damage, random.Random(3)
         self.run(0.3)
         if enabled:
             for _ in range(10):
@@ -90,11 +90,12 @@ class Drive:
         said = self._damaged(self.robot.pending(self.now))
         if self.silent or self.cut:
             said = b""
+        strange = self._receiver.strange
         for received in (
             self._receiver.feed(said, self.now) if said else self._receiver.idle(self.now) or ()
         ):
             self.control.take(received)
-        self.control.looked(self.now)
+        self.control.looked(self.now, damaged=self._receiver.strange > strange)
 
     def hang(self, seconds: float) -> None:
         """The program gets no time to run in; the robot does, and its reports wait."""
@@ -107,10 +108,10 @@ class Drive:
             self.robot.receive(self._damaged(packet.to_bytes()), self.now)
 
     def _damaged(self, data: bytes) -> bytes:
-        if not self._damage:
+        if not self.damage:
             return data
         return bytes(
-            self._random.randrange(256) if self._random.random() < self._damage else byte
+            self._random.randrange(256) if self._random.random() < self.damage else byte
             for byte in data
         )
 

@@ -87,10 +87,10 @@ class Run:
             for packet in self.control.advance(self.port.now):
                 self.port.write(packet.to_bytes())
             data, receiver = self.port.read(TICK), self.connected.receiver
-            now = self.port.now
+            now, strange = self.port.now, receiver.strange
             for received in receiver.feed(data, now) if data else receiver.idle(now) or ():
                 self.control.take(received)
-            self.control.looked(now)
+            self.control.looked(now, damaged=receiver.strange > strange)
 
 
 def world(errors: ErrorSetup, seed: int = 0, model: str = "p3dx") -> WorldSetup:
@@ -153,11 +153,16 @@ def test_every_model_is_driven_along_a_curve_and_knows_its_pose(model: str) -> N
     assert run.control.problems == ()
 
 
-def test_damaged_bytes_and_frozen_lines_cost_the_pose_nothing() -> None:
-    """Five bytes in a thousand damaged both ways, and half a second of frozen line at times."""
-    run = Run(world(ErrorSetup()))
+@pytest.mark.parametrize("rate", [0.005, 0.05])
+def test_damaged_bytes_and_frozen_lines_cost_the_pose_nothing(rate: float) -> None:
+    """Bytes damaged both ways, and half a second of frozen line at times.
+
+    Of one byte in twenty damaged one report in 75 comes through whole: the robot stands most of
+    the time, and is known to be where it is.
+    """
+    run = Run(world(ErrorSetup(), seed=2))
     simulation = run.port.simulation
-    simulation.inject(Fault(FaultKind.CORRUPT, rate=0.005), run.port.now)
+    simulation.inject(Fault(FaultKind.CORRUPT, rate=rate), run.port.now)
     for _ in range(6):
         run.run(2.5, 0.25, 0.2)
         simulation.inject(Fault(FaultKind.FROZEN, seconds=0.5), run.port.now)
