@@ -33,6 +33,8 @@ COLUMN_SPACINGS = 3.0
 LEAST_HELD = 3
 # A level takes this share of the plan at least, as in levels.py: the rest is rims and leg ends.
 LEAST_SHARE = 0.1
+# No more than every second column of a level is filled, not held.
+FILLED = 2.0
 # Columns that are missing by chance are filled, one wide; strips less than two wide are the tops of
 # walls, and are taken away.
 CROSS = ndimage.generate_binary_structure(2, 1)
@@ -69,6 +71,8 @@ def levels_by_height(
         clear = top + CLEAR_SDS * noise
         rows = columns.between(middle - SLAB_SDS * noise, top)
         rows = rows[free[rows]]
+        if len(rows) < LEAST_HELD * LEAST_SHARE * columns.taken / FILLED:
+            continue  # where noise is little, a wall has as many heights as points
         held, over = columns.counts(rows), columns.counts(columns.between(top, clear))
         level = (held >= LEAST_HELD) & (held >= CLEAR_RATIO * over)
         roof = columns.lowest_from(clear)

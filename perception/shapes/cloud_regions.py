@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.shapes.all_round import goes_all_round
+from facetlog.perception.shapes.all_round import closes_gaps, goes_all_round
 from facetlog.perception.shapes.bodies import is_scatter, majority, tell_apart
 from facetlog.perception.shapes.cloud import Cloud
 from facetlog.perception.shapes.cloud_levels import levels_by_height
@@ -80,7 +80,18 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
         owner[on_levels] = len(regions)  # they are not of the rest
     said = () if level is None or up is not None else (level.how,)
     rest = _rest(cloud, found, regions, owner, looked, bodies, spacing)
+    whole = whole and _without_holes(rest, cloud.points[looked], bodies[looked])
     return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said))
+
+
+def _without_holes(rest: Rest, points: FloatArray, bodies: NDArray[np.intp]) -> bool:
+    """Whether the surface of each object closes what it encloses: one open leaves all in doubt."""
+    for body in np.unique(bodies[bodies >= 0]):
+        free = (rest.bodies == body) & (rest.areas > 0.0)
+        area = float(rest.areas[free].sum())
+        if not closes_gaps(points[bodies == body], rest.points[free], area):
+            return False
+    return True
 
 
 def _some_rows(count: int) -> NDArray[np.intp]:

@@ -190,6 +190,18 @@ def test_window_is_a_hole_in_its_wall() -> None:
     assert len(hole) <= 6
 
 
+@pytest.mark.parametrize("count", [250, 320])
+def test_a_block_strewn_so_thinly_that_one_looks_through_it_is_not_whole(count: int) -> None:
+    for seed in range(4):
+        scene = scene_of_cloud(Cloud.of(box_points(SIZE, count, seed=seed)), up=Z)
+        assert len(scene.faces) == 6 or not any(body.whole for body in scene.bodies)
+
+
+def test_legs_of_few_points_leave_a_table_whole() -> None:
+    scene = scene_of_cloud(Cloud.of(table(2_500)), up=Z)
+    assert [body.whole for body in scene.bodies] == [True]
+
+
 def test_a_given_whole_is_kept() -> None:
     points = box_points(SIZE, 3000, noise=0.01, sides=("+x", "+y", "+z"))
     scene = scene_of_cloud(Cloud.of(points), whole=True)
