@@ -19,6 +19,7 @@ NAMES = (
     "accuracy_no_box",
     "accuracy_pictures",
     "accuracy_noise",
+    "accuracy_drift",
     "accuracy_front_end",
     "accuracy_estimation",
     "accuracy_planes",

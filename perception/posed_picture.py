@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
@@ -93,12 +93,17 @@ class Intrinsics:
 
 @dataclass(frozen=True, slots=True)
 class PosedPicture:
-    """One picture of a poses file: the name it has there, its path, camera and pose."""
+    """One picture of a poses file: the name it has there, its path, camera and pose.
+
+    `covariance` (6, 6), if the file tells it: of the camera's place (world units) and of a turn
+    about the world's axes (radians).
+    """
 
     name: str
     path: Path
     intrinsics: Intrinsics
     pose: Pose
+    covariance: FloatArray | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -192,13 +197,13 @@ def number(fields: Mapping[str, object], key: str, where: str) -> float:
     raise CalibrationError(f"{where}: {key} is {shown}")
 
 
-def metres_per(unit: str, where: str) -> float:
+def metres_per(unit: object, where: str) -> float:
     """Metres in one unit of length; InputError lists the units there are.
 
     >>> metres_per("in", "--unit")
     0.0254
     """
-    if unit not in METRES_PER:
+    if not isinstance(unit, str) or unit not in METRES_PER:
         raise InputError(f"{where}: unknown unit {unit!r:.40}: use one of {', '.join(METRES_PER)}")
     return METRES_PER[unit]
 

@@ -2,7 +2,9 @@
 
 Format: https://docs.nerf.studio/quickstart/data_conventions.html – camera-to-world matrices with
 OpenGL camera axes (x right, y up, z backward), intrinsics for all frames or for each, and the
-centre of the top-left pixel at (0.5, 0.5). Scale and the up axis are not told by the format.
+centre of the top-left pixel at (0.5, 0.5). The format does not tell scale and up axis, nor how
+far poses may be off. Three keys do, which other readers pass over: "unit" and "up" of the whole,
+and of a frame "covariance", 6 x 6 of x, y, z and of a turn about the world's axes in radians.
 """
 
 import json
@@ -35,23 +37,69 @@ EXTENSIONS = (".png", ".jpg", ".jpeg", ".JPG", ".JPEG", ".PNG", ".tif", ".tiff",
 # OpenGL's camera looks along -z with y up, OpenCV's along +z with y down.
 OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
 LAST_ROW_TOLERANCE = 1e-6
+SYMMETRY = 1e-6
+"""What rounding may do to a covariance, as a share of its largest entry."""
 
 
 def read_transforms(path: Path, *, unit: str | None = None) -> PosesFile:
-    """The poses in a transforms.json; lengths times `unit` are metres, without it scale is unknown.
+    """The poses in a transforms.json; in metres if `unit` or the file tells the unit.
 
     Raises InputError for what is not JSON or not of this form, CalibrationError for a camera or
     pose that cannot be; both name the file and the frame.
     """
-    scale = 1.0 if unit is None else metres_per(unit, "--unit")
     document = _parse(path)
     if not isinstance(document, dict) or not isinstance(document.get("frames"), list):
         raise InputError(f'{path}: no list of "frames": is this nerfstudio\'s transforms.json?')
+    said = document.get("unit")
+    if said is not None and unit is not None and said != unit:
+        raise InputError(f"{path} says unit {said!r:.40}, the command line {unit!r}: leave one out")
+    given = said if unit is None else unit
+    where = f"{path}: unit" if unit is None else "--unit"
+    scale = None if given is None else metres_per(given, where)
     pictures = tuple(
-        _frame(frame, document, path, f"{path}: frame {index}", scale)
+        _frame(frame, document, path, f"{path}: frame {index}", scale or 1.0)
         for index, frame in enumerate(document["frames"], start=1)
     )
-    return PosesFile(pictures, up=None, metric=unit is not None)
+    return PosesFile(pictures, up=_up(document.get("up"), path), metric=scale is not None)
+
+
+def _up(said: object, path: Path) -> FloatArray | None:
+    if said is None:
+        return None
+    sound = (
+        isinstance(said, list)
+        and len(said) == 3
+        and all(type(x) in (int, float) and abs(x) < math.inf for x in said)
+        and any(said)
+    )
+    if not sound:
+        raise CalibrationError(f"{path}: up is not three numbers, not all 0: give a direction")
+    direction = np.array(said, dtype=np.float64)
+    return np.asarray(direction / np.linalg.norm(direction))
+
+
+def _covariance(rows: object, scale: float, where: str) -> FloatArray | None:
+    """The covariance of a frame with lengths in metres, or None; CalibrationError if it is none."""
+    if rows is None:
+        return None
+    fault = f"{where}: covariance is not a symmetric, positive 6 x 6 matrix of finite numbers"
+    sound = (
+        isinstance(rows, list)
+        and len(rows) == 6
+        and all(isinstance(row, list) and len(row) == 6 for row in rows)
+        and all(type(x) in (int, float) and abs(x) < math.inf for row in rows for x in row)
+    )
+    if not sound:
+        raise CalibrationError(fault)
+    units = np.array([scale] * 3 + [1.0] * 3)
+    matrix: FloatArray = np.array(rows, dtype=np.float64) * units[:, None] * units
+    largest = np.abs(matrix).max()
+    if np.abs(matrix - matrix.T).max() > SYMMETRY * largest:
+        raise CalibrationError(fault)
+    matrix = (matrix + matrix.T) / 2
+    if np.linalg.eigvalsh(matrix).min() < -SYMMETRY * largest:
+        raise CalibrationError(fault)
+    return matrix
 
 
 def _parse(path: Path) -> object:
@@ -83,6 +131,7 @@ def _frame(
         path=_picture_path(path.parent, name),
         intrinsics=read_intrinsics(fields, NAMES, where),
         pose=pose,
+        covariance=_covariance(frame.get("covariance"), scale, where),
     )
 
 

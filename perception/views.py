@@ -32,7 +32,8 @@ class ViewSet:
 
     `problems` has one line for each picture that could not be read and was left out. `up` is a
     unit vector or None, `metric` says that lengths are metres. `source` is the poses file, None
-    for views that come from no file.
+    for views that come from no file. `pose_covariances` (V, 6, 6), where the file tells that of
+    each pose: of the place (in the lengths' unit) and a turn about the world's axes (radians).
     """
 
     name: str
@@ -41,6 +42,7 @@ class ViewSet:
     up: FloatArray | None = None
     metric: bool = False
     source: Path | None = None
+    pose_covariances: FloatArray | None = None
 
 
 def read_views(
@@ -73,6 +75,7 @@ def read_views(
     file = _read_poses(source, unit)
     _check_names(file.pictures, source)
     views: list[View] = []
+    covariances: list[FloatArray | None] = []
     problems: list[str] = []
     lenses: dict[Lens, Lens] = {}  # one set-up of the undistortion for all pictures of a lens
     for done, picture in enumerate(file.pictures, start=1):
@@ -84,13 +87,16 @@ def read_views(
             lens = picture.intrinsics.lens(image.shape[1], image.shape[0])
             lens = lenses.setdefault(lens, lens)
             views.append(View(picture.name, lens.undistort(image), lens.pinhole, picture.pose))
+            covariances.append(picture.covariance)
         if progress is not None:
             progress("pictures", done, len(file.pictures))
     if len(views) < LEAST_VIEWS:
         raise InputError(_too_few(source, len(views), problems))
     _check_places(views, source)
     name = source.resolve().parent.name or "views"  # "/" has no name
-    return ViewSet(name, tuple(views), tuple(problems), file.up, file.metric, source)
+    told = [cov for cov in covariances if cov is not None]
+    drift = np.array(told) if len(told) == len(views) else None
+    return ViewSet(name, tuple(views), tuple(problems), file.up, file.metric, source, drift)
 
 
 def _poses_path(path: Path) -> Path:

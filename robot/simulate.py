@@ -23,8 +23,14 @@ __all__ = [
     "shuffled",
     "simulate",
     "views_of",
+    "with_drift",
     "with_pose_noise",
 ]
+
+# How well a pan-tilt head points: some steps of its encoder and the slack of its gears, radians.
+HEAD_SD = float(np.radians(0.1))
+# Place on the ground and heading among x, y, z and the turns about them.
+ON_GROUND = (0, 1, 5)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -115,6 +121,43 @@ def with_pose_noise(
         centre = view.pose.centre + rng.normal(0.0, position_sd, 3)
         noisy.append(replace(view, pose=Pose(view.pose.rotation @ turn, centre)))
     return tuple(noisy)
+
+
+def with_drift(
+    views: Sequence[View],
+    rng: np.random.Generator,
+    *,
+    turn_sd: float,
+    way_sd: float,
+    head_sd: float = HEAD_SD,
+) -> tuple[tuple[View, ...], FloatArray]:
+    """The views with poses whose errors add up as a robot's odometry does, and their covariances.
+
+    Each step from view to view turns the robot by an error of `turn_sd` (radians) about the
+    world's z and shifts it on the ground by `way_sd` times the step's length; its head errs by
+    `head_sd` each time anew. Covariances (V, 6, 6) are of place and turn in the world's axes.
+    """
+    heading, place, cov = 0.0, np.zeros(3), np.zeros((3, 3))
+    found: list[View] = []
+    covs: list[FloatArray] = []
+    before = views[0].pose.centre
+    for view in views:
+        step = view.pose.centre - before
+        before = view.pose.centre
+        sd = way_sd * float(np.linalg.norm(step[:2]))
+        place = place + heading * np.array([-step[1], step[0], 0.0])
+        place[:2] += rng.normal(0.0, sd, 2)
+        if len(found):
+            heading += rng.normal(0.0, turn_sd)
+            carried = np.array([[1.0, 0.0, -step[1]], [0.0, 1.0, step[0]], [0.0, 0.0, 1.0]])
+            cov = carried @ cov @ carried.T + np.diag([sd**2, sd**2, turn_sd**2])
+        robot, head = Rotation.from_rotvec([0.0, 0.0, heading]), rng.normal(0.0, head_sd, 3)
+        turn = (Rotation.from_rotvec(head) * robot).as_matrix()
+        found.append(replace(view, pose=Pose(turn @ view.pose.rotation, view.pose.centre + place)))
+        of_pose = np.diag([0.0] * 3 + [head_sd**2] * 3)
+        of_pose[np.ix_(ON_GROUND, ON_GROUND)] += cov
+        covs.append(of_pose)
+    return tuple(found), np.array(covs)
 
 
 def simulate(

@@ -11,7 +11,15 @@ from facetlog.perception.line_front_end.edge_maps import EdgeMap
 from facetlog.perception.line_front_end.line_support import project_points, segment_samples
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["EdgeReadings", "read_edges", "refine_segments"]
+__all__ = [
+    "READINGS_A_VIEW",
+    "EdgeReadings",
+    "across_basis",
+    "ends_jacobian",
+    "point_jacobian",
+    "read_edges",
+    "refine_segments",
+]
 
 SAMPLES = 24
 # Half the width searched across a projected segment, px, in successive passes.
@@ -107,9 +115,8 @@ def refine_segments(
     segments = segments.copy()
     rms = np.full(len(segments), np.nan)
     end_covs = np.zeros((len(segments), 2, 3, 3))
-    t = (np.arange(SAMPLES) + 0.5) / SAMPLES
     for search in SEARCH_PX:
-        basis = _across(segments)
+        basis = across_basis(segments)
         h = np.zeros((len(segments), 4, 4))
         g = np.zeros((len(segments), 4))
         total = np.zeros(len(segments))
@@ -120,7 +127,7 @@ def refine_segments(
             if not len(chosen):
                 continue
             r = read_edges(view, edges, points[chosen], search)
-            jacobian = _offset_jacobian(view, points[chosen], r, basis[chosen], t)
+            jacobian = ends_jacobian(point_jacobian(view, points[chosen], r), basis[chosen])
             found = np.isfinite(r.offset)
             e = np.where(found, r.offset, 0.0)
             w = weight[k] * found / (1.0 + (e / ROBUST_PX) ** 2)
@@ -147,8 +154,8 @@ def _end_covs(h: FloatArray, basis: FloatArray, rms: FloatArray) -> FloatArray:
     return covs
 
 
-def _across(segments: FloatArray) -> FloatArray:
-    # Two unit vectors (n, 3, 2) at right angles to each segment.
+def across_basis(segments: FloatArray) -> FloatArray:
+    """Two unit vectors (n, 3, 2) at right angles to each segment (n, 2, 3)."""
     along = segments[:, 1] - segments[:, 0]
     along = along / np.linalg.norm(along, axis=1, keepdims=True)
     least = np.eye(3)[np.argmin(np.abs(along), axis=1)]
@@ -157,15 +164,25 @@ def _across(segments: FloatArray) -> FloatArray:
     return np.stack([first, np.cross(along, first)], axis=-1)
 
 
-def _offset_jacobian(
-    view: View, points: FloatArray, r: EdgeReadings, basis: FloatArray, t: FloatArray
-) -> FloatArray:
-    # d(n·uv)/dX = n (K-projected rows - uv depth row) / depth, then X = (1-t) end0 + t end1.
+def point_jacobian(view: View, points: FloatArray, r: EdgeReadings) -> FloatArray:
+    """d(normal · uv) / d(point), (n, m, 3), of samples (n, m, 3) of segments that were read."""
+    # n · (rows of the projection - uv · its depth row) / depth
     p = view.projection[:, :3]
     depth = points @ p[2] + view.projection[2, 3]
     safe = np.where(depth > 0, depth, np.inf)
     rows = p[:2] - r.uv[..., None] * p[2]
-    by_point = np.einsum("nk,nmkx->nmx", r.normal, rows) / safe[..., None]
+    jacobian: FloatArray = np.einsum("nk,nmkx->nmx", r.normal, rows) / safe[..., None]
+    return jacobian
+
+
+def ends_jacobian(by_point: FloatArray, basis: FloatArray) -> FloatArray:
+    """d(normal · uv) / d(both ends across the segment), (n, m, 4).
+
+    `by_point` (n, m, 3) is `point_jacobian` at samples as `segment_samples` has them, `basis`
+    `across_basis`; the four numbers are those of the start, then those of the end.
+    """
+    samples = by_point.shape[1]
+    t = (np.arange(samples) + 0.5) / samples  # a sample is (1 - t) start + t end
     by_basis = np.einsum("nmx,nxa->nma", by_point, basis)
     return np.concatenate([(1 - t)[:, None] * by_basis, t[:, None] * by_basis], axis=-1)
 

@@ -71,6 +71,12 @@ Unit = Annotated[
 Crisp = Annotated[
     bool, typer.Option("--crisp", help="Take every measured value as exact, as the paper does.")
 ]
+KeepPoses = Annotated[
+    bool,
+    typer.Option(
+        "--keep-poses", help="Do not correct poses of which the file tells how far they may be off."
+    ),
+]
 WithFrontEnd = Annotated[
     FrontEnd,
     Method,
@@ -113,10 +119,11 @@ def recognize_command(
     unit: Unit = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
+    keep_poses: KeepPoses = False,
 ) -> int:
     """Says what is there, and why. Exit code 0: a model matches, 1: none does."""
     return _recognized(
-        partial(views_from, views, unit=unit),
+        partial(views_from, views, unit=unit, keep_poses=keep_poses),
         models=models,
         trusted=trust,
         crisp=crisp,
@@ -134,6 +141,7 @@ def reconstruct_command(
     unit: Unit = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
+    keep_poses: KeepPoses = False,
 ) -> int:
     """Writes the vertices, edges and faces that the views show, with their uncertainty."""
     if out.is_dir() or not out.absolute().parent.is_dir():
@@ -141,7 +149,9 @@ def reconstruct_command(
     method = _method(front_end, sd_limit)
     clock = StepClock()
     with showing_progress() as progress:
-        view_set = views_from(views, unit=unit, progress=progress, clock=clock)
+        view_set = views_from(
+            views, unit=unit, keep_poses=keep_poses, progress=progress, clock=clock
+        )
         scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
     write_scene_file(scene, out)
     for line in (*view_set.problems, *scene.warnings):

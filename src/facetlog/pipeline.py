@@ -70,13 +70,28 @@ class Recognised:
 
 
 def views_from(
-    path: Path, *, unit: str | None, progress: Progress | None, clock: StepClock
+    path: Path,
+    *,
+    unit: str | None,
+    keep_poses: bool = False,
+    progress: Progress | None,
+    clock: StepClock,
 ) -> "ViewSet":
-    """The views of a folder or poses file; see perception/views.py for what it may hold."""
+    """The views of a folder or poses file; see perception/views.py for what it may hold.
+
+    Poses of which the file tells how far they may be off are corrected by the pictures, unless
+    they are to be kept.
+    """
     from facetlog.perception.views import read_views
 
     with clock.step("read pictures"):
-        return read_views(path, unit=unit, progress=progress)
+        view_set = read_views(path, unit=unit, progress=progress)
+    if keep_poses or view_set.pose_covariances is None:
+        return view_set
+    from facetlog.perception.pose_refinement.refine import with_refined_poses
+
+    with clock.step("poses"):
+        return with_refined_poses(view_set, progress)
 
 
 def simulated_views(

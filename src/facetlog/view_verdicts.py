@@ -122,15 +122,13 @@ def _open(models: tuple[Path, ...], trusted: bool) -> None:
 
 def _judge(folder: Path, views: int) -> ViewVerdict:
     """In the worker: the verdict on the first views of a folder."""
-    import numpy as np
-
     from facetlog.kb.proof import State
     from facetlog.pipeline import recognize_views, views_from
 
     clock = StepClock()
     try:
-        found = views_from(folder / "transforms.json", unit="m", progress=None, clock=clock)
-        first = replace(found, views=found.views[:views], up=np.array([0.0, 0.0, 1.0]))
+        found = views_from(folder / "transforms.json", unit=None, progress=None, clock=clock)
+        first = replace(found, views=found.views[:views])
         recognised = recognize_views(first, base=_models[0], clock=clock)
     except FacetlogError as exc:
         return ViewVerdict(views, fault=str(exc))

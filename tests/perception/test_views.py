@@ -34,6 +34,46 @@ def test_a_unit_makes_lengths_metres(tmp_path: Path) -> None:
     np.testing.assert_allclose(found.views[2].pose.centre, [0.002, 0, 0])
 
 
+def test_unit_up_and_covariances_in_the_file_are_taken_from_there(tmp_path: Path) -> None:
+    document = transforms()
+    document.update(unit="cm", up=[0, 0, 2])
+    for frame in document["frames"]:
+        frame["covariance"] = np.diag([4.0, 4.0, 1.0, 0.01, 0.01, 0.02]).tolist()
+    found = read_views(write_transforms(tmp_path, document))
+    assert found.metric
+    assert found.up == pytest.approx([0, 0, 1])
+    assert found.views[1].pose.centre == pytest.approx([0.01, 0, 0])
+    assert found.pose_covariances is not None
+    assert found.pose_covariances.shape == (3, 6, 6)
+    assert np.diag(found.pose_covariances[2]) == pytest.approx([4e-4, 4e-4, 1e-4, 0.01, 0.01, 0.02])
+    del document["frames"][1]["covariance"]
+    assert read_views(write_transforms(tmp_path, document)).pose_covariances is None
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ([[1.0] * 6] * 5, "covariance"),
+        (np.triu(np.ones((6, 6))).tolist(), "symmetric"),
+        ((-np.eye(6)).tolist(), "positive"),
+        ("six", "covariance"),
+    ],
+)
+def test_a_covariance_that_is_none_is_refused(tmp_path: Path, rows: object, said: str) -> None:
+    document = transforms()
+    document["frames"][1]["covariance"] = rows
+    with pytest.raises(CalibrationError, match=f"frame 2.*{said}"):
+        read_views(write_transforms(tmp_path, document))
+
+
+@pytest.mark.parametrize("up", [[0, 0, 0], [1, 2], "z", [0, float("nan"), 1]])
+def test_an_up_that_is_no_direction_is_refused(tmp_path: Path, up: object) -> None:
+    document = transforms()
+    document["up"] = up
+    with pytest.raises(CalibrationError, match="up is not three numbers"):
+        read_views(write_transforms(tmp_path, document))
+
+
 def test_a_tour_in_inches_becomes_metres_with_z_up(tmp_path: Path) -> None:
     found = read_views(write_tour(tmp_path))
     assert found.metric

@@ -17,13 +17,13 @@ DRAWN_SECONDS = 0.1
 
 
 @contextmanager
-def showing_rate() -> Iterator[Progress]:
-    """A report of progress, with rate and time left."""
+def showing_rate(doing: str = "classify", what: str = "scene") -> Iterator[Progress]:
+    """A report of progress, with rate and time left: what is being done, and to what."""
     from rich.console import Console
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield _lines()
+        yield _lines(what)
         return
     from rich.progress import (
         BarColumn,
@@ -36,7 +36,7 @@ def showing_rate() -> Iterator[Progress]:
     )
 
     columns = (
-        TextColumn("classify"),
+        TextColumn(doing),
         BarColumn(),
         MofNCompleteColumn(),
         TextColumn("{task.fields[rate]}"),
@@ -44,7 +44,7 @@ def showing_rate() -> Iterator[Progress]:
         TextColumn("[red]{task.fields[errors]}"),
     )
     with Bar(*columns, console=console, transient=True, auto_refresh=False) as bar:
-        task = bar.add_task("classify", total=None, rate="", errors="")
+        task = bar.add_task(doing, total=None, rate="", errors="")
         clock = _Clock()
 
         def report(done: int, total: int, failed: int) -> None:
@@ -65,24 +65,24 @@ def showing_rate() -> Iterator[Progress]:
         yield report
 
 
-def _lines() -> Progress:
+def _lines(what: str) -> Progress:
     clock = _Clock()
 
     def report(done: int, total: int, failed: int) -> None:
         clock.begin(done)
         if clock.due(LINE_SECONDS, last=False) and done < total:
-            note(line_of_progress(done, total, failed, clock.rate(done)))
+            note(line_of_progress(done, total, failed, clock.rate(done), what))
 
     return report
 
 
-def line_of_progress(done: int, total: int, failed: int, rate: float) -> str:
+def line_of_progress(done: int, total: int, failed: int, rate: float, what: str = "scene") -> str:
     """How far it is, in one line.
 
     >>> line_of_progress(500, 2000, 1, 10.0)
     '500 of 2000 scenes, 10/s, 2 min 30 s left, 1 with an error'
     """
-    said = [f"{done} of {many(total, 'scene')}"]
+    said = [f"{done} of {many(total, what)}"]
     if rate > 0:
         said.append(f"{rate:.3g}/s")
         said.append(f"{_duration((total - done) / rate)} left")

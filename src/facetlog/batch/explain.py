@@ -1,17 +1,18 @@
 """Why a scene was answered as it was: its picture, and what the knowledge base says of it."""
 
 import base64
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import Any, TypedDict
 
+from facetlog.batch.rows import HOLDS, Row
 from facetlog.batch.settings import Item, Settings, shape_options
-from facetlog.errors import FacetlogError
+from facetlog.errors import FacetlogError, QueryError
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.proof import State
 from facetlog.kb.recognize import open_knowledge_base
+from facetlog.kb.verdict import Verdict
 from facetlog.perception.facts import fact_rows
 from facetlog.perception.shapes.read import read_shape
 from facetlog.terminal import one_line
@@ -20,12 +21,19 @@ __all__ = ["Doubt", "Reason", "explained"]
 
 SCENE = "scene"
 
+SECONDS_PER_REASON = 10.0
+"""A page of reasons is waited for: one that takes longer is told to have taken too long."""
+
 
 class Doubt(TypedDict):
-    """What was answered, and what would have been right: models, or other words."""
+    """What was answered, and what would have been right: models, or other words.
+
+    `verdicts` are the row's, by model: what they say of which thing is explained.
+    """
 
     answered: str
     right: str
+    verdicts: dict[str, Row]
 
 
 class Reason(TypedDict):
@@ -51,12 +59,12 @@ def explained(item: Item, settings: Settings, question: Doubt) -> dict[str, Any]
     try:
         rows = fact_rows(scene)
         base.load_scene(SCENE, ((name, *args) for name, found in rows.items() for args in found))
-        try:
-            return {"picture": picture, "reasons": list(_reasons(base, question))}
-        finally:
-            base.drop_scene(SCENE)
     except FacetlogError as exc:
         return {"picture": picture, "reasons": [_reason("No reasons", [one_line(str(exc))])]}
+    try:
+        return {"picture": picture, "reasons": list(_reasons(base, question))}
+    finally:
+        base.drop_scene(SCENE)
 
 
 @cache
@@ -66,20 +74,45 @@ def _base(settings: Settings) -> KnowledgeBase:
         tuple(map(Path, settings.models)),
         trusted=settings.trusted,
         crisp=settings.crisp,
-        limits=Limits(seconds=settings.seconds),
+        limits=Limits(seconds=min(settings.seconds, SECONDS_PER_REASON)),
     )
 
 
 def _reasons(base: KnowledgeBase, question: Doubt) -> Iterator[Reason]:
     right, answered = question["right"], question["answered"]
-    if right in base.models:
-        verdict = base.why(SCENE, right)
-        if verdict.state is not State.HOLDS:
-            misses = base.why_not(SCENE, right, count=1)
-            lines = [line for miss in misses for line in miss.miss_lines()]
-            yield _reason(f"Why not {right}", lines or [verdict.summary])
-    if answered in base.models and answered != right:
-        yield _reason(f"Why {answered}", list(base.why(SCENE, answered).lines()))
+    asked = {model: row for model, row in question["verdicts"].items() if model in base.models}
+    if right in asked and asked[right]["state"] != HOLDS:
+        yield from _told(f"Why not {right}", lambda: _why(base, asked[right]).miss_lines())
+    if answered in asked and answered != right:
+        yield from _told(f"Why {answered}", lambda: _why(base, asked[answered]).lines())
+
+
+def _told(title: str, ask: Callable[[], Iterable[str]]) -> Iterator[Reason]:
+    """The answer under its title, if there is one; what one question runs into is said there."""
+    try:
+        lines = list(ask())
+    except FacetlogError as exc:
+        lines = [one_line(str(exc))]
+    if lines:
+        yield _reason(title, lines)
+
+
+def _why(base: KnowledgeBase, row: Row) -> Verdict:
+    """The proof of the verdict in the row: of its thing, with the parts that it has there.
+
+    Without those parts all assignments would be searched anew, which in a cluttered room takes
+    minutes. Groups of parts, which stand behind them in the row, follow from them and cannot be
+    given: of a row's parts as many are given as the model has.
+    """
+    named = [(part["role"], part["names"]) for part in row["parts"]]
+    parts = [(role, *names) for role, names in named if len(names) == 1]
+    while True:
+        try:
+            return base.why(SCENE, row["model"], thing=row["thing"], parts=dict(parts))
+        except QueryError:
+            if not parts:
+                raise
+            parts.pop()
 
 
 def _reason(title: str, lines: list[str]) -> Reason:

@@ -4,12 +4,15 @@ import json
 from collections.abc import Iterable, Iterator
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from facetlog.batch.confusion import Confusion, Mistake
+from facetlog.batch.explain import Doubt
 from facetlog.batch.outcome import Outcome
 from facetlog.batch.pool import Task
 from facetlog.batch.report_page import Explanation, card, foot, group_head, head
-from facetlog.batch.run import Finished, Workers
+from facetlog.batch.rows import Row, closest
+from facetlog.batch.run import Finished, Progress, Workers
 from facetlog.errors import InputError
 from facetlog.perception.whole_file import writing_whole
 
@@ -26,16 +29,47 @@ def check_report(path: Path) -> None:
 
 
 def write_report(
-    path: Path, outcome: Outcome, confusion: Confusion, done: Finished, workers: Workers
+    path: Path,
+    outcome: Outcome,
+    confusion: Confusion,
+    done: Finished,
+    workers: Workers,
+    progress: Progress | None = None,
 ) -> None:
     """Writes the report, whole or not at all; `workers` draw and explain the mistakes."""
     with writing_whole(path) as file:
-        for text in _page(outcome, confusion, done, workers):
+        for text in _page(outcome, confusion, done, _Explainers(workers, confusion, progress)):
             file.write(text.encode("utf-8", "backslashreplace"))
 
 
+class _Explainers:
+    """Workers that explain mistakes, and tell how many they have."""
+
+    def __init__(self, workers: Workers, confusion: Confusion, progress: Progress | None) -> None:
+        self._workers, self._progress = workers, progress
+        self._done, self._total = 0, len(confusion.mistakes)
+        self._tell()
+
+    def explanations(self, tasks: Iterable[Task]) -> dict[str, Explanation]:
+        """By path; a worker that died at one, or took too long, has said so instead."""
+        found: dict[str, Explanation] = {}
+        for answer in self._workers.answers(tasks):
+            told = json.loads(answer.line)
+            if answer.failed:
+                reason = {"title": "No reasons", "lines": [told["error"]]}
+                told = {"picture": None, "reasons": [reason]}
+            found[answer.task.item.path] = told
+            self._done += 1
+            self._tell()
+        return found
+
+    def _tell(self) -> None:
+        if self._progress is not None:
+            self._progress(self._done, self._total, 0)
+
+
 def _page(
-    outcome: Outcome, confusion: Confusion, done: Finished, workers: Workers
+    outcome: Outcome, confusion: Confusion, done: Finished, explainers: _Explainers
 ) -> Iterator[str]:
     yield from head(outcome, confusion)
     order = {name: i for i, name in enumerate(confusion.columns)}
@@ -52,22 +86,22 @@ def _page(
         yield group_head(truth, answered, len(mistakes))
         for start in range(0, len(mistakes), EXPLAINED_AT_ONCE):
             some = mistakes[start : start + EXPLAINED_AT_ONCE]
-            tasks = [Task(items[m.path], {"answered": m.answered, "right": m.truth}) for m in some]
-            found = _explanations(tasks, workers)
-            rows = done.journal.rows(m.path for m in some)
-            for mistake, row in zip(some, rows, strict=True):
+            rows = list(done.journal.rows(m.path for m in some))
+            pairs = list(zip(some, rows, strict=True))
+            found = explainers.explanations([Task(items[m.path], _doubt(m, r)) for m, r in pairs])
+            for mistake, row in pairs:
                 yield card(mistake, row, found[mistake.path], confusion.classes)
         yield "</div>\n"
     yield foot()
 
 
-def _explanations(tasks: Iterable[Task], workers: Workers) -> dict[str, Explanation]:
-    """By path; a worker that died at one, or took too long, has said so instead."""
-    found: dict[str, Explanation] = {}
-    for answer in workers.answers(tasks):
-        told = json.loads(answer.line)
-        if answer.failed:
-            reason = {"title": "No reasons", "lines": [told["error"]]}
-            told = {"picture": None, "reasons": [reason]}
-        found[answer.task.item.path] = told
-    return found
+def _doubt(mistake: Mistake, row: Row) -> dict[str, Any]:
+    best = closest(row)
+    asked = dict.fromkeys((mistake.truth, mistake.answered))
+    return dict(
+        Doubt(
+            right=mistake.truth,
+            answered=mistake.answered,
+            verdicts={model: best[model] for model in asked if model in best},
+        )
+    )

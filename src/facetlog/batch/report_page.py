@@ -9,7 +9,7 @@ from facetlog import __version__
 from facetlog.batch.confusion import Confusion, Mistake, Proportion
 from facetlog.batch.explain import Reason
 from facetlog.batch.outcome import Outcome
-from facetlog.batch.rows import HOLDS, Row
+from facetlog.batch.rows import HOLDS, Row, closest
 from facetlog.counted import many
 
 __all__ = ["Explanation", "card", "foot", "group_head", "head"]
@@ -169,21 +169,13 @@ def card(mistake: Mistake, row: Row, explanation: Explanation, classes: Sequence
 
 def _chips(row: Row, mistake: Mistake, classes: Sequence[str]) -> Iterator[str]:
     """A chip for each model: of its things the one that is nearest to it; asked models first."""
-    best: dict[str, Row] = {}
-    for verdict in row["verdicts"]:
-        known = best.get(verdict["model"])
-        if known is None or _standing(verdict) > _standing(known):
-            best[verdict["model"]] = verdict
+    best = closest(row)
     for model in sorted(best, key=lambda name: name not in classes):
         verdict = best[model]
         holds = verdict["state"] == HOLDS
         kind = ("wrong" if model == mistake.answered else "holds") if holds else ""
         state = f"{verdict['degree']:.0%}" if holds else verdict["state"]
         yield f'<span class="chip {kind}">{escape(model)} {escape(state)}</span>'
-
-
-def _standing(verdict: Row) -> tuple[bool, float, float]:
-    return verdict["state"] == HOLDS, verdict["degree"], verdict["degree_at_most"]
 
 
 def _reason(reason: Reason) -> str:

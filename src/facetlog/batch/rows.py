@@ -23,6 +23,7 @@ __all__ = [
     "Row",
     "RowRecord",
     "best_verdict",
+    "closest",
     "error_row",
     "ran_out_of_time",
     "results_schema",
@@ -136,6 +137,20 @@ def best_verdict(verdicts: Sequence["BriefVerdict"]) -> "BriefVerdict | None":
         key=lambda v: ((v.probability or 0.0) if counted else v.degree, v.degree),
         default=None,
     )
+
+
+def closest(row: Row) -> dict[str, Row]:
+    """Of each model the verdict on the thing that is nearest to it."""
+    best: dict[str, Row] = {}
+    for verdict in row["verdicts"]:
+        known = best.get(verdict["model"])
+        if known is None or _standing(verdict) > _standing(known):
+            best[verdict["model"]] = verdict
+    return best
+
+
+def _standing(verdict: Row) -> tuple[bool, float, float]:
+    return verdict["state"] == HOLDS, verdict["degree"], verdict["degree_at_most"]
 
 
 def ran_out_of_time(row: Row) -> bool:

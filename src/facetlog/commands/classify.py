@@ -112,6 +112,7 @@ def classify_command(
     Exit code 0: done, 1: verdicts differ (--changed-since), or a scene had an error (--strict).
     """
     from facetlog.batch.compare import Comparison, older_rows
+    from facetlog.batch.display import showing_rate
     from facetlog.batch.labels import read_labels, truths
     from facetlog.batch.outcome import Outcome
     from facetlog.batch.report import check_report, write_report
@@ -138,7 +139,8 @@ def classify_command(
         outcome.kept, outcome.seconds = done.kept, done.seconds
         _write_table(done, plan, outcome, as_json=as_json)
         if report is not None and outcome.confusion is not None:
-            write_report(report, outcome, outcome.confusion, done, crew)
+            with showing_rate("report", "mistake") as show:
+                write_report(report, outcome, outcome.confusion, done, crew, show)
     _tell(outcome, as_json=as_json and out is not None)
     differ = comparison is not None and bool(comparison.changes)
     return NO if differ or (strict and outcome.errors) else YES

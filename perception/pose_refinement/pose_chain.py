@@ -1,0 +1,81 @@
+"""What is known of poses that were counted up step by step, as odometry counts them.
+
+The error of a pose is a small motion of the world, a twist: turn (3,) and shift (3,) of the camera
+about one fixed point. In this form the error of a pose is that of the pose before it plus what the
+step between them adds, so a drift over many metres is a chain of independent steps.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from facetlog.perception.types import FloatArray, Pose
+
+__all__ = ["PoseChain", "moved", "pose_chain"]
+
+# What every view has on its own, whatever the odometry: the head's pointing and the settling of
+# the robot on its wheels. Radians; the same angle times the distance of what is looked at for the
+# camera's place, since lengths may have any unit.
+OWN_SD = np.radians(0.25)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PoseChain:
+    """The covariances (6, 6) of the first pose's twist and of what each step adds (V - 1, 6, 6).
+
+    Twists are about the point `about` (3,): turns in radians first, then shifts in world units.
+    """
+
+    about: FloatArray
+    first: FloatArray
+    steps: FloatArray
+
+    def step(self, before: int, after: int) -> FloatArray:
+        """Covariance (6, 6) of what the steps from one view to a later one add."""
+        total: FloatArray = self.steps[before:after].sum(axis=0)
+        return total
+
+
+def moved(pose: Pose, twist: FloatArray, about: FloatArray) -> Pose:
+    """The pose turned by twist[:3] about the point `about` and shifted by twist[3:]."""
+    turn = Rotation.from_rotvec(twist[:3]).as_matrix()
+    return Pose(turn @ pose.rotation, turn @ (pose.centre - about) + about + twist[3:])
+
+
+def pose_chain(
+    poses: Sequence[Pose], covariances: FloatArray, about: FloatArray, distance: float
+) -> PoseChain:
+    """The chain of poses, in the order in which they were taken.
+
+    `covariances` (V, 6, 6) are of place (world units) and turn (radians, about the camera), both in
+    the world's axes; they grow from pose to pose as the odometry's do. `about` is where the views
+    look, `distance` how far that is from them.
+    """
+    of_twists = np.array(
+        [_of_twist(pose, cov, about) for pose, cov in zip(poses, covariances, strict=True)]
+    )
+    own_cov = np.diag([(OWN_SD * distance) ** 2] * 3 + [OWN_SD**2] * 3)
+    own = np.array([_of_twist(pose, own_cov, about) for pose in poses])
+    grown = [_without_negative(after - before) for before, after in pairwise(of_twists)]
+    steps = np.array(grown).reshape(-1, 6, 6) + own[1:]
+    return PoseChain(about, of_twists[0] + own[0], steps)
+
+
+def _of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
+    # The camera's place moves by turn x (centre - about) + shift.
+    x, y, z = pose.centre - about
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    change = np.zeros((6, 6))
+    change[:3, 3:] = np.eye(3)
+    change[3:, :3] = np.eye(3)
+    change[3:, 3:] = cross  # shift = place - turn x r = place + r x turn
+    return np.asarray(change @ cov @ change.T)
+
+
+def _without_negative(cov: FloatArray) -> FloatArray:
+    # Differences of rounded covariances need not be one.
+    values, vectors = np.linalg.eigh((cov + cov.T) / 2)
+    return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
