@@ -20,6 +20,8 @@ __all__ = ["PoseChain", "moved", "pose_chain"]
 # the robot on its wheels. Radians; the same angle times the distance of what is looked at for the
 # camera's place, since lengths may have any unit.
 OWN_SD = np.radians(0.25)
+# A turn's covariance that shrinks by more than this share did not shrink by rounding.
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -51,15 +53,16 @@ def pose_chain(
     """The chain of poses, in the order in which they were taken.
 
     `covariances` (V, 6, 6) are of place (world units) and turn (radians, about the camera), both in
-    the world's axes; they grow from pose to pose as the odometry's do. `about` is where the views
-    look, `distance` how far that is from them.
+    the world's axes; they grow from pose to pose as the odometry's do. Where they become smaller it
+    began anew, and the errors before and after have nothing to do with each other. `about` is where
+    the views look, `distance` how far that is from them.
     """
     of_twists = np.array(
         [_of_twist(pose, cov, about) for pose, cov in zip(poses, covariances, strict=True)]
     )
     own_cov = np.diag([(OWN_SD * distance) ** 2] * 3 + [OWN_SD**2] * 3)
     own = np.array([_of_twist(pose, own_cov, about) for pose in poses])
-    grown = [_without_negative(after - before) for before, after in pairwise(of_twists)]
+    grown = [_added(before, after) for before, after in pairwise(of_twists)]
     steps = np.array(grown).reshape(-1, 6, 6) + own[1:]
     return PoseChain(about, of_twists[0] + own[0], steps)
 
@@ -75,7 +78,11 @@ def _of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
     return np.asarray(change @ cov @ change.T)
 
 
-def _without_negative(cov: FloatArray) -> FloatArray:
+def _added(before: FloatArray, after: FloatArray) -> FloatArray:
+    """What the step between two poses adds to the covariance of their twists."""
+    cov = after - before
+    if np.trace(cov[:3, :3]) < -ROUNDING * np.trace(before[:3, :3]):
+        return before + after
     # Differences of rounded covariances need not be one.
     values, vectors = np.linalg.eigh((cov + cov.T) / 2)
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)

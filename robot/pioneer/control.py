@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable, Iterable
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.pioneer.commands import Command, integer_command
+from facetlog.robot.pioneer.commands import Command, argument_of, integer_command
 from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pioneer.guard import Guard
 from facetlog.robot.pioneer.limits import Limits
@@ -152,13 +152,21 @@ class Control:
     def switching(self, on: bool) -> list[Packet]:
         """The motors are to be switched; the packets for it, to be sent slowly."""
         self.motion.rest()
-        self._motors_wanted = on
-        if on:
-            self.halted = None
-            self._maker.motors_thought_on = None
-            return [*self._own_settings, integer_command(Command.ENABLE, 1)]
-        self._maker.motors_thought_on = False
-        return [integer_command(Command.ENABLE, 0)]
+        if not on:
+            return [integer_command(Command.ENABLE, 0)]
+        self.halted = None
+        return [*self._own_settings, integer_command(Command.ENABLE, 1)]
+
+    def goes_out(self, packet: Packet) -> None:
+        """Says that somebody else's packet is sent now."""
+        if packet.kind == Command.ENABLE:
+            self._motors_wanted = bool(argument_of(packet))
+            self._maker.motors_thought_on = None if self._motors_wanted else False
+
+    def went_out(self, packet: Packet) -> None:
+        """Says, where a log is replayed, that any packet was sent."""
+        self.goes_out(packet)
+        self.motion.went_out(packet)
 
     @property
     def motors_told(self) -> bool:

@@ -100,6 +100,8 @@ def _bumped(state: RobotState, before: RobotState | None) -> list[tuple[Cause, s
 
 
 def _stalled(state: RobotState, before: RobotState | None) -> list[tuple[Cause, str]]:
+    if state.stop_button:
+        return []  # the button shows as a stall of both wheels too (E_STALL)
     then = before.stalled if before else (False, False)
     new = [
         side
@@ -117,6 +119,8 @@ def _switched(
 ) -> list[tuple[Cause, str]]:
     if state.stop_button and not (before and before.stop_button):
         return [(Cause.STOP_BUTTON, "STOP button pressed: pull it out, then call enable_motors()")]
+    if state.stop_button is None:
+        return []  # old firmware: what is thought of its motors comes of what was said already
     went_off = before is not None and before.motors_on and state.motors_on is False
     if went_off and motors_wanted:
         return [(Cause.MOTORS_OFF, MOTORS_OFF_TEXT)]

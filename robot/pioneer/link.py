@@ -134,8 +134,11 @@ class Link:
                 self._other_at = time.monotonic()
                 with self._out:
                     with self.changed:
-                        first = self.control.motion.before_other(self._clock())
-                    self._put([*first, packet])
+                        now = self._clock()
+                        data = _wire([*self.control.motion.before_other(now), packet])
+                        self.control.goes_out(packet)
+                        self._note(now, data)
+                    self._put(data)
 
     def ask(self, question: Packet, kind: int, *, tries: int, each: float) -> Packet | None:
         """The packet of a kind that answers, None without; asked several times, `each` s apart."""
@@ -181,9 +184,9 @@ class Link:
             received = given_up
         else:
             received = None
-        if self._log is not None and received is not None:
-            self._log.incoming(now, data)
         with self.changed:
+            if self._log is not None and received is not None:
+                self._log.incoming(now, data)
             for each in received or ():
                 self.control.take(each)
                 if (inbox := self._inboxes.get(each.packet.kind)) is not None:
@@ -199,27 +202,29 @@ class Link:
                 with self._out:
                     with self.changed:
                         lost_before = self.control.lost
-                        packets = self.control.advance(self._clock())
+                        now = self._clock()
+                        data = _wire(self.control.advance(now))
+                        self._note(now, data)
                         due = self.control.due
                         if self.control.lost is not lost_before:
                             self.changed.notify_all()
-                    self._put(packets)
+                    self._put(data)
                 self._wake.wait(min(LOOK_EVERY, max(0.001, due - self._clock())))
         except Exception as error:
             LOGGER.exception("the writer of the robot's line failed")
             self._fail(DeviceError(f"the writer of the robot's line failed: {error!r}"))
 
-    def _put(self, packets: Iterable[Packet]) -> None:
-        data = b"".join(packet.to_bytes() for packet in packets)
-        if not data:
-            return
+    def _note(self, now: float, data: bytes) -> None:
+        """Logs what is sent under the lock, so that the log's order is that of the mind."""
+        if data and self._log is not None:
+            self._log.outgoing(now, data)
+
+    def _put(self, data: bytes) -> None:
         try:
-            self._port.write(data)
+            if data:
+                self._port.write(data)
         except DeviceError as error:
             self._fail(error)
-            return
-        if self._log is not None:
-            self._log.outgoing(self._clock(), data)
 
     def _fail(self, error: DeviceError) -> None:
         with self.changed:
@@ -231,7 +236,7 @@ class Link:
         with self.changed:
             problems, callbacks = self.control.new_problems(), tuple(self._callbacks)
         for problem in problems:
-            LOGGER.warning("%s", problem)
+            LOGGER.info("%s", problem)
             for callback in callbacks:
                 try:
                     callback(problem)
@@ -241,3 +246,7 @@ class Link:
                     with self.changed:
                         if problem.cause is not Cause.CALLBACK:
                             self.control.say(Problem(Cause.CALLBACK, text, self._clock()))
+
+
+def _wire(packets: Iterable[Packet]) -> bytes:
+    return b"".join(packet.to_bytes() for packet in packets)

@@ -9,7 +9,7 @@ manual, pages 40 and 42): so after a gap the first packets are zeros, whatever e
 import math
 from collections.abc import Callable
 
-from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
+from facetlog.robot.pioneer.commands import Command, argument_of, integer_command, plain_command
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.packet import Packet
 from facetlog.robot.pioneer.problems import Cause
@@ -110,6 +110,14 @@ class Motion:
         packets = self._zeros_first(now)
         self._last_out = now
         return packets
+
+    def went_out(self, packet: Packet) -> None:
+        """Takes from a packet what the robot was told, where a log is replayed."""
+        if packet.kind in (Command.VEL, Command.RVEL):
+            value = argument_of(packet)
+            speed, turning = self._sent
+            if isinstance(value, int):
+                self._sent = (value, turning) if packet.kind == Command.VEL else (speed, value)
 
     def advance(self, now: float) -> list[Packet]:
         """What is to be sent at `now`."""

@@ -1,7 +1,7 @@
 """A traffic log played back, so that a session can be decoded again without its robot."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,6 +10,7 @@ from facetlog.robot.pioneer.connecting import Connected, connect_over
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.odometry import OdometryErrors
+from facetlog.robot.pioneer.packet import Decoder, Received
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pioneer.traffic import SCHEMA
 
@@ -19,6 +20,7 @@ __all__ = ["ReplayPort", "replay", "replayed_states"]
 @dataclass(frozen=True, slots=True)
 class _Chunk:
     at: float
+    incoming: bool
     data: bytes
 
 
@@ -52,11 +54,17 @@ class ReplayPort:
 
     def read(self, timeout: float) -> bytes:  # noqa: ARG002 - what was said does not wait
         """The next bytes that came; b"" where half a packet was given up."""
-        chunk = next(self._chunks, None)
-        if chunk is None:
-            raise DeviceError(f"{self.address}: the log ends here")
-        self._now = max(self._now, chunk.at)
-        return chunk.data
+        for chunk in self._chunks:
+            self._now = max(self._now, chunk.at)
+            if chunk.incoming:
+                return chunk.data
+        raise DeviceError(f"{self.address}: the log ends here")
+
+    def rest(self) -> Iterator[tuple[float, bool, bytes]]:
+        """What follows: times, whether the bytes came in, and the bytes."""
+        for chunk in self._chunks:
+            self._now = max(self._now, chunk.at)
+            yield chunk.at, chunk.incoming, chunk.data
 
     def write(self, data: bytes) -> None:
         """Forgets it."""
@@ -92,8 +100,9 @@ def replay(path: Path | str, session: int = -1) -> ReplayPort:
                     )
                 given = entry["serial"], entry["model"], entry["baud"]
                 sessions.append(_Session(at, *given, chunks=[]))
-            elif entry.get("direction") == "in":
-                sessions[-1].chunks.append(_Chunk(at, bytes.fromhex(entry["hex"])))
+            elif "direction" in entry:
+                incoming = {"in": True, "out": False}[entry["direction"]]
+                sessions[-1].chunks.append(_Chunk(at, incoming, bytes.fromhex(entry["hex"])))
         except (ValueError, KeyError, TypeError, IndexError) as error:
             raise InputError(f"{path}:{number}: is no line of a traffic log") from error
     try:
@@ -117,17 +126,21 @@ def replayed_states(
     if connected is not None:
         connected(found)
     control = Control(port.clock(), found.parameters, found.configuration, Limits(), errors)
-    receiver = found.receiver
-    received = list(found.received)
-    while True:
-        for each in received:
-            before = control.state
-            control.take(each)
-            if control.state is not None and control.state is not before:
-                yield control.state
-        try:
-            data = port.read(0.0)
-        except DeviceError:
-            return
-        now = port.clock()
-        received = receiver.feed(data, now) if data else receiver.idle(now) or []
+    sent = Decoder()
+    yield from _states(control, found.received)
+    for at, incoming, data in port.rest():
+        if incoming:
+            receiver = found.receiver
+            received = receiver.feed(data, at) if data else receiver.idle(at) or ()
+            yield from _states(control, received)
+        else:
+            for each in sent.feed(data, at):
+                control.went_out(each.packet)
+
+
+def _states(control: Control, received: Iterable[Received]) -> Iterator[RobotState]:
+    for each in received:
+        before = control.state
+        control.take(each)
+        if control.state is not None and control.state is not before:
+            yield control.state

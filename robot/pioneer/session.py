@@ -32,7 +32,9 @@ PAUSE = 0.1
 SILENT_TRIES = 2
 """At one baud rate of several, where nothing is heard at all."""
 TRIES = 6
-"""Where it is the only rate, or something is heard; simulators hang up after ten."""
+"""Where it is the only rate; simulators hang up after ten."""
+HEARD_TRIES = 12
+"""Where a robot is heard: with one byte in fifty damaged, two thirds of all tries fail."""
 ROUNDS = 2
 """Through all baud rates."""
 CLOSINGS = 5
@@ -87,7 +89,7 @@ class Handshake:
         self._actions: list[Action] = []
         self._closings = self._resets = 0
         self._noise = False
-        self._nameless = False
+        self._nameless = self._close_may_be_sync2 = False
         self._next_rate(now)
 
     @property
@@ -136,6 +138,7 @@ class Handshake:
 
     def _synchronise(self, step: int, now: float) -> None:
         self._phase, self._step, self.due = _Phase.SYNCHRONISING, step, now + ECHO_TIMEOUT
+        self._close_may_be_sync2 = False
         self._actions.append(Write(plain_command(Command(step)).to_bytes(), f"SYNC{step}"))
 
     def _flush(self, seconds: float, now: float) -> None:
@@ -145,17 +148,19 @@ class Handshake:
         """What was to be written and is not yet: SYNC0 must not go into an open session."""
         self._actions = [each for each in self._actions if isinstance(each, SetBaud)]
 
-    def _close(self, now: float) -> None:
+    def _close(self, now: float, *, in_session: bool = False) -> None:
         self._withdraw()
         commands = (Command.STOP, Command.CLOSE)
         data = b"".join(plain_command(each).to_bytes() for each in commands)
         self._actions.append(Write(data, "STOP, CLOSE"))
+        self._close_may_be_sync2 = not in_session
         self._flush(FLUSH, now)
 
     def _missed(self, now: float) -> None:
         self._misses += 1
         searching = len(self._bauds) > 1 and not self._heard
-        if self._misses >= (SILENT_TRIES if searching else TRIES):
+        tries = HEARD_TRIES if self._heard else SILENT_TRIES if searching else TRIES
+        if self._misses >= tries:
             if searching and self._rates:
                 self._next_rate(now)
             else:
@@ -173,6 +178,10 @@ class Handshake:
             return
         self._heard = True
         if self._phase is _Phase.FLUSHING:
+            # CLOSE has the number of SYNC2: a robot that waits for that takes it so, and answers.
+            if self._close_may_be_sync2 and packet.kind == Report.SYNC2 and packet.payload:
+                self._step = 2
+                self._echoed(received, now)
             return
         if packet.kind in (Report.RESET_1, Report.RESET_2):
             self._resets += 1
@@ -185,7 +194,7 @@ class Handshake:
             if self._closings > CLOSINGS:
                 self._fail()
             else:
-                self._close(now)
+                self._close(now, in_session=True)
         elif self._phase is _Phase.SYNCHRONISING and packet.kind == self._step:
             self._echoed(received, now)
 

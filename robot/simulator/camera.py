@@ -1,5 +1,6 @@
 """The simulated camera in real time: takes pictures while somebody looks, and keeps the newest."""
 
+import logging
 import math
 import os
 import socket
@@ -30,6 +31,8 @@ ENDING = 2.0
 # -P: nothing is imported from the folder that the user happens to be in.
 DARKROOM = (sys.executable, "-P", "-m", "facetlog.robot.simulator.camera_process")
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,6 +66,12 @@ class Camera:
             self._changed.notify_all()
         self._end_process()  # or its answer would be waited for
         self._thread.join()
+
+    @property
+    def process(self) -> int | None:
+        """Number of the process that renders, while it runs."""
+        process = self._process
+        return None if process is None else process.pid
 
     @property
     def closed(self) -> bool:
@@ -152,6 +161,8 @@ class Camera:
             line.send_bytes(viewpoints_message(start, end))
             return line.recv_bytes()
         except (EOFError, OSError):
+            if not self._stop.is_set():
+                _LOG.warning("the camera's process ended: it is started again")
             self._end_process()
             self._stop.wait(RESTART_PAUSE)
             return None
@@ -162,7 +173,10 @@ class Camera:
             environment = {**os.environ, **dict.fromkeys(ONE_THREAD, "1")}
             descriptor = theirs.fileno()
             self._process = subprocess.Popen(
-                [*DARKROOM, str(descriptor)], pass_fds=[descriptor], env=environment
+                [*DARKROOM, str(descriptor)],
+                pass_fds=[descriptor],
+                env=environment,
+                process_group=0,  # Ctrl-C is the server's matter
             )
         self._line = Connection(ours.detach())
         self._line.send_bytes(opening_message(self._setup))

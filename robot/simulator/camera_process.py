@@ -5,7 +5,6 @@ socket does. Its arguments: the socket's number. The first message says what the
 """
 
 import json
-import signal
 import sys
 from contextlib import suppress
 from dataclasses import asdict
@@ -38,7 +37,6 @@ def viewpoints_message(start: Viewpoint, end: Viewpoint) -> bytes:
 
 def main(descriptor: int) -> None:
     """Answers until the other side goes away."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's matter
     cv2.setNumThreads(1)
     with Connection(descriptor) as line, suppress(EOFError, OSError):
         setup = TypeAdapter(WorldSetup).validate_json(line.recv_bytes())

@@ -48,6 +48,10 @@ class Contacts:
         """Stalls the wheels for a while, at least for the pause."""
         self._until = max(self._until or 0.0, now + max(seconds, self.pause))
 
+    def free(self) -> None:
+        """Ends a stall."""
+        self._until, self._pushing = None, None
+
     def step(self, now: float, *, blocked: bool, bumped: bool) -> None:
         """What a step of motion came to: whether something kept the robot from going on.
 
@@ -55,7 +59,7 @@ class Contacts:
         """
         if self._until is not None:
             if now >= self._until:
-                self._until, self._pushing = None, None
+                self.free()
         elif not blocked:
             self._pushing = None
         else:

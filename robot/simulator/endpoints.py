@@ -1,5 +1,6 @@
 """Where clients reach the simulated robot and its head: a TCP port, or a pseudo terminal."""
 
+import logging
 import os
 import pty
 import select
@@ -26,6 +27,8 @@ BAUDS = {
     termios.B57600: 57600,
     termios.B115200: 115200,
 }
+
+_LOG = logging.getLogger(__name__)
 
 
 class Endpoint(Protocol):
@@ -110,6 +113,7 @@ class TcpEndpoint:
                 client, _ = self._listener.accept()
                 if self._client is not None:
                     client.close()
+                    _LOG.warning("%s: a second client was turned away", self.address)
                     continue
                 client.setblocking(False)
                 client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)

@@ -70,10 +70,8 @@ class Exposures:
     def expose(self, start: Viewpoint, end: Viewpoint) -> Image:
         """The picture (H, W) of an exposure that began and ended at these viewpoints."""
         smear = smear_px(self._camera, self._pose(start), self._pose(end))
-        if smear < STILL_PX:
-            picture = self._at_rest(self._pose(start))
-        else:
-            picture = self._moving(start, end, smear)
+        still = smear < STILL_PX
+        picture = self._at_rest(self._pose(start)) if still else self._moving(start, end, smear)
         noise = self._rng.standard_normal(picture.shape, dtype=np.float32)
         noise *= self._setup.noise
         return np.asarray(np.clip(np.rint(picture + noise), 0, 255), dtype=np.uint8)

@@ -149,6 +149,8 @@ class Firmware:
         self._streams.clear()
         self.drive.enable(False)
         self.sonars.on = False
+        for port in self.ports:
+            port.request(0)
 
     def _step(self, now: float) -> None:
         if self._boot_until is not None and now >= self._boot_until:
@@ -231,7 +233,7 @@ class Firmware:
                 self._say(answer)
             if self.opened:
                 self._next_sip = now + self._cycle()
-                self.sonars.on = True
+                self.sonars.switch(True, now)
             return
         try:
             self._obey(Command(packet.kind), packet, now)
@@ -268,7 +270,7 @@ class Firmware:
         elif command in STREAMED:
             self._stream(command, value)
         elif command is Command.SONAR:
-            self.sonars.on = value & 1 > 0
+            self.sonars.switch(value & 1 > 0, now)
         elif command is Command.DIGOUT:  # high byte: which outputs, low byte: what they become
             mask = value >> 8 & 0xFF
             self._digital_out = self._digital_out & ~mask | value & mask

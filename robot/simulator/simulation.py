@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from facetlog.errors import InputError
 from facetlog.robot.pioneer.parameters import parameters_of
 from facetlog.robot.simulator.device import Device
 from facetlog.robot.simulator.drive import Drive
@@ -174,8 +175,10 @@ class Simulation:
             case FaultKind.LOW_BATTERY:
                 volts = fault.volts if fault.on else self.setup.robot.battery_v
                 self.firmware.battery_v = volts
+            case FaultKind.STALL if fault.on:
+                drive.contacts.stall(now, fault.lasts or 0.0)
             case FaultKind.STALL:
-                drive.contacts.stall(now, (fault.lasts or 0.0) if fault.on else 0.0)
+                drive.contacts.free()
             case FaultKind.MOTORS_OFF:
                 drive.enable(not fault.on)
             case FaultKind.STOP_BUTTON:
@@ -197,6 +200,11 @@ def _firmware(setup: WorldSetup) -> Firmware:
     start = Truth(robot.start.x, robot.start.y, math.radians(robot.start.heading_deg))
     world = make_scene(setup.scene)
     obstacles = Obstacles.of(world.solids, radius=parameters.radius, height=robot.height)
+    if (there := obstacles.nearest(start.x, start.y)) is not None and there.gap < 0.0:
+        raise InputError(
+            f"robot.start ({start.x:g}, {start.y:g}): something of the scene stands there: "
+            f"give a place {-there.gap:.2f} m further off"
+        )
     errors = robot.errors
     body = Body(
         track=2 / parameters.turning_per_speed,

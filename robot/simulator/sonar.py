@@ -26,13 +26,19 @@ class Sonars:
     parameters: Parameters
     obstacles: Obstacles
     period: float
-    on: bool = True
+    on: bool = field(default=False, init=False)
     _orders: list[list[int]] = field(default_factory=list, init=False)
     _fired: int = field(default=0, init=False)
     _since: float = field(default=0.0, init=False)
 
     def __post_init__(self) -> None:
         self.set_order(range(1, len(self.parameters.sonars) + 1))
+
+    def switch(self, on: bool, now: float) -> None:
+        """SONAR: they fire, from now on, or no longer."""
+        if on and not self.on:
+            self._since = now
+        self.on = on
 
     def set_order(self, numbers: range | bytes) -> None:
         """POLLING: which sonars fire, by their numbers from 1 on; each array keeps its own."""
@@ -46,10 +52,11 @@ class Sonars:
 
     def readings(self, now: float, truth: Truth) -> tuple[SonarReading, ...]:
         """What was measured since it was asked last: at most once each sonar."""
-        fired = min(int((now - self._since) / self.period + 1e-6), ARRAY)
-        self._since += self.period * max(fired, int((now - self._since) / self.period))
         if not self.on:
             return ()
+        due_count = int((now - self._since) / self.period + 1e-6)
+        self._since += self.period * due_count
+        fired = min(due_count, ARRAY)
         indices: list[int] = []
         for order in self._orders:
             due = [order[(self._fired + i) % len(order)] for i in range(fired) if order]

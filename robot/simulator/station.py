@@ -72,7 +72,7 @@ class Station:
             if self._head is not None:
                 made.callback(self._head.close)
             self._live = LiveSimulation(Simulation(setup))
-            pictures = Camera(self._live, setup)
+            pictures = self._camera = Camera(self._live, setup)
             made.callback(pictures.close)
             web = Web(camera, "--camera", self._live, pictures)
             # Streams end when the camera does, and the server waits for them.
@@ -88,6 +88,11 @@ class Station:
             state=f"{web.address}/state",
             faults=f"{web.address}/faults",
         )
+
+    @property
+    def camera_process(self) -> int | None:
+        """Number of the process that renders, while it runs."""
+        return self._camera.process
 
     def run(self) -> None:
         """Serves until Ctrl-C or SIGTERM; to be called in the main thread."""

@@ -6,6 +6,7 @@ for. GET /state: what is true, as JSON. POST /faults: one fault as JSON (see fau
 
 import json
 import socket
+import sys
 import threading
 import time
 from dataclasses import asdict
@@ -76,7 +77,9 @@ class _Server(ThreadingHTTPServer):
         super().__init__(address, handler)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A client that goes away is no error."""
+        """What went wrong with a request; a client that goes away is no error."""
+        if not isinstance(sys.exception(), ConnectionError | TimeoutError):
+            super().handle_error(request, client_address)
 
 
 class _Handler(BaseHTTPRequestHandler):

@@ -21,7 +21,7 @@ def simulate_command(
     ] = ROBOT,
     world: Annotated[
         Path | None,
-        typer.Option("--world", metavar="FILE", help="What is simulated; see docs/robot.md."),
+        typer.Option("--world", metavar="FILE", help="What is simulated; see docs/simulator.md."),
     ] = None,
     pty: Annotated[
         bool, typer.Option("--pty", help="The robot's line is a pseudo terminal too.")

@@ -42,6 +42,18 @@ def test_what_a_step_adds_does_not_depend_on_the_drift_before_it() -> None:
     assert again.first[2, 2] == pytest.approx(chain.first[2, 2] + 0.02**2)
 
 
+def test_where_odometry_began_anew_both_drifts_are_in_the_step() -> None:
+    views = tour("block")[:8]
+    _, first = with_drift(views[:4], np.random.default_rng(0), turn_sd=0.01, way_sd=0.02)
+    _, second = with_drift(views[3:], np.random.default_rng(1), turn_sd=0.01, way_sd=0.02)
+    poses = [view.pose for view in views]
+    chain = pose_chain(poses, np.concatenate([first, second[1:]]), ABOUT, 40.0)
+    apart = pose_chain(poses[:4], first, ABOUT, 40.0)
+    of_turns = chain.steps[:, 2, 2]
+    assert of_turns[3] == pytest.approx(3 * 0.01**2 + 0.01**2 + apart.first[2, 2], rel=0.1)
+    assert of_turns[4] == pytest.approx(of_turns[0])
+
+
 def test_steps_have_the_covariance_of_many_drawn_drifts() -> None:
     views = tour("block")[:5]
     _, covs = with_drift(views, np.random.default_rng(0), turn_sd=0.01, way_sd=0.02)

@@ -45,10 +45,10 @@ class Drive:
         self._damage, self._random = damage, random.Random(3)
         self.run(0.3)
         if enabled:
-            while not self.robot.motors or self.state.motors_on is False:
+            for _ in range(10):
                 self.send(*self.control.switching(on=True))
                 self.run(0.5)
-                if not self.robot.enable_works:
+                if self.robot.motors and self.state.motors_on is not False:
                     break
 
     @property
@@ -60,7 +60,10 @@ class Drive:
         return [command_name(packet) for at, packet in self.sent if at >= since]
 
     def send(self, *packets: Packet) -> None:
-        for packet in [*self.control.motion.before_other(self.now), *packets]:
+        for packet in packets:
+            for first in self.control.motion.before_other(self.now):
+                self._put(first)
+            self.control.goes_out(packet)
             self._put(packet)
 
     def run(

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field, replace
 
 from facetlog.robot.pioneer.commands import Command, argument_of
 from facetlog.robot.pioneer.configuration import Configuration
-from facetlog.robot.pioneer.packet import Decoder, Packet
+from facetlog.robot.pioneer.packet import Packet
 from facetlog.robot.pioneer.parameters import MODELS
+from facetlog.robot.pioneer.receiver import Receiver
 from facetlog.robot.pioneer.reports import Encoders, InputsOutputs, Names, Report
 from facetlog.robot.pioneer.server_information import ServerInformation, SonarReading
 from facetlog.robot.pioneer.true_pose import TruePose
@@ -58,7 +59,7 @@ class ScriptedRobot:
     now: float | None = None
 
     def __post_init__(self) -> None:
-        self._decoder = Decoder()
+        self._receiver = Receiver()
         self._out = b""
         self._last_heard = -math.inf
         self._next_report = math.inf
@@ -77,7 +78,7 @@ class ScriptedRobot:
 
     def receive(self, data: bytes, now: float) -> None:
         self.advance(now)
-        for received in self._decoder.feed(data, now):
+        for received in [*(self._receiver.idle(now) or ()), *self._receiver.feed(data, now)]:
             self._take(received.packet, now)
 
     def pending(self, now: float) -> bytes:

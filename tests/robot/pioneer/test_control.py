@@ -317,6 +317,16 @@ def test_a_robot_that_does_not_move_is_said_to_have_its_motors_off() -> None:
     assert drive.state.motors_on is False
 
 
+def test_motors_of_old_firmware_that_go_off_on_the_way_are_said_once() -> None:
+    drive = old_robot()
+    drive.run(1.0, (0.2, 0.0))
+    drive.robot.motors = False
+    with pytest.raises(DeviceError, match="told to move for"):
+        drive.run(4.0, (0.2, 0.0))
+    drive.run(1.0)
+    assert causes(drive) == [Cause.NOT_MOVING]
+
+
 def test_standing_still_at_a_creeping_speed_is_no_problem() -> None:
     drive = old_robot(enable_works=False)
     drive.run(4.0, (0.01, 0.0))

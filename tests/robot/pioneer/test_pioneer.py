@@ -305,6 +305,11 @@ from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.pioneer import Pioneer
 robot = Pioneer.connect(sys.argv[1], limits=Limits(speed=0.3))
 robot.enable_motors()
+if sys.argv[2] == "block":
+    with robot:
+        while True:
+            robot.drive(0.3, 0.0)
+            time.sleep(0.05)
 if sys.argv[2] == "exit":
     until = time.monotonic() + 20
     while robot.state.speed < 0.1 and time.monotonic() < until:
@@ -421,6 +426,7 @@ def test_a_killed_client_leaves_a_robot_that_stands_and_does_not_jump_at_the_nex
         assert robot.x - where < 0.005
 
 
+@pytest.mark.slow
 def test_an_interpreter_that_ends_without_closing_stops_the_robot(
     served: Served, tmp_path: Path
 ) -> None:
@@ -431,3 +437,15 @@ def test_an_interpreter_that_ends_without_closing_stops_the_robot(
     words = [(name, argument) for _, name, argument in served.robot.commands]
     assert words.index(("ENABLE", 0)) < len(words) - 1
     assert words[-1][0] == "CLOSE"
+
+
+@pytest.mark.slow
+def test_ctrl_c_stops_the_robot_and_closes_the_session(served: Served, tmp_path: Path) -> None:
+    process = client(served.address, "block", tmp_path)
+    try:
+        until(lambda: served.robot.speed > 0.2)
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(60)
+    until(lambda: served.robot.session == "waiting")
+    assert (served.robot.speed, served.robot.motors) == (0.0, False)

@@ -19,19 +19,25 @@ pytestmark = pytest.mark.usefixtures("quick")
 
 
 def drive_and_log(
-    path: Path, *, damage: float = 0.0, model: str | None = None, seconds: float = 0.5
+    path: Path,
+    *,
+    damage: float = 0.0,
+    model: str | None = None,
+    seconds: float = 0.5,
+    robot: ScriptedRobot | None = None,
 ) -> list[RobotState]:
     """The states that a short drive had."""
     states: list[RobotState] = []
-    port = ScriptedPort(ScriptedRobot(), has_baud=True)
+    port = ScriptedPort(robot or ScriptedRobot(), has_baud=True)
     with Pioneer.connect(port, model=model, log=path, baud=9600) as robot:
+        states.append(robot.state)
         robot.enable_motors()
         port.damage = damage
         end = time.monotonic() + seconds
         while time.monotonic() < end:
             robot.clear_stop()
             robot.drive(0.2, 0.3)
-            if not states or robot.state is not states[-1]:
+            if robot.state is not states[-1]:
                 states.append(robot.state)
             time.sleep(0.03)
         port.damage = 0.0
@@ -50,6 +56,14 @@ def test_a_session_is_decoded_again_to_the_same_states(tmp_path: Path, damage: f
         assert np.array_equal(again[state.at].covariance, state.covariance)
     assert found[0].parameters.name == "p3at"
     assert found[0].names.name == "scripted"
+
+
+def test_what_was_thought_of_the_motors_of_old_firmware_comes_back_too(tmp_path: Path) -> None:
+    path = tmp_path / "traffic.jsonl"
+    live = drive_and_log(path, robot=ScriptedRobot(model="p2dx", tells_motors=False))
+    again = {s.at: s for s in replayed_states(replay(path))}
+    assert {s.motors_on for s in live} == {False, None, True}
+    assert [again[s.at] for s in live] == live
 
 
 def test_the_last_session_is_played_unless_another_is_named(tmp_path: Path) -> None:

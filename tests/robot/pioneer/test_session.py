@@ -1,5 +1,7 @@
 """The handshake in simulated time: every state a robot may be found in."""
 
+import random
+
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
@@ -86,6 +88,22 @@ def test_a_lost_answer_to_sync2_closes_the_half_open_session() -> None:
     line = Line(answer)
     assert shake(line).names is not None
     assert "STOP" in line.commands()
+
+
+def test_a_close_that_the_robot_took_for_sync2_is_as_good_as_it() -> None:
+    """Both have the number 2; the robot had not heard the SYNC2 that was meant."""
+    robot, lost = ScriptedRobot(), [1]
+
+    def answer(data: bytes, now: float, baud: int | None) -> bytes:
+        if data[3:4] == b"\x02" and lost:
+            lost.pop()
+            return b""
+        return answering(robot)(data, now, baud)
+
+    line = Line(answer)
+    assert shake(line).names is not None
+    assert line.commands() == ["SYNC0", "SYNC1", "SYNC2", "STOP", "SYNC2"]
+    assert robot.session == "synchronised"
 
 
 def test_a_robot_that_has_lost_count_is_begun_with_again() -> None:
@@ -206,3 +224,17 @@ def test_packets_behind_the_names_are_kept() -> None:
         return said + report.to_bytes() if b"scripted" in said else said
 
     assert [each.packet for each in shake(Line(answer)).left_over] == [report]
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_a_line_with_damage_is_synchronised_in_the_end(seed: int) -> None:
+    """One byte in fifty, both ways: one packet in ten of the handshake, half of the names."""
+    robot, chance = ScriptedRobot(), random.Random(seed)
+
+    def damaged(data: bytes) -> bytes:
+        return bytes(chance.randrange(256) if chance.random() < 0.02 else b for b in data)
+
+    def answer(data: bytes, now: float, baud: int | None) -> bytes:
+        return damaged(answering(robot)(damaged(data), now, baud))
+
+    assert shake(Line(answer)).names == Names("scripted", "Pioneer", "p3dx")

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from facetlog.errors import InputError
 from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
 from facetlog.robot.pioneer.packet import Decoder, Packet
 from facetlog.robot.pioneer.server_information import ServerInformation
@@ -17,6 +18,7 @@ from facetlog.robot.simulator.world_file import (
     HeadSetup,
     RobotSetup,
     SceneSetup,
+    StartSetup,
     TimedFault,
     WorldSetup,
 )
@@ -214,6 +216,11 @@ def test_low_battery_stall_and_buttons_are_seen_in_the_reports() -> None:
     driver.hold(200, 1.5)
     assert not driver.reports[-1].stall_left
     assert driver.speed == pytest.approx(0.2)
+    driver.inject(FaultKind.STALL, seconds=60.0)
+    driver.hold(200, 0.2)
+    driver.inject(FaultKind.STALL, on=False)
+    driver.hold(200, 0.2)
+    assert not driver.reports[-1].stall_left
     driver.inject(FaultKind.MOTORS_OFF)
     driver.hold(200, 1.0)
     assert driver.reports[-1].flags & 1 == 0
@@ -285,3 +292,9 @@ def test_the_same_seed_gives_the_same_session_whatever_the_faults() -> None:
         ends.append((driver.x, len(driver.reports), driver.decoder.skipped))
     assert ends[0] == ends[1]
     assert ends[0] != ends[2]
+
+
+def test_a_robot_that_would_stand_in_a_solid_is_refused() -> None:
+    start = StartSetup(x=0.59, y=1.3)
+    with pytest.raises(InputError, match=r"robot.start \(0.59, 1.3\): something of the scene"):
+        Simulation(WorldSetup(robot=RobotSetup(start=start)))

@@ -3,7 +3,10 @@
 import math
 import struct
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from facetlog.robot.pioneer.commands import Command, integer_command, text_command
 from facetlog.robot.pioneer.configuration import Configuration
@@ -213,6 +216,18 @@ def test_sonars_fire_one_after_the_other_and_each_reading_is_told_once() -> None
     assert {reading.range for reading in seen if reading.index == 8} == {5000}
 
 
+def test_the_first_report_has_only_what_was_measured_since_the_sonars_were_on() -> None:
+    client = Client(make_firmware("p3dx"))
+    client.wait(5.0)
+    client.open()
+    # 100 ms at 40 ms a sonar, in two arrays
+    assert len(client.report().sonar) == 4
+    client.tell(Command.SONAR, 0)
+    client.wait(5.0)
+    client.tell(Command.SONAR, 1)
+    assert len(client.report().sonar) <= 6
+
+
 def test_ranges_are_in_the_unit_of_the_model() -> None:
     wall = placed(cuboid(0.2, 4.0, 0.5), 1.31, 0.0)
     client = connected(make_firmware("p2dx", wall))
@@ -286,3 +301,34 @@ def test_a_garbled_length_does_not_swallow_the_commands_behind_it_for_long() -> 
         client.wait(0.05)
     client.wait(1.0)
     assert client.speed == 0.0
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.binary(min_size=1, max_size=250), max_size=8))
+def test_no_bytes_make_the_robot_fail_or_move(pieces: list[bytes]) -> None:
+    client = connected(make_firmware("p2dx"))
+    for piece in pieces:
+        client.firmware.receive(piece, client.now)
+        client.wait(0.07)
+    # a command out of random bytes has its checksum right once in 65,536
+    assert client.truth == Truth(0.0, 0.0, 0.0)
+
+
+def test_a_stream_of_damaged_commands_is_survived() -> None:
+    rng = np.random.default_rng(0)
+    commands = [
+        integer_command(command, int(value)).to_bytes()
+        for command in Command
+        for value in rng.integers(-500, 500, 3)
+    ]
+    client = connected(make_firmware("p3dx"))
+    for _ in range(1500):
+        data = bytearray(commands[rng.integers(len(commands))])
+        if rng.random() < 0.5:
+            data[rng.integers(len(data))] = rng.integers(256)
+        client.firmware.receive(bytes(data), client.now)
+        client.wait(0.01)
+        assert abs(client.speed) <= 1.5 + 1e-9
+    client.firmware.power_cycle(client.now)
+    client.wait(3.0)
+    client.open()

@@ -1,11 +1,11 @@
 """The whole simulated robot as a user starts it: sockets, a pseudo terminal, HTTP, signals."""
 
 import json
+import os
 import signal
 import socket
 import subprocess
 import sys
-import threading
 import time
 import urllib.error
 import urllib.request
@@ -21,56 +21,11 @@ import serial
 
 from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
 from facetlog.robot.pioneer.packet import Decoder, Packet
+from facetlog.robot.simulator import web
 from facetlog.robot.simulator.simulation import Simulation
-from facetlog.robot.simulator.station import Station
-from facetlog.robot.simulator.world_file import CameraSetup, HeadSetup, RobotSetup, WorldSetup
+from facetlog.robot.simulator.world_file import HeadSetup, WorldSetup
 from tests.patience import allowed
-
-ANYWHERE = "127.0.0.1:0"
-SMALL = CameraSetup(width=160, height=120, rate=20.0, noise=1.0)
-SETUP = WorldSetup(camera=SMALL, robot=RobotSetup(model="p3dx"))
-LONG = 30.0
-
-
-def until(found: Callable[[], Any], what: str) -> Any:
-    deadline = time.monotonic() + allowed(LONG)
-    while time.monotonic() < deadline:
-        if value := found():
-            return value
-        time.sleep(0.01)
-    pytest.fail(f"{what} did not come")
-
-
-class Running:
-    """A station that serves on a thread of its own."""
-
-    def __init__(self, setup: WorldSetup = SETUP, *, pty: bool = False) -> None:
-        self.station = Station(setup, listen=ANYWHERE, pty=pty, camera=ANYWHERE)
-        self.thread = threading.Thread(target=self.station.serve)
-        self.thread.start()
-
-    def close(self) -> None:
-        self.station.stop()
-        self.thread.join()
-        self.station.close()
-
-    def get(self, url: str) -> bytes:
-        with urllib.request.urlopen(url, timeout=allowed(LONG)) as answer:  # noqa: S310
-            return bytes(answer.read())
-
-    def state(self) -> dict[str, Any]:
-        return dict(json.loads(self.get(self.station.addresses.state)))
-
-    def fault(self, **fault: object) -> dict[str, Any]:
-        request = urllib.request.Request(  # noqa: S310 - loopback
-            self.station.addresses.faults, data=json.dumps(fault).encode()
-        )
-        with urllib.request.urlopen(request, timeout=allowed(LONG)) as answer:  # noqa: S310
-            return dict(json.loads(answer.read()))
-
-    def picture(self) -> np.ndarray[Any, np.dtype[np.uint8]]:
-        data = np.frombuffer(self.get(self.station.addresses.still), np.uint8)
-        return cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+from tests.robot.simulator.running import ANYWHERE, LONG, SETUP, SMALL, Running, until
 
 
 class Caller:
@@ -240,7 +195,7 @@ def test_a_still_is_exposed_after_it_was_asked_for(running: Running) -> None:
 
 
 def test_a_frozen_camera_repeats_its_picture_and_a_silent_one_sends_none(
-    running: Running,
+    running: Running, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     running.picture()
     running.fault(kind="camera-frozen")
@@ -249,11 +204,25 @@ def test_a_frozen_camera_repeats_its_picture_and_a_silent_one_sends_none(
     running.fault(kind="camera-frozen", on=False)
     assert not np.array_equal(running.picture(), running.picture())
     running.fault(kind="camera-silent")
+    monkeypatch.setattr(web, "STILL_SECONDS", 0.3)
     with pytest.raises(urllib.error.HTTPError) as refused:
         running.get(running.station.addresses.still)
     with refused.value:
         assert refused.value.code == 503
         assert b"the camera sends no picture" in refused.value.read()
+
+
+def test_the_camera_goes_on_after_its_process_was_killed(
+    running: Running, caplog: pytest.LogCaptureFixture
+) -> None:
+    running.picture()
+    process = running.station.camera_process
+    assert process is not None
+    os.kill(process, signal.SIGKILL)
+    picture = until(lambda: (found := running.picture_or_none()) is not None and [found], "one")
+    assert picture[0].shape == (120, 160)
+    assert running.station.camera_process != process
+    assert "it is started again" in caplog.text
 
 
 def test_faults_are_ordered_over_http_and_wrong_orders_refused(running: Running) -> None:

@@ -1,0 +1,115 @@
+"""The driver and the simulated robot together, by the clock: driving, faults, a killed client."""
+
+import math
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from facetlog.errors import DeviceError
+from facetlog.robot.head.open_head import open_head
+from facetlog.robot.pioneer.pioneer import Pioneer
+from facetlog.robot.simulator.world_file import (
+    ErrorSetup,
+    HeadSetup,
+    RobotSetup,
+    SceneSetup,
+    WorldSetup,
+)
+from tests.patience import allowed
+from tests.robot.simulator.running import LONG, SMALL, Running, until
+
+FLOOR = SceneSetup(world="empty")
+ERRORS = ErrorSetup(left=0.01, right=-0.01, slip=0.002)
+UNIT = 0.84e-3  # metres of a p2dx's odometry
+
+
+@pytest.fixture
+def running() -> Iterator[Running]:
+    robot = RobotSetup(model="p2dx", errors=ERRORS)
+    made = Running(WorldSetup(scene=FLOOR, robot=robot, camera=SMALL), pty=True)
+    yield made
+    made.close()
+
+
+def drive(robot: Pioneer, speed: float, turning: float, seconds: float) -> None:
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        robot.drive(speed, turning)
+        time.sleep(0.1)
+
+
+def gone(before: dict[str, Any], after: dict[str, Any]) -> float:
+    """Metres between where the robot truly was."""
+    ends = [(state["truth"]["x"], state["truth"]["y"]) for state in (before, after)]
+    return math.dist(*ends)
+
+
+def standing(running: Running) -> dict[str, Any]:
+    """The state once the robot stands."""
+    return dict(
+        until(lambda: (s := running.state())["speed"] == 0 == s["turning"] and s, "a stand")
+    )
+
+
+def assert_odometry_agrees(robot: Pioneer, running: Running) -> None:
+    """The driver's pose is that of the encoders, to the units of the wire."""
+    told = standing(running)["odometry"]
+    stood = robot.last_state.at
+    pose = robot.wait_for(lambda state: state.at > stood + 0.2, allowed(LONG)).pose
+    # each report rounds to a unit; differences of rounded numbers do not add up their errors
+    assert (pose.x, pose.y) == pytest.approx((told["x"], told["y"]), abs=2 * UNIT)
+    assert pose.heading == pytest.approx(told["heading"], abs=2e-3)
+
+
+@pytest.mark.parametrize("line", ["robot", "pty"])
+def test_the_drivers_pose_is_what_the_encoders_counted(running: Running, line: str) -> None:
+    with Pioneer.connect(getattr(running.station.addresses, line)) as robot:
+        robot.enable_motors()
+        drive(robot, 0.25, 0.4, 3.0)
+        robot.stop()
+        assert_odometry_agrees(robot, running)
+    state = running.state()
+    assert not state["motors"]
+    assert gone({"truth": {"x": 0.0, "y": 0.0}}, state) > 0.3
+    assert state["truth"]["heading"] != pytest.approx(state["odometry"]["heading"], abs=2e-3)
+
+
+def test_heads_look_through_the_tunnel_where_the_driver_says() -> None:
+    running = Running(WorldSetup(scene=FLOOR, head=HeadSetup(port="aux2"), camera=SMALL))
+    try:
+        with Pioneer.connect(running.station.addresses.robot) as robot:
+            head = open_head("sony-evi-d30", robot.aux(2))
+            head.start()
+            told = head.look(0.5, -0.3)
+            state = running.state()
+            assert (state["pan"], state["tilt"]) == pytest.approx((told.pan, told.tilt), abs=1e-6)
+            assert (told.pan, told.tilt) == pytest.approx((0.5, -0.3), abs=1.1e-3)
+            head.close()
+    finally:
+        running.close()
+
+
+@pytest.mark.slow
+def test_damaged_bytes_and_gaps_leave_no_error_in_the_pose(running: Running) -> None:
+    with Pioneer.connect(running.station.addresses.robot) as robot:
+        robot.enable_motors()
+        running.fault(kind="corrupt", rate=0.005)
+        for _ in range(5):
+            drive(robot, 0.3, 0.5, 1.5)
+            running.fault(kind="frozen", seconds=0.5)
+        drive(robot, 0.3, 0.5, 1.5)
+        running.fault(kind="corrupt", on=False)
+        robot.stop()
+        assert_odometry_agrees(robot, running)
+
+
+def test_a_power_cycle_is_noticed_and_the_robot_can_be_connected_again(running: Running) -> None:
+    address = running.station.addresses.robot
+    with Pioneer.connect(address) as robot:
+        running.fault(kind="power-cycle", seconds=0.3)
+        with pytest.raises(DeviceError, match=r"reset|lost"):
+            until(lambda: robot.state is None, "an end of the session")
+    with Pioneer.connect(address) as robot:
+        assert robot.names.subclass == "p2dx"

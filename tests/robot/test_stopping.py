@@ -1,0 +1,218 @@
+"""How soon the simulated robot stands when a driver, its program or its line fails.
+
+Judged by the simulation's own clock and its true state, sampled all along.
+"""
+
+import math
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+import pytest
+
+from facetlog.errors import DeviceError
+from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.pioneer import Pioneer
+from facetlog.robot.pioneer.problems import Cause
+from facetlog.robot.pose2 import Pose2
+from facetlog.robot.simulator.faults import Fault, FaultKind
+from facetlog.robot.simulator.simulation import SimulationState
+from facetlog.robot.simulator.world_file import HeadSetup, RobotSetup, SceneSetup, WorldSetup
+from tests.patience import allowed
+from tests.robot.simulator.running import SMALL, Running, until
+
+STANDING = 1e-3
+LEASE_LIMIT = 0.6
+WATCHDOG = 2.0
+FULL_SPEED = 0.75
+"""m/s: what the simulated p3dx allows."""
+
+
+class Robot(Running):
+    """A simulated robot that is served, and what it did."""
+
+    def __init__(self, model: str = "p3dx") -> None:
+        self.samples: list[SimulationState] = []
+        self._done = threading.Event()
+        self._sampler = threading.Thread(target=self._sample)
+        setup = WorldSetup(
+            scene=SceneSetup(world="empty"),
+            robot=RobotSetup(model=model),
+            head=HeadSetup(kind="none"),
+            camera=SMALL,
+        )
+        super().__init__(setup)
+        self._sampler.start()
+
+    @property
+    def address(self) -> str:
+        return self.station.addresses.robot
+
+    @property
+    def now(self) -> SimulationState:
+        with self.station._live.now() as (simulation, at):
+            return simulation.state(at)
+
+    def inject(self, fault: Fault) -> float:
+        with self.station._live.now() as (simulation, at):
+            simulation.inject(fault, at)
+            return at
+
+    def _sample(self) -> None:
+        while not self._done.wait(0.01):
+            self.samples.append(self.now)
+
+    def stood_after(self, since: float) -> float:
+        """How long after `since` it stood for good; it must have moved then."""
+        moving = [s.at for s in self.samples if s.at >= since and _moves(s)]
+        return (max(moving) - since) if moving else 0.0
+
+    def close(self) -> None:
+        self._done.set()
+        self._sampler.join()
+        super().close()
+
+
+def _moves(state: SimulationState) -> bool:
+    return abs(state.speed) > STANDING or abs(state.turning) > STANDING
+
+
+@contextmanager
+def robot() -> Iterator[Robot]:
+    made = Robot()
+    try:
+        yield made
+    finally:
+        made.close()
+
+
+def drive_for(client: Pioneer, seconds: float, speed: float, turning: float) -> None:
+    """Drives so long, with a lease that is renewed all the time, and goes on after a stop."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        try:
+            client.drive(speed, turning)
+        except DeviceError:
+            client.clear_stop()
+        time.sleep(0.05)
+
+
+@pytest.mark.slow
+def test_a_line_on_which_one_byte_in_twenty_is_wrong_never_tells_a_wrong_pose() -> None:
+    with robot() as simulated:
+        with Pioneer.connect(simulated.address, limits=Limits(speed=0.3)) as client:
+            client.enable_motors()
+            simulated.inject(Fault(FaultKind.CORRUPT, rate=0.05))
+            believed = []
+            for _ in range(120):
+                with suppress(DeviceError):
+                    client.clear_stop()
+                    client.drive(0.25, 0.2)
+                believed.append(client.last_state.pose)
+                time.sleep(0.05)
+            ended = simulated.now.at
+            simulated.inject(Fault(FaultKind.CORRUPT, on=False))
+        way = [(s.odometry.x, s.odometry.y) for s in simulated.samples]
+        # Most reports are lost; each that comes through is a place where the encoders were.
+        for pose in believed:
+            assert min(math.hypot(pose.x - x, pose.y - y) for x, y in way) < 0.01
+        assert simulated.stood_after(ended) < WATCHDOG + allowed(0.5)
+
+
+@pytest.mark.slow
+def test_a_caller_that_hangs_or_dies_leaves_a_robot_that_stands_within_the_limit() -> None:
+    with robot() as simulated, Pioneer.connect(simulated.address) as client:
+        client.enable_motors()
+        for lasting in (0.3, 1.0):  # the second one dies with its lease still running
+            drive_for(client, 1.5, 0.3, 0.5)
+            dead: list[float] = []
+
+            def caller(lasting: float = lasting, dead: list[float] = dead) -> None:
+                client.drive(0.3, 0.5, lease=lasting)
+                dead.append(simulated.now.at)
+
+            thread = threading.Thread(target=caller)
+            thread.start()
+            thread.join()
+            time.sleep(1.5)
+            assert 0 < simulated.stood_after(dead[0]) < allowed(LEASE_LIMIT)
+        assert [p.cause for p in client.problems] == [Cause.LEASE, Cause.LEASE]
+
+
+CLIENT = """
+import sys, time
+from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.pioneer import Pioneer
+with Pioneer.connect(sys.argv[1], limits=Limits(speed=5.0, turning=5.0)) as robot:
+    robot.enable_motors()
+    told = False
+    while True:
+        robot.drive(5.0, 0.0)
+        if not told and robot.state.speed > 0.9 * float(sys.argv[2]):
+            print("at full speed", flush=True)
+            told = True
+        time.sleep(0.05)
+"""
+
+
+@pytest.mark.slow
+def test_a_client_killed_at_full_speed_is_outlived_by_the_watchdog_alone() -> None:
+    with robot() as simulated:
+        arguments = [sys.executable, "-c", CLIENT, simulated.address, str(FULL_SPEED)]
+        with subprocess.Popen(arguments, stdout=subprocess.PIPE) as process:
+            assert process.stdout is not None
+            assert process.stdout.readline() == b"at full speed\n"
+            process.send_signal(signal.SIGKILL)
+            killed = simulated.now.at
+        until(lambda: not _moves(simulated.now), "a stand")
+        # Its last packet may be 0.15 s old; then the watchdog's time and the way to standing.
+        braking = FULL_SPEED / 0.3
+        assert simulated.stood_after(killed) < WATCHDOG + braking + allowed(0.5)
+        time.sleep(0.5)
+        place, first = simulated.now.truth, simulated.now.at
+        with Pioneer.connect(simulated.address) as client:
+            assert client.state.pose == Pose2(0.0, 0.0, 0.0)
+            client.enable_motors()
+            time.sleep(1.0)
+            there = simulated.now.truth
+            assert (there.x, there.y, there.heading) == (place.x, place.y, place.heading)
+            assert not any(_moves(s) for s in simulated.samples if s.at > first)
+            drive_for(client, 1.0, 0.2, 0.0)
+            assert _moves(simulated.now)
+
+
+@pytest.mark.slow
+def test_nothing_jumps_when_the_line_comes_back_after_the_watchdog() -> None:
+    with robot() as simulated:
+        with Pioneer.connect(simulated.address) as client:
+            client.enable_motors()
+            drive_for(client, 1.5, 0.3, 0.0)
+            frozen = simulated.inject(Fault(FaultKind.FROZEN, seconds=WATCHDOG + 2.0))
+            with pytest.raises(DeviceError):
+                _driven_until_refused(client)
+        until(lambda: simulated.now.at > frozen + WATCHDOG + 3.0, "the end of the gap")
+        # The watchdog stops it; packets that waited in the line must not set it off again for
+        # longer than it takes the zeros behind them to arrive.
+        assert simulated.stood_after(frozen + WATCHDOG + 2.0) < allowed(0.3)
+
+
+def _driven_until_refused(client: Pioneer) -> None:
+    for _ in range(200):
+        client.drive(0.3, 0.0)
+        _ = client.state
+        time.sleep(0.05)
+
+
+def test_the_stop_button_is_what_is_said_not_the_stall_that_comes_with_it() -> None:
+    with robot() as simulated, Pioneer.connect(simulated.address) as client:
+        client.enable_motors()
+        simulated.fault(kind="stop-button")
+        client.wait_for(lambda state: bool(state.stop_button), allowed(5.0))
+        with pytest.raises(DeviceError, match="STOP button"):
+            client.drive(0.2, 0.0)
+        causes = [problem.cause for problem in client.problems]
+        assert causes == [Cause.STOP_BUTTON]
