@@ -97,8 +97,9 @@ class ViewVerdicts:
 
     def ready(self) -> list[ViewVerdict]:
         """The verdicts that have come since it was last called; does not wait."""
-        done = [future for future in self._asked if future.done()]
-        self._asked = [future for future in self._asked if not future.done()]
+        asked, self._asked, done = self._asked, [], []
+        for future in asked:
+            (done if future.done() else self._asked).append(future)
         return list(map(_answer, done))
 
     def last(self) -> list[ViewVerdict]:
