@@ -97,9 +97,11 @@ class ViewVerdicts:
 
     def ready(self) -> list[ViewVerdict]:
         """The verdicts that have come since it was last called; does not wait."""
-        asked, self._asked, done = self._asked, [], []
-        for future in asked:
-            (done if future.done() else self._asked).append(future)
+        done: list[Future[ViewVerdict]] = []
+        waiting: list[Future[ViewVerdict]] = []
+        for future in self._asked:
+            (done if future.done() else waiting).append(future)
+        self._asked = waiting
         return list(map(_answer, done))
 
     def last(self) -> list[ViewVerdict]:

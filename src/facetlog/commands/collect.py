@@ -24,6 +24,7 @@ from facetlog.commands.robot_options import (
     Start,
     camera_of,
     checked_speed,
+    ended_by_signals,
     numbers_in,
     optics_of,
     parsed_start,
@@ -131,7 +132,7 @@ def collect_command(
         model=model,
         baud=baud,
     )
-    with ExitStack() as stack, telling_warnings():
+    with ended_by_signals(), ExitStack() as stack, telling_warnings():
         verdicts = _judging(stack, out, tuple(models or ()), trust) if recognize else None
         collected = _collected(request, verdicts)
         last = _last_verdict(verdicts, len(collected.taken)) if verdicts is not None else None

@@ -23,6 +23,7 @@ from facetlog.commands.robot_options import (
     Speed,
     camera_of,
     checked_speed,
+    ended_by_signals,
     optics_of,
     telling_warnings,
 )
@@ -143,7 +144,7 @@ def _sightings(line: _Line, board: "Board", optics: "Optics", mount: "Mount") ->
     from facetlog.robot.pioneer.pioneer import Pioneer
     from facetlog.robot.pose2 import Pose2
 
-    with ExitStack() as stack, telling_warnings():
+    with ended_by_signals(), ExitStack() as stack, telling_warnings():
         robot = stack.enter_context(
             Pioneer.connect(
                 line.robot, model=line.model, limits=Limits(speed=line.speed), baud=line.baud
