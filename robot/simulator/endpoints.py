@@ -1,12 +1,15 @@
 """Where clients reach the simulated robot and its head: a TCP port, or a pseudo terminal."""
 
 import logging
+import math
 import os
 import pty
 import select
 import socket
 import termios
+import time
 import tty
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Protocol
 
@@ -17,9 +20,13 @@ from facetlog.robot.simulator.address import listener
 __all__ = ["Endpoint", "PtyEndpoint", "TcpEndpoint"]
 
 CHUNK = 4096
+AT_ONCE = 16 * CHUNK  # more than a line carries in a second: a flood must not hold up the robot
 BITS_A_BYTE = 10  # with start and stop bit
 UNSENT = 1024
 """Bytes that wait for the line at most; as on a real one, what comes on top is lost."""
+UNDER_WAY = 0.05
+"""Seconds that bytes may take through the pseudo terminal, on a machine that has other work."""
+OUTPUT_SPEED = 5  # its place in what tcgetattr gives
 BAUDS = {
     termios.B9600: 9600,
     termios.B19200: 19200,
@@ -75,7 +82,13 @@ class TcpEndpoint:
     def read(self, baud: int) -> bytes:  # noqa: ARG002 - a TCP line has no speed
         """What the client sent; takes another client if there is none."""
         data = self._received()
-        self._accept()
+        for client in self._callers():
+            data += self._received()  # the one before may just have gone
+            if self._client is None:
+                self._client = client
+            else:
+                client.close()
+                _LOG.warning("%s: a second client was turned away", self.address)
         return data
 
     def write(self, data: bytes, now: float, baud: int) -> None:  # noqa: ARG002
@@ -95,29 +108,27 @@ class TcpEndpoint:
         self._listener.close()
 
     def _received(self) -> bytes:
-        if self._client is None:
-            return b""
-        try:
-            data = self._client.recv(CHUNK)
-        except BlockingIOError:
-            return b""
-        except OSError:
-            data = b""
-        if not data:
-            self._hang_up()
+        """What is there, up to a limit; hangs up if the client has."""
+        data = b""
+        while self._client is not None and len(data) < AT_ONCE:
+            try:
+                piece = self._client.recv(CHUNK)
+            except BlockingIOError:
+                break
+            except OSError:
+                piece = b""
+            data += piece
+            if not piece:
+                self._hang_up()
         return data
 
-    def _accept(self) -> None:
+    def _callers(self) -> Iterator[socket.socket]:
         with suppress(BlockingIOError):
             while True:
                 client, _ = self._listener.accept()
-                if self._client is not None:
-                    client.close()
-                    _LOG.warning("%s: a second client was turned away", self.address)
-                    continue
                 client.setblocking(False)
                 client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-                self._client = client
+                yield client
 
     def _hang_up(self) -> None:
         if self._client is not None:
@@ -136,6 +147,8 @@ class PtyEndpoint:
         self._master, self._slave = pty.openpty()
         tty.setraw(self._slave)  # or the robot's own reports would come back as an echo
         os.set_blocking(self._master, False)
+        self._now = self._before = self._speed()
+        self._changed = -math.inf
         self._unsent = bytearray()
         self._sent_until = 0.0
 
@@ -150,11 +163,16 @@ class PtyEndpoint:
 
     def read(self, baud: int) -> bytes:
         """What clients sent."""
+        speed, at = self._speed(), time.monotonic()
+        if speed != self._now:
+            self._before, self._now, self._changed = self._now, speed, at
         try:
             data = os.read(self._master, CHUNK)
         except OSError:  # nothing there
             return b""
-        return data if self._speed() == baud else self._rng.bytes(len(data))
+        # A client may have sent this just before it changed its speed.
+        recent = self._before if at - self._changed < UNDER_WAY else speed
+        return data if baud in (speed, recent) else self._rng.bytes(len(data))
 
     def write(self, data: bytes, now: float, baud: int) -> None:
         """Sends as fast as the speed lets it; the rest the next time."""
@@ -179,6 +197,5 @@ class PtyEndpoint:
         os.close(self._slave)
 
     def _speed(self) -> int | None:
-        """What the client has set; as much as both of its directions agree."""
-        _, _, _, _, ispeed, ospeed, _ = termios.tcgetattr(self._slave)
-        return BAUDS.get(ospeed) if ispeed == ospeed else None
+        """What the client has set for what it sends."""
+        return BAUDS.get(termios.tcgetattr(self._slave)[OUTPUT_SPEED])

@@ -10,7 +10,7 @@ import serial
 
 from facetlog.errors import DeviceError, InputError
 from facetlog.robot.simulator.address import host_and_port
-from facetlog.robot.simulator.endpoints import PtyEndpoint, TcpEndpoint
+from facetlog.robot.simulator.endpoints import UNDER_WAY, PtyEndpoint, TcpEndpoint
 from tests.patience import allowed
 
 OPTION = "--listen"
@@ -73,6 +73,18 @@ def test_after_a_client_has_gone_the_next_one_is_taken(tcp: TcpEndpoint) -> None
         eventually(lambda: tcp.read(BAUD) == b"" and len(tcp.descriptors()) == 1)
 
 
+def test_a_client_that_calls_right_after_another_has_gone_is_taken(tcp: TcpEndpoint) -> None:
+    with dial(tcp) as first:
+        first.sendall(b"x")
+        eventually(lambda: tcp.read(BAUD))
+        first.sendall(b"good-bye")
+    with dial(tcp) as second:
+        # both are there at one look: the last words, the end, and the next client
+        assert eventually(lambda: tcp.read(BAUD)) == b"good-bye"
+        second.sendall(b"hello")
+        assert eventually(lambda: tcp.read(BAUD)) == b"hello"
+
+
 def test_a_client_that_does_not_read_does_not_stop_the_robot(tcp: TcpEndpoint) -> None:
     with dial(tcp) as client:
         client.sendall(b"x")
@@ -128,6 +140,8 @@ def test_it_sends_no_faster_than_its_speed(terminal: PtyEndpoint, ticks: int) ->
 @pytest.mark.parametrize("speed", [19200, 38400, 115200])
 def test_at_another_speed_both_sides_read_other_bytes(terminal: PtyEndpoint, speed: int) -> None:
     with serial.Serial(terminal.address, speed, timeout=allowed(5.0)) as client:
+        terminal.read(BAUD)
+        time.sleep(2 * UNDER_WAY)
         client.write(b"SYNC" * 10)
         came = eventually(lambda: terminal.read(BAUD))
         assert came != b"SYNC" * 10
@@ -138,8 +152,18 @@ def test_at_another_speed_both_sides_read_other_bytes(terminal: PtyEndpoint, spe
         assert len(heard) == 40
         assert heard != b"ECHO" * 10
         client.baudrate = BAUD
+        terminal.read(BAUD)
         client.write(b"SYNC")
         assert eventually(lambda: terminal.read(BAUD)) == b"SYNC"
+
+
+def test_what_was_sent_before_a_change_of_speed_still_arrives(terminal: PtyEndpoint) -> None:
+    with serial.Serial(terminal.address, BAUD, timeout=allowed(5.0)) as client:
+        terminal.read(BAUD)
+        client.write(b"HOSTBAUD")
+        client.flush()
+        client.baudrate = 38400
+        assert eventually(lambda: terminal.read(BAUD)) == b"HOSTBAUD"
 
 
 def test_nothing_is_echoed_to_a_client_that_sets_nothing(terminal: PtyEndpoint) -> None:

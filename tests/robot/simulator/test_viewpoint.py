@@ -8,6 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.perception.pan_tilt import pan_tilt_pose
+from facetlog.robot.collecting import kinematics
+from facetlog.robot.collecting.mount import Mount
+from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.viewpoint import Viewpoint, camera_of, camera_pose
 from facetlog.robot.simulator.world_file import CameraSetup, MountSetup
 from facetlog.robot.tour import tour_camera
@@ -68,3 +71,24 @@ def test_between_two_headings_it_turns_the_shorter_way() -> None:
     middle = start.towards(end, 0.5)
     assert (middle.x, middle.pan) == (0.5, 0.1)
     assert middle.heading == pytest.approx(math.pi)
+
+
+@given(st.lists(st.floats(-0.5, 0.5), min_size=16, max_size=16))
+def test_it_is_the_chain_that_the_collection_writes_down(values: list[float]) -> None:
+    lengths, angles, (x, y, heading, pan, tilt) = values[:6], values[6:11], values[11:]
+    names = dict(zip(("x", "y", "z", "ahead", "left", "up"), lengths, strict=True))
+    z = 1.0 + names["z"]  # a mast stands on the robot
+    turns = dict(zip(("yaw", "pitch", "roll", "tilt_zero", "skew"), angles, strict=True))
+    pinhole = {f"pinhole_{name}": names[name] for name in ("ahead", "left", "up")}
+    mount = Mount(x=names["x"], y=names["y"], z=z, **turns, **pinhole)
+    setup = MountSetup(
+        x=names["x"],
+        y=names["y"],
+        z=z,
+        **{f"{name}_deg": math.degrees(value) for name, value in turns.items()},
+        **pinhole,
+    )
+    written = kinematics.camera_pose(Pose2(x, y, heading), mount, kinematics.Gaze(pan, tilt))
+    seen = camera_pose(Viewpoint(x, y, heading, pan, tilt), setup)
+    assert seen.centre == pytest.approx(written.centre, abs=1e-9)
+    assert seen.rotation == pytest.approx(written.rotation, abs=1e-9)

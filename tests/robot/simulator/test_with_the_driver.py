@@ -1,4 +1,4 @@
-"""The driver and the simulated robot together, by the clock: driving, faults, a killed client."""
+"""The driver on each line of the simulated robot, by the clock (see test_driver_on_simulator)."""
 
 import math
 import time
@@ -89,20 +89,6 @@ def test_heads_look_through_the_tunnel_where_the_driver_says() -> None:
             head.close()
     finally:
         running.close()
-
-
-@pytest.mark.slow
-def test_damaged_bytes_and_gaps_leave_no_error_in_the_pose(running: Running) -> None:
-    with Pioneer.connect(running.station.addresses.robot) as robot:
-        robot.enable_motors()
-        running.fault(kind="corrupt", rate=0.005)
-        for _ in range(5):
-            drive(robot, 0.3, 0.5, 1.5)
-            running.fault(kind="frozen", seconds=0.5)
-        drive(robot, 0.3, 0.5, 1.5)
-        running.fault(kind="corrupt", on=False)
-        robot.stop()
-        assert_odometry_agrees(robot, running)
 
 
 def test_a_power_cycle_is_noticed_and_the_robot_can_be_connected_again(running: Running) -> None:
