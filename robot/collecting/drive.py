@@ -17,8 +17,9 @@ from facetlog.robot.pose2 import Pose2
 
 __all__ = ["Robot", "RobotView", "Wheels"]
 
-# Seconds without a report after which driving ends; the driver has stopped the robot long before.
-REPORT_TIMEOUT = 2.0
+# Seconds without a report after which driving ends: the driver has stopped the robot long before,
+# and after 2 s it says itself that the link is lost, and what to do.
+REPORT_TIMEOUT = 3.0
 LEASE = 0.3
 # A robot that is told to move and does not, by either of these, for so long is held by something:
 # stalled wheels say so sooner, wheels that slip on the spot never.

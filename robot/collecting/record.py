@@ -33,6 +33,7 @@ __all__ = [
     "Record",
     "Taken",
     "read_record",
+    "read_robot_tum",
     "robot_tum",
     "write_file",
 ]
@@ -322,6 +323,16 @@ def robot_tum(way: Iterable[tuple[float, Pose2]]) -> str:
             f"{at:.3f} {place.x:.4f} {place.y:.4f} 0 0 0 {math.sin(half):.6f} {math.cos(half):.6f}"
         )
     return "\n".join(lines) + "\n"
+
+
+def read_robot_tum(path: Path) -> list[tuple[float, Pose2]]:
+    """What `robot_tum` wrote; InputError for anything else."""
+    try:
+        lines = path.read_text(encoding="utf-8").splitlines()
+        rows = [list(map(float, line.split())) for line in lines if not line.startswith("#")]
+        return [(at, Pose2(x, y, 2 * math.atan2(qz, qw))) for at, x, y, _, _, _, qz, qw in rows]
+    except (OSError, ValueError) as exc:
+        raise InputError(f"{path} cannot be read: {exc}: remove it, then go on") from exc
 
 
 def _tum(taken: Iterable[Taken]) -> str:

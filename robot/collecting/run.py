@@ -28,6 +28,7 @@ from facetlog.robot.collecting.record import (
     Record,
     Taken,
     read_record,
+    read_robot_tum,
     robot_tum,
     write_file,
 )
@@ -310,11 +311,11 @@ def _draw(
         if view.name not in there
     )
     floor = Floor(closed, request.tour.target, radius, missed)
+    path = request.folder / WAY_FILE
+    stamped = read_robot_tum(path) if request.resume and path.is_file() else []
+    stamped += [(epoch + at, place) for at, place in way]
+    write_file(path, robot_tum(stamped).encode())
     write_file(
         request.folder / MAP_FILE,
-        map_png([place for _, place in way], taken, floor, request.optics),
+        map_png([place for _, place in stamped], taken, floor, request.optics),
     )
-    path = request.folder / WAY_FILE
-    before = path.read_text(encoding="utf-8") if request.resume and path.is_file() else ""
-    stamped = [(epoch + at, place) for at, place in way]
-    write_file(path, (before + robot_tum(stamped)).encode())

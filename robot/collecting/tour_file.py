@@ -64,6 +64,7 @@ class Tour:
     def target(self) -> FloatArray | None:
         """The point (3,) that is nearest to all lines of sight; None if they do not meet.
 
+        Nor is there one if most views look away from where their lines meet, as all round a room.
         Least squares: sum of (I - d dᵀ) over the views times the point is that of their centres.
         """
         blocks = [np.eye(3) - np.outer(v.direction, v.direction) for v in self.views]
@@ -71,7 +72,9 @@ class Tour:
         if not blocks or np.linalg.eigvalsh(total)[0] < LEAST_CONDITION * len(blocks):
             return None
         centres = [block @ v.pose.centre for block, v in zip(blocks, self.views, strict=True)]
-        return np.asarray(np.linalg.solve(total, np.sum(centres, axis=0)))
+        point = np.asarray(np.linalg.solve(total, np.sum(centres, axis=0)))
+        towards = sum(bool(v.direction @ (point - v.pose.centre) > 0) for v in self.views)
+        return point if 2 * towards > len(self.views) else None
 
 
 def paper_tour() -> Tour:

@@ -83,19 +83,25 @@ class ViewVerdicts:
     ) -> None:
         self._pool.shutdown(wait=True, cancel_futures=True)
 
-    def ask(self, views: int) -> None:
-        """Asks for a verdict on the first `views` views of the folder."""
+    def ask(self, views: int, *, finally_: bool = False) -> None:
+        """Asks for a verdict on the first `views` views of the folder.
+
+        Only at the end are poses corrected by the pictures, which takes longer than to drive on.
+        """
         self._asked = [future for future in self._asked if not future.cancel()]
         try:
-            self._asked.append(self._pool.submit(_judge, self._folder, views))
+            self._asked.append(self._pool.submit(_judge, self._folder, views, not finally_))
         except BrokenProcessPool:
             # Said by the answer to an earlier question.
             return
 
     def ready(self) -> list[ViewVerdict]:
         """The verdicts that have come since it was last called; does not wait."""
-        done = [future for future in self._asked if future.done()]
-        self._asked = [future for future in self._asked if not future.done()]
+        done: list[Future[ViewVerdict]] = []
+        waiting: list[Future[ViewVerdict]] = []
+        for future in self._asked:
+            (done if future.done() else waiting).append(future)
+        self._asked = waiting
         return list(map(_answer, done))
 
     def last(self) -> list[ViewVerdict]:
@@ -120,14 +126,20 @@ def _open(models: tuple[Path, ...], trusted: bool) -> None:
     _models.append(open_models(models, trusted=trusted))
 
 
-def _judge(folder: Path, views: int) -> ViewVerdict:
+def _judge(folder: Path, views: int, keep_poses: bool) -> ViewVerdict:
     """In the worker: the verdict on the first views of a folder."""
     from facetlog.kb.proof import State
     from facetlog.pipeline import recognize_views, views_from
 
     clock = StepClock()
     try:
-        found = views_from(folder / "transforms.json", unit=None, progress=None, clock=clock)
+        found = views_from(
+            folder / "transforms.json",
+            unit=None,
+            keep_poses=keep_poses,
+            progress=None,
+            clock=clock,
+        )
         first = replace(found, views=found.views[:views])
         recognised = recognize_views(first, base=_models[0], clock=clock)
     except FacetlogError as exc:

@@ -6,100 +6,47 @@ import time
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
-from urllib.parse import urlsplit
 
 import typer
 
+from facetlog.commands.robot_options import (
+    DEFAULT_SPEED,
+    Baud,
+    CameraFile,
+    CameraUrl,
+    Head,
+    HeadPort,
+    Latency,
+    Model,
+    Noiseless,
+    RobotAddress,
+    Speed,
+    Start,
+    camera_of,
+    checked_speed,
+    ended_by_signals,
+    numbers_in,
+    optics_of,
+    parsed_start,
+    telling_warnings,
+)
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
 from facetlog.errors import InputError
 from facetlog.terminal import error, error_lines, note, warn
 
 if TYPE_CHECKING:
-    from facetlog.robot.collecting.optics import Optics
     from facetlog.robot.collecting.record import Taken
     from facetlog.robot.collecting.route import Circle
     from facetlog.robot.collecting.run import Collected, Request
     from facetlog.robot.collecting.tour_file import Tour
-    from facetlog.robot.pose2 import Pose2
     from facetlog.view_verdicts import ViewVerdict, ViewVerdicts
 
-__all__ = [
-    "Baud",
-    "CameraFile",
-    "CameraUrl",
-    "Head",
-    "HeadPort",
-    "Latency",
-    "Model",
-    "Noiseless",
-    "RobotAddress",
-    "Start",
-    "camera_of",
-    "collect_command",
-    "optics_of",
-    "parsed_start",
-]
+__all__ = ["collect_command"]
 
 SCHEMA = "facetlog-collected/1"
 ORDERS = ("given", "short")
-CAMERA_TOML = "camera.toml"
 # One view alone has no depth: of two on there is something to judge.
 LEAST_VIEWS = 2
-# Where robots and cameras are that are simulated on this machine.
-LOCAL = ("127.", "localhost", "/dev/pts/")
-# What the simulated camera offers where `facetlog simulate` is called as docs/robot.md does.
-SIMULATED_CAMERA = "http://127.0.0.1:8100/"
-DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
-
-RobotAddress = Annotated[
-    str,
-    typer.Argument(
-        metavar="ROBOT", help="tcp:HOST:PORT, HOST:PORT, serial:PATH, or a path as /dev/ttyUSB0."
-    ),
-]
-CameraUrl = Annotated[
-    str | None,
-    typer.Option(
-        "--camera",
-        metavar="URL",
-        help="0, /dev/video0, rtsp://…, http://… (stream or .jpg), file; of a robot that is "
-        f"simulated here {SIMULATED_CAMERA}, if nothing is said.",
-    ),
-]
-Noiseless = Annotated[
-    bool,
-    typer.Option("--noiseless", help="Pictures without noise: equal ones are no frozen camera."),
-]
-Head = Annotated[
-    str, typer.Option("--head", metavar="KIND", help="Camera head: sony-evi-d30 or canon-vc-c4.")
-]
-HeadPort = Annotated[
-    str,
-    typer.Option("--head-port", metavar="PORT", help="aux1, aux2, aux3, or an address of its own."),
-]
-CameraFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--camera-file", metavar="TOML", help="The camera's calibration; else beside the tour."
-    ),
-]
-Start = Annotated[
-    str | None,
-    typer.Option(
-        "--start", metavar="X,Y,HEADING_DEG", help="Where the robot stands in the world, metres."
-    ),
-]
-Latency = Annotated[
-    float | None,
-    typer.Option("--latency", metavar="SECONDS", help="Largest delay of the camera's pictures."),
-]
-Model = Annotated[
-    str | None,
-    typer.Option("--model", metavar="NAME", help="The robot's model, where it names an unknown."),
-]
-Baud = Annotated[
-    int | None, typer.Option("--baud", metavar="N", help="Of a serial line; else it is found.")
-]
 
 
 @command
@@ -124,9 +71,7 @@ def collect_command(
     order: Annotated[
         str, typer.Option("--order", metavar="ORDER", help="given, or short: the shortest way.")
     ] = "given",
-    speed: Annotated[
-        float, typer.Option("--speed", metavar="M/S", help="Largest speed of the robot.")
-    ] = DEFAULT_SPEED,
+    speed: Speed = DEFAULT_SPEED,
     keep_out: Annotated[
         list[str] | None,
         typer.Option(
@@ -159,8 +104,7 @@ def collect_command(
 
     if order not in ORDERS:
         raise InputError(f"--order {order!r:.40}: use one of {', '.join(ORDERS)}")
-    if not 0 < speed <= LARGEST_SPEED:
-        raise InputError(f"--speed {speed:g}: give metres a second, above 0 to {LARGEST_SPEED}")
+    checked_speed(speed)
     if resume and start is None:
         raise InputError(
             "--resume: odometry began anew, so say by --start X,Y,HEADING_DEG where the robot "
@@ -188,10 +132,10 @@ def collect_command(
         model=model,
         baud=baud,
     )
-    with ExitStack() as stack:
+    with ended_by_signals(), ExitStack() as stack, telling_warnings():
         verdicts = _judging(stack, out, tuple(models or ()), trust) if recognize else None
         collected = _collected(request, verdicts)
-        last = _last_verdict(verdicts) if verdicts is not None else None
+        last = _last_verdict(verdicts, len(collected.taken)) if verdicts is not None else None
     _answer(collected, last, as_json=as_json)
     if collected.ended.fault is not None:
         for line in error_lines(collected.ended.fault):
@@ -199,60 +143,6 @@ def collect_command(
         return collected.ended.fault.exit_code
     complete = not collected.plan.skipped and (last is None or bool(last.best))
     return YES if complete else NO
-
-
-def camera_of(told: str | None, robot: str) -> str:
-    """The camera's address; that of the simulator only for a robot that is simulated here.
-
-    Otherwise a simulator that somebody forgot would give its pictures to a real robot's views.
-    """
-    if told is not None:
-        return told
-    place = robot.removeprefix("tcp:").removeprefix("serial:")
-    if not place.startswith(LOCAL):
-        raise InputError(f"which camera is on {robot}? Give --camera: 0, /dev/video0, http://…")
-    return SIMULATED_CAMERA
-
-
-def optics_of(
-    camera_file: Path | None, tour: Path | None, camera: str
-) -> tuple["Optics", float | None]:
-    """The camera that is told, or that of camera.toml beside the tour, or the simulated one's.
-
-    InputError where there is neither, and `camera` is not on this machine.
-    """
-    from facetlog.camera_file import read_optics
-    from facetlog.robot.collecting.optics import Optics
-    from facetlog.robot.tour import tour_camera
-
-    if camera_file is None and tour is not None and (tour.parent / CAMERA_TOML).is_file():
-        camera_file = tour.parent / CAMERA_TOML
-    if camera_file is not None:
-        return read_optics(camera_file)
-    if not (urlsplit(camera).hostname or "").startswith(LOCAL):
-        raise InputError(f"camera {camera} needs its calibration: give --camera-file")
-    note("no --camera-file: the camera is taken to be the simulated one, 640 x 480, 65° across")
-    return Optics(tour_camera()), None
-
-
-def parsed_start(text: str | None) -> "Pose2":
-    """The robot's place in the world; its origin, facing along x, where nothing is told."""
-    from facetlog.robot.pose2 import Pose2
-
-    if text is None:
-        return Pose2()
-    x, y, heading = _numbers(text, "--start", "X,Y,HEADING_DEG", 3)
-    return Pose2(x, y, math.radians(heading))
-
-
-def _numbers(text: str, option: str, form: str, *counts: int) -> tuple[float, ...]:
-    try:
-        values = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        values = ()
-    if len(values) not in counts or not all(map(math.isfinite, values)):
-        raise InputError(f"{option} {text!r:.40}: give {form}")
-    return values
 
 
 def _keep_out(told: list[str] | None) -> "float | tuple[Circle, ...] | None":
@@ -264,7 +154,7 @@ def _keep_out(told: list[str] | None) -> "float | tuple[Circle, ...] | None":
     form = "RADIUS, or X,Y,RADIUS as often as needed (metres)"
     circles = []
     for text in told:
-        numbers = _numbers(text, "--keep-out", form, 1, 3)
+        numbers = numbers_in(text, "--keep-out", form, 1, 3)
         if numbers[-1] <= 0:
             raise InputError(f"--keep-out {text!r:.40}: a radius is above 0")
         if len(numbers) == 1 and len(told) == 1:
@@ -343,11 +233,15 @@ def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collecte
     return run_collection(request, _Told(verdicts))
 
 
-def _last_verdict(verdicts: "ViewVerdicts") -> "ViewVerdict | None":
-    """The newest verdict, once it is there; those before it are told."""
-    come = [*verdicts.ready(), *verdicts.last()]
-    _tell(come)
-    return max(come, key=lambda verdict: verdict.views, default=None)
+def _last_verdict(verdicts: "ViewVerdicts", views: int) -> "ViewVerdict | None":
+    """The verdict on all views, once it is there; those before it are told."""
+    _tell(verdicts.ready())
+    if views < LEAST_VIEWS:
+        return None
+    verdicts.ask(views, finally_=True)
+    come = verdicts.last()
+    _tell(come[:-1])
+    return come[-1] if come else None
 
 
 def _answer(collected: "Collected", last: "ViewVerdict | None", *, as_json: bool) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.collect import (
+from facetlog.commands.robot_options import (
     DEFAULT_SPEED,
     Baud,
     CameraFile,
@@ -20,8 +20,12 @@ from facetlog.commands.collect import (
     Model,
     Noiseless,
     RobotAddress,
+    Speed,
     camera_of,
+    checked_speed,
+    ended_by_signals,
     optics_of,
+    telling_warnings,
 )
 from facetlog.commands.shared import NO, YES, AsJson, command
 from facetlog.errors import InputError
@@ -66,9 +70,7 @@ def mount_command(
     head: Head = "sony-evi-d30",
     head_port: HeadPort = "aux1",
     camera_file: CameraFile = None,
-    speed: Annotated[
-        float, typer.Option("--speed", metavar="M/S", help="Largest speed of the robot.")
-    ] = DEFAULT_SPEED,
+    speed: Speed = DEFAULT_SPEED,
     latency: Latency = None,
     noiseless: Noiseless = False,
     model: Model = None,
@@ -84,8 +86,7 @@ def mount_command(
     from facetlog.robot.collecting.record import write_file
 
     printed = _board(board, square, marker)
-    if not speed > 0:
-        raise InputError(f"--speed {speed:g}: give metres a second, above 0")
+    checked_speed(speed)
     if out.is_dir() or not out.absolute().parent.is_dir():
         raise InputError(f"{out} cannot be written: give a file in a folder that exists")
     url = camera_of(camera, robot)
@@ -143,7 +144,7 @@ def _sightings(line: _Line, board: "Board", optics: "Optics", mount: "Mount") ->
     from facetlog.robot.pioneer.pioneer import Pioneer
     from facetlog.robot.pose2 import Pose2
 
-    with ExitStack() as stack:
+    with ended_by_signals(), ExitStack() as stack, telling_warnings():
         robot = stack.enter_context(
             Pioneer.connect(
                 line.robot, model=line.model, limits=Limits(speed=line.speed), baud=line.baud

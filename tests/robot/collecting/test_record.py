@@ -24,6 +24,7 @@ from facetlog.robot.collecting.record import (
     Record,
     Taken,
     read_record,
+    read_robot_tum,
     robot_tum,
     write_file,
 )
@@ -128,6 +129,20 @@ def test_the_trajectory_is_in_tums_order(tmp_path: Path) -> None:
     )
     way = np.loadtxt(io.StringIO(robot_tum([(5.0, Pose2(1.0, 2.0, math.pi / 2))])))
     np.testing.assert_allclose(way, [5, 1, 2, 0, 0, 0, 0.5**0.5, 0.5**0.5], atol=1e-5)
+
+
+@pytest.mark.parametrize("headings", [(), (0.5,), (0.5, -3.0, 3.1)])
+def test_the_robots_way_is_read_as_it_was_written(
+    tmp_path: Path, headings: tuple[float, ...]
+) -> None:
+    way = [(1.7e9 + i, Pose2(0.1 * i, -0.2, heading)) for i, heading in enumerate(headings)]
+    path = tmp_path / "odometry.tum"
+    path.write_text(robot_tum(way), encoding="utf-8")
+    again = read_robot_tum(path)
+    assert [at for at, _ in again] == [at for at, _ in way]
+    for (_, here), (_, there) in zip(again, way, strict=True):
+        assert (here.x, here.y) == pytest.approx((there.x, there.y))
+        assert here.heading == pytest.approx(there.heading, abs=1e-5)
 
 
 def test_a_record_is_read_again_as_it_was(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 import json
 import math
+import subprocess
+import sys
 import threading
 import time
 import urllib.request
@@ -9,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,6 +22,7 @@ from facetlog.robot.collecting.record import read_record
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.station import Station
 from facetlog.robot.simulator.world_file import read_world
+from tests.patience import allowed
 
 pytestmark = pytest.mark.slow
 
@@ -31,7 +35,7 @@ PLACES = ((0.25, 0.36), (0.45, 0.39), (0.67, 0.35))
 
 
 @contextmanager
-def _simulated(*, pty: bool = False, seed: int = 0) -> Iterator[Station]:
+def simulated(*, pty: bool = False, seed: int = 0) -> Iterator[Station]:
     setup = replace(read_world(None), seed=seed)
     local = "127.0.0.1:0"
     with Station(setup, listen=local, pty=pty, camera=local) as station:
@@ -44,9 +48,14 @@ def _simulated(*, pty: bool = False, seed: int = 0) -> Iterator[Station]:
             thread.join()
 
 
-def _true(station: Station) -> Pose2:
+def _state(station: Station) -> dict[str, Any]:
     with urllib.request.urlopen(station.addresses.state) as answer:  # noqa: S310
-        truth = json.load(answer)["truth"]
+        state: dict[str, Any] = json.load(answer)
+    return state
+
+
+def _true(station: Station) -> Pose2:
+    truth = _state(station)["truth"]
     return Pose2(truth["x"], truth["y"], truth["heading"])
 
 
@@ -68,7 +77,7 @@ def test_a_tour_is_collected_with_poses_as_good_as_odometry(
     pty: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "views"
-    with _simulated(pty=pty) as station:
+    with simulated(pty=pty) as station:
         addresses = station.addresses
         robot = addresses.pty if pty else addresses.robot
         assert robot is not None
@@ -93,7 +102,7 @@ def test_a_frozen_camera_ends_it_and_the_rest_is_taken_later(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "views"
-    with _simulated() as station:
+    with simulated() as station:
         addresses = station.addresses
         argv = [
             *("collect", addresses.robot, "--tour", _tour(tmp_path), "-o", str(out)),
@@ -121,11 +130,31 @@ def test_a_frozen_camera_ends_it_and_the_rest_is_taken_later(
     assert [view.name for view in taken] == ["first.png", "second.png", "third.png"]
 
 
+def test_a_program_that_is_terminated_stops_the_robot_first(tmp_path: Path) -> None:
+    out = tmp_path / "views"
+    with simulated() as station:
+        addresses = station.addresses
+        argv = [
+            *("collect", addresses.robot, "--tour", _tour(tmp_path), "-o", str(out)),
+            *("--unit", "m", "--camera", addresses.camera),
+        ]
+        process = subprocess.Popen([sys.executable, "-m", "facetlog", *argv])
+        while _state(station)["speed"] < 0.1:
+            assert process.poll() is None
+            time.sleep(0.05)
+        process.terminate()
+        assert process.wait(allowed(20.0)) == 130
+        # The session was ended in order: its own end, not the watchdog, switched the motors off.
+        state = _state(station)
+        assert (state["speed"], state["motors"], state["session"]) == (0.0, False, False)
+    assert (out / "map.png").exists()
+
+
 def test_the_papers_block_is_recognised_from_the_views_that_were_collected(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     out = tmp_path / "views"
-    with _simulated(seed=1) as station:
+    with simulated(seed=1) as station:
         addresses = station.addresses
         options = ["--camera", addresses.camera, "--recognize", "--json"]
         code = main(["collect", addresses.robot, "--tour", "paper", "-o", str(out), *options])

@@ -82,3 +82,12 @@ def test_the_target_is_where_lines_of_sight_cross() -> None:
 def test_parallel_lines_of_sight_have_no_target() -> None:
     poses = [pan_tilt_pose(x, 0.0, 0.7, 0.0, math.radians(-95)) for x in (0.0, 1.0, 2.0)]
     assert Tour("t", tuple(TourView(f"{p.centre[0]}", p) for p in poses)).target is None
+
+
+def test_views_all_round_a_room_have_no_target() -> None:
+    eyes = [(0.3 * math.cos(a), 0.3 * math.sin(a), 0.7) for a in np.linspace(0, 6, 7)]
+    views = tuple(
+        TourView(f"{i}.png", looking_at(eye, (10 * eye[0], 10 * eye[1], 0.6)))
+        for i, eye in enumerate(eyes)
+    )
+    assert Tour("t", views).target is None

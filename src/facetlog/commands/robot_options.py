@@ -1,0 +1,202 @@
+"""What the commands with a robot share: options, the camera, and how its warnings are told."""
+
+import logging
+import math
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from signal import SIGHUP, SIGTERM
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated
+from urllib.parse import urlsplit
+
+import typer
+
+from facetlog.errors import InputError
+from facetlog.terminal import note, warn
+
+if TYPE_CHECKING:
+    from facetlog.robot.collecting.optics import Optics
+    from facetlog.robot.pose2 import Pose2
+
+__all__ = [
+    "DEFAULT_SPEED",
+    "Baud",
+    "CameraFile",
+    "CameraUrl",
+    "Head",
+    "HeadPort",
+    "Latency",
+    "Model",
+    "Noiseless",
+    "RobotAddress",
+    "Speed",
+    "Start",
+    "camera_of",
+    "checked_speed",
+    "ended_by_signals",
+    "numbers_in",
+    "optics_of",
+    "parsed_start",
+    "telling_warnings",
+]
+
+CAMERA_TOML = "camera.toml"
+# Where robots and cameras are that are simulated on this machine.
+LOCAL = ("127.", "localhost", "/dev/pts/")
+# What the simulated camera offers where `facetlog simulate` is called as docs/robot.md does.
+SIMULATED_CAMERA = "http://127.0.0.1:8100/"
+DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
+
+RobotAddress = Annotated[
+    str,
+    typer.Argument(
+        metavar="ROBOT", help="tcp:HOST:PORT, HOST:PORT, serial:PATH, or a path as /dev/ttyUSB0."
+    ),
+]
+CameraUrl = Annotated[
+    str | None,
+    typer.Option(
+        "--camera",
+        metavar="URL",
+        help="0, /dev/video0, rtsp://…, http://… (stream or .jpg), file; of a robot that is "
+        f"simulated here {SIMULATED_CAMERA}, if nothing is said.",
+    ),
+]
+Noiseless = Annotated[
+    bool,
+    typer.Option("--noiseless", help="Pictures without noise: equal ones are no frozen camera."),
+]
+Head = Annotated[
+    str, typer.Option("--head", metavar="KIND", help="Camera head: sony-evi-d30 or canon-vc-c4.")
+]
+HeadPort = Annotated[
+    str,
+    typer.Option("--head-port", metavar="PORT", help="aux1, aux2, aux3, or an address of its own."),
+]
+CameraFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--camera-file", metavar="TOML", help="The camera's calibration; else beside the tour."
+    ),
+]
+Start = Annotated[
+    str | None,
+    typer.Option(
+        "--start", metavar="X,Y,HEADING_DEG", help="Where the robot stands in the world, metres."
+    ),
+]
+Speed = Annotated[float, typer.Option("--speed", metavar="M/S", help="Largest speed of the robot.")]
+Latency = Annotated[
+    float | None,
+    typer.Option("--latency", metavar="SECONDS", help="Largest delay of the camera's pictures."),
+]
+Model = Annotated[
+    str | None,
+    typer.Option("--model", metavar="NAME", help="The robot's model, where it names an unknown."),
+]
+Baud = Annotated[
+    int | None, typer.Option("--baud", metavar="N", help="Of a serial line; else it is found.")
+]
+
+
+def checked_speed(speed: float) -> float:
+    """The largest speed in m/s; InputError beyond that of a walk."""
+    if not 0 < speed <= LARGEST_SPEED:
+        raise InputError(f"--speed {speed:g}: give metres a second, above 0 to {LARGEST_SPEED}")
+    return speed
+
+
+def camera_of(told: str | None, robot: str) -> str:
+    """The camera's address; that of the simulator only for a robot that is simulated here.
+
+    Otherwise a simulator that somebody forgot would give its pictures to a real robot's views.
+    """
+    if told is not None:
+        return told
+    place = robot.removeprefix("tcp:").removeprefix("serial:")
+    if not place.startswith(LOCAL):
+        raise InputError(f"which camera is on {robot}? Give --camera: 0, /dev/video0, http://…")
+    return SIMULATED_CAMERA
+
+
+def optics_of(
+    camera_file: Path | None, tour: Path | None, camera: str
+) -> tuple["Optics", float | None]:
+    """The camera that is told, or that of camera.toml beside the tour, or the simulated one's.
+
+    InputError where there is neither, and `camera` is not on this machine.
+    """
+    from facetlog.camera_file import read_optics
+    from facetlog.robot.collecting.optics import Optics
+    from facetlog.robot.tour import tour_camera
+
+    if camera_file is None and tour is not None and (tour.parent / CAMERA_TOML).is_file():
+        camera_file = tour.parent / CAMERA_TOML
+    if camera_file is not None:
+        return read_optics(camera_file)
+    if not (urlsplit(camera).hostname or "").startswith(LOCAL):
+        raise InputError(f"camera {camera} needs its calibration: give --camera-file")
+    note("no --camera-file: the camera is taken to be the simulated one, 640 x 480, 65° across")
+    return Optics(tour_camera()), None
+
+
+def parsed_start(text: str | None) -> "Pose2":
+    """The robot's place in the world; its origin, facing along x, where nothing is told."""
+    from facetlog.robot.pose2 import Pose2
+
+    if text is None:
+        return Pose2()
+    x, y, heading = numbers_in(text, "--start", "X,Y,HEADING_DEG", 3)
+    return Pose2(x, y, math.radians(heading))
+
+
+def numbers_in(text: str, option: str, form: str, *counts: int) -> tuple[float, ...]:
+    try:
+        values = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        values = ()
+    if len(values) not in counts or not all(map(math.isfinite, values)):
+        raise InputError(f"{option} {text!r:.40}: give {form}")
+    return values
+
+
+class _AsWarnings(logging.Handler):
+    """Lines on stderr for what the robot's driver and its head's log."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        warn(record.getMessage())
+
+
+@contextmanager
+def ended_by_signals() -> Iterator[None]:
+    """SIGTERM and SIGHUP end the body as Ctrl-C does, so that the robot is told to stop first.
+
+    A terminal that is closed, or a connection to this machine that is lost, sends SIGHUP.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = {number: signal.signal(number, _interrupt) for number in (SIGTERM, SIGHUP)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+def _interrupt(_number: int, _frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+@contextmanager
+def telling_warnings() -> Iterator[None]:
+    """Warnings of the robot's room as lines on stderr, in the form of this program's own."""
+    logger, handler = logging.getLogger("facetlog.robot"), _AsWarnings(logging.WARNING)
+    logger.addHandler(handler)
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)

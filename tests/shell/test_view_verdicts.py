@@ -1,0 +1,59 @@
+"""Verdicts on a folder of views that grows, from a process of their own."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from facetlog.perception.types import Pose, View
+from facetlog.robot.recording import Format, write_views
+from facetlog.robot.simulate import views_of
+from facetlog.robot.tour import tour_camera, tour_poses
+from facetlog.robot.worlds import INCH, make_world
+from facetlog.view_verdicts import ViewVerdicts
+
+pytestmark = pytest.mark.slow
+
+
+def _folder(folder: Path, count: int) -> Path:
+    """The paper's block from the first and every third pose, in metres, with z up."""
+    poses = tour_poses()[::3][:count]
+    views = views_of(make_world("block", 0), poses, tour_camera())
+    metric = [
+        View(v.name, v.image, v.camera, Pose(v.pose.rotation, v.pose.centre * INCH)) for v in views
+    ]
+    write_views(folder, metric, layout=Format.TRANSFORMS)
+    path = folder / "transforms.json"
+    told = {"unit": "m", "up": [0, 0, 1], **json.loads(path.read_text(encoding="utf-8"))}
+    path.write_text(json.dumps(told), encoding="utf-8")
+    return folder
+
+
+def test_each_question_is_about_the_views_of_its_time(tmp_path: Path) -> None:
+    with ViewVerdicts(_folder(tmp_path, 8)) as verdicts:
+        verdicts.ask(2)
+        (few,) = verdicts.last()
+        verdicts.ask(8, finally_=True)
+        (all_,) = verdicts.last()
+    assert few.best == ()
+    assert all_.best[0].startswith("t1 is a box (")
+    assert "no: " in all_.line
+    assert all_.document is not None
+
+
+def test_of_questions_that_wait_only_the_newest_is_answered(tmp_path: Path) -> None:
+    with ViewVerdicts(_folder(tmp_path, 5)) as verdicts:
+        for count in (2, 3, 4, 5, 5, 5):
+            verdicts.ask(count)
+        answers = verdicts.last()
+        assert verdicts.ready() == []
+    # One is at work and one handed over when the others are dropped.
+    assert len(answers) <= 3
+    assert answers[-1].views == 5
+
+
+def test_a_folder_that_cannot_be_read_is_a_verdict_that_says_so(tmp_path: Path) -> None:
+    with ViewVerdicts(tmp_path / "nothing") as verdicts:
+        verdicts.ask(3)
+        (answer,) = verdicts.last()
+    assert "is missing" in answer.line or "does not exist" in answer.line
