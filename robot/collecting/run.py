@@ -131,6 +131,7 @@ def run_collection(request: Request, teller: Teller) -> Collected:
                 baud=request.baud,
             )
         )
+        robot.switch_sonars(False)  # nothing here looks at them
         head = open_robot_head(stack, robot, request.head, request.head_port)
         camera = open_camera(request.camera, latency=request.latency, noisy=request.noisy)
         stack.callback(camera.close)

@@ -150,6 +150,7 @@ def _sightings(line: _Line, board: "Board", optics: "Optics", mount: "Mount") ->
                 line.robot, model=line.model, limits=Limits(speed=line.speed), baud=line.baud
             )
         )
+        robot.switch_sonars(False)  # nothing here looks at them
         head = open_robot_head(stack, robot, line.head, line.head_port)
         camera = open_camera(line.camera, latency=line.latency, noisy=line.noisy)
         stack.callback(camera.close)

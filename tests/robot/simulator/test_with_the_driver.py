@@ -76,6 +76,16 @@ def test_the_drivers_pose_is_what_the_encoders_counted(running: Running, line: s
     assert state["truth"]["heading"] != pytest.approx(state["odometry"]["heading"], abs=2e-3)
 
 
+def test_sonars_that_nobody_looks_at_can_be_switched_off(running: Running) -> None:
+    with Pioneer.connect(running.station.addresses.robot) as robot:
+        robot.wait_for(lambda state: bool(state.sonars), allowed(LONG))
+        robot.switch_sonars(False)
+        switched = robot.last_state.at
+        later = robot.wait_for(lambda state: state.at > switched + 1.0, allowed(LONG))
+        # A report may have been on its way with what was measured before.
+        assert all(sonar.at < switched + 0.5 for sonar in later.sonars)
+
+
 def test_heads_look_through_the_tunnel_where_the_driver_says() -> None:
     running = Running(WorldSetup(scene=FLOOR, head=HeadSetup(port="aux2"), camera=SMALL))
     try:
