@@ -12,7 +12,7 @@ import numpy as np
 from benchmarks.common import Report, Row, Settings, Table, command, median_and_spread
 from benchmarks.recognition import Trial, summary, tour_views, tried
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.worlds import make_world
+from facetlog.robot.rendering.worlds import make_world
 
 __all__ = ["NAME", "main", "measure"]
 

@@ -16,8 +16,8 @@ from benchmarks.recognition import Run, counted, in_metres, recognised, tour_vie
 from facetlog.perception.pose_refinement.refine import with_refined_poses
 from facetlog.perception.types import View
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.simulate import with_drift
-from facetlog.robot.worlds import make_world
+from facetlog.robot.rendering.views import with_drift
+from facetlog.robot.rendering.worlds import make_world
 
 __all__ = ["NAME", "main", "measure"]
 

@@ -19,8 +19,8 @@ from facetlog.perception.block_front_end.face_outlines import track_points
 from facetlog.perception.block_front_end.front_end import BlockFeatures, block_front_end
 from facetlog.perception.block_front_end.picture_features import picture_features
 from facetlog.perception.types import FloatArray, View
-from facetlog.robot.world import SolidTruth
-from facetlog.robot.worlds import make_world
+from facetlog.robot.rendering.world import SolidTruth
+from facetlog.robot.rendering.worlds import make_world
 
 __all__ = ["NAME", "main", "measure"]
 

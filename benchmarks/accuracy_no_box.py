@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.common import Report, Row, Settings, Table, command
 from benchmarks.recognition import BOX, Run, counted, in_metres, recognised, tour_views
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.simulate import shuffled
+from facetlog.robot.rendering.views import shuffled
 
 __all__ = ["NAME", "main", "measure"]
 

@@ -12,10 +12,10 @@ from benchmarks.common import Report, Settings, Table, command
 from benchmarks.recognition import SAME_FRAME, Trial, summary, tour_views, tried
 from facetlog.perception.types import Pose, View
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.simulate import Similarity, random_similarity, with_pose_noise
+from facetlog.robot.rendering.views import Similarity, random_similarity, with_pose_noise
+from facetlog.robot.rendering.world import World
+from facetlog.robot.rendering.worlds import BLOCK_CENTRE, BLOCK_SIZE, make_world
 from facetlog.robot.tour import ring_poses, tour_poses
-from facetlog.robot.world import World
-from facetlog.robot.worlds import BLOCK_CENTRE, BLOCK_SIZE, make_world
 
 __all__ = ["NAME", "main", "measure"]
 

@@ -29,7 +29,7 @@ from facetlog.perception.angles import pairwise_angles
 from facetlog.perception.types import FloatArray
 from facetlog.perception.views import ViewSet, read_views
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.simulate import Similarity, random_similarity, with_pose_noise
+from facetlog.robot.rendering.views import Similarity, random_similarity, with_pose_noise
 
 __all__ = ["NAME", "main", "measure"]
 

@@ -26,8 +26,8 @@ from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import Pose
 from facetlog.perception.views import ViewSet
 from facetlog.pipeline import reconstruct_views
-from facetlog.robot.world import World
-from facetlog.robot.worlds import make_world
+from facetlog.robot.rendering.world import World
+from facetlog.robot.rendering.worlds import make_world
 
 __all__ = ["KINDS", "OPEN", "TourScene", "main_thing", "tour_scene", "truth"]
 

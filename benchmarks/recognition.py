@@ -19,10 +19,10 @@ from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, Pose, Scene, View
 from facetlog.perception.views import ViewSet
 from facetlog.pipeline import FrontEnd, Method, recognize_views
-from facetlog.robot.simulate import Similarity, views_of
+from facetlog.robot.rendering.views import Similarity, views_of
+from facetlog.robot.rendering.world import World
+from facetlog.robot.rendering.worlds import INCH, make_world
 from facetlog.robot.tour import tour_camera, tour_poses
-from facetlog.robot.world import World
-from facetlog.robot.worlds import INCH, make_world
 
 __all__ = [
     "BOX",

@@ -67,9 +67,10 @@ def measure(settings: Settings) -> Report:
 
 def _render(folder: Path) -> None:
     code = (
-        "import sys; from pathlib import Path; from facetlog.robot.simulate import simulate; "
+        "import sys; from pathlib import Path; "
+        "from facetlog.robot.rendering.views import simulate; "
         "from facetlog.robot.tour import tour_camera, tour_poses; "
-        "from facetlog.robot.worlds import make_world; seed = int(sys.argv[2]); "
+        "from facetlog.robot.rendering.worlds import make_world; seed = int(sys.argv[2]); "
         "simulate(Path(sys.argv[1]), make_world('block', seed), tour_poses(), tour_camera(), "
         "seed=seed)"
     )

@@ -1,1 +1,1 @@
-"""Views from a robot, simulated so far: worlds, renderer, tours."""
+"""Views from a robot: driver, camera head and tours; a simulated robot in rendered worlds."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.types import Camera, FloatArray, Image, Pose, View
-from facetlog.robot.world import GroundTruth
+from facetlog.robot.rendering.world import GroundTruth
 
 __all__ = ["Format", "pan_tilt_angles", "write_ground_truth", "write_views"]
 

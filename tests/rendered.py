@@ -5,10 +5,10 @@ from functools import lru_cache
 import numpy as np
 
 from facetlog.perception.types import FloatArray, View
-from facetlog.robot.simulate import views_of
+from facetlog.robot.rendering.views import views_of
+from facetlog.robot.rendering.world import SolidTruth, World
+from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_camera, tour_poses
-from facetlog.robot.world import SolidTruth, World
-from facetlog.robot.worlds import make_world
 
 # Pictures of a tour are 7 MB; the tests of one file ask for a few worlds in turn.
 KEPT_TOURS = 8

@@ -15,7 +15,7 @@ from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import View
 from facetlog.perception.views import ViewSet, read_views
 from facetlog.pipeline import FrontEnd, Method, Recognised, recognize_views
-from facetlog.robot.simulate import Similarity, random_similarity, shuffled
+from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled
 
 from .rendered import tour
 from .true_edges import EdgeMatch, match_edges, read_true_edges

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.types import Camera, FloatArray, Image, Pose
-from facetlog.robot.render import render
+from facetlog.robot.rendering.render import render
+from facetlog.robot.rendering.world import World
 from facetlog.robot.simulator.viewpoint import Viewpoint, camera_of, camera_pose
 from facetlog.robot.simulator.world_file import CameraSetup, MountSetup
-from facetlog.robot.world import World
 
 __all__ = ["Exposures", "smear_px"]
 

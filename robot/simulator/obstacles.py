@@ -8,8 +8,8 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from facetlog.perception.types import FloatArray
+from facetlog.robot.rendering.world import Solid
 from facetlog.robot.simulator.dynamics import Contact
-from facetlog.robot.world import Solid
 
 __all__ = ["Obstacles", "footprint"]
 

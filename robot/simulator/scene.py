@@ -4,17 +4,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from facetlog.robot.rendering.solids import cuboid, cylinder, placed, prism, pyramid, wedge
+from facetlog.robot.rendering.texture import Texture
+from facetlog.robot.rendering.world import Solid, World
+from facetlog.robot.rendering.worlds import INCH, make_world
 from facetlog.robot.simulator.world_file import SceneSetup, SolidSetup
-from facetlog.robot.solids import cuboid, cylinder, placed, prism, pyramid, wedge
-from facetlog.robot.texture import Texture
-from facetlog.robot.world import Solid, World
-from facetlog.robot.worlds import INCH, make_world
 
 __all__ = ["in_metres", "make_scene"]
 
 
 def in_metres(world: World) -> World:
-    """A world of robot/worlds.py, whose unit is the inch, with all lengths in metres."""
+    """A world of robot/rendering/worlds.py, whose unit is the inch, with all lengths in metres."""
     solids = tuple(solid.moved(np.eye(3), np.zeros(3), INCH) for solid in world.solids)
     floor = world.floor
     if floor is not None and floor.texture is not None:

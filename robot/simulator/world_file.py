@@ -12,8 +12,8 @@ from pydantic.dataclasses import dataclass
 from facetlog.errors import InputError
 from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pioneer.parameters import MODELS
+from facetlog.robot.rendering.worlds import WORLDS
 from facetlog.robot.simulator.faults import Fault, Seconds, Share
-from facetlog.robot.worlds import WORLDS
 
 __all__ = [
     "CameraSetup",

@@ -105,9 +105,9 @@ def simulated_views(
 
     from facetlog.perception.types import Pose, View
     from facetlog.perception.views import ViewSet
-    from facetlog.robot.simulate import views_of
+    from facetlog.robot.rendering.views import views_of
+    from facetlog.robot.rendering.worlds import INCH, WORLDS, make_world
     from facetlog.robot.tour import tour_camera, tour_poses
-    from facetlog.robot.worlds import INCH, WORLDS, make_world
 
     if world not in WORLDS:
         raise InputError(f"there is no world {world!r}: use one of {', '.join(WORLDS)}")

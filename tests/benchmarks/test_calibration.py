@@ -20,9 +20,9 @@ from facetlog.perception.facts import scene_facts
 from facetlog.perception.polyhedra import moved, together
 from facetlog.perception.types import Scene
 from facetlog.perception.views import ViewSet
+from facetlog.robot.rendering.varied import VARIED
+from facetlog.robot.rendering.worlds import WORLDS
 from facetlog.robot.tour import tour_poses
-from facetlog.robot.varied import VARIED
-from facetlog.robot.worlds import WORLDS
 
 
 def facts_of(scene: Scene) -> tuple[Fact, ...]:

@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from benchmarks.recognition import Shape, score, true_block
 from facetlog.perception.types import Edge, Face, FloatArray, Plane, Scene, Vertex
-from facetlog.robot.simulate import Similarity, random_similarity
+from facetlog.robot.rendering.views import Similarity, random_similarity
+from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_poses
-from facetlog.robot.worlds import make_world
 
 SHAPE = true_block(make_world("block"))
 CENTRES = np.array([pose.centre for pose in tour_poses()])

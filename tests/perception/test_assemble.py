@@ -17,7 +17,7 @@ from facetlog.perception.types import (
     Track,
     View,
 )
-from facetlog.robot.solids import cuboid
+from facetlog.robot.rendering.solids import cuboid
 from facetlog.robot.tour import ring_poses
 
 CAMERA = Camera(640, 480, 600.0, 600.0, 319.5, 239.5)

@@ -9,8 +9,8 @@ from facetlog.errors import InconsistentViewsError
 from facetlog.perception.reconstruct import reconstruct
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, Scene, View
-from facetlog.robot.simulate import Similarity, random_similarity, shuffled
-from facetlog.robot.worlds import make_world
+from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled
+from facetlog.robot.rendering.worlds import make_world
 from tests.rendered import solid_truth, tour
 
 FRONT_ENDS = ("lines", "paper")

@@ -16,7 +16,7 @@ from facetlog.errors import InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
 from facetlog.perception.types import Camera, FloatArray, Pose, View
 from facetlog.robot.recording import Format, pan_tilt_angles, write_views
-from facetlog.robot.simulate import (
+from facetlog.robot.rendering.views import (
     Similarity,
     random_similarity,
     shuffled,
@@ -24,8 +24,8 @@ from facetlog.robot.simulate import (
     views_of,
     with_pose_noise,
 )
+from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_poses
-from facetlog.robot.worlds import make_world
 
 SMALL = Camera(80, 60, 62.0, 63.0, 39.5, 29.5)
 angles = st.floats(-np.pi, np.pi)

@@ -89,7 +89,7 @@ def test_bad_options_are_refused_before_the_work(
 def test_a_demo_that_cannot_be_is_one_line(
     options: list[str], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pytest.importorskip("facetlog.robot.worlds")
+    pytest.importorskip("facetlog.robot.rendering.worlds")
     assert main(["demo", *options]) == 2
     _refusal(capsys)
 

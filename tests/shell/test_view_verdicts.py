@@ -7,9 +7,9 @@ import pytest
 
 from facetlog.perception.types import Pose, View
 from facetlog.robot.recording import Format, write_views
-from facetlog.robot.simulate import views_of
+from facetlog.robot.rendering.views import views_of
+from facetlog.robot.rendering.worlds import INCH, make_world
 from facetlog.robot.tour import tour_camera, tour_poses
-from facetlog.robot.worlds import INCH, make_world
 from facetlog.view_verdicts import ViewVerdicts
 
 pytestmark = pytest.mark.slow

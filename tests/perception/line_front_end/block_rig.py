@@ -7,10 +7,10 @@ import numpy as np
 
 from facetlog.perception.line_front_end.edge_maps import EdgeMap, edge_map
 from facetlog.perception.types import Camera, FloatArray, View
-from facetlog.robot.simulate import views_of
-from facetlog.robot.solids import cuboid, placed
+from facetlog.robot.rendering.solids import cuboid, placed
+from facetlog.robot.rendering.views import views_of
+from facetlog.robot.rendering.world import Floor, SolidTruth, World
 from facetlog.robot.tour import ring_poses
-from facetlog.robot.world import Floor, SolidTruth, World
 from tests.rendered import sides, solid_truth
 
 CAMERA = Camera(320, 240, 300.0, 300.0, 159.5, 119.5)

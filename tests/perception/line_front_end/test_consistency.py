@@ -6,7 +6,7 @@ import pytest
 from facetlog.errors import InconsistentViewsError
 from facetlog.perception.line_front_end.consistency import check_consistency, explained_share
 from facetlog.perception.line_front_end.segments import detect_segments
-from facetlog.robot.simulate import shuffled
+from facetlog.robot.rendering.views import shuffled
 
 from .block_rig import block_rig
 

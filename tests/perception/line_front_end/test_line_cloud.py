@@ -15,8 +15,8 @@ from facetlog.perception.line_front_end.line_cloud import (
 from facetlog.perception.line_front_end.segments import detect_segments
 from facetlog.perception.line_front_end.viewing import view_graph
 from facetlog.perception.types import FloatArray, View
-from facetlog.robot.simulate import random_similarity, shuffled
-from facetlog.robot.worlds import make_world
+from facetlog.robot.rendering.views import random_similarity, shuffled
+from facetlog.robot.rendering.worlds import make_world
 from tests.rendered import solid_truth, tour, true_edges, visible_faces
 
 

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.perception.line_front_end.outlines import KEEP, MIN_SIDE_PX, find_outlines
-from facetlog.robot.simulate import random_similarity
+from facetlog.robot.rendering.views import random_similarity
 
 from .ideal_lines import (
     HEXAGON,

@@ -10,8 +10,8 @@ from facetlog.perception.line_front_end.plane_hypotheses import (
     plane_basis,
     plane_hypotheses,
 )
-from facetlog.robot.simulate import random_similarity
-from facetlog.robot.solids import cuboid, pyramid
+from facetlog.robot.rendering.solids import cuboid, pyramid
+from facetlog.robot.rendering.views import random_similarity
 
 from .block_rig import block_rig
 from .ideal_lines import PIXEL, SQUARE, exact_ends, placed, sides_of

@@ -15,7 +15,7 @@ from facetlog.perception.line_front_end.viewing import (
     view_graph,
 )
 from facetlog.perception.types import Pose, View
-from facetlog.robot.simulate import random_similarity
+from facetlog.robot.rendering.views import random_similarity
 from facetlog.robot.tour import ring_poses
 
 from .drawings import CAMERA, view

@@ -7,7 +7,7 @@ import pytest
 from facetlog.perception.line_front_end.working_size import at_working_size, in_own_pixels
 from facetlog.perception.reconstruct import reconstruct
 from facetlog.perception.types import Camera, Observation, Track, View
-from facetlog.robot.worlds import make_world
+from facetlog.robot.rendering.worlds import make_world
 from tests.rendered import solid_truth, tour
 
 

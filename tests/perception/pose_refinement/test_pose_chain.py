@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.pose_refinement.pose_chain import moved, pose_chain
 from facetlog.perception.types import Pose
-from facetlog.robot.simulate import with_drift
+from facetlog.robot.rendering.views import with_drift
 from tests.rendered import tour
 
 ABOUT = np.array([1.0, -2.0, 0.5])

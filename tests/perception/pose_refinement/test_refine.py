@@ -8,7 +8,7 @@ import pytest
 from facetlog.perception.pose_refinement.refine import refined_views, with_refined_poses
 from facetlog.perception.types import Pose, View
 from facetlog.perception.views import ViewSet
-from facetlog.robot.simulate import random_similarity, with_drift
+from facetlog.robot.rendering.views import random_similarity, with_drift
 from tests.perception.pose_refinement.pose_errors import relative_errors
 from tests.rendered import tour
 

@@ -6,9 +6,9 @@ import pytest
 
 from facetlog.perception.types import Image
 from facetlog.robot.camera.checks import CLIPPED_SHARE, Quality, faults_of, quality_of
-from facetlog.robot.simulate import views_of
+from facetlog.robot.rendering.views import views_of
+from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_camera, tour_poses
-from facetlog.robot.worlds import make_world
 
 SHARP = tuple(
     view.image for view in views_of(make_world("block", 1), tour_poses()[::5], tour_camera())

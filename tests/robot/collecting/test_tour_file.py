@@ -9,8 +9,8 @@ import pytest
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
 from facetlog.robot.collecting.tour_file import Tour, TourView, paper_tour, read_tour
+from facetlog.robot.rendering.worlds import BLOCK_CENTRE, INCH
 from facetlog.robot.tour import looking_at
-from facetlog.robot.worlds import BLOCK_CENTRE, INCH
 
 HEADER = "image,x,y,z,pan_deg,tilt_deg,skew_deg\n"
 

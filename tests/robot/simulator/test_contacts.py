@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.robot.pioneer.commands import Command
+from facetlog.robot.rendering.solids import chair, cuboid, cylinder, placed, table
+from facetlog.robot.rendering.world import Solid
 from facetlog.robot.simulator.dynamics import Truth
 from facetlog.robot.simulator.obstacles import Obstacles, footprint
-from facetlog.robot.solids import chair, cuboid, cylinder, placed, table
-from facetlog.robot.world import Solid
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
 RADIUS = 0.25

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from facetlog.robot.render import render
+from facetlog.robot.rendering.render import render
 from facetlog.robot.simulator.exposure import Exposures, smear_px
 from facetlog.robot.simulator.scene import make_scene
 from facetlog.robot.simulator.viewpoint import Viewpoint, camera_of, camera_pose

@@ -13,8 +13,8 @@ from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pioneer.packet import Packet
 from facetlog.robot.pioneer.reports import Encoders, InputsOutputs
 from facetlog.robot.pioneer.server_information import ServerInformation
+from facetlog.robot.rendering.solids import cuboid, placed
 from facetlog.robot.simulator.dynamics import MotionErrors, Truth
-from facetlog.robot.solids import cuboid, placed
 from tests.robot.simulator.clients import Client, connected, make_firmware
 
 

@@ -10,8 +10,8 @@ from typing import TypeAlias
 import numpy as np
 
 from facetlog.perception.types import FloatArray
-from facetlog.robot.texture import Pattern, Texture
-from facetlog.robot.world import Solid
+from facetlog.robot.rendering.texture import Pattern, Texture
+from facetlog.robot.rendering.world import Solid
 
 __all__ = [
     "LEAST_INSET_SHARE",

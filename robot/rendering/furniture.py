@@ -6,8 +6,8 @@ No two pieces that meet have a face in one plane, and faces hidden by another pi
 
 import numpy as np
 
-from facetlog.robot.solids import LEAST_INSET_SHARE, WHITE_PAINT, Part, joined, legs, slab
-from facetlog.robot.world import Solid
+from facetlog.robot.rendering.solids import LEAST_INSET_SHARE, WHITE_PAINT, Part, joined, legs, slab
+from facetlog.robot.rendering.world import Solid
 
 __all__ = ["bench", "cabinet", "desk", "shelf", "stairs", "stool"]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from facetlog.perception.types import FloatArray
-from facetlog.robot.texture import Texture
+from facetlog.robot.rendering.texture import Texture
 
 __all__ = ["Facet", "Floor", "GroundTruth", "Solid", "SolidTruth", "World"]
 

@@ -5,12 +5,12 @@ import numpy as np
 import pytest
 
 from facetlog.perception.types import Camera, FloatArray, Image, View
-from facetlog.robot.render import render
-from facetlog.robot.simulate import views_of
-from facetlog.robot.solids import cuboid, cylinder, placed, printed
-from facetlog.robot.texture import Pattern, Texture
+from facetlog.robot.rendering.render import render
+from facetlog.robot.rendering.solids import cuboid, cylinder, placed, printed
+from facetlog.robot.rendering.texture import Pattern, Texture
+from facetlog.robot.rendering.views import views_of
+from facetlog.robot.rendering.world import Floor, World
 from facetlog.robot.tour import looking_at, ring_poses, tour_camera
-from facetlog.robot.world import Floor, World
 
 SMALL = Camera(160, 120, 130.0, 130.0, 79.5, 59.5)
 HALF_PROFILE_PX = 5.0

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.types import Camera, FloatArray, Pose
-from facetlog.robot.world import Facet, World
+from facetlog.robot.rendering.world import Facet, World
 
 __all__ = [
     "BACKGROUND",

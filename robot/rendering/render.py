@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 
 from facetlog.perception.types import Camera, FloatArray, Image, Pose
-from facetlog.robot.rays import (
+from facetlog.robot.rendering.rays import (
     BACKGROUND,
     FLOOR,
     Hits,
@@ -23,8 +23,8 @@ from facetlog.robot.rays import (
     seen_by,
     seen_from_sun,
 )
-from facetlog.robot.texture import sample
-from facetlog.robot.world import World
+from facetlog.robot.rendering.texture import sample
+from facetlog.robot.rendering.world import World
 
 __all__ = ["render"]
 

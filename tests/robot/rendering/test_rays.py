@@ -5,10 +5,17 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from facetlog.perception.types import Camera, FloatArray
-from facetlog.robot.rays import BACKGROUND, FLOOR, first_hits, in_shadow, seen_by, seen_from_sun
-from facetlog.robot.solids import cuboid, placed, room_corner
+from facetlog.robot.rendering.rays import (
+    BACKGROUND,
+    FLOOR,
+    first_hits,
+    in_shadow,
+    seen_by,
+    seen_from_sun,
+)
+from facetlog.robot.rendering.solids import cuboid, placed, room_corner
+from facetlog.robot.rendering.world import Floor, Solid, World
 from facetlog.robot.tour import looking_at
-from facetlog.robot.world import Floor, Solid, World
 
 CAMERA = Camera(64, 48, 40.0, 42.0, 31.0, 24.5)
 SUN = np.array([0.4, -0.7, 1.0])

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from facetlog.perception.types import Camera
-from facetlog.robot.rays import BACKGROUND, FLOOR, first_hits, seen_by
-from facetlog.robot.render import render
+from facetlog.robot.rendering.rays import BACKGROUND, FLOOR, first_hits, seen_by
+from facetlog.robot.rendering.render import render
+from facetlog.robot.rendering.varied import VARIED
+from facetlog.robot.rendering.worlds import INCH, WORLDS, make_world
 from facetlog.robot.tour import tour_camera, tour_poses
-from facetlog.robot.varied import VARIED
-from facetlog.robot.worlds import INCH, WORLDS, make_world
 
 PAPER_THRESHOLD = 150  # of 255, section 6
 # What a person would call one of its kind.

@@ -9,9 +9,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from facetlog.robot.furniture import bench, cabinet, desk, shelf, stairs, stool
-from facetlog.robot.solids import chair, cuboid, placed, table
-from facetlog.robot.world import Solid
+from facetlog.robot.rendering.furniture import bench, cabinet, desk, shelf, stairs, stool
+from facetlog.robot.rendering.solids import chair, cuboid, placed, table
+from facetlog.robot.rendering.world import Solid
 
 __all__ = ["VARIED", "shrunk"]
 

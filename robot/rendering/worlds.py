@@ -10,7 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from facetlog.robot.solids import (
+from facetlog.robot.rendering.solids import (
     chair,
     cuboid,
     cylinder,
@@ -22,9 +22,9 @@ from facetlog.robot.solids import (
     table,
     wedge,
 )
-from facetlog.robot.texture import Pattern, Texture
-from facetlog.robot.varied import VARIED, shrunk
-from facetlog.robot.world import Floor, Solid, World
+from facetlog.robot.rendering.texture import Pattern, Texture
+from facetlog.robot.rendering.varied import VARIED, shrunk
+from facetlog.robot.rendering.world import Floor, Solid, World
 
 __all__ = ["BLOCK_CENTRE", "BLOCK_SIZE", "INCH", "WORLDS", "make_world"]
 

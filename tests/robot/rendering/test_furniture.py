@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from facetlog.perception.types import FloatArray
-from facetlog.robot.furniture import bench, cabinet, desk, shelf, stairs, stool
-from facetlog.robot.solids import table
-from facetlog.robot.varied import VARIED
-from facetlog.robot.world import Solid
+from facetlog.robot.rendering.furniture import bench, cabinet, desk, shelf, stairs, stool
+from facetlog.robot.rendering.solids import table
+from facetlog.robot.rendering.varied import VARIED
+from facetlog.robot.rendering.world import Solid
 
 PIECES = {
     "desk on panels": (desk(60, 30, 30, thickness=1, panel=1, modesty=0.5), 4, (60, 30, 30)),

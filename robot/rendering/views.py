@@ -14,8 +14,8 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.types import Camera, FloatArray, Pose, View
 from facetlog.robot.recording import Format, write_ground_truth, write_views
-from facetlog.robot.render import render
-from facetlog.robot.world import GroundTruth, World
+from facetlog.robot.rendering.render import render
+from facetlog.robot.rendering.world import GroundTruth, World
 
 __all__ = [
     "Similarity",

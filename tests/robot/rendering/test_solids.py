@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from facetlog.robot.solids import (
+from facetlog.robot.rendering.solids import (
     chair,
     cuboid,
     cylinder,
@@ -15,7 +15,7 @@ from facetlog.robot.solids import (
     table,
     wedge,
 )
-from facetlog.robot.world import Solid
+from facetlog.robot.rendering.world import Solid
 
 CLOSED = {
     "cuboid": (cuboid(10, 8, 6), 480.0, 12),
