@@ -6,6 +6,7 @@ is left after the best common motion of all of them.
 """
 
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import with_drift
 from facetlog.robot.rendering.worlds import make_world
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "main", "measure", "pose_errors"]
 
 NAME = "accuracy_drift"
 SEEDS = 3
@@ -29,8 +30,8 @@ WAY_SD = 0.02
 DRIFT_STREAM = 5  # apart from the world's own draws and the pictures' noise
 
 
-def _errors(views: tuple[View, ...], true: tuple[View, ...]) -> tuple[float, float]:
-    """Rms errors of place (cm) and turn (degrees) after the best common motion."""
+def pose_errors(views: Sequence[View], true: Sequence[View]) -> tuple[float, float]:
+    """Rms errors of place (world units) and turn (radians) after the best common motion."""
     turns = Rotation.concatenate(
         [
             Rotation.from_matrix(t.pose.rotation @ v.pose.rotation.T)
@@ -41,10 +42,7 @@ def _errors(views: tuple[View, ...], true: tuple[View, ...]) -> tuple[float, flo
     ours, theirs = (np.array([v.pose.centre for v in those]) for those in (views, true))
     left = common.apply(ours - ours.mean(axis=0)) - (theirs - theirs.mean(axis=0))
     angles = (turns * common.inv()).magnitude()
-    return (
-        100 * float(np.sqrt((left**2).sum(axis=1).mean())),
-        float(np.degrees(np.sqrt((angles**2).mean()))),
-    )
+    return float(np.sqrt((left**2).sum(axis=1).mean())), float(np.sqrt((angles**2).mean()))
 
 
 def measure(settings: Settings) -> Report:
@@ -63,13 +61,13 @@ def measure(settings: Settings) -> Report:
                 )
                 given = replace(true, views=views, pose_covariances=covs)
                 for way, view_set in (("given", given), ("corrected", with_refined_poses(given))):
-                    errors[way].append(_errors(view_set.views, true.views))
+                    errors[way].append(pose_errors(view_set.views, true.views))
                     runs[way].append(recognised(view_set, FrontEnd.LINES))
             row: dict[str, str | float] = {"world": name, "degrees a step": turn_deg}
             for way in ("given", "corrected"):
                 place, turn = np.median(errors[way], axis=0)
-                row[f"{way}: off by cm"] = round(float(place), 2)
-                row[f"{way}: degrees"] = round(float(turn), 2)
+                row[f"{way}: off by cm"] = round(100 * float(place), 2)
+                row[f"{way}: degrees"] = round(float(np.degrees(turn)), 2)
                 row[f"{way}: answered"] = counted(run.outcome for run in runs[way])
             rows.append(row)
     return Report(

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.accuracy_drift import pose_errors
 from facetlog.perception.pose_refinement.refine import refined_views, with_refined_poses
 from facetlog.perception.types import Pose, View
 from facetlog.perception.views import ViewSet
 from facetlog.robot.rendering.views import random_similarity, with_drift
-from tests.perception.pose_refinement.pose_errors import relative_errors
 from tests.rendered import tour
 
 TURN_SD = float(np.radians(0.6))
@@ -20,8 +20,8 @@ def test_drifting_poses_are_put_right(world: str, seed: int) -> None:
     true = tour(world, seed)
     given, covs = with_drift(true, np.random.default_rng(seed), turn_sd=TURN_SD, way_sd=0.02)
     found = refined_views(given, covs)
-    place, turn = relative_errors(found.views, true)
-    place_before, turn_before = relative_errors(given, true)
+    place, turn = pose_errors(found.views, true)
+    place_before, turn_before = pose_errors(given, true)
     assert found.explained > max(0.9, found.explained_before)
     assert place < 0.5 * place_before
     assert turn < 0.5 * turn_before
@@ -42,7 +42,7 @@ def test_what_is_found_does_not_depend_on_the_frame_or_unit_of_the_world() -> No
     here = refined_views(given, covs)
     moved = refined_views([frame.view(v) for v in given], there)
     assert moved.explained == pytest.approx(here.explained, abs=0.05)
-    place, angle = relative_errors(moved.views, [frame.view(v) for v in here.views])
+    place, angle = pose_errors(moved.views, [frame.view(v) for v in here.views])
     assert place / frame.scale < 0.1
     assert angle < np.radians(0.2)
 
@@ -51,7 +51,7 @@ def test_poses_that_are_right_stay_where_they_are() -> None:
     true = tour("block")[:8]
     _, covs = with_drift(true, np.random.default_rng(0), turn_sd=TURN_SD, way_sd=0.02)
     found = refined_views(true, covs)
-    place, turn = relative_errors(found.views, true)
+    place, turn = pose_errors(found.views, true)
     assert place < 0.25
     assert turn < np.radians(0.3)
 
