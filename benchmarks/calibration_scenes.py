@@ -64,19 +64,20 @@ calibration.
 FOLDER = ("facetlog", "benchmarks", "calibration")
 # What facts follow from, besides the world's own content. The makers of solids are not among it.
 ROBOT_CODE = (
-    "rays.py",
-    "render.py",
-    "simulate.py",
-    "texture.py",
+    "rendering/rays.py",
+    "rendering/render.py",
+    "rendering/texture.py",
+    "rendering/views.py",
+    "rendering/world.py",
     "tour.py",
     "tour.csv",
-    "world.py",
 )
 # What of perception has no part in a reconstruction.
 APART = frozenset(
     {"polyhedra.py", "exact_furniture.py", "builders.py", "draw.py", "mesh_file.py", "lettering.py"}
 )
-SHAPES = "shapes"  # the folder for meshes and clouds: no picture goes through it
+# Folders of perception that no such picture goes through: meshes and clouds, poses that drift.
+FOLDERS_APART = frozenset({"shapes", "pose_refinement"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +177,7 @@ def _code() -> str:
     files += sorted((source / "perception").rglob("*.py"))
     total = hashlib.sha256()
     for path in files:
-        if path.name not in APART and SHAPES not in path.parts:
+        if path.name not in APART and FOLDERS_APART.isdisjoint(path.parts):
             total.update(path.name.encode())
             total.update(path.read_bytes())
     return total.hexdigest()
