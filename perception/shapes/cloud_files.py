@@ -5,15 +5,14 @@ A file may lie. What it claims is compared with what it holds before anything is
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.shapes.cloud import Cloud
 from facetlog.perception.shapes.colmap_model import find_colmap_model, read_colmap
+from facetlog.perception.shapes.las_points import las_points
 from facetlog.perception.shapes.pcd_points import read_pcd_points
 from facetlog.perception.shapes.ply_points import read_ply_points
 from facetlog.perception.shapes.resolution import check_resolution
@@ -91,32 +90,7 @@ def _read_pcd(path: Path, limits: CloudLimits) -> Cloud:
 
 
 def _read_las(path: Path, limits: CloudLimits) -> Cloud:
-    try:
-        laspy: Any = import_module("laspy")  # an extra: surveys need it, nothing else does
-    except ImportError as exc:
-        raise InputError(f"{path.name}: LAS files need laspy: pip install 'facetlog[las]'") from exc
-    try:
-        with laspy.open(path) as file:
-            header: Any = file.header
-            claimed = int(header.point_count)
-            if claimed > limits.points:
-                raise InputError(
-                    f"{path.name}: has {claimed} points, more than {limits.points}; thin the cloud"
-                )
-            held = path.stat().st_size - int(header.offset_to_point_data)
-            if path.suffix.lower() == ".las" and claimed * int(header.point_format.size) > held:
-                raise InputError(
-                    f"{path.name}: claims {claimed} points, more than it holds; it is truncated"
-                )
-            points = np.array(file.read().xyz, dtype=np.float64)
-    except (InputError, OSError, MemoryError):
-        raise
-    except Exception as exc:  # readers fail in every way there is on a damaged file
-        said = " ".join(str(exc).split()) or type(exc).__name__
-        raise InputError(
-            f"{path.name}: cannot be read as LAS ({said[:200]}); export the cloud anew"
-        ) from exc
-    return Cloud.of(points, name=path.name)
+    return Cloud.of(las_points(path, limits.points), name=path.name)
 
 
 def _read_text(path: Path, limits: CloudLimits) -> Cloud:
