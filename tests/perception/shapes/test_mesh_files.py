@@ -213,6 +213,14 @@ def test_sparse_accessors_that_no_surface_uses_do_not_matter(tmp_path: Path) -> 
     assert area(read_mesh(path)) == pytest.approx(AREA)
 
 
+@pytest.mark.parametrize("kind", ["ply", "stl", "off", "obj", "glb", "gltf"])
+def test_names_of_files_need_not_be_text(tmp_path: Path, kind: str) -> None:
+    folder = tmp_path / "bl\udce9"
+    folder.mkdir()
+    path = written(folder, f"bl\udce9.{kind}", as_bytes(kind))
+    assert area(read_mesh(path)) == pytest.approx(AREA)
+
+
 def test_missing_materials_do_not_matter(tmp_path: Path) -> None:
     content = b"mtllib nowhere.mtl\nusemtl oak\n" + as_bytes("obj")
     assert area(read_mesh(written(tmp_path, "block.obj", content))) == pytest.approx(AREA)
