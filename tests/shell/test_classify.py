@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from facetlog.batch.output import read_rows
+from facetlog.batch.output import read_rows, write_rows
 from facetlog.cli import main
 from facetlog.perception.polyhedra import cuboid, table
 from facetlog.perception.scene_file import write_scene
@@ -216,6 +216,29 @@ def test_changed_since_tells_what_differs_and_ends_with_1(
     changes = json.loads(capsys.readouterr().out)["changed"]["changes"]
     assert changes[0]["before"] == "holds 90 %"
     assert _paths("new.csv") == sorted(NAMES)
+
+
+def test_changed_since_reads_scenes_as_they_were_read_then(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "box-1.ply").touch()
+    scenes = ["classify", "box-1.ply", "in/box-1.json"]
+    write_rows(
+        Path("old.jsonl"),
+        [
+            fake_row("box-1.ply", (), "up=z unit=mm crisp"),
+            fake_row("in/box-1.json", (), "crisp"),
+        ],
+    )
+    assert main(["classify", "--changed-since", "old.jsonl"]) == 0
+    assert capsys.readouterr().out == "0 verdicts of 0 scenes differ, of 2 compared\n"
+    assert main([*scenes, "--changed-since", "old.jsonl", "--up", "y", "-o", "new.jsonl"]) == 0
+    assert capsys.readouterr().out.endswith(
+        "1 scene was read with other options than then, and not compared\n"
+    )
+    assert [row["read_as"] for row in read_rows(Path("new.jsonl"))] == ["unit=mm crisp", "crisp"]
+    assert main([*scenes[:2], "--changed-since", "old.jsonl", "--up", "y"]) == 2
+    assert "up=z unit=mm crisp, now up=y unit=mm crisp" in capsys.readouterr().err
 
 
 def test_what_cannot_have_changed_is_not_classified_again(

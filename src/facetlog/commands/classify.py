@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 __all__ = ["classify_command"]
 
+AUTO, NONE = "auto", "none"
+
 ERRORS_NAMED = 5
 """Scenes with errors that are named on stderr; the table has them all."""
 
@@ -60,12 +62,23 @@ def classify_command(
         typer.Option("--dask", metavar="ADDRESS", help="Scheduler of a dask.distributed cluster."),
     ] = None,
     up: Annotated[
-        str,
-        typer.Option("--up", metavar="AXIS", help="Of raw shapes: x y z -x -y -z, auto or none."),
-    ] = "auto",
+        str | None,
+        typer.Option(
+            "--up",
+            metavar="AXIS",
+            help="Of raw shapes: x y z -x -y -z, auto or none.",
+            show_default=AUTO,
+        ),
+    ] = None,
     unit: Annotated[
-        str, typer.Option("--unit", metavar="U", help="Of raw shapes: m cm mm in ft or none.")
-    ] = "none",
+        str | None,
+        typer.Option(
+            "--unit",
+            metavar="U",
+            help="Of raw shapes: m cm mm in ft or none.",
+            show_default=NONE,
+        ),
+    ] = None,
     timeout: Annotated[
         float,
         typer.Option(
@@ -111,7 +124,13 @@ def classify_command(
 
     Exit code 0: done, 1: verdicts differ (--changed-since), or a scene had an error (--strict).
     """
-    from facetlog.batch.compare import Comparison, older_rows
+    from facetlog.batch.compare import (
+        Comparison,
+        check_alike,
+        older_rows,
+        read_as_then,
+        were_crisp,
+    )
     from facetlog.batch.display import showing_rate
     from facetlog.batch.labels import read_labels, truths
     from facetlog.batch.outcome import Outcome
@@ -121,13 +140,22 @@ def classify_command(
 
     if report is not None and labels is None:
         raise InputError("--report tells what went wrong: give --labels as well")
-    settings = Settings(_models(models or ()), trust, crisp, up.lower(), unit.lower(), timeout)
+    comparison = None if changed_since is None else Comparison(older_rows(changed_since))
+    old = {} if comparison is None else comparison.old
+    settings = Settings(
+        _models(models or ()),
+        trust,
+        crisp or were_crisp(old),
+        (up or AUTO).lower(),
+        (unit or NONE).lower(),
+        timeout,
+    )
     known = {} if labels is None else read_labels(labels)
     asked = tuple(filter(None, map(str.strip, (classes or "").split(","))))
     counted_as = truths(count_as or (), asked or None)
-    comparison = None if changed_since is None else Comparison(older_rows(changed_since))
-    old = {} if comparison is None else comparison.old
     items = _items(_paths(scenes or (), listed or (), known, old), known)
+    items = read_as_then(items, old, up=up is not None, unit=unit is not None)
+    check_alike(items, settings, old)
     plan = Plan(items, settings, out, resume, overwrite, old)
     check_output(plan)
     if report is not None:
