@@ -76,7 +76,8 @@ def main() -> None:
         refusal = json.dumps({"kind": "rules", "error": "refused:1: no model"})
         connection.send_bytes(b"!" + refusal.encode())
         return
-    connection.send_bytes(b"=" + json.dumps(hash_of(models)).encode())
+    ready = {"models_hash": hash_of(models), "models": MODELS}
+    connection.send_bytes(b"=" + json.dumps(ready).encode())
     while True:
         for task in json.loads(connection.recv_bytes()):
             connection.send_bytes(_answer(task, models, judged))

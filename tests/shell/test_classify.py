@@ -106,6 +106,10 @@ def test_a_path_that_vanished_is_a_row(folder: Path) -> None:
         (["in", "--workers", "0"], "0 workers"),
         (["in", "--timeout", "0"], "a time limit of 0 s"),
         (["in", "--report", "r.html"], "give --labels as well"),
+        (["in", "--classes", "box"], "give --labels as well"),
+        (["in", "--labels", "l.csv", "--classes", "bx"], "bx is no model; there are box, table"),
+        (["in", "--labels", "l.csv", "--count-as", "desk="], "desk is none of the labels box"),
+        (["in", "--labels", "l.csv", "--count-as", "box=sofa"], "none of the classes box, table"),
         (["in", "--labels", "absent.csv"], "absent.csv: cannot be read"),
         (["in", "--labels", "l.csv", "--report", "no/r.html"], "no/r.html cannot be written"),
         (["in", "--changed-since", "absent.csv"], "absent.csv: cannot be read"),
@@ -283,6 +287,15 @@ def test_labels_make_a_matrix_and_a_report(
     summary = json.loads(capsys.readouterr().out)
     assert summary["schema"] == "facetlog-classify/1"
     assert summary["confusion"]["accuracy"]["hits"] == 2
+
+
+def test_what_is_right_does_not_depend_on_what_could_be_read(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "labels.csv").write_text("file,label\nin/bad-1.json,box\n")
+    assert main(["classify", "--labels", "labels.csv", "--json", "-o", "r.csv"]) == 0
+    matrix = json.loads(capsys.readouterr().out)["confusion"]["matrix"]
+    assert matrix["box"]["error"] == 1
 
 
 def test_without_scenes_those_with_a_label_are_meant(
