@@ -60,7 +60,7 @@ def test_one_scene_is_counted_as_one(capsys: pytest.CaptureFixture[str]) -> None
     assert main(["classify", *absent, "-o", "s.csv"]) == 0
     err = capsys.readouterr().err
     assert "1 more scene has an error\n" in err
-    assert "; 6 with errors" in err
+    assert re.search(r": 6 scenes in [\d.]+ s[^:;]*: 6 with errors\n", err)
 
 
 def test_rows_are_in_the_order_given_each_once(folder: Path) -> None:
