@@ -100,6 +100,11 @@ class BatchJudge(Closing):
         return self._base.process_id
 
     @property
+    def models(self) -> tuple[str, ...]:
+        """The names of the models, in the order in which verdicts are given."""
+        return tuple(self._base.models)
+
+    @property
     def asked(self) -> frozenset[tuple[str, int]]:
         """The facts that the models ask for, as (functor, number of arguments)."""
         return self._asked

@@ -3,23 +3,20 @@
 A file may lie. What it claims is compared with what it holds before anything is allocated.
 """
 
-import io
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.shapes.cloud import Cloud
 from facetlog.perception.shapes.colmap_model import find_colmap_model, read_colmap
+from facetlog.perception.shapes.las_points import las_points
 from facetlog.perception.shapes.pcd_points import read_pcd_points
 from facetlog.perception.shapes.ply_points import read_ply_points
-from facetlog.perception.shapes.point_table import columns_of
 from facetlog.perception.shapes.resolution import check_resolution
+from facetlog.perception.shapes.text_points import points_from_text
 
 __all__ = ["CLOUD_SUFFIXES", "DEFAULT_LIMITS", "CloudLimits", "read_cloud"]
 
@@ -29,8 +26,6 @@ CLOUD_SUFFIXES = (".csv", ".las", ".laz", ".pcd", ".ply", ".pts", ".txt", ".xyz"
 # A laser scan of a building; the arrays of so many points take 2.4 GB.
 MOST_POINTS = 50_000_000
 MOST_BYTES = 4 << 30
-# Text is looked at this far for its separator and the names of its columns.
-FIRST_BYTES = 1 << 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,73 +90,12 @@ def _read_pcd(path: Path, limits: CloudLimits) -> Cloud:
 
 
 def _read_las(path: Path, limits: CloudLimits) -> Cloud:
-    try:
-        laspy: Any = import_module("laspy")  # an extra: surveys need it, nothing else does
-    except ImportError as exc:
-        raise InputError(f"{path.name}: LAS files need laspy: pip install 'facetlog[las]'") from exc
-    try:
-        with laspy.open(path) as file:
-            header: Any = file.header
-            claimed = int(header.point_count)
-            if claimed > limits.points:
-                raise InputError(
-                    f"{path.name}: has {claimed} points, more than {limits.points}; thin the cloud"
-                )
-            held = path.stat().st_size - int(header.offset_to_point_data)
-            if path.suffix.lower() == ".las" and claimed * int(header.point_format.size) > held:
-                raise InputError(
-                    f"{path.name}: claims {claimed} points, more than it holds; it is truncated"
-                )
-            points = np.array(file.read().xyz, dtype=np.float64)
-    except (InputError, OSError, MemoryError):
-        raise
-    except Exception as exc:  # readers fail in every way there is on a damaged file
-        said = " ".join(str(exc).split()) or type(exc).__name__
-        raise InputError(
-            f"{path.name}: cannot be read as LAS ({said[:200]}); export the cloud anew"
-        ) from exc
-    return Cloud.of(points, name=path.name)
+    return Cloud.of(las_points(path, limits.points), name=path.name)
 
 
 def _read_text(path: Path, limits: CloudLimits) -> Cloud:
-    """Rows of numbers, x y z first unless a first row names the columns; any usual separator."""
-    data = path.read_bytes()
-    text = data[:FIRST_BYTES].decode("utf-8", "replace")
-    separator = next((mark for mark in ",;" if mark in text.split("\n", 1)[0]), None)
-    first = text.split("\n", 1)[0].split(separator)
-    names = tuple(word.strip().strip('"').removeprefix("//") for word in first)
-    named = not _are_numbers(names)
-    counted = path.suffix.lower() == ".pts" and len(first) == 1
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of a table without rows, which is found below
-            rows = np.loadtxt(
-                io.BytesIO(data),
-                delimiter=separator,
-                skiprows=int((named and not text.startswith("#")) or counted),
-                max_rows=limits.points + 1,
-                ndmin=2,
-            )
-    except (ValueError, UnicodeDecodeError) as exc:
-        said = " ".join(str(exc).split())
-        raise InputError(
-            f"{path.name}: is no table of numbers ({said[:100]}); give x, y, z in each row"
-        ) from exc
-    if len(rows) > limits.points:
-        raise InputError(f"{path.name}: has more than {limits.points} points; thin the cloud")
-    if rows.shape[1] < 3:
-        raise InputError(f"{path.name}: has no x, y, z in each row; export the cloud anew")
-    if named and {"x", "y", "z"} <= {name.lower() for name in names}:
-        table = columns_of(path.name, names, rows)
-        return Cloud.of(table.points, normals=table.normals, name=path.name)
-    return Cloud.of(rows[:, :3], name=path.name)
-
-
-def _are_numbers(words: tuple[str, ...]) -> bool:
-    try:
-        return all(float(word) is not None for word in words)
-    except ValueError:
-        return False
+    table = points_from_text(path.name, path.read_bytes(), limits.points)
+    return Cloud.of(table.points, normals=table.normals, name=path.name)
 
 
 _READERS: dict[str, Callable[[Path, CloudLimits], Cloud]] = {

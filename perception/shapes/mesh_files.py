@@ -141,11 +141,13 @@ def _read_by_trimesh(path: Path, kind: str, limits: Limits) -> Mesh:
         options["skip_materials"] = True
     if kind == "obj":
         options["group_material"] = False
+    resolver = FilePathResolver(str(path))
+    resolver.file_name = "mesh"  # it becomes a part's name, which has to be text
     with path.open("rb") as file:
         scene = _load_scene(
             readable(file, path.name, kind),
             file_type=kind,
-            resolver=FilePathResolver(str(path)),
+            resolver=resolver,
             allow_remote=False,
             **options,
         )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PointTable", "columns_of", "rows_from_binary", "rows_from_text"]
+__all__ = ["PLACE", "PointTable", "columns_of", "rows_from_binary", "rows_from_text"]
 
 # A number in text takes a digit and a blank.
 LEAST_TEXT_BYTES = 2

@@ -67,20 +67,23 @@ def hash_of(models: tuple[str, ...]) -> str:
 def main() -> None:
     """Serves until the other side goes away."""
     connection = Connection(os.dup(0))
-    models = tuple(Path(m).name for m in json.loads(connection.recv_bytes())["models"])
+    settings = json.loads(connection.recv_bytes())
+    models = tuple(Path(m).name for m in settings["models"])
+    judged = "crisp" if settings["crisp"] else "degrees"
     if "dead" in models:
         os._exit(3)
     if "refused" in models:
         refusal = json.dumps({"kind": "rules", "error": "refused:1: no model"})
         connection.send_bytes(b"!" + refusal.encode())
         return
-    connection.send_bytes(b"=" + json.dumps(hash_of(models)).encode())
+    ready = {"models_hash": hash_of(models), "models": MODELS}
+    connection.send_bytes(b"=" + json.dumps(ready).encode())
     while True:
         for task in json.loads(connection.recv_bytes()):
-            connection.send_bytes(_answer(task, models))
+            connection.send_bytes(_answer(task, models, judged))
 
 
-def _answer(task: dict[str, Any], models: tuple[str, ...]) -> bytes:
+def _answer(task: dict[str, Any], models: tuple[str, ...], judged: str) -> bytes:
     stem = Path(task["path"]).stem
     mark = Path(task["path"]).with_suffix(".seen")
     if stem.startswith("die") or (stem.startswith("once") and not mark.exists()):
@@ -94,7 +97,8 @@ def _answer(task: dict[str, Any], models: tuple[str, ...]) -> bytes:
     if "explain" in task:
         reasons = [{"title": f"Why not {task['explain']['right']}", "lines": ["a <top> & legs"]}]
         return b"?" + json.dumps({"picture": "UE5H", "reasons": reasons}).encode()
-    row = fake_row(task["path"], models)
+    read = "".join(f"{key}={task[key]} " for key in ("up", "unit") if key in task)
+    row = fake_row(task["path"], models, read + judged)
     return (b"-" if row["error"] else b"+") + json.dumps(row).encode()
 
 

@@ -6,8 +6,15 @@ from typing import Any
 
 import pytest
 
-from facetlog.batch.compare import Comparison, older_rows
+from facetlog.batch.compare import (
+    Comparison,
+    check_alike,
+    older_rows,
+    read_as_then,
+    were_crisp,
+)
 from facetlog.batch.output import write_rows
+from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
 from tests.batch.fake_worker import fake_row
 
@@ -63,3 +70,47 @@ def test_a_table_without_rows_cannot_be_compared_with(tmp_path: Path) -> None:
     write_rows(tmp_path / "t.csv", [])
     with pytest.raises(InputError, match="has no rows"):
         older_rows(tmp_path / "t.csv")
+
+
+def test_rows_that_were_read_otherwise_are_counted_not_compared() -> None:
+    comparison = Comparison({PATH: fake_row(PATH, (), "up=z unit=m degrees")})
+    comparison.add(fake_row(PATH, ("better",), "up=y unit=m degrees"))
+    assert comparison.changes == []
+    assert list(comparison.lines()) == [
+        "0 verdicts of 0 scenes differ, of 0 compared",
+        "1 scene was read with other options than then, and not compared",
+    ]
+    assert comparison.to_json()["read_otherwise"] == 1
+
+
+@pytest.mark.parametrize(
+    ("given", "read"),
+    [
+        ({"up": False, "unit": False}, "up=z unit=mm degrees"),
+        ({"up": True, "unit": False}, "up=x unit=mm degrees"),
+        ({"up": True, "unit": True}, "up=x unit=m degrees"),
+    ],
+)
+def test_options_that_are_not_given_are_those_of_then(given: dict[str, bool], read: str) -> None:
+    settings = Settings(up="x", unit="m")
+    old = {"a.ply": fake_row("a.ply", (), "up=z unit=mm degrees")}
+    items = read_as_then([Item("a.ply"), Item("new.ply"), Item("a.ply", up="-y")], old, **given)
+    assert items[0].read_as(settings) == read
+    assert items[1] == Item("new.ply")
+    assert items[2].up == "-y"
+
+
+def test_scenes_that_are_all_read_otherwise_are_refused() -> None:
+    old = {path: fake_row(path, ()) for path in ("a.json", "b.json")}
+    items = tuple(map(Item, (*old, "new.json")))
+    check_alike(items, Settings(), old)
+    check_alike(items[2:], Settings(crisp=True), old)
+    with pytest.raises(InputError, match="other options: degrees, now crisp: leave those out"):
+        check_alike(items, Settings(crisp=True), old)
+
+
+def test_rows_are_crisp_if_all_are() -> None:
+    crisp, other = fake_row("a", (), "up=z unit=m crisp"), fake_row("b", ())
+    assert were_crisp({"a": crisp})
+    assert not were_crisp({"a": crisp, "b": other})
+    assert not were_crisp({})

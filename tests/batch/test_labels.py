@@ -4,7 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.batch.labels import Truth, read_labels, truths
+from facetlog.batch.labels import (
+    Label,
+    Truth,
+    classes_labelled,
+    classes_named,
+    read_labels,
+    truths,
+)
 from facetlog.errors import InputError
 
 
@@ -54,7 +61,8 @@ def test_a_table_that_is_not_there_or_no_text_is_one_line(tmp_path: Path) -> Non
 
 
 def test_labels_count_as_they_are_told_to() -> None:
-    found = truths(["armchair=chair", "desk=", "cabinet=none|box"], ["chair", "box"])
+    given = ["armchair=chair", "desk=", "cabinet=none|box"]
+    found = truths(given, ["chair", "box"], ["armchair", "desk", "cabinet", "chair"])
     assert found == {
         "armchair": Truth("chair"),
         "desk": Truth(None),
@@ -62,8 +70,38 @@ def test_labels_count_as_they_are_told_to() -> None:
     }
 
 
-@pytest.mark.parametrize("text", ["desk", "=chair", "desk=sofa"])
-def test_a_way_to_count_that_cannot_be_is_refused(text: str) -> None:
-    with pytest.raises(InputError, match=f"--count-as {text}"):
-        truths([text], ["chair"])
-    assert text != "desk=sofa" or truths([text], None)["desk"] == Truth("sofa")
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("desk", "write LABEL=CLASS"),
+        ("=chair", "write LABEL=CLASS"),
+        ("desk=sofa", "sofa is none of the classes chair, none"),
+        ("dsek=chair", "dsek is none of the labels box, desk"),
+    ],
+)
+def test_a_way_to_count_that_cannot_be_is_refused(text: str, says: str) -> None:
+    with pytest.raises(InputError, match=f"--count-as {text}: {says}"):
+        truths([text], ["chair"], ["desk", "box"])
+
+
+def test_of_many_labels_some_are_listed() -> None:
+    with pytest.raises(InputError, match=r"labels a0, a1, .* and 5 more$"):
+        truths(["b="], [], [f"a{n}" for n in range(25)])
+
+
+def test_classes_are_models_that_are_there() -> None:
+    assert classes_named(" box,chair,,box", ("chair", "table", "box")) == ("box", "chair")
+    assert classes_named("", ("chair",)) == ()
+    with pytest.raises(InputError, match="--classes: sofa is no model; there are chair, box"):
+        classes_named("box,sofa", ("chair", "box"))
+
+
+def test_models_that_are_labels_or_what_labels_count_as_can_be_the_answer() -> None:
+    models = ("desk", "box", "chair", "table")
+    labels = [Label("a", "chair"), Label("b", "box"), Label("c", "lamp")]
+    assert classes_labelled(models, labels, {}) == ("box", "chair")
+    counted_as = {"lamp": Truth("table", frozenset({"none"})), "box": Truth(None)}
+    assert classes_labelled(models, labels, counted_as) == ("box", "chair", "table")
+    assert classes_labelled(models, [], {}) == ()
+    with pytest.raises(InputError, match=r"no label is the name of a model \(desk, box, chair"):
+        classes_labelled(models, labels[2:], {})

@@ -3,9 +3,15 @@
 from pathlib import Path
 
 import pytest
+import trimesh
 
 from facetlog.errors import InputError
-from facetlog.query_shell.scene_files import scene_file, scenes_and_goal, with_distinct_names
+from facetlog.query_shell.scene_files import (
+    is_raw_shape,
+    scene_file,
+    scenes_and_goal,
+    with_distinct_names,
+)
 
 from .scenes import write_block
 
@@ -50,6 +56,31 @@ def test_facts_of_a_file_that_is_no_scene_are_refused_with_its_name(tmp_path: Pa
     assert file.name == "odd"
     with pytest.raises(InputError, match=r"odd\.json"):
         next(file.facts())
+
+
+@pytest.mark.parametrize("name", ["block.stl", "block.PLY"])
+def test_a_mesh_is_a_scene(tmp_path: Path, name: str) -> None:
+    path = tmp_path / name
+    trimesh.creation.box((0.3, 0.2, 0.1)).export(path)
+    file = scene_file(path)
+    assert (file.name, file.key) == ("block", None)
+    assert sum(fact[0] == "face" for fact in file.facts()) == 6
+
+
+def test_a_damaged_mesh_is_told_as_one(tmp_path: Path) -> None:
+    path = tmp_path / "odd.stl"
+    path.write_bytes(b"x")
+    with pytest.raises(InputError, match=r"odd\.stl: is shorter than an STL header"):
+        next(scene_file(path).facts())
+
+
+def test_the_folder_of_a_colmap_model_is_a_raw_shape_without_a_scene(tmp_path: Path) -> None:
+    (tmp_path / "points3D.txt").touch()
+    assert is_raw_shape(tmp_path)
+    (tmp_path / "scene.json").touch()
+    assert not is_raw_shape(tmp_path)
+    assert not is_raw_shape(tmp_path / "absent.stl")
+    assert not is_raw_shape(tmp_path / ("x" * 5000 + ".stl"))
 
 
 def test_scenes_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from facetlog.batch.output import read_rows
+from facetlog.batch.output import read_rows, write_rows
 from facetlog.cli import main
 from facetlog.perception.polyhedra import cuboid, table
 from facetlog.perception.scene_file import write_scene
@@ -60,7 +60,7 @@ def test_one_scene_is_counted_as_one(capsys: pytest.CaptureFixture[str]) -> None
     assert main(["classify", *absent, "-o", "s.csv"]) == 0
     err = capsys.readouterr().err
     assert "1 more scene has an error\n" in err
-    assert "; 6 with errors" in err
+    assert re.search(r": 6 scenes in [\d.]+ s[^:;]*: 6 with errors\n", err)
 
 
 def test_rows_are_in_the_order_given_each_once(folder: Path) -> None:
@@ -106,6 +106,10 @@ def test_a_path_that_vanished_is_a_row(folder: Path) -> None:
         (["in", "--workers", "0"], "0 workers"),
         (["in", "--timeout", "0"], "a time limit of 0 s"),
         (["in", "--report", "r.html"], "give --labels as well"),
+        (["in", "--classes", "box"], "give --labels as well"),
+        (["in", "--labels", "l.csv", "--classes", "bx"], "bx is no model; there are box, table"),
+        (["in", "--labels", "l.csv", "--count-as", "desk="], "desk is none of the labels box"),
+        (["in", "--labels", "l.csv", "--count-as", "box=sofa"], "none of the classes box, table"),
         (["in", "--labels", "absent.csv"], "absent.csv: cannot be read"),
         (["in", "--labels", "l.csv", "--report", "no/r.html"], "no/r.html cannot be written"),
         (["in", "--changed-since", "absent.csv"], "absent.csv: cannot be read"),
@@ -218,6 +222,29 @@ def test_changed_since_tells_what_differs_and_ends_with_1(
     assert _paths("new.csv") == sorted(NAMES)
 
 
+def test_changed_since_reads_scenes_as_they_were_read_then(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "box-1.ply").touch()
+    scenes = ["classify", "box-1.ply", "in/box-1.json"]
+    write_rows(
+        Path("old.jsonl"),
+        [
+            fake_row("box-1.ply", (), "up=z unit=mm crisp"),
+            fake_row("in/box-1.json", (), "crisp"),
+        ],
+    )
+    assert main(["classify", "--changed-since", "old.jsonl"]) == 0
+    assert capsys.readouterr().out == "0 verdicts of 0 scenes differ, of 2 compared\n"
+    assert main([*scenes, "--changed-since", "old.jsonl", "--up", "y", "-o", "new.jsonl"]) == 0
+    assert capsys.readouterr().out.endswith(
+        "1 scene was read with other options than then, and not compared\n"
+    )
+    assert [row["read_as"] for row in read_rows(Path("new.jsonl"))] == ["unit=mm crisp", "crisp"]
+    assert main([*scenes[:2], "--changed-since", "old.jsonl", "--up", "y"]) == 2
+    assert "up=z unit=mm crisp, now up=y unit=mm crisp" in capsys.readouterr().err
+
+
 def test_what_cannot_have_changed_is_not_classified_again(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -260,6 +287,15 @@ def test_labels_make_a_matrix_and_a_report(
     summary = json.loads(capsys.readouterr().out)
     assert summary["schema"] == "facetlog-classify/1"
     assert summary["confusion"]["accuracy"]["hits"] == 2
+
+
+def test_what_is_right_does_not_depend_on_what_could_be_read(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "labels.csv").write_text("file,label\nin/bad-1.json,box\n")
+    assert main(["classify", "--labels", "labels.csv", "--json", "-o", "r.csv"]) == 0
+    matrix = json.loads(capsys.readouterr().out)["confusion"]["matrix"]
+    assert matrix["box"]["error"] == 1
 
 
 def test_without_scenes_those_with_a_label_are_meant(

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import trimesh
 
 from facetlog.cli import main
 from facetlog.perception.polyhedra import cuboid
@@ -38,6 +39,14 @@ def test_the_exit_code_says_what_came_of_a_goal(
 ) -> None:
     assert main(["query", scene, goal]) == code
     assert capsys.readouterr().out == out
+
+
+def test_a_mesh_is_asked_like_a_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    trimesh.creation.box((0.3, 0.2, 0.1)).export(tmp_path / "a.stl")
+    assert main(["query", str(tmp_path / "a.stl"), "face(f1)"]) == 0
+    assert capsys.readouterr().out == "yes\n"
+    assert main(["why", str(tmp_path / "a.stl"), "box"]) == 0
+    assert "box" in capsys.readouterr().out
 
 
 def test_a_time_limit_is_kept(scene: str, capsys: pytest.CaptureFixture[str]) -> None:

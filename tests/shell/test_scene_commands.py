@@ -243,6 +243,12 @@ def test_validate_as_json_is_an_object_a_file(run: Run) -> None:
     assert bad["faults"] == [{"path": "$.up", "message": "is 2 long: give a unit vector, or null"}]
 
 
+def test_validate_says_of_a_mesh_that_it_is_one(run: Run) -> None:
+    code, out, err = run("validate", "block.stl")
+    assert (code, out) == (2, "1 file, 0 sound\n")
+    assert "block.stl: is a mesh or a cloud, no scene: make one of it by" in err
+
+
 def test_validate_goes_on_after_a_file_that_cannot_be_read(run: Run) -> None:
     code, out, err = run("validate", "absent.json", "block.json")
     assert code == 2

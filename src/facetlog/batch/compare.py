@@ -1,16 +1,17 @@
 """Which verdicts differ between two tables of results of the same scenes."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from facetlog.batch.output import read_rows
 from facetlog.batch.rows import Row
+from facetlog.batch.settings import CRISP, Item, Settings, told_options
 from facetlog.counted import many
 from facetlog.errors import InputError
 
-__all__ = ["Change", "Comparison", "older_rows"]
+__all__ = ["Change", "Comparison", "check_alike", "older_rows", "read_as_then", "were_crisp"]
 
 DEGREE_STEP = 0.005
 """Degrees that differ by less are the same in any text: they are told in per cent."""
@@ -45,13 +46,54 @@ def older_rows(path: Path) -> dict[str, Row]:
     return rows
 
 
+def were_crisp(old: Mapping[str, Row]) -> bool:
+    """Whether the rows of an older table, which has some, were all judged with --crisp."""
+    return bool(old) and all(row["read_as"].split()[-1:] == [CRISP] for row in old.values())
+
+
+def read_as_then(
+    items: Sequence[Item], old: Mapping[str, Row], *, up: bool, unit: bool
+) -> tuple[Item, ...]:
+    """The items with the options that their older rows tell, but for `up` or `unit` if given."""
+    return tuple(
+        item if (row := old.get(item.path)) is None else _as_then(item, row, up=up, unit=unit)
+        for item in items
+    )
+
+
+def _as_then(item: Item, row: Row, *, up: bool, unit: bool) -> Item:
+    then_up, then_unit = told_options(row["read_as"])
+    return replace(
+        item,
+        up=item.up if up or item.up else then_up,
+        unit=item.unit if unit or item.unit else then_unit,
+    )
+
+
+def check_alike(items: Sequence[Item], settings: Settings, old: Mapping[str, Row]) -> None:
+    """Raises InputError if none of the scenes of older rows is read as then: nothing to compare."""
+    pairs = [
+        (old[item.path]["read_as"], item.read_as(settings)) for item in items if item.path in old
+    ]
+    if pairs and all(then != now for then, now in pairs):
+        then, now = pairs[0]
+        raise InputError(
+            f"--changed-since: all scenes were read with other options: {then}, now {now}: leave "
+            "those out, to have them as then"
+        )
+
+
 @dataclass(slots=True)
 class Comparison:
-    """Rows compared with the older ones of the same path; filled row by row."""
+    """Rows compared with the older ones of the same path; filled row by row.
+
+    Rows that were read with other options are not compared, only counted: `otherwise`.
+    """
 
     old: Mapping[str, Row]
     changes: list[Change] = field(default_factory=list)
     compared: int = 0
+    otherwise: int = 0
     new: int = 0
 
     def add(self, row: Row) -> None:
@@ -59,6 +101,9 @@ class Comparison:
         before = self.old.get(row["path"])
         if before is None:
             self.new += 1
+            return
+        if before["read_as"] != row["read_as"]:
+            self.otherwise += 1
             return
         self.compared += 1
         self.changes.extend(_changes(before, row))
@@ -78,11 +123,15 @@ class Comparison:
         said = f"{verdicts} of {many(scenes, 'scene')} {differ}, of {self.compared} compared"
         new = f"; {many(self.new, 'scene is', 'scenes are')} new" if self.new else ""
         yield said + new
+        if self.otherwise:
+            were = many(self.otherwise, "scene was", "scenes were")
+            yield f"{were} read with other options than then, and not compared"
 
     def to_json(self) -> dict[str, Any]:
         """All of it as plain data."""
         return {
             "compared": self.compared,
+            "read_otherwise": self.otherwise,
             "new": self.new,
             "changes": [change.to_json() for change in self.changes],
         }

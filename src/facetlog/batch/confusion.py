@@ -1,14 +1,14 @@
 """What was answered for what is there: the confusion matrix, and what went wrong."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from facetlog.batch.labels import NONE, Label, Truth
 from facetlog.batch.rows import HOLDS, Row
 
-__all__ = ["ERROR", "Confusion", "Mistake", "Proportion", "answer", "models_labelled"]
+__all__ = ["ERROR", "Confusion", "Mistake", "Proportion", "answer"]
 
 ERROR = "error"
 """What a scene without verdicts was answered; never right."""
@@ -222,10 +222,3 @@ class Confusion:
             "unlabelled": self.unlabelled,
             "mistakes": [mistake.to_json() for mistake in self.mistakes],
         }
-
-
-def models_labelled(rows: Iterable[Row], labels: Iterable[Label]) -> tuple[str, ...]:
-    """The models of the rows that are labels as well, in the order of the rows."""
-    named = {label.label for label in labels}
-    asked = dict.fromkeys(v["model"] for row in rows for v in row["verdicts"])
-    return tuple(model for model in asked if model in named)

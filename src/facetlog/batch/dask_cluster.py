@@ -81,6 +81,11 @@ class Cluster:
         """Of the models here, which the workers of the cluster must have as well."""
         return self._pool.models_hash
 
+    @property
+    def models(self) -> tuple[str, ...]:
+        """The names of the models here."""
+        return self._pool.models
+
     def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
         """An answer to each task, as they come; raises EngineError if the cluster is lost.
 

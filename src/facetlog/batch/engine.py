@@ -32,6 +32,7 @@ class SceneEngine:
             limits=Limits(seconds=settings.seconds),
         )
         self.models_hash = self._judge.models_hash
+        self.models = self._judge.models
         # What the models ask for, and the things that a row counts: no other fact is worked out.
         self._kinds = {name for name, _ in self._judge.asked} | {"thing"}
 

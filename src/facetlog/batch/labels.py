@@ -2,7 +2,7 @@
 
 import csv
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,10 +10,21 @@ from facetlog.errors import InputError
 from facetlog.perception.posed_picture import METRES_PER
 from facetlog.perception.shapes.read import UP_AXES
 
-__all__ = ["NONE", "Label", "Truth", "read_labels", "truths"]
+__all__ = [
+    "NONE",
+    "Label",
+    "Truth",
+    "classes_labelled",
+    "classes_named",
+    "read_labels",
+    "truths",
+]
 
 NONE = "none"
 """The answer that no model of those asked for holds, and the truth of what is none of them."""
+
+LABELS_TOLD = 20
+"""Of labels that there are so many are listed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,14 +100,50 @@ def _first_word(text: str, known: Mapping[str, object]) -> str | None:
     return words[0] if words[0] in known else "none"
 
 
-def truths(counted_as: Sequence[str], classes: Sequence[str] | None) -> dict[str, Truth]:
+def classes_named(names: str, models: Collection[str]) -> tuple[str, ...]:
+    """The models that a text like 'chair, box' names; InputError for one that is none.
+
+    >>> classes_named("chair, box,", ["box", "table", "chair"])
+    ('chair', 'box')
+    """
+    named = tuple(dict.fromkeys(filter(None, map(str.strip, names.split(",")))))
+    for name in named:
+        if name not in models:
+            raise InputError(f"--classes: {name} is no model; there are {', '.join(models)}")
+    return named
+
+
+def classes_labelled(
+    models: Iterable[str], labels: Iterable[Label], counted_as: Mapping[str, Truth]
+) -> tuple[str, ...]:
+    """The models, in their order, that are labels, or that a label counts as.
+
+    Raises InputError if there are labels, and no model is one: any answer would be none.
+    """
+    models, labels = tuple(models), tuple(labels)
+    truths = counted_as.values()
+    named = {label.label for label in labels}.union(
+        *(truth.doubtful for truth in truths), (truth.answer for truth in truths)
+    )
+    found = tuple(model for model in models if model in named)
+    if labels and not found:
+        raise InputError(
+            f"--labels: no label is the name of a model ({', '.join(models)}): say by --classes "
+            "which of them can be the answer"
+        )
+    return found
+
+
+def truths(
+    counted_as: Sequence[str], classes: Collection[str], labels: Collection[str]
+) -> dict[str, Truth]:
     """How labels count that are not called as their class, from texts like 'armchair=chair'.
 
     'desk=' leaves a label out. 'cabinet=none|box' says that none is right, and box neither right
-    nor wrong. Raises InputError for another text, and for a class that is none of `classes`, where
-    those are known.
+    nor wrong. Raises InputError for another text, for a label that is none of `labels`, and for a
+    class that is none of `classes`.
 
-    >>> truths(["armchair=chair"], ["chair"])["armchair"].answer
+    >>> truths(["armchair=chair"], ["chair"], ["armchair", "chair"])["armchair"].answer
     'chair'
     """
     found: dict[str, Truth] = {}
@@ -104,10 +151,18 @@ def truths(counted_as: Sequence[str], classes: Sequence[str] | None) -> dict[str
         label, equals, answers = text.partition("=")
         if not (label and equals):
             raise InputError(f"--count-as {text}: write LABEL=CLASS, LABEL=CLASS|CLASS or LABEL=")
+        if label not in labels:
+            raise InputError(f"--count-as {text}: {label} is none of the labels {_listed(labels)}")
         named = [name.strip() for name in answers.split("|") if name.strip()]
         for name in named:
-            if classes is not None and name not in (*classes, NONE):
+            if name not in (*classes, NONE):
                 known = ", ".join((*classes, NONE))
                 raise InputError(f"--count-as {text}: {name} is none of the classes {known}")
         found[label] = Truth(named[0] if named else None, frozenset(named[1:]))
     return found
+
+
+def _listed(labels: Collection[str]) -> str:
+    known = sorted(set(labels))
+    more = f" and {len(known) - LABELS_TOLD} more" if len(known) > LABELS_TOLD else ""
+    return ", ".join(known[:LABELS_TOLD]) + more

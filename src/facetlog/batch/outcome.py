@@ -58,8 +58,9 @@ class Outcome:
         kept = f" ({self.kept} of them before)" if self.kept else ""
         found = ", ".join(f"{name} {count}" for name, count in self.models.most_common())
         failed = len(self.errors)
-        errors = f"; {failed} with {'an error' if failed == 1 else 'errors'}" if failed else ""
-        return f"{many(self.scenes, 'scene')}{kept} in {self.seconds:.1f} s{rate}: {found}{errors}"
+        errors = f"{failed} with {'an error' if failed == 1 else 'errors'}" if failed else ""
+        said = "; ".join(filter(None, (found, errors)))
+        return f"{many(self.scenes, 'scene')}{kept} in {self.seconds:.1f} s{rate}: {said}"
 
     def to_json(self) -> dict[str, Any]:
         """All of it as plain data, with the schema's name."""

@@ -150,6 +150,7 @@ class Pool:
         self._seconds_each = BATCH_SECONDS  # of a scene, at first one at a time
         self._deaths: Counter[Item] = Counter()
         self.models_hash = ""
+        self.models: tuple[str, ...] = ()
         try:
             # The first says whether the models can be used at all, before there are others.
             self._await_first()
@@ -185,9 +186,9 @@ class Pool:
         if word is Word.REFUSED:
             kinds = {"rules": RuleSyntaxError, "input": InputError}
             raise kinds.get(content["kind"], EngineError)(content["error"])
-        if self.models_hash and content != self.models_hash:
+        if self.models_hash and content["models_hash"] != self.models_hash:
             raise InputError("the models were changed while they were in use: run it again")
-        self.models_hash = content
+        self.models_hash, self.models = content["models_hash"], tuple(content["models"])
         worker.ready = True
         worker.begin()
 

@@ -30,6 +30,10 @@ class Workers(Protocol):
     def models_hash(self) -> str:
         """Of the models that they ask."""
 
+    @property
+    def models(self) -> tuple[str, ...]:
+        """The names of the models that they ask."""
+
     def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
         """An answer to each task, as they come."""
         ...

@@ -7,7 +7,10 @@ from typing import Any, Self
 from facetlog.errors import InputError
 from facetlog.perception.shapes.read import ShapeOptions, says_itself, unit_from, up_from
 
-__all__ = ["Item", "Settings", "shape_options"]
+__all__ = ["CRISP", "Item", "Settings", "shape_options", "told_options"]
+
+CRISP = "crisp"
+"""The last word of `read_as` where every measured value was taken as exact."""
 
 SECONDS_PER_SCENE = 60.0
 """Time limit of one scene: a hundred times what a mesh of a hundred thousand triangles takes."""
@@ -56,7 +59,7 @@ class Settings:
     @property
     def judged_as(self) -> str:
         """How scenes are judged, beside the models: part of what makes results comparable."""
-        return "crisp" if self.crisp else "degrees"
+        return CRISP if self.crisp else "degrees"
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +93,16 @@ class Item:
             return settings.judged_as
         up, unit = self.up or settings.up, self.unit or settings.unit
         return f"up={up} unit={unit} {settings.judged_as}"
+
+
+def told_options(read_as: str) -> tuple[str | None, str | None]:
+    """The options `up` and `unit` that a row's `read_as` tells; None for what it does not.
+
+    >>> told_options("up=z unit=none degrees"), told_options("degrees")
+    (('z', 'none'), (None, None))
+    """
+    told = dict(word.split("=", 1) for word in read_as.split() if "=" in word)
+    return told.get("up"), told.get("unit")
 
 
 def shape_options(item: Item, settings: Settings) -> ShapeOptions:

@@ -22,7 +22,7 @@ class Word(bytes, Enum):
     """What a message of a worker is: the first byte of it."""
 
     READY = b"="
-    """The engine is open: the hash of its models."""
+    """The engine is open: the hash of its models, and their names."""
     REFUSED = b"!"
     """The engine cannot be opened: kind and text of the error. The process ends."""
     ROW = b"+"
@@ -75,7 +75,7 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
     except Exception as exc:  # the other side must not wait for ever
         say(Word.REFUSED, {"kind": "engine", "error": f"{type(exc).__name__}: {exc}"})
         return
-    say(Word.READY, engine.models_hash)
+    say(Word.READY, {"models_hash": engine.models_hash, "models": engine.models})
     for task in _tasks(messages):
         doubt = task.pop("explain", None)
         item = Item(**task)

@@ -16,13 +16,15 @@ from facetlog.terminal import note, one_line, warn
 
 if TYPE_CHECKING:
     from facetlog.batch.confusion import Confusion
-    from facetlog.batch.labels import Label, Truth
+    from facetlog.batch.labels import Label
     from facetlog.batch.outcome import Outcome
     from facetlog.batch.rows import Row
     from facetlog.batch.run import Finished, Plan, Workers
     from facetlog.batch.settings import Item, Settings
 
 __all__ = ["classify_command"]
+
+AUTO, NONE = "auto", "none"
 
 ERRORS_NAMED = 5
 """Scenes with errors that are named on stderr; the table has them all."""
@@ -60,12 +62,23 @@ def classify_command(
         typer.Option("--dask", metavar="ADDRESS", help="Scheduler of a dask.distributed cluster."),
     ] = None,
     up: Annotated[
-        str,
-        typer.Option("--up", metavar="AXIS", help="Of raw shapes: x y z -x -y -z, auto or none."),
-    ] = "auto",
+        str | None,
+        typer.Option(
+            "--up",
+            metavar="AXIS",
+            help="Of raw shapes: x y z -x -y -z, auto or none.",
+            show_default=AUTO,
+        ),
+    ] = None,
     unit: Annotated[
-        str, typer.Option("--unit", metavar="U", help="Of raw shapes: m cm mm in ft or none.")
-    ] = "none",
+        str | None,
+        typer.Option(
+            "--unit",
+            metavar="U",
+            help="Of raw shapes: m cm mm in ft or none.",
+            show_default=NONE,
+        ),
+    ] = None,
     timeout: Annotated[
         float,
         typer.Option(
@@ -111,9 +124,15 @@ def classify_command(
 
     Exit code 0: done, 1: verdicts differ (--changed-since), or a scene had an error (--strict).
     """
-    from facetlog.batch.compare import Comparison, older_rows
+    from facetlog.batch.compare import (
+        Comparison,
+        check_alike,
+        older_rows,
+        read_as_then,
+        were_crisp,
+    )
     from facetlog.batch.display import showing_rate
-    from facetlog.batch.labels import read_labels, truths
+    from facetlog.batch.labels import read_labels
     from facetlog.batch.outcome import Outcome
     from facetlog.batch.report import check_report, write_report
     from facetlog.batch.run import Plan, check_output
@@ -121,26 +140,36 @@ def classify_command(
 
     if report is not None and labels is None:
         raise InputError("--report tells what went wrong: give --labels as well")
-    settings = Settings(_models(models or ()), trust, crisp, up.lower(), unit.lower(), timeout)
-    known = {} if labels is None else read_labels(labels)
-    asked = tuple(filter(None, map(str.strip, (classes or "").split(","))))
-    counted_as = truths(count_as or (), asked or None)
+    if labels is None and (classes or count_as):
+        raise InputError("--classes and --count-as say what is right: give --labels as well")
     comparison = None if changed_since is None else Comparison(older_rows(changed_since))
     old = {} if comparison is None else comparison.old
+    settings = Settings(
+        _models(models or ()),
+        trust,
+        crisp or were_crisp(old),
+        (up or AUTO).lower(),
+        (unit or NONE).lower(),
+        timeout,
+    )
+    known = {} if labels is None else read_labels(labels)
     items = _items(_paths(scenes or (), listed or (), known, old), known)
+    items = read_as_then(items, old, up=up is not None, unit=unit is not None)
+    check_alike(items, settings, old)
     plan = Plan(items, settings, out, resume, overwrite, old)
     check_output(plan)
     if report is not None:
         check_report(report)
     outcome = Outcome(comparison=comparison)
-    with _workers(settings, workers, dask, len(items)) as crew, _classified(plan, crew) as done:
+    with _workers(settings, workers, dask, len(items)) as crew:
         if labels is not None:
-            outcome.confusion = _confusion(done, known, asked, counted_as)
-        outcome.kept, outcome.seconds = done.kept, done.seconds
-        _write_table(done, plan, outcome, as_json=as_json)
-        if report is not None and outcome.confusion is not None:
-            with showing_rate("report", "mistake") as show:
-                write_report(report, outcome, outcome.confusion, done, crew, show)
+            outcome.confusion = _confusion(items, known, crew.models, classes or "", count_as or ())
+        with _classified(plan, crew) as done:
+            outcome.kept, outcome.seconds = done.kept, done.seconds
+            _write_table(done, plan, outcome, as_json=as_json)
+            if report is not None and outcome.confusion is not None:
+                with showing_rate("report", "mistake") as show:
+                    write_report(report, outcome, outcome.confusion, done, crew, show)
     _tell(outcome, as_json=as_json and out is not None)
     differ = comparison is not None and bool(comparison.changes)
     return NO if differ or (strict and outcome.errors) else YES
@@ -223,20 +252,26 @@ def _classified(plan: "Plan", crew: "Workers") -> Iterator["Finished"]:
 
 
 def _confusion(
-    done: "Finished",
+    items: Sequence["Item"],
     labels: Mapping[str, "Label"],
-    asked: tuple[str, ...],
-    counted_as: Mapping[str, "Truth"],
+    models: Sequence[str],
+    classes: str,
+    count_as: Sequence[str],
 ) -> "Confusion":
-    from facetlog.batch.confusion import Confusion, models_labelled
+    """The matrix to fill; raises InputError for names that no model or no label has."""
+    from facetlog.batch.confusion import Confusion
+    from facetlog.batch.labels import classes_labelled, classes_named, truths
 
     by_path = {
         item.path: label
-        for item in done.items
+        for item in items
         if (label := labels.get(os.path.realpath(item.path))) is not None
     }
-    classes = asked or models_labelled(done.rows(), by_path.values())
-    return Confusion(by_path, classes, counted_as)
+    asked = classes_named(classes, models)
+    counted_as = truths(count_as, asked or models, {label.label for label in labels.values()})
+    return Confusion(
+        by_path, asked or classes_labelled(models, by_path.values(), counted_as), counted_as
+    )
 
 
 def _write_table(done: "Finished", plan: "Plan", outcome: "Outcome", *, as_json: bool) -> None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 __all__ = ["why_command", "why_not_command"]
 
 SceneArgument = Annotated[
-    Path, typer.Argument(metavar="SCENE", help="A scene file, or a folder written by -o.")
+    Path, typer.Argument(metavar="SCENE", help="A scene, mesh or cloud, or a folder written by -o.")
 ]
 ModelArgument = Annotated[str, typer.Argument(metavar="MODEL", help="Name of a model.")]
 SubjectArgument = Annotated[

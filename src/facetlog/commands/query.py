@@ -20,7 +20,7 @@ def query_command(
         list[str],
         typer.Argument(
             metavar="SCENE... [GOAL]",
-            help="Scene files, or folders written by -o; then a goal as in Prolog, in quotes.",
+            help="Scenes, meshes, clouds, folders written by -o; then a goal as Prolog, in quotes.",
             show_default=False,
         ),
     ],

@@ -1,4 +1,7 @@
-"""Scene files: which of the arguments they are, what they are called, and their facts."""
+"""Scene files: which of the arguments they are, what they are called, and their facts.
+
+Meshes and clouds are scenes as well, with up and unit as they are known without being told.
+"""
 
 import hashlib
 import json
@@ -11,7 +14,14 @@ from facetlog import __version__
 from facetlog.errors import InputError
 from facetlog.kb.encode import Fact
 
-__all__ = ["SCENE_FILE", "SceneFile", "scene_file", "scenes_and_goal", "with_distinct_names"]
+__all__ = [
+    "SCENE_FILE",
+    "SceneFile",
+    "is_raw_shape",
+    "scene_file",
+    "scenes_and_goal",
+    "with_distinct_names",
+]
 
 SCENE_FILE = "scene.json"  # in a folder written by -o
 SUFFIX = ".json"
@@ -21,13 +31,14 @@ SUFFIX = ".json"
 class SceneFile:
     """A scene file as it was when it was read: `name` is what the knowledge base calls the scene.
 
-    `key` says what its facts are made from and by what.
+    `key` says what its facts are made from and by what. A mesh or a cloud has neither `data` nor
+    key: it is read when its facts are asked for, and files beside it may be part of it.
     """
 
     path: Path
     name: str
-    data: bytes
-    key: str
+    data: bytes | None
+    key: str | None
 
     def facts(self) -> Iterator[Fact]:
         """The scene's facts, worked out when the first is asked for.
@@ -37,16 +48,24 @@ class SceneFile:
         from facetlog.perception.facts import scene_facts
         from facetlog.perception.scene_file import scene_from_json
 
-        for fact in scene_facts(scene_from_json(self.data, str(self.path))):
+        if self.data is None:
+            from facetlog.perception.shapes.read import ShapeOptions, read_shape
+
+            scene = read_shape(self.path, ShapeOptions(find_floor=True))
+        else:
+            scene = scene_from_json(self.data, str(self.path))
+        for fact in scene_facts(scene):
             yield (fact.functor, *fact.args)
 
 
 def scene_file(path: Path) -> SceneFile:
-    """The scene file at a path, or in the folder there, under its own name.
+    """The scene file at a path, or in the folder there, under its own name; or a mesh or a cloud.
 
     Raises InputError if there is none. What it holds is checked when its facts are asked for.
     """
     inside = path / SCENE_FILE if path.is_dir() else path
+    if is_raw_shape(path):
+        return SceneFile(path, path.stem or path.resolve().name, None, None)
     try:
         data = inside.read_bytes()
     except FileNotFoundError:
@@ -59,6 +78,20 @@ def scene_file(path: Path) -> SceneFile:
         raise InputError(f"{inside} cannot be read: {exc.strerror or exc}") from exc
     key = hashlib.sha256(data + __version__.encode()).hexdigest()
     return SceneFile(inside, _own_name(data) or inside.stem, data, key)
+
+
+def is_raw_shape(path: Path) -> bool:
+    """Whether there is a mesh or a cloud, by the suffix, or the folder of a COLMAP model."""
+    if path.suffix == SUFFIX or not _exists(str(path)):
+        return False
+    # Loaded only now: scenes do without.
+    if path.is_dir():
+        from facetlog.perception.shapes.colmap_model import find_colmap_model
+
+        return not (path / SCENE_FILE).exists() and find_colmap_model(path) is not None
+    from facetlog.perception.shapes.read import SUFFIXES, says_itself
+
+    return path.suffix.lower() in SUFFIXES and not says_itself(path.name)
 
 
 def _own_name(data: bytes) -> str | None:

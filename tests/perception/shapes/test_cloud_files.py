@@ -3,8 +3,6 @@
 import io
 import struct
 from collections.abc import Callable
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -163,24 +161,6 @@ def test_named_columns_are_found_by_their_names(tmp_path: Path, points: FloatArr
     np.testing.assert_array_equal(cloud.points, points)
     assert cloud.normals is not None
     assert (cloud.normals == [0.0, 0.0, 1.0]).all()
-
-
-def test_las_gives_the_points_or_names_the_extra(tmp_path: Path, points: FloatArray) -> None:
-    path = tmp_path / "a.las"
-    if find_spec("laspy") is None:
-        path.write_bytes(b"LASF")
-        with pytest.raises(InputError, match=r"facetlog\[las\]"):
-            read_cloud(path)
-        return
-    laspy = import_module("laspy")
-    las = laspy.create()
-    las.header.scales = [1e-4] * 3
-    las.x, las.y, las.z = points.T
-    las.write(path)
-    np.testing.assert_allclose(read_cloud(path).points, points, atol=1e-4)
-    path.write_bytes(path.read_bytes()[:-200])
-    with pytest.raises(InputError, match="truncated"):
-        read_cloud(path)
 
 
 def test_points_not_finite_or_there_twice_are_dropped_and_said(points: FloatArray) -> None:

@@ -168,6 +168,11 @@ def liar(change: str) -> bytes:
             document["buffers"][0]["uri"] = "../secret.bin"
         case "missing":
             document["buffers"][0]["uri"] = "model.bin"
+        case "sparse":
+            document["accessors"][0]["sparse"] = {"count": 1}
+        case "sparse zeros":
+            blank = {"componentType": 5126, "type": "VEC3", "sparse": {"count": 1}}
+            document["accessors"] += [{**blank, "count": 3001} for _ in range(2)]
         case "compressed":
             document["extensionsRequired"] = ["KHR_draco_mesh_compression"]
         case "instances":
@@ -187,6 +192,8 @@ def liar(change: str) -> bytes:
         ("fetched", "points outside its folder"),
         ("outside", "points outside its folder"),
         ("missing", "put it beside"),
+        ("sparse", "sparse accessors are not read; export without them"),
+        ("sparse zeros", "values in 0 bytes"),
         ("compressed", "without compression"),
         ("instances", "has more than 2000 triangles"),
         ("two parents", "no sound glTF"),
@@ -196,6 +203,22 @@ def test_a_gltf_that_lies_is_refused_before_reading(tmp_path: Path, change: str,
     path = written(tmp_path, "liar.gltf", liar(change))
     with pytest.raises(InputError, match=said):
         read_mesh(path, Limits(triangles=2000))
+
+
+def test_sparse_accessors_that_no_surface_uses_do_not_matter(tmp_path: Path) -> None:
+    document = json.loads(as_bytes("gltf"))
+    blank = {"componentType": 5126, "type": "VEC3", "sparse": {"count": 1}, "count": 8}
+    document["accessors"].append(blank)
+    path = written(tmp_path, "morphs.gltf", json.dumps(document).encode())
+    assert area(read_mesh(path)) == pytest.approx(AREA)
+
+
+@pytest.mark.parametrize("kind", ["ply", "stl", "off", "obj", "glb", "gltf"])
+def test_names_of_files_need_not_be_text(tmp_path: Path, kind: str) -> None:
+    folder = tmp_path / "bl\udce9"
+    folder.mkdir()
+    path = written(folder, f"bl\udce9.{kind}", as_bytes(kind))
+    assert area(read_mesh(path)) == pytest.approx(AREA)
 
 
 def test_missing_materials_do_not_matter(tmp_path: Path) -> None:

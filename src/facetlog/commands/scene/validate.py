@@ -54,7 +54,12 @@ def _faults(path: Path) -> "tuple[SceneFault, ...]":
     """The faults of a scene file: those of its form, or if it has none those of its geometry."""
     from facetlog.perception.scene_checks import scene_faults
     from facetlog.perception.scene_file import SceneFileError, read_scene
+    from facetlog.query_shell.scene_files import is_raw_shape
 
+    if is_raw_shape(path):
+        raise InputError(
+            f"{path}: is a mesh or a cloud, no scene: make one of it by facetlog scene convert"
+        )
     try:
         scene = read_scene(path)
     except SceneFileError as exc:
