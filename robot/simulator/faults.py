@@ -10,8 +10,8 @@ from pydantic.dataclasses import dataclass
 
 __all__ = ["Fault", "FaultKind", "Schedule"]
 
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Seconds = Annotated[float, Field(ge=0.0)]
+Share = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
+Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 
 class FaultKind(StrEnum):
@@ -56,7 +56,7 @@ class Fault:
     rate: Share = 0.05
     delay: Seconds = 0.2
     seconds: Seconds | None = None
-    volts: Annotated[float, Field(ge=0.0, le=25.5)] = 10.8
+    volts: Annotated[float, Field(ge=0.0, le=25.5, allow_inf_nan=False)] = 10.8
 
     @property
     def lasts(self) -> float | None:

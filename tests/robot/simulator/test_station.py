@@ -241,6 +241,22 @@ def test_faults_are_ordered_over_http_and_wrong_orders_refused(running: Running)
         assert missing.value.code == 404
 
 
+@pytest.mark.parametrize("number", ["1e400", "-1e400", "NaN", "Infinity"])
+def test_a_number_that_is_none_is_refused_in_one_line(running: Running, number: str) -> None:
+    for name in ("seconds", "delay", "rate", "volts"):
+        body = f'{{"kind": "frozen", "{name}": {number}}}'
+        request = urllib.request.Request(  # noqa: S310 - loopback
+            running.station.addresses.faults, data=body.encode()
+        )
+        with pytest.raises(urllib.error.HTTPError) as refused:
+            urllib.request.urlopen(request, timeout=allowed(LONG))  # noqa: S310
+        with refused.value:
+            assert refused.value.code == 400
+            error = json.loads(refused.value.read())["error"]
+        assert error.startswith(f"{name}: "), error
+        assert "\n" not in error
+
+
 def command(*arguments: str) -> "subprocess.Popen[str]":
     return subprocess.Popen(
         [sys.executable, "-m", "facetlog", "simulate", "--camera", ANYWHERE, *arguments],
