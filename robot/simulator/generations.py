@@ -12,6 +12,8 @@ from facetlog.robot.pioneer.parameters import Parameters
 __all__ = ["Generation", "default_configuration", "generation_of", "tail_length"]
 
 ROBOT_CLASS = "Pioneer"
+# As AMRISim says it: clients know a simulator by it.
+SERIAL_NUMBER = "SIM"
 # The robots whose controller was exchanged for the one that AROS was written for.
 AROS_MODELS = frozenset({"p2d8", "p2at8", "p3dx", "p3at"})
 ARCOS_SUFFIX = "-sh"
@@ -70,7 +72,7 @@ def default_configuration(parameters: Parameters, name: str) -> Configuration:
     return Configuration(
         robot_class=ROBOT_CLASS,
         subclass=parameters.name,
-        serial_number="SIM",
+        serial_number=SERIAL_NUMBER,
         four_motors=0,
         turning_top=turning_top,
         speed_top=speed_top,
