@@ -67,7 +67,7 @@ def connect_over(
     try:
         parameters = given or parameters_of(names.subclass)
     except KeyError:
-        _write(port, Write(plain_command(Command.CLOSE).to_bytes(), "CLOSE"), clock, log)
+        _close_session(port, clock, log)
         raise DeviceError(
             f"{port.address}: {names.name!r} is a {names.robot_class} {names.subclass!r}, which is"
             f" not known; say what it is like with model= ({', '.join(MODELS)})"
@@ -79,6 +79,8 @@ def connect_over(
     _carry_out(opening, port, clock, log)
     if opening.failure is not None:
         error = opening.failure
+        # It may have heard OPEN all the same, and would go on with the session for nobody.
+        _close_session(port, clock, log)
         raise type(error)(f"{port.address}: {names.name!r} ({names.subclass}): {error}") from None
     return Connected(
         names,
@@ -112,6 +114,10 @@ def _carry_out(
         machine.receive(data, now)
         if log is not None and (data or machine.receiver.given_up != given_up):
             log.incoming(now, data)
+
+
+def _close_session(port: Port, clock: Callable[[], float], log: TrafficLog | None) -> None:
+    _write(port, Write(plain_command(Command.CLOSE).to_bytes(), "CLOSE"), clock, log)
 
 
 def _write(port: Port, action: Write, clock: Callable[[], float], log: TrafficLog | None) -> None:

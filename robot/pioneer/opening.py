@@ -120,7 +120,11 @@ class Opening:
         self._tries += 1
         match self._phase:
             case _Phase.OPENING if self._tries > OPENINGS:
-                self._fail("it answered the handshake, but no reports come after OPEN")
+                self._fail(
+                    "it answered the handshake, but no reports come after OPEN; switch it off and"
+                    " on again, check the cable and that no other program uses the line, then"
+                    " connect again"
+                )
             case _Phase.OPENING:
                 self._open(now)
             case _Phase.ASKING if self._tries > QUESTIONS:

@@ -1,11 +1,13 @@
 """From the answered handshake to a session that reports, in simulated time."""
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 
 import pytest
 
 from facetlog.errors import DeviceTimeout
+from facetlog.robot.pioneer.connecting import connect_over
 from facetlog.robot.pioneer.opening import Opening
 from facetlog.robot.pioneer.packet import Packet
 from facetlog.robot.pioneer.receiver import Receiver
@@ -85,6 +87,40 @@ def test_no_reports_after_open_are_a_time_out() -> None:
     machine = opened(Line(lambda *_: b""))
     assert isinstance(machine.failure, DeviceTimeout)
     assert "no reports come after OPEN" in str(machine.failure)
+
+
+class TimedPort:
+    """A robot on a port in its own time, which goes on while somebody reads."""
+
+    address, has_baud = "timed", False
+
+    def __init__(self, robot: ScriptedRobot) -> None:
+        self.robot, self.now = robot, 100.0
+
+    def clock(self) -> float:
+        return self.now
+
+    def read(self, timeout: float) -> bytes:
+        self.now += min(max(timeout, 1e-3), 0.02)
+        return self.robot.pending(self.now)
+
+    def write(self, data: bytes) -> None:
+        self.robot.receive(data, self.now)
+
+    def set_baud(self, baud: int) -> None:
+        raise AssertionError(f"there is no rate to make {baud}")
+
+    def close(self) -> None:
+        raise AssertionError("nobody closes it")
+
+
+def test_a_session_that_never_reports_is_closed_and_it_is_said_what_to_check() -> None:
+    robot = ScriptedRobot(cycle=math.inf)
+    port = TimedPort(robot)
+    with pytest.raises(DeviceTimeout, match=r"no reports come after OPEN; .*check the cable"):
+        connect_over(port, port.clock)
+    assert robot.session == "waiting"
+    assert robot.names()[-1] == "CLOSE"
 
 
 def test_a_reset_while_the_session_is_opened_is_said() -> None:
