@@ -1,5 +1,7 @@
 """The loop that joins clients to the simulated robot in real time."""
 
+import logging
+import math
 import select
 import threading
 from collections.abc import Sequence
@@ -8,11 +10,41 @@ from facetlog.robot.simulator.aux_port import BAUD_RATES
 from facetlog.robot.simulator.endpoints import Endpoint
 from facetlog.robot.simulator.live import LiveSimulation
 
-__all__ = ["serve"]
+__all__ = ["Turn", "serve"]
 
 TICK_MS = 5
 """Between two looks at the simulation; it goes on in steps of the same length."""
 HEAD_BAUD = BAUD_RATES[0]
+
+_LOG = logging.getLogger(__name__)
+
+
+class Turn:
+    """Which end of the robot's line is heard and answered, where there are several.
+
+    A robot has one client: while that one speaks, nobody at another end can stop or close its
+    session.
+    """
+
+    def __init__(self, ends: Sequence[Endpoint]) -> None:
+        self.end = ends[0] if ends else None
+        self._spoke = -math.inf
+        self._warned = False
+
+    def takes(self, end: Endpoint, now: float, watchdog: float) -> bool:
+        """Whether the robot hears what comes from an end at `now`.
+
+        It does from another end once this one has been silent for the watchdog's time.
+        """
+        if end is not self.end:
+            if now - self._spoke < watchdog:
+                if not self._warned:
+                    _LOG.warning("%s: a second client was not heard", end.address)
+                self._warned = True
+                return False
+            self.end, self._warned = end, False
+        self._spoke = now
+        return True
 
 
 def serve(
@@ -21,12 +53,8 @@ def serve(
     head: Endpoint | None,
     stop: threading.Event,
 ) -> None:
-    """Passes bytes until `stop` is set.
-
-    A robot has one line to its client: where it has several ends, the one that spoke last is
-    answered.
-    """
-    active = robot[0] if robot else None
+    """Passes bytes until `stop` is set."""
+    turn = Turn(robot)
     ends = [*robot, *([head] if head is not None else [])]
     while not stop.is_set():
         poll = select.poll()
@@ -35,10 +63,10 @@ def serve(
                 poll.register(descriptor, select.POLLIN)
         poll.poll(TICK_MS)
         with live.now() as (simulation, now):
+            watchdog = (simulation.firmware.drive.configuration.watchdog_ms or 0) / 1e3
             for end in robot:
                 data = end.read(simulation.firmware.baud)
-                if data:
-                    active = end
+                if data and turn.takes(end, now, watchdog):
                     simulation.receive(data, now)
             said = simulation.pending(now)
             baud = simulation.firmware.baud
@@ -46,4 +74,4 @@ def serve(
                 simulation.receive_at_head(head.read(HEAD_BAUD), now)
                 head.write(simulation.pending_at_head(now), now, HEAD_BAUD)
         for end in robot:
-            end.write(said if end is active else b"", now, baud)
+            end.write(said if end is turn.end else b"", now, baud)

@@ -22,8 +22,10 @@ import serial
 from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
 from facetlog.robot.pioneer.packet import Decoder, Packet
 from facetlog.robot.simulator import web
+from facetlog.robot.simulator.endpoints import PtyEndpoint
+from facetlog.robot.simulator.server import Turn
 from facetlog.robot.simulator.simulation import Simulation
-from facetlog.robot.simulator.world_file import HeadSetup, WorldSetup
+from facetlog.robot.simulator.world_file import HeadSetup, RobotSetup, WorldSetup
 from tests.patience import allowed
 from tests.robot.simulator.running import ANYWHERE, LONG, SETUP, SMALL, Running, until
 
@@ -121,6 +123,40 @@ def test_a_client_drives_over_a_pseudo_terminal_at_two_speeds() -> None:
             client.write(plain_command(Command.CLOSE).to_bytes())
     finally:
         running.close()
+
+
+def test_a_client_at_the_other_end_does_not_end_the_session_of_the_first() -> None:
+    patient = RobotSetup(model="p3dx", config={"watchdog_ms": 60_000})
+    running = Running(WorldSetup(camera=SMALL, robot=patient), pty=True)
+    try:
+        client, line = over_tcp(running)
+        with line, serial.Serial(running.station.addresses.pty, 9600, timeout=0.1) as other:
+            client.connect()
+            for command in (Command.STOP, Command.CLOSE):
+                other.write(plain_command(command).to_bytes())
+            other.flush()
+            time.sleep(0.1)
+            client.ask(integer_command(Command.CONFIG, 1), 0x20)
+            assert running.state()["session"]
+            assert other.read(100) == b""
+    finally:
+        running.close()
+
+
+def test_another_end_is_heard_once_the_first_one_is_silent() -> None:
+    first, second = (PtyEndpoint(np.random.default_rng(0)) for _ in range(2))
+    try:
+        turn = Turn([first, second])
+        assert turn.takes(second, 0.0, 2.0)
+        assert not turn.takes(first, 1.9, 2.0)
+        assert turn.takes(second, 2.0, 2.0)
+        assert not turn.takes(first, 3.9, 2.0)
+        assert turn.end is second
+        assert turn.takes(first, 4.1, 2.0)
+        assert turn.end is first
+    finally:
+        first.close()
+        second.close()
 
 
 def test_a_new_speed_of_the_line_is_given_up_without_a_valid_packet() -> None:
