@@ -125,7 +125,10 @@ class Control:
         DeviceError if the robot cannot be driven or was stopped; the text says what to do.
         """
         if not 0 < lease <= LONGEST_LEASE:
-            raise ValueError(f"a lease of {lease} s: it is more than 0 and at most {LONGEST_LEASE}")
+            raise ValueError(
+                f"a lease of {lease} s: it is more than 0 and at most {LONGEST_LEASE}, so that"
+                " the robot stands soon after its program died"
+            )
         speed, turning = self.limits.clip(speed, turning)
         self.check()
         if self.halted is not None:

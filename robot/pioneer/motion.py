@@ -30,8 +30,9 @@ WATCHDOG = 2.0
 """Seconds, the maker's default."""
 GAP_SHARE = 0.6
 """Of the watchdog's time: a gap that long may have seemed longer to the robot."""
-LONGEST_LEASE = 1.0
-"""Seconds: half the watchdog's time."""
+LONGEST_LEASE = 0.3
+"""Seconds: with 0.05 until P2OS looks at the zeros and `limits.BRAKING_TIME` the robot stands 0.6 s
+after whoever drove it hangs."""
 
 
 class Motion:

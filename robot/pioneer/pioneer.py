@@ -28,6 +28,7 @@ from facetlog.robot.pioneer.connecting import Connected, connect_over, known_mod
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.link import Link
+from facetlog.robot.pioneer.motion import LONGEST_LEASE
 from facetlog.robot.pioneer.odometry import OdometryErrors
 from facetlog.robot.pioneer.packet import Packet, PacketError
 from facetlog.robot.pioneer.parameters import Parameters
@@ -41,7 +42,7 @@ from facetlog.robot.pose2 import Pose2
 
 __all__ = ["LEASE", "Pioneer"]
 
-LEASE = 0.3
+LEASE = LONGEST_LEASE
 """Seconds that a speed lasts: two rounds of a program that drives ten times a second, and one."""
 ASK_TRIES, ASK_EACH = 4, 0.3
 """Questions to the robot, and seconds for each: a packet in twenty may be damaged."""
@@ -183,7 +184,7 @@ class Pioneer:
         self._link.on_problem(callback)
 
     def drive(self, speed: float, turning: float, lease: float = LEASE) -> tuple[float, float]:
-        """Drives at m/s ahead and rad/s counter-clockwise for `lease` seconds.
+        """Drives at m/s ahead and rad/s counter-clockwise for `lease` seconds, `LEASE` at most.
 
         The speeds are made slower alike where they are beyond the limits, and are zero while no
         reports come; what is told the robot is returned (in whole mm/s and degrees/s on the wire).

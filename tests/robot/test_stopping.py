@@ -16,6 +16,7 @@ import pytest
 
 from facetlog.errors import DeviceError
 from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.motion import LONGEST_LEASE
 from facetlog.robot.pioneer.pioneer import Pioneer
 from facetlog.robot.pioneer.problems import Cause
 from facetlog.robot.pose2 import Pose2
@@ -127,13 +128,14 @@ def test_a_line_on_which_one_byte_in_twenty_is_wrong_never_tells_a_wrong_pose() 
 def test_a_caller_that_hangs_or_dies_leaves_a_robot_that_stands_within_the_limit() -> None:
     with robot() as simulated, Pioneer.connect(simulated.address) as client:
         client.enable_motors()
-        for lasting in (0.3, 1.0):  # the second one dies with its lease still running
+        for hangs in (0.0, 1.0):  # the first one dies with its lease still running
             drive_for(client, 1.5, 0.3, 0.5)
             dead: list[float] = []
 
-            def caller(lasting: float = lasting, dead: list[float] = dead) -> None:
-                client.drive(0.3, 0.5, lease=lasting)
+            def caller(hangs: float = hangs, dead: list[float] = dead) -> None:
+                client.drive(0.3, 0.5, LONGEST_LEASE)
                 dead.append(simulated.now.at)
+                time.sleep(hangs)
 
             thread = threading.Thread(target=caller)
             thread.start()

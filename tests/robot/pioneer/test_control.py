@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.motion import LONGEST_LEASE
 from facetlog.robot.pioneer.packet import Packet, Received
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.pioneer.problems import Cause
@@ -64,7 +65,7 @@ def test_a_robot_stands_within_the_limit_after_the_last_renewal() -> None:
 def test_a_robot_is_stopped_at_once_when_the_thread_that_drives_has_ended() -> None:
     drive = moving()
     alive = True
-    drive.control.drive(0.3, 0.0, 1.0, drive.now, lambda: alive)
+    drive.control.drive(0.3, 0.0, LONGEST_LEASE, drive.now, lambda: alive)
     drive.run(0.05)
     alive = False
     died = drive.now
@@ -74,6 +75,15 @@ def test_a_robot_is_stopped_at_once_when_the_thread_that_drives_has_ended() -> N
     assert "thread" in drive.control.problems[-1].text
     assert drive.robot.stopped_at is not None
     assert drive.robot.stopped_at - died < 0.35
+
+
+def test_a_caller_that_hangs_right_after_the_longest_lease_leaves_a_robot_that_stands() -> None:
+    drive = moving()
+    hung = drive.now
+    drive.control.drive(0.3, 0.0, LONGEST_LEASE, hung)
+    drive.run(1.5)
+    assert drive.robot.stopped_at is not None
+    assert drive.robot.stopped_at - hung < STAND
 
 
 def test_a_robot_that_brakes_badly_is_stopped_the_hard_way() -> None:
@@ -387,7 +397,7 @@ def test_the_robots_own_settings_are_given_back() -> None:
     assert names[0] == (6, b"\x3b\xee\x02")  # SETV 750
 
 
-@pytest.mark.parametrize("lease", [0.0, -1.0, 1.5, math.nan])
+@pytest.mark.parametrize("lease", [0.0, -1.0, 0.4, 1.0, math.nan])
 def test_a_lease_is_short(lease: float) -> None:
     with pytest.raises(ValueError, match="lease"):
         Drive().control.drive(0.1, 0.0, lease, 50.0)

@@ -25,8 +25,11 @@ def robot(scripted: ScriptedRobot, caplog: pytest.LogCaptureFixture) -> Iterator
     caplog.set_level(logging.CRITICAL + 1, "facetlog.robot.pioneer.link")
     with Pioneer.connect(ScriptedPort(scripted)) as robot:
         robot.enable_motors()
-        robot.drive(0.3, 0.0, 1.0)
-        robot.wait_for(lambda s: s.speed > 0.2, 20.0)
+        deadline = time.monotonic() + 20.0
+        while robot.state.speed < 0.2:
+            assert time.monotonic() < deadline, "the robot does not drive"
+            robot.drive(0.3, 0.0)
+            time.sleep(0.02)
         yield robot
     assert not [t for t in threading.enumerate() if t.name.startswith("pioneer")]
 

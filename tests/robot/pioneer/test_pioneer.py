@@ -113,7 +113,7 @@ def test_a_thread_that_ends_with_its_lease_running_stops_the_robot() -> None:
     scripted = ScriptedRobot()
     with Pioneer.connect(ScriptedPort(scripted)) as robot:
         robot.enable_motors()
-        driving = threading.Thread(target=lambda: robot.drive(0.3, 0.0, 1.0))
+        driving = threading.Thread(target=lambda: robot.drive(0.3, 0.0))
         driving.start()
         driving.join()
         until(lambda: any("thread" in p.text for p in robot.problems))
@@ -320,7 +320,7 @@ if sys.argv[2] == "exit":
     while robot.state.speed < 0.1 and time.monotonic() < until:
         robot.drive(0.3, 0.0)
         time.sleep(0.05)
-    robot.drive(0.3, 0.0, 1.0)
+    robot.drive(0.3, 0.0)
     sys.exit(0)
 while True:
     robot.drive(0.3, 0.0)
