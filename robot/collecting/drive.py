@@ -86,6 +86,10 @@ class Robot(Protocol):
     def state(self) -> RobotView:
         """The last report; DeviceError if the link is lost."""
 
+    @property
+    def halted(self) -> object | None:
+        """What stopped it and keeps it from being driven; its text is for people."""
+
     def drive(self, speed: float, turning: float, lease: float = LEASE) -> object:
         """Moves for as long as the lease, m/s and rad/s."""
 
@@ -176,7 +180,7 @@ class Wheels:
                 if state.at - first > PATIENCE * expected + PATIENCE_SECONDS:
                     raise DeviceTimeout("the robot takes too long for its way: is its path free?")
                 watch.check(state, motion)
-                self._robot.drive(motion.speed, motion.turning, LEASE)
+                self._tell(motion)
                 state = self._next(state)
         except BaseException:
             # The first error is the one to tell; the driver's own leases and its exit stop too.
@@ -184,6 +188,15 @@ class Wheels:
                 self._robot.stop()
             raise
         self._robot.stop()
+
+    def _tell(self, motion: Motion) -> None:
+        try:
+            self._robot.drive(motion.speed, motion.turning, LEASE)
+        except DeviceError as exc:
+            if (halted := self._robot.halted) is None:
+                raise
+            # The driver's own way out is a call that whoever collects cannot make.
+            raise DeviceError(f"{halted}, then go on with --resume") from exc
 
     def _next(self, state: RobotView) -> RobotView:
         later = self._robot.wait_for(lambda new: new.at > state.at, REPORT_TIMEOUT)

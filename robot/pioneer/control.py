@@ -104,7 +104,10 @@ class Control:
         self._check_link(now)
         packets = self.motion.advance(now)
         if (ended := self.motion.take_ended()) is not None:
-            self.say(Problem(*ended, now, stopped=True))
+            problem = Problem(*ended, now, stopped=True)
+            self.say(problem)
+            if problem.cause is Cause.HELD_UP and self.halted is None:
+                self.halted = problem  # much may have changed where the robot drives
         return packets
 
     @property

@@ -142,7 +142,10 @@ class Motion:
             return []
         if any(self._wanted) or any(self._sent):
             seconds = now - self._last_out
-            text = f"nothing was sent to the robot for {seconds:.1f} s: the program was held up"
+            text = (
+                f"the program was held up for {seconds:.1f} s while the robot drove, and the robot"
+                " was stopped: see where it stands and that its way is free"
+            )
             self._ended = Cause.HELD_UP, text
         hard = self._hard
         self.rest()

@@ -189,7 +189,8 @@ class Pioneer:
         The speeds are made slower alike where they are beyond the limits, and are zero while no
         reports come; what is told the robot is returned (in whole mm/s and degrees/s on the wire).
         DeviceError, which says what to do, if the robot may not be driven: after a bumper, a
-        stall, the STOP button, motors off, a low battery, an emergency stop, a lost link.
+        stall, the STOP button, motors off, a low battery, an emergency stop, a lost link, or where
+        the program itself was held up while the robot drove.
         """
         self._check()
         alive = threading.current_thread().is_alive

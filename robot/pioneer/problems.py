@@ -19,7 +19,7 @@ class Cause(StrEnum):
     LEASE = "lease"
     """The program did not renew what it had asked for."""
     HELD_UP = "held up"
-    """The program was not given any time to run in."""
+    """The program was not given any time to run in while the robot drove; it is halted."""
     QUIET = "quiet"
     """No reports for a while."""
     LINK_LOST = "link lost"

@@ -60,6 +60,7 @@ class FakeRobot:
         self.state = FakeState()
         self.true_path = [true]
         self.stops = 0
+        self.halted: str | None = None
         self.faults: list[Callable[[FakeState], FakeState]] = []
         self._wanted, self._until = (0.0, 0.0), 0.0
 

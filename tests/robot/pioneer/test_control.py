@@ -143,6 +143,28 @@ def test_the_first_packets_after_a_gap_are_zeros_never_a_pulse() -> None:
     assert Cause.HELD_UP in causes(drive)
 
 
+def test_a_program_that_was_held_up_while_it_drove_is_told_and_drives_on_only_if_it_says_so() -> (
+    None
+):
+    drive = moving()
+    drive.hang(5.0)
+    drive.run(1.0)
+    assert drive.control.halted in drive.control.problems
+    with pytest.raises(DeviceError, match=r"held up for 5\.\d s while the robot.*clear_stop"):
+        drive.control.drive(0.1, 0.0, 0.3, drive.now)
+    drive.control.clear_stop()
+    drive.run(1.0, (0.1, 0.0))
+    assert drive.state.speed == pytest.approx(0.1, abs=0.01)
+
+
+def test_a_program_that_is_held_up_while_the_robot_stands_has_lost_nothing() -> None:
+    drive = Drive()
+    drive.hang(5.0)
+    drive.run(0.5)
+    assert drive.control.halted is None
+    assert Cause.HELD_UP not in causes(drive)
+
+
 def test_zeros_go_before_anything_that_somebody_else_sends_after_a_gap() -> None:
     drive = moving()
     drive.hang(3.0)

