@@ -27,6 +27,7 @@ from facetlog.robot.collecting.record import (
     LOG_FILE,
     Record,
     Taken,
+    read_log,
     read_record,
     read_robot_tum,
     robot_tum,
@@ -118,6 +119,7 @@ def run_collection(request: Request, teller: Teller) -> Collected:
     camera cannot be opened.
     """
     earlier = _earlier(request)
+    lines = read_log(request.folder) if request.resume else ()
     missing = _missing(request.tour, earlier)
     closed = _keep_out(request)
     began = time.monotonic()
@@ -149,7 +151,8 @@ def run_collection(request: Request, teller: Teller) -> Collected:
             teller.warn(line)
         for each in plan.skipped:
             teller.warn(f"{each.name} is left out: {each.reason}")
-        record = Record(request.folder, request.optics, _about(request, robot.names.name), earlier)
+        about = _about(request, robot.names.name)
+        record = Record(request.folder, request.optics, about, earlier, lines)
         way: list[tuple[float, Pose2]] = []
         pace = Pace(robot.limits.speed, robot.limits.turning)
         wheels = Wheels(
