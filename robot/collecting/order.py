@@ -4,7 +4,6 @@ The order of a tour is free, and its own may cross the floor many times. Nearest
 2-opt (Croes 1958) come within some percent of the shortest for a few dozen stops.
 """
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +12,10 @@ from facetlog.perception.types import FloatArray
 from facetlog.robot.collecting.route import Circle, Point, length_of, way_round
 
 __all__ = ["short_order"]
+
+# Metres that stand for "there is no way": more than any tour has, and finite, since two of them
+# are subtracted. The plan leaves such places out.
+NO_WAY = 1e6
 
 
 def short_order(
@@ -36,7 +39,7 @@ def _lengths(places: Sequence[Point], circles: tuple[Circle, ...]) -> FloatArray
     for i, a in enumerate(places):
         for j in range(i):
             way = way_round(a, places[j], circles)
-            lengths[i, j] = lengths[j, i] = math.inf if way is None else length_of(way)
+            lengths[i, j] = lengths[j, i] = NO_WAY if way is None else length_of(way)
     return lengths
 
 

@@ -28,6 +28,9 @@ PAN_MARGIN = math.radians(6.0)
 HEADINGS = 25
 # A view whose line of sight does not come near the target is taken to show what is this far ahead.
 WITHOUT_TARGET = 1.0
+NO_WAY = (
+    "no way of the robot leads there that keeps out of all circles: give smaller ones by --keep-out"
+)
 # Height and tilt from which on a difference is worth a word: 1 cm, half a degree.
 HEIGHT_WORTH_SAYING, TILT_WORTH_SAYING = 0.01, math.radians(0.5)
 # Share of the picture's half width and height within which the target must be to be in it.
@@ -143,7 +146,7 @@ def _stop(
     if math.hypot(*(point - view.pose.centre)[:2]) < math.hypot(*view.pose.centre[:2]) * 1e-9:
         return Skipped(number, view.name, "it looks straight up or down, which no heading gives")
     bearings = _bearings(here, _place(view), following, reach)
-    best: tuple[float, Stop] | None = None
+    found: list[tuple[float, Stop]] = []
     reasons: list[str] = []
     for heading in _headings(view, point, bearings, reach):
         stop = _standing(number, view, point, target, heading, reach)
@@ -153,12 +156,11 @@ def _stop(
         turns = [abs(wrapped(heading - bearings[0]))] if bearings[0] is not None else []
         if bearings[1] is not None:
             turns.append(abs(wrapped(bearings[1] - heading)))
-        cost = sum(turns)
-        if best is None or cost < best[0]:
-            best = cost, stop
-    if best is None:
-        return Skipped(number, view.name, reasons[0])
-    return best[1]
+        found.append((sum(turns), stop))
+    for _, stop in sorted(found, key=lambda each: each[0]):
+        if way_round((here.x, here.y), (stop.robot.x, stop.robot.y), reach.closed) is not None:
+            return stop
+    return Skipped(number, view.name, NO_WAY if found else reasons[0])
 
 
 def _bearings(

@@ -1,7 +1,8 @@
 """What a collection leaves in its folder: each file whole, and up to date after every view.
 
 - the pictures (PNG), by the names of the tour;
-- collect.jsonl: a line for each view with what happened, first a line about the collection;
+- collect.jsonl: for each run a line about it, then what happened, in order: a line for each view,
+  and one for the end;
 - transforms.json (nerfstudio): intrinsics and poses, and what else is known of each view;
 - cameras.txt, images.txt, points3D.txt (COLMAP's text form, points3D.txt without points);
 - trajectory.tum: the camera's poses (time, place, quaternion).
@@ -32,6 +33,7 @@ __all__ = [
     "TRANSFORMS_FILE",
     "Record",
     "Taken",
+    "read_log",
     "read_record",
     "read_robot_tum",
     "robot_tum",
@@ -136,8 +138,9 @@ def _matrix(pose: Pose) -> FloatArray:
 class Record:
     """The folder of a collection. InputError where it cannot be written, a full disk included.
 
-    `about` is what the first line of collect.jsonl says of the whole; `taken` are the views that
-    an earlier run left there.
+    `about` is what the first line of this run in collect.jsonl says of it; `taken` are the views
+    and `lines` all lines that earlier runs left there: odometry begins anew with each of them, so
+    each one's `start` is needed for its views.
     """
 
     def __init__(
@@ -146,11 +149,11 @@ class Record:
         optics: Optics,
         about: Mapping[str, object],
         taken: Sequence[Taken] = (),
+        lines: Sequence[Mapping[str, object]] = (),
     ) -> None:
         self.folder, self._optics = folder, optics
-        self._about = {"schema": SCHEMA, **about}
         self._taken = list(taken)
-        self._others: list[Mapping[str, object]] = []
+        self._lines = [*lines, {"schema": SCHEMA, **about}]
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as exc:
@@ -170,11 +173,12 @@ class Record:
             raise InputError(f"{self.folder / view.name}: the picture cannot be encoded")
         write_file(self.folder / view.name, data.tobytes())
         self._taken.append(view)
+        self._lines.append(view.to_json())
         self._write_all()
 
     def note(self, line: Mapping[str, object]) -> None:
         """Takes a line about something else: a view that was not taken, a verdict, the end."""
-        self._others.append(line)
+        self._lines.append(line)
         self._write_log()
 
     def _write_all(self) -> None:
@@ -190,8 +194,7 @@ class Record:
             write_file(self.folder / name, text.encode())
 
     def _write_log(self) -> None:
-        lines = [self._about, *(view.to_json() for view in self._taken), *self._others]
-        text = "".join(json.dumps(line, allow_nan=False) + "\n" for line in lines)
+        text = "".join(json.dumps(line, allow_nan=False) + "\n" for line in self._lines)
         write_file(self.folder / LOG_FILE, text.encode())
 
 
@@ -216,8 +219,8 @@ def write_file(path: Path, content: bytes) -> None:
         ) from exc
 
 
-def read_record(folder: Path) -> tuple[Mapping[str, object], tuple[Taken, ...]]:
-    """What an earlier run left: its first line, and the views whose pictures are there.
+def read_log(folder: Path) -> tuple[Mapping[str, object], ...]:
+    """All lines of collect.jsonl, the first one about the first run.
 
     InputError if the folder holds no collection or one that cannot be read.
     """
@@ -230,17 +233,33 @@ def read_record(folder: Path) -> tuple[Mapping[str, object], tuple[Taken, ...]]:
         raise InputError(f"{path} cannot be read: {exc}: collect into another folder") from exc
     if not lines or not isinstance(lines[0], dict) or lines[0].get("schema") != SCHEMA:
         raise InputError(f"{path} is not of the form {SCHEMA}: collect into another folder")
-    taken = []
+    for number, line in enumerate(lines, start=1):
+        if not isinstance(line, dict):
+            raise InputError(f"{path}:{number}: is no object: collect into another folder")
+    return tuple(lines)
+
+
+def read_record(folder: Path) -> tuple[Mapping[str, object], tuple[Taken, ...]]:
+    """What earlier runs left: the first line, and the views whose pictures are there.
+
+    Of a view that was taken again, because its picture was gone, the last line counts. InputError
+    as of `read_log`.
+    """
+    lines = read_log(folder)
+    taken: dict[str, Taken] = {}
     for number, line in enumerate(lines[1:], start=2):
-        if not isinstance(line, dict) or line.get("result") != "taken":
+        if line.get("result") != "taken":
             continue
         try:
             view = Taken.from_json(line)
         except (KeyError, TypeError, ValueError) as exc:
-            raise InputError(f"{path}:{number}: is no line of a view: {exc!r}") from exc
+            raise InputError(
+                f"{folder / LOG_FILE}:{number}: is no line of a view: {exc!r}"
+            ) from exc
+        taken.pop(view.name, None)
         if (folder / view.name).is_file():
-            taken.append(view)
-    return lines[0], tuple(taken)
+            taken[view.name] = view
+    return lines[0], tuple(taken.values())
 
 
 def _as_grey(image: Image) -> Image:

@@ -16,7 +16,7 @@ import numpy as np
 from facetlog.errors import FacetlogError, InputError
 from facetlog.perception.types import FloatArray
 from facetlog.robot.byte_line import ByteLine, PortLine
-from facetlog.robot.camera.source import open_camera
+from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
 from facetlog.robot.collecting.drive import Wheels
 from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.mount import Mount
@@ -27,13 +27,14 @@ from facetlog.robot.collecting.record import (
     LOG_FILE,
     Record,
     Taken,
+    read_log,
     read_record,
     read_robot_tum,
     robot_tum,
     write_file,
 )
 from facetlog.robot.collecting.route import Circle, Point, distance_to
-from facetlog.robot.collecting.session import Ended, Rig, Teller, collect
+from facetlog.robot.collecting.session import SHOT_TIMEOUT, Ended, Rig, Teller, collect
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.head.head import PanTiltHead
@@ -49,6 +50,7 @@ __all__ = [
     "WAY_FILE",
     "Collected",
     "Request",
+    "open_checked_camera",
     "open_robot_head",
     "run_collection",
 ]
@@ -118,6 +120,7 @@ def run_collection(request: Request, teller: Teller) -> Collected:
     camera cannot be opened.
     """
     earlier = _earlier(request)
+    lines = read_log(request.folder) if request.resume else ()
     missing = _missing(request.tour, earlier)
     closed = _keep_out(request)
     began = time.monotonic()
@@ -133,8 +136,7 @@ def run_collection(request: Request, teller: Teller) -> Collected:
         )
         robot.switch_sonars(False)  # nothing here looks at them
         head = open_robot_head(stack, robot, request.head, request.head_port)
-        camera = open_camera(request.camera, latency=request.latency, noisy=request.noisy)
-        stack.callback(camera.close)
+        camera = open_checked_camera(stack, request)
 
         radius = robot.parameters.radius
         forbidden = _for_the_middle(closed, request, radius)
@@ -149,7 +151,8 @@ def run_collection(request: Request, teller: Teller) -> Collected:
             teller.warn(line)
         for each in plan.skipped:
             teller.warn(f"{each.name} is left out: {each.reason}")
-        record = Record(request.folder, request.optics, _about(request, robot.names.name), earlier)
+        about = _about(request, robot.names.name)
+        record = Record(request.folder, request.optics, about, earlier, lines)
         way: list[tuple[float, Pose2]] = []
         pace = Pace(robot.limits.speed, robot.limits.turning)
         wheels = Wheels(
@@ -186,6 +189,23 @@ def open_robot_head(stack: ExitStack, robot: Pioneer, kind: str, port: str) -> P
     head.start()
     stack.callback(head.close)
     return head
+
+
+def open_checked_camera(stack: ExitStack, request: Request) -> FrameSource:
+    """The camera, of which one picture was taken and fits its calibration.
+
+    DeviceError, DeviceTimeout or InputError where there is none: said before the robot moves.
+    """
+
+    def opened() -> FrameSource:
+        camera = open_camera(request.camera, latency=request.latency, noisy=request.noisy)
+        stack.callback(camera.close)
+        return camera
+
+    camera = opened()
+    request.optics.check(camera.shot(time.monotonic(), SHOT_TIMEOUT).image)
+    # A file gives each of its pictures once: the first one is still to be that of the first view.
+    return opened() if isinstance(camera, FileSource) else camera
 
 
 def _earlier(request: Request) -> tuple[Taken, ...]:

@@ -24,7 +24,7 @@ from facetlog.robot.collecting.route import way_round
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["Ended", "Rig", "Teller", "collect"]
+__all__ = ["SHOT_TIMEOUT", "Ended", "Rig", "Teller", "collect"]
 
 # Seconds that the robot must have stood before a picture: a mast of 0.7 m swings at some 3 to 5
 # times a second and is still after a few swings.

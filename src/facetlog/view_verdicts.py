@@ -121,8 +121,9 @@ def _open(models: tuple[Path, ...], trusted: bool) -> None:
     """In the worker: opens the models once for all questions."""
     from facetlog.pipeline import open_models
 
-    # Ctrl-C ends the collection; this process ends with it.
+    # Ctrl-C and Ctrl-Z end the collection; this process ends with it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTSTP, signal.SIG_IGN)
     _models.append(open_models(models, trusted=trusted))
 
 

@@ -1,12 +1,16 @@
 """`facetlog collect` and `facetlog mount`: what they refuse, in one line, before anything moves."""
 
 import json
+import os
+import signal
 import socket
+import time
 from pathlib import Path
 
 import pytest
 
 from facetlog.cli import main
+from facetlog.commands.robot_options import ended_by_signals
 from facetlog.view_verdicts import ViewVerdict
 
 HEADER = "image,x,y,z,pan_deg,tilt_deg\n"
@@ -126,6 +130,22 @@ def _nobody() -> str:
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     return f"tcp:127.0.0.1:{port}"
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGTSTP])
+def test_what_would_end_or_halt_the_program_is_an_interrupt(number: signal.Signals) -> None:
+    before = signal.getsignal(number)
+    with pytest.raises(KeyboardInterrupt):
+        _signalled(number)
+    assert signal.getsignal(number) is before
+
+
+def _signalled(number: signal.Signals) -> None:
+    with ended_by_signals():
+        # Where nothing catches it, SIGTSTP would put the tests to sleep, not fail them.
+        assert signal.getsignal(number) is not signal.SIG_DFL
+        os.kill(os.getpid(), number)
+        time.sleep(5.0)
 
 
 def test_a_verdict_is_one_line() -> None:

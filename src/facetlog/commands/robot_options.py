@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from signal import SIGHUP, SIGTERM
+from signal import SIGHUP, SIGTERM, SIGTSTP
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 from urllib.parse import urlsplit
@@ -49,6 +49,8 @@ LOCAL = ("127.", "localhost", "/dev/pts/")
 # What the simulated camera offers where `facetlog simulate` is called as docs/robot.md does.
 SIMULATED_CAMERA = "http://127.0.0.1:8100/"
 DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
+# Besides that of Ctrl-C. SIGSTOP and SIGKILL cannot be caught: the robot's watchdog is left.
+ENDING = (SIGTERM, SIGHUP, SIGTSTP)
 
 RobotAddress = Annotated[
     str,
@@ -172,14 +174,15 @@ class _AsWarnings(logging.Handler):
 
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
-    """SIGTERM and SIGHUP end the body as Ctrl-C does, so that the robot is told to stop first.
+    """SIGTERM, SIGHUP and SIGTSTP end the body as Ctrl-C does: the robot is told to stop first.
 
-    A terminal that is closed, or a connection to this machine that is lost, sends SIGHUP.
+    A terminal that is closed, or a connection to this machine that is lost, sends SIGHUP, and
+    Ctrl-Z sends SIGTSTP: a program that is put to sleep cannot stop what drives on.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {number: signal.signal(number, _interrupt) for number in (SIGTERM, SIGHUP)}
+    before = {number: signal.signal(number, _interrupt) for number in ENDING}
     try:
         yield
     finally:

@@ -96,6 +96,21 @@ def test_a_view_within_a_circle_is_left_out() -> None:
     assert len(plan.stops) + len(plan.skipped) == 24
 
 
+def test_a_view_behind_circles_that_leave_no_way_is_left_out_of_the_plan() -> None:
+    """The third stop is free itself, but fenced in; the robot would not get to it."""
+    fenced = TOUR.views[2].pose.centre
+    fence = tuple(
+        Circle(float(fenced[0] + math.cos(a)), float(fenced[1] + math.sin(a)), 0.6)
+        for a in np.linspace(0, math.tau, 6, endpoint=False)
+    )
+    reach = replace(REACH, closed=fence)
+    assert distance_to(fence, (float(fenced[0]), float(fenced[1]))) > 0
+    plan = plan_stops(TOUR, Pose2(5.0, 5.0, 0.0), reach, order=[2, 12])
+    assert [stop.number for stop in plan.stops] == [13]
+    assert [each.number for each in plan.skipped] == [3]
+    assert "no way of the robot leads there" in plan.skipped[0].reason
+
+
 def test_skewed_views_are_told() -> None:
     pose = TOUR.views[0].pose
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])

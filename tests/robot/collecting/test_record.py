@@ -20,9 +20,11 @@ from facetlog.robot.collecting.mount import DEFAULT_MOUNT
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.record import (
     LOG_FILE,
+    SCHEMA,
     TRANSFORMS_FILE,
     Record,
     Taken,
+    read_log,
     read_record,
     read_robot_tum,
     robot_tum,
@@ -163,6 +165,41 @@ def test_a_view_without_its_picture_is_taken_anew(tmp_path: Path) -> None:
     (tmp_path / "view002.png").unlink()
     _, taken = read_record(tmp_path)
     assert [view.number for view in taken] == [1, 3]
+
+
+def test_a_later_run_keeps_what_the_earlier_ones_said_of_themselves(tmp_path: Path) -> None:
+    """Odometry begins anew with each run: the views before a line belong to the `start` above."""
+    record = Record(tmp_path, OPTICS, {"start": [0.0, 0.0, 0.0]})
+    record.add(_view(1), _picture(1))
+    record.add(_view(2), _picture(2))
+    record.note({"result": "ended", "fault": "the robot touched something"})
+    (tmp_path / "view001.png").unlink()
+    _, taken = read_record(tmp_path)
+    again = Record(tmp_path, OPTICS, {"start": [1.0, 2.0, 90.0]}, taken, read_log(tmp_path))
+    again.add(_view(1), _picture(1))
+    again.note({"result": "ended", "fault": None})
+    told = [line.get("start", line.get("image", line.get("fault"))) for line in read_log(tmp_path)]
+    assert told == [
+        [0.0, 0.0, 0.0],
+        *("view001.png", "view002.png", "the robot touched something"),
+        [1.0, 2.0, 90.0],
+        *("view001.png", None),
+    ]
+    _, taken = read_record(tmp_path)
+    assert [view.number for view in taken] == [2, 1]
+
+
+def test_a_log_with_one_line_for_several_runs_is_read(tmp_path: Path) -> None:
+    """As versions before wrote it: one line about the collection, views, then all others."""
+    views = [_view(number).to_json() for number in (1, 2)]
+    lines = [{"schema": SCHEMA, "tour": "t"}, *views, {"result": "ended", "fault": None}]
+    text = "".join(json.dumps(line) + "\n" for line in lines)
+    (tmp_path / LOG_FILE).write_text(text, encoding="utf-8")
+    for number in (1, 2):
+        (tmp_path / f"view{number:03d}.png").touch()
+    about, taken = read_record(tmp_path)
+    assert about["tour"] == "t"
+    assert [view.number for view in taken] == [1, 2]
 
 
 def test_pictures_with_three_equal_channels_are_kept_as_grey(tmp_path: Path) -> None:

@@ -64,6 +64,13 @@ def test_the_short_order_of_points_on_a_line_goes_along_it() -> None:
     assert short_order((0.0, 0.0), places) == (1, 3, 2, 0)
 
 
+def test_places_that_no_way_leads_to_come_last_in_the_short_order() -> None:
+    angles = np.linspace(0, 2 * np.pi, 6, endpoint=False)
+    fence = tuple(Circle(float(np.cos(a)), float(np.sin(a)), 0.6) for a in angles)
+    places = [(0.0, 0.0), (0.1, 0.0), (4.0, 0.0), (3.0, 0.0)]
+    assert short_order((2.0, 0.0), places, fence)[:2] == (3, 2)
+
+
 @given(st.lists(PLACES, min_size=1, max_size=7))
 @settings(deadline=None, max_examples=30)
 def test_a_short_order_has_every_place_once_and_is_no_longer_than_as_given(
