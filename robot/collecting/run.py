@@ -34,6 +34,7 @@ from facetlog.robot.collecting.record import (
 )
 from facetlog.robot.collecting.route import Circle, Point, distance_to
 from facetlog.robot.collecting.session import Ended, Rig, Teller, collect
+from facetlog.robot.collecting.simulated import Sight, check_start, sight
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.head.head import PanTiltHead
@@ -66,6 +67,7 @@ CLEARANCE = 0.03
 class Request:
     """What is to be collected, with what and how; `start` is where the robot stands now.
 
+    A camera or optics of None are the simulated camera's, if the robot is simulated.
     `keep_out` is a radius about the tour's target, circles, or None for a radius made from the
     tour: no part of the robot enters. `resume` goes on with the folder's collection.
     """
@@ -73,8 +75,8 @@ class Request:
     address: str
     tour: Tour
     folder: Path
-    camera: str
-    optics: Optics
+    camera: str | None
+    optics: Optics | None
     mount: Mount
     start: Pose2
     head: str = "sony-evi-d30"
@@ -131,9 +133,12 @@ def run_collection(request: Request, teller: Teller) -> Collected:
                 baud=request.baud,
             )
         )
+        # Before the head and the camera: both may be those of another robot.
+        check_start(robot, request.start, teller.warn)
+        seen = sight(robot, request.address, request.camera, request.optics, teller.note)
         robot.switch_sonars(False)  # nothing here looks at them
         head = open_robot_head(stack, robot, request.head, request.head_port)
-        camera = open_camera(request.camera, latency=request.latency, noisy=request.noisy)
+        camera = open_camera(seen.camera, latency=request.latency, noisy=request.noisy)
         stack.callback(camera.close)
 
         radius = robot.parameters.radius
@@ -141,7 +146,7 @@ def run_collection(request: Request, teller: Teller) -> Collected:
         reach = Reach(
             request.mount,
             head.limits,
-            request.optics.camera,
+            seen.optics.camera,
             tuple(circle.grown(CLEARANCE) for circle in forbidden),
         )
         plan = _planned(request, missing, reach, forbidden)
@@ -149,7 +154,8 @@ def run_collection(request: Request, teller: Teller) -> Collected:
             teller.warn(line)
         for each in plan.skipped:
             teller.warn(f"{each.name} is left out: {each.reason}")
-        record = Record(request.folder, request.optics, _about(request, robot.names.name), earlier)
+        about = _about(request, robot.names.name, seen.camera)
+        record = Record(request.folder, seen.optics, about, earlier)
         way: list[tuple[float, Pose2]] = []
         pace = Pace(robot.limits.speed, robot.limits.turning)
         wheels = Wheels(
@@ -160,7 +166,7 @@ def run_collection(request: Request, teller: Teller) -> Collected:
             moved=lambda at, place: way.append((at, place)),
         )
         epoch = time.time() - time.monotonic()
-        rig = Rig(wheels, head, camera, request.optics, reach, request.start, epoch)
+        rig = Rig(wheels, head, camera, seen.optics, reach, request.start, epoch)
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         try:
             if plan.stops:
@@ -170,9 +176,9 @@ def run_collection(request: Request, teller: Teller) -> Collected:
         except BaseException:
             # The first fault is the one to tell; a map that cannot be written is not.
             with suppress(FacetlogError):
-                _draw(request, record.taken, way, inner, radius, epoch)
+                _draw(request, seen, record.taken, way, inner, radius, epoch)
             raise
-        _draw(request, record.taken, way, inner, radius, epoch)
+        _draw(request, seen, record.taken, way, inner, radius, epoch)
     places = np.array([(place.x, place.y) for _, place in way]).reshape(-1, 2)
     driven = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
     return Collected(plan, ended, record.taken, driven, time.monotonic() - began)
@@ -283,13 +289,13 @@ def _planned(
     return plan_stops(request.tour, request.start, reach, order=order)
 
 
-def _about(request: Request, robot: str) -> Mapping[str, object]:
+def _about(request: Request, robot: str, camera: str) -> Mapping[str, object]:
     start = request.start
     return {
         "tour": request.tour.name,
         "robot": robot,
         "address": request.address,
-        "camera": request.camera,
+        "camera": camera,
         "head": request.head,
         "start": [start.x, start.y, math.degrees(start.heading)],
         "began": time.time(),
@@ -298,6 +304,7 @@ def _about(request: Request, robot: str) -> Mapping[str, object]:
 
 def _draw(
     request: Request,
+    seen: Sight,
     taken: tuple[Taken, ...],
     way: list[tuple[float, Pose2]],
     closed: tuple[Circle, ...],
@@ -318,5 +325,5 @@ def _draw(
     write_file(path, robot_tum(stamped).encode())
     write_file(
         request.folder / MAP_FILE,
-        map_png([place for _, place in stamped], taken, floor, request.optics),
+        map_png([place for _, place in stamped], taken, floor, seen.optics),
     )

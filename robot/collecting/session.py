@@ -45,6 +45,9 @@ class Teller(Protocol):
     def warn(self, message: str) -> None:
         """Something is unusual."""
 
+    def note(self, message: str) -> None:
+        """Something is taken for granted."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Rig:

@@ -22,7 +22,6 @@ from facetlog.commands.robot_options import (
     RobotAddress,
     Speed,
     Start,
-    camera_of,
     checked_speed,
     ended_by_signals,
     numbers_in,
@@ -110,14 +109,13 @@ def collect_command(
             "--resume: odometry began anew, so say by --start X,Y,HEADING_DEG where the robot "
             f"stands now{_last_place(out)}"
         )
-    url = camera_of(camera, robot)
-    optics, of_file = optics_of(camera_file, None if tour == "paper" else Path(tour), url)
+    optics, of_file = optics_of(camera_file, None if tour == "paper" else Path(tour))
     scale = metres_per(unit, "--unit") if unit is not None else of_file
     request = Request(
         robot,
         _tour(tour, scale),
         out,
-        url,
+        camera,
         optics,
         DEFAULT_MOUNT if mount is None else read_mount(mount),
         parsed_start(start),
@@ -220,6 +218,9 @@ class _Told:
 
     def warn(self, message: str) -> None:
         warn(message)
+
+    def note(self, message: str) -> None:
+        note(message)
 
 
 def _tell(verdicts: "list[ViewVerdict]") -> None:

@@ -21,7 +21,6 @@ from facetlog.commands.robot_options import (
     Noiseless,
     RobotAddress,
     Speed,
-    camera_of,
     checked_speed,
     ended_by_signals,
     optics_of,
@@ -89,13 +88,12 @@ def mount_command(
     checked_speed(speed)
     if out.is_dir() or not out.absolute().parent.is_dir():
         raise InputError(f"{out} cannot be written: give a file in a folder that exists")
-    url = camera_of(camera, robot)
-    optics, _ = optics_of(camera_file, None, url)
+    told_optics, _ = optics_of(camera_file, None)
     mount = DEFAULT_MOUNT if believed is None else read_mount(believed)
-    sightings = _sightings(
-        _Line(robot, head, head_port, url, latency, not noiseless, model, baud, speed),
+    sightings, optics = _sightings(
+        _Line(robot, head, head_port, camera, latency, not noiseless, model, baud, speed),
         printed,
-        optics,
+        told_optics,
         mount,
     )
     fit = fit_mount(sightings, optics.camera, mount, board_height=board_height)
@@ -115,7 +113,7 @@ class _Line:
     robot: str
     head: str
     head_port: str
-    camera: str
+    camera: str | None
     latency: float | None
     noisy: bool
     model: str | None
@@ -134,11 +132,15 @@ def _board(told: str, square: float, marker: float) -> "Board":
     return Board(int(columns), int(rows), square, marker)
 
 
-def _sightings(line: _Line, board: "Board", optics: "Optics", mount: "Mount") -> "list[Sighting]":
+def _sightings(
+    line: _Line, board: "Board", optics: "Optics | None", mount: "Mount"
+) -> "tuple[list[Sighting], Optics]":
+    """The board from all sides, and the optics it was seen with."""
     from facetlog.robot.camera.source import open_camera
     from facetlog.robot.collecting.drive import Wheels
     from facetlog.robot.collecting.mount_session import BoardRig, take_sightings
     from facetlog.robot.collecting.run import open_robot_head
+    from facetlog.robot.collecting.simulated import sight
     from facetlog.robot.collecting.steering import Pace
     from facetlog.robot.pioneer.limits import Limits
     from facetlog.robot.pioneer.pioneer import Pioneer
@@ -150,15 +152,16 @@ def _sightings(line: _Line, board: "Board", optics: "Optics", mount: "Mount") ->
                 line.robot, model=line.model, limits=Limits(speed=line.speed), baud=line.baud
             )
         )
+        seen = sight(robot, line.robot, line.camera, optics, note)
         robot.switch_sonars(False)  # nothing here looks at them
         head = open_robot_head(stack, robot, line.head, line.head_port)
-        camera = open_camera(line.camera, latency=line.latency, noisy=line.noisy)
+        camera = open_camera(seen.camera, latency=line.latency, noisy=line.noisy)
         stack.callback(camera.close)
         robot.enable_motors()
         wheels = Wheels(robot, Pose2(), pace=Pace(robot.limits.speed, robot.limits.turning))
         radius = robot.parameters.radius
-        rig = BoardRig(wheels, head, camera, optics, mount, board, radius)
-        return list(take_sightings(rig, note))
+        rig = BoardRig(wheels, head, camera, seen.optics, mount, board, radius)
+        return list(take_sightings(rig, note)), seen.optics
 
 
 def _told(fit: "MountFit") -> dict[str, dict[str, object]]:

@@ -10,12 +10,11 @@ from pathlib import Path
 from signal import SIGHUP, SIGTERM
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated
-from urllib.parse import urlsplit
 
 import typer
 
 from facetlog.errors import InputError
-from facetlog.terminal import note, warn
+from facetlog.terminal import warn
 
 if TYPE_CHECKING:
     from facetlog.robot.collecting.optics import Optics
@@ -34,7 +33,6 @@ __all__ = [
     "RobotAddress",
     "Speed",
     "Start",
-    "camera_of",
     "checked_speed",
     "ended_by_signals",
     "numbers_in",
@@ -44,10 +42,6 @@ __all__ = [
 ]
 
 CAMERA_TOML = "camera.toml"
-# Where robots and cameras are that are simulated on this machine.
-LOCAL = ("127.", "localhost", "/dev/pts/")
-# What the simulated camera offers where `facetlog simulate` is called as docs/robot.md does.
-SIMULATED_CAMERA = "http://127.0.0.1:8100/"
 DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
 
 RobotAddress = Annotated[
@@ -61,8 +55,8 @@ CameraUrl = Annotated[
     typer.Option(
         "--camera",
         metavar="URL",
-        help="0, /dev/video0, rtsp://…, http://… (stream or .jpg), file; of a robot that is "
-        f"simulated here {SIMULATED_CAMERA}, if nothing is said.",
+        help="0, /dev/video0, rtsp://…, http://… (stream or .jpg), file; of a robot that says it "
+        "is simulated http://127.0.0.1:8100/, if nothing is said.",
     ),
 ]
 Noiseless = Annotated[
@@ -109,38 +103,16 @@ def checked_speed(speed: float) -> float:
     return speed
 
 
-def camera_of(told: str | None, robot: str) -> str:
-    """The camera's address; that of the simulator only for a robot that is simulated here.
+def optics_of(camera_file: Path | None, tour: Path | None) -> tuple["Optics | None", float | None]:
+    """The camera that is told, or that of camera.toml beside the tour, with its unit in metres.
 
-    Otherwise a simulator that somebody forgot would give its pictures to a real robot's views.
-    """
-    if told is not None:
-        return told
-    place = robot.removeprefix("tcp:").removeprefix("serial:")
-    if not place.startswith(LOCAL):
-        raise InputError(f"which camera is on {robot}? Give --camera: 0, /dev/video0, http://…")
-    return SIMULATED_CAMERA
-
-
-def optics_of(
-    camera_file: Path | None, tour: Path | None, camera: str
-) -> tuple["Optics", float | None]:
-    """The camera that is told, or that of camera.toml beside the tour, or the simulated one's.
-
-    InputError where there is neither, and `camera` is not on this machine.
+    None where there is neither.
     """
     from facetlog.camera_file import read_optics
-    from facetlog.robot.collecting.optics import Optics
-    from facetlog.robot.tour import tour_camera
 
     if camera_file is None and tour is not None and (tour.parent / CAMERA_TOML).is_file():
         camera_file = tour.parent / CAMERA_TOML
-    if camera_file is not None:
-        return read_optics(camera_file)
-    if not (urlsplit(camera).hostname or "").startswith(LOCAL):
-        raise InputError(f"camera {camera} needs its calibration: give --camera-file")
-    note("no --camera-file: the camera is taken to be the simulated one, 640 x 480, 65° across")
-    return Optics(tour_camera()), None
+    return (None, None) if camera_file is None else read_optics(camera_file)
 
 
 def parsed_start(text: str | None) -> "Pose2":

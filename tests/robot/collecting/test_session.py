@@ -51,6 +51,9 @@ class Heard:
     def warn(self, message: str) -> None:
         self.warnings.append(message)
 
+    def note(self, message: str) -> None:
+        self.warnings.append(message)
+
 
 def _picture(robot: Pose2, head: HeadState) -> Image:
     shift = round(100 * (robot.x + robot.y + head.pan)) % 40
