@@ -13,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from facetlog.errors import FacetlogError, InputError
+from facetlog.errors import DeviceError, FacetlogError, InputError
 from facetlog.perception.types import FloatArray
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import open_camera
 from facetlog.robot.collecting.drive import Wheels
+from facetlog.robot.collecting.line_faults import with_line
 from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.optics import Optics
@@ -166,7 +167,16 @@ def run_collection(request: Request, teller: Teller) -> Collected:
             moved=lambda at, place: way.append((at, place)),
         )
         epoch = time.time() - time.monotonic()
-        rig = Rig(wheels, head, camera, seen.optics, reach, request.start, epoch)
+        rig = Rig(
+            wheels,
+            head,
+            camera,
+            seen.optics,
+            reach,
+            request.start,
+            epoch,
+            lambda fault: with_line(fault, robot.problems, time.monotonic()),
+        )
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         try:
             if plan.stops:
@@ -189,7 +199,10 @@ def open_robot_head(stack: ExitStack, robot: Pioneer, kind: str, port: str) -> P
     line: ByteLine = robot.aux(AUX_PORTS[port]) if port in AUX_PORTS else PortLine(open_port(port))
     stack.callback(line.close)
     head = open_head(kind, line)
-    head.start()
+    try:
+        head.start()
+    except DeviceError as exc:
+        raise with_line(exc, robot.problems, time.monotonic()) from exc
     stack.callback(head.close)
     return head
 

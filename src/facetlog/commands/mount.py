@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +28,7 @@ from facetlog.commands.robot_options import (
     telling_warnings,
 )
 from facetlog.commands.shared import NO, YES, AsJson, command
-from facetlog.errors import InputError
+from facetlog.errors import DeviceError, InputError
 from facetlog.terminal import note
 
 if TYPE_CHECKING:
@@ -138,6 +139,7 @@ def _sightings(
     """The board from all sides, and the optics it was seen with."""
     from facetlog.robot.camera.source import open_camera
     from facetlog.robot.collecting.drive import Wheels
+    from facetlog.robot.collecting.line_faults import with_line
     from facetlog.robot.collecting.mount_session import BoardRig, take_sightings
     from facetlog.robot.collecting.run import open_robot_head
     from facetlog.robot.collecting.simulated import sight
@@ -161,7 +163,10 @@ def _sightings(
         wheels = Wheels(robot, Pose2(), pace=Pace(robot.limits.speed, robot.limits.turning))
         radius = robot.parameters.radius
         rig = BoardRig(wheels, head, camera, seen.optics, mount, board, radius)
-        return list(take_sightings(rig, note)), seen.optics
+        try:
+            return list(take_sightings(rig, note)), seen.optics
+        except DeviceError as exc:
+            raise with_line(exc, robot.problems, time.monotonic()) from exc
 
 
 def _told(fit: "MountFit") -> dict[str, dict[str, object]]:
