@@ -82,6 +82,7 @@ class Request:
     start: Pose2
     head: str = "sony-evi-d30"
     head_port: str = "aux1"
+    head_unheard: bool = False
     latency: float | None = None
     noisy: bool = True
     keep_out: float | tuple[Circle, ...] | None = None
@@ -138,7 +139,9 @@ def run_collection(request: Request, teller: Teller) -> Collected:
         check_start(robot, request.start, teller.warn)
         seen = sight(robot, request.address, request.camera, request.optics, teller.note)
         robot.switch_sonars(False)  # nothing here looks at them
-        head = open_robot_head(stack, robot, request.head, request.head_port)
+        head = open_robot_head(
+            stack, robot, request.head, request.head_port, unheard=request.head_unheard
+        )
         camera = open_camera(seen.camera, latency=request.latency, noisy=request.noisy)
         stack.callback(camera.close)
 
@@ -194,11 +197,16 @@ def run_collection(request: Request, teller: Teller) -> Collected:
     return Collected(plan, ended, record.taken, driven, time.monotonic() - began)
 
 
-def open_robot_head(stack: ExitStack, robot: Pioneer, kind: str, port: str) -> PanTiltHead:
-    """The started head at `port`: aux1 to aux3 of the robot, or an address of its own."""
+def open_robot_head(
+    stack: ExitStack, robot: Pioneer, kind: str, port: str, *, unheard: bool = False
+) -> PanTiltHead:
+    """The started head at `port`: aux1 to aux3 of the robot, or an address of its own.
+
+    DeviceTimeout if it does not answer, unless it may be moved `unheard`.
+    """
     line: ByteLine = robot.aux(AUX_PORTS[port]) if port in AUX_PORTS else PortLine(open_port(port))
     stack.callback(line.close)
-    head = open_head(kind, line)
+    head = open_head(kind, line, unheard=unheard)
     try:
         head.start()
     except DeviceError as exc:

@@ -16,12 +16,14 @@ from facetlog.commands.robot_options import (
     CameraUrl,
     Head,
     HeadPort,
+    HeadUnheard,
     Latency,
     Model,
     Noiseless,
     RobotAddress,
     Speed,
     Start,
+    checked_head,
     checked_speed,
     ended_by_signals,
     numbers_in,
@@ -58,6 +60,7 @@ def collect_command(
     camera: CameraUrl = None,
     head: Head = "sony-evi-d30",
     head_port: HeadPort = "aux1",
+    head_unheard: HeadUnheard = False,
     mount: Annotated[
         Path | None,
         typer.Option("--mount", metavar="TOML", help="Where the head sits: see facetlog mount."),
@@ -104,6 +107,7 @@ def collect_command(
     if order not in ORDERS:
         raise InputError(f"--order {order!r:.40}: use one of {', '.join(ORDERS)}")
     checked_speed(speed)
+    checked_head(head, head_port, unheard=head_unheard)
     if resume and start is None:
         raise InputError(
             "--resume: odometry began anew, so say by --start X,Y,HEADING_DEG where the robot "
@@ -121,6 +125,7 @@ def collect_command(
         parsed_start(start),
         head=head,
         head_port=head_port,
+        head_unheard=head_unheard,
         latency=latency,
         noisy=not noiseless,
         keep_out=_keep_out(keep_out),

@@ -17,11 +17,13 @@ from facetlog.commands.robot_options import (
     CameraUrl,
     Head,
     HeadPort,
+    HeadUnheard,
     Latency,
     Model,
     Noiseless,
     RobotAddress,
     Speed,
+    checked_head,
     checked_speed,
     ended_by_signals,
     optics_of,
@@ -69,6 +71,7 @@ def mount_command(
     camera: CameraUrl = None,
     head: Head = "sony-evi-d30",
     head_port: HeadPort = "aux1",
+    head_unheard: HeadUnheard = False,
     camera_file: CameraFile = None,
     speed: Speed = DEFAULT_SPEED,
     latency: Latency = None,
@@ -87,12 +90,15 @@ def mount_command(
 
     printed = _board(board, square, marker)
     checked_speed(speed)
+    checked_head(head, head_port, unheard=head_unheard)
     if out.is_dir() or not out.absolute().parent.is_dir():
         raise InputError(f"{out} cannot be written: give a file in a folder that exists")
     told_optics, _ = optics_of(camera_file, None)
     mount = DEFAULT_MOUNT if believed is None else read_mount(believed)
     sightings, optics = _sightings(
-        _Line(robot, head, head_port, camera, latency, not noiseless, model, baud, speed),
+        _Line(
+            robot, head, head_port, head_unheard, camera, latency, not noiseless, model, baud, speed
+        ),
         printed,
         told_optics,
         mount,
@@ -114,6 +120,7 @@ class _Line:
     robot: str
     head: str
     head_port: str
+    head_unheard: bool
     camera: str | None
     latency: float | None
     noisy: bool
@@ -156,7 +163,7 @@ def _sightings(
         )
         seen = sight(robot, line.robot, line.camera, optics, note)
         robot.switch_sonars(False)  # nothing here looks at them
-        head = open_robot_head(stack, robot, line.head, line.head_port)
+        head = open_robot_head(stack, robot, line.head, line.head_port, unheard=line.head_unheard)
         camera = open_camera(seen.camera, latency=line.latency, noisy=line.noisy)
         stack.callback(camera.close)
         robot.enable_motors()

@@ -27,12 +27,14 @@ __all__ = [
     "CameraUrl",
     "Head",
     "HeadPort",
+    "HeadUnheard",
     "Latency",
     "Model",
     "Noiseless",
     "RobotAddress",
     "Speed",
     "Start",
+    "checked_head",
     "checked_speed",
     "ended_by_signals",
     "numbers_in",
@@ -42,6 +44,9 @@ __all__ = [
 ]
 
 CAMERA_TOML = "camera.toml"
+HEAD_PORTS = ("aux1", "aux2", "aux3")
+# The head that obeys though its cable lets it say nothing.
+UNHEARD_HEAD = "canon-vc-c4"
 DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
 
 RobotAddress = Annotated[
@@ -70,6 +75,13 @@ HeadPort = Annotated[
     str,
     typer.Option("--head-port", metavar="PORT", help="aux1, aux2, aux3, or an address of its own."),
 ]
+HeadUnheard = Annotated[
+    bool,
+    typer.Option(
+        "--head-unheard",
+        help="The Canon head's cable cannot let it answer: its angles are those it is told.",
+    ),
+]
 CameraFile = Annotated[
     Path | None,
     typer.Option(
@@ -94,6 +106,19 @@ Model = Annotated[
 Baud = Annotated[
     int | None, typer.Option("--baud", metavar="N", help="Of a serial line; else it is found.")
 ]
+
+
+def checked_head(kind: str, port: str, *, unheard: bool) -> None:
+    """InputError for a head, or a port of it, that cannot be."""
+    if port not in HEAD_PORTS and not any(sign in port for sign in ":/"):
+        raise InputError(
+            f"--head-port {port!r:.40}: give aux1, aux2 or aux3 of the robot, or the head's own "
+            "line (serial:PATH, /dev/ttyUSB1, tcp:HOST:PORT)"
+        )
+    if unheard and kind != UNHEARD_HEAD:
+        raise InputError(
+            f"--head-unheard is for {UNHEARD_HEAD}: a {kind:.40} answers, leave it out"
+        )
 
 
 def checked_speed(speed: float) -> float:
