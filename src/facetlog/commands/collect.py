@@ -4,6 +4,7 @@ import json
 import math
 import time
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -31,8 +32,9 @@ from facetlog.commands.robot_options import (
     parsed_start,
     telling_warnings,
 )
+from facetlog.commands.robot_words import COLLECT_AGAIN, worded, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
-from facetlog.errors import InputError
+from facetlog.errors import DeviceError, InputError
 from facetlog.terminal import error, error_lines, note, warn
 
 if TYPE_CHECKING:
@@ -236,7 +238,12 @@ def _tell(verdicts: "list[ViewVerdict]") -> None:
 def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collected":
     from facetlog.robot.collecting.run import run_collection
 
-    return run_collection(request, _Told(verdicts))
+    with wording_errors(COLLECT_AGAIN):
+        collected = run_collection(request, _Told(verdicts))
+    fault = collected.ended.fault
+    if not isinstance(fault, DeviceError):
+        return collected
+    return replace(collected, ended=replace(collected.ended, fault=worded(fault, COLLECT_AGAIN)))
 
 
 def _last_verdict(verdicts: "ViewVerdicts", views: int) -> "ViewVerdict | None":

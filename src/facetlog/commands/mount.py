@@ -29,6 +29,7 @@ from facetlog.commands.robot_options import (
     optics_of,
     telling_warnings,
 )
+from facetlog.commands.robot_words import MOUNT_AGAIN, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, command
 from facetlog.errors import DeviceError, InputError
 from facetlog.terminal import note
@@ -155,7 +156,12 @@ def _sightings(
     from facetlog.robot.pioneer.pioneer import Pioneer
     from facetlog.robot.pose2 import Pose2
 
-    with ended_by_signals(), ExitStack() as stack, telling_warnings():
+    with (
+        ended_by_signals(),
+        wording_errors(MOUNT_AGAIN),
+        ExitStack() as stack,
+        telling_warnings(),
+    ):
         robot = stack.enter_context(
             Pioneer.connect(
                 line.robot, model=line.model, limits=Limits(speed=line.speed), baud=line.baud
