@@ -18,12 +18,16 @@ from facetlog.robot.pose2 import Pose2
 __all__ = ["Robot", "RobotView", "Wheels"]
 
 # Seconds without a report after which driving ends: the driver has stopped the robot long before,
-# and after 2 s it says itself that the link is lost, and what to do.
-REPORT_TIMEOUT = 3.0
+# and after 2 s it says itself that the link is lost, and what to do; after 10 s if what comes is
+# damaged.
+REPORT_TIMEOUT = 12.0
 LEASE = 0.3
 # A robot that is told to move and does not, by either of these, for so long is held by something:
 # stalled wheels say so sooner, wheels that slip on the spot never.
 BLOCKED_AFTER, BLOCKED_WAY, BLOCKED_TURN = 4.0, 0.01, 0.02
+# Between two reports further apart the driver has let the robot stand: that says nothing of what
+# holds it.
+QUIET_AFTER = 0.5
 # What a way may take, of what it takes at the pace: turns on the spot and slow ends are extra.
 PATIENCE, PATIENCE_SECONDS = 3.0, 30.0
 # Speeds below which the robot stands: less than the steps of its reports.
@@ -237,15 +241,19 @@ class _Watch:
     """Notices that a robot that is told to move does not."""
 
     def __init__(self, state: RobotView) -> None:
-        self._pose, self._at = state.pose, state.at
+        self._pose, self._last = state.pose, state.at
+        self._held = 0.0
 
     def check(self, state: RobotView, motion: Motion) -> None:
         """DeviceError if nothing has moved for too long although `motion` was told."""
         off = self._pose.between(state.pose)
         moved = max(abs(off.x), abs(off.y)) > BLOCKED_WAY or abs(off.heading) > BLOCKED_TURN
+        since, self._last = state.at - self._last, state.at
         if moved or motion == Motion():
-            self._pose, self._at = state.pose, state.at
-        elif state.at - self._at > BLOCKED_AFTER:
+            self._pose, self._held = state.pose, 0.0
+        elif since <= QUIET_AFTER:
+            self._held += since
+        if self._held > BLOCKED_AFTER:
             raise DeviceError(
                 "the robot is told to move and does not: is it held, are its motors on?"
             )

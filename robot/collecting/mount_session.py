@@ -77,7 +77,7 @@ def take_sightings(rig: BoardRig, told: Callable[[str], None]) -> Iterator[Sight
     InputError if the board is not found from where the robot begins.
     """
     state = rig.wheels.stand(SETTLE)
-    first, gaze = _search(rig)
+    first, gaze = _search(rig, told)
     place = _placed(rig, state, first, gaze)
     start = rig.wheels.place(state)
     told(f"the board is {math.hypot(*_off(place, start)):.2f} m away")
@@ -122,15 +122,19 @@ def _look(rig: BoardRig, pan: float, tilt: float) -> tuple[HeadState, Corners | 
     return looks, Corners(corners.points, straight_pixels(rig.optics, corners.pixels))
 
 
-def _search(rig: BoardRig) -> tuple[Corners, Gaze]:
+def _search(rig: BoardRig, told: Callable[[str], None]) -> tuple[Corners, Gaze]:
     limits = rig.head.limits
-    for tilt_deg in SEARCH_TILTS_DEG:
-        for pan_deg in SEARCH_PANS_DEG:
-            pan = min(max(math.radians(pan_deg), limits.pan_min), limits.pan_max)
-            tilt = min(max(math.radians(tilt_deg), limits.tilt_min), limits.tilt_max)
-            looks, corners = _look(rig, pan, tilt)
-            if corners is not None:
-                return corners, Gaze(looks.pan, looks.tilt)
+    ways = [(pan, tilt) for tilt in SEARCH_TILTS_DEG for pan in SEARCH_PANS_DEG]
+    for number, (pan_deg, tilt_deg) in enumerate(ways, start=1):
+        pan = min(max(math.radians(pan_deg), limits.pan_min), limits.pan_max)
+        tilt = min(max(math.radians(tilt_deg), limits.tilt_min), limits.tilt_max)
+        looks, corners = _look(rig, pan, tilt)
+        if corners is not None:
+            return corners, Gaze(looks.pan, looks.tilt)
+        told(
+            f"the board is not in sight at pan {pan_deg:+d}°, tilt {tilt_deg:+d}° "
+            f"(look {number} of {len(ways)})"
+        )
     raise InputError(
         f"the board is nowhere in sight: {FAR}, upright, lit, and check --board and --square"
     )

@@ -13,11 +13,12 @@ from pathlib import Path
 
 import numpy as np
 
-from facetlog.errors import FacetlogError, InputError
+from facetlog.errors import DeviceError, FacetlogError, InputError
 from facetlog.perception.types import FloatArray
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
 from facetlog.robot.collecting.drive import Wheels
+from facetlog.robot.collecting.line_faults import with_line
 from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.optics import Optics
@@ -35,6 +36,7 @@ from facetlog.robot.collecting.record import (
 )
 from facetlog.robot.collecting.route import Circle, Point, distance_to
 from facetlog.robot.collecting.session import SHOT_TIMEOUT, Ended, Rig, Teller, collect
+from facetlog.robot.collecting.simulated import Sight, check_start, sight
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.head.head import PanTiltHead
@@ -68,6 +70,7 @@ CLEARANCE = 0.03
 class Request:
     """What is to be collected, with what and how; `start` is where the robot stands now.
 
+    A camera or optics of None are the simulated camera's, if the robot is simulated.
     `keep_out` is a radius about the tour's target, circles, or None for a radius made from the
     tour: no part of the robot enters. `resume` goes on with the folder's collection.
     """
@@ -75,12 +78,13 @@ class Request:
     address: str
     tour: Tour
     folder: Path
-    camera: str
-    optics: Optics
+    camera: str | None
+    optics: Optics | None
     mount: Mount
     start: Pose2
     head: str = "sony-evi-d30"
     head_port: str = "aux1"
+    head_unheard: bool = False
     latency: float | None = None
     noisy: bool = True
     keep_out: float | tuple[Circle, ...] | None = None
@@ -134,16 +138,21 @@ def run_collection(request: Request, teller: Teller) -> Collected:
                 baud=request.baud,
             )
         )
+        # Before the head and the camera: both may be those of another robot.
+        check_start(robot, request.start, teller.warn)
+        seen = sight(robot, request.address, request.camera, request.optics, teller.note)
         robot.switch_sonars(False)  # nothing here looks at them
-        head = open_robot_head(stack, robot, request.head, request.head_port)
-        camera = open_checked_camera(stack, request)
+        head = open_robot_head(
+            stack, robot, request.head, request.head_port, unheard=request.head_unheard
+        )
+        camera = open_checked_camera(stack, seen, latency=request.latency, noisy=request.noisy)
 
         radius = robot.parameters.radius
         forbidden = _for_the_middle(closed, request, radius)
         reach = Reach(
             request.mount,
             head.limits,
-            request.optics.camera,
+            seen.optics.camera,
             tuple(circle.grown(CLEARANCE) for circle in forbidden),
         )
         plan = _planned(request, missing, reach, forbidden)
@@ -151,8 +160,8 @@ def run_collection(request: Request, teller: Teller) -> Collected:
             teller.warn(line)
         for each in plan.skipped:
             teller.warn(f"{each.name} is left out: {each.reason}")
-        about = _about(request, robot.names.name)
-        record = Record(request.folder, request.optics, about, earlier, lines)
+        about = _about(request, robot.names.name, seen.camera)
+        record = Record(request.folder, seen.optics, about, earlier, lines)
         way: list[tuple[float, Pose2]] = []
         pace = Pace(robot.limits.speed, robot.limits.turning)
         wheels = Wheels(
@@ -163,7 +172,16 @@ def run_collection(request: Request, teller: Teller) -> Collected:
             moved=lambda at, place: way.append((at, place)),
         )
         epoch = time.time() - time.monotonic()
-        rig = Rig(wheels, head, camera, request.optics, reach, request.start, epoch)
+        rig = Rig(
+            wheels,
+            head,
+            camera,
+            seen.optics,
+            reach,
+            request.start,
+            epoch,
+            lambda fault: with_line(fault, robot.problems, time.monotonic()),
+        )
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         try:
             if plan.stops:
@@ -173,37 +191,47 @@ def run_collection(request: Request, teller: Teller) -> Collected:
         except BaseException:
             # The first fault is the one to tell; a map that cannot be written is not.
             with suppress(FacetlogError):
-                _draw(request, record.taken, way, inner, radius, epoch)
+                _draw(request, seen, record.taken, way, inner, radius, epoch)
             raise
-        _draw(request, record.taken, way, inner, radius, epoch)
+        _draw(request, seen, record.taken, way, inner, radius, epoch)
     places = np.array([(place.x, place.y) for _, place in way]).reshape(-1, 2)
     driven = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
     return Collected(plan, ended, record.taken, driven, time.monotonic() - began)
 
 
-def open_robot_head(stack: ExitStack, robot: Pioneer, kind: str, port: str) -> PanTiltHead:
-    """The started head at `port`: aux1 to aux3 of the robot, or an address of its own."""
+def open_robot_head(
+    stack: ExitStack, robot: Pioneer, kind: str, port: str, *, unheard: bool = False
+) -> PanTiltHead:
+    """The started head at `port`: aux1 to aux3 of the robot, or an address of its own.
+
+    DeviceTimeout if it does not answer, unless it may be moved `unheard`.
+    """
     line: ByteLine = robot.aux(AUX_PORTS[port]) if port in AUX_PORTS else PortLine(open_port(port))
     stack.callback(line.close)
-    head = open_head(kind, line)
-    head.start()
+    head = open_head(kind, line, unheard=unheard)
+    try:
+        head.start()
+    except DeviceError as exc:
+        raise with_line(exc, robot.problems, time.monotonic()) from exc
     stack.callback(head.close)
     return head
 
 
-def open_checked_camera(stack: ExitStack, request: Request) -> FrameSource:
-    """The camera, of which one picture was taken and fits its calibration.
+def open_checked_camera(
+    stack: ExitStack, seen: Sight, *, latency: float | None = None, noisy: bool = True
+) -> FrameSource:
+    """The camera of `seen`, of which one picture was taken and fits its calibration.
 
     DeviceError, DeviceTimeout or InputError where there is none: said before the robot moves.
     """
 
     def opened() -> FrameSource:
-        camera = open_camera(request.camera, latency=request.latency, noisy=request.noisy)
+        camera = open_camera(seen.camera, latency=latency, noisy=noisy)
         stack.callback(camera.close)
         return camera
 
     camera = opened()
-    request.optics.check(camera.shot(time.monotonic(), SHOT_TIMEOUT).image)
+    seen.optics.check(camera.shot(time.monotonic(), SHOT_TIMEOUT).image)
     # A file gives each of its pictures once: the first one is still to be that of the first view.
     return opened() if isinstance(camera, FileSource) else camera
 
@@ -303,13 +331,13 @@ def _planned(
     return plan_stops(request.tour, request.start, reach, order=order)
 
 
-def _about(request: Request, robot: str) -> Mapping[str, object]:
+def _about(request: Request, robot: str, camera: str) -> Mapping[str, object]:
     start = request.start
     return {
         "tour": request.tour.name,
         "robot": robot,
         "address": request.address,
-        "camera": request.camera,
+        "camera": camera,
         "head": request.head,
         "start": [start.x, start.y, math.degrees(start.heading)],
         "began": time.time(),
@@ -318,6 +346,7 @@ def _about(request: Request, robot: str) -> Mapping[str, object]:
 
 def _draw(
     request: Request,
+    seen: Sight,
     taken: tuple[Taken, ...],
     way: list[tuple[float, Pose2]],
     closed: tuple[Circle, ...],
@@ -338,5 +367,5 @@ def _draw(
     write_file(path, robot_tum(stamped).encode())
     write_file(
         request.folder / MAP_FILE,
-        map_png([place for _, place in stamped], taken, floor, request.optics),
+        map_png([place for _, place in stamped], taken, floor, seen.optics),
     )

@@ -5,7 +5,7 @@ told to stop, and what was collected stays and can be gone on with.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -45,6 +45,9 @@ class Teller(Protocol):
     def warn(self, message: str) -> None:
         """Something is unusual."""
 
+    def note(self, message: str) -> None:
+        """Something is taken for granted."""
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Rig:
@@ -58,6 +61,8 @@ class Rig:
     start: Pose2
     epoch: float
     """Seconds since 1970 at which the monotonic clock was zero."""
+    explained: Callable[[DeviceError], DeviceError] = lambda fault: fault
+    """A fault with what else is known of it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +107,7 @@ def collect(
         try:
             view, image = _take(rig, stop, qualities)
         except DeviceError as exc:
-            ended = replace(ended, fault=exc)
+            ended = replace(ended, fault=rig.explained(exc))
             break
         record.add(view, image)
         qualities.append(view.quality)

@@ -37,6 +37,8 @@ def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
         (["--tour", "paper", "--keep-out", "-1"], "a radius is above 0"),
         (["--tour", "paper", "--keep-out", "1", "--keep-out", "2"], "each is X,Y,RADIUS"),
         (["--tour", "paper", "--resume"], "say by --start X,Y,HEADING_DEG where the robot stands"),
+        (["--tour", "paper", "--head-port", "aux9"], "--head-port 'aux9': give aux1, aux2 or aux3"),
+        (["--tour", "paper", "--head-unheard"], "a sony-evi-d30 answers, leave it out"),
         (["--tour", "paper", "--mount", "none.toml"], "none.toml is missing"),
         (["--tour", "paper", "--camera-file", "none.toml"], "none.toml is missing"),
         (["--tour", "paper", "--unit", "yd"], "unknown unit 'yd'"),
@@ -68,14 +70,13 @@ def test_boards_that_cannot_be_are_refused(
     assert said in _refusal(capsys)
 
 
-def test_a_simulated_camera_is_not_taken_for_a_real_robots(
+def test_a_robot_that_is_not_there_is_complained_of_before_its_camera(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    argv = ["collect", "/dev/ttyUSB0", "--tour", "paper", "-o", str(tmp_path / "out")]
-    assert main(argv) == 2
-    assert "which camera is on /dev/ttyUSB0? Give --camera" in _refusal(capsys)
-    assert main([*argv, "--camera", "http://10.0.0.7/"]) == 2
-    assert "needs its calibration: give --camera-file" in _refusal(capsys)
+    for options in ([], ["--camera", "http://10.0.0.7/"]):
+        argv = ["collect", "/dev/nonexistent", "--tour", "paper", "-o", str(tmp_path / "out")]
+        assert main([*argv, *options]) == 3
+        assert "/dev/nonexistent: there is no such port" in _refusal(capsys)
 
 
 def test_a_folder_with_something_else_in_it_is_refused(

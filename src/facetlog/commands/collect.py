@@ -4,6 +4,7 @@ import json
 import math
 import time
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,13 +17,14 @@ from facetlog.commands.robot_options import (
     CameraUrl,
     Head,
     HeadPort,
+    HeadUnheard,
     Latency,
     Model,
     Noiseless,
     RobotAddress,
     Speed,
     Start,
-    camera_of,
+    checked_head,
     checked_speed,
     ended_by_signals,
     numbers_in,
@@ -30,8 +32,9 @@ from facetlog.commands.robot_options import (
     parsed_start,
     telling_warnings,
 )
+from facetlog.commands.robot_words import COLLECT_AGAIN, worded, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
-from facetlog.errors import InputError
+from facetlog.errors import DeviceError, InputError
 from facetlog.terminal import error, error_lines, note, warn
 
 if TYPE_CHECKING:
@@ -59,6 +62,7 @@ def collect_command(
     camera: CameraUrl = None,
     head: Head = "sony-evi-d30",
     head_port: HeadPort = "aux1",
+    head_unheard: HeadUnheard = False,
     mount: Annotated[
         Path | None,
         typer.Option("--mount", metavar="TOML", help="Where the head sits: see facetlog mount."),
@@ -105,24 +109,25 @@ def collect_command(
     if order not in ORDERS:
         raise InputError(f"--order {order!r:.40}: use one of {', '.join(ORDERS)}")
     checked_speed(speed)
+    checked_head(head, head_port, unheard=head_unheard)
     if resume and start is None:
         raise InputError(
             "--resume: odometry began anew, so say by --start X,Y,HEADING_DEG where the robot "
             f"stands now{_last_place(out)}"
         )
-    url = camera_of(camera, robot)
-    optics, of_file = optics_of(camera_file, None if tour == "paper" else Path(tour), url)
+    optics, of_file = optics_of(camera_file, None if tour == "paper" else Path(tour))
     scale = metres_per(unit, "--unit") if unit is not None else of_file
     request = Request(
         robot,
         _tour(tour, scale),
         out,
-        url,
+        camera,
         optics,
         DEFAULT_MOUNT if mount is None else read_mount(mount),
         parsed_start(start),
         head=head,
         head_port=head_port,
+        head_unheard=head_unheard,
         latency=latency,
         noisy=not noiseless,
         keep_out=_keep_out(keep_out),
@@ -221,6 +226,9 @@ class _Told:
     def warn(self, message: str) -> None:
         warn(message)
 
+    def note(self, message: str) -> None:
+        note(message)
+
 
 def _tell(verdicts: "list[ViewVerdict]") -> None:
     for verdict in verdicts:
@@ -230,7 +238,12 @@ def _tell(verdicts: "list[ViewVerdict]") -> None:
 def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collected":
     from facetlog.robot.collecting.run import run_collection
 
-    return run_collection(request, _Told(verdicts))
+    with wording_errors(COLLECT_AGAIN):
+        collected = run_collection(request, _Told(verdicts))
+    fault = collected.ended.fault
+    if not isinstance(fault, DeviceError):
+        return collected
+    return replace(collected, ended=replace(collected.ended, fault=worded(fault, COLLECT_AGAIN)))
 
 
 def _last_verdict(verdicts: "ViewVerdicts", views: int) -> "ViewVerdict | None":

@@ -2,6 +2,7 @@
 
 import json
 import math
+import time
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,19 +17,21 @@ from facetlog.commands.robot_options import (
     CameraUrl,
     Head,
     HeadPort,
+    HeadUnheard,
     Latency,
     Model,
     Noiseless,
     RobotAddress,
     Speed,
-    camera_of,
+    checked_head,
     checked_speed,
     ended_by_signals,
     optics_of,
     telling_warnings,
 )
+from facetlog.commands.robot_words import MOUNT_AGAIN, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, command
-from facetlog.errors import InputError
+from facetlog.errors import DeviceError, InputError
 from facetlog.terminal import note
 
 if TYPE_CHECKING:
@@ -69,6 +72,7 @@ def mount_command(
     camera: CameraUrl = None,
     head: Head = "sony-evi-d30",
     head_port: HeadPort = "aux1",
+    head_unheard: HeadUnheard = False,
     camera_file: CameraFile = None,
     speed: Speed = DEFAULT_SPEED,
     latency: Latency = None,
@@ -87,15 +91,17 @@ def mount_command(
 
     printed = _board(board, square, marker)
     checked_speed(speed)
+    checked_head(head, head_port, unheard=head_unheard)
     if out.is_dir() or not out.absolute().parent.is_dir():
         raise InputError(f"{out} cannot be written: give a file in a folder that exists")
-    url = camera_of(camera, robot)
-    optics, _ = optics_of(camera_file, None, url)
+    told_optics, _ = optics_of(camera_file, None)
     mount = DEFAULT_MOUNT if believed is None else read_mount(believed)
-    sightings = _sightings(
-        _Line(robot, head, head_port, url, latency, not noiseless, model, baud, speed),
+    sightings, optics = _sightings(
+        _Line(
+            robot, head, head_port, head_unheard, camera, latency, not noiseless, model, baud, speed
+        ),
         printed,
-        optics,
+        told_optics,
         mount,
     )
     fit = fit_mount(sightings, optics.camera, mount, board_height=board_height)
@@ -115,7 +121,8 @@ class _Line:
     robot: str
     head: str
     head_port: str
-    camera: str
+    head_unheard: bool
+    camera: str | None
     latency: float | None
     noisy: bool
     model: str | None
@@ -134,31 +141,45 @@ def _board(told: str, square: float, marker: float) -> "Board":
     return Board(int(columns), int(rows), square, marker)
 
 
-def _sightings(line: _Line, board: "Board", optics: "Optics", mount: "Mount") -> "list[Sighting]":
+def _sightings(
+    line: _Line, board: "Board", optics: "Optics | None", mount: "Mount"
+) -> "tuple[list[Sighting], Optics]":
+    """The board from all sides, and the optics it was seen with."""
     from facetlog.robot.camera.source import open_camera
     from facetlog.robot.collecting.drive import Wheels
+    from facetlog.robot.collecting.line_faults import with_line
     from facetlog.robot.collecting.mount_session import BoardRig, take_sightings
     from facetlog.robot.collecting.run import open_robot_head
+    from facetlog.robot.collecting.simulated import sight
     from facetlog.robot.collecting.steering import Pace
     from facetlog.robot.pioneer.limits import Limits
     from facetlog.robot.pioneer.pioneer import Pioneer
     from facetlog.robot.pose2 import Pose2
 
-    with ended_by_signals(), ExitStack() as stack, telling_warnings():
+    with (
+        ended_by_signals(),
+        wording_errors(MOUNT_AGAIN),
+        ExitStack() as stack,
+        telling_warnings(),
+    ):
         robot = stack.enter_context(
             Pioneer.connect(
                 line.robot, model=line.model, limits=Limits(speed=line.speed), baud=line.baud
             )
         )
+        seen = sight(robot, line.robot, line.camera, optics, note)
         robot.switch_sonars(False)  # nothing here looks at them
-        head = open_robot_head(stack, robot, line.head, line.head_port)
-        camera = open_camera(line.camera, latency=line.latency, noisy=line.noisy)
+        head = open_robot_head(stack, robot, line.head, line.head_port, unheard=line.head_unheard)
+        camera = open_camera(seen.camera, latency=line.latency, noisy=line.noisy)
         stack.callback(camera.close)
         robot.enable_motors()
         wheels = Wheels(robot, Pose2(), pace=Pace(robot.limits.speed, robot.limits.turning))
         radius = robot.parameters.radius
-        rig = BoardRig(wheels, head, camera, optics, mount, board, radius)
-        return list(take_sightings(rig, note))
+        rig = BoardRig(wheels, head, camera, seen.optics, mount, board, radius)
+        try:
+            return list(take_sightings(rig, note)), seen.optics
+        except DeviceError as exc:
+            raise with_line(exc, robot.problems, time.monotonic()) from exc
 
 
 def _told(fit: "MountFit") -> dict[str, dict[str, object]]:

@@ -10,12 +10,11 @@ from pathlib import Path
 from signal import SIGHUP, SIGTERM, SIGTSTP
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated
-from urllib.parse import urlsplit
 
 import typer
 
 from facetlog.errors import InputError
-from facetlog.terminal import note, warn
+from facetlog.terminal import warn
 
 if TYPE_CHECKING:
     from facetlog.robot.collecting.optics import Optics
@@ -28,13 +27,14 @@ __all__ = [
     "CameraUrl",
     "Head",
     "HeadPort",
+    "HeadUnheard",
     "Latency",
     "Model",
     "Noiseless",
     "RobotAddress",
     "Speed",
     "Start",
-    "camera_of",
+    "checked_head",
     "checked_speed",
     "ended_by_signals",
     "numbers_in",
@@ -44,10 +44,9 @@ __all__ = [
 ]
 
 CAMERA_TOML = "camera.toml"
-# Where robots and cameras are that are simulated on this machine.
-LOCAL = ("127.", "localhost", "/dev/pts/")
-# What the simulated camera offers where `facetlog simulate` is called as docs/robot.md does.
-SIMULATED_CAMERA = "http://127.0.0.1:8100/"
+HEAD_PORTS = ("aux1", "aux2", "aux3")
+# The head that obeys though its cable lets it say nothing.
+UNHEARD_HEAD = "canon-vc-c4"
 DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
 # Besides that of Ctrl-C. SIGSTOP and SIGKILL cannot be caught: the robot's watchdog is left.
 ENDING = (SIGTERM, SIGHUP, SIGTSTP)
@@ -63,8 +62,8 @@ CameraUrl = Annotated[
     typer.Option(
         "--camera",
         metavar="URL",
-        help="0, /dev/video0, rtsp://…, http://… (stream or .jpg), file; of a robot that is "
-        f"simulated here {SIMULATED_CAMERA}, if nothing is said.",
+        help="0, /dev/video0, rtsp://…, http://… (stream or .jpg), file; of a robot that says it "
+        "is simulated http://127.0.0.1:8100/, if nothing is said.",
     ),
 ]
 Noiseless = Annotated[
@@ -77,6 +76,13 @@ Head = Annotated[
 HeadPort = Annotated[
     str,
     typer.Option("--head-port", metavar="PORT", help="aux1, aux2, aux3, or an address of its own."),
+]
+HeadUnheard = Annotated[
+    bool,
+    typer.Option(
+        "--head-unheard",
+        help="The Canon head's cable cannot let it answer: its angles are those it is told.",
+    ),
 ]
 CameraFile = Annotated[
     Path | None,
@@ -104,6 +110,19 @@ Baud = Annotated[
 ]
 
 
+def checked_head(kind: str, port: str, *, unheard: bool) -> None:
+    """InputError for a head, or a port of it, that cannot be."""
+    if port not in HEAD_PORTS and not any(sign in port for sign in ":/"):
+        raise InputError(
+            f"--head-port {port!r:.40}: give aux1, aux2 or aux3 of the robot, or the head's own "
+            "line (serial:PATH, /dev/ttyUSB1, tcp:HOST:PORT)"
+        )
+    if unheard and kind != UNHEARD_HEAD:
+        raise InputError(
+            f"--head-unheard is for {UNHEARD_HEAD}: a {kind:.40} answers, leave it out"
+        )
+
+
 def checked_speed(speed: float) -> float:
     """The largest speed in m/s; InputError beyond that of a walk."""
     if not 0 < speed <= LARGEST_SPEED:
@@ -111,38 +130,16 @@ def checked_speed(speed: float) -> float:
     return speed
 
 
-def camera_of(told: str | None, robot: str) -> str:
-    """The camera's address; that of the simulator only for a robot that is simulated here.
+def optics_of(camera_file: Path | None, tour: Path | None) -> tuple["Optics | None", float | None]:
+    """The camera that is told, or that of camera.toml beside the tour, with its unit in metres.
 
-    Otherwise a simulator that somebody forgot would give its pictures to a real robot's views.
-    """
-    if told is not None:
-        return told
-    place = robot.removeprefix("tcp:").removeprefix("serial:")
-    if not place.startswith(LOCAL):
-        raise InputError(f"which camera is on {robot}? Give --camera: 0, /dev/video0, http://…")
-    return SIMULATED_CAMERA
-
-
-def optics_of(
-    camera_file: Path | None, tour: Path | None, camera: str
-) -> tuple["Optics", float | None]:
-    """The camera that is told, or that of camera.toml beside the tour, or the simulated one's.
-
-    InputError where there is neither, and `camera` is not on this machine.
+    None where there is neither.
     """
     from facetlog.camera_file import read_optics
-    from facetlog.robot.collecting.optics import Optics
-    from facetlog.robot.tour import tour_camera
 
     if camera_file is None and tour is not None and (tour.parent / CAMERA_TOML).is_file():
         camera_file = tour.parent / CAMERA_TOML
-    if camera_file is not None:
-        return read_optics(camera_file)
-    if not (urlsplit(camera).hostname or "").startswith(LOCAL):
-        raise InputError(f"camera {camera} needs its calibration: give --camera-file")
-    note("no --camera-file: the camera is taken to be the simulated one, 640 x 480, 65° across")
-    return Optics(tour_camera()), None
+    return (None, None) if camera_file is None else read_optics(camera_file)
 
 
 def parsed_start(text: str | None) -> "Pose2":

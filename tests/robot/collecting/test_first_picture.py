@@ -8,37 +8,32 @@ import numpy as np
 import pytest
 
 from facetlog.errors import DeviceError, InputError
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT
 from facetlog.robot.collecting.optics import Optics
-from facetlog.robot.collecting.run import Request, open_checked_camera
-from facetlog.robot.collecting.tour_file import paper_tour
-from facetlog.robot.pose2 import Pose2
+from facetlog.robot.collecting.run import open_checked_camera
+from facetlog.robot.collecting.simulated import Sight
 from facetlog.robot.tour import tour_camera
 
 
-def _request(folder: Path, width: int, height: int, count: int = 2) -> Request:
-    """Asks for pictures from numbered files, each of one grey: 10, 20 and so on."""
+def _sight(folder: Path, width: int, height: int, count: int = 2) -> Sight:
+    """A camera of numbered files, each of one grey: 10, 20 and so on."""
     for number in range(1, count + 1):
         picture = np.full((height, width), 10 * number, np.uint8)
         cv2.imwrite(str(folder / f"shot{number:03d}.png"), picture)
-    pictures = str(folder / "shot%03d.png")
-    optics = Optics(tour_camera())
-    out = folder / "out"
-    return Request("tcp:", paper_tour(), out, pictures, optics, DEFAULT_MOUNT, Pose2())
+    return Sight(str(folder / "shot%03d.png"), Optics(tour_camera()))
 
 
 def test_pictures_of_another_size_are_refused(tmp_path: Path) -> None:
     said = "pictures are 320 x 240, its calibration is for 640 x 480: give the --camera-file"
     with ExitStack() as stack, pytest.raises(DeviceError, match=said):
-        open_checked_camera(stack, _request(tmp_path, 320, 240))
+        open_checked_camera(stack, _sight(tmp_path, 320, 240))
 
 
 def test_a_camera_without_a_picture_is_refused(tmp_path: Path) -> None:
     with ExitStack() as stack, pytest.raises((DeviceError, InputError), match=r"shot%03d\.png"):
-        open_checked_camera(stack, _request(tmp_path, 640, 480, count=0))
+        open_checked_camera(stack, _sight(tmp_path, 640, 480, count=0))
 
 
 def test_the_picture_that_was_looked_at_is_not_lost_of_a_file(tmp_path: Path) -> None:
     with ExitStack() as stack:
-        camera = open_checked_camera(stack, _request(tmp_path, 640, 480))
+        camera = open_checked_camera(stack, _sight(tmp_path, 640, 480))
         assert [int(camera.shot(0.0, 1.0).image.max()) for _ in range(2)] == [10, 20]

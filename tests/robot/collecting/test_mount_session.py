@@ -76,8 +76,12 @@ def test_a_board_aside_is_searched_for() -> None:
 def test_no_board_is_told_with_the_way_out() -> None:
     rig = _rig(FakeRobot())
     rig.camera.picture = lambda *_: np.full((480, 640), 90, np.uint8)  # type: ignore[attr-defined]
+    told: list[str] = []
     with pytest.raises(InputError, match=r"nowhere in sight: put it 1 to 2 m before the robot"):
-        list(take_sightings(rig, lambda _: None))
+        list(take_sightings(rig, told.append))
+    # Each look takes seconds: nobody is to think that nothing happens.
+    assert len(told) == 15
+    assert told[1] == "the board is not in sight at pan -30°, tilt +0° (look 2 of 15)"
 
 
 def test_something_in_the_way_ends_it() -> None:

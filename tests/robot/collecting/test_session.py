@@ -51,6 +51,9 @@ class Heard:
     def warn(self, message: str) -> None:
         self.warnings.append(message)
 
+    def note(self, message: str) -> None:
+        self.warnings.append(message)
+
 
 def _picture(robot: Pose2, head: HeadState) -> Image:
     shift = round(100 * (robot.x + robot.y + head.pan)) % 40
@@ -183,6 +186,23 @@ def test_a_robot_that_is_held_is_noticed_without_any_flag(tmp_path: Path) -> Non
     ended = collect(scene.rig, scene.plan(9).stops, scene.record, scene.heard)
     assert "is told to move and does not" in str(ended.fault)
     assert scene.robot.state.at < 103 + 6
+
+
+def test_time_without_reports_is_not_time_of_being_held(tmp_path: Path) -> None:
+    scene = Scene(tmp_path)
+    advance, drive = scene.robot.advance, scene.robot.drive
+
+    def damaged(_: float) -> None:
+        advance(1.0)
+
+    def held(speed: float, turning: float, lease: float = 0.3) -> None:
+        # As the driver does it: no speed while reports are missing, here for the first half minute.
+        drive(*((0.0, 0.0) if scene.robot.state.at < 130 else (speed, turning)), lease)
+
+    scene.robot.advance = damaged  # type: ignore[method-assign]
+    scene.robot.drive = held  # type: ignore[method-assign]
+    with pytest.raises(DeviceTimeout, match="takes too long"):
+        scene.wheels.turn_to(START.heading + 1.0)
 
 
 def test_a_frozen_camera_ends_the_collection(tmp_path: Path) -> None:

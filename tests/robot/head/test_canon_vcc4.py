@@ -12,6 +12,7 @@ from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.robot.head.canon import CanonCommand, command_to_bytes, hexadecimal, move
 from facetlog.robot.head.canon_models import VC_C4, VC_C50I, CanonModel
 from facetlog.robot.head.canon_vcc4 import CanonVcC4
+from facetlog.robot.head.open_head import open_head
 from facetlog.robot.simulator.head_canon import CanonHead
 from tests.robot.head.simulated import Silence, SimulatedLine
 
@@ -251,3 +252,9 @@ def test_lost_bytes_are_asked_for_again(seed: int) -> None:
         true_pan, true_tilt, _ = line.device.angles(line.now)
         assert true_pan == pytest.approx(state.pan, abs=1e-9)
         assert true_tilt == pytest.approx(state.tilt, abs=1e-9)
+
+
+def test_by_its_name_it_must_answer_unless_that_is_waived() -> None:
+    line = SimulatedLine(CanonHead(answers=False))
+    with pytest.raises(DeviceTimeout, match="does not answer"):
+        open_head("canon-vc-c4", line).start()

@@ -102,6 +102,9 @@ def test_heads_are_known_by_name() -> None:
     line = SimulatedLine(Silence())
     assert isinstance(open_head("sony-evi-d30", line), SonyEviD30)
     assert isinstance(open_head("canon-vc-c4", line), CanonVcC4)
+    assert isinstance(open_head("canon-vc-c4", line, unheard=True), CanonVcC4)
+    with pytest.raises(InputError, match="not moved unheard"):
+        open_head("sony-evi-d30", line, unheard=True)
     assert HEAD_KINDS == ("sony-evi-d30", "canon-vc-c4")
     with pytest.raises(InputError, match=r"sony-evi-d30, canon-vc-c4"):
         open_head("sony", line)

@@ -1,0 +1,28 @@
+"""What a bad line to the robot has to do with a fault: it makes others look guilty."""
+
+from collections.abc import Iterable
+
+from facetlog.errors import DeviceError
+from facetlog.robot.pioneer.problems import Cause, Problem
+
+__all__ = ["with_line"]
+
+# Seconds back from a fault, and how often reports ceased in them, that make the line suspect: once
+# may be a machine that was busy for a moment.
+BACK, OFTEN = 30.0, 2
+
+
+def with_line(fault: DeviceError, problems: Iterable[Problem], now: float) -> DeviceError:
+    """The fault, with what is known of the line if reports ceased again and again before it.
+
+    `problems` are the driver's, `now` is a time of its clock. A lost link tells of itself.
+    """
+    problems = tuple(problems)
+    silences = sum(each.cause is Cause.QUIET and now - each.at <= BACK for each in problems)
+    if silences < OFTEN or any(each.cause is Cause.LINK_LOST for each in problems):
+        return fault
+    return type(fault)(
+        f"{fault} - but first: {silences} times in {BACK:.0f} s no whole report of the robot came "
+        "for half a second, so its line is damaged or this machine too busy; check cable and baud "
+        "rate"
+    )

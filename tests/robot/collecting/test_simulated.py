@@ -1,0 +1,112 @@
+"""What is taken for granted of a robot that says it is simulated, and of no other."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from facetlog.cli import main
+from facetlog.errors import DeviceTimeout, InputError
+from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.collecting.simulated import SIMULATED_CAMERA, check_start, sight
+from facetlog.robot.pioneer.configuration import Configuration
+from facetlog.robot.pose2 import Pose2
+from facetlog.robot.simulator.world_file import RobotSetup, StartSetup, WorldSetup
+from facetlog.robot.tour import tour_camera
+from tests.robot.simulator.running import SMALL, Running
+
+
+@dataclass
+class Asked:
+    serial_number: str | None = "SIM"
+    true: Pose2 | None = None
+
+    @property
+    def configuration(self) -> Configuration | None:
+        if self.serial_number is None:
+            return None
+        return Configuration("Pioneer", "p3dx", self.serial_number)
+
+    def true_pose(self) -> Pose2:
+        if self.true is None:
+            raise DeviceTimeout("the robot does not report the true pose")
+        return self.true
+
+
+def _quiet(message: str) -> None:
+    pytest.fail(message)
+
+
+@pytest.mark.parametrize(
+    "true",
+    [Pose2(1.5, 0.71, 0.75), Pose2(0.06), Pose2(heading=math.radians(4)), Pose2(heading=3.14)],
+)
+def test_a_simulated_robot_that_stands_elsewhere_is_refused(true: Pose2) -> None:
+    with pytest.raises(InputError, match=r"give --start .* or start facetlog simulate anew") as no:
+        check_start(Asked(true=true), Pose2(), _quiet)
+    place = str(no.value).split("--start ")[1].split(", or")[0]
+    x, y, heading = map(float, place.split(","))
+    check_start(Asked(true=true), Pose2(x, y, math.radians(heading)), _quiet)
+
+
+def test_where_a_simulated_robot_stands_may_be_off_by_a_little() -> None:
+    check_start(Asked(true=Pose2(0.03, -0.03, math.radians(-2))), Pose2(), _quiet)
+
+
+@pytest.mark.parametrize("serial_number", [None, "", "AB1234"])
+def test_a_real_robot_is_not_asked_where_it_stands(serial_number: str | None) -> None:
+    check_start(Asked(serial_number, Pose2(3.0)), Pose2(), _quiet)
+
+
+def test_a_simulated_robot_that_does_not_say_where_it_stands_is_told_of() -> None:
+    said: list[str] = []
+    check_start(Asked(), Pose2(), said.append)
+    assert "does not say where it stands" in said[0]
+
+
+@pytest.mark.parametrize("address", ["tcp:127.0.0.1:8101", "localhost:8101", "/dev/pts/3"])
+def test_only_a_robot_that_says_so_has_the_simulated_camera(address: str) -> None:
+    said: list[str] = []
+    seen = sight(Asked(), address, None, None, said.append)
+    assert seen.camera == SIMULATED_CAMERA
+    assert "--camera-file" in said[0]
+    for serial_number in (None, "AB1234"):
+        robot = Asked(serial_number)
+        with pytest.raises(InputError, match=f"which camera is on {address}.* --camera"):
+            sight(robot, address, None, None, _quiet)
+        # The calibration is not that of the simulated camera either, wherever a tunnel ends.
+        with pytest.raises(InputError, match="needs its calibration: give --camera-file"):
+            sight(robot, address, "http://127.0.0.1:8080/", None, _quiet)
+        optics = Optics(tour_camera())
+        assert sight(robot, address, "0", optics, _quiet).optics is optics
+
+
+def test_a_simulated_robot_elsewhere_has_no_camera_here() -> None:
+    with pytest.raises(InputError, match=r"which camera is on robot\.local"):
+        sight(Asked(), "robot.local:8101", None, None, _quiet)
+
+
+@pytest.mark.parametrize(
+    ("setup", "said"),
+    [
+        (RobotSetup(start=StartSetup(x=0.3)), "stands at 0.300, 0.000, 0.0 (m, m, degrees): give"),
+        (RobotSetup(config={"serial_number": "AB12"}), "which camera is on tcp:127.0.0.1:"),
+    ],
+    ids=["elsewhere", "real"],
+)
+def test_collect_refuses_before_anything_moves(
+    setup: RobotSetup,
+    said: str,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    running = Running(WorldSetup(robot=setup, camera=SMALL))
+    try:
+        robot = running.station.addresses.robot
+        argv = ["collect", robot, "--tour", "paper", "-o", str(tmp_path / "out")]
+        assert main(argv) == 2
+        assert said in capsys.readouterr().err
+        assert running.state()["motors"] is False
+    finally:
+        running.close()
