@@ -116,21 +116,25 @@ class Link:
             self.changed.wait(left)
         return True
 
-    def send(self, *packets: Packet) -> None:
-        """Sends commands one after the other, as fast as the robot takes them."""
+    def send(self, *packets: Packet, slowly: bool = False) -> None:
+        """Sends commands one after the other, as fast as the robot takes them.
+
+        `slowly`: as fast as the slowest firmware takes them.
+        """
         for packet in packets:
             with self.changed:
                 self.control.check()
-            self.send_anyway(packet)
+            self.send_anyway(packet, slowly=slowly)
         with self.changed:
             self.control.check()
 
-    def send_anyway(self, *packets: Packet) -> None:
+    def send_anyway(self, *packets: Packet, slowly: bool = False) -> None:
         """The same, also if the link is lost: nothing tells whether it arrives."""
+        spacing = SLOW_SPACING if slowly else self._spacing
         for packet in packets:
             with self._others:
                 # Not under the lock for all that goes out: zeros do not wait for anybody.
-                if (pause := self._other_at + self._spacing - time.monotonic()) > 0:
+                if (pause := self._other_at + spacing - time.monotonic()) > 0:
                     time.sleep(pause)
                 self._other_at = time.monotonic()
                 with self._out:

@@ -23,7 +23,7 @@ from typing import Self, TypeVar
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.robot.pioneer.aux_line import AuxLine
 from facetlog.robot.pioneer.commands import Command, integer_command, plain_command
-from facetlog.robot.pioneer.configuration import Configuration
+from facetlog.robot.pioneer.configuration import CONFIGURATION_KIND, Configuration
 from facetlog.robot.pioneer.connecting import Connected, connect_over, known_model
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
@@ -35,6 +35,7 @@ from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.pioneer.port import Port, open_port
 from facetlog.robot.pioneer.problems import Cause, Problem
 from facetlog.robot.pioneer.reports import Encoders, InputsOutputs, Names, Report
+from facetlog.robot.pioneer.settings import make_arrive
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pioneer.traffic import TrafficLog
 from facetlog.robot.pioneer.true_pose import TruePose
@@ -47,6 +48,7 @@ LEASE = LONGEST_LEASE
 ASK_TRIES, ASK_EACH = 4, 0.3
 """Questions to the robot, and seconds for each: a packet in twenty may be damaged."""
 ENABLE_TRIES, ENABLE_EACH = 5, 0.4
+SET_TRIES = 2
 STAND_TIMEOUT = 1.5
 """Seconds for standing before the connection is closed: 0.3 m/s take 1.0 at 0.3 m/s²."""
 OFF_TRIES, OFF_EACH = 3, 0.25
@@ -320,13 +322,16 @@ class Pioneer:
         # Also where nothing comes any more: what goes out may still arrive.
         off = integer_command(Command.ENABLE, 0)
         close = plain_command(Command.CLOSE)
-        self._link.send_anyway(*zeros, off, *self._control.parting(), close)
+        self._link.send_anyway(*zeros, off)
+        self._link.send_anyway(*self._control.parting(), close, slowly=True)
 
     def _switch(self, *, on: bool, tries: int, each: float) -> None:
         with self._link.changed:
             packets = self._control.switching(on)
         self._link.wake()
-        self._link.send(*packets[:-1])
+        make_arrive(
+            packets[:-1], lambda some: self._link.send(*some, slowly=True), self._configuration_now
+        )
         # Where reports do not tell, they show at least that one has come since.
         states = (on,) if self._control.motors_told else ((None, True) if on else (False,))
         for _ in range(tries):
@@ -335,6 +340,14 @@ class Pioneer:
                 break
         if not self._control.motors_told:
             self._link.send(packets[-1])
+
+    def _configuration_now(self) -> Configuration | None:
+        """What CONFIG says with the settings of now; None if it is not answered."""
+        if self.configuration is None:
+            return None
+        question = integer_command(Command.CONFIG, 1)
+        answer = self._link.ask(question, CONFIGURATION_KIND, tries=SET_TRIES, each=ASK_EACH)
+        return None if answer is None else Configuration.from_packet(answer)
 
     def _ask(
         self, command: Command, kind: Report, read: Callable[[Packet], Answer], what: str

@@ -124,8 +124,15 @@ class ScriptedRobot:
                 self.wanted = (0.0, 0.0)
             case Command.ESTOP:
                 self.wanted, self.speed, self.turning = (0.0, 0.0), 0.0, 0.0
+            case Command.SETV:
+                self._set(speed_max=value)
+            case Command.SETRV:
+                self._set(turning_max=value)
             case Command.SETA if value < 0:
                 self.deceleration = -value / 1e3
+                self._set(deceleration=-value)
+            case Command.SETRA if value < 0:
+                self._set(turning_deceleration=-value)
             case Command.CONFIG if self.configuration is not None:
                 self.say(replace(self.configuration, subclass=self.model).to_packet())
             case Command.ENCODER:
@@ -162,6 +169,10 @@ class ScriptedRobot:
             return
         self.say(Names("scripted", "Pioneer", self.model).to_packet())
         self.session, self.motors, self._last_heard = "synchronised", False, now
+
+    def _set(self, **settings: int) -> None:
+        if self.configuration is not None:
+            self.configuration = replace(self.configuration, **settings)  # type: ignore[arg-type]
 
     def _answer_aux(self) -> None:
         if self.aux_wanted and len(self.aux_buffer) >= self.aux_wanted:
