@@ -35,7 +35,7 @@ from facetlog.robot.collecting.record import (
     write_file,
 )
 from facetlog.robot.collecting.route import Circle, Point, distance_to
-from facetlog.robot.collecting.session import SHOT_TIMEOUT, Ended, Rig, Teller, collect
+from facetlog.robot.collecting.session import SHOT_TIMEOUT, Ended, Rig, Teller, collect, ending_told
 from facetlog.robot.collecting.simulated import Sight, check_start, sight
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
@@ -184,9 +184,10 @@ def run_collection(request: Request, teller: Teller) -> Collected:
         )
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         try:
-            if plan.stops:
-                robot.enable_motors()
-            ended = collect(rig, plan.stops, record, teller, skipped=plan.skipped)
+            with ending_told(rig, len(plan.stops), record, teller):
+                if plan.stops:
+                    robot.enable_motors()
+                ended = collect(rig, plan.stops, record, teller, skipped=plan.skipped)
             robot.stop()
         except BaseException:
             # The first fault is the one to tell; a map that cannot be written is not.

@@ -5,7 +5,8 @@ told to stop, and what was collected stays and can be gone on with.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -24,7 +25,7 @@ from facetlog.robot.collecting.route import way_round
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["SHOT_TIMEOUT", "Ended", "Rig", "Teller", "collect"]
+__all__ = ["SHOT_TIMEOUT", "Ended", "Rig", "Teller", "collect", "ending_told"]
 
 # Seconds that the robot must have stood before a picture: a mast of 0.7 m swings at some 3 to 5
 # times a second and is still after a few swings.
@@ -74,13 +75,13 @@ class Ended:
     fault: FacetlogError | None = None
 
     def to_json(self) -> Mapping[str, object]:
-        """As the last line of collect.jsonl."""
-        return {
-            "result": "ended",
-            "taken": self.taken,
-            "wanted": self.wanted,
-            "fault": None if self.fault is None else str(self.fault),
-        }
+        """As a line of collect.jsonl, and of `--json`."""
+        fault = None if self.fault is None else str(self.fault)
+        return _ending(self.taken, self.wanted, fault)
+
+
+def _ending(taken: int, wanted: int, fault: str | None) -> dict[str, object]:
+    return {"result": "ended", "taken": taken, "wanted": wanted, "fault": fault}
 
 
 def collect(
@@ -115,8 +116,50 @@ def collect(
         for note in view.notes:
             teller.warn(f"{view.name}: {note}")
         teller.view_taken(before + ended.taken, total, view)
-    record.note(ended.to_json())
+    if ended.fault is None:
+        record.note(ended.to_json())
+    else:
+        _end_early(rig, record, teller, ended.to_json(), total)
     return ended
+
+
+@contextmanager
+def ending_told(rig: Rig, wanted: int, record: Record, teller: Teller) -> Iterator[None]:
+    """A context in which a collection of `wanted` views runs: whatever is raised there is noted.
+
+    The robot is told to stop; then the end is written, as far as the folder takes it, and how to
+    go on is said. An interrupt, a full disk and motors that cannot be switched on end like this.
+    """
+    before = len(record.taken)
+    try:
+        yield
+    except BaseException as exc:
+        fault = "interrupted" if isinstance(exc, KeyboardInterrupt) else str(exc)
+        ending = _ending(len(record.taken) - before, wanted, fault or type(exc).__name__)
+        _end_early(rig, record, teller, ending, before + wanted)
+        raise
+
+
+def _end_early(
+    rig: Rig, record: Record, teller: Teller, ending: Mapping[str, object], total: int
+) -> None:
+    """Stops, writes the end and says how to go on; nothing is raised: the first fault counts."""
+    place = "X,Y,HEADING_DEG"
+    line = dict(ending)
+    # A second Ctrl-C only cuts the wait short: the driver's exit stops the robot too.
+    with suppress(FacetlogError, KeyboardInterrupt):
+        robot = rig.wheels.place(rig.wheels.stand(0.0))
+        x, y, heading = robot.x, robot.y, math.degrees(robot.heading)
+        line["robot"] = [x, y, heading]
+        place = f"{x:.3f},{y:.3f},{heading:.1f}"
+    with suppress(FacetlogError):
+        record.note(line)
+    # A terminal that was closed takes no line any more.
+    with suppress(OSError):
+        teller.warn(
+            f"{len(record.taken)} of {total} views are there: go on with --resume --start {place}, "
+            + ("where the robot stands" if "robot" not in line else "where it stands by odometry")
+        )
 
 
 def _take(rig: Rig, stop: Stop, others: list[Quality]) -> tuple[Taken, Image]:

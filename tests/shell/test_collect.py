@@ -102,6 +102,20 @@ def test_a_collection_is_not_overwritten(
     assert "was collected for tour 'paper'" in _refusal(capsys)
 
 
+def test_the_place_where_a_collection_ended_is_told_to_who_goes_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = [
+        {"schema": "facetlog-collect/1", "tour": "paper"},
+        {"result": "ended", "taken": 0, "robot": [1.5, 0.25, 90.0]},
+    ]
+    text = "".join(json.dumps(line) + "\n" for line in log)
+    (tmp_path / "collect.jsonl").write_text(text, encoding="utf-8")
+    argv = ["collect", "tcp:127.0.0.1:1", "--tour", "paper", "-o", str(tmp_path), "--resume"]
+    assert main(argv) == 2
+    assert "(where it ended it was 1.500,0.250,90.0)" in _refusal(capsys)
+
+
 def test_the_camera_and_its_unit_are_taken_from_beside_the_tour(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

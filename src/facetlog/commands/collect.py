@@ -178,12 +178,16 @@ def _tour(name: str, scale: float | None) -> "Tour":
 
 def _last_place(folder: Path) -> str:
     """Where an earlier run left the robot, to help who is asked for it; empty if nobody knows."""
-    from facetlog.robot.collecting.record import read_record
+    from facetlog.robot.collecting.record import read_log, read_record
 
     try:
         _, taken = read_record(folder)
+        last = read_log(folder)[-1].get("robot")
     except InputError:
         return ""
+    match last:
+        case [float(x), float(y), float(heading)]:
+            return f" (where it ended it was {x:.3f},{y:.3f},{heading:.1f})"
     if not taken:
         return ""
     place = max(taken, key=lambda view: view.time).robot

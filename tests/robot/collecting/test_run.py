@@ -159,16 +159,27 @@ def test_a_program_that_is_terminated_stops_the_robot_first(tmp_path: Path) -> N
             *("collect", addresses.robot, "--tour", _tour(tmp_path), "-o", str(out)),
             *("--unit", "m", "--camera", addresses.camera),
         ]
-        process = subprocess.Popen([sys.executable, "-m", "facetlog", *argv])
+        process = subprocess.Popen(
+            [sys.executable, "-m", "facetlog", *argv], stderr=subprocess.PIPE, text=True
+        )
         while _state(station)["speed"] < 0.1:
             assert process.poll() is None
             time.sleep(0.05)
         process.terminate()
-        assert process.wait(allowed(20.0)) == 130
+        _, said = process.communicate(timeout=allowed(20.0))
+        assert process.returncode == 130
         # The session was ended in order: its own end, not the watchdog, switched the motors off.
         state = _state(station)
         assert (state["speed"], state["motors"], state["session"]) == (0.0, False, False)
+        true = _true(station)
     assert (out / "map.png").exists()
+    last = json.loads((out / "collect.jsonl").read_text(encoding="utf-8").splitlines()[-1])
+    assert (last["result"], last["taken"], last["fault"]) == ("ended", 0, "interrupted")
+    assert math.dist(last["robot"][:2], (true.x, true.y)) < 0.02
+    x, y, heading = last["robot"]
+    assert (
+        f"0 of 3 views are there: go on with --resume --start {x:.3f},{y:.3f},{heading:.1f}" in said
+    )
 
 
 def test_the_papers_block_is_recognised_from_the_views_that_were_collected(

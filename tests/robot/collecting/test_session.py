@@ -20,7 +20,7 @@ from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_record
 from facetlog.robot.collecting.route import Circle
-from facetlog.robot.collecting.session import SETTLE, Rig, collect
+from facetlog.robot.collecting.session import SETTLE, Rig, collect, ending_told
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import paper_tour
 from facetlog.robot.head.head import HeadState
@@ -288,8 +288,72 @@ def test_ctrl_c_stops_the_robot(tmp_path: Path) -> None:
 
     scene.robot.drive = interrupted  # type: ignore[method-assign]
     with pytest.raises(KeyboardInterrupt):
-        collect(scene.rig, scene.plan(9).stops, scene.record, scene.heard)
+        _collected(scene, 1, 9)
     assert scene.robot.stops > 0
+    scene.robot.advance(1.0)
+    end = _log(tmp_path)[-1]
+    assert (end["result"], end["taken"], end["fault"]) == ("ended", 1, "interrupted")
+    assert isinstance(end["robot"], list)
+    # Standing, not where it was told to stop.
+    true = scene.robot.true
+    assert end["robot"] == pytest.approx([true.x, true.y, math.degrees(true.heading)])
+    assert scene.heard.warnings[-1:] == [
+        f"1 of 2 views are there: go on with --resume --start {true.x:.3f},{true.y:.3f},"
+        f"{math.degrees(true.heading):.1f}, where it stands by odometry"
+    ]
+
+
+def _collected(scene: Scene, *numbers: int) -> None:
+    stops = scene.plan(*numbers).stops
+    with ending_told(scene.rig, len(stops), scene.record, scene.heard):
+        collect(scene.rig, stops, scene.record, scene.heard)
+
+
+def test_a_full_disk_that_takes_no_line_more_is_told_all_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = Scene(tmp_path)
+
+    def full(_: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    collect(scene.rig, scene.plan(1).stops, scene.record, scene.heard)
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(InputError, match="No space left on device: make room"):
+        _collected(scene, 2)
+    assert scene.heard.warnings[-1].startswith("1 of 2 views are there: go on with --resume")
+
+
+def test_a_picture_that_finds_no_room_leaves_the_end_in_the_log(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scene = Scene(tmp_path)
+
+    def refused(view: Taken, _: Image) -> None:
+        raise InputError(f"{view.name} cannot be written: make room")
+
+    monkeypatch.setattr(scene.record, "add", refused)
+    with pytest.raises(InputError, match="make room"):
+        _collected(scene, 2)
+    end = _log(tmp_path)[-1]
+    assert (end["result"], end["taken"], end["wanted"]) == ("ended", 0, 1)
+    assert "cannot be written" in str(end["fault"])
+
+
+def test_a_robot_whose_link_is_lost_leaves_the_place_to_who_goes_on(tmp_path: Path) -> None:
+    scene = Scene(tmp_path)
+
+    def lost(state: FakeState) -> FakeState:
+        raise DeviceError("the link is lost")
+
+    scene.robot.faults.append(lost)
+    ended = collect(scene.rig, scene.plan(1).stops, scene.record, scene.heard)
+    assert str(ended.fault) == "the link is lost"
+    assert "robot" not in _log(tmp_path)[-1]
+    assert scene.heard.warnings == [
+        "0 of 1 views are there: go on with --resume --start X,Y,HEADING_DEG, where the robot "
+        "stands"
+    ]
 
 
 def test_the_map_shows_every_pose_and_the_circle(tmp_path: Path) -> None:
