@@ -203,7 +203,11 @@ class Wheels:
             raise DeviceError(f"{halted}, then go on with --resume") from exc
 
     def _next(self, state: RobotView) -> RobotView:
-        later = self._robot.wait_for(lambda new: new.at > state.at, REPORT_TIMEOUT)
+        try:
+            later = self._robot.wait_for(lambda new: new.at > state.at, REPORT_TIMEOUT)
+        except DeviceTimeout:
+            # The time may have passed while this program was held up, and the driver is to say so.
+            later = self._robot.wait_for(lambda new: new.at > state.at, REPORT_TIMEOUT)
         if self._moved is not None:
             self._moved(later.at, self.place(later))
         return later

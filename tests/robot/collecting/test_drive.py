@@ -16,8 +16,10 @@ from tests.robot.pioneer.drives import Drive
 class HeldUp:
     """A driver as ways need it, whose program gets no time for 5 s once it is at `x`."""
 
-    def __init__(self, x: float) -> None:
+    def __init__(self, x: float, *, in_vain: bool) -> None:
         self.run, self._x, self._done = Drive(), x, False
+        self._in_vain = in_vain
+        """Whether the wait in which it was held up is over by then."""
 
     @property
     def state(self) -> RobotState:
@@ -37,14 +39,19 @@ class HeldUp:
         if self.state.pose.x > self._x and not self._done:
             self.run.hang(5.0)
             self._done = True
+            if self._in_vain:
+                raise DeviceTimeout("waited 3.0 s for the robot, in vain")
         self.run.run(timeout, until=lambda: condition(self.state))
         if not condition(self.state):
             raise DeviceTimeout("nothing came")
         return self.state
 
 
-def test_a_program_that_was_held_up_ends_the_drive_with_one_line_and_the_robot_stands() -> None:
-    robot = HeldUp(0.3)
+@pytest.mark.parametrize("in_vain", [False, True])
+def test_a_program_that_was_held_up_ends_the_drive_with_one_line_and_the_robot_stands(
+    in_vain: bool,
+) -> None:
+    robot = HeldUp(0.3, in_vain=in_vain)
     wheels = Wheels(robot, Pose2(), pace=Pace())
     with pytest.raises(DeviceError) as ended:
         wheels.follow(((0.0, 0.0), (3.0, 0.0)))
