@@ -26,8 +26,8 @@ def in_metres(world: World) -> World:
 def make_scene(setup: SceneSetup) -> World:
     """The world that a scene names, with the solids that it adds.
 
-    >>> make_scene(SceneSetup()).solids[0].size
-    (0.254, 0.2032, 0.1524)
+    >>> [round(side, 4) for side in make_scene(SceneSetup()).solids[0].size]
+    [0.254, 0.2032, 0.1524]
     """
     world = in_metres(make_world(setup.world, setup.seed))
     return replace(world, solids=world.solids + tuple(_solid(each) for each in setup.solid))
