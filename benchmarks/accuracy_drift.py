@@ -6,21 +6,18 @@ is left after the best common motion of all of them.
 """
 
 from collections import defaultdict
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from benchmarks.common import Report, Settings, Table, command
 from benchmarks.recognition import Run, counted, in_metres, recognised, tour_views
 from facetlog.perception.pose_refinement.refine import with_refined_poses
-from facetlog.perception.types import View
 from facetlog.pipeline import FrontEnd
-from facetlog.robot.rendering.views import with_drift
+from facetlog.robot.rendering.views import pose_errors, with_drift
 from facetlog.robot.rendering.worlds import make_world
 
-__all__ = ["NAME", "main", "measure", "pose_errors"]
+__all__ = ["NAME", "main", "measure"]
 
 NAME = "accuracy_drift"
 SEEDS = 3
@@ -28,21 +25,6 @@ WORLDS = ("block", "printed_block", "clutter_block", "table")
 TURNS_DEG = (0.3, 0.6, 1.5)
 WAY_SD = 0.02
 DRIFT_STREAM = 5  # apart from the world's own draws and the pictures' noise
-
-
-def pose_errors(views: Sequence[View], true: Sequence[View]) -> tuple[float, float]:
-    """Rms errors of place (world units) and turn (radians) after the best common motion."""
-    turns = Rotation.concatenate(
-        [
-            Rotation.from_matrix(t.pose.rotation @ v.pose.rotation.T)
-            for v, t in zip(views, true, strict=True)
-        ]
-    )
-    common = turns.mean()
-    ours, theirs = (np.array([v.pose.centre for v in those]) for those in (views, true))
-    left = common.apply(ours - ours.mean(axis=0)) - (theirs - theirs.mean(axis=0))
-    angles = (turns * common.inv()).magnitude()
-    return float(np.sqrt((left**2).sum(axis=1).mean())), float(np.sqrt((angles**2).mean()))
 
 
 def measure(settings: Settings) -> Report:

@@ -93,13 +93,13 @@ def refined_views(
             twists, segments = _fitted(full, twists, SEARCH_PX)
             fitted = len(twists)
     for _ in range(ROUNDS):
-        twists, segments = _fitted(full, twists, SEARCH_PX)
+        twists, _ = _fitted(full, twists, SEARCH_PX)
         again = _registered_anew(full, twists)
         if again is twists:
             break
         twists = again
     else:
-        twists, segments = _fitted(full, twists, SEARCH_PX)
+        twists, _ = _fitted(full, twists, SEARCH_PX)
     after = _lines(full, twists).explained
     if after <= before:
         return RefinedViews(tuple(views), 0.0, 0.0, before, before)

@@ -19,6 +19,7 @@ from facetlog.robot.rendering.world import GroundTruth, World
 
 __all__ = [
     "Similarity",
+    "pose_errors",
     "random_similarity",
     "shuffled",
     "simulate",
@@ -158,6 +159,21 @@ def with_drift(
         of_pose[np.ix_(ON_GROUND, ON_GROUND)] += cov
         covs.append(of_pose)
     return tuple(found), np.array(covs)
+
+
+def pose_errors(views: Sequence[View], true: Sequence[View]) -> tuple[float, float]:
+    """Rms errors of place (world units) and turn (radians) after the best common motion."""
+    turns = Rotation.concatenate(
+        [
+            Rotation.from_matrix(t.pose.rotation @ v.pose.rotation.T)
+            for v, t in zip(views, true, strict=True)
+        ]
+    )
+    common = turns.mean()
+    ours, theirs = (np.array([v.pose.centre for v in those]) for those in (views, true))
+    left = common.apply(ours - ours.mean(axis=0)) - (theirs - theirs.mean(axis=0))
+    angles = (turns * common.inv()).magnitude()
+    return float(np.sqrt((left**2).sum(axis=1).mean())), float(np.sqrt((angles**2).mean()))
 
 
 def simulate(

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.accuracy_drift import pose_errors
 from facetlog.perception.pose_refinement.refine import refined_views, with_refined_poses
 from facetlog.perception.types import Pose, View
 from facetlog.perception.views import ViewSet
-from facetlog.robot.rendering.views import random_similarity, with_drift
+from facetlog.robot.rendering.views import pose_errors, random_similarity, with_drift
 from tests.rendered import tour
 
 TURN_SD = float(np.radians(0.6))

@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 import tty
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -358,7 +359,7 @@ while True:
 """
 
 
-class Served:
+class Served(ABC):
     """The scripted robot behind a real line, for clients in processes of their own too."""
 
     def __init__(self) -> None:
@@ -384,17 +385,17 @@ class Served:
         except OSError:
             self._hang_up()
 
-    def _listen(self) -> str:
-        raise NotImplementedError
+    @abstractmethod
+    def _listen(self) -> str: ...
 
-    def _send(self, data: bytes) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def _send(self, data: bytes) -> None: ...
 
-    def _receive(self) -> bytes:
-        raise NotImplementedError
+    @abstractmethod
+    def _receive(self) -> bytes: ...
 
-    def _hang_up(self) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def _hang_up(self) -> None: ...
 
 
 class ServedByTcp(Served):
