@@ -46,12 +46,15 @@ def assemble(
     """
     projections = np.array([v.projection for v in views])
     uv, cov, seen = _as_arrays(tracked, len(views))
-    extra = pose_noise_px(uv, cov, seen, projections) ** 2
+    corners = _corners(tracked)
+    extra = pose_noise_px(uv[corners], cov[corners], seen[corners], projections) ** 2
     cov = cov + (extra / np.array(tracked.weight))[None, :, None, None] * np.eye(2)
     points, covs, used, ok = estimate_points(uv, cov, seen, projections)
 
     groups = view_groups(np.array([v.pose.centre for v in views]))
-    factor = shared_error_factor(uv, cov, used, projections, covs, groups)
+    factor = shared_error_factor(
+        uv[corners], cov[corners], used[corners], projections, covs[corners], groups
+    )
     cov, covs = cov * factor, covs * factor
 
     warnings = list(tracked.warnings)
@@ -155,6 +158,13 @@ def pose_noise_px(
     own = (np.trace(cov, axis1=2, axis2=3) / 2)[used]
     excess = np.median(square) / MEDIAN_OVER_MEAN - np.median(own)
     return float(np.sqrt(max(excess, 0.0)))
+
+
+def _corners(tracked: TrackedFaces) -> NDArray[np.intp]:
+    # Tracks that tell of the poses: those of faces' corners. The end of a loose edge is hardly
+    # known along the edge, so its residuals say next to nothing of what the poses are worth.
+    on_faces = {k for face in tracked.faces for k in face.outline}
+    return np.array(sorted(on_faces) or range(len(tracked.tracks)), dtype=np.intp)
 
 
 def _as_arrays(
