@@ -44,8 +44,6 @@ HOPELESS = 10.0
 PAIRS = 276
 # Where there are many views still each has so many partners.
 LEAST_PARTNERS = 6
-# Proposals of all pairs that are worked out in full, likeliest first.
-CANDIDATES = 3
 # Views that agree on a point which a third view contradicts prove nothing if they are only two.
 LEAST_VIEWS = 3
 # A point is taken if it is 1,000 times as likely as any other (2 log of that).
@@ -128,7 +126,7 @@ def agreeing_views(cameras: Cameras, seen: Sightings) -> Consensus:
 def _by_pairs(cameras: Cameras, seen: Sightings) -> Consensus:
     """What most views agree on: by few pairs where that is clear, else by all of them."""
     worths = worth(seen)
-    found = _likeliest(cameras, seen, worths, partners=1, candidates=1)
+    found = _likeliest(cameras, seen, worths, partners=1)
     rest = np.flatnonzero(~_clear(found, worths))
     if rest.size:
         found.put(rest, _of_all_pairs(cameras, seen.take(rest), worths[rest]))
@@ -167,11 +165,11 @@ def _of_all_pairs(cameras: Cameras, seen: Sightings, worths: FloatArray) -> Cons
     """The likeliest points of all pairs of views; none where another is about as likely."""
     views = seen.seen.shape[1]
     partners = max(LEAST_PARTNERS, -(-2 * PAIRS // views))
-    found = _likeliest(cameras, seen, worths, partners, CANDIDATES)
+    found = _likeliest(cameras, seen, worths, partners)
     doubted = np.flatnonzero(found.stands & ~_clear(found, worths))
     if doubted.size:
         first, part = found.take(doubted), seen.take(doubted)
-        rival = _likeliest(cameras, part, worths[doubted], partners, 1, outside=first.masks)
+        rival = _likeliest(cameras, part, worths[doubted], partners, outside=first.masks)
         # One view outside may agree with the same point, a little moved; two speak of another.
         other = rival.stands & ((rival.masks & ~first.masks).sum(axis=1) >= 2)
         likelier = other & (rival.gain > first.gain)
@@ -186,7 +184,6 @@ def _likeliest(
     seen: Sightings,
     worths: FloatArray,
     partners: int,
-    candidates: int,
     outside: BoolArray | None = None,
 ) -> Consensus:
     """The likeliest points that pairs of views propose, by none of the views in a mask."""
@@ -195,19 +192,15 @@ def _likeliest(
     points, meet = pair_points(cameras, seen, owner, i, j)
     owner, points = owner[meet], points[meet]
     score = support(cameras, seen, worths, owner, points)
+    # A table of the scores with a row a point; owners come in order.
     count = np.bincount(owner, minlength=len(worths))
     first = np.cumsum(count) - count
-    ranked = np.full((len(worths), max(1, int(count.max(initial=0)))), -np.inf)
-    ranked[owner, np.arange(owner.size) - first[owner]] = score
-    candidates = min(candidates, ranked.shape[1])
-    top = np.argpartition(-ranked, candidates - 1, axis=1)[:, :candidates]
-    best = (first[:, None] + top)[top < count[:, None]]
-    owner = owner[best]
-    settled = _settle(cameras, seen.take(owner), worths[owner], points[best])
-    last = np.lexsort((settled.gain, owner))
-    last = last[np.append(np.diff(owner[last]) > 0, True)[: last.size]]
+    table = np.full((len(worths), max(1, int(count.max(initial=0)))), -np.inf)
+    table[owner, np.arange(owner.size) - first[owner]] = score
+    rows = np.flatnonzero(count)
+    start = points[(first + np.argmax(table, axis=1))[rows]]
     found = Consensus.none(*seen.seen.shape)
-    found.put(owner[last], settled.take(last))
+    found.put(rows, _settle(cameras, seen.take(rows), worths[rows], start))
     return found
 
 

@@ -236,6 +236,8 @@ def innovation_chi2(
     m00, m01 = 1.0 + a * j00 + b * j01, a * j01 + b * j11
     m10, m11 = b * j00 + c * j01, 1.0 + b * j01 + c * j11
     ex, ey = a * rx + b * ry, b * rx + c * ry
-    chi2 = (rx * (m11 * ex - m01 * ey) + ry * (m00 * ey - m10 * ex)) / (m00 * m11 - m01 * m10)
+    # The determinant is at least 1 + trace(D⁻¹ J), which rounding must not hide.
+    determinant = np.maximum(m00 * m11 - m01 * m10, np.maximum(m00 + m11 - 1.0, 1.0))
+    chi2 = (rx * (m11 * ex - m01 * ey) + ry * (m00 * ey - m10 * ex)) / determinant
     chi2[depth <= 0] = BEHIND_CHI2
     return np.asarray(chi2)
