@@ -53,7 +53,7 @@ class PointFailure(StrEnum):
     NO_PARALLAX = "the views were taken from one place: there is no parallax"
 
 
-# What `_failures` counts: no failure first.
+# What the numbers of `_failures` stand for.
 REASONS = (None, *PointFailure)
 
 
@@ -218,15 +218,14 @@ def _failures(cameras: Cameras, seen: Sightings, found: Consensus) -> IndexArray
     near = np.flatnonzero(vague & np.isfinite(found.covs).all(axis=1))
     vague[near] = ~(np.linalg.eigvalsh(unpacked(found.covs[near]))[:, 2] <= limit[near])
     few, alone = seen.seen.sum(axis=1) < 2, found.masks.sum(axis=1) < 2
+    reasons = (
+        PointFailure.FEW_VIEWS,
+        PointFailure.INCONSISTENT,
+        PointFailure.PARALLEL,
+        PointFailure.BEHIND,
+    )
     failures = np.select(
-        [few, alone, vague, found.behind],
-        [
-            REASONS.index(PointFailure.FEW_VIEWS),
-            REASONS.index(PointFailure.INCONSISTENT),
-            REASONS.index(PointFailure.PARALLEL),
-            REASONS.index(PointFailure.BEHIND),
-        ],
-        0,
+        [few, alone, vague, found.behind], [REASONS.index(r) for r in reasons], default=0
     )
     for i in np.flatnonzero((failures > 0) & ~few):
         if (np.ptp(cameras.centres[seen.seen[i]], axis=0) <= ONE_PLACE).all():
