@@ -32,6 +32,7 @@ from facetlog.perception.point_pairs import (
     worth,
 )
 from facetlog.perception.point_views import BoolArray, Cameras, IndexArray, Sightings
+from facetlog.perception.symmetric import solutions
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Consensus", "agreeing_views"]
@@ -48,6 +49,9 @@ LEAST_PARTNERS = 6
 LEAST_VIEWS = 3
 # A point is taken if it is 1,000 times as likely as any other (2 log of that).
 CLEAR_LEAD = 2.0 * np.log(1e3)
+# Points nearer to each other than so many standard deviations are one, seen by views that were
+# told to be surer than they are, as those of wrong poses: the likelier is taken.
+ONE_POINT_SD = 20.0
 # In so many rounds views join or leave a candidate, in as many more they only leave; with 10 %
 # wrong matches in 24 views two rounds do.
 ROUNDS = 5
@@ -170,11 +174,12 @@ def _of_all_pairs(cameras: Cameras, seen: Sightings, worths: FloatArray) -> Cons
     if doubted.size:
         first, part = found.take(doubted), seen.take(doubted)
         rival = _likeliest(cameras, part, worths[doubted], partners, outside=first.masks)
-        # One view outside may agree with the same point, a little moved; two speak of another.
-        other = rival.stands & ((rival.masks & ~first.masks).sum(axis=1) >= 2)
-        likelier = other & (rival.gain > first.gain)
-        first.put(np.flatnonzero(likelier), rival.take(np.flatnonzero(likelier)))
-        first.masks[other & (np.abs(rival.gain - found.gain[doubted]) < CLEAR_LEAD)] = False
+        between = rival.points - first.points
+        square = (between * solutions(rival.covs + first.covs, between)).sum(axis=1)
+        close = np.abs(rival.gain - first.gain) < CLEAR_LEAD
+        likelier = np.flatnonzero(rival.stands & (rival.gain > first.gain))
+        first.put(likelier, rival.take(likelier))
+        first.masks[rival.stands & close & (square > ONE_POINT_SD**2)] = False
         found.put(doubted, first)
     return found
 

@@ -68,6 +68,15 @@ def test_the_likelier_of_two_points_wins():
     assert found.rejected == (1, 4, 6)
 
 
+def test_points_are_kept_where_the_noise_is_three_times_what_was_told():
+    projections = ring(24)
+    rng = np.random.default_rng(31)
+    truth, uv, cov, _ = pictured(rng, 100, projections, wrong=0.2, sd=3 * PIXEL_SD)
+    points, _, _, ok = estimate_points(uv, cov / 9, np.ones((100, 24), bool), projections)
+    assert ok.mean() >= 0.95
+    assert np.sqrt(((points - truth)[ok] ** 2).sum(axis=1).mean()) < 0.01
+
+
 def test_points_that_different_views_saw_are_found_at_once_as_alone():
     rng = np.random.default_rng(29)
     projections = ring(30, np.radians(40.0))
