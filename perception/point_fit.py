@@ -24,7 +24,6 @@ __all__ = [
     "fit_points",
     "innovation_chi2",
     "linear_start",
-    "project",
     "view_chi2",
 ]
 
@@ -71,7 +70,7 @@ class Fit:
         return inverses(H)
 
 
-def project(
+def _project(
     cameras: Cameras, points: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Coordinates at depth 1 of points (n, 3), two (n, V), their depths, and 1 / depth."""
@@ -123,7 +122,7 @@ def _linearise(
 ) -> tuple[FloatArray, Fit, FloatArray]:
     """Cost (n,), infinite behind a camera that counts, the fit there, and g (n, 3)."""
     n, views = len(points), len(cameras.centres)
-    x, y, depth, reciprocal = project(cameras, points)
+    x, y, depth, reciprocal = _project(cameras, points)
     a, b, c = info[:, 0], info[:, 1], info[:, 2]
     rx, ry = xy[:, 0] - x, xy[:, 1] - y
     ex, ey = a * rx + b * ry, b * rx + c * ry
@@ -149,7 +148,6 @@ def fit_points(
     info: FloatArray,
     start: FloatArray,
     *,
-    passes: int = MAX_PASSES,
     hopeless: FloatArray | None = None,
 ) -> Fit:
     """The maximum-likelihood points of pixels with information, from `start` (n, 3).
@@ -165,7 +163,7 @@ def fit_points(
         # What a pass gains, to first order: gᵀ H⁻¹ g
         gain = (solutions(H, g) * g).sum(axis=1)
         moving = moving[(cost - gain <= hopeless)[moving]]
-    for _ in range(passes):
+    for _ in range(MAX_PASSES):
         if not moving.size:
             break
         # Almost always all points move together: no need to copy what is theirs.
@@ -206,7 +204,7 @@ def view_chi2(cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatA
 
     Huge behind a camera.
     """
-    x, y, depth, _ = project(cameras, points)
+    x, y, depth, _ = _project(cameras, points)
     rx, ry = np.subtract(xy[:, 0], x, out=x), np.subtract(xy[:, 1], y, out=y)
     chi2 = info[:, 0] * rx + (2.0 * info[:, 1]) * ry
     chi2 *= rx
@@ -221,7 +219,7 @@ def innovation_chi2(
     cameras: Cameras, xy: FloatArray, info: FloatArray, points: FloatArray, covs: FloatArray
 ) -> FloatArray:
     """The same for views that had no part in the points: the points' covariances (n, 6) added."""
-    x, y, depth, reciprocal = project(cameras, points)
+    x, y, depth, reciprocal = _project(cameras, points)
     # p1ᵀ S p1, 2 p1ᵀ S p2, p2ᵀ S p2, 2 p1ᵀ S p3, 2 p2ᵀ S p3, p3ᵀ S p3 of each view
     s = (covs * OFF_DIAGONAL_TWICE) @ cameras.products[:, :6].T
     s00, s01, s11, s02, s12, s22 = s.reshape(len(points), 6, len(cameras.centres)).swapaxes(0, 1)
