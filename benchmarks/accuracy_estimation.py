@@ -22,7 +22,7 @@ from facetlog.perception.plane_filter import (
     plain_plane_recursion,
     plane_from_chart,
 )
-from facetlog.perception.point_filter import estimate_point, plain_recursion
+from facetlog.perception.point_filter import estimate_point, estimate_points, plain_recursion
 from facetlog.perception.types import FloatArray, Observation, Plane
 
 __all__ = ["NAME", "main", "measure"]
@@ -30,6 +30,7 @@ __all__ = ["NAME", "main", "measure"]
 NAME = "accuracy_estimation"
 POINTS, POINTS_A_SEED = 200, 10  # of each scene; of each seed asked for
 PLANES_A_POINT = 5
+MANY_A_POINT = 52  # points at once, for what is rare
 PIXEL_SD = 0.5
 SEED = 20260101
 LOST_SD = 6.0
@@ -37,12 +38,17 @@ K = np.array([[600.0, 0.0, 320.0], [0.0, 600.0, 240.0], [0.0, 0.0, 1.0]])
 Estimator = Callable[[Sequence[Observation], FloatArray], tuple[FloatArray, FloatArray] | None]
 
 
-def ring(views: int, arc: float, origin: Sequence[float]) -> FloatArray:
-    """Projections (V, 3, 4) of cameras on an arc, 3 from the points, which lie at `origin`."""
+def ring(
+    views: int, arc: float, origin: Sequence[float] = (0.0, 0.0, 0.0), wave: float = 0.2
+) -> FloatArray:
+    """Projections (V, 3, 4) of cameras on an arc, 3 from the points, which lie at `origin`.
+
+    The cameras go up and down by `wave`.
+    """
     projections = []
     for k in range(views):
         turn = arc * k / views
-        c = np.array([3 * np.cos(turn), 3 * np.sin(turn), 1.5 + 0.2 * np.sin(3 * k)])
+        c = np.array([3 * np.cos(turn), 3 * np.sin(turn), 1.5 + wave * np.sin(3 * k)])
         z = -c / np.linalg.norm(c)
         x = np.cross(z, [0.0, 0.0, 1.0])
         x /= np.linalg.norm(x)
@@ -158,6 +164,62 @@ def point_rows(points: int) -> list[Row]:
     return rows
 
 
+# arc in degrees, views, share of wrong matches; arcs are level: no other parallax than theirs
+MANY_SCENES = (
+    (360.0, 24, 0.0),
+    (360.0, 24, 0.1),
+    (360.0, 24, 0.4),
+    (30.0, 24, 0.4),
+    (10.0, 24, 0.4),
+    (3.0, 24, 0.4),
+    (3.0, 24, 0.0),
+    (12.0, 8, 0.4),
+)
+
+
+def many_rows(points: int) -> list[Row]:
+    """One row a scene: `estimate_points` for many points at once."""
+    rows: list[Row] = []
+    for arc, views, wrong in MANY_SCENES:
+        rng = np.random.default_rng(SEED)
+        P = ring(views, np.radians(arc), wave=0.0)
+        truth = rng.uniform(-0.3, 0.3, (points, 3))
+        h = np.einsum("vij,nj->nvi", P[:, :, :3], truth) + P[:, :, 3]
+        exact, depth = h[..., :2] / h[..., 2:], h[..., 2]
+        uv = exact + PIXEL_SD * rng.normal(size=exact.shape)
+        bad = rng.random(depth.shape) < wrong
+        uv[bad] = rng.uniform([100, 50], [540, 430], (int(bad.sum()), 2))
+        J = (P[:, :2, :3] - exact[..., None] * P[:, None, 2, :3]) / depth[..., None, None]
+        right = J * ~bad[..., None, None]
+        information = np.einsum("nvai,nvaj->nij", right, right) / PIXEL_SD**2
+        bounded = (~bad).sum(axis=1) >= 2
+        information[~bounded] = np.eye(3)
+        cov = np.broadcast_to(PIXEL_SD**2 * np.eye(2), (*uv.shape, 2))
+        found, covs, used, ok = estimate_points(uv, cov, np.ones(bad.shape, np.bool_), P)
+        error = np.where(ok[:, None], found - truth, 0.0)
+        square = np.einsum("ni,nij,nj->n", error, information, error)
+        nees = np.einsum("ni,nij,nj->n", error[ok], np.linalg.inv(covs[ok]), error[ok])
+        bound = np.trace(np.linalg.inv(information), axis1=1, axis2=2)
+        kept = ok & bounded & (square <= LOST_SD**2)
+        rows.append(
+            {
+                "arc, degrees": arc,
+                "views": views,
+                "wrong matches": f"{wrong:.0%}",
+                "refused %": round(100 * float((~ok).mean()), 2),
+                "less than three right %": round(100 * float(((~bad).sum(axis=1) < 3).mean()), 2),
+                "over 6 sd off": int((ok & (square > LOST_SD**2)).sum()),
+                "over 6 of its own sd off": int((nees > LOST_SD**2).sum()),
+                "RMSE/CRB": round(
+                    float(np.sqrt(((error**2).sum(axis=1)[kept] / bound[kept]).mean())), 3
+                ),
+                "NEES/n": round(float(nees.mean()) / 3, 3),
+                "wrong used": int((used & bad).sum()),
+            }
+        )
+    return rows
+
+
 def plane_rows(planes: int) -> list[Row]:
     """Angle error of the normal over the bound, and NEES, for the plain and the robust filter."""
     sd, count = 0.02, 8
@@ -206,11 +268,17 @@ def measure(settings: Settings) -> Report:
     """Points and planes; 10 points of each scene for each seed asked for."""
     points = POINTS_A_SEED * settings.number(POINTS // POINTS_A_SEED)
     planes = PLANES_A_POINT * points
-    counts: dict[str, Cell] = {"points a scene": points, "planes": planes, "noise px": PIXEL_SD}
+    counts: dict[str, Cell] = {
+        "points a scene": points,
+        "at once": MANY_A_POINT * points,
+        "planes": planes,
+        "noise px": PIXEL_SD,
+    }
     return Report(
         NAME,
         (
             Table("Points", tuple(point_rows(points))),
+            Table("Many points at once", tuple(many_rows(MANY_A_POINT * points))),
             Table("Planes through 8 points, in any direction", tuple(plane_rows(planes))),
         ),
         {**counts, "seed": SEED},

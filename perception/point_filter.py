@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from facetlog.perception.ekf import Linearised, Measurement, State, largest_sd, linearise, recursion
-from facetlog.perception.point_consensus import agreeing_views
-from facetlog.perception.point_fit import START_SD, Fit
-from facetlog.perception.point_views import BoolArray, Cameras, Sightings
+from facetlog.perception.point_consensus import Consensus, agreeing_views
+from facetlog.perception.point_fit import DIAGONAL, START_SD
+from facetlog.perception.point_views import BoolArray, Cameras, IndexArray, Sightings
+from facetlog.perception.symmetric import unpacked
 from facetlog.perception.types import FloatArray, Observation
 
 __all__ = [
@@ -50,6 +51,10 @@ class PointFailure(StrEnum):
     BEHIND = "the rays meet behind a camera"
     PARALLEL = "the rays are parallel within their noise: the depth is not bounded"
     NO_PARALLAX = "the views were taken from one place: there is no parallax"
+
+
+# What the numbers of `_failures` stand for.
+REASONS = (None, *PointFailure)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -149,22 +154,23 @@ def estimate_point(
         return NoPoint(PointFailure.FEW_VIEWS)
     cameras = Cameras.of(np.array([projections[o.view] for o in observations]))
     seen = Sightings.of(
+        cameras,
         np.array([[o.uv for o in observations]]),
         np.array([[o.cov for o in observations]]),
         np.ones((1, len(observations)), dtype=np.bool_),
     )
-    fit, masks = agreeing_views(cameras, seen)
-    (reason,) = _verdicts(cameras, seen, fit, masks)
+    found = agreeing_views(cameras, seen)
+    reason = REASONS[_failures(cameras, seen, found)[0]]
     if reason is not None:
         return NoPoint(reason)
-    agreed = [int(i) for i in np.flatnonzero(masks[0])]
-    at = fit.points[0]
+    agreed = [int(i) for i in np.flatnonzero(found.masks[0])]
+    at = found.points[0]
     distance = np.linalg.norm(at - cameras.centres[agreed], axis=1).mean()
     state = State(at, (START_SD * distance) ** 2 * np.eye(3))
     states = recursion(
         state,
         (
-            pixel_measurement(seen.uv[0, :, i], cameras.projections[i], observations[i].cov, at)
+            pixel_measurement(seen.xy[0, :, i], cameras.projections[i], seen.cov(0, i), at)
             for i in agreed
         ),
     )
@@ -179,7 +185,7 @@ def estimate_point(
         cameras.origin + cameras.scale * state.mean,
         cameras.scale**2 * state.cov,
         tuple(agreed[:used]),
-        tuple(int(i) for i in np.flatnonzero(~masks[0])),
+        tuple(int(i) for i in np.flatnonzero(~found.masks[0])),
         needed,
     )
 
@@ -194,42 +200,34 @@ def estimate_points(
     read. The same results as one by one, in information form.
     """
     cameras = Cameras.of(projections)
-    sightings = Sightings.of(uv, cov, seen)
-    if sightings.seen.shape[1] != len(cameras.projections):
-        raise ValueError(
-            f"{sightings.seen.shape[1]} columns of pixels, {len(cameras.projections)} projections"
-        )
-    fit, masks = agreeing_views(cameras, sightings)
-    reasons = _verdicts(cameras, sightings, fit, masks)
-    ok = np.array([reason is None for reason in reasons], dtype=np.bool_)
-    points = np.where(ok[:, None], cameras.origin + cameras.scale * fit.points, np.nan)
-    covs = np.where(ok[:, None, None], cameras.scale**2 * fit.covs, np.nan)
-    return points, covs, np.logical_and(masks, ok[:, None]), ok
+    sightings = Sightings.of(cameras, uv, cov, seen)
+    found = agreeing_views(cameras, sightings)
+    ok = _failures(cameras, sightings, found) == 0
+    points = np.where(ok[:, None], cameras.origin + cameras.scale * found.points, np.nan)
+    covs = np.where(ok[:, None, None], cameras.scale**2 * unpacked(found.covs), np.nan)
+    return points, covs, np.logical_and(found.masks, ok[:, None]), ok
 
 
-def _verdicts(
-    cameras: Cameras, seen: Sightings, fit: Fit, masks: BoolArray
-) -> list[PointFailure | None]:
-    """Why each of the fits (n) is no point, or None where it is one."""
-    away = np.linalg.norm(fit.points[:, None, :] - cameras.centres, axis=2)
-    nearest = np.where(masks, away, np.inf).min(axis=1, initial=np.inf)
-    largest = np.sqrt(np.linalg.eigvalsh(fit.covs)[:, 2])
-    behind: BoolArray = np.any(np.logical_and(fit.depth <= 0, masks), axis=1)
-    few = seen.seen.sum(axis=1) < 2
-    alone = masks.sum(axis=1) < 2
-    vague: BoolArray = np.greater(largest, MAX_RELATIVE_SD * nearest)
-    reasons: list[PointFailure | None] = []
-    for i in range(len(masks)):
-        if few[i]:
-            reasons.append(PointFailure.FEW_VIEWS)
-        elif not (alone[i] or vague[i] or behind[i]):
-            reasons.append(None)
-        elif bool((np.ptp(cameras.centres[seen.seen[i]], axis=0) <= ONE_PLACE).all()):
-            reasons.append(PointFailure.NO_PARALLAX)
-        elif alone[i]:
-            reasons.append(PointFailure.INCONSISTENT)
-        elif vague[i]:
-            reasons.append(PointFailure.PARALLEL)
-        else:
-            reasons.append(PointFailure.BEHIND)
-    return reasons
+def _failures(cameras: Cameras, seen: Sightings, found: Consensus) -> IndexArray:
+    """Which of `REASONS` (n,) keeps each point from being one."""
+    away = cameras.distances(found.points)
+    nearest = np.where(found.masks, away, np.inf).min(axis=1, initial=np.inf)
+    # The trace is at least the largest eigenvalue, and sooner known.
+    limit = (MAX_RELATIVE_SD * nearest) ** 2
+    vague = ~(found.covs[:, DIAGONAL].sum(axis=1) <= limit)
+    near = np.flatnonzero(vague & np.isfinite(found.covs).all(axis=1))
+    vague[near] = ~(np.linalg.eigvalsh(unpacked(found.covs[near]))[:, 2] <= limit[near])
+    few, alone = seen.seen.sum(axis=1) < 2, found.masks.sum(axis=1) < 2
+    reasons = (
+        PointFailure.FEW_VIEWS,
+        PointFailure.INCONSISTENT,
+        PointFailure.PARALLEL,
+        PointFailure.BEHIND,
+    )
+    failures = np.select(
+        [few, alone, vague, found.behind], [REASONS.index(r) for r in reasons], default=0
+    )
+    for i in np.flatnonzero((failures > 0) & ~few):
+        if (np.ptp(cameras.centres[seen.seen[i]], axis=0) <= ONE_PLACE).all():
+            failures[i] = REASONS.index(PointFailure.NO_PARALLAX)
+    return failures

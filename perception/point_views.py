@@ -1,8 +1,9 @@
-"""Posed views and what they saw, in a frame in which neither origin nor unit matters.
+"""Posed views and what they saw, in a frame in which neither origin nor unit nor lens matters.
 
-The arithmetic of many points at once: cameras (V, 3, 4) centred on the mean of their pinholes and
-scaled by their spread, pictures weighted by their covariance. Everything that is estimated in this
-frame is the same, up to rounding, wherever the world's origin lies and whatever its unit is.
+The arithmetic of many points at once: cameras centred on the mean of their pinholes and scaled by
+their spread, pixels taken to the plane at depth 1 before the pinhole, with their information.
+Everything that is estimated in this frame is the same, up to rounding, wherever the world's origin
+lies and whatever its unit is, or that of the pixels.
 """
 
 from dataclasses import dataclass
@@ -14,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from facetlog.errors import CalibrationError
 from facetlog.perception.types import FloatArray
 
-__all__ = ["BoolArray", "Cameras", "IndexArray", "Sightings", "normal_equations", "whiten"]
+__all__ = ["BoolArray", "Cameras", "IndexArray", "Sightings"]
 
 BoolArray = NDArray[np.bool_]
 IndexArray = NDArray[np.intp]
@@ -22,23 +23,25 @@ IndexArray = NDArray[np.intp]
 # A projection whose left 3 x 3 block is flatter than this (ratio of singular values after its
 # rows are scaled) has no pinhole in double precision.
 SINGULAR_CAMERA = 1e-12
-# Depths are kept this far from zero (unit: spread of the cameras) so that no division fails.
-LEAST_DEPTH = 1e-12
+# Pixels that are weighed at once: few enough for the processor's cache.
+BLOCK = 12_000
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Cameras:
     """Cameras in the neutral frame: world = origin + scale * neutral.
 
-    `projections` (V, 3, 4) have rows scaled so that the third coordinate is the depth in front of
-    the camera (positive det of the left block, unit third row; Hartley and Zisserman, 6.2.3).
-    This takes pictures not to be mirrored. `centres` (V, 3) are the pinholes, `inverses` (V, 3, 3)
-    take pixels to rays.
+    `projections` (V, 3, 4) are [R | -R c] with a rotation R and a pinhole c, `centres` (V, 3);
+    their third coordinate is the depth before the camera. `lenses` (V, 2, 3) take points of the
+    plane at depth 1 to pixels: the first two rows of the calibration matrix, with positive focal
+    lengths (Hartley and Zisserman, 6.2.4). This takes pictures not to be mirrored. `products`
+    (6 V, 9) are those of the projections' rows, of which all sums over views are made.
     """
 
     projections: FloatArray
     centres: FloatArray
-    inverses: FloatArray
+    lenses: FloatArray
+    products: FloatArray
     origin: FloatArray
     scale: float
 
@@ -63,93 +66,117 @@ class Cameras:
         # Cameras in one place leave no unit; no point can be found from them in any.
         rounding = 64 * np.finfo(np.float64).eps * float(np.abs(centres).max())
         scale = spread if spread > rounding else 1.0
-        left = left / (np.sign(np.linalg.det(left)) * rows[:, 2, 0])[:, None, None]
         neutral = (centres - origin) / scale if spread > rounding else np.zeros_like(centres)
-        moved = -left @ neutral[:, :, None]
-        return cls(
-            np.concatenate([left, moved], axis=2), neutral, np.linalg.inv(left), origin, scale
+        # Rows scaled so that the third is a unit vector to the front: positive determinant.
+        R, lenses = _lens_and_rotation(
+            left / (np.sign(np.linalg.det(left)) * rows[:, 2, 0])[:, None, None]
         )
+        turned = np.concatenate([R, -R @ neutral[:, :, None]], axis=2)
+        return cls(turned, neutral, lenses, _products(turned), origin, scale)
 
-    def project(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Pixels (n, 2, V) and depths (n, V) of points (n, 3)."""
-        flat = self.projections.swapaxes(0, 1).reshape(-1, 4)
-        h = (points @ flat[:, :3].T + flat[:, 3]).reshape(len(points), 3, len(self.projections))
-        depth = h[:, 2]
-        divisor = np.where(np.abs(depth) < LEAST_DEPTH, LEAST_DEPTH, depth)
-        return h[:, :2] / divisor[:, None], depth
+    def distances(self, points: FloatArray) -> FloatArray:
+        """Of points (n, 3) from the pinholes, (n, V)."""
+        square = (points * points).sum(axis=1)[:, None] + (self.centres**2).sum(axis=1)
+        square -= 2.0 * points @ self.centres.T
+        return np.asarray(np.sqrt(np.maximum(square, 0.0)))
 
-    def jacobian(self, pixels: FloatArray, depth: FloatArray) -> FloatArray:
-        """∂(pixel)/∂(point), (n, 3, 2, V): (p12 - pixel p3) / depth."""
-        left = self.projections[:, :, :3].transpose(2, 1, 0)
-        divisor = np.where(np.abs(depth) < LEAST_DEPTH, LEAST_DEPTH, depth)
-        derivative = pixels[:, None] * left[:, 2:]
-        np.subtract(left[:, :2], derivative, out=derivative)
-        derivative /= divisor[:, None, None]
-        return derivative
 
-    def rays(self, uv: FloatArray) -> FloatArray:
-        """Unit directions (n, 3, V) from the pinholes through pixels (n, 2, V), to the front."""
-        inverse = self.inverses.transpose(2, 1, 0)
-        d = uv[:, :1] * inverse[0] + uv[:, 1:] * inverse[1] + inverse[2]
-        return np.asarray(d / np.sqrt((d * d).sum(axis=1, keepdims=True)))
+def _lens_and_rotation(left: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """R (V, 3, 3) and the first two rows of the upper triangular K (V, 2, 3) of left = K R."""
+    R, K = np.empty_like(left), np.zeros((len(left), 2, 3))
+    R[:, 2] = left[:, 2]
+    K[:, 1, 2] = (left[:, 1] * R[:, 2]).sum(axis=1)
+    across = left[:, 1] - K[:, 1, 2, None] * R[:, 2]
+    K[:, 1, 1] = np.linalg.norm(across, axis=1)
+    R[:, 1] = across / K[:, 1, 1, None]
+    R[:, 0] = np.cross(R[:, 1], R[:, 2])
+    K[:, 0] = (left[:, :1] @ R.transpose(0, 2, 1))[:, 0]
+    return R, K
+
+
+def _products(projections: FloatArray) -> FloatArray:
+    """Products (6 V, 9) of the rows p1, p2, p3 of projections (V, 3, 4).
+
+    First p1 p1, p1 p2 + p2 p1, p2 p2, p1 p3 + p3 p1, p2 p3 + p3 p2, p3 p3 of each, as symmetric
+    matrices: six entries of the upper left 3 x 3 block, by rows, then three of the last column.
+    """
+    p1, p2, p3 = projections.transpose(1, 0, 2)
+    rows, columns = (0, 0, 0, 1, 1, 2, 0, 1, 2), (0, 1, 2, 1, 2, 2, 3, 3, 3)
+    pairs = ((p1, p1), (p1, p2), (p2, p2), (p1, p3), (p2, p3), (p3, p3))
+    products = [
+        p[:, rows] * q[:, columns] + (0.0 if p is q else q[:, rows] * p[:, columns])
+        for p, q in pairs
+    ]
+    return np.concatenate(products)
+
+
+def _weighed(
+    lenses: FloatArray, pixels: FloatArray, noise: FloatArray, mask: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """`xy` and `info` of `Sightings`."""
+    u, v = np.where(mask, pixels[..., 0], 0.0), np.where(mask, pixels[..., 1], 0.0)
+    a, c = np.where(mask, noise[..., 0, 0], 1.0), np.where(mask, noise[..., 1, 1], 1.0)
+    b = np.where(mask, noise[..., 0, 1], 0.0)
+    determinant = a * c - b * b
+    sound = (a > 0) & (determinant > 0) & np.isfinite(u + v) & np.isfinite(determinant)
+    if not sound.all():
+        raise ValueError("pixels must be finite and their covariances positive definite")
+    fx, skew, cx = lenses[:, 0].T
+    _, fy, cy = lenses[:, 1].T
+    y = (v - cy) / fy
+    x = (u - cx - skew * y) / fx
+    # Kᵀ Λ⁻¹ K for the upper triangular K of the focal lengths and the skew
+    weight = mask / determinant
+    a, b, c = c * weight, -b * weight, a * weight
+    info = (
+        fx * fx * a,
+        fx * (skew * a + fy * b),
+        skew * (skew * a + 2.0 * fy * b) + fy * fy * c,
+    )
+    return np.stack((x, y), axis=1), np.stack(info, axis=1)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sightings:
-    """What was seen: pixels (n, 2, V), whitening factors (n, 3, V), mask `seen` (n, V).
+    """What was seen: `xy` (n, 2, V) on the planes at depth 1, and its `info` (n, 3, V).
 
-    Views come last in all arrays of this module: numpy is quick along the last axis, and slow where
-    that has two or three entries.
-
-    The factors are the entries (0, 0), (1, 0), (1, 1) of the inverse of the Cholesky factor of
-    each covariance: applied to a residual they leave unit noise.
+    `info` holds the entries (0, 0), (0, 1), (1, 1) of the inverse covariances, zero where a view
+    did not see the point: what was not seen has no weight anywhere. Views come last in all arrays:
+    numpy is quick along the last axis, and slow where that has two or three entries.
     """
 
-    uv: FloatArray
-    factors: FloatArray
+    xy: FloatArray
+    info: FloatArray
     seen: BoolArray
 
     @classmethod
-    def of(cls, uv: ArrayLike, cov: ArrayLike, seen: ArrayLike) -> Self:
+    def of(cls, cameras: Cameras, uv: ArrayLike, cov: ArrayLike, seen: ArrayLike) -> Self:
         """Of pixels (n, V, 2) and covariances (n, V, 2, 2); what was not seen may hold anything."""
         mask = np.array(seen, dtype=np.bool_)
         if mask.ndim != 2:
             raise ValueError(f"expected seen of shape (n, V), got {mask.shape}")
-        pixels = np.array(uv, dtype=np.float64, order="C")
-        noise = np.array(cov, dtype=np.float64, order="C")
+        pixels, noise = np.asarray(uv, dtype=np.float64), np.asarray(cov, dtype=np.float64)
         if pixels.shape != (*mask.shape, 2) or noise.shape != (*mask.shape, 2, 2):
             raise ValueError(
                 f"pixels {pixels.shape} and covariances {noise.shape} do not fit seen {mask.shape}"
             )
-        pixels[~mask] = 0.0
-        noise[~mask] = np.eye(2)
-        a, b, c = noise[..., 0, 0], noise[..., 0, 1], noise[..., 1, 1]
-        if not (np.isfinite(pixels).all() and (a > 0).all() and (a * c - b * b > 0).all()):
-            raise ValueError("pixels must be finite and their covariances positive definite")
-        first = 1.0 / np.sqrt(a)
-        last = 1.0 / np.sqrt(c - b * b / a)
-        factors = np.stack([first, -b / a * last, last], axis=1)
-        return cls(np.ascontiguousarray(pixels.swapaxes(1, 2)), factors, mask)
+        if mask.shape[1] != len(cameras.projections):
+            raise ValueError(
+                f"{mask.shape[1]} columns of pixels, {len(cameras.projections)} projections"
+            )
+        n, views = mask.shape
+        xy, info = np.empty((n, 2, views)), np.empty((n, 3, views))
+        step = max(1, BLOCK // max(1, views))
+        for first in range(0, n, step):
+            part = slice(first, first + step)
+            xy[part], info[part] = _weighed(cameras.lenses, pixels[part], noise[part], mask[part])
+        return cls(xy, info, mask)
 
-    def take(self, index: IndexArray) -> Self:
+    def cov(self, point: int, view: int) -> FloatArray:
+        """The covariance (2, 2) of one of `xy` that was seen."""
+        a, b, c = self.info[point, :, view]
+        return np.asarray(np.array([[c, -b], [-b, a]]) / (a * c - b * b))
+
+    def take(self, index: IndexArray | slice) -> Self:
         """The sightings of some of the points."""
-        return type(self)(self.uv[index], self.factors[index], self.seen[index])
-
-
-def whiten(factors: FloatArray, values: FloatArray) -> FloatArray:
-    """`values` (n, 2, V) or (n, k, 2, V) with unit noise in the axis of 2."""
-    f = factors if values.ndim == 3 else factors[:, None]
-    white = np.empty_like(values)
-    np.multiply(f[..., 0, :], values[..., 0, :], out=white[..., 0, :])
-    np.multiply(f[..., 2, :], values[..., 1, :], out=white[..., 1, :])
-    white[..., 1, :] += f[..., 1, :] * values[..., 0, :]
-    return white
-
-
-def normal_equations(
-    jacobian: FloatArray, residual: FloatArray, mask: BoolArray
-) -> tuple[FloatArray, FloatArray]:
-    """Σ JᵀJ (n, 3, 3) and Σ Jᵀr (n, 3) over the views in `mask`, of whitened J and r."""
-    n, views = mask.shape
-    J = (jacobian * mask[:, None, None]).reshape(n, 3, 2 * views)
-    return J @ J.transpose(0, 2, 1), (J @ residual.reshape(n, 2 * views, 1))[:, :, 0]
+        return type(self)(self.xy[index], self.info[index], self.seen[index])
