@@ -104,7 +104,14 @@ def test_what_holds_has_no_shortfall(facts_of: Build) -> None:
 
 
 UP = (0.0, 0.0, 1.0)
-SOLIDS = ("box", "wedge", "table", "chair", "pyramid")
+# Without up more is left open, and near misses of furniture are searched for some ten seconds.
+SOLIDS = [
+    *[(name, up) for name in ("box", "wedge", "pyramid") for up in (None, UP)],
+    ("table", UP),
+    pytest.param("chair", UP, marks=pytest.mark.slow),
+    pytest.param("table", None, marks=pytest.mark.slow),
+    pytest.param("chair", None, marks=pytest.mark.slow),
+]
 
 
 def texts(facts: Iterable[Fact]) -> Iterator[list[str]]:
@@ -116,19 +123,14 @@ def texts(facts: Iterable[Fact]) -> Iterator[list[str]]:
                 yield [re.sub(r" \[\w+\.model:\d+: .*\]$", "", line) for line in lines]
 
 
-@pytest.mark.parametrize("name", SOLIDS)
-@pytest.mark.parametrize("up", [None, (0.0, 0.0, 1.0)])
-def test_text_has_no_prolog_connectives(facts_of: Build, name: str, up: Any) -> None:
+@pytest.mark.parametrize(("name", "up"), SOLIDS)
+def test_text_has_no_prolog_connectives_and_says_nothing_twice(
+    facts_of: Build, name: str, up: Any
+) -> None:
     for lines in texts(facts_of(name, up=up)):
         text = "\n".join(lines)
         for word in ("all(", "any(", "each(", "some(", "not(", "if_known", "[", "_G"):
             assert word not in text
-
-
-@pytest.mark.parametrize("name", SOLIDS)
-@pytest.mark.parametrize("up", [None, UP])
-def test_text_says_nothing_twice(facts_of: Build, name: str, up: Any) -> None:
-    for lines in texts(facts_of(name, up=up)):
         assert all(a != b for a, b in pairwise(lines))
 
 
