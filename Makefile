@@ -2,7 +2,9 @@
 VENV := .venv
 STAMP := $(VENV)/.installed
 BIN := $(VENV)/bin
-PYTEST := $(BIN)/pytest -n 2
+# Tests start Python hundreds of times: compiled files are kept. Neighbouring tests share what they
+# set up, so each process begins with half of the suite and takes from the other when it is done.
+PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
 NUMERICAL := tests/perception tests/robot/rendering
 export FACETLOG_DATA ?= $(wildcard ../shared/data)
 .DEFAULT_GOAL := help

@@ -31,8 +31,8 @@ def gaps(chosen: list[int], count: int) -> list[int]:
 
 @given(st.lists(st.integers(-5, 5), max_size=30), st.integers(0, 1000))
 def test_noise_far_below_the_scale_changes_no_rank(values: list[int], seed: int) -> None:
-    exact = np.array(values, dtype=np.float64)
-    noise = NOISE * np.random.default_rng(seed).uniform(-1, 1, len(values))
+    exact = np.array([*values, 5.0])  # the scale
+    noise = NOISE * np.random.default_rng(seed).uniform(-1, 1, len(exact))
     wanted = np.unique(exact, return_inverse=True)[1]
     assert ranks(exact + noise).tolist() == wanted.tolist()
     assert ranks(1e6 * (exact + noise)).tolist() == wanted.tolist()
