@@ -2,12 +2,16 @@
 VENV := .venv
 STAMP := $(VENV)/.installed
 BIN := $(VENV)/bin
+# Tests start Python hundreds of times: compiled files are kept. Neighbouring tests share what they
+# set up, so each process begins with half of the suite and takes from the other when it is done.
+PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
+NUMERICAL := tests/perception tests/robot/rendering
 export FACETLOG_DATA ?= $(wildcard ../shared/data)
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check format models reference bench lock clean
+.PHONY: help setup demo test test-all test-kernels check format models reference bench lock clean
 
 help: ## this list
-	@sed -n 's/^\([a-z]*\):[^#]*## \(.*\)/make \1\t\2/p' Makefile | expand -t 14
+	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1\t\2/p' Makefile | expand -t 20
 
 setup: $(STAMP) ## Debian packages, virtual environment, locked dependencies; nothing if done
 $(STAMP): requirements.lock pyproject.toml scripts/setup
@@ -17,15 +21,27 @@ $(STAMP): requirements.lock pyproject.toml scripts/setup
 demo: $(STAMP) ## render a block, recognise it, write pictures to out/demo
 	$(BIN)/facetlog demo -o out/demo
 
-test: $(STAMP) ## all tests, the slow ones too
-	$(BIN)/pytest -n 2 -m "slow or not slow"
+test: $(STAMP) ## the quick tests: everything but the marker slow
+	$(PYTEST)
 
-check: $(STAMP) ## before a commit: format, lint, types, import contracts, all tests
+test-all: test ## all tests: the quick ones, then the slow ones
+	$(PYTEST) -m slow
+
+# OpenBLAS chooses its kernels by the processor, and each rounds in its own way; Sandybridge runs on
+# every x86-64 processor with AVX, and differs from what AMD and newer Intel processors choose.
+test-kernels: $(STAMP) ## the numerical tests with other kernels of OpenBLAS; only on x86-64
+ifeq ($(shell uname -m)/$(OPENBLAS_CORETYPE),x86_64/)
+	OPENBLAS_CORETYPE=Sandybridge $(PYTEST) $(NUMERICAL)
+else
+	@echo "test-kernels: nothing to do, this is $$(uname -m) with OPENBLAS_CORETYPE=$$OPENBLAS_CORETYPE"
+endif
+
+check: $(STAMP) ## before a commit: format, lint, types, import contracts, quick tests
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/pytest -n 2 -m "slow or not slow"
+	$(PYTEST)
 
 bench: $(STAMP) ## measure everything, and write docs/benchmarks.md
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --write

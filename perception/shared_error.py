@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.point_filter import estimate_points
+from facetlog.perception.ties import TIE, farthest_points
 from facetlog.perception.types import FloatArray
 
 __all__ = ["shared_error_factor", "view_groups"]
@@ -18,13 +19,20 @@ GROUPS = 8
 
 
 def view_groups(centres: FloatArray, count: int = GROUPS) -> NDArray[np.intp]:
-    """For each camera centre (V, 3) the number of its group of neighbours; any order, any frame."""
+    """For each camera centre (V, 3) the number of its group of neighbours; any order, any frame.
+
+    A camera half-way between groups goes to the smallest of them.
+    """
     apart = np.linalg.norm(centres[:, None] - centres[None], axis=-1)
-    seeds = [int(np.argmax(apart.sum(axis=1)))]
-    while len(seeds) < min(count, len(centres)):
-        seeds.append(int(np.argmax(apart[:, seeds].min(axis=1))))
-    nearest: NDArray[np.intp] = np.argmin(apart[:, seeds], axis=1)
-    return nearest
+    to_seed = apart[:, farthest_points(apart, count)]
+    near = to_seed <= to_seed.min(axis=1, keepdims=True) + TIE * apart.max()
+    group: NDArray[np.intp] = near.argmax(axis=1)
+    halfway = near.sum(axis=1) > 1
+    size = np.bincount(group[~halfway], minlength=near.shape[1])
+    for k in np.flatnonzero(halfway):
+        group[k] = np.where(near[k], size, len(centres)).argmin()
+        size[group[k]] += 1
+    return group
 
 
 def shared_error_factor(

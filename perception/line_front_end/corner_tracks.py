@@ -10,6 +10,7 @@ from facetlog.perception.line_front_end.edge_maps import EdgeMap
 from facetlog.perception.line_front_end.face_selection import SelectedFace
 from facetlog.perception.line_front_end.line_refine import read_edges
 from facetlog.perception.line_front_end.line_support import project_points
+from facetlog.perception.ties import ascending
 from facetlog.perception.types import FloatArray, Observation, Track, View
 
 __all__ = ["Corners", "merge_corners", "track_corners", "track_ends"]
@@ -64,7 +65,7 @@ def merge_corners(faces: Sequence[SelectedFace], pixel: float) -> Corners:
     apart = np.linalg.norm(points[:, None] - points[None], axis=-1)
     i, j = np.nonzero(np.triu(apart < np.minimum(limit[:, None], limit[None]), 1))
     group = np.arange(len(points))
-    for n in np.argsort(apart[i, j], kind="stable"):
+    for n in ascending(apart[i, j]):
         a, b = group[i[n]], group[j[n]]
         # A face keeps its corners apart.
         if a != b and not set(owner[group == a]) & set(owner[group == b]):

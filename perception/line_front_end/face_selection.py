@@ -12,6 +12,7 @@ from facetlog.perception.line_front_end.line_support import hits, segment_sample
 from facetlog.perception.line_front_end.outlines import Outline
 from facetlog.perception.line_front_end.plane_hypotheses import plane_basis
 from facetlog.perception.line_front_end.viewing import ViewGraph
+from facetlog.perception.ties import TIE, descending
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["MAX_BLOCKED", "SelectedFace", "blocked_share", "select_faces"]
@@ -57,7 +58,8 @@ def select_faces(
 ) -> tuple[SelectedFace, ...]:
     """Faces among the outlines, the worthiest first, none contradicting a worthier one."""
     faces: list[SelectedFace] = []
-    for outline in sorted(outlines, key=lambda o: -o.worth):
+    for n in descending(np.array([o.worth for o in outlines])):
+        outline = outlines[n]
         if any(_overlap(outline.corners, outline.normal, f, pixel) for f in faces):
             continue
         face = _judged(outline, views, maps, graph)
@@ -95,7 +97,9 @@ def _judged(
         facing = sign * sine > FACING_SINE
         weight = float((graph.weight * (shown & facing)).sum())
         possible = float((graph.weight * facing).sum())
-        if weight >= max(MIN_SHOWN, MIN_SHOWN_SHARE * possible) and weight > best_weight:
+        enough = max(MIN_SHOWN, MIN_SHOWN_SHARE * possible)
+        # As often seen from behind as from the front: the front, in the order given.
+        if weight >= enough * (1 - TIE) and weight > best_weight * (1 + TIE):
             best_weight = weight
             chosen = shown & facing
             normal = sign * outline.normal

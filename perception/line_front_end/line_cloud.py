@@ -11,6 +11,7 @@ from facetlog.perception.line_front_end.line_candidates import candidate_segment
 from facetlog.perception.line_front_end.line_refine import refine_segments
 from facetlog.perception.line_front_end.line_support import coverage, project_points
 from facetlog.perception.line_front_end.viewing import ViewGraph
+from facetlog.perception.ties import TIE, at_least, descending, ranks
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["LineCloud", "reconstruct_lines"]
@@ -65,7 +66,7 @@ def reconstruct_lines(
     cover = coverage(candidates, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
     score = (np.nan_to_num(cover) ** 2 * graph.weight).sum(axis=1)
-    keep = np.logical_and(support >= MIN_SUPPORT, _best_of_an_owner(score, owners))
+    keep = np.logical_and(at_least(support, MIN_SUPPORT), _best_of_an_owner(score, owners))
     candidates, cover, score = candidates[keep], cover[keep], score[keep]
 
     score = score * np.sqrt(_lengths(candidates))
@@ -75,7 +76,7 @@ def reconstruct_lines(
     fitted, end_covs, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
     cover = coverage(fitted, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
-    good = (support >= MIN_SUPPORT) & (rms < MAX_RMS_PX)
+    good = at_least(support, MIN_SUPPORT) & (rms < MAX_RMS_PX)
     fitted, end_covs, support, rms = fitted[good], end_covs[good], support[good], rms[good]
     chosen = _merge(fitted, support * np.sqrt(_lengths(fitted)), apart, MERGE_FITTED_PX)
     return LineCloud(fitted[chosen], end_covs[chosen], support[chosen], rms[chosen], pixel)
@@ -113,7 +114,7 @@ def _among_best(promise: FloatArray, made_of: NDArray[np.intp]) -> NDArray[np.bo
     # Of all that one view's segment could be with the other view's, the few most promising.
     kept = np.ones(len(promise), np.bool_)
     for owner in made_of.T:
-        order = np.lexsort((-promise, owner))
+        order = np.lexsort((ranks(-promise), owner))
         first = np.searchsorted(owner[order], owner[order])
         kept[order] &= np.arange(len(order)) - first < BEST_OF_PAIR
     return kept
@@ -129,10 +130,11 @@ def _best_of_an_owner(score: FloatArray, owners: NDArray[np.intp]) -> NDArray[np
 
 
 def _distinct_views(weight: FloatArray, count: int) -> list[int]:
-    # Evenly through the cumulated weight: crowded views are passed over.
+    # Evenly through the cumulated weight: crowded views are passed over. A view whose weight ends
+    # just where one is wanted, as of many equal weights, counts as reaching it.
     position = np.cumsum(weight) / weight.sum()
     wanted = (np.arange(count) + 0.5) / count
-    return sorted({int(np.searchsorted(position, w)) for w in wanted})
+    return sorted({int(np.searchsorted(position, w - TIE)) for w in wanted})
 
 
 def _lengths(segments: FloatArray) -> FloatArray:
@@ -146,7 +148,7 @@ def _merge(
     # Greedy: the best stays, those that lie on its line in all of these views, and mostly beside
     # it, go. In pictures, not in space: where the views hardly differ, depth is hardly known.
     uv = np.stack([project_points(v.projection, segments)[0] for v in views], axis=1)
-    left = np.argsort(-score, kind="stable")
+    left = descending(score)
     chosen: list[int] = []
     while len(left) and len(chosen) < MAX_LINES:
         best, left = left[0], left[1:]

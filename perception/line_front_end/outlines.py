@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.line_front_end.line_extent import LineProfiles
 from facetlog.perception.line_front_end.plane_hypotheses import PlaneHypothesis, plane_basis
+from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Outline", "find_outlines"]
@@ -53,7 +54,7 @@ def find_outlines(
 ) -> tuple[Outline, ...]:
     """The best outlines on a plane, by worth."""
     length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
-    members = plane.lines[np.argsort(-(support * length)[plane.lines], kind="stable")]
+    members = plane.lines[descending((support * length)[plane.lines])]
     members = members[: max(MAX_LINES.values())]
     basis = plane_basis(plane.normal)
     origin = plane.normal * plane.distance
@@ -65,8 +66,8 @@ def find_outlines(
         cycles = _cycles(min(most, len(members)), sides)
         if len(cycles):
             found += _supported(cycles, corner, members, profiles, origin, basis, plane, pixel)
-    found.sort(key=lambda o: -o.worth)
-    return tuple(found[:KEEP])
+    best = descending(np.array([o.worth for o in found]))[:KEEP]
+    return tuple(found[n] for n in best)
 
 
 def _onto_plane(
@@ -113,7 +114,7 @@ def _supported(
     complexity = max(sides - 4, 0) + _reflex_corners(corners)
     worth = worth - COMPLEXITY * complexity * length.sum(axis=1)
     keep = np.nonzero(cover.min(axis=1) >= MIN_COVERAGE)[0]
-    keep = keep[np.argsort(-worth[keep], kind="stable")][:KEEP]
+    keep = keep[descending(worth[keep])][:KEEP]
     return [
         Outline(space[n], tuple(map(int, line[n])), cover[n], float(worth[n]), plane.normal)
         for n in keep

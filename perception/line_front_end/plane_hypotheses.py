@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
 __all__ = ["PlaneHypothesis", "plane_basis", "plane_hypotheses"]
@@ -53,7 +54,7 @@ def plane_hypotheses(
     distance = np.einsum("pk,pk->p", normal, middle)
     on = _on_planes(segments, end_covs, normal, distance, pixel)
     worth = on @ (support * length)
-    left = [p for p in np.argsort(-worth, kind="stable") if on[p].sum() >= MIN_LINES]
+    left = [p for p in descending(worth) if on[p].sum() >= MIN_LINES]
     planes: list[PlaneHypothesis] = []
     used: list[NDArray[np.bool_]] = []
     for p in left:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from facetlog.perception.ties import farthest_points, largest
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["ViewGraph", "view_graph"]
@@ -45,8 +46,9 @@ def view_graph(views: Sequence[View]) -> ViewGraph:
     motion = _picture_motion(views, focus, 0.1 * distance)
     weight = 1.0 / np.exp(-((motion / DISTINCT_PX) ** 2)).sum(axis=1)
     directions = rays / range_[:, None]
-    angle = np.arccos(np.clip(directions @ directions.T, -1, 1))
-    return ViewGraph(focus, distance, weight, _pairs(angle, _key_views(motion)))
+    # Each next key view is the one whose picture differs most from those of all chosen.
+    key = sorted(farthest_points(motion, KEY_VIEWS))
+    return ViewGraph(focus, distance, weight, _pairs(_angles(directions), key))
 
 
 def _focus(centres: FloatArray, axes: FloatArray) -> FloatArray:
@@ -77,20 +79,24 @@ def _picture_motion(views: Sequence[View], focus: FloatArray, radius: float) -> 
     return motion
 
 
-def _key_views(motion: FloatArray) -> list[int]:
-    # Farthest-point choice: each next view is the one whose picture differs most from all chosen.
-    chosen = [int(np.argmax(motion.sum(axis=1)))]
-    while len(chosen) < min(KEY_VIEWS, len(motion)):
-        chosen.append(int(np.argmax(motion[:, chosen].min(axis=1))))
-    return sorted(chosen)
+def _angles(directions: FloatArray) -> FloatArray:
+    # Between unit vectors (V, 3); the arc cosine would lose half of the digits of small angles.
+    difference = np.linalg.norm(directions[:, None] - directions[None], axis=-1)
+    total = np.linalg.norm(directions[:, None] + directions[None], axis=-1)
+    angles: FloatArray = 2.0 * np.arctan2(difference, total)
+    return angles
 
 
 def _pairs(angle: FloatArray, key: list[int]) -> tuple[tuple[int, int], ...]:
-    # Each key view with those key views that see the focus under about the best angle.
+    # Each key view with those key views that see the focus under about the best angle; of two as
+    # good the one farther from the partners that the view has, so that they stand on both sides.
     pairs: set[tuple[int, int]] = set()
     for i in key:
-        others = np.array([j for j in key if j != i])
-        cost = np.abs(np.log(np.maximum(angle[i, others], 1e-6) / PAIR_ANGLE))
-        for j in others[np.argsort(cost, kind="stable")[:PARTNERS]]:
-            pairs.add((min(i, int(j)), max(i, int(j))))
+        others = [j for j in key if j != i]
+        partners: list[int] = []
+        while others and len(partners) < PARTNERS:
+            cost = np.abs(np.log(np.maximum(angle[i, others], 1e-6) / PAIR_ANGLE))
+            apart = angle[np.ix_(others, partners)].min(axis=1, initial=np.pi)
+            partners.append(others.pop(largest(-cost, apart)))
+        pairs.update((min(i, j), max(i, j)) for j in partners)
     return tuple(sorted(pairs))

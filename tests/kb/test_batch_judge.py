@@ -218,7 +218,12 @@ SCENES: dict[str, Callable[[], list[Fact]]] = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+SLOW = ("shelf without up", "whole table", "whole stool")
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n in SLOW)) for n in SCENES]
+)
 def test_verdicts_are_those_of_the_full_judge(
     judge: BatchJudge, base: KnowledgeBase, name: str
 ) -> None:

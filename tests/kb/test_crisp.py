@@ -88,7 +88,18 @@ def test_crisp_and_graded_bases_stand_side_by_side(base: KnowledgeBase, tmp_path
     assert 0.5 < degrees[1] < 0.6
 
 
-@pytest.mark.parametrize("name", ["box", "table", "chair", "wedge", "pyramid", "room", "step"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "box",
+        "table",
+        pytest.param("chair", marks=pytest.mark.slow),
+        "wedge",
+        "pyramid",
+        "room",
+        "step",
+    ],
+)
 def test_built_in_models_say_the_same_of_what_was_measured_well(facts_of: Build, name: str) -> None:
     with open_knowledge_base(crisp=True) as crisp, open_knowledge_base() as graded:
         for base in (crisp, graded):

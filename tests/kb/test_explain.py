@@ -104,7 +104,14 @@ def test_what_holds_has_no_shortfall(facts_of: Build) -> None:
 
 
 UP = (0.0, 0.0, 1.0)
-SOLIDS = ("box", "wedge", "table", "chair", "pyramid")
+# Without up more is left open, and near misses of furniture are searched for some ten seconds.
+SOLIDS = [
+    *[(name, up) for name in ("box", "wedge", "pyramid") for up in (None, UP)],
+    ("table", UP),
+    pytest.param("chair", UP, marks=pytest.mark.slow),
+    pytest.param("table", None, marks=pytest.mark.slow),
+    pytest.param("chair", None, marks=pytest.mark.slow),
+]
 
 
 def texts(facts: Iterable[Fact]) -> Iterator[list[str]]:
@@ -116,19 +123,14 @@ def texts(facts: Iterable[Fact]) -> Iterator[list[str]]:
                 yield [re.sub(r" \[\w+\.model:\d+: .*\]$", "", line) for line in lines]
 
 
-@pytest.mark.parametrize("name", SOLIDS)
-@pytest.mark.parametrize("up", [None, (0.0, 0.0, 1.0)])
-def test_text_has_no_prolog_connectives(facts_of: Build, name: str, up: Any) -> None:
+@pytest.mark.parametrize(("name", "up"), SOLIDS)
+def test_text_has_no_prolog_connectives_and_says_nothing_twice(
+    facts_of: Build, name: str, up: Any
+) -> None:
     for lines in texts(facts_of(name, up=up)):
         text = "\n".join(lines)
         for word in ("all(", "any(", "each(", "some(", "not(", "if_known", "[", "_G"):
             assert word not in text
-
-
-@pytest.mark.parametrize("name", SOLIDS)
-@pytest.mark.parametrize("up", [None, UP])
-def test_text_says_nothing_twice(facts_of: Build, name: str, up: Any) -> None:
-    for lines in texts(facts_of(name, up=up)):
         assert all(a != b for a, b in pairwise(lines))
 
 
@@ -158,18 +160,29 @@ def standing(verdict: Verdict) -> tuple[int, int]:
 LOOKED_FURTHER = pytest.mark.xfail(strict=True, reason="near misses look further than verdicts")
 
 
+# Faces that are seen: all, or these. All of a table or chair take half a minute to be searched.
+SEEN: tuple[Any, ...] = (None, (0, 1, 2), (1, 2))
+FURNITURE = ("table", "chair")
+
+
 @pytest.mark.parametrize(
-    ("name", "up"),
+    ("name", "up", "views"),
     [
-        *((name, None) for name in ("box", "wedge", "room", "step", "table", "chair", "pyramid")),
-        *((name, UP) for name in ("box", "room", "step", "table", "chair")),
-        *(pytest.param(name, UP, marks=LOOKED_FURTHER) for name in ("wedge", "pyramid")),
+        *((name, None, SEEN) for name in ("box", "wedge", "room", "step", "pyramid")),
+        *((name, UP, SEEN) for name in ("box", "room", "step")),
+        *(pytest.param(name, UP, SEEN, marks=LOOKED_FURTHER) for name in ("wedge", "pyramid")),
+        *((name, up, SEEN[1:]) for name in FURNITURE for up in (None, UP)),
+        *(
+            pytest.param(name, up, SEEN[:1], marks=pytest.mark.slow)
+            for name in FURNITURE
+            for up in (None, UP)
+        ),
     ],
 )
 def test_a_thing_that_fails_is_shown_by_its_nearest_miss(
-    facts_of: Build, name: str, up: Any
+    facts_of: Build, name: str, up: Any, views: tuple[Any, ...]
 ) -> None:
-    for seen in (None, (0, 1, 2), (1, 2)):
+    for seen in views:
         with asked(facts_of(name, up=up, seen=seen)) as ask:
             for model in BUILTIN_MODELS:
                 shown = ask.judge(model)

@@ -131,7 +131,7 @@ def test_scenes_from_one_file_are_independent(
 
 
 @settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(data=st.data())
 def test_a_flipped_byte_anywhere_is_noticed(
@@ -150,7 +150,7 @@ def test_a_flipped_byte_anywhere_is_noticed(
 
 
 @settings(
-    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(share=st.floats(0.0, 1.0, exclude_max=True), extra=st.binary(max_size=40))
 def test_a_cut_or_lengthened_file_is_noticed(

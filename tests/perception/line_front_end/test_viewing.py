@@ -3,11 +3,17 @@
 from dataclasses import replace
 from itertools import pairwise
 
+import cv2
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from facetlog.perception.line_front_end.line_cloud import (
+    MERGE_VIEWS,
+    SCREEN_VIEWS,
+    _distinct_views,
+)
 from facetlog.perception.line_front_end.viewing import (
     DISTINCT_PX,
     KEY_VIEWS,
@@ -117,6 +123,44 @@ def test_partners_see_the_focus_under_a_moderate_angle() -> None:
     angles = [np.degrees(np.arccos(np.clip(units[i] @ units[j], -1, 1))) for i, j in graph.pairs]
     assert 5 < np.median(angles) < 35
     assert max(angles) < 60
+
+
+@pytest.mark.parametrize("heights", [(5.0,), (4.0, 7.0), (3.0, 5.0, 7.0)])
+@pytest.mark.parametrize("count", [16, 20, 24, 30, 36, 48])
+def test_rings_of_any_size_have_partners_under_moderate_angles(
+    count: int, heights: tuple[float, ...]
+) -> None:
+    views = tuple(view(pose=p) for p in ring_poses(TARGET, 10.0, heights, count))
+    graph = view_graph(views)
+    units = [(graph.focus - v.pose.centre) for v in views]
+    units = [r / np.linalg.norm(r) for r in units]
+    angles = [np.degrees(np.arccos(np.clip(units[i] @ units[j], -1, 1))) for i, j in graph.pairs]
+    assert max(angles) < 60
+
+
+@pytest.mark.parametrize("heights", [(5.0,), (4.0, 7.0), (3.0, 5.0, 7.0)])
+@pytest.mark.parametrize("count", [6, 12, 16, 20, 24, 30, 48])
+def test_rounding_of_a_ring_changes_no_pair_weight_or_choice(
+    count: int, heights: tuple[float, ...]
+) -> None:
+    poses = ring_poses(TARGET, 10.0, heights, count)
+    before = view_graph([view(pose=p) for p in poses])
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        nudged = [
+            Pose(
+                p.rotation @ cv2.Rodrigues(1e-12 * rng.uniform(-1, 1, 3))[0],
+                p.centre + 1e-12 * rng.uniform(-1, 1, 3),
+            )
+            for p in poses
+        ]
+        after = view_graph([view(pose=p) for p in nudged])
+        assert after.pairs == before.pairs
+        np.testing.assert_allclose(after.weight, before.weight, rtol=1e-9)
+        for wanted in (MERGE_VIEWS, SCREEN_VIEWS):
+            chosen = _distinct_views(before.weight, wanted)
+            assert len(chosen) == min(count, wanted)
+            assert _distinct_views(after.weight, wanted) == chosen
 
 
 def test_every_key_view_of_a_long_film_differs_from_the_others() -> None:

@@ -14,7 +14,9 @@ from tests.rendered import tour
 TURN_SD = float(np.radians(0.6))
 
 
-@pytest.mark.parametrize(("world", "seed"), [("block", 1), ("wedge", 0)])
+@pytest.mark.parametrize(
+    ("world", "seed"), [("block", 1), pytest.param("wedge", 0, marks=pytest.mark.slow)]
+)
 def test_drifting_poses_are_put_right(world: str, seed: int) -> None:
     true = tour(world, seed)
     given, covs = with_drift(true, np.random.default_rng(seed), turn_sd=TURN_SD, way_sd=0.02)

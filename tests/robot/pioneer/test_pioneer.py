@@ -551,6 +551,10 @@ def test_ctrl_c_stops_the_robot_and_closes_the_session(served: Served, tmp_path:
         until(lambda: served.robot.speed > 0.2)
     finally:
         process.send_signal(signal.SIGINT)
-        process.wait(60)
+        try:
+            process.wait(60)
+        finally:
+            process.kill()
+            process.wait()
     until(lambda: served.robot.session == "waiting")
     assert (served.robot.speed, served.robot.motors) == (0.0, False)
