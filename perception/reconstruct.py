@@ -7,6 +7,7 @@ from facetlog.perception.assemble import assemble
 from facetlog.perception.block_front_end.front_end import block_front_end
 from facetlog.perception.line_front_end.front_end import line_front_end
 from facetlog.perception.line_front_end.viewing import view_graph
+from facetlog.perception.picture_faults import usable_views
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.types import FloatArray, Scene, View
@@ -36,16 +37,18 @@ def reconstruct(
 
     `front_end` is "lines" for things in general, or "paper" for one bright block on a darker
     ground. `sd_limit`, in the unit of the poses, ends the filter of a vertex once its largest
-    standard deviation is below. `up` and `metric` are what is known of the world frame.
+    standard deviation is below. `up` and `metric` are what is known of the world frame. Pictures
+    that show nothing are named and left out; InputError where too few are left.
     """
     clock = clock or StepClock()
+    with clock.step("pictures"):
+        views, left_out = usable_views(views)
     find = {"lines": line_front_end, "paper": _paper_front_end}[front_end]
     tracked = find(views, up, clock, progress)
     with clock.step("vertices and planes"):
         scene = assemble(tracked, views, name=name, up=up, metric=metric, sd_limit=sd_limit)
-    if scene.faces:
-        return scene
-    return replace(scene, warnings=(*scene.warnings, NO_FACE.format(count=len(views))))
+    no_face = () if scene.faces else (NO_FACE.format(count=len(views)),)
+    return replace(scene, warnings=(*left_out, *scene.warnings, *no_face))
 
 
 def _paper_front_end(

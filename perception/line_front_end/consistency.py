@@ -9,7 +9,7 @@ from facetlog.errors import InconsistentViewsError
 from facetlog.perception.line_front_end.line_support import project_points
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["check_consistency", "explained_share"]
+__all__ = ["MIN_VIEWS", "check_consistency", "explained_length", "explained_share"]
 
 # A 2-D segment is explained by a projected 3-D one that passes this near and this parallel.
 NEAR_PX = 3.0
@@ -34,25 +34,31 @@ def explained_share(
 
     `supported` (m, V) tells which 3-D segments are seen in which view. 1 where there are none.
     """
-    total = explained = 0.0
-    for k, (view, found) in enumerate(zip(views, segments_2d, strict=True)):
-        along = found[:, 2:] - found[:, :2]
-        length = np.hypot(along[:, 0], along[:, 1])
-        total += float(length.sum())
-        uv, _ = project_points(view.projection, segments_3d[supported[:, k]])
-        if not len(uv) or not len(found):
-            continue
-        span = uv[:, 1] - uv[:, 0]
-        reach = np.maximum(np.hypot(span[:, 0], span[:, 1]), 1e-9)
-        unit = span / reach[:, None]
-        middle = (found[:, :2] + found[:, 2:]) / 2
-        relative = middle[:, None] - uv[None, :, 0]
-        off = np.abs(relative[..., 0] * unit[:, 1] - relative[..., 1] * unit[:, 0])
-        place = (relative * unit).sum(axis=-1)
-        parallel = np.abs((along / length[:, None]) @ unit.T) > PARALLEL_COSINE
-        near = (off < NEAR_PX) & (place > -NEAR_PX) & (place < reach + NEAR_PX) & parallel
-        explained += float(length[near.any(axis=1)].sum())
-    return explained / total if total else 1.0
+    lengths = [
+        explained_length(segments_3d[supported[:, k]], view, found)
+        for k, (view, found) in enumerate(zip(views, segments_2d, strict=True))
+    ]
+    explained, total = np.array(lengths).reshape(-1, 2).sum(axis=0)
+    return float(explained / total) if total else 1.0
+
+
+def explained_length(segments_3d: FloatArray, view: View, found: FloatArray) -> tuple[float, float]:
+    """The length in px of a view's segments (n, 4) that 3-D ones (m, 2, 3) explain, and of all."""
+    along = found[:, 2:] - found[:, :2]
+    length = np.hypot(along[:, 0], along[:, 1])
+    if not len(segments_3d) or not len(found):
+        return 0.0, float(length.sum())
+    uv, _ = project_points(view.projection, segments_3d)
+    span = uv[:, 1] - uv[:, 0]
+    reach = np.maximum(np.hypot(span[:, 0], span[:, 1]), 1e-9)
+    unit = span / reach[:, None]
+    middle = (found[:, :2] + found[:, 2:]) / 2
+    relative = middle[:, None] - uv[None, :, 0]
+    off = np.abs(relative[..., 0] * unit[:, 1] - relative[..., 1] * unit[:, 0])
+    place = (relative * unit).sum(axis=-1)
+    parallel = np.abs((along / length[:, None]) @ unit.T) > PARALLEL_COSINE
+    near = (off < NEAR_PX) & (place > -NEAR_PX) & (place < reach + NEAR_PX) & parallel
+    return float(length[near.any(axis=1)].sum()), float(length.sum())
 
 
 def check_consistency(

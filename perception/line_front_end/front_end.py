@@ -19,6 +19,7 @@ from facetlog.perception.line_front_end.loose_edges import find_loose_edges
 from facetlog.perception.line_front_end.outlines import find_outlines
 from facetlog.perception.line_front_end.plane_hypotheses import plane_hypotheses
 from facetlog.perception.line_front_end.segments import detect_segments
+from facetlog.perception.line_front_end.view_judgement import contradicting_views, without_them
 from facetlog.perception.line_front_end.viewing import view_graph
 from facetlog.perception.line_front_end.working_size import at_working_size, in_own_pixels
 from facetlog.perception.step_clock import StepClock
@@ -30,11 +31,12 @@ __all__ = ["line_front_end"]
 
 def line_front_end(
     views: Sequence[View],
-    up: FloatArray | None,  # noqa: ARG001 (not needed here: all front ends are called alike)
+    up: FloatArray | None,
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> TrackedFaces:
     """Faces with their corners tracked through the views, found by lines first."""
+    given = views
     views, factor = at_working_size(views)
     with clock.step("features"):
         maps, segments = [], []
@@ -46,9 +48,11 @@ def line_front_end(
     graph = view_graph(views)
     with clock.step("3-D segments"):
         cloud = reconstruct_lines(views, maps, segments, graph)
+        use = np.nan_to_num(coverage(cloud.segments, views, maps)) > SUPPORTED
+        wrong = contradicting_views(cloud.segments, use, graph.weight, views, segments)
+    if wrong:
+        return without_them(wrong, given, lambda rest: line_front_end(rest, up, clock, progress))
     with clock.step("faces"):
-        cover = coverage(cloud.segments, views, maps)
-        use = np.nan_to_num(cover) > SUPPORTED
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
         planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
         outlines = [

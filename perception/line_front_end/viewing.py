@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.ties import farthest_points, largest
 from facetlog.perception.types import FloatArray, View
@@ -18,6 +19,10 @@ PAIR_ANGLE = np.radians(15.0)
 PARTNERS = 4
 # Views whose segments are matched; more views add support, hardly new segments.
 KEY_VIEWS = 16
+# Steps towards the point with the least sum of distances from the axes; it need not be exact.
+WEISZFELD_STEPS = 20
+# So many times the usual distance of the cameras no camera of the same tour is away.
+FAR = 10.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -52,17 +57,48 @@ def view_graph(views: Sequence[View]) -> ViewGraph:
 
 
 def _focus(centres: FloatArray, axes: FloatArray) -> FloatArray:
-    # Least squares: sum (I - d dᵀ)(x - c) = 0. Nearly parallel axes leave the depth open; a weak
-    # pull to a point before the cameras, some baselines away, decides it then.
-    spread = np.linalg.norm(centres - centres.mean(axis=0), axis=1).max()
+    # A gross pose would draw the point to itself: left out are views that look elsewhere.
+    looking = _looking_there(centres, axes)
+    centres, axes = centres[looking], axes[looking]
+    spread = float(np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
     prior = centres.mean(axis=0) + 3.0 * spread * axes.mean(axis=0)
-    across = np.eye(3) - axes[:, :, None] * axes[:, None, :]
-    pull = 1e-3 * len(centres)
-    lhs = across.sum(axis=0) + pull * np.eye(3)
-    rhs = np.einsum("nij,nj->i", across, centres) + pull * prior
-    focus: FloatArray = np.linalg.solve(lhs, rhs)
+    focus = _nearest_to_axes(centres, axes, np.ones(len(centres)), prior)
     depth = np.einsum("ni,ni->n", focus - centres, axes)
     return focus if np.median(depth) > 0.3 * spread else prior
+
+
+def _nearest_to_axes(
+    centres: FloatArray, axes: FloatArray, weight: FloatArray, prior: FloatArray
+) -> FloatArray:
+    # Least squares: sum (I - d dᵀ)(x - c) = 0. Nearly parallel axes leave the depth open; a weak
+    # pull to a point before the cameras, some baselines away, decides it then.
+    across = weight[:, None, None] * (np.eye(3) - axes[:, :, None] * axes[:, None, :])
+    pull = 1e-3 * weight.sum()
+    lhs = across.sum(axis=0) + pull * np.eye(3)
+    rhs = np.einsum("nij,nj->i", across, centres) + pull * prior
+    return np.asarray(np.linalg.solve(lhs, rhs))
+
+
+def _looking_there(centres: FloatArray, axes: FloatArray) -> NDArray[np.bool_]:
+    # Sum of distances in place of that of squares (Weiszfeld): a minority cannot carry it away.
+    middle = np.median(centres, axis=0)
+    away = np.linalg.norm(centres - middle, axis=1)
+    spread = float(np.median(away)) or float(away.max())  # most of a film may be of one place
+    if not spread:
+        return np.ones(len(centres), np.bool_)
+    focus = prior = middle + 3.0 * spread * np.median(axes, axis=0)
+    for _ in range(WEISZFELD_STEPS):
+        relative = focus - centres
+        along = np.einsum("ni,ni->n", relative, axes)
+        miss = np.linalg.norm(relative - along[:, None] * axes, axis=1)
+        weight = 1.0 / np.maximum(miss, 1e-3 * spread)
+        focus = _nearest_to_axes(centres, axes, weight, prior)
+    range_ = np.linalg.norm(focus - centres, axis=1)
+    looking: NDArray[np.bool_] = np.logical_and(
+        miss <= max(float(np.median(range_)), 2.0 * float(np.median(miss))),
+        range_ <= FAR * np.median(range_),
+    )
+    return looking if 2 * looking.sum() > len(looking) else np.ones(len(looking), np.bool_)
 
 
 def _picture_motion(views: Sequence[View], focus: FloatArray, radius: float) -> FloatArray:

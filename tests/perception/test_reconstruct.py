@@ -1,14 +1,16 @@
 """Views into a scene: accuracy, and what must not matter."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 
-from facetlog.errors import InconsistentViewsError
+from facetlog.errors import InconsistentViewsError, InputError
 from facetlog.perception.reconstruct import reconstruct
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.types import FloatArray, Scene, View
+from facetlog.perception.types import FloatArray, Pose, Scene, View
 from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled
 from facetlog.robot.rendering.worlds import make_world
 from tests.rendered import solid_truth, tour
@@ -116,11 +118,44 @@ def test_two_views_are_no_contradiction(front_end: str) -> None:
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)
-def test_pictures_without_anything_are_an_empty_scene(front_end: str) -> None:
-    flat = np.full((480, 640), 90, np.uint8)
+@pytest.mark.parametrize(("level", "fault"), [(2, "black"), (90, "of one grey level")])
+def test_pictures_without_anything_are_reported(front_end: str, level: int, fault: str) -> None:
+    flat = np.full((480, 640), level, np.uint8)
     views = tuple(View(v.name, flat, v.camera, v.pose) for v in tour("block")[:6])
-    scene = scene_of(views, front_end)
-    assert scene.vertices == scene.faces == ()
+    with pytest.raises(InputError, match=f"all 6 pictures are {fault}"):
+        scene_of(views, front_end)
+
+
+def test_a_black_picture_is_named_and_the_rest_used() -> None:
+    first, *rest = tour("block")
+    black = replace(first, image=np.zeros_like(first.image))
+    scene = scene_of((black, *rest), "lines")
+    assert rms(scene) < 0.1
+    assert scene.views == tuple(v.name for v in rest)
+    assert scene.warnings == (f"{first.name}: black, left out",)
+
+
+def _a_thousand_times_off(pose: Pose) -> Pose:
+    return Pose(pose.rotation, 1000.0 * pose.centre)
+
+
+def _turned_round(pose: Pose) -> Pose:
+    return Pose(pose.rotation @ np.diag([-1.0, 1.0, -1.0]), pose.centre)
+
+
+def _beside(pose: Pose) -> Pose:
+    return Pose(pose.rotation, pose.centre + 3.0)
+
+
+@pytest.mark.parametrize("wrong", [_a_thousand_times_off, _turned_round, _beside])
+def test_one_gross_pose_is_named_and_the_rest_used(wrong: Callable[[Pose], Pose]) -> None:
+    views = list(tour("block"))
+    views[7] = replace(views[7], pose=wrong(views[7].pose))
+    scene = scene_of(tuple(views), "lines")
+    assert rms(scene) < 0.1
+    assert loops(scene) == loops(block_scene("lines"))
+    (warning,) = scene.warnings
+    assert warning.startswith(f"{views[7].name}: pose and picture contradict the other views")
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)

@@ -15,14 +15,16 @@ from facetlog.perception.polyhedra import cuboid
 from facetlog.perception.views import ViewSet
 
 
-def _views(folder: Path, count: int = 3) -> Path:
+def _views(folder: Path, count: int = 3, *, levels: tuple[int, int] = (60, 120)) -> Path:
+    """Pictures of a ramp of grey between two levels, without an edge."""
+    picture = np.tile(np.linspace(*levels, 64), (48, 1)).astype(np.uint8)
     frames = []
     (folder / "images").mkdir(parents=True)
     for i in range(count):
         matrix = np.eye(4)
         matrix[0, 3] = i
         frames.append({"file_path": f"images/{i}.png", "transform_matrix": matrix.tolist()})
-        cv2.imwrite(str(folder / "images" / f"{i}.png"), np.full((48, 64), 90, np.uint8))
+        cv2.imwrite(str(folder / "images" / f"{i}.png"), picture)
     camera = {"fl_x": 60, "fl_y": 60, "cx": 32, "cy": 24, "w": 64, "h": 48}
     (folder / "transforms.json").write_text(json.dumps({**camera, "frames": frames}))
     return folder
@@ -132,7 +134,15 @@ def test_help_loads_neither_opencv_nor_the_engine() -> None:
     assert done.returncode == 0, done.stderr.decode()
 
 
-def test_pictures_that_show_nothing_are_a_clean_no(
+def test_pictures_that_are_all_black_are_refused_by_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = _views(tmp_path / "views", levels=(2, 2))
+    assert main(["recognize", str(folder), "-o", str(tmp_path / "out")]) == 2
+    assert "all 3 pictures are black (images/0.png, " in capsys.readouterr().err
+
+
+def test_pictures_without_an_edge_are_a_clean_no(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for room in ("perception.reconstruct", "perception.facts", "kb.recognize"):
