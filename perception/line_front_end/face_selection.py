@@ -1,4 +1,4 @@
-"""Which outlines are faces: shown whole by single views, not overlapping or hiding others."""
+"""Which outlines are faces: shown whole by single views, of one surface, hiding no other face."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,6 +8,8 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.line_front_end.edge_maps import EdgeMap
+from facetlog.perception.line_front_end.face_inside import FACING_SINE, InsideJudge
+from facetlog.perception.line_front_end.ground_plane import Ground
 from facetlog.perception.line_front_end.line_support import hits, segment_samples
 from facetlog.perception.line_front_end.outlines import Outline
 from facetlog.perception.line_front_end.plane_hypotheses import plane_basis
@@ -23,8 +25,9 @@ SHOWN = 0.75
 MIN_SHOWN = 1.5
 # Of the distinct views that face it, this share must show it: the rest may be hidden or too dark.
 MIN_SHOWN_SHARE = 0.25
-# A view faces a plane when it looks at it by more than this sine: else it is seen edge-on.
-FACING_SINE = 0.2
+# Share of a face's inside where all views together rather show one surface than not: one looks
+# through the rest, or it lies beyond the true border.
+MIN_SURFACE = 0.75
 # Overlap of two coplanar faces, as a share of the smaller.
 MAX_OVERLAP = 0.15
 # Two planes are one within this angle, and this many px at the face's middle.
@@ -55,15 +58,22 @@ def select_faces(
     maps: Sequence[EdgeMap],
     graph: ViewGraph,
     pixel: float,
+    ground: Ground | None = None,
 ) -> tuple[SelectedFace, ...]:
-    """Faces among the outlines, the worthiest first, none contradicting a worthier one."""
+    """Faces among the outlines, the worthiest first, none contradicting a worthier one.
+
+    What lies on the ground, where that is known, is none.
+    """
+    inside = InsideJudge(views, maps, graph.weight)
     faces: list[SelectedFace] = []
     for n in descending(np.array([o.worth for o in outlines])):
         outline = outlines[n]
+        if ground is not None and ground.holds(outline.corners):
+            continue
         if any(_overlap(outline.corners, outline.normal, f, pixel) for f in faces):
             continue
         face = _judged(outline, views, maps, graph)
-        if face is None:
+        if face is None or inside.surface_share(face.corners, face.normal) < MIN_SURFACE:
             continue
         if any(_blocks(face, f, views, pixel) or _blocks(f, face, views, pixel) for f in faces):
             continue

@@ -12,6 +12,7 @@ from facetlog.perception.line_front_end.corner_tracks import (
 )
 from facetlog.perception.line_front_end.edge_maps import edge_map
 from facetlog.perception.line_front_end.face_selection import select_faces
+from facetlog.perception.line_front_end.ground_plane import find_ground
 from facetlog.perception.line_front_end.line_cloud import SUPPORTED, reconstruct_lines
 from facetlog.perception.line_front_end.line_extent import line_profiles
 from facetlog.perception.line_front_end.line_support import coverage
@@ -62,7 +63,8 @@ def line_front_end(
                 plane, cloud.segments, cloud.end_covs, cloud.support, profiles, cloud.pixel
             )
         ]
-        faces = select_faces(outlines, views, maps, graph, cloud.pixel)
+        ground = find_ground(planes, cloud, views, up)
+        faces = select_faces(outlines, views, maps, graph, cloud.pixel, ground)
     weight = tuple(float(w) for w in graph.weight)
     if not faces:
         check_consistency(cloud.segments, use, views, segments)
