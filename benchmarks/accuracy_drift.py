@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.common import Report, Settings, Table, command
 from benchmarks.recognition import Run, counted, in_metres, recognised, tour_views
-from facetlog.perception.pose_refinement.refine import with_refined_poses
+from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import pose_errors, with_drift
 from facetlog.robot.rendering.worlds import make_world

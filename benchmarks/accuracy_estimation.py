@@ -14,15 +14,19 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from benchmarks.common import Cell, Report, Row, Settings, Table, command
-from facetlog.perception.ekf import State
-from facetlog.perception.plane_filter import (
+from facetlog.perception.estimation.ekf import State
+from facetlog.perception.estimation.plane_filter import (
     Chart,
     chart_from_plane,
     fit_plane,
     plain_plane_recursion,
     plane_from_chart,
 )
-from facetlog.perception.point_filter import estimate_point, estimate_points, plain_recursion
+from facetlog.perception.estimation.point_filter import (
+    estimate_point,
+    estimate_points,
+    plain_recursion,
+)
 from facetlog.perception.types import FloatArray, Observation, Plane
 
 __all__ = ["NAME", "main", "measure"]

@@ -16,9 +16,9 @@ from types import ModuleType
 import numpy as np
 
 from benchmarks.common import Cell, Report, Row, Settings, Table, command, data_set, tree_hash
-from facetlog.perception.reconstruct import reconstruct
+from facetlog.perception.reading.read_views import read_views
+from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import Scene
-from facetlog.perception.views import read_views
 
 __all__ = ["NAME", "main", "measure"]
 

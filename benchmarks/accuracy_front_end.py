@@ -15,9 +15,12 @@ from scipy.optimize import linear_sum_assignment
 
 from benchmarks.common import Cell, Report, Settings, Table, command
 from benchmarks.recognition import tour_views
-from facetlog.perception.block_front_end.face_outlines import track_points
-from facetlog.perception.block_front_end.front_end import BlockFeatures, block_front_end
-from facetlog.perception.block_front_end.picture_features import picture_features
+from facetlog.perception.detection.block_front_end.face_outlines import track_points
+from facetlog.perception.detection.block_front_end.faces_of_block import (
+    BlockFeatures,
+    block_front_end,
+)
+from facetlog.perception.detection.block_front_end.picture_features import picture_features
 from facetlog.perception.types import FloatArray, View
 from facetlog.robot.rendering.world import SolidTruth
 from facetlog.robot.rendering.worlds import make_world

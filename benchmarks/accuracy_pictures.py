@@ -25,9 +25,9 @@ from benchmarks.recognition import (
     recognised,
     score,
 )
-from facetlog.perception.angles import pairwise_angles
+from facetlog.perception.facts.angles import pairwise_angles
+from facetlog.perception.reading.read_views import ViewSet, read_views
 from facetlog.perception.types import FloatArray
-from facetlog.perception.views import ViewSet, read_views
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import Similarity, random_similarity, with_pose_noise
 

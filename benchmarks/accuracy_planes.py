@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.common import Cell, Report, Settings, Table, command, median_and_spread
-from facetlog.perception.shapes.cloud_planes import cloud_planes, least_squares_plane
+from facetlog.perception.shapes.clouds.cloud_planes import cloud_planes, least_squares_plane
 
 __all__ = ["NAME", "main", "measure"]
 

@@ -21,10 +21,10 @@ import facetlog
 from benchmarks.recognition import in_metres, tour_views
 from facetlog.errors import FacetlogError
 from facetlog.kb.encode import Fact
-from facetlog.perception.facts import scene_facts
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import Pose
-from facetlog.perception.views import ViewSet
 from facetlog.pipeline import reconstruct_views
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
@@ -74,10 +74,17 @@ ROBOT_CODE = (
 )
 # What of perception has no part in a reconstruction.
 APART = frozenset(
-    {"polyhedra.py", "exact_furniture.py", "builders.py", "draw.py", "mesh_file.py", "lettering.py"}
+    {
+        "polyhedra.py",
+        "exact_furniture.py",
+        "builders.py",
+        "draw.py",
+        "mesh_export.py",
+        "lettering.py",
+    }
 )
 # Folders of perception that no such picture goes through: meshes and clouds, poses that drift.
-FOLDERS_APART = frozenset({"shapes", "pose_refinement"})
+FOLDERS_APART = frozenset({"shapes", "shape_files", "pose_refinement"})
 
 
 @dataclass(frozen=True, slots=True)

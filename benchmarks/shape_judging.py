@@ -17,13 +17,13 @@ from facetlog.batch.labels import NONE, Label, Truth
 from facetlog.batch.rows import Row
 from facetlog.errors import FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
-from facetlog.perception.facts import fact_rows
-from facetlog.perception.posed_picture import METRES_PER
-from facetlog.perception.shapes.cloud import Cloud
-from facetlog.perception.shapes.cloud_scene import scene_of_cloud
-from facetlog.perception.shapes.mesh_files import Mesh, read_mesh
-from facetlog.perception.shapes.mesh_scene import scene_of_mesh
-from facetlog.perception.shapes.read import UP_AXES, ShapeOptions, read_shape
+from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.reading.poses_file import METRES_PER
+from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
+from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.read_shape import UP_AXES, ShapeOptions, read_shape
 from facetlog.perception.types import Scene
 
 __all__ = [

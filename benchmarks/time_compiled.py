@@ -16,8 +16,8 @@ from benchmarks.common import Report, Row, Settings, Table, command
 from facetlog.grammar.library import BUILTIN
 from facetlog.kb.encode import Fact
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.perception.builders import build
-from facetlog.perception.facts import scene_facts
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.surfaces.exact_solids.builders import build
 
 __all__ = ["NAME", "main", "measure"]
 

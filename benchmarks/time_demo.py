@@ -88,10 +88,6 @@ def _timed(folder: Path, front_end: FrontEnd) -> TimedRun:
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
     import cv2
 
-    import facetlog.kb.recognize
-    import facetlog.perception.facts
-    import facetlog.perception.reconstruct
-    import facetlog.perception.views  # noqa: F401 (loaded here to be timed apart)
     from facetlog.pipeline import Method, recognize_views, views_from
 
     cv2.setNumThreads(1)

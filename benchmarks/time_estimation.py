@@ -10,7 +10,11 @@ import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
 from benchmarks.common import Report, Row, Settings, Table, command, median_and_spread
-from facetlog.perception.point_filter import estimate_point, estimate_points, ray_measurement
+from facetlog.perception.estimation.point_filter import (
+    estimate_point,
+    estimate_points,
+    ray_measurement,
+)
 from facetlog.perception.types import FloatArray, Observation
 
 __all__ = ["NAME", "main", "measure"]

@@ -10,10 +10,10 @@ import time
 from collections.abc import Callable
 
 from benchmarks.common import Report, Row, Settings, Table, command
-from facetlog.perception.builders import build
-from facetlog.perception.facts import fact_rows, scene_facts
-from facetlog.perception.polyhedra import cuboid, moved, together
-from facetlog.perception.scene_file import scene_from_json, scene_to_json
+from facetlog.perception.facts.all_facts import fact_rows, scene_facts
+from facetlog.perception.surfaces.exact_solids.builders import build
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved, together
+from facetlog.perception.surfaces.scene_file import scene_from_json, scene_to_json
 from facetlog.perception.types import Scene
 
 __all__ = ["NAME", "main", "measure"]
@@ -38,7 +38,11 @@ STEPS = {
     "clear_facts": "clear below",
     "rim_facts": "at the rim",
 }
-MADE_IN = ("/perception/part_facts.py", "/perception/thing_facts.py", "/perception/survey.py")
+MADE_IN = (
+    "/perception/facts/part_facts.py",
+    "/perception/facts/thing_facts.py",
+    "/perception/facts/scene_memo.py",
+)
 
 
 def scenes() -> dict[str, Scene]:
@@ -79,7 +83,7 @@ def shares_of_steps(scene: Scene, repeats: int) -> dict[str, float]:
     for (path, _, name), (_, _, _, cumulative, _) in statistics.items():
         if path.endswith(MADE_IN) and name in spent:
             spent[name] = cumulative
-        elif path.endswith("/perception/facts.py") and name == "fact_rows":
+        elif path.endswith("/perception/facts/all_facts.py") and name == "fact_rows":
             total = cumulative
     return {STEPS[name]: 100.0 * each / total for name, each in spent.items()}
 

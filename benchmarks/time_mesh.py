@@ -15,8 +15,8 @@ from typing import Any
 import trimesh
 
 from benchmarks.common import Report, Row, Settings, Table, command
-from facetlog.perception.shapes.mesh_files import read_mesh
-from facetlog.perception.shapes.mesh_scene import scene_of_mesh
+from facetlog.perception.reading.shape_files.mesh_files import read_mesh
+from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 
 __all__ = ["NAME", "main", "measure"]
 

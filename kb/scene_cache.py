@@ -19,7 +19,7 @@ from pathlib import Path
 
 from facetlog.errors import EngineError
 from facetlog.kb.terms import Atom, Struct, Term, term_text
-from facetlog.perception.fact_schema import FACT_SCHEMA
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
 __all__ = ["Ask", "SceneCache", "default_folder", "schema_hash"]
 

@@ -1,7 +1,7 @@
 """The facts' schema, as Prolog is told it when it starts."""
 
 from facetlog.kb.terms import Atom, Struct, term_text
-from facetlog.perception.fact_schema import FACT_SCHEMA
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
 __all__ = ["declarations"]
 

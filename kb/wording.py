@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 
 from facetlog.kb.terms import Atom, Struct, Term, Var
-from facetlog.perception.fact_schema import FACT_SCHEMA
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
 __all__ = [
     "UNSEEN",

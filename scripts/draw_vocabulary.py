@@ -11,9 +11,9 @@ from types import MappingProxyType
 
 import numpy as np
 
-from facetlog.perception.builders import build
-from facetlog.perception.facts import FactRows, fact_rows
-from facetlog.perception.standing import RIM_SHARE
+from facetlog.perception.facts.all_facts import FactRows, fact_rows
+from facetlog.perception.facts.standing_parts import RIM_SHARE
+from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import Body, FloatArray, Scene
 
 PICTURE = Path(__file__).resolve().parent.parent / "docs" / "pictures" / "vocabulary.svg"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from facetlog.grammar.reference import BuiltThing, reference
 from facetlog.grammar.units import Dimension
-from facetlog.perception.builders import BUILDERS
+from facetlog.perception.surfaces.exact_solids.builders import BUILDERS
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "models.md"
 BEGIN = "<!-- The reference: made by scripts/write_reference.py, not to be edited by hand. -->\n"

@@ -11,9 +11,9 @@ import pytest
 from facetlog.errors import InconsistentViewsError
 from facetlog.kb.proof import State
 from facetlog.kb.verdict import Recognition
+from facetlog.perception.reading.read_views import ViewSet, read_views
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import View
-from facetlog.perception.views import ViewSet, read_views
 from facetlog.pipeline import FrontEnd, Method, Recognised, recognize_views
 from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled
 

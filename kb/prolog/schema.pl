@@ -5,9 +5,9 @@
 
 /** <module> The facts that a scene may hold
 
-They are declared once, in perception/fact_schema.py, and handed over when Prolog starts. A scene's
-module declares exactly these predicates, so a rule that asks for a fact which a scene lacks fails
-instead of raising an error.
+They are declared once, in perception/facts/fact_schema.py, and handed over when Prolog starts. A
+scene's module declares exactly these predicates, so a rule that asks for a fact which a scene
+lacks fails instead of raising an error.
 */
 
 :- use_module(library(aggregate)).

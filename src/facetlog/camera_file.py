@@ -4,8 +4,13 @@ import tomllib
 from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.perception.lens import Distortion
-from facetlog.perception.posed_picture import FieldNames, metres_per, read_intrinsics, read_text
+from facetlog.perception.reading.lens import Distortion
+from facetlog.perception.reading.poses_file import (
+    FieldNames,
+    metres_per,
+    read_intrinsics,
+    read_text,
+)
 from facetlog.robot.collecting.optics import Optics
 
 __all__ = ["read_optics"]

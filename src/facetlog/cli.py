@@ -40,7 +40,7 @@ from facetlog.pipeline import (
 from facetlog.terminal import show_times, showing_progress, warn
 
 if TYPE_CHECKING:
-    from facetlog.perception.views import ViewSet
+    from facetlog.perception.reading.read_views import ViewSet
 
 __all__ = ["app", "main"]
 

@@ -18,8 +18,8 @@ from facetlog.perception.step_clock import StepClock
 if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.kb.verdict import Recognition
+    from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.types import Scene
-    from facetlog.perception.views import ViewSet
 
 __all__ = [
     "DEMO_WORLD",
@@ -77,18 +77,18 @@ def views_from(
     progress: Progress | None,
     clock: StepClock,
 ) -> "ViewSet":
-    """The views of a folder or poses file; see perception/views.py for what it may hold.
+    """The views of a folder or poses file; perception/reading/read_views.py says what it may hold.
 
     Poses of which the file tells how far they may be off are corrected by the pictures, unless
     they are to be kept.
     """
-    from facetlog.perception.views import read_views
+    from facetlog.perception.reading.read_views import read_views
 
     with clock.step("read pictures"):
         view_set = read_views(path, unit=unit, progress=progress)
     if keep_poses or view_set.pose_covariances is None:
         return view_set
-    from facetlog.perception.pose_refinement.refine import with_refined_poses
+    from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 
     with clock.step("poses"):
         return with_refined_poses(view_set, progress)
@@ -103,8 +103,8 @@ def simulated_views(
     """
     import numpy as np
 
+    from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.types import Pose, View
-    from facetlog.perception.views import ViewSet
     from facetlog.robot.rendering.views import views_of
     from facetlog.robot.rendering.worlds import INCH, WORLDS, make_world
     from facetlog.robot.tour import tour_camera, tour_poses
@@ -155,7 +155,7 @@ def reconstruct_views(
     clock: StepClock,
 ) -> "Scene":
     """The scene that the views show; InconsistentViewsError if their poses contradict them."""
-    from facetlog.perception.reconstruct import reconstruct
+    from facetlog.perception.surfaces.reconstruct import reconstruct
 
     return reconstruct(
         view_set.views,
@@ -171,7 +171,7 @@ def reconstruct_views(
 
 def write_scene_file(scene: "Scene", path: Path) -> None:
     """Writes the scene as facetlog-scene/1."""
-    from facetlog.perception.scene_file import write_scene
+    from facetlog.perception.surfaces.scene_file import write_scene
 
     write_scene(scene, path)
 
@@ -187,7 +187,7 @@ def recognize_views(
     """Scene, facts and verdicts for the views, by the models of `base` (else the built-in ones)."""
     scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
     from facetlog.kb.recognize import judge_scene
-    from facetlog.perception.facts import scene_facts
+    from facetlog.perception.facts.all_facts import scene_facts
 
     with clock.step("facts"):
         # The knowledge base takes flat tuples: it knows nothing of perception's types.

@@ -47,8 +47,8 @@ def write_report(folder: Path, found: Recognised, *, progress: Progress | None =
     The folder appears as a whole when all is written (see output_folder.py).
     """
     from facetlog.kb.encode import facts_program
-    from facetlog.perception.mesh_file import write_mesh
-    from facetlog.perception.scene_file import write_scene
+    from facetlog.perception.surfaces.mesh_export import write_mesh
+    from facetlog.perception.surfaces.scene_file import write_scene
 
     scene, clock = found.scene, found.clock
     about: dict[str, object] = {
@@ -75,7 +75,7 @@ def _write_pictures(made: Path, found: Recognised, progress: Progress | None) ->
     import cv2
     import numpy as np
 
-    from facetlog.perception.draw import contact_sheet, draw_scene
+    from facetlog.perception.surfaces.drawing.draw import contact_sheet, draw_scene
 
     best = found.recognition.best
     verdict = "; ".join(v.summary for v in best) or "no model matches"

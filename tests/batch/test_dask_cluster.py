@@ -23,8 +23,8 @@ from facetlog.batch.output import read_rows
 from facetlog.batch.settings import Item, Settings
 from facetlog.cli import main
 from facetlog.errors import InputError
-from facetlog.perception.polyhedra import chair, cuboid, table
-from facetlog.perception.scene_file import write_scene
+from facetlog.perception.surfaces.exact_solids.polyhedra import chair, cuboid, table
+from facetlog.perception.surfaces.scene_file import write_scene
 from tests.batch.fake_worker import hash_of
 from tests.batch.fakes import fake_workers, scene_files
 

@@ -10,8 +10,8 @@ from facetlog.batch.engine import SceneEngine
 from facetlog.batch.explain import Doubt, explained
 from facetlog.batch.rows import Row, closest
 from facetlog.batch.settings import Item, Settings
-from facetlog.perception.polyhedra import cuboid, table
-from facetlog.perception.scene_file import write_scene
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, table
+from facetlog.perception.surfaces.scene_file import write_scene
 
 SETTINGS = Settings()
 

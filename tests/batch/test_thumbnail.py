@@ -8,9 +8,15 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from facetlog.batch.thumbnail import thumbnail
-from facetlog.perception.polyhedra import chair, cuboid, moved, room_corner, table
-from facetlog.perception.shapes.mesh_files import Mesh
-from facetlog.perception.shapes.mesh_scene import scene_of_mesh
+from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.surfaces.exact_solids.polyhedra import (
+    chair,
+    cuboid,
+    moved,
+    room_corner,
+    table,
+)
 from facetlog.perception.types import Patch, Scene, Vertex
 
 

@@ -17,7 +17,7 @@ from benchmarks.knowledge_base import (
 )
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.proof import State
-from facetlog.perception.fact_schema import Fact, fact_fault
+from facetlog.perception.facts.fact_schema import Fact, fact_fault
 
 
 def test_the_doctests_hold() -> None:

@@ -10,9 +10,9 @@ import pytest
 import trimesh
 
 from facetlog.errors import InputError
-from facetlog.perception.shapes.cloud_files import CLOUD_SUFFIXES
-from facetlog.perception.shapes.mesh_checks import MESH_SUFFIXES
-from facetlog.perception.shapes.read import ShapeOptions, read_shape
+from facetlog.perception.reading.shape_files.cloud_files import CLOUD_SUFFIXES
+from facetlog.perception.reading.shape_files.mesh_checks import MESH_SUFFIXES
+from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 
 DOCS = Path(__file__).parents[2] / "docs"
 PAGE = (DOCS / "shapes.md").read_text(encoding="utf-8")

@@ -11,9 +11,9 @@ from facetlog.grammar.compile import Program, compiled
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.proof import State
 from facetlog.kb.verdict import Verdict
-from facetlog.perception import polyhedra
-from facetlog.perception.builders import build
-from facetlog.perception.facts import scene_facts
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.surfaces.exact_solids import polyhedra
+from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import Scene
 
 BOX = """model block

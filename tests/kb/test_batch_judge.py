@@ -24,9 +24,9 @@ from facetlog.kb.limits import Limits
 from facetlog.kb.proof import State
 from facetlog.kb.recognize import judge_scene, open_knowledge_base
 from facetlog.kb.verdict import Verdict
-from facetlog.perception.builders import build
-from facetlog.perception.fact_schema import FACT_SCHEMA
-from facetlog.perception.facts import LEVEL_KINDS, scene_facts
+from facetlog.perception.facts.all_facts import LEVEL_KINDS, scene_facts
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA
+from facetlog.perception.surfaces.exact_solids.builders import build
 
 # Measures of a file's own, and a model that asks of another, are not written anew.
 OWN = """:- module(m, []).

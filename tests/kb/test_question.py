@@ -12,7 +12,7 @@ from facetlog.kb.engine import piece_text
 from facetlog.kb.engine_pool import engine_pool
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.terms import Atom, Failure, Struct, Term, Var, decode_reply
-from facetlog.perception.fact_schema import FACT_SCHEMA
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
 from .hostile_cases import FACTS
 

@@ -11,8 +11,8 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.proof import State
 from facetlog.kb.recognize import recognize, rule_files
 from facetlog.kb.rule_source import rule_sources
-from facetlog.perception.facts import scene_facts
-from facetlog.perception.polyhedra import cuboid
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 
 SLAB = """model slab
   "A level board."

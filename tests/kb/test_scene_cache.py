@@ -22,9 +22,9 @@ from facetlog.kb.encode import Fact
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.scene_cache import SceneCache, _content, default_folder, schema_hash
 from facetlog.kb.terms import Atom, Struct, Term, term_text
-from facetlog.perception.fact_schema import FACT_SCHEMA
-from facetlog.perception.facts import scene_facts
-from facetlog.perception.polyhedra import cuboid
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 
 BLOCK: tuple[Fact, ...] = tuple((f.functor, *f.args) for f in scene_facts(cuboid()))
 ODD: tuple[Fact, ...] = (

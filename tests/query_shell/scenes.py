@@ -3,8 +3,8 @@
 import dataclasses
 from pathlib import Path
 
-from facetlog.perception.polyhedra import cuboid
-from facetlog.perception.scene_file import write_scene
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.surfaces.scene_file import write_scene
 
 
 def write_block(folder: Path, name: str = "block", *, metric: bool = True) -> Path:

@@ -7,7 +7,7 @@ import pytest
 from rich.cells import cell_len
 
 from facetlog.kb.terms import Atom, Struct, Term
-from facetlog.perception.fact_schema import ArgumentKind
+from facetlog.perception.facts.fact_schema import ArgumentKind
 from facetlog.query_shell.meanings import Meaning, meanings
 from facetlog.query_shell.shown_terms import shown, term_json
 from facetlog.query_shell.table import Table

@@ -14,10 +14,10 @@ from facetlog.kb.encode import Fact
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.proof import State
 from facetlog.kb.verdict import Verdict
-from facetlog.perception import polyhedra
-from facetlog.perception.builders import BUILDERS, build
-from facetlog.perception.facts import scene_facts
-from facetlog.perception.polyhedra import moved, seen_from, together
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.surfaces.exact_solids import polyhedra
+from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
+from facetlog.perception.surfaces.exact_solids.polyhedra import moved, seen_from, together
 from facetlog.perception.types import Scene
 
 BY_HAND = Path(__file__).parent / "by_hand"

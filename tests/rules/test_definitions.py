@@ -8,8 +8,8 @@ import pytest
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
 from facetlog.kb.proof import State
 from facetlog.kb.verdict import Verdict
-from facetlog.perception.builders import BUILDERS, build
-from facetlog.perception.facts import scene_facts
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 
 # Sizes are drawn about the builder's own: a share of each.
 SMALLER, LARGER = 0.85, 1.2

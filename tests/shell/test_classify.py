@@ -14,8 +14,8 @@ import pytest
 
 from facetlog.batch.output import read_rows, write_rows
 from facetlog.cli import main
-from facetlog.perception.polyhedra import cuboid, table
-from facetlog.perception.scene_file import write_scene
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, table
+from facetlog.perception.surfaces.scene_file import write_scene
 from tests.batch.fake_worker import PAUSE, fake_row
 from tests.batch.fakes import PROGRAM, fake_workers, scene_files
 

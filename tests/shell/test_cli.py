@@ -11,8 +11,8 @@ import pytest
 
 from facetlog import __version__
 from facetlog.cli import main
-from facetlog.perception.polyhedra import cuboid
-from facetlog.perception.views import ViewSet
+from facetlog.perception.reading.read_views import ViewSet
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 
 
 def _views(folder: Path, count: int = 3, *, levels: tuple[int, int] = (60, 120)) -> Path:
@@ -145,7 +145,7 @@ def test_pictures_that_are_all_black_are_refused_by_name(
 def test_pictures_without_an_edge_are_a_clean_no(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for room in ("perception.reconstruct", "perception.facts", "kb.recognize"):
+    for room in ("perception.surfaces.reconstruct", "perception.facts.all_facts", "kb.recognize"):
         pytest.importorskip(f"facetlog.{room}")
     folder = _views(tmp_path / "views")
     (folder / "images" / "2.png").unlink()

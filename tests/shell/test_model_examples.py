@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from facetlog.cli import main
-from facetlog.perception.builders import build
-from facetlog.perception.polyhedra import cuboid
-from facetlog.perception.scene_file import write_scene
+from facetlog.perception.surfaces.exact_solids.builders import build
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.surfaces.scene_file import write_scene
 
 MODEL = """model slab
   "A level board."

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from facetlog.cli import main
-from facetlog.perception.polyhedra import cuboid
-from facetlog.perception.scene_file import write_scene
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.surfaces.scene_file import write_scene
 from facetlog.query_shell.session import Session
 
 SLAB = """model slab

@@ -9,8 +9,8 @@ import pytest
 import trimesh
 
 from facetlog.cli import main
-from facetlog.perception.polyhedra import cuboid
-from facetlog.perception.scene_file import write_scene
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.surfaces.scene_file import write_scene
 
 
 @pytest.fixture(autouse=True)

@@ -8,8 +8,8 @@ import trimesh
 
 from facetlog.batch.output import write_rows
 from facetlog.cli import main
-from facetlog.perception.polyhedra import cuboid, table
-from facetlog.perception.scene_file import write_scene
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, table
+from facetlog.perception.surfaces.scene_file import write_scene
 from tests.batch.fake_worker import fake_row
 
 

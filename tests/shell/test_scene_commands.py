@@ -11,10 +11,10 @@ import pytest
 import trimesh
 
 from facetlog.cli import main
-from facetlog.perception.builders import build
-from facetlog.perception.polyhedra import cuboid, moved, table, together
-from facetlog.perception.scene_file import read_scene, scene_to_json, write_scene
-from tests.perception.shapes.clouds import box_points, rectangle
+from facetlog.perception.surfaces.exact_solids.builders import build
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved, table, together
+from facetlog.perception.surfaces.scene_file import read_scene, scene_to_json, write_scene
+from tests.perception.shapes.sampled_shapes import box_points, rectangle
 
 Run = Callable[..., tuple[int, str, str]]
 

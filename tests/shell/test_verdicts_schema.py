@@ -8,8 +8,8 @@ import pytest
 from pydantic import ValidationError
 
 from facetlog.kb.recognize import recognize
-from facetlog.perception.builders import build
-from facetlog.perception.facts import scene_facts
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.verdicts_schema import VerdictsRecord, verdicts_schema
 
 PUBLISHED = Path(__file__).parents[2] / "docs" / "verdicts.schema.json"

@@ -10,8 +10,8 @@ from facetlog.batch.settings import Item, Settings, shape_options
 from facetlog.errors import FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.limits import Limits
-from facetlog.perception.facts import fact_rows
-from facetlog.perception.shapes.read import read_shape
+from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import one_line
 
 if TYPE_CHECKING:

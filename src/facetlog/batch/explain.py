@@ -13,8 +13,8 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.recognize import open_knowledge_base
 from facetlog.kb.verdict import Verdict
-from facetlog.perception.facts import fact_rows
-from facetlog.perception.shapes.read import read_shape
+from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import one_line
 
 __all__ = ["Doubt", "Reason", "explained"]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.perception.posed_picture import METRES_PER
-from facetlog.perception.shapes.read import UP_AXES
+from facetlog.perception.reading.poses_file import METRES_PER
+from facetlog.perception.shapes.read_shape import UP_AXES
 
 __all__ = [
     "NONE",

@@ -7,7 +7,7 @@ from itertools import islice
 from pathlib import Path
 
 from facetlog.kb.terms import Atom
-from facetlog.perception.fact_schema import ArgumentKind
+from facetlog.perception.facts.fact_schema import ArgumentKind
 from facetlog.query_shell.commands import COMMANDS
 from facetlog.query_shell.goal_text import COMMAND, call_at, variables
 from facetlog.query_shell.meanings import FACTS

@@ -9,7 +9,7 @@ from typing import Any
 from facetlog.errors import InputError
 from facetlog.kb.proof import State
 from facetlog.kb.verdict import Verdict
-from facetlog.perception.fact_schema import ArgumentKind
+from facetlog.perception.facts.fact_schema import ArgumentKind
 from facetlog.query_shell.scene_names import kind_of
 from facetlog.query_shell.session import Session
 from facetlog.query_shell.words import nearest

@@ -6,7 +6,7 @@ Found by looking at which argument of which fact a variable is.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from facetlog.perception.fact_schema import FACT_SCHEMA, Argument, ArgumentKind, FactKind
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA, Argument, ArgumentKind, FactKind
 from facetlog.query_shell.goal_text import Call, Token, TokenKind, calls
 
 __all__ = ["FACTS", "Meaning", "length_unit", "meanings", "unit"]

@@ -45,11 +45,11 @@ class SceneFile:
 
         Raises InputError for a file that holds no scene.
         """
-        from facetlog.perception.facts import scene_facts
-        from facetlog.perception.scene_file import scene_from_json
+        from facetlog.perception.facts.all_facts import scene_facts
+        from facetlog.perception.surfaces.scene_file import scene_from_json
 
         if self.data is None:
-            from facetlog.perception.shapes.read import ShapeOptions, read_shape
+            from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 
             scene = read_shape(self.path, ShapeOptions(find_floor=True))
         else:
@@ -86,10 +86,10 @@ def is_raw_shape(path: Path) -> bool:
         return False
     # Loaded only now: scenes do without.
     if path.is_dir():
-        from facetlog.perception.shapes.colmap_model import find_colmap_model
+        from facetlog.perception.reading.shape_files.colmap_model import find_colmap_model
 
         return not (path / SCENE_FILE).exists() and find_colmap_model(path) is not None
-    from facetlog.perception.shapes.read import SUFFIXES, says_itself
+    from facetlog.perception.shapes.read_shape import SUFFIXES, says_itself
 
     return path.suffix.lower() in SUFFIXES and not says_itself(path.name)
 

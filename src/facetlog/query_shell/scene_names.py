@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.terms import Atom
-from facetlog.perception.fact_schema import ArgumentKind
+from facetlog.perception.facts.fact_schema import ArgumentKind
 
 __all__ = ["kind_of", "names_of_kind", "scene_names"]
 

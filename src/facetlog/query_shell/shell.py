@@ -9,7 +9,7 @@ from functools import partial
 
 from facetlog.errors import FacetlogError, InputError, QueryError
 from facetlog.kb.words import Word
-from facetlog.perception.fact_schema import ArgumentKind
+from facetlog.perception.facts.fact_schema import ArgumentKind
 from facetlog.query_shell.asking import (
     Outcome,
     WaysToAll,

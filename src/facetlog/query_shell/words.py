@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 
 from facetlog.kb.words import Word
-from facetlog.perception.fact_schema import FACT_SCHEMA, FactKind
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA, FactKind
 from facetlog.query_shell.meanings import FACTS
 
 __all__ = ["all_words", "described", "fact_signature", "nearest", "plain", "summary"]

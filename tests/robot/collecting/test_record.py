@@ -12,8 +12,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.types import Image
-from facetlog.perception.views import read_views
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT

@@ -27,7 +27,7 @@ _DIMENSIONS = {
 @cache
 def builder_sizes() -> "Builders":
     """The sizes of all builders of exact scenes, as the language names dimensions."""
-    from facetlog.perception.builders import BUILDERS
+    from facetlog.perception.surfaces.exact_solids.builders import BUILDERS
 
     return {
         builder.name: {p.name: _DIMENSIONS[p.kind] for p in builder.parameters}
@@ -42,8 +42,8 @@ def example_facts(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Itera
     """
     if isinstance(scene, s.SceneFile):
         return labelled_facts(model_file.parent / scene.path.value)
-    from facetlog.perception.builders import build
-    from facetlog.perception.facts import scene_facts
+    from facetlog.perception.facts.all_facts import scene_facts
+    from facetlog.perception.surfaces.exact_solids.builders import build
 
     try:
         built = build(scene.builder.text, sizes_si(scene))

@@ -45,13 +45,13 @@ def convert_command(
 
 
 def _write_scene(scene: "Scene", path: Path) -> None:
-    from facetlog.perception.scene_file import write_scene
+    from facetlog.perception.surfaces.scene_file import write_scene
 
     write_scene(scene, path)
 
 
 def _write_mesh(scene: "Scene", path: Path) -> None:
-    from facetlog.perception.mesh_file import write_mesh
+    from facetlog.perception.surfaces.mesh_export import write_mesh
 
     write_mesh(scene, path)
     if scene.patches:
@@ -60,7 +60,7 @@ def _write_mesh(scene: "Scene", path: Path) -> None:
 
 def _write_facts(scene: "Scene", path: Path) -> None:
     from facetlog.kb.encode import facts_program
-    from facetlog.perception.facts import scene_facts
+    from facetlog.perception.facts.all_facts import scene_facts
     from facetlog.perception.whole_file import write_whole
 
     facts = ((fact.functor, *fact.args) for fact in scene_facts(scene))

@@ -49,7 +49,7 @@ def read(path: Path, up: str, unit: str) -> Shape:
 
     Raises InputError for words that are none, and for what cannot be read.
     """
-    from facetlog.perception.shapes.read import (
+    from facetlog.perception.shapes.read_shape import (
         ShapeOptions,
         read_shape,
         says_itself,
@@ -75,7 +75,7 @@ def read(path: Path, up: str, unit: str) -> Shape:
 
 
 def _how_up(path: Path, scene: "Scene", *, itself: bool, given: bool) -> str:
-    from facetlog.perception.shapes.floor import FROM_CAMERAS
+    from facetlog.perception.shapes.regions.up_direction import FROM_CAMERAS
 
     if itself:
         return "as the file says"

@@ -7,8 +7,8 @@ from typing import Any
 
 from facetlog.commands.scene.shape import Shape
 from facetlog.counted import many
-from facetlog.perception.fact_schema import Value
-from facetlog.perception.facts import FactRows, fact_rows
+from facetlog.perception.facts.all_facts import FactRows, fact_rows
+from facetlog.perception.facts.fact_schema import Value
 
 __all__ = ["Summary"]
 

@@ -12,7 +12,7 @@ from facetlog.errors import InputError
 from facetlog.terminal import error, one_line
 
 if TYPE_CHECKING:
-    from facetlog.perception.scene_file import SceneFault
+    from facetlog.perception.surfaces.scene_file import SceneFault
 
 __all__ = ["validate_command"]
 
@@ -52,8 +52,8 @@ def validate_command(
 
 def _faults(path: Path) -> "tuple[SceneFault, ...]":
     """The faults of a scene file: those of its form, or if it has none those of its geometry."""
-    from facetlog.perception.scene_checks import scene_faults
-    from facetlog.perception.scene_file import SceneFileError, read_scene
+    from facetlog.perception.surfaces.scene_checks import scene_faults
+    from facetlog.perception.surfaces.scene_file import SceneFileError, read_scene
     from facetlog.query_shell.scene_files import is_raw_shape
 
     if is_raw_shape(path):

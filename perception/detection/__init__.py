@@ -1,0 +1,1 @@
+"""Pictures into edges, segments and tracked faces, by one of two front ends."""

@@ -1,0 +1,236 @@
+"""Position labels of a block's vertices in one picture, and what they mean across pictures.
+
+Section 5.3 of the paper labels vertices "back-left-top, back-right-top, ... depending on their
+positions in the block", as the picture shows it: the front is the side that faces the camera
+most. So front in pictures of set I is back in those of set III. `turned_label` carries a label
+from one side to another; the labels of tracks refer to the side that faces the first picture.
+
+Evidence, in this order: the plan directions of the edges that leave the vertex (a vertex with an
+edge to the right is a left one, with one away from the camera a front one, with one downwards a
+top one); RULE 1's test of the 8 neighbours and its counterparts; whether the object lies above,
+below, left or right of the vertex. What stays open, or is contradicted, has no label, and why.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from facetlog.perception.detection.block_front_end.edge_lines import EdgeLine
+from facetlog.perception.detection.block_front_end.image_vertices import ImageVertex
+from facetlog.perception.detection.block_front_end.plane_regions import PlaneRegions
+from facetlog.perception.detection.block_front_end.upright import QUARTER, edge_azimuth
+from facetlog.perception.types import FloatArray, PositionLabel, View
+
+__all__ = [
+    "BlockSide",
+    "LabelledVertex",
+    "label_vertices",
+    "neighbours_alike",
+    "rule_label",
+    "turned_label",
+]
+
+# RULE 1 looks at the 8 nearest pixels of a picture without blur; a real edge is some 3 px wide,
+# so the neighbours are taken this far from the vertex.
+NEIGHBOUR_PX = 5
+# An edge belongs to a direction of the plan, or to the upright, within this angle: it is where
+# half the least slope change that makes a vertex (30 degrees) begins to speak for another.
+DIRECTION_WINDOW = np.deg2rad(15.0)
+# A line that passes a vertex by more than this share of its length on both sides ends elsewhere.
+PASSING_SHARE = 0.2
+
+COMPASS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
+_STEPS = ((0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1))
+
+# RULE 1, and its counterparts for the corners that a picture from in front and above shows.
+_RULES = {
+    frozenset({"E", "SE", "S"}): PositionLabel.BACK_LEFT_TOP,
+    frozenset({"W", "SW", "S"}): PositionLabel.BACK_RIGHT_TOP,
+    frozenset({"NE", "E", "SE", "S"}): PositionLabel.FRONT_LEFT_TOP,
+    frozenset({"NW", "W", "SW", "S"}): PositionLabel.FRONT_RIGHT_TOP,
+    frozenset({"N", "NE", "E"}): PositionLabel.FRONT_LEFT_BOTTOM,
+    frozenset({"N", "NW", "W"}): PositionLabel.FRONT_RIGHT_BOTTOM,
+}
+
+# The corners of the plan, counter-clockwise seen from above.
+_RING = ("front_left", "front_right", "back_right", "back_left")
+
+
+@dataclass(frozen=True, slots=True)
+class BlockSide:
+    """How the block stands to a view: `turn` of its level edges in the plan (radians), `front`
+    the quarter turn (0..3 from `turn`) of the outward normal of the side that faces the view.
+    """
+
+    turn: float
+    front: int
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LabelledVertex:
+    """A 2-D vertex with its label as this picture shows the block, and the same on the block
+    whose front faces the first picture; `reason` says what spoke for it, or why there is none.
+    """
+
+    vertex: ImageVertex
+    label: PositionLabel | None
+    block_label: PositionLabel | None
+    reason: str
+
+
+def turned_label(label: PositionLabel, quarters: int) -> PositionLabel:
+    """The label, given from a side that is `quarters` counter-clockwise (seen from above) of the
+    block's front, as a label on the block itself.
+
+    >>> turned_label(PositionLabel.FRONT_LEFT_TOP, 2).value
+    'back_right_top'
+    """
+    corner, _, level = label.value.rpartition("_")
+    return PositionLabel(f"{_RING[(_RING.index(corner) + quarters) % 4]}_{level}")
+
+
+def neighbours_alike(regions: PlaneRegions, uv: FloatArray) -> frozenset[str]:
+    """Which of the 8 neighbours (N, NE, E, ...) of a vertex lie on the object."""
+    height, width = regions.labels.shape
+    alike = set()
+    for name, (du, dv) in zip(COMPASS, _STEPS, strict=True):
+        # All neighbours at one distance, as on a circle round the vertex.
+        reach = NEIGHBOUR_PX / np.hypot(du, dv)
+        u, v = round(float(uv[0] + du * reach)), round(float(uv[1] + dv * reach))
+        if 0 <= u < width and 0 <= v < height and regions.labels[v, u] > 0:
+            alike.add(name)
+    return frozenset(alike)
+
+
+def rule_label(alike: frozenset[str]) -> PositionLabel | None:
+    """The label by RULE 1 and its counterparts, from the neighbours on the object.
+
+    >>> rule_label(frozenset({"S", "E", "SE"})).value
+    'back_left_top'
+    """
+    return _RULES.get(alike)
+
+
+def _leaving(line: EdgeLine, uv: FloatArray) -> list[tuple[FloatArray, bool]]:
+    """Far ends of the line as seen from the vertex, and whether the line runs that way."""
+    along = float((uv - line.start) @ line.direction) / line.length
+    ends = []
+    if along < 1.0 - PASSING_SHARE:
+        ends.append((line.end, True))
+    if along > PASSING_SHARE:
+        ends.append((line.start, False))
+    return ends
+
+
+def _edge_words(
+    view: View,
+    vertex: ImageVertex,
+    lines: tuple[EdgeLine, ...],
+    up: FloatArray,
+    axes: tuple[FloatArray, FloatArray],
+    side: BlockSide,
+) -> set[str]:
+    """What the edges that leave the vertex say of it: of front, back, left, right, top, bottom."""
+    vanishing = view.camera.matrix @ (view.pose.rotation.T @ up)
+    upwards = vanishing[:2] - vertex.uv * vanishing[2]
+    upwards /= np.linalg.norm(upwards)
+    words = set()
+    for index in vertex.lines:
+        line = lines[index]
+        azimuth = edge_azimuth(view, line, up, axes)
+        for far, forward in _leaving(line, vertex.uv):
+            way = (far - vertex.uv) / np.linalg.norm(far - vertex.uv)
+            if abs(way @ upwards) >= np.cos(DIRECTION_WINDOW / 2):
+                words.add("bottom" if way @ upwards > 0 else "top")
+            elif azimuth is not None:
+                outward = (azimuth if forward else azimuth + np.pi) - side.turn
+                quarter = round(outward / QUARTER)
+                if abs(outward - quarter * QUARTER) <= DIRECTION_WINDOW:
+                    # An edge towards the front leaves a back vertex, one to the right a left one.
+                    words.add(("back", "left", "front", "right")[(quarter - side.front) % 4])
+    return words
+
+
+def _decided(words: set[str], first: str, second: str, otherwise: str | None) -> str | None:
+    """The one of two opposite words that was said, `otherwise` if none, None if both."""
+    if first in words and second in words:
+        return None
+    if first in words:
+        return first
+    return second if second in words else otherwise
+
+
+def _only(alike: frozenset[str], first: str, second: str) -> bool:
+    return first in alike and second not in alike
+
+
+def _label(
+    words: set[str], alike: frozenset[str], rule: PositionLabel | None
+) -> tuple[PositionLabel | None, str]:
+    """The label that the evidence adds up to, and what decided; None with what is missing."""
+    depth_rule, side_rule, level_rule = rule.value.split("_") if rule else (None, None, None)
+    level_position = (
+        "top" if _only(alike, "S", "N") else "bottom" if _only(alike, "N", "S") else level_rule
+    )
+    side_position = (
+        "left" if _only(alike, "E", "W") else "right" if _only(alike, "W", "E") else side_rule
+    )
+    level = _decided(words, "top", "bottom", level_position)
+    side = _decided(words, "left", "right", side_position)
+    depth = _decided(words, "front", "back", depth_rule)
+    if level == "bottom" and words & {"left", "right"} and not words & {"front", "back"}:
+        depth = "front"  # the back's own bottom edge is hidden behind the block
+    for word, names in (
+        (level, ("top", "bottom")),
+        (side, ("left", "right")),
+        (depth, ("front", "back")),
+    ):
+        if word is None:
+            said = "both" if set(names) <= words else "neither"
+            return None, f"the evidence says {said} of {names[0]} and {names[1]}"
+    label = PositionLabel(f"{depth}_{side}_{level}")
+    sources = []
+    if words & {str(level), str(side), str(depth)}:
+        sources.append("edges")
+    if rule is label:
+        sources.append("8 neighbours")
+    elif not {str(level), str(side), str(depth)} <= words:
+        sources.append("position")
+    return label, " and ".join(sources)
+
+
+def label_vertices(
+    view: View,
+    vertices: tuple[ImageVertex, ...],
+    lines: tuple[EdgeLine, ...],
+    regions: PlaneRegions,
+    *,
+    up: FloatArray,
+    axes: tuple[FloatArray, FloatArray],
+    side: BlockSide | None,
+    quarters: int | None,
+) -> tuple[LabelledVertex, ...]:
+    """The vertices of one picture with their labels, none of which is given twice.
+
+    `up` (3,) and `axes` are the plan's (module `upright`), `side` how the block stands to this
+    view (None if unknown: then only the 8 neighbours speak), `quarters` by how many quarter turns
+    this view's side lies counter-clockwise of the first picture's (None if unknown).
+    """
+    labelled = []
+    for vertex in vertices:
+        alike = neighbours_alike(regions, vertex.uv)
+        words = set() if side is None else _edge_words(view, vertex, lines, up, axes, side)
+        label, reason = _label(words, alike, rule_label(alike))
+        labelled.append((vertex, label, reason))
+    given = [label for _, label, _ in labelled if label is not None]
+    result = []
+    for vertex, label, reason in labelled:
+        if label is not None and given.count(label) > 1:
+            # Section 5.3: then "additional junction labeling scheme needs to be adopted".
+            result.append(
+                LabelledVertex(vertex, None, None, f"more than one vertex is {label.value}")
+            )
+            continue
+        block = None if label is None or quarters is None else turned_label(label, quarters)
+        result.append(LabelledVertex(vertex, label, block, reason))
+    return tuple(result)

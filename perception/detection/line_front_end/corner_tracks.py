@@ -1,0 +1,201 @@
+"""Corners of faces as tracks: in each view the fitted sides of a face meet in a measured corner."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.edge_maps import EdgeMap
+from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
+from facetlog.perception.detection.line_front_end.line_refine import read_edges
+from facetlog.perception.detection.line_front_end.line_support import project_points
+from facetlog.perception.ties import ascending
+from facetlog.perception.types import FloatArray, Observation, Track, View
+
+__all__ = ["Corners", "merge_corners", "track_corners", "track_ends"]
+
+# Corners of two faces are one vertex within this many px, and this share of the shortest side.
+MERGE_PX = 8.0
+MERGE_SHARE = 0.25
+# Readings along a side; the ends are left out, where other edges interfere.
+SAMPLES = 32
+CLEAR_OF_ENDS = 0.05
+SEARCH_PX = 3.0
+# A side counts in a view when this share of its readings is found.
+MIN_READ = 0.6
+# Robust scale of a side's readings, px, and the least sd of one reading (interpolation).
+ROBUST_PX = 0.5
+MIN_READING_SD_PX = 0.05
+# Neighbouring readings share pixels: noise smoothed by a Gaussian of s = sqrt(1 + 0.5) px, the
+# gradient's, is worth one independent reading for each 2 sqrt(pi) s px along the edge.
+INDEPENDENT_PX = 4.3
+# How well the end of an edge is known that no other edge ends, px.
+END_SD_PX = 4.0
+# Two sides fix a corner when they cross at more than 15 degrees.
+MIN_SPREAD = 1 - np.cos(np.radians(15.0))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Corners:
+    """Vertices (n, 3) that faces share, and each face's loop of them."""
+
+    points: FloatArray
+    loops: tuple[tuple[int, ...], ...]
+
+    @property
+    def sides(self) -> tuple[tuple[int, int], ...]:
+        """All different sides, as (smaller, larger) vertex."""
+        pairs = {
+            (min(a, b), max(a, b))
+            for loop in self.loops
+            for a, b in zip(loop, loop[1:] + loop[:1], strict=True)
+        }
+        return tuple(sorted(pairs))
+
+
+def merge_corners(faces: Sequence[SelectedFace], pixel: float) -> Corners:
+    """Corners of different faces that lie together become one vertex, nearest pairs first."""
+    points = np.concatenate([f.corners for f in faces])
+    owner = np.repeat(np.arange(len(faces)), [len(f.corners) for f in faces])
+    shortest = np.array(
+        [np.linalg.norm(f.corners - np.roll(f.corners, -1, axis=0), axis=1).min() for f in faces]
+    )
+    limit = np.minimum(MERGE_PX * pixel, MERGE_SHARE * shortest)[owner]
+    apart = np.linalg.norm(points[:, None] - points[None], axis=-1)
+    i, j = np.nonzero(np.triu(apart < np.minimum(limit[:, None], limit[None]), 1))
+    group = np.arange(len(points))
+    for n in ascending(apart[i, j]):
+        a, b = group[i[n]], group[j[n]]
+        # A face keeps its corners apart.
+        if a != b and not set(owner[group == a]) & set(owner[group == b]):
+            group[group == b] = a
+    _, vertex = np.unique(group, return_inverse=True)
+    merged = np.array([points[vertex == k].mean(axis=0) for k in range(vertex.max() + 1)])
+    ends = np.cumsum([len(f.corners) for f in faces])[:-1]
+    loops = tuple(tuple(int(v) for v in part) for part in np.split(vertex, ends))
+    return Corners(merged, loops)
+
+
+def track_corners(
+    corners: Corners,
+    shown: NDArray[np.bool_],
+    views: Sequence[View],
+    maps: Sequence[EdgeMap],
+) -> tuple[Track, ...]:
+    """One track a vertex: where its sides meet in each view.
+
+    `shown` (faces, V) tells which views show which face: a side is read where one of its faces is
+    shown. The covariance follows from the readings' scatter about the straight sides.
+    """
+    sides = corners.sides
+    number = {side: k for k, side in enumerate(sides)}
+    visible = np.zeros((len(sides), len(views)), np.bool_)
+    for loop, seen in zip(corners.loops, shown, strict=True):
+        for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
+            visible[number[min(a, b), max(a, b)]] |= seen
+    start, end = np.array(sides).T
+    at = _samples(corners.points[start], corners.points[end])
+    found: list[list[Observation]] = [[] for _ in corners.points]
+    for k, (view, edges) in enumerate(zip(views, maps, strict=True)):
+        uv, _ = project_points(view.projection, corners.points)
+        lines = _fit_sides(view, edges, at, uv[start], uv[end])
+        good = lines.good & visible[:, k]
+        for vertex, place in enumerate(uv):
+            ends = [(int(s), 0) for s in np.nonzero(good & (start == vertex))[0]]
+            ends += [(int(s), 1) for s in np.nonzero(good & (end == vertex))[0]]
+            corner = _meeting(place, ends, lines)
+            if corner is not None:
+                found[vertex].append(Observation(k, *corner))
+    return tuple(Track(tuple(seen)) for seen in found)
+
+
+def track_ends(
+    edges: FloatArray,
+    visible: NDArray[np.bool_],
+    views: Sequence[View],
+    maps: Sequence[EdgeMap],
+) -> tuple[Track, ...]:
+    """Two tracks for each loose edge (m, 2, 3): where its start and its end are in each view.
+
+    `visible` (m, V) tells which views show it. Across the edge an end is as sure as the readings;
+    along it END_SD_PX, an error that all the views share.
+    """
+    if not len(edges):
+        return ()
+    found: list[list[Observation]] = [[] for _ in range(2 * len(edges))]
+    at = _samples(edges[:, 0], edges[:, 1])
+    shared = END_SD_PX**2 * np.maximum(visible.sum(axis=1), 1)
+    for k, (view, gradients) in enumerate(zip(views, maps, strict=True)):
+        uv, _ = project_points(view.projection, edges)
+        lines = _fit_sides(view, gradients, at, uv[:, 0], uv[:, 1])
+        for m in np.nonzero(lines.good & visible[:, k])[0]:
+            normal = lines.normal[m]
+            along = np.array([normal[1], -normal[0]])
+            for end in (0, 1):
+                cov = lines.variance[m, end] * np.outer(normal, normal)
+                cov += shared[m] * np.outer(along, along)
+                place = uv[m, end] + lines.offset[m, end] * normal
+                found[2 * m + end].append(Observation(k, place, cov))
+    return tuple(Track(tuple(seen)) for seen in found)
+
+
+def _samples(start: FloatArray, end: FloatArray) -> FloatArray:
+    t = CLEAR_OF_ENDS + (1 - 2 * CLEAR_OF_ENDS) * (np.arange(SAMPLES) + 0.5) / SAMPLES
+    samples: FloatArray = start[:, None] + t[:, None] * (end - start)[:, None]
+    return samples
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Sides:
+    # Straight fits across the projected sides of one view: offset (n, 2) and variance (n, 2) at
+    # both ends along `normal` (n, 2).
+    normal: FloatArray
+    offset: FloatArray
+    variance: FloatArray
+    good: NDArray[np.bool_]
+
+
+def _fit_sides(
+    view: View, edges: EdgeMap, at: FloatArray, uv_start: FloatArray, uv_end: FloatArray
+) -> _Sides:
+    r = read_edges(view, edges, at, SEARCH_PX)
+    span = uv_end - uv_start
+    length = np.maximum(np.hypot(span[:, 0], span[:, 1]), 1e-9)
+    x = np.einsum("nmk,nk->nm", r.uv - uv_start[:, None], span) / (length**2)[:, None]
+    design = np.stack([1 - x, x], axis=-1)  # (n, m, 2)
+    found = np.isfinite(r.offset)
+    e = np.where(found, r.offset, 0.0)
+    good = (found.mean(axis=1) >= MIN_READ) & r.visible.all(axis=1)
+    centre = np.zeros((len(at), 2))
+    information = np.broadcast_to(np.eye(2), (len(at), 2, 2))
+    residual = e
+    for _ in range(4):
+        w = found / (1.0 + (residual / ROBUST_PX) ** 2)
+        information = np.einsum("nm,nma,nmb->nab", w, design, design) + 1e-9 * np.eye(2)
+        centre = np.linalg.solve(information, np.einsum("nm,nma,nm->na", w, design, e)[..., None])[
+            ..., 0
+        ]
+        residual = e - np.einsum("nma,na->nm", design, centre)
+    spread = np.where(found, np.abs(residual), np.nan)
+    sd = np.full(len(at), np.inf)
+    sd[good] = 1.4826 * np.nanmedian(spread[good], axis=1)
+    shared = np.maximum(1.0, SAMPLES * INDEPENDENT_PX / length)
+    variance = np.maximum(sd, MIN_READING_SD_PX) ** 2 * shared
+    cov = np.linalg.inv(information) * np.where(good, variance, 1.0)[:, None, None]
+    return _Sides(r.normal, centre, np.diagonal(cov, axis1=1, axis2=2), good)
+
+
+def _meeting(
+    place: FloatArray, ends: list[tuple[int, int]], lines: _Sides
+) -> tuple[FloatArray, FloatArray] | None:
+    # Each side says n · x = n · place + offset; least squares by their variances.
+    if len(ends) < 2:
+        return None
+    normal = np.array([lines.normal[s] for s, _ in ends])
+    if np.linalg.eigvalsh(normal.T @ normal)[0] < MIN_SPREAD:
+        return None
+    value = np.array([lines.offset[s, e] for s, e in ends]) + normal @ place
+    weight = 1.0 / np.array([lines.variance[s, e] for s, e in ends])
+    cov = np.linalg.inv((normal.T * weight) @ normal)
+    return cov @ (normal.T * weight) @ value, cov

@@ -1,0 +1,118 @@
+"""3-D segments that bound no face but belong to one: what stands behind it within its outline."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.behind_face import lies_inside, stands_behind
+from facetlog.perception.detection.line_front_end.face_selection import (
+    MAX_BLOCKED,
+    SelectedFace,
+    blocked_share,
+)
+from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.line_extent import LineProfiles
+from facetlog.perception.detection.line_front_end.line_support import segment_samples
+from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_basis
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["covered_extents", "find_loose_edges"]
+
+# A segment ends where its coverage, averaged over a step of the walk, falls below this.
+MIN_COVERAGE = 0.5
+WALK_STEPS = 96
+# A segment this near to a face, in px, lies on it: print, or the face's own border.
+ON_FACE_PX = 6.0
+# Places along an edge to which the views must see.
+SIGHT_SAMPLES = 8
+# A segment this near to the line of a side, in px, is that side again or its shadow.
+ALONG_SIDE_PX = 10.0
+# Shorter loose edges than this many px are not worth a fact.
+MIN_LENGTH_PX = 15.0
+
+
+def covered_extents(segments: FloatArray, profiles: LineProfiles) -> FloatArray:
+    """Segments (n, 2, 3) lengthened or cut, from their middles, to where they are covered."""
+    length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
+    line = np.arange(len(segments))
+    ends = []
+    for sign in (-1.0, 1.0):
+        place = length / 2
+        step = sign * 1.5 * length / WALK_STEPS
+        walking = np.ones(len(segments), np.bool_)
+        for _ in range(WALK_STEPS):
+            walking &= profiles.mean(line, place, place + 2 * step) >= MIN_COVERAGE
+            place = np.where(walking, place + step, place)
+        ends.append(profiles.origin + place[:, None] * profiles.direction)
+    return np.stack(ends, axis=1)
+
+
+def find_loose_edges(
+    cloud: LineCloud,
+    profiles: LineProfiles,
+    faces: Sequence[SelectedFace],
+    views: Sequence[View],
+    seen: NDArray[np.bool_],
+) -> tuple[FloatArray, NDArray[np.intp]]:
+    """Loose edges (m, 2, 3) and the segments of the cloud that they come from (m,).
+
+    `seen` (segments, V) tells which views show which segment: what they see through a face, such
+    as print at a wrong depth, is none.
+    """
+    extents = covered_extents(cloud.segments, profiles)
+    keep = np.linalg.norm(extents[:, 1] - extents[:, 0], axis=1) > MIN_LENGTH_PX * cloud.pixel
+    for face in faces:
+        keep &= ~_lies_on(extents, face, ON_FACE_PX * cloud.pixel)
+        keep &= ~_runs_along(extents, face, ALONG_SIDE_PX * cloud.pixel)
+    # The ends are the least known: whether a segment is inside its middle part tells.
+    cores = segment_samples(extents, 5)[:, [1, 3]]
+    belongs = np.zeros(len(extents), np.bool_)
+    for k, face in enumerate(faces):
+        inside = stands_behind(extents, face.corners, face.normal)
+        for other in (f for n, f in enumerate(faces) if n != k and _is_convex(face, f)):
+            # What stands behind two sides of one solid at once would be seen inside it; what stands
+            # before the other side is not part of the solid.
+            depth = (extents - other.corners.mean(axis=0)) @ other.normal
+            inside &= (depth < ON_FACE_PX * cloud.pixel).all(axis=1)
+            inside &= ~lies_inside(cores, other.corners, other.normal)
+        belongs |= inside
+    margin = ON_FACE_PX * cloud.pixel
+    centres = np.array([v.pose.centre for v in views])
+    for k in np.nonzero(keep & belongs)[0].tolist():
+        targets = segment_samples(extents[k : k + 1], SIGHT_SAMPLES)[0]
+        shares = (blocked_share(f, targets, centres[seen[k]], margin) for f in faces)
+        keep[k] = max(shares) <= MAX_BLOCKED
+    chosen = np.nonzero(keep & belongs)[0]
+    return extents[chosen], chosen
+
+
+def _lies_on(segments: FloatArray, face: SelectedFace, tolerance: float) -> NDArray[np.bool_]:
+    middle = face.corners.mean(axis=0)
+    basis = plane_basis(face.normal)
+    near = np.abs((segments - middle) @ face.normal) < tolerance
+    flat = (segments - middle) @ basis
+    polygon = shapely.Polygon((face.corners - middle) @ basis).buffer(tolerance)
+    inside = shapely.contains_xy(polygon, flat[..., 0], flat[..., 1])
+    lies: NDArray[np.bool_] = np.logical_and(near, inside).all(axis=1)
+    return lies
+
+
+def _runs_along(segments: FloatArray, face: SelectedFace, tolerance: float) -> NDArray[np.bool_]:
+    # Both ends near the line of one side: the side once more, or the shadow at its foot.
+    along = np.zeros(len(segments), np.bool_)
+    for start, end in zip(face.corners, np.roll(face.corners, -1, axis=0), strict=True):
+        unit = (end - start) / np.linalg.norm(end - start)
+        relative = segments - start
+        away = relative - (relative @ unit)[..., None] * unit
+        along |= (np.linalg.norm(away, axis=-1) < tolerance).all(axis=1)
+    return along
+
+
+def _is_convex(face: SelectedFace, other: SelectedFace) -> bool:
+    # Of one solid: they share the line of a side, and each lies behind the other.
+    if not set(face.lines) & set(other.lines):
+        return False
+    away = other.corners.mean(axis=0) - face.corners.mean(axis=0)
+    return bool(away @ face.normal < 0 < away @ other.normal)

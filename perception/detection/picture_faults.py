@@ -1,0 +1,145 @@
+"""Pictures that show nothing or next to nothing: black, saturated, of one grey level, blurred.
+
+A picture without contrast is known by itself. A blurred one only beside the others: the blur of a
+picture is told by its strongest edges, whose gradient falls by less than a sharp edge's does where
+the picture is smoothed once more.
+"""
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.errors import InputError
+from facetlog.perception.detection.picture_noise import noise_sd
+from facetlog.perception.types import FloatArray, Image, View
+
+__all__ = ["blur_px", "named", "nothing_shown", "usable_views"]
+
+DARK, BRIGHT = 40.0, 215.0
+"""Grey levels of an empty picture, below which it is called black and above which saturated."""
+ENDS = (0.001, 0.999)
+"""Quantiles between which nearly all grey levels lie: a thousandth of the pixels may be defects
+of the sensor."""
+NOISE_ENDS_SD = 3.1
+"""Where these quantiles of normal noise lie."""
+ROUNDING = 3.0
+"""Grey levels by which compression and uneven light may change an empty picture."""
+FINE_PX, COARSE_PX = 1.0, 3.0
+"""Smoothing before the two gradients that are compared."""
+EDGES = 0.01
+"""The share of the pixels with the strongest coarse gradients: the edges."""
+MIN_CONTRAST_SD = 8.0
+"""Edges weaker than this many standard deviations of the coarse gradient's noise tell no width."""
+LEAST_OTHERS = 5
+"""Of fewer other pictures the spread of their blur says nothing."""
+OUTLIER_SDS = 5.0
+"""Robust standard deviations above the median of the others: edges differ in width by depth too,
+so far out only motion or a lens out of focus brings a picture."""
+MUCH = 2.0
+"""A blur less than so many times the others' costs little: its edges are just less sure."""
+MEDIAN_OF_NORMAL = 0.6745
+NAMED = 3
+
+
+def usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[str, ...]]:
+    """The views whose pictures show something, and a warning for each kind of fault.
+
+    InputError where fewer than two are left. Blurred pictures are left out while most are sharp.
+    """
+    empty = {k: fault for k, view in enumerate(views) if (fault := nothing_shown(view.image))}
+    if len(views) - len(empty) < min(2, len(views)):
+        raise InputError(_too_many_empty(views, empty))
+    shown = [k for k in range(len(views)) if k not in empty]
+    blurs = np.array([blur_px(views[k].image) for k in shown])
+    blurred = {shown[n]: float(blurs[n]) for n in _far_above(blurs)}
+    warnings = [
+        f"{named([views[k].name for k, f in empty.items() if f == fault])}: {fault}, left out"
+        for fault in dict.fromkeys(empty.values())
+    ]
+    usual = float(np.median(blurs)) if len(blurs) else 0.0
+    if blurred:
+        widest = max(blurred.values())
+        warnings.append(
+            f"{named([views[k].name for k in blurred])}: blurred by up to {widest:.1f} px, the "
+            f"other pictures by {usual:.1f}, left out"
+        )
+    left = tuple(views[k] for k in shown if k not in blurred)
+    return left, tuple(warnings)
+
+
+def nothing_shown(image: Image) -> str | None:
+    """What an empty picture is ("black", "saturated", "of one grey level"); None if it shows
+    anything: grey levels beyond what its noise explains."""
+    counts = np.cumsum(np.bincount(image.ravel(), minlength=256)) / image.size
+    low, high = np.searchsorted(counts, ENDS)
+    if high - low > 2 * NOISE_ENDS_SD * noise_sd(image) + ROUNDING:
+        return None
+    level = float(image.mean())
+    return "black" if level < DARK else "saturated" if level > BRIGHT else "of one grey level"
+
+
+def blur_px(image: Image) -> float:
+    """Standard deviation in px of the blur of the picture's strongest edges; NaN without edges.
+
+    The gradient of a step of height C, blurred by b and smoothed by s, peaks at
+    C / sqrt(2π (s² + b²)): the ratio r of two of them gives b² = (s₂² - r² s₁²) / (r² - 1).
+    """
+    coarse = _gradient(image, COARSE_PX)
+    least = MIN_CONTRAST_SD * noise_sd(image) / (np.sqrt(8 * np.pi) * (COARSE_PX**2 + 0.5))
+    # Neighbours tell the same: every second row and column is enough for a quantile.
+    peaks = coarse > max(float(np.quantile(coarse[::2, ::2], 1.0 - EDGES)), least)
+    if not peaks.any():
+        return float("nan")
+    size = 2 * round(COARSE_PX) + 1
+    nearest = np.asarray(cv2.dilate(_gradient(image, FINE_PX), np.ones((size, size), np.uint8)))
+    # Sobel's own smoothing adds half a pixel squared to both.
+    s1, s2 = FINE_PX**2 + 0.5, COARSE_PX**2 + 0.5
+    widest = np.sqrt(s2 / s1)
+    r = float(np.clip(np.median(nearest[peaks] / coarse[peaks]), 1.001, widest))
+    return float(np.sqrt(max(s2 - r**2 * s1, 0.0) / (r**2 - 1.0)))
+
+
+def _gradient(image: Image, sigma: float) -> NDArray[np.float32]:
+    """Its magnitude (H, W) in grey levels per px."""
+    smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), sigma)
+    gx = cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8)
+    gy = cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=1 / 8)
+    return np.asarray(cv2.magnitude(gx, gy), dtype=np.float32)
+
+
+def _far_above(blurs: FloatArray) -> list[int]:
+    """The indices of blurs far above the median of all; none where they are not a minority."""
+    known = np.isfinite(blurs)
+    if known.sum() <= LEAST_OTHERS:
+        return []
+    middle = float(np.median(blurs[known]))
+    spread = float(np.median(np.abs(blurs[known] - middle))) / MEDIAN_OF_NORMAL
+    limit = max(middle + OUTLIER_SDS * spread, MUCH * middle, 1.0)
+    found = np.flatnonzero(known & (np.nan_to_num(blurs) > limit)).tolist()
+    return found if len(blurs) - len(found) > LEAST_OTHERS else []
+
+
+def _too_many_empty(views: Sequence[View], empty: dict[int, str]) -> str:
+    faults = tuple(dict.fromkeys(empty.values()))
+    kind = faults[0] if len(faults) == 1 else " or ".join(faults)
+    which = (
+        f"all {len(views)} pictures are"
+        if len(empty) == len(views)
+        else f"all but one of {len(views)} pictures are"
+    )
+    return (
+        f"{which} {kind} ({named([views[k].name for k in empty])}): "
+        "check exposure and lens cap, or the files"
+    )
+
+
+def named(names: Sequence[str]) -> str:
+    """The first names and how many more there are.
+
+    >>> named(["a.png", "b.png", "c.png", "d.png", "e.png"])
+    'a.png, b.png, c.png and 2 more'
+    """
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return ", ".join(names[:NAMED]) + more

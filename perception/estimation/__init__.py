@@ -1,0 +1,1 @@
+"""Points, planes and poses with their covariance, from what pictures show."""

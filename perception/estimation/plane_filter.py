@@ -1,0 +1,267 @@
+"""Planes from 3-D points: the charts of figure 6, the paper's recursion, and the estimator.
+
+A plane has three parameters (a, b, p) in each of three charts, named by the axis whose coefficient
+is 1. The paper uses chart Z; there a vertical face has infinite slope and a steep one an angle
+error of up to 20 times the bound. `fit_plane` takes the chart of the normal's largest component,
+about the points' middle, from a total-least-squares start.
+
+Its covariance takes the points' errors to be independent of one another. Vertices from the same
+views share the errors of the poses: a common shift or turn of all points is then not in the
+covariance of one plane (it largely cancels between planes of one scene), and it is for the caller
+to add it where absolute place matters.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import IntEnum, StrEnum
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import chdtrc
+
+from facetlog.perception.estimation.ekf import Linearised, Measurement, State, linearise, recursion
+from facetlog.perception.types import FloatArray, Plane
+
+__all__ = [
+    "Chart",
+    "NoPlane",
+    "PlaneFailure",
+    "PlaneFit",
+    "best_chart",
+    "chart_from_plane",
+    "fit_plane",
+    "plain_plane_recursion",
+    "plane_from_chart",
+    "plane_measurement",
+]
+
+# Standard deviation of the fresh S0 on slopes and on the offset over the points' spread: slopes
+# of the best chart are at most 1, so this weighs nothing.
+START_SD = 1e3
+# Rounding of coordinates, as a share of the points' spread: the least standard deviation of a
+# point, so that exact points (of a mesh) have a plane too.
+LEAST_SD = 1e-9
+# Points are a line unless their spread across it would come up by noise less than once in 1,000.
+LINE_PROBABILITY = 1e-3
+# A normal less sure than this (rad) is not one: the plane square to it is within 3 sd of slope.
+MAX_TILT_SD = 1.0 / 3.0
+# The passes end when none moves the plane by more than this (unit: its own standard deviation).
+CONVERGED_SD = 1e-7
+MAX_PASSES = 50
+# A pass that makes the fit worse is halved at most so often.
+HALVINGS = 12
+
+
+class Chart(IntEnum):
+    """The axis whose coefficient is 1; the planes parallel to that axis are not in the chart.
+
+    The two axes after it, in turn, have the coefficients a and b (figure 6): Z is
+    a x + b y + z + p = 0, X is x + a y + b z + p = 0, Y is b x + y + a z + p = 0.
+    """
+
+    X = 0
+    Y = 1
+    Z = 2
+
+    @property
+    def axes(self) -> tuple[int, int, int]:
+        """Indices of the axes of a, of b, and of the coefficient 1."""
+        return (self + 1) % 3, (self + 2) % 3, int(self)
+
+
+class PlaneFailure(StrEnum):
+    """Why there is no plane."""
+
+    TOO_FEW = "fewer than three points"
+    COLLINEAR = "the points lie on one line, within their noise"
+    UNCERTAIN = "the points do not fix the tilt of the plane"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlaneFit:
+    """A plane, the chart it was found in, and the chi-square of the points about it."""
+
+    plane: Plane
+    chart: Chart
+    chi2: float
+    dof: int
+    reason: None = None
+
+    def __bool__(self) -> Literal[True]:
+        return True
+
+    @property
+    def probability(self) -> float:
+        """How often a true plane has a chi-square as large as this one; 1 for three points."""
+        return float(chdtrc(self.dof, self.chi2)) if self.dof else 1.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class NoPlane:
+    """No plane, and why; falsy."""
+
+    reason: PlaneFailure
+
+    def __bool__(self) -> Literal[False]:
+        return False
+
+
+def best_chart(normal: ArrayLike) -> Chart:
+    """The chart in which the slopes a and b of a plane with this normal are at most 1.
+
+    >>> best_chart([1.0, 0.0, 0.1])
+    <Chart.X: 0>
+    """
+    return Chart(int(np.argmax(np.abs(np.asarray(normal, dtype=np.float64)))))
+
+
+def plane_from_chart(chart: Chart, state: State) -> Plane:
+    """The plane of (a, b, p) with its covariance, by first order; its normal's entry 1 is positive.
+
+    >>> plane_from_chart(Chart.Z, State(np.array([0.0, 0.0, -3.0]), np.eye(3))).offset
+    -3.0
+    """
+    i, j, k = chart.axes
+    a, b, p = state.mean
+    m = np.zeros(3)
+    m[[i, j, k]] = a, b, 1.0
+    length = float(np.linalg.norm(m))
+    n = m / length
+    # n = m / |m|, offset = p / |m|
+    J = np.zeros((4, 3))
+    J[:3, :2] = ((np.eye(3) - np.outer(n, n)) / length)[:, [i, j]]
+    J[3, :2] = -p * m[[i, j]] / length**3
+    J[3, 2] = 1.0 / length
+    return Plane(n, float(p / length), J @ state.cov @ J.T)
+
+
+def chart_from_plane(chart: Chart, plane: Plane) -> State:
+    """(a, b, p) of a plane with their covariance; ValueError if the plane is not in the chart."""
+    i, j, k = chart.axes
+    n = plane.normal
+    if abs(n[k]) < np.finfo(np.float64).eps:
+        raise ValueError(f"the plane is parallel to the axis of chart {chart.name}")
+    # (a, b, p) = (n_i, n_j, offset) / n_k
+    mean = np.array([n[i], n[j], plane.offset]) / n[k]
+    J = np.zeros((3, 4))
+    J[[0, 1, 2], [i, j, 3]] = 1.0 / n[k]
+    J[:, k] = -mean / n[k]
+    return State(mean, J @ plane.cov @ J.T)
+
+
+def plane_measurement(
+    point: ArrayLike, noise: ArrayLike, chart: Chart = Chart.Z, at: FloatArray | None = None
+) -> Measurement:
+    """A point (3,) with covariance (3, 3) as a measurement of the plane, equations (11) to (14).
+
+    Without `at` as printed: M at the point as measured, the weight at the estimate before. With
+    `at` = (a, b, p) everything is linear there, M at the point moved onto that plane (along the
+    noise, to where it most likely is): equation (1)'s x*, which takes the bias from M's own noise.
+    """
+    x, noise = np.asarray(point, dtype=np.float64), np.asarray(noise, dtype=np.float64)
+    i, j, k = chart.axes
+
+    def measured(estimate: FloatArray) -> Linearised:
+        a, b, p = estimate if at is None else at
+        # (14)  ∂f/∂x = [a b 1]
+        g = np.zeros(3)
+        g[[i, j, k]] = a, b, 1.0
+        # (11)  f = a x + b y + z + p
+        f = g @ x + p
+        moved = x if at is None else x - noise @ g * (f / (g @ noise @ g))
+        # (13)  M = [x y 1]; with (12), y = -z, if M is taken at x
+        M = np.array([[moved[i], moved[j], 1.0]])
+        return linearise([f], M, g[None, :], noise, estimate if at is None else at)
+
+    return measured
+
+
+def plain_plane_recursion(
+    points: Sequence[ArrayLike], noise: ArrayLike, start: State, chart: Chart = Chart.Z
+) -> Iterator[State]:
+    """The states (a, b, p) of the paper's recursion after each point, nothing added."""
+    return recursion(start, (plane_measurement(x, noise, chart) for x in points))
+
+
+def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
+    """The most likely plane of points (n, 3) with covariances (n, 3, 3); falsy with a reason.
+
+    The recursion over the points in the best chart, about their middle and in units of their
+    spread, every point made linear at one shared plane and the passes repeated from a fresh S0
+    until that stands still. Independent of order, frame and unit. The normal's sign is the
+    chart's: its largest component is positive.
+    """
+    x, noise = np.array(points, dtype=np.float64), np.array(covs, dtype=np.float64)
+    if x.ndim != 2 or x.shape[1] != 3 or noise.shape != (len(x), 3, 3):
+        raise ValueError(f"points {x.shape} and covariances {noise.shape} do not go together")
+    if not (np.isfinite(x).all() and np.isfinite(noise).all()):
+        raise ValueError("points and covariances must be finite")
+    if len(x) < 3:
+        return NoPlane(PlaneFailure.TOO_FEW)
+    middle = x.mean(axis=0)
+    spread = float(np.sqrt(((x - middle) ** 2).sum(axis=1).mean()))
+    if spread <= 64 * np.finfo(np.float64).eps * float(np.abs(x).max()):
+        return NoPlane(PlaneFailure.COLLINEAR)
+    x = (x - middle) / spread
+    noise = noise / spread**2 + LEAST_SD**2 * np.eye(3)
+    # Total least squares: the normal is the direction of least spread (columns in rising order).
+    axes = np.linalg.eigh(x.T @ x)[1]
+    across = axes[:, 1]
+    wide = float(((x @ across) ** 2 / np.einsum("i,nij,j->n", across, noise, across)).sum())
+    if chdtrc(len(x) - 2, wide) > LINE_PROBABILITY:
+        return NoPlane(PlaneFailure.COLLINEAR)
+    chart = best_chart(axes[:, 0])
+    i, j, k = chart.axes
+    at, cov, chi2 = _most_likely(
+        x[:, [i, j, k]], noise[:, [i, j, k]][:, :, [i, j, k]], axes[[i, j, k], 0]
+    )
+    plane = _moved(plane_from_chart(chart, State(at, cov)), middle, spread)
+    if np.sqrt(np.linalg.eigvalsh(plane.cov[:3, :3])[2]) > MAX_TILT_SD:
+        return NoPlane(PlaneFailure.UNCERTAIN)
+    return PlaneFit(plane, chart, chi2, len(x) - 3)
+
+
+def _cost(x: FloatArray, noise: FloatArray, at: FloatArray) -> float:
+    g = np.array([at[0], at[1], 1.0])
+    return float(((x @ g + at[2]) ** 2 / np.einsum("i,nij,j->n", g, noise, g)).sum())
+
+
+def _most_likely(
+    x: FloatArray, noise: FloatArray, normal: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """(a, b, p), its covariance and the chi-square, with the chart's axes in the order a, b, 1."""
+    at = np.array([normal[0] / normal[2], normal[1] / normal[2], 0.0])
+    cost = _cost(x, noise, at)
+    fresh = START_SD**-2.0 * np.eye(3)
+    for _ in range(MAX_PASSES):
+        g = np.array([at[0], at[1], 1.0])
+        f = x @ g + at[2]
+        along = noise @ g
+        W = along @ g
+        M = x - along * (f / W)[:, None]
+        M[:, 2] = 1.0
+        # In information form: S⁻¹ = S0⁻¹ + Σ Mᵀ W⁻¹ M
+        information = fresh + (M / W[:, None]).T @ M
+        move = np.linalg.solve(information, -(M / W[:, None]).T @ f)
+        if move @ information @ move < CONVERGED_SD**2:
+            break
+        for _ in range(HALVINGS):
+            if _cost(x, noise, at + move) <= cost:
+                break
+            move = move / 2
+        at = at + move
+        cost = _cost(x, noise, at)
+    cov = np.linalg.inv(information)
+    return at, (cov + cov.T) / 2, cost
+
+
+def _moved(plane: Plane, middle: FloatArray, spread: float) -> Plane:
+    """The plane in the world, x_world = middle + spread * x."""
+    # offset_world = spread * offset - n · middle
+    J = np.eye(4)
+    J[3, :3] = -middle
+    J[3, 3] = spread
+    return Plane(
+        plane.normal, float(spread * plane.offset - plane.normal @ middle), J @ plane.cov @ J.T
+    )

@@ -1,0 +1,240 @@
+"""3-D points from posed views: the paper's recursion as printed, and the estimator in its place.
+
+The plain recursion (section 4.1) starts from the origin with a large S0 and weighs each view at
+the estimate before it, so its result depends on where the origin lies and on the order of the
+views, and one wrong match can carry it away. `estimate_point` keeps the recursion and removes
+that: the views that agree are found first (point_consensus.py), and the recursion then runs over
+them with every view made linear at one shared point, the most likely one.
+
+Covariances are honest if the pixels' covariances are, if the poses are exact, and if the errors of
+different views are independent.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from facetlog.perception.estimation.ekf import (
+    Linearised,
+    Measurement,
+    State,
+    largest_sd,
+    linearise,
+    recursion,
+)
+from facetlog.perception.estimation.point_consensus import Consensus, agreeing_views
+from facetlog.perception.estimation.point_fit import DIAGONAL, START_SD
+from facetlog.perception.estimation.point_views import BoolArray, Cameras, IndexArray, Sightings
+from facetlog.perception.estimation.symmetric_matrices import unpacked
+from facetlog.perception.types import FloatArray, Observation
+
+__all__ = [
+    "NoPoint",
+    "PointEstimate",
+    "PointFailure",
+    "estimate_point",
+    "estimate_points",
+    "pixel_measurement",
+    "plain_recursion",
+    "ray_measurement",
+]
+
+# A point whose largest standard deviation exceeds this share of its distance from the nearest
+# camera might as well be at infinity: infinity is then within 3 sd of its inverse depth.
+MAX_RELATIVE_SD = 1.0 / 3.0
+# Pinholes closer than this are one place, up to rounding (unit: the spread of all the cameras).
+ONE_PLACE = 1e-9
+
+
+class PointFailure(StrEnum):
+    """Why there is no point."""
+
+    FEW_VIEWS = "fewer than two views saw the point"
+    INCONSISTENT = "fewer than two views agree on a point that no third contradicts"
+    BEHIND = "the rays meet behind a camera"
+    PARALLEL = "the rays are parallel within their noise: the depth is not bounded"
+    NO_PARALLAX = "the views were taken from one place: there is no parallax"
+
+
+# What the numbers of `_failures` stand for.
+REASONS = (None, *PointFailure)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PointEstimate:
+    """A point (3,) with its covariance (3, 3), and what became of each observation.
+
+    `used` and `rejected` are indices into the observations given. `views_needed` is how many of
+    the consistent observations, in the order given, brought the largest standard deviation below
+    the limit; None without a limit or if it was not met. After the limit none is used.
+    """
+
+    point: FloatArray
+    cov: FloatArray
+    used: tuple[int, ...]
+    rejected: tuple[int, ...]
+    views_needed: int | None = None
+    reason: None = None
+
+    def __bool__(self) -> Literal[True]:
+        return True
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class NoPoint:
+    """No point, and why; falsy."""
+
+    reason: PointFailure
+
+    def __bool__(self) -> Literal[False]:
+        return False
+
+
+def ray_measurement(uv: ArrayLike, projection: ArrayLike, noise: ArrayLike) -> Measurement:
+    """The paper's measurement of a point: (t12 - uv t3) a + (t124 - uv t34) = 0, section 4.1.
+
+    Its M does not depend on the estimate a, but the weight of equation (10) does.
+    """
+    uv, T = np.asarray(uv, dtype=np.float64), np.asarray(projection, dtype=np.float64)
+
+    def measured(a: FloatArray) -> Linearised:
+        coefficients = T[:2] - np.outer(uv, T[2])
+        f = coefficients[:, :3] @ a + coefficients[:, 3]
+        # (10)  ∂f/∂x = -(t3 a + t34) I
+        df_dx = -(T[2, :3] @ a + T[2, 3]) * np.eye(2)
+        return linearise(f, coefficients[:, :3], df_dx, noise, a)
+
+    return measured
+
+
+def pixel_measurement(
+    uv: ArrayLike, projection: ArrayLike, noise: ArrayLike, at: FloatArray | None = None
+) -> Measurement:
+    """The pixel itself as the measurement, x - h(a) = 0, made linear at `at` (or the estimate)."""
+    uv, P = np.asarray(uv, dtype=np.float64), np.asarray(projection, dtype=np.float64)
+
+    def measured(a: FloatArray) -> Linearised:
+        centre = a if at is None else at
+        h = P[:, :3] @ centre + P[:, 3]
+        pixel = h[:2] / h[2]
+        df_da = -(P[:2, :3] - np.outer(pixel, P[2, :3])) / h[2]
+        return linearise(uv - pixel, df_da, np.eye(2), noise, centre)
+
+    return measured
+
+
+def plain_recursion(
+    observations: Sequence[Observation],
+    projections: Sequence[FloatArray],
+    start: State,
+) -> Iterator[State]:
+    """The states of the paper's recursion after each observation, nothing added (section 5.3).
+
+    With `start` at the null vector and a large covariance this is the paper's filter, kept for its
+    printed figures and as the yardstick; `estimate_point` is what to use.
+    """
+    return recursion(
+        start, (ray_measurement(o.uv, projections[o.view], o.cov) for o in observations)
+    )
+
+
+def estimate_point(
+    observations: Sequence[Observation],
+    projections: Sequence[FloatArray],
+    *,
+    sd_limit: float | None = None,
+) -> PointEstimate | NoPoint:
+    """The point that the observations agree on; falsy with its reason where there is none.
+
+    `projections` (3, 4) each take the world to the pixels of a view; `observations` index them.
+    With `sd_limit` (in the world's unit) the recursion stops at the first observation that brings
+    the largest standard deviation below it. Which views agree, and the point at which they are
+    made linear, always come from all the observations given.
+    """
+    if sd_limit is not None and not sd_limit > 0:
+        raise ValueError(f"the limit of the standard deviation must be positive, not {sd_limit}")
+    if len(observations) < 2:
+        return NoPoint(PointFailure.FEW_VIEWS)
+    cameras = Cameras.of(np.array([projections[o.view] for o in observations]))
+    seen = Sightings.of(
+        cameras,
+        np.array([[o.uv for o in observations]]),
+        np.array([[o.cov for o in observations]]),
+        np.ones((1, len(observations)), dtype=np.bool_),
+    )
+    found = agreeing_views(cameras, seen)
+    reason = REASONS[_failures(cameras, seen, found)[0]]
+    if reason is not None:
+        return NoPoint(reason)
+    agreed = [int(i) for i in np.flatnonzero(found.masks[0])]
+    at = found.points[0]
+    distance = np.linalg.norm(at - cameras.centres[agreed], axis=1).mean()
+    state = State(at, (START_SD * distance) ** 2 * np.eye(3))
+    states = recursion(
+        state,
+        (
+            pixel_measurement(seen.xy[0, :, i], cameras.projections[i], seen.cov(0, i), at)
+            for i in agreed
+        ),
+    )
+    needed: int | None = None
+    used = 0
+    for state in states:
+        used += 1
+        if sd_limit is not None and cameras.scale * largest_sd(state.cov) <= sd_limit:
+            needed = used
+            break
+    return PointEstimate(
+        cameras.origin + cameras.scale * state.mean,
+        cameras.scale**2 * state.cov,
+        tuple(agreed[:used]),
+        tuple(int(i) for i in np.flatnonzero(~found.masks[0])),
+        needed,
+    )
+
+
+def estimate_points(
+    uv: ArrayLike, cov: ArrayLike, seen: ArrayLike, projections: ArrayLike
+) -> tuple[FloatArray, FloatArray, BoolArray, BoolArray]:
+    """Points (n, 3), covariances (n, 3, 3), used (n, V) and ok (n,): `estimate_point` for many.
+
+    `uv` (n, V, 2) pixels, `cov` (n, V, 2, 2), `seen` (n, V), `projections` (V, 3, 4). Where ok is
+    false point and covariance are NaN and no view is used; where seen is false uv and cov are not
+    read. The same results as one by one, in information form.
+    """
+    cameras = Cameras.of(projections)
+    sightings = Sightings.of(cameras, uv, cov, seen)
+    found = agreeing_views(cameras, sightings)
+    ok = _failures(cameras, sightings, found) == 0
+    points = np.where(ok[:, None], cameras.origin + cameras.scale * found.points, np.nan)
+    covs = np.where(ok[:, None, None], cameras.scale**2 * unpacked(found.covs), np.nan)
+    return points, covs, np.logical_and(found.masks, ok[:, None]), ok
+
+
+def _failures(cameras: Cameras, seen: Sightings, found: Consensus) -> IndexArray:
+    """Which of `REASONS` (n,) keeps each point from being one."""
+    away = cameras.distances(found.points)
+    nearest = np.where(found.masks, away, np.inf).min(axis=1, initial=np.inf)
+    # The trace is at least the largest eigenvalue, and sooner known.
+    limit = (MAX_RELATIVE_SD * nearest) ** 2
+    vague = ~(found.covs[:, DIAGONAL].sum(axis=1) <= limit)
+    near = np.flatnonzero(vague & np.isfinite(found.covs).all(axis=1))
+    vague[near] = ~(np.linalg.eigvalsh(unpacked(found.covs[near]))[:, 2] <= limit[near])
+    few, alone = seen.seen.sum(axis=1) < 2, found.masks.sum(axis=1) < 2
+    reasons = (
+        PointFailure.FEW_VIEWS,
+        PointFailure.INCONSISTENT,
+        PointFailure.PARALLEL,
+        PointFailure.BEHIND,
+    )
+    failures = np.select(
+        [few, alone, vague, found.behind], [REASONS.index(r) for r in reasons], default=0
+    )
+    for i in np.flatnonzero((failures > 0) & ~few):
+        if (np.ptp(cameras.centres[seen.seen[i]], axis=0) <= ONE_PLACE).all():
+            failures[i] = REASONS.index(PointFailure.NO_PARALLAX)
+    return failures

@@ -1,0 +1,159 @@
+"""Poses and 3-D segments fitted together to the edges in the pictures, odometry as the prior.
+
+Gauss-Newton: unknown are a twist of six numbers a view (pose_chain.py) and four a segment (both
+ends across it). What is measured is the distance in pixels from samples of the projected segments
+to the nearest strong edge; what is believed before is the chain of steps.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.edge_maps import EdgeMap
+from facetlog.perception.detection.line_front_end.line_refine import (
+    READINGS_A_VIEW,
+    across_basis,
+    ends_jacobian,
+    point_jacobian,
+    read_edges,
+)
+from facetlog.perception.detection.line_front_end.line_support import segment_samples
+from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, moved
+from facetlog.perception.types import FloatArray, Pose, View
+
+__all__ = ["DriftingViews", "align", "align_one"]
+
+SAMPLES = 16
+# The robust (Cauchy) scale is this share of the width searched, one pixel at least: from far off
+# the right edge is some pixels away, near the end a pixel's difference is another edge.
+ROBUST_SHARE = 1 / 3
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class DriftingViews:
+    """Views at the poses that odometry gives, their edges, and how far these poses can be off."""
+
+    views: tuple[View, ...]
+    maps: tuple[EdgeMap, ...]
+    segments: tuple[FloatArray, ...]
+    """Straight segments (n, 4) of each picture."""
+    chain: PoseChain
+
+    def at(self, chosen: Sequence[int], twists: FloatArray) -> tuple[View, ...]:
+        """The chosen views where these twists, one for each of them, put them."""
+        placed = zip(chosen, twists, strict=True)
+        return tuple(replace(self.views[k], pose=self.pose(k, twist)) for k, twist in placed)
+
+    def pose(self, k: int, twist: FloatArray) -> Pose:
+        """The pose of view k with this twist (6,)."""
+        return moved(self.views[k].pose, twist, self.chain.about)
+
+    def first(self, count: int) -> "DriftingViews":
+        """The first so many of them."""
+        return DriftingViews(
+            self.views[:count], self.maps[:count], self.segments[:count], self.chain
+        )
+
+
+def align(
+    drifting: DriftingViews,
+    twists: FloatArray,
+    segments: FloatArray,
+    use: NDArray[np.bool_],
+    search_px: float,
+) -> tuple[FloatArray, FloatArray]:
+    """One step for the views and segments (n, 2, 3) together: twists (V, 6) and segments.
+
+    `use` (n, V) tells which segment is looked for in which view.
+    """
+    views, lines = len(drifting.views), len(segments)
+    basis = across_basis(segments)
+    points = segment_samples(segments, SAMPLES)
+    own = 6 * views
+    h, g = np.zeros((own + 4 * lines,) * 2), np.zeros(own + 4 * lines)
+    _believe(drifting.chain, twists, h, g)
+    for k, view in enumerate(drifting.at(range(views), twists)):
+        chosen = np.nonzero(use[:, k])[0]
+        if not len(chosen):
+            continue
+        by_view, by_point, error, weight = _readings(
+            view, drifting.maps[k], points[chosen], drifting.chain.about, search_px
+        )
+        by_ends = ends_jacobian(by_point, basis[chosen])
+        at = slice(6 * k, 6 * k + 6)
+        h[at, at] += np.einsum("nm,nma,nmb->ab", weight, by_view, by_view)
+        g[at] += np.einsum("nm,nma,nm->a", weight, by_view, error)
+        both = np.einsum("nm,nma,nmb->nab", weight, by_view, by_ends)
+        ends = np.einsum("nm,nma,nmb->nab", weight, by_ends, by_ends)
+        pull = np.einsum("nm,nma,nm->na", weight, by_ends, error)
+        for i, line in enumerate(chosen):
+            of = slice(own + 4 * line, own + 4 * line + 4)
+            h[of, of] += ends[i]
+            h[at, of] += both[i]
+            h[of, at] += both[i].T
+            g[of] += pull[i]
+    # A touch of damping: a segment read in too few places does not move where it is not known.
+    ends_of = np.arange(own, len(g))
+    if lines:
+        h[ends_of, ends_of] += 1e-6 * h[ends_of, ends_of].mean() + 1e-300
+    step = np.linalg.solve(h, g)
+    shift = step[own:].reshape(lines, 2, 2)
+    return twists + step[:own].reshape(views, 6), segments + np.einsum("nka,nea->nek", basis, shift)
+
+
+def align_one(
+    drifting: DriftingViews,
+    k: int,
+    twist: FloatArray,
+    before: FloatArray,
+    segments: FloatArray,
+    search_px: float,
+) -> FloatArray:
+    """One step for the twist (6,) of view k alone, to segments (n, 2, 3) that stay.
+
+    `before` (6,) is the twist of the view before it.
+    """
+    (view,) = drifting.at([k], twist[None])
+    points = segment_samples(segments, SAMPLES)
+    by_view, _, error, weight = _readings(
+        view, drifting.maps[k], points, drifting.chain.about, search_px
+    )
+    belief = np.linalg.inv(drifting.chain.step(k - 1, k))
+    h = belief + np.einsum("nm,nma,nmb->ab", weight, by_view, by_view)
+    g = belief @ (before - twist) + np.einsum("nm,nma,nm->a", weight, by_view, error)
+    return np.asarray(twist + np.linalg.solve(h, g))
+
+
+def _believe(chain: PoseChain, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
+    """Adds the chain's own normal equations."""
+    belief = np.linalg.inv(chain.first)
+    h[:6, :6] += belief
+    g[:6] -= belief @ twists[0]
+    for k in range(1, len(twists)):
+        before, after = slice(6 * k - 6, 6 * k), slice(6 * k, 6 * k + 6)
+        belief = np.linalg.inv(chain.step(k - 1, k))
+        pull = belief @ (twists[k] - twists[k - 1])
+        h[before, before] += belief
+        h[after, after] += belief
+        h[before, after] -= belief
+        h[after, before] -= belief
+        g[before] += pull
+        g[after] -= pull
+
+
+def _readings(
+    view: View, edges: EdgeMap, points: FloatArray, about: FloatArray, search_px: float
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Jacobians by the view's twist (n, m, 6) and the point (n, m, 3); errors, weights (n, m)."""
+    read = read_edges(view, edges, points, search_px)
+    by_point = point_jacobian(view, points, read)
+    # The camera's twist moves the world the other way: dX = -(turn x r + shift), r from `about`.
+    by_view = np.concatenate([np.cross(by_point, points - about), -by_point], axis=-1)
+    found = np.isfinite(read.offset)
+    error = np.where(found, read.offset, 0.0)
+    scale = max(1.0, ROBUST_SHARE * search_px)
+    # The samples of a segment in a view share what is wrong with it there.
+    weight = found / (1.0 + (error / scale) ** 2) * (READINGS_A_VIEW / SAMPLES)
+    return by_view, by_point, error, weight

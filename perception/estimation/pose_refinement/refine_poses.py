@@ -1,0 +1,226 @@
+"""Poses that were counted up step by step, corrected by what the pictures show.
+
+The way: the first views, between which odometry has hardly drifted, are brought into agreement
+from coarse pictures to fine ones, for in a small picture a wrong pose is wrong by few pixels. Each
+further view is then registered to the 3-D segments found so far, and all are fitted together
+(line_alignment.py), with odometry as the prior. What is fixed by nothing but odometry, as the place
+of the whole in the world, stays as it says.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.edge_maps import edge_map
+from facetlog.perception.detection.line_front_end.line_cloud import SUPPORTED, reconstruct_lines
+from facetlog.perception.detection.line_front_end.line_support import coverage
+from facetlog.perception.detection.line_front_end.pose_consistency import explained_share
+from facetlog.perception.detection.segments import detect_segments
+from facetlog.perception.detection.view_graph import view_graph
+from facetlog.perception.detection.working_size import at_working_size
+from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews, align
+from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, pose_chain
+from facetlog.perception.estimation.pose_refinement.registration import registered
+from facetlog.perception.reading.read_views import ViewSet
+from facetlog.perception.types import Camera, FloatArray, View
+
+__all__ = ["RefinedViews", "refined_views", "with_refined_poses"]
+
+# Views that are brought into agreement first: a 3-D segment needs three, and one of them may show
+# little.
+FIRST = 6
+# Pictures are shrunk to these shares at first.
+COARSE_TO_FINE = (1 / 3, 1 / 2, 1.0)
+# Width searched across projected segments, px, in successive fits.
+FIRST_SEARCH_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
+SEARCH_PX = (4.0, 3.0, 2.0)
+# All views are fitted anew when there are so many times more: each time costs as much as all
+# views together.
+GROWTH = 1.1
+ROUNDS = 4
+"""Of new segments and a fit, once all views are there; fewer once no view gains by it."""
+DOUBTFUL = 0.05
+"""A view that explains so much less than the median of all may be one edge off, and is registered
+anew in each round: what was not known when it was first may be now."""
+GAIN = 0.02
+"""Of its explained share, for which a view is moved."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RefinedViews:
+    """The views at their new poses; how far these went (world units, radians) at most.
+
+    `explained` and `explained_before` are the shares (by length) of the pictures' straight segments
+    that lie on 3-D segments, at the new poses and at those given. Where the new ones explain no
+    more, the views are as they were given.
+    """
+
+    views: tuple[View, ...]
+    shift: float
+    turn: float
+    explained: float
+    explained_before: float
+
+
+def refined_views(
+    views: Sequence[View],
+    covariances: FloatArray,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> RefinedViews:
+    """The views with their poses corrected; in the order in which they were taken.
+
+    `covariances` (V, 6, 6): of each camera's place (world units) and turn (radians), in the world's
+    axes, as odometry counts them up. `progress` is called with ("poses", done, all).
+    """
+    working, _ = at_working_size(views)
+    graph = view_graph(working)
+    chain = pose_chain([v.pose for v in views], covariances, graph.focus, graph.distance)
+    full = _drifting(working, chain)
+    given = np.zeros((len(views), 6))
+    before = _lines(full, given).explained
+    twists, segments = _first_twists(working, full)
+    fitted = len(twists)
+    for k in range(len(twists), len(views)):
+        if progress is not None:
+            progress("poses", k, len(views))
+        found = registered(full, k, twists[-1], segments)
+        twists = np.vstack([twists, found])
+        if len(twists) >= GROWTH * fitted:
+            twists, segments = _fitted(full, twists, SEARCH_PX)
+            fitted = len(twists)
+    for _ in range(ROUNDS):
+        twists, _ = _fitted(full, twists, SEARCH_PX)
+        again = _registered_anew(full, twists)
+        if again is twists:
+            break
+        twists = again
+    else:
+        twists, _ = _fitted(full, twists, SEARCH_PX)
+    after = _lines(full, twists).explained
+    if after <= before:
+        return RefinedViews(tuple(views), 0.0, 0.0, before, before)
+    poses = [full.pose(k, twist) for k, twist in enumerate(twists)]
+    went = [np.linalg.norm(p.centre - v.pose.centre) for p, v in zip(poses, views, strict=True)]
+    turned = [_angle(p.rotation @ v.pose.rotation.T) for p, v in zip(poses, views, strict=True)]
+    return RefinedViews(
+        tuple(replace(view, pose=pose) for view, pose in zip(views, poses, strict=True)),
+        float(max(went)),
+        float(max(turned)),
+        after,
+        before,
+    )
+
+
+def with_refined_poses(
+    view_set: ViewSet, progress: Callable[[str, int, int], None] | None = None
+) -> ViewSet:
+    """The set with its poses corrected, and a line about that among its problems.
+
+    ValueError if it does not tell the covariances of its poses.
+    """
+    if view_set.pose_covariances is None:
+        raise ValueError(f"{view_set.name}: the covariances of the poses are not known")
+    found = refined_views(view_set.views, view_set.pose_covariances, progress)
+    if found.explained <= found.explained_before:
+        return view_set
+    length = f"{found.shift * 100:.2g} cm" if view_set.metric else f"{found.shift:.2g} units"
+    line = (
+        f"poses were off by up to {length} and {np.degrees(found.turn):.2g} degrees and were "
+        f"corrected: {found.explained:.0%} of the straight edges agree, before it were "
+        f"{found.explained_before:.0%} (--keep-poses takes them as they are)"
+    )
+    return replace(view_set, views=found.views, problems=(*view_set.problems, line))
+
+
+def _angle(rotation: FloatArray) -> float:
+    return float(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1.0, 1.0)))
+
+
+def _drifting(views: Sequence[View], chain: PoseChain) -> DriftingViews:
+    maps = tuple(edge_map(view.image) for view in views)
+    segments = tuple(detect_segments(view.image) for view in views)
+    return DriftingViews(tuple(views), maps, segments, chain)
+
+
+def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArray, FloatArray]:
+    """Twists (FIRST, 6) of the first views, from coarse pictures to fine ones, and segments."""
+    first = full.first(min(FIRST, len(views)))
+    twists, segments = np.zeros((len(first.views), 6)), np.zeros((0, 2, 3))
+    for share in COARSE_TO_FINE:
+        level = first
+        if share < 1:
+            level = _drifting([_shrunk(view, share) for view in first.views], first.chain)
+        twists, segments = _fitted(level, twists, FIRST_SEARCH_PX)
+    return twists, segments
+
+
+def _registered_anew(drifting: DriftingViews, twists: FloatArray) -> FloatArray:
+    """The twists with those of doubtful views put right; the very same where none gains by it."""
+    lines = _lines(drifting, twists)
+    shares = np.array([_share(drifting, k, t, lines.segments) for k, t in enumerate(twists)])
+    better = twists
+    for k in range(1, len(twists)):
+        if shares[k] >= np.median(shares) - DOUBTFUL:
+            continue
+        found = registered(drifting, k, better[k - 1], lines.segments)
+        if _share(drifting, k, found, lines.segments) > shares[k] + GAIN:
+            better = better.copy()
+            better[k] = found
+    return better
+
+
+def _share(drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray) -> float:
+    """How much of the straight segments of view k the 3-D segments (n, 2, 3) explain there."""
+    view = drifting.at([k], twist[None])
+    use = np.nan_to_num(coverage(segments, view, [drifting.maps[k]])) > SUPPORTED
+    return explained_share(segments, use, view, [drifting.segments[k]])
+
+
+def _fitted(
+    drifting: DriftingViews, twists: FloatArray, searches_px: Sequence[float]
+) -> tuple[FloatArray, FloatArray]:
+    """Twists and segments after a fit of all views that have a twist to what they show together."""
+    here = drifting.first(len(twists))
+    lines = _lines(here, twists)
+    segments = lines.segments
+    for search_px in searches_px:
+        twists, segments = align(here, twists, segments, lines.use, search_px)
+    return twists, segments
+
+
+class _Lines(NamedTuple):
+    """3-D segments (n, 2, 3), which view shows which (n, V), and the share that they explain."""
+
+    segments: FloatArray
+    use: NDArray[np.bool_]
+    explained: float
+
+
+def _lines(drifting: DriftingViews, twists: FloatArray) -> _Lines:
+    """The 3-D segments of the views at these twists (V, 6)."""
+    views = drifting.at(range(len(drifting.views)), twists)
+    cloud = reconstruct_lines(views, drifting.maps, drifting.segments, view_graph(views))
+    use = np.nan_to_num(coverage(cloud.segments, views, drifting.maps)) > SUPPORTED
+    share = explained_share(cloud.segments, use, views, drifting.segments)
+    return _Lines(cloud.segments, use, share)
+
+
+def _shrunk(view: View, share: float) -> View:
+    height, width = (round(share * side) for side in view.image.shape)
+    image = cv2.resize(view.image, (width, height), interpolation=cv2.INTER_AREA)
+    c = view.camera
+    across, down = width / c.width, height / c.height
+    # Pixel centres: u' + 1/2 = share · (u + 1/2).
+    camera = Camera(
+        width,
+        height,
+        c.fx * across,
+        c.fy * down,
+        (c.cx + 0.5) * across - 0.5,
+        (c.cy + 0.5) * down - 0.5,
+    )
+    return View(view.name, np.asarray(image, dtype=np.uint8), camera, view.pose)

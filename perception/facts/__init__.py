@@ -1,0 +1,1 @@
+"""Scenes into facts: the schema, and what is measured for it."""

@@ -1,0 +1,105 @@
+"""All facts of a scene, as docs/facts.md states them: the end of perception.
+
+Angles leave in degrees, lengths in the scene's unit. Faces are named f1 …, edges e1 …, vertices
+v1 …, views view1 …, things t1 …, in the scene's order; sides of faces that the scene lists no
+edge for follow the listed ones.
+"""
+
+from collections.abc import Callable, Collection
+from functools import partial
+from itertools import repeat
+
+from facetlog.perception.facts import part_facts, thing_facts
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA, Fact, Value
+from facetlog.perception.facts.named_rows import FactRows
+from facetlog.perception.facts.scene_memo import SceneMemo
+from facetlog.perception.types import Scene
+
+__all__ = ["LEVEL_KINDS", "Fact", "FactRows", "fact_rows", "scene_facts"]
+
+# What Fact(functor, args) comes to, without the call: a scene may have millions of facts.
+_fact: Callable[[tuple[str, tuple[Value, ...]]], Fact] = partial(tuple.__new__, Fact)
+
+LEVEL_KINDS = (
+    "cover",
+    "level_length",
+    "level_width",
+    "built_over",
+    "room_below",
+    "room_above",
+    "free_below",
+    "see_through",
+    "see_across",
+    "rise_side",
+    "rise_off_middle",
+    "rise_span",
+)
+
+# What makes which kinds of facts, in the order in which facts of one kind stand.
+_MAKERS: tuple[tuple[Callable[[SceneMemo, FactRows], None], tuple[str, ...]], ...] = (
+    (part_facts.scene_facts, ("scene", "scale", "up", "view")),
+    (part_facts.vertex_facts, ("vertex", "point")),
+    (part_facts.spread_facts, ("point_cov",)),
+    (part_facts.view_facts, ("vertex_label", "observed")),
+    (part_facts.edge_facts, ("edge", "edge_length", "edge_support", "evidence", "bounds")),
+    (part_facts.face_facts, ("face", "evidence", "corner", "coverage")),
+    (part_facts.plane_facts, ("plane", "plane_sd")),
+    (part_facts.size_facts, ("area", "length", "width", "fill")),
+    (thing_facts.thing_facts, ("thing", "part_of")),
+    (thing_facts.box_facts, ("thing_size",)),
+    (thing_facts.share_facts, ("share",)),
+    (thing_facts.protrusion_facts, ("protrusion",)),
+    (thing_facts.gap_facts, ("gap",)),
+    (part_facts.angle_facts, ("angle",)),
+    (part_facts.offset_facts, ("offset",)),
+    (part_facts.opposite_facts, ("opposite",)),
+    (part_facts.coplanar_facts, ("coplanar",)),
+    (part_facts.meeting_facts, ("adjoins",)),
+    (part_facts.dihedral_facts, ("dihedral", "convex", "concave")),
+    (thing_facts.tilt_facts, ("tilt", "upward", "downward")),
+    (thing_facts.body_facts, ("top_of", "bottom_of", "on_ground")),
+    (thing_facts.elevation_facts, ("elevation",)),
+    (thing_facts.overlap_facts, ("overlap",)),
+    (thing_facts.clear_facts, ("clear_below",)),
+    (thing_facts.rim_facts, ("at_rim",)),
+    (thing_facts.surface_facts, ("whole", "scanned", "curved")),
+    (thing_facts.space_facts, ("footprint", "solidity", *LEVEL_KINDS)),
+)
+
+
+def fact_rows(scene: Scene, kinds: Collection[str] | None = None) -> FactRows:
+    """Arguments of all facts of a scene by functor, in the schema's order.
+
+    Functors without a fact have an empty list. With `kinds` there are only those functors, and
+    what nobody asks for is not worked out. This is what `scene_facts` is made of, for callers
+    that need no `Fact` objects.
+
+    >>> from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+    >>> rows = fact_rows(cuboid(0.3, 0.2, 0.1))
+    >>> rows["thing"], rows["convex"][:2]
+    ([('t1',)], [('f1', 'f3'), ('f3', 'f1')])
+    >>> fact_rows(cuboid(), {"thing"})
+    {'thing': [('t1',)]}
+    """
+    memo = SceneMemo.of(scene)
+    rows: FactRows = {kind.functor: [] for kind in FACT_SCHEMA}
+    wanted = set(rows).intersection(rows if kinds is None else kinds)
+    for maker, made in _MAKERS:
+        if not wanted.isdisjoint(made):
+            maker(memo, rows)
+    return {functor: found for functor, found in rows.items() if functor in wanted}
+
+
+def scene_facts(scene: Scene) -> tuple[Fact, ...]:
+    """All facts of a scene, grouped by functor in the schema's order.
+
+    >>> from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+    >>> facts = scene_facts(cuboid(0.3, 0.2, 0.1))
+    >>> [str(fact) for fact in facts if fact.functor in ("thing", "convex")][:3]
+    ['thing(t1)', 'convex(f1, f3)', 'convex(f3, f1)']
+    """
+    return tuple(
+        fact
+        for functor, found in fact_rows(scene).items()
+        for fact in map(_fact, zip(repeat(functor), found))
+    )

@@ -1,0 +1,382 @@
+"""The facts' schema: which facts perception states about a scene, and what their arguments are.
+
+This is the contract between perception and the knowledge base. It needs no numerics, so the
+knowledge base can read it cheaply; the table of docs/facts.md is made from it.
+"""
+
+from facetlog.perception.facts.fact_kinds import (
+    Argument,
+    ArgumentKind,
+    Fact,
+    FactKind,
+    Solutions,
+    Value,
+)
+from facetlog.perception.facts.fact_kinds import fact_kind as _kind
+
+__all__ = [
+    "FACT_SCHEMA",
+    "Argument",
+    "ArgumentKind",
+    "Fact",
+    "FactKind",
+    "Solutions",
+    "Value",
+    "fact_fault",
+    "schema_table",
+]
+
+_ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
+_NO_UP = "up is not known"
+_UPRIGHT = "up is not known, or a face stands within 10° of upright (its plan is a line)"
+
+_NO_SPACE = "the thing's surface is not known from all sides, or " + _NO_UP
+_NO_LEVEL = _NO_SPACE + ", or the face leans more than 30° from level"
+_NO_RISE = _NO_LEVEL + ", or nothing rises above it"
+
+FACT_SCHEMA: tuple[FactKind, ...] = (
+    _kind("scene Name:text", _ONE, "the scene's name"),
+    _kind("scale Unit:symbol", _ONE, "`metric`: lengths are metres; `unknown`: only ratios count"),
+    _kind("up X:number Y:number Z:number", _MAYBE, "unit vector upwards", _NO_UP),
+    _kind("view +View:view Name:text", _ONE, "a picture and its file name"),
+    _kind("vertex +V:vertex", _ONE, "a 3-D vertex"),
+    _kind("point +V:vertex X:length Y:length Z:length", _ONE, "where the vertex is"),
+    _kind(
+        "point_cov +V:vertex XX:area XY:area XZ:area YY:area YZ:area ZZ:area",
+        _ONE,
+        "covariance of that place",
+    ),
+    _kind(
+        "vertex_label +V:vertex Label:symbol",
+        _MAYBE,
+        "position label of the paper, e.g. `front_left_top`",
+        "the vertex has no label",
+    ),
+    _kind(
+        "observed +V:vertex +View:view U:px W:px SdU:px SdW:px",
+        _MAYBE,
+        "pixel (column, row) at which a view saw the vertex",
+        "the view did not see it",
+    ),
+    _kind(
+        "edge +E:edge V1:vertex V2:vertex",
+        _ONE,
+        "a straight edge; every side of every face has one",
+    ),
+    _kind("edge_length +E:edge L:length Sd:length", _ONE, "its length"),
+    _kind(
+        "edge_support +E:edge Share:share",
+        _MAYBE,
+        "share of it found in the views that could see it",
+        "the edge is known only as the side of a face",
+    ),
+    _kind("face +F:face", _ONE, "a flat face"),
+    _kind(
+        "evidence +X:part How:symbol",
+        _ONE,
+        "`measured`: pictures support it; `implied`: completed from its neighbours",
+    ),
+    _kind(
+        "plane +F:face A:number B:number C:number D:length",
+        _ONE,
+        "unit outward normal and offset, A x + B y + C z + D = 0",
+    ),
+    _kind(
+        "plane_sd +F:face TiltSd:deg OffsetSd:length",
+        _ONE,
+        "how sure the plane is: worst tilt of the normal, offset at the face's middle",
+    ),
+    _kind(
+        "corner +F:face +I:count V:vertex",
+        _ONE,
+        "V is the I-th vertex (from 1) of the outline, counter-clockwise from outside",
+        "I is above the number of corners",
+    ),
+    _kind(
+        "bounds +E:edge F:face",
+        _ANY,
+        "E is a side of F, or lies along one within 3 sd",
+        "a loose edge bounds nothing",
+    ),
+    _kind("area +F:face A:area Sd:area", _ONE, "area without holes"),
+    _kind(
+        "length +F:face L:length Sd:length",
+        _ONE,
+        "longer side of the least rectangle round the face",
+    ),
+    _kind("width +F:face W:length Sd:length", _ONE, "shorter side of that rectangle"),
+    _kind("fill +F:face R:share Sd:share", _ONE, "area over that rectangle's"),
+    _kind("coverage +F:face R:share", _ONE, "share of the face seen in at least one view"),
+    _kind(
+        "thing +T:thing", _ONE, "a connected group of faces and loose edges, judged as one object"
+    ),
+    _kind(
+        "part_of +X:part T:thing",
+        _MAYBE,
+        "the face or loose edge X belongs to T",
+        "X is a side of a face, or a loose edge that touches no face's thing",
+    ),
+    _kind(
+        "thing_size +T:thing L:length W:length H:length",
+        _ONE,
+        "sides of the least box round the thing that is square to its largest face, longest first",
+    ),
+    _kind(
+        "gap +T1:thing +T2:thing D:length Sd:length",
+        _ONE,
+        "least distance between what was found of two things, 0 where they touch or intersect",
+    ),
+    _kind(
+        "share +F:face R:share Sd:share",
+        _ONE,
+        "area of F over the silhouette of its thing along F's normal",
+    ),
+    _kind(
+        "protrusion +F:face P:length Sd:length",
+        _ONE,
+        "how far the thing reaches in front of F's plane",
+    ),
+    _kind(
+        "angle +F1:face +F2:face Angle:deg Sd:deg",
+        _ONE,
+        "angle between the outward normals, 0..180",
+    ),
+    _kind(
+        "adjoins +F1:face +F2:face E:edge",
+        _ANY,
+        "the outlines share the edge E, or run along each other within 3 sd over at least 20 % "
+        "of E, the shorter of the two sides",
+        "no sides meet",
+    ),
+    _kind(
+        "dihedral +F1:face +F2:face Angle:deg Sd:deg",
+        _MAYBE,
+        "angle through the solid at the (longest) edge where they adjoin, 0..360: 90 at a box's "
+        "edge, 270 in a room's corner, 0 back to back",
+        "they do not adjoin, or run the same way along the edge (one stands on the other's rim)",
+    ),
+    _kind(
+        "convex +F1:face +F2:face",
+        _MAYBE,
+        "the solid bulges at their edge: dihedral below 180 and above 0, by more than 3 sd",
+        "otherwise, or it cannot be told",
+    ),
+    _kind(
+        "concave +F1:face +F2:face",
+        _MAYBE,
+        "the solid is hollow at their edge: dihedral above 180 and below 360, by more than 3 sd",
+        "otherwise, or it cannot be told",
+    ),
+    _kind(
+        "opposite +F1:face +F2:face",
+        _MAYBE,
+        "outward normals opposed within 3 sd or 5°, whichever is more (at most 15°), and the "
+        "outlines overlap along the normal by at least 1 % of the smaller",
+        "otherwise",
+    ),
+    _kind(
+        "coplanar +F1:face +F2:face",
+        _MAYBE,
+        "in one plane within 3 sd (of at most 15°), whichever way the normals point",
+        "otherwise",
+    ),
+    _kind(
+        "offset +F1:face +F2:face D:length Sd:length",
+        _ONE,
+        "signed distance of the middle of F1 from the plane of F2, positive in front of F2",
+    ),
+    _kind(
+        "tilt +F:face Angle:deg Sd:deg",
+        _MAYBE,
+        "0 level, 90 upright, whichever way it faces",
+        _NO_UP,
+    ),
+    _kind(
+        "upward +F:face",
+        _MAYBE,
+        "the outward normal points above the horizon by more than 2 sd",
+        "otherwise, or " + _NO_UP,
+    ),
+    _kind(
+        "downward +F:face",
+        _MAYBE,
+        "the outward normal points below the horizon by more than 2 sd",
+        "otherwise, or " + _NO_UP,
+    ),
+    _kind(
+        "elevation +F:face H:length Sd:length",
+        _MAYBE,
+        "height of the face's middle above the lowest point of its thing",
+        _NO_UP,
+    ),
+    _kind(
+        "top_of +X:body H:length Sd:length",
+        _MAYBE,
+        "height of the highest point of a face, loose edge or thing above the lowest of its thing",
+        _NO_UP + ", or X belongs to no thing",
+    ),
+    _kind(
+        "bottom_of +X:body H:length Sd:length",
+        _MAYBE,
+        "height of the lowest point of a face, loose edge or thing above the lowest of its thing",
+        _NO_UP + ", or X belongs to no thing",
+    ),
+    _kind(
+        "clear_below +F:face H:length",
+        _MAYBE,
+        "free height under most (80 %) of the face, down to the next face or the thing's lowest "
+        "point",
+        _UPRIGHT,
+    ),
+    _kind(
+        "overlap +F1:face +F2:face R:share",
+        _MAYBE,
+        "share of the smaller one's plan that lies over or under the other's",
+        _UPRIGHT + "; else absent means less than 0.001",
+    ),
+    _kind(
+        "on_ground +X:body",
+        _MAYBE,
+        "its lowest point is level with its thing's, within 3 % of the thing's height or 3 sd",
+        "otherwise, or " + _NO_UP,
+    ),
+    _kind(
+        "at_rim +X:part +F:face",
+        _MAYBE,
+        "seen from above, the upright X stands at the rim of F: within 15 % of F's width",
+        "otherwise, or " + _NO_UP,
+    ),
+    _kind("whole +T:thing", _MAYBE, "its surface is known from all sides", "it is not"),
+    _kind(
+        "scanned +T:thing",
+        _MAYBE,
+        "its surface is known from some sides, as a scan's is, and there all that was in sight",
+        "it is known from all sides, or pictures show it: they may miss faces in plain sight",
+    ),
+    _kind("curved +T:thing R:share", _ONE, "share of its surface that is not flat"),
+    _kind(
+        "footprint +T:thing A:area Sd:area", _MAYBE, "area of its plan, hollows filled", _NO_SPACE
+    ),
+    _kind(
+        "solidity +T:thing R:share Sd:share",
+        _MAYBE,
+        "share that it takes of the least box round it, upright or square to its largest face; "
+        "what cannot be reached from outside counts as taken",
+        "its surface is not known from all sides",
+    ),
+    _kind(
+        "cover +F:face R:share Sd:share",
+        _MAYBE,
+        "share of its thing's footprint that the level of the face takes: all that faces up at "
+        "that height",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "level_length +F:face L:length Sd:length",
+        _MAYBE,
+        "longer extent of the face's level, along the sides of the thing's plan",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "level_width +F:face L:length Sd:length",
+        _MAYBE,
+        "shorter extent of the face's level, along the sides of the thing's plan",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "built_over +F:face R:share Sd:share",
+        _MAYBE,
+        "share of the face's level that has something above it",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "room_below +F:face H:length Sd:length",
+        _MAYBE,
+        "free height right beneath the face's level, on average",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "room_above +F:face H:length Sd:length",
+        _MAYBE,
+        "free height right above the face's level up to the highest point, on average",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "free_below +F:face R:share Sd:share",
+        _MAYBE,
+        "share of the space beneath the face's level, its board included, that is free",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "see_through +F:face R:share Sd:share",
+        _MAYBE,
+        "share of the space beneath the face's level that one sees through, from the front or "
+        "from the side, whichever is more",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "see_across +F:face R:share Sd:share",
+        _MAYBE,
+        "the same from the front or from the side, whichever is less",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "rise_side +F:face R:number Sd:number",
+        _MAYBE,
+        "how far to one side what rises high above the face's level stands: 0 in its middle, "
+        "1 at its rim",
+        _NO_RISE,
+    ),
+    _kind(
+        "rise_off_middle +F:face R:number Sd:number",
+        _MAYBE,
+        "how far that is from the middle of this side: 0 in the middle, 1 at its end",
+        _NO_RISE,
+    ),
+    _kind(
+        "rise_span +F:face R:share Sd:share",
+        _MAYBE,
+        "how much of the length of that side it takes",
+        _NO_RISE,
+    ),
+)
+
+
+def fact_fault(fact: Fact) -> str | None:
+    """What is wrong with a fact by the schema, or None.
+
+    >>> fact_fault(Fact("area", ("f1", 2.0)))
+    'area takes 3 arguments, not 2'
+    """
+    kind = _BY_FUNCTOR.get(fact.functor)
+    if kind is None:
+        return f"{fact.functor} is no fact of perception"
+    if len(fact.args) != kind.arity:
+        return f"{fact.functor} takes {kind.arity} arguments, not {len(fact.args)}"
+    for argument, value in zip(kind.arguments, fact.args, strict=True):
+        wanted = str if argument.kind.is_atom else int if argument.kind == "count" else float
+        if type(value) is not wanted:
+            return f"{fact.functor}: {argument.name} is {value!r}, not of type {wanted.__name__}"
+    return None
+
+
+_BY_FUNCTOR = {kind.functor: kind for kind in FACT_SCHEMA}
+
+
+def schema_table() -> str:
+    """The schema as the Markdown table of docs/facts.md."""
+    lines = [
+        "| fact | given the + ones | units | meaning | absent when |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for kind in FACT_SCHEMA:
+        names = [
+            ("+" if i < kind.keys else "") + argument.name
+            for i, argument in enumerate(kind.arguments)
+        ]
+        units = dict.fromkeys(a.kind.value for a in kind.arguments if not a.kind.is_name)
+        lines.append(
+            f"| `{kind.functor}({', '.join(names)})` | {kind.solutions} | {', '.join(units)} "
+            f"| {kind.meaning} | {kind.absent} |"
+        )
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,157 @@
+"""What follows from a known up: tilt, and heights in a thing."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from facetlog.perception.facts.measures import Estimates
+from facetlog.perception.row_table import Indices, row_starts, row_table
+from facetlog.perception.surfaces.face_table import FaceTable, PlaneTable
+from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION
+from facetlog.perception.types import FloatArray
+
+__all__ = ["Grounds", "elevations", "extremes", "tilts", "vertical_senses"]
+
+# "Points up" needs 2 sd: 97.7 % one-sided.
+SENSE_SDS = 2.0
+
+
+def tilts(planes: PlaneTable, up: FloatArray) -> Estimates:
+    """Angles (f,) between the planes and the level, radians, 0..π/2, up taken as exact."""
+    rise = planes.normals @ up
+    lean = up - rise[:, None] * planes.normals
+    size = np.sqrt((lean * lean).sum(axis=1))
+    level = size < ANGLE_RESOLUTION
+    along = ((lean[:, None] @ planes.normal_covs)[:, 0] * lean).sum(axis=1)
+    variance = along / np.where(level, 1.0, size) ** 2
+    variance = np.where(level, planes.tilt_sds**2, variance)
+    return Estimates.of(np.arctan2(size, np.abs(rise)), variance)
+
+
+def vertical_senses(planes: PlaneTable, up: FloatArray, leaning: Estimates) -> Indices:
+    """1 (f,) where a normal points above the horizon by more than 2 sd, -1 if below, else 0.
+
+    `leaning` is what `tilts` says of these planes.
+    """
+    sure = np.pi / 2 - leaning.values > SENSE_SDS * leaning.sds + ANGLE_RESOLUTION
+    return np.where(sure, np.where(planes.normals @ up > 0.0, 1, -1), 0)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Grounds:
+    """The lowest of each thing's vertices, with those level with it: what heights count from.
+
+    Vertex `vertex` (g,) is of the ground of thing `thing` (g,), `counts` (t,) a thing; `heights`
+    (n,) are those of the scene's vertices.
+    """
+
+    thing: Indices
+    vertex: Indices
+    counts: Indices
+    heights: FloatArray
+    up: FloatArray
+
+    @classmethod
+    def under(cls, members: Sequence[Indices], table: FaceTable, up: FloatArray) -> "Grounds":
+        """The grounds of things with these vertices each."""
+        heights = table.points @ up
+        vertices = np.concatenate(members)
+        rows = np.repeat(np.arange(len(members)), [len(own) for own in members])
+        found = _highest(rows, vertices, len(members), table, -heights[vertices])
+        return cls(*found, heights, up)
+
+    def above(
+        self,
+        things: Indices,
+        values: FloatArray,
+        rows: Indices,
+        vertex: Indices,
+        slope: FloatArray,
+        covs: FloatArray,
+    ) -> Estimates:
+        """Heights (b,) above the grounds of `things` (b,), with their 1σ.
+
+        `values` (b,) are heights in the world; they answer to vertices (m,) of rows (m,) by
+        `slope` (m, 3).
+        """
+        place, there = row_table(self.counts)
+        own_place, own = place[things], there[things]
+        ground_rows = np.nonzero(own)[0]
+        ground = self.vertex[own_place[own]]
+        shares = 1.0 / self.counts[things]
+        base = np.bincount(
+            ground_rows, self.heights[ground] * shares[ground_rows], minlength=len(things)
+        )
+        # A vertex of the ground may be one that the height answers to: there the slopes add.
+        keys = np.concatenate((rows, ground_rows)) * len(covs) + np.concatenate((vertex, ground))
+        every = np.concatenate((slope, -shares[ground_rows, None] * self.up))
+        known, row = np.unique(keys, return_inverse=True)
+        total = np.zeros((len(known), 3))
+        np.add.at(total, row, every)
+        owner, at = np.divmod(known, len(covs))
+        along = ((total[:, None] @ covs[at])[:, 0] * total).sum(axis=1)
+        variances = np.bincount(owner, along, minlength=len(things)).astype(np.float64)
+        return Estimates.of(values - base, variances)
+
+
+def _highest(
+    rows: Indices, vertices: Indices, count: int, table: FaceTable, reach: FloatArray
+) -> tuple[Indices, Indices, Indices]:
+    """(body, vertex) (m,) each, of the highest vertices of bodies by 3 sd, and how many a body.
+
+    Body `rows` (h,), ascending, has the vertex `vertices` (h,), which reaches `reach` (h,) far.
+    """
+    top = np.full(count, -np.inf)
+    np.maximum.at(top, rows, reach)
+    first = np.zeros(count, dtype=np.intp)
+    highest = np.flatnonzero(reach == top[rows])[::-1]
+    first[rows[highest]] = highest  # the last assignment, the first of equals, stays
+    sds = table.tolerance.vertex_sds[vertices]
+    limit = table.tolerance.within(np.hypot(sds, sds[first[rows]]))
+    equal = reach >= top[rows] - limit
+    rows, vertices = rows[equal], vertices[equal]
+    order = np.lexsort((vertices, rows))  # equal bodies are to have equal sums
+    return rows[order], vertices[order], np.bincount(rows, minlength=count)
+
+
+def extremes(
+    vertices: Indices, counts: Indices, things: Indices, grounds: Grounds, table: FaceTable
+) -> tuple[Estimates, Estimates]:
+    """Heights (b,) of the highest and the lowest vertices of bodies above their things' grounds.
+
+    The bodies have so many of the vertices (h,) as `counts` (b,) say, one after the other.
+    """
+    bodies = len(counts)
+    rows = np.repeat(np.arange(bodies), counts)
+    heights = grounds.heights[vertices]
+    # The lowest are the highest of the same, upside down.
+    rows, at, found = _highest(
+        np.concatenate((rows, bodies + rows)),
+        np.concatenate((vertices, vertices)),
+        2 * bodies,
+        table,
+        np.concatenate((heights, -heights)),
+    )
+    shares = 1.0 / found[rows]
+    values = np.bincount(rows, shares * grounds.heights[at], minlength=2 * bodies).astype(
+        np.float64
+    )
+    slope = shares[:, None] * grounds.up
+    both = grounds.above(np.tile(things, 2), values, rows, at, slope, table.covs)
+    return (
+        Estimates(both.values[:bodies], both.sds[:bodies]),
+        Estimates(both.values[bodies:], both.sds[bodies:]),
+    )
+
+
+def elevations(table: FaceTable, faces: Indices, things: Indices, grounds: Grounds) -> Estimates:
+    """Heights (r,) of the middles of faces (r,) above the grounds of their things (r,)."""
+    members = table.members
+    _, there = row_table(members.counts[faces])
+    own = row_starts(members.counts)[faces][:, None] + np.arange(there.shape[1])
+    own = own[there]
+    rows = np.nonzero(there)[0]
+    slope = grounds.up @ members.middle_slope[own]
+    values = table.middles[faces] @ grounds.up
+    return grounds.above(things, values, rows, members.vertex[own], slope, table.covs)

@@ -1,0 +1,340 @@
+"""What one face measures, and what it measures against its thing; each with its 1σ.
+
+Standard deviations are first-order, from the covariances of vertices and planes, which are taken
+as independent of each other. Lengths are in the scene's unit, areas in its square.
+
+The area that a loop p1 … pk shows along a unit vector n is A = ½ n · Σ pi × pi+1, so
+∂A/∂pi = ½ (pi+1 - pi-1) × n and ∂A/∂n = ½ Σ pi × pi+1.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from facetlog.perception.flat_faces import cross, plane_axes
+from facetlog.perception.row_table import Bools, Indices, row_starts, row_sums, row_table
+from facetlog.perception.surfaces.contacts import face_distances
+from facetlog.perception.surfaces.convex_hulls import Hulls, least_rectangle, least_rectangles
+from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.surfaces.outline_overlap import following
+from facetlog.perception.types import FloatArray
+
+__all__ = [
+    "Estimates",
+    "FaceSizes",
+    "Group",
+    "face_sizes",
+    "outer_members",
+    "protrusions",
+    "shares",
+    "thing_boxes",
+]
+
+# Faces this close in area count as equally large; well below any measuring error.
+AREA_TIE = 1e-6
+# In 3-D, hulls of fewer points than this are not worth Qhull's call.
+FEW_POINTS = 20
+
+MOST_NUMBERS = 1_000_000
+"""Numbers worked on in one go: some 10 MB an array."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Estimates:
+    """Values (f,) and their standard deviations (f,), in the same unit."""
+
+    values: FloatArray
+    sds: FloatArray
+
+    @classmethod
+    def of(cls, values: FloatArray, variances: FloatArray) -> "Estimates":
+        """Of values and variances (f,); rounding may have left these below zero."""
+        return cls(values, np.sqrt(np.maximum(variances, 0.0)))
+
+    def pairs(self) -> Iterator[tuple[float, float]]:
+        """(value, sd) of each."""
+        return zip(self.values.tolist(), self.sds.tolist(), strict=True)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FaceSizes:
+    """Areas without holes, sides of the least rectangles round outlines, and areas over theirs."""
+
+    areas: Estimates
+    lengths: Estimates
+    widths: Estimates
+    fills: Estimates
+
+
+def face_sizes(table: FaceTable) -> FaceSizes:
+    """Areas, lengths, widths and fills of all faces."""
+    members = table.members
+    own = table.covs[members.vertex]
+    place, _ = row_table(members.counts)
+    outer = np.arange(place.shape[1]) < table.sizes[:, None]
+    direction, _, _ = least_rectangles(table.flat, table.there, table.convex)
+    across = direction[:, ::-1] * [-1.0, 1.0]
+    extents, slopes = [], []
+    for way in (direction, across):
+        extent, weights = _extents(table, way)
+        slope = np.zeros((len(members.vertex), 3))
+        in_space = (way[:, None] @ table.axes)[:, 0]
+        slope[place[outer]] = (weights[:, :, None] * in_space[:, None])[table.there]
+        extents.append(extent)
+        slopes.append(slope)
+    first, second = (
+        Estimates.of(extent, _variances(slope, own, members.counts))
+        for extent, slope in zip(extents, slopes, strict=True)
+    )
+    size = first.values * second.values
+    flat = size > 0.0
+    safe = np.where(flat, size, 1.0)
+    fill = np.where(flat, table.areas / safe, 0.0)
+    # R = A / (l w):  dR = dA / (l w) - R (dl / l + dw / w)
+    of = members.face
+    relative = slopes[0] / np.where(flat, first.values, 1.0)[of, None]
+    relative += slopes[1] / np.where(flat, second.values, 1.0)[of, None]
+    slope = members.area_slope / safe[of, None] - fill[of, None] * relative
+    spread = np.where(flat, _variances(slope, own, members.counts), 1.0)
+    # The longer one first; of two equally long the surer is the width.
+    turned = (first.values < second.values) | (
+        (first.values == second.values) & (first.sds < second.sds)
+    )
+    length, width = (
+        Estimates(np.where(turned, b.values, a.values), np.where(turned, b.sds, a.sds))
+        for a, b in ((first, second), (second, first))
+    )
+    areas = Estimates.of(table.areas, _variances(members.area_slope, own, members.counts))
+    return FaceSizes(areas, length, width, Estimates.of(np.minimum(fill, 1.0), spread))
+
+
+def _extents(table: FaceTable, way: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Extents (f,) of the outlines along directions (f, 2), and the vertices' weights (f, k).
+
+    They run from the mean of the lowest vertices to that of the highest, by 3 sd.
+    """
+    reach = (table.flat @ way[:, :, None])[:, :, 0]
+    weights = np.zeros(reach.shape)
+    for sign in (1.0, -1.0):
+        there = np.where(table.there, sign * reach, -np.inf)
+        equal = table.tolerance.highest(table.outlines, there)
+        weights += np.where(equal, sign, 0.0) / np.maximum(equal.sum(axis=1), 1)[:, None]
+    return (weights * reach).sum(axis=1), weights
+
+
+def _variances(slopes: FloatArray, covs: FloatArray, counts: Indices) -> FloatArray:
+    """Σ gᵀ C g (f,) over rows of gradients (m, 3) at vertices of covariances (m, 3, 3)."""
+    return row_sums(((slopes[:, None] @ covs)[:, 0] * slopes).sum(axis=1), counts)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Group:
+    """Faces (g,) of one thing, all its vertices (n,), and those on its convex hull (h,)."""
+
+    faces: Indices
+    members: Indices
+    outer: Indices
+
+    @classmethod
+    def of(cls, faces: Sequence[int], members: Indices, points: FloatArray) -> "Group":
+        """A thing of these faces and vertices; `points` (n, 3) are the scene's."""
+        return cls(np.array(faces, dtype=np.intp), members, outer_members(members, points))
+
+
+def outer_members(members: Indices, points: FloatArray) -> Indices:
+    """Those of a thing's vertices that lie on its convex hull: no silhouette needs the others."""
+    if len(members) > FEW_POINTS:
+        try:
+            corners: Indices = members[ConvexHull(points[members]).vertices]
+        except QhullError:  # all in one plane
+            return members
+        return corners
+    return members
+
+
+def _pairs(groups: Sequence[Group], whole: bool) -> tuple[Indices, Indices, Indices]:
+    """Faces (r,) of all groups, with how many vertices (r,) of their things, and these (c,)."""
+    vertices = [group.members if whole else group.outer for group in groups]
+    faces = np.concatenate([group.faces for group in groups])
+    counts = np.repeat([len(v) for v in vertices], [len(group.faces) for group in groups])
+    each = [np.tile(v, len(group.faces)) for v, group in zip(vertices, groups, strict=True)]
+    return faces, counts, np.concatenate(each)
+
+
+def protrusions(table: FaceTable, groups: Sequence[Group]) -> Estimates:
+    """How far the things' vertices reach in front of their faces' planes, group by group."""
+    faces, counts, vertices = _pairs(groups, whole=True)
+    planes = table.planes
+    place, there = row_table(counts)
+    others = vertices[place]
+    there &= ~_is_member(table, faces, others)
+    normals = planes.normals[faces]
+    reach = (table.points[others] @ normals[:, :, None])[:, :, 0] + planes.offsets[faces, None]
+    farthest = table.tolerance.highest(others, np.where(there, reach, -np.inf))
+    # Without any vertex of others the face has but its own place.
+    alone = ~farthest.any(axis=1)
+    weights = farthest / np.maximum(farthest.sum(axis=1), 1)[:, None]
+    middles = (weights[:, None] @ table.points[others])[:, 0]
+    middles[alone] = table.middles[faces[alone]]
+    row, column = np.nonzero(farthest)
+    vertex = others[row, column]
+    along = ((normals[row][:, None] @ table.covs[vertex])[:, 0] * normals[row]).sum(axis=1)
+    own = np.bincount(row, weights[row, column] ** 2 * along, minlength=len(faces))
+    levers = np.column_stack([middles, np.ones(len(faces))])
+    of_plane = ((levers[:, None] @ planes.covs[faces])[:, 0] * levers).sum(axis=1)
+    signed = (middles * normals).sum(axis=1) + planes.offsets[faces]
+    signed[alone] = 0.0
+    return Estimates.of(np.maximum(signed, 0.0), np.maximum(of_plane, 0.0) + np.maximum(own, 0.0))
+
+
+def _is_member(table: FaceTable, faces: Indices, vertices: Indices) -> Bools:
+    """Whether vertices (r, k) are members of their row's face (r,)."""
+    known = np.zeros((len(table), len(table.points)), dtype=np.bool_)
+    known[table.members.face, table.members.vertex] = True
+    found: Bools = known[faces[:, None], vertices]
+    return found
+
+
+def shares(table: FaceTable, groups: Sequence[Group]) -> Estimates:
+    """Areas of faces over the silhouettes of their things along the faces' normals, 0..1.
+
+    The silhouette is the convex hull of the thing's vertices, loose edges' ends too, projected
+    along the normal. So it does not ask which faces were seen: each face of a block has 1, even
+    if its back is unknown, and a table's rim has little, because the legs reach far down, whether
+    they are faces or mere edges. Holes count as silhouette, and a hollow (an L's notch) as well.
+    """
+    faces, counts, vertices = _pairs(groups, whole=False)
+    starts = row_starts(counts)
+    longest = int(counts.max(initial=0)) + int(table.members.counts.max(initial=0))
+    step = max(1, MOST_NUMBERS // max(longest * max(longest, 2 * table.flat.shape[1]), 1))
+    found = [
+        _shares(
+            table,
+            faces[some : some + step],
+            counts[some : some + step],
+            vertices[starts[some] : (starts + counts)[min(some + step, len(faces)) - 1]],
+        )
+        for some in range(0, len(faces), step)
+    ]
+    return Estimates(
+        np.concatenate([each.values for each in found]),
+        np.concatenate([each.sds for each in found]),
+    )
+
+
+def _beyond(table: FaceTable, faces: Indices, others: Indices, there: Bools) -> Bools:
+    """Which other vertices (r, k) of things show beyond the faces (r,), seen along their normals.
+
+    What shows within 3 sd of the face does not: vertices stacked along the normal would otherwise
+    each push the silhouette out by their noise.
+    """
+    planes, sds = table.planes, table.tolerance.vertex_sds
+    normals, where = planes.normals[faces], table.points[others]
+    depth = (where @ normals[:, :, None])[:, :, 0] + planes.offsets[faces, None]
+    own = sds[table.outlines[faces]].max(axis=1)[:, None]
+    tilt = planes.tilt_sds[faces, None] * depth
+    limit = table.tolerance.within(np.hypot(np.hypot(sds[others], own), tilt))
+    flat = (where - table.middles[faces, None]) @ table.axes[faces].transpose(0, 2, 1)
+    # What is that far from the outline's box needs no closer look.
+    own_flat = table.flat[faces]
+    low, high = own_flat.min(axis=1)[:, None], own_flat.max(axis=1)[:, None]
+    away = np.maximum(np.maximum(low - flat, flat - high), 0.0)
+    beyond: Bools = there & (np.hypot(away[..., 0], away[..., 1]) > limit)
+    row, column = np.nonzero(there & ~beyond)
+    outside, _ = face_distances(table, faces[row], flat[row, column][:, None])
+    beyond[row, column] = outside[:, 0] > limit[row, column]
+    return beyond
+
+
+def _shares(table: FaceTable, faces: Indices, counts: Indices, vertices: Indices) -> Estimates:
+    # With A = n · S, S = ½ Σ pi × pi+1 over the silhouette's loop: ∂A/∂n = S, across the normal.
+    place, there = row_table(counts)
+    others = vertices[place]
+    there &= ~_is_member(table, faces, others)
+    beyond = _beyond(table, faces, others, there)
+    sizes = table.members.counts[faces]
+    rows, width = np.arange(len(faces)), int(sizes.max())
+    mine = row_starts(table.members.counts)[faces, None] + np.minimum(
+        np.arange(width), sizes[:, None] - 1
+    )
+    vertex = np.concatenate((table.members.vertex[mine], others), axis=1)
+    candidate = np.concatenate((np.arange(width) < sizes[:, None], beyond), axis=1)
+    where, normals = table.points[vertex], table.planes.normals[faces]
+    flat = (where - table.middles[faces, None]) @ table.axes[faces].transpose(0, 2, 1)
+
+    finest = table.tolerance.finest
+    hulls = Hulls(flat, candidate, table.convex[faces] & ~beyond.any(axis=1), finest)
+    corners, after = hulls.of(flat), following(hulls.sizes, hulls.places.shape[1])
+    # Vertices stacked along the normal make one corner together: their mean.
+    apart_x = corners[:, :, None, 0] - flat[:, None, :, 0]
+    apart_y = corners[:, :, None, 1] - flat[:, None, :, 1]
+    stacked = (apart_x * apart_x + apart_y * apart_y <= finest**2) & candidate[:, None]
+    weights = stacked / stacked.sum(axis=2, keepdims=True)
+    weights[np.arange(hulls.places.shape[1]) >= hulls.sizes[:, None]] = 0.0
+    loop = weights @ where
+    spokes = np.where(weights.any(axis=2)[..., None], loop - loop[:, :1], 0.0)
+    vectors = 0.5 * cross(spokes, spokes[rows[:, None], after]).sum(axis=1)
+    silhouettes = (vectors * normals).sum(axis=1)
+
+    seen = silhouettes > 0.0
+    whole = np.where(seen, silhouettes, 1.0)
+    # R = A / H:  dR = (dA - R dH) / H
+    ratios = table.areas[faces] / whole
+    spans = spokes[rows[:, None], after] - spokes[rows[:, None], _preceding(hulls.sizes, after)]
+    gradient = cross(spans, 0.5 * normals[:, None])
+    slopes = -ratios[:, None, None] * (weights.transpose(0, 2, 1) @ gradient)
+    slopes[:, :width] += np.where(candidate[:, :width, None], table.members.area_slope[mine], 0.0)
+    own = slopes[candidate] / whole[np.nonzero(candidate)[0], None]
+    by_vertices = _variances(own, table.covs[vertex[candidate]], candidate.sum(axis=1))
+    leaning = ratios[:, None] * (vectors - silhouettes[:, None] * normals)
+    normal_covs = table.planes.normal_covs[faces]
+    by_normal = ((leaning[:, None] @ normal_covs)[:, 0] * leaning).sum(axis=1) / whole**2
+    variances = np.maximum(by_vertices, 0.0) + np.maximum(by_normal, 0.0)
+    return Estimates.of(
+        np.where(seen, np.minimum(ratios, 1.0), 0.0), np.where(seen, variances, 1.0)
+    )
+
+
+def _preceding(sizes: Indices, after: Indices) -> Indices:
+    """Place (r, k) of the corner before each one of loops of some sizes (r,)."""
+    steps = np.arange(after.shape[1])
+    return np.where(steps == 0, np.maximum(sizes - 1, 0)[:, None], steps - 1)
+
+
+def thing_boxes(table: FaceTable, groups: Sequence[Group]) -> Iterator[tuple[float, float, float]]:
+    """Sides, longest first, of the least boxes round things, square to each one's largest face.
+
+    Where several faces are the largest, the least of their boxes is taken.
+    """
+    faces = np.concatenate([group.faces for group in groups])
+    owner = np.repeat(np.arange(len(groups)), [len(group.faces) for group in groups])
+    largest = np.zeros(len(groups))
+    np.maximum.at(largest, owner, table.areas[faces])
+    chosen = table.areas[faces] >= largest[owner] * (1.0 - AREA_TIE)
+    faces, owner = faces[chosen], owner[chosen]
+    outer = np.array([len(group.outer) for group in groups], dtype=np.intp)
+    place, there = row_table(outer)
+    vertices = np.concatenate([group.outer for group in groups])
+    points, there = table.points[vertices[place[owner]]], there[owner]
+    normals = table.planes.normals[faces]
+    frames = plane_axes(normals, table.axes[faces, 0])
+    _, lengths, widths = least_rectangles(points @ frames.transpose(0, 2, 1), there)
+    depths = np.ptp((points @ normals[:, :, None])[:, :, 0], axis=1)
+    boxes = np.sort(np.column_stack([lengths, widths, depths]), axis=1)[:, ::-1]
+    order = np.lexsort((*boxes.T[::-1], boxes.prod(axis=1), owner))
+    first = np.unique(owner[order], return_index=True)[1]
+    high, middle, low = boxes[order[first]].T.tolist()
+    return zip(high, middle, low, strict=True)
+
+
+def box_of_points(points: FloatArray) -> tuple[float, float, float]:
+    """Sides, longest first, of the least box round points (n, 3), n > 1, square to the direction in
+    which they vary least.
+    """
+    normal = np.linalg.eigh(np.cov(points.T))[1][:, 0]
+    axes = plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
+    _, length, width = least_rectangle(points @ axes.T)
+    low, middle, high = sorted((length, width, float(np.ptp(points @ normal))))
+    return high, middle, low

@@ -1,0 +1,221 @@
+"""The scene seen from above: overlap of faces in plan, and the free height below them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from facetlog.perception.facts.relations import seen_along
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.row_table import Bools, Indices
+from facetlog.perception.surfaces.contacts import SideContacts
+from facetlog.perception.surfaces.convex_hulls import least_rectangles
+from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.surfaces.outline_overlap import Outlines
+from facetlog.perception.surfaces.things import Thing, components
+from facetlog.perception.types import FloatArray
+
+__all__ = ["Plans", "clear_below", "overlaps"]
+
+# A face this near to upright has a line for a plan (the vocabulary's "upright": 80° and more).
+UPRIGHT = np.deg2rad(10.0)
+# Free height "under most of it": 80 %, the vocabulary's figure.
+MOST = 0.8
+# Rays a side of the grid under a face: 1 % steps of its plan.
+RAYS = 10
+# Less overlap than this share is not stated; two faces of one solid share a rim of rounding.
+LEAST_OVERLAP = 1e-3
+
+PAIRS_AT_ONCE = 2_000
+"""Pairs of plans whose rays are followed in one go: some 20 MB."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Plans:
+    """Faces `index` (l,) that are not upright, and their plans along `axes` (2, 3).
+
+    `meeting` (p, 2) are pairs of rows, both ways round, whose plans' boxes meet.
+    """
+
+    table: FaceTable
+    up: FloatArray
+    index: Indices
+    outlines: Outlines
+    axes: FloatArray
+    meeting: Indices
+
+    @classmethod
+    def of(cls, table: FaceTable, up: FloatArray) -> "Plans":
+        """The plans of a scene's faces, seen along up."""
+        rise = np.abs(table.planes.normals @ up)
+        index = np.flatnonzero((rise > np.sin(UPRIGHT)) & (table.areas > 0.0))
+        axes = plane_axes(up, table.axes[index[0], 0] if len(index) else np.eye(3)[0])
+        outlines = seen_along(table, index, axes)
+        seen = outlines.areas > 0.0
+        index, outlines = index[seen], outlines.take(seen)
+        low, high = outlines.low, outlines.high
+        meet = np.ones((len(index), len(index)), dtype=np.bool_)
+        for axis in range(2):
+            reach = low[:, axis, None] <= high[:, axis]
+            meet &= reach & reach.T
+        np.fill_diagonal(meet, False)
+        return cls(table, up, index, outlines, axes, np.argwhere(meet))
+
+
+def overlaps(plans: Plans) -> Iterator[tuple[int, int, float]]:
+    """(i, j, share) for pairs i < j whose plans overlap: the intersection over the smaller plan."""
+    one, two = plans.meeting[plans.meeting[:, 0] < plans.meeting[:, 1]].T
+    areas = plans.outlines.areas
+    shares = plans.outlines.take(one).shared_areas(plans.outlines.take(two))
+    shares /= np.minimum(areas[one], areas[two])
+    stated = shares >= LEAST_OVERLAP
+    return zip(
+        plans.index[one[stated]].tolist(),
+        plans.index[two[stated]].tolist(),
+        np.minimum(shares[stated], 1.0).tolist(),
+        strict=True,
+    )
+
+
+def _ray_grids(outlines: Outlines) -> tuple[FloatArray, Bools]:
+    """Points (l, q, 2) of grids square to the plans' least rectangles; which are in them (l, q)."""
+    corners, there = outlines.corners()
+    direction, length, width = least_rectangles(corners, there, outlines.convex)
+    frames = np.stack([direction, direction[:, ::-1] * [-1.0, 1.0]], axis=1)
+    reach = corners @ frames.transpose(0, 2, 1)
+    low = np.where(there[..., None], reach, np.inf).min(axis=1)
+    steps = (np.arange(RAYS) + 0.5) / RAYS
+    along = low[:, 0, None] + length[:, None] * steps
+    across = low[:, 1, None] + width[:, None] * steps
+    grid = np.empty((len(corners), RAYS, RAYS, 2))
+    grid[..., 0], grid[..., 1] = along[:, :, None], across[:, None]
+    where = grid.reshape(len(corners), RAYS * RAYS, 2) @ frames
+    inside = outlines.hold(where)
+    lost = np.flatnonzero(~inside.any(axis=1))
+    if len(lost):  # so narrow that no ray meets it
+        some = shapely.point_on_surface(outlines.take(lost).polygons())
+        where[lost, 0] = shapely.get_coordinates(some)
+        inside[lost, 0] = True
+    return where, inside
+
+
+def _solid_down_to(
+    table: FaceTable, contacts: SideContacts, senses: Indices, up: FloatArray
+) -> FloatArray:
+    """For every upward face the height (f,) to which the solid under it reaches, as far as is seen.
+
+    Upward faces that meet convexly or flat roof one solid. It reaches down as far as the shortest
+    of the other faces that meet the roof convexly; a roof without such sides is but itself, down
+    to its lowest point. (A table's slab is as deep as its rim, a block as its sides.)
+    """
+    bottoms = (table.points @ up)[table.outlines].min(axis=1)
+    bent = contacts.take(contacts.against)
+    upward = senses[bent.faces] > 0
+    roofs = np.array(
+        components(len(table), bent.faces[upward.all(axis=1) & ~bent.concave].tolist()),
+        dtype=np.intp,
+    )
+    rim = bent.convex & (upward[:, 0] != upward[:, 1])
+    roof = np.where(upward[rim, 0], bent.faces[rim, 0], bent.faces[rim, 1])
+    side = np.where(upward[rim, 0], bent.faces[rim, 1], bent.faces[rim, 0])
+    sides, own = np.full(len(table), -np.inf), np.full(len(table), np.inf)
+    np.maximum.at(sides, roofs[roof], bottoms[side])
+    np.minimum.at(own, roofs, bottoms)
+    return np.where(np.isfinite(sides), sides, own)[roofs]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Rays:
+    """Rays (r, q) downwards from some plans, with heights at the start; and what they meet.
+
+    A row of `hits` (p, q) is the heights at which the rays of one plan meet the face `face` (p,),
+    -inf where they do not. The rows of a plan that has some begin at `starts`; it is `of` (s,).
+    """
+
+    start: FloatArray
+    hits: FloatArray
+    face: Indices
+    starts: Indices
+    of: Indices
+
+    @classmethod
+    def of_rows(cls, plans: Plans, rows: slice, where: FloatArray) -> "_Rays":
+        """The rays from some of the plans, which are at `where` (r, q, 2)."""
+        table, up, index = plans.table, plans.up, plans.index
+        normals, middles = table.planes.normals[index], table.middles[index]
+        # The plane of a face has the height base + slopes · x over the plan.
+        slopes = -(normals @ plans.axes.T) / (normals @ up)[:, None]
+        base = middles @ up - (slopes * (middles @ plans.axes.T)).sum(axis=1)
+        start = base[rows, None] + (where @ slopes[rows, :, None])[:, :, 0]
+        low, high = np.searchsorted(plans.meeting[:, 0], (rows.start, rows.start + len(where)))
+        ray, hit = plans.meeting[low:high].T
+        ray = ray - rows.start
+        heights = base[hit, None] + (where[ray] @ slopes[hit][:, :, None])[:, :, 0]
+        hits = np.where(plans.outlines.take(hit).hold(where[ray]), heights, -np.inf)
+        starts = np.flatnonzero(np.diff(ray, prepend=-1))
+        return cls(start, hits, hit, starts, ray[starts])
+
+    def highest_below(self, limits: FloatArray, faces: Bools) -> FloatArray:
+        """Heights (r, q) where rays next meet one of `faces` (l,) below limits (r, q), or -inf."""
+        nearest = np.full(limits.shape, -np.inf)
+        if len(self.of):
+            counts = np.diff(self.starts, append=len(self.face))
+            below = self.hits < np.repeat(limits[self.of], counts, axis=0)
+            heights = np.where(below & faces[self.face, None], self.hits, -np.inf)
+            nearest[self.of] = np.maximum.reduceat(heights, self.starts, axis=0)
+        return nearest
+
+
+def clear_below(
+    plans: Plans,
+    things: Sequence[Thing],
+    grounds: FloatArray,
+    contacts: SideContacts,
+    senses: Indices,
+) -> Iterator[tuple[int, float]]:
+    """(face, free height under 80 % of it) for faces that are not upright, by rays downwards.
+
+    A ray from an upward face starts in the solid: it leaves it through the next downward face, or,
+    if none was seen, where the sides of the solid end. From there it is free down to the next
+    face of any thing, or to the level of the lowest point of its own, which is at `grounds` (t,).
+    `senses` (f,) say which faces look up (1) or down (-1).
+    """
+    table, index = plans.table, plans.index
+    where, inside = _ray_grids(plans.outlines)
+    ground = np.full(len(table), np.inf)
+    for thing, height in zip(things, grounds.tolist(), strict=True):
+        ground[list(thing.faces)] = height
+    solid = _solid_down_to(table, contacts, senses, plans.up)
+    step = max(1, PAIRS_AT_ONCE // max(len(index), 1))
+    for first in range(0, len(index), step):
+        rows = slice(first, first + step)
+        rays = _Rays.of_rows(plans, rows, where[rows])
+        own = index[rows]
+        free = _free_below(rays, senses[index], senses[own], solid[own], table.tolerance.finest)
+        floor = np.maximum(free[1], ground[own, None])
+        clear = np.where(inside[rows], np.maximum(free[0] - floor, 0.0), np.inf)
+        # Four in five are at least as long as the one that stands a fifth of the way up.
+        nth = np.floor((inside[rows].sum(axis=1) - 1) * (1.0 - MOST)).astype(np.intp)
+        stated = np.sort(clear, axis=1)[np.arange(len(own)), nth]
+        known = np.isfinite(ground[own])
+        yield from zip(own[known].tolist(), stated[known].tolist(), strict=True)
+
+
+def _free_below(
+    rays: _Rays, senses: Indices, own: Indices, solid: FloatArray, resolution: float
+) -> tuple[FloatArray, FloatArray]:
+    """Heights (r, q) from which rays are free, and at which they next meet a face, or -inf.
+
+    `senses` (l,) are those of all faces, `own` (r,) of the rays' own; `solid` (r,) is how far down
+    the solid under these is seen to reach.
+    """
+    upward, every = own[:, None] > 0, np.ones(len(senses), dtype=np.bool_)
+    limit = rays.start - resolution
+    first = rays.highest_below(limit, every)
+    downward = rays.highest_below(limit, senses < 0)
+    leaves = upward & (first > -np.inf) & (downward == first)
+    solid_end = np.where(upward, np.minimum(rays.start, solid[:, None]), rays.start)
+    free_from = np.where(leaves, first, solid_end)
+    limit = np.where(leaves, free_from, rays.start) - resolution
+    return free_from, rays.highest_below(limit, every)

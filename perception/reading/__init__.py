@@ -1,0 +1,1 @@
+"""Files into views: poses, cameras and pictures; below, files of meshes and clouds."""

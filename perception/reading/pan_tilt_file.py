@@ -1,0 +1,131 @@
+"""Poses from a pan-tilt tour: a CSV file of poses and the camera.toml beside it.
+
+The CSV has the columns image, x, y, z, pan_deg, tilt_deg, skew_deg: the pinhole's place in the
+tour's unit of length and the paper's angles A, B, C (see pan_tilt.py). Lines that start with # are
+comments. camera.toml has width, height, fx, fy, cx, cy in pixels (centre of the top-left pixel at
+(0, 0)), unit ("m", "cm", "mm", "in", "ft"), and optionally camera_model, k1 to k4, p1, p2. The z
+axis of such a tour points up.
+"""
+
+import csv
+import io
+import math
+import tomllib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.pan_tilt import pan_tilt_pose
+from facetlog.perception.reading.poses_file import (
+    FieldNames,
+    Intrinsics,
+    PosedPicture,
+    PosesFile,
+    metres_per,
+    read_intrinsics,
+    read_text,
+)
+
+__all__ = ["CAMERA_FILE", "COLUMNS", "read_pan_tilt"]
+
+CAMERA_FILE = "camera.toml"
+COLUMNS = ("image", "x", "y", "z", "pan_deg", "tilt_deg", "skew_deg")
+NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.0)
+CAMERA_EXAMPLE = 'width, height, fx, fy, cx, cy, unit = "in"'
+
+
+def read_pan_tilt(path: Path, *, unit: str | None = None) -> PosesFile:
+    """The poses of a pan-tilt tour; lengths become metres by the unit of camera.toml, or `unit`.
+
+    Raises InputError for what is not CSV or TOML of this form, CalibrationError for a camera or
+    pose that cannot be; both name the file and the line.
+    """
+    camera_path = path.parent / CAMERA_FILE
+    fields = _camera_fields(camera_path)
+    scale = _scale(fields, camera_path, unit)
+    intrinsics = read_intrinsics(fields, NAMES, str(camera_path))
+    pictures = tuple(
+        _picture(row, path, f"{path}:{line}", intrinsics, scale or 1.0) for line, row in _rows(path)
+    )
+    return PosesFile(pictures, up=np.array([0.0, 0.0, 1.0]), metric=scale is not None)
+
+
+def _camera_fields(path: Path) -> Mapping[str, object]:
+    if not path.exists():
+        raise CalibrationError(f"{path} is missing: write it with {CAMERA_EXAMPLE}")
+    text = read_text(path)
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as exc:  # its message ends with line and column
+        raise InputError(f"{path}: not TOML: {exc}") from exc
+    except (RecursionError, ValueError) as exc:  # nested or long beyond what Python reads
+        raise InputError(f"{path}: not TOML that can be read: too deep or too long") from exc
+
+
+def _scale(fields: Mapping[str, object], path: Path, unit: str | None) -> float | None:
+    """Metres per unit of the tour, None where nobody says it."""
+    told = fields.get("unit", unit)
+    if told is None:
+        return None
+    if not isinstance(told, str):
+        raise InputError(f'{path}: unit is {told!r:.40}: write it in quotes, as in "in"')
+    scale = metres_per(told, str(path) if "unit" in fields else "--unit")
+    if unit is not None and unit != told:
+        raise InputError(f"{path} says unit {told!r}, the command line {unit!r}: leave one out")
+    return scale
+
+
+def _rows(path: Path) -> Iterator[tuple[int, Mapping[str, str]]]:
+    """Line number and fields of every pose."""
+    lines = csv.reader(io.StringIO(read_text(path)), strict=True)
+    header: tuple[str, ...] | None = None
+    try:
+        for cells in lines:
+            if not any(cell.strip() for cell in cells) or cells[0].startswith("#"):
+                continue
+            if header is None:
+                header = tuple(cell.strip() for cell in cells)
+                missing = [name for name in COLUMNS if name not in header]
+                if missing:
+                    raise InputError(
+                        f"{path}:{lines.line_num}: no column {', '.join(missing)}: "
+                        f"the first line must be {','.join(COLUMNS)}"
+                    )
+                continue
+            if len(cells) != len(header):
+                raise InputError(
+                    f"{path}:{lines.line_num}: {len(cells)} fields, the first line has "
+                    f"{len(header)}"
+                )
+            yield lines.line_num, dict(zip(header, cells, strict=True))
+    except csv.Error as exc:
+        raise InputError(f"{path}:{lines.line_num}: not CSV: {exc}") from exc
+    if header is None:
+        raise InputError(f"{path} is empty: the first line must be {','.join(COLUMNS)}")
+
+
+def _picture(
+    row: Mapping[str, str], path: Path, where: str, intrinsics: Intrinsics, scale: float
+) -> PosedPicture:
+    name = row["image"].strip()
+    if not name:
+        raise InputError(f"{where}: no image: give the picture's path relative to this file")
+    x, y, z, pan, tilt, skew = (_finite(row[key], key, where) for key in COLUMNS[1:])
+    angles = math.radians(pan), math.radians(tilt), math.radians(skew)
+    try:
+        pose = pan_tilt_pose(x * scale, y * scale, z * scale, *angles)
+    except CalibrationError as exc:
+        raise CalibrationError(f"{where}: {exc}") from exc
+    return PosedPicture(name, path.parent / name, intrinsics, pose)
+
+
+def _finite(text: str, key: str, where: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise CalibrationError(f"{where}: {key} is {text!r:.40}: give a finite number")
+    return value

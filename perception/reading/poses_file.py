@@ -1,0 +1,222 @@
+"""What a poses file says before its pictures are read: intrinsics, poses, unit of length."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.reading.lens import Distortion, Lens
+from facetlog.perception.types import Camera, FloatArray, Pose
+
+__all__ = [
+    "METRES_PER",
+    "FieldNames",
+    "Intrinsics",
+    "PosedPicture",
+    "PosesFile",
+    "metres_per",
+    "number",
+    "read_intrinsics",
+    "read_text",
+]
+
+METRES_PER: Mapping[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
+
+# COLMAP's and nerfstudio's names; the simple models are the general one with coefficients left out.
+DISTORTION_OF = {
+    "SIMPLE_PINHOLE": Distortion.NONE,
+    "PINHOLE": Distortion.NONE,
+    "SIMPLE_RADIAL": Distortion.POLYNOMIAL,
+    "RADIAL": Distortion.POLYNOMIAL,
+    "OPENCV": Distortion.POLYNOMIAL,
+    "OPENCV_FISHEYE": Distortion.FISHEYE,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class FieldNames:
+    """How a format calls the fields of a camera, and where its top-left pixel has its centre."""
+
+    width: str
+    height: str
+    fx: str
+    fy: str
+    pixel_centre: float
+
+
+@dataclass(frozen=True, slots=True)
+class Intrinsics:
+    """A camera as written in a file; what may be left out there is None (pixels, radians)."""
+
+    where: str
+    size: tuple[int | None, int | None]
+    focal: tuple[float | None, float | None]
+    field_of_view: tuple[float | None, float | None]
+    centre: tuple[float, float] | None
+    distortion: Distortion
+    radial: tuple[float, float, float, float]
+    tangential: tuple[float, float]
+
+    def lens(self, width: int, height: int) -> Lens:
+        """The lens for a picture of this size; CalibrationError if the file speaks of another."""
+        said = (self.size[0] or width, self.size[1] or height)
+        if said != (width, height):
+            turned = said == (height, width)
+            raise CalibrationError(
+                f"{self.where}: the picture is {width} x {height}, its camera says "
+                f"{said[0]:g} x {said[1]:g}: "
+                + (
+                    "store the picture the way round that the camera was calibrated"
+                    if turned
+                    else "use the pictures at the size they were calibrated at"
+                )
+            )
+        fx, fy = (
+            f or (length / 2 / math.tan(angle / 2) if angle else None)
+            for f, angle, length in zip(
+                self.focal, self.field_of_view, (width, height), strict=True
+            )
+        )
+        fx, fy = fx or fy, fy or fx  # one focal length: the pixels are square
+        if fx is None or fy is None:
+            raise CalibrationError(f"{self.where}: the camera has no focal length")
+        cx, cy = self.centre or ((width - 1) / 2, (height - 1) / 2)
+        try:
+            camera = Camera(width, height, fx, fy, cx, cy)
+            lens = Lens(camera, self.distortion, self.radial, self.tangential)
+            _ = lens.pinhole
+        except CalibrationError as exc:
+            raise CalibrationError(f"{self.where}: {exc}") from exc
+        return lens
+
+
+@dataclass(frozen=True, slots=True)
+class PosedPicture:
+    """One picture of a poses file: the name it has there, its path, camera and pose.
+
+    `covariance` (6, 6), if the file tells it: of the camera's place (world units) and of a turn
+    about the world's axes (radians).
+    """
+
+    name: str
+    path: Path
+    intrinsics: Intrinsics
+    pose: Pose
+    covariance: FloatArray | None = field(default=None, compare=False)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PosesFile:
+    """All pictures of a poses file; `up` unit vector or None, `metric` if lengths are metres."""
+
+    pictures: tuple[PosedPicture, ...]
+    up: FloatArray | None
+    metric: bool
+
+
+def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str) -> Intrinsics:
+    """The camera in `fields`, checked one field at a time; CalibrationError says which is wrong.
+
+    Needs a focal length, or a field of view (then the centre may be left out: the middle).
+    """
+    model = fields.get("camera_model")
+    if model is None:  # the general one, as nerfstudio takes it
+        model = "OPENCV"
+    if not isinstance(model, str) or model not in DISTORTION_OF:
+        raise CalibrationError(
+            f"{where}: camera_model {model!r} is not one of {', '.join(DISTORTION_OF)}: "
+            "undistort the pictures and give a PINHOLE camera"
+        )
+
+    def optional(key: str) -> float | None:
+        return number(fields, key, where) if fields.get(key) is not None else None
+
+    def positive(key: str) -> float | None:
+        value = optional(key)
+        if value is not None and value <= 0:
+            raise CalibrationError(f"{where}: {key} is {value:g}: give it in pixels, above 0")
+        return value
+
+    def pixels(key: str) -> int | None:
+        value = positive(key)
+        if value is not None and value != int(value):
+            raise CalibrationError(f"{where}: {key} is {value:g}, it must be whole")
+        return None if value is None else int(value)
+
+    def angle(key: str) -> float | None:
+        value = positive(key)
+        if value is not None and value >= math.pi:
+            raise CalibrationError(f"{where}: {key} is {value:g}, it must be radians below pi")
+        return value
+
+    focal = positive(names.fx), positive(names.fy)
+    view = angle("camera_angle_x"), angle("camera_angle_y")
+    cx, cy = optional("cx"), optional("cy")
+    if not any((*focal, *view)):
+        raise CalibrationError(
+            f"{where}: the camera has no intrinsics: give {names.fx}, {names.fy}, cx, cy"
+        )
+    if (cx is None) != (cy is None) or (cx is None and any(focal) and not any(view)):
+        missing = "cx" if cx is None else "cy"
+        raise CalibrationError(f"{where}: the camera has no {missing}: give the principal point")
+    k1, k2, k3, k4, p1, p2 = (
+        value if (value := optional(key)) is not None else 0.0
+        for key in ("k1", "k2", "k3", "k4", "p1", "p2")
+    )
+    distortion = DISTORTION_OF[model]
+    if distortion is Distortion.NONE and any((k1, k2, k3, k4, p1, p2)):
+        raise CalibrationError(
+            f"{where}: a {model} camera has no distortion, yet coefficients are given: "
+            "say camera_model OPENCV, or leave them out"
+        )
+    shift = names.pixel_centre
+    return Intrinsics(
+        where=where,
+        size=(pixels(names.width), pixels(names.height)),
+        focal=focal,
+        field_of_view=view,
+        centre=None if cx is None or cy is None else (cx - shift, cy - shift),
+        distortion=distortion,
+        radial=(k1, k2, k3, k4),
+        tangential=(0.0, 0.0) if distortion is Distortion.FISHEYE else (p1, p2),
+    )
+
+
+def number(fields: Mapping[str, object], key: str, where: str) -> float:
+    """A finite number from a parsed file; CalibrationError names what stands there instead."""
+    value = fields.get(key)
+    if isinstance(value, int | float) and not isinstance(value, bool):
+        try:
+            result = float(value)
+        except OverflowError:
+            result = math.inf
+        if math.isfinite(result):
+            return result
+    shown = "missing" if value is None else f"{value!r:.40}: give a finite number"
+    raise CalibrationError(f"{where}: {key} is {shown}")
+
+
+def metres_per(unit: object, where: str) -> float:
+    """Metres in one unit of length; InputError lists the units there are.
+
+    >>> metres_per("in", "--unit")
+    0.0254
+    """
+    if not isinstance(unit, str) or unit not in METRES_PER:
+        raise InputError(f"{where}: unknown unit {unit!r:.40}: use one of {', '.join(METRES_PER)}")
+    return METRES_PER[unit]
+
+
+def read_text(path: Path) -> str:
+    """The text of a UTF-8 file; InputError if it is missing, no file, or not text."""
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path} is not a file")
+        return path.read_text(encoding="utf-8-sig")
+    except UnicodeDecodeError as exc:
+        raise InputError(f"{path} is not text in UTF-8: write it again as such") from exc
+    except FileNotFoundError as exc:
+        raise InputError(f"{path} is missing") from exc
+    except (OSError, ValueError) as exc:
+        raise InputError(f"{str(path)!r} cannot be read: {exc}") from exc

@@ -1,0 +1,168 @@
+"""The way in: a folder of pictures with known cameras becomes views."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.reading.lens import Lens
+from facetlog.perception.reading.pan_tilt_file import CAMERA_FILE, COLUMNS, read_pan_tilt
+from facetlog.perception.reading.picture_file import read_picture
+from facetlog.perception.reading.poses_file import PosedPicture, PosesFile
+from facetlog.perception.reading.transforms_file import read_transforms
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["ViewSet", "read_views"]
+
+TRANSFORMS_FILE = "transforms.json"
+POSES_FILE = "poses.csv"
+LEAST_VIEWS = 2
+# Two camera centres are one place where they differ by less than this share of their largest
+# coordinate: the rounding of poses that are written with some ten digits. Relative, so that the
+# unit of length does not matter; this small, so that map coordinates (10⁶ m) still pass.
+SAME_PLACE = 1e-9
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ViewSet:
+    """The views of one set, what it is called, and what is known of its world.
+
+    `problems` has one line for each picture that could not be read and was left out. `up` is a
+    unit vector or None, `metric` says that lengths are metres. `source` is the poses file, None
+    for views that come from no file. `pose_covariances` (V, 6, 6), where the file tells that of
+    each pose: of the place (in the lengths' unit) and a turn about the world's axes (radians).
+    """
+
+    name: str
+    views: tuple[View, ...]
+    problems: tuple[str, ...] = ()
+    up: FloatArray | None = None
+    metric: bool = False
+    source: Path | None = None
+    pose_covariances: FloatArray | None = None
+
+
+def read_views(
+    path: str | Path,
+    *,
+    unit: str | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> ViewSet:
+    """The views in a folder with transforms.json or with a pan-tilt CSV, or in such a file itself.
+
+    Pictures are grey, as stored (not turned by EXIF), and freed of lens distortion, so that every
+    View.camera is a pure pinhole. A picture that is missing or damaged is left out and reported in
+    `problems`, as long as two are left.
+
+    Parameters
+    ----------
+    unit
+        "m", "cm", "mm", "in" or "ft": the unit of a file that does not tell its own.
+    progress
+        Called with ("pictures", done, all) after each picture.
+
+    Raises
+    ------
+    InputError
+        The folder, file or pictures cannot be used; one line that names the file and the way out.
+    CalibrationError
+        A camera or pose is missing or impossible, or all views were taken from one place.
+    """
+    source = _poses_path(Path(path))
+    file = _read_poses(source, unit)
+    _check_names(file.pictures, source)
+    views: list[View] = []
+    covariances: list[FloatArray | None] = []
+    problems: list[str] = []
+    lenses: dict[Lens, Lens] = {}  # one set-up of the undistortion for all pictures of a lens
+    for done, picture in enumerate(file.pictures, start=1):
+        try:
+            image = read_picture(picture.path)
+        except InputError as exc:
+            problems.append(str(exc))
+        else:
+            lens = picture.intrinsics.lens(image.shape[1], image.shape[0])
+            lens = lenses.setdefault(lens, lens)
+            views.append(View(picture.name, lens.undistort(image), lens.pinhole, picture.pose))
+            covariances.append(picture.covariance)
+        if progress is not None:
+            progress("pictures", done, len(file.pictures))
+    if len(views) < LEAST_VIEWS:
+        raise InputError(_too_few(source, len(views), problems))
+    _check_places(views, source)
+    name = source.resolve().parent.name or "views"  # "/" has no name
+    told = [cov for cov in covariances if cov is not None]
+    drift = np.array(told) if len(told) == len(views) else None
+    return ViewSet(name, tuple(views), tuple(problems), file.up, file.metric, source, drift)
+
+
+def _poses_path(path: Path) -> Path:
+    """The poses file that a path given by the user means."""
+    try:
+        if path.is_dir():
+            return _poses_in(path)
+        if path.is_file():
+            return path
+    except (OSError, ValueError) as exc:
+        raise InputError(f"{str(path)!r} cannot be read: {exc}") from exc
+    kind = "is neither a folder nor a file" if path.exists() else "does not exist"
+    raise InputError(f"{path} {kind}: give a folder of pictures with {TRANSFORMS_FILE} or a CSV")
+
+
+def _poses_in(folder: Path) -> Path:
+    transforms = folder / TRANSFORMS_FILE
+    tables = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".csv" and p.is_file())
+    tour = [p for p in tables if p.name == POSES_FILE] or tables
+    if transforms.is_file():
+        if tour and (folder / CAMERA_FILE).is_file():
+            raise InputError(
+                f"{folder} has both {TRANSFORMS_FILE} and {tour[0].name}: name the one to use"
+            )
+        return transforms
+    if len(tour) > 1:
+        raise InputError(f"{folder} has {len(tour)} CSV files: name the one with the poses")
+    if not tour:
+        raise InputError(
+            f"{folder} has no poses: put {TRANSFORMS_FILE} there, or {POSES_FILE} "
+            f"({','.join(COLUMNS)}) with {CAMERA_FILE}"
+        )
+    return tour[0]
+
+
+def _read_poses(source: Path, unit: str | None) -> PosesFile:
+    if source.suffix.lower() == ".json":
+        return read_transforms(source, unit=unit)
+    if source.suffix.lower() == ".csv":
+        return read_pan_tilt(source, unit=unit)
+    raise InputError(f"{source} is no poses file: give a .json or .csv file, or its folder")
+
+
+def _check_names(pictures: Sequence[PosedPicture], source: Path) -> None:
+    seen: set[str] = set()
+    for picture in pictures:
+        place = os.path.normpath(picture.path)
+        if place in seen:
+            raise InputError(f"{source}: picture {picture.name!r} has two poses: remove one")
+        seen.add(place)
+
+
+def _too_few(source: Path, usable: int, problems: Sequence[str]) -> str:
+    count = f"{source}: {usable or 'no'} usable {'view' if usable == 1 else 'views'}"
+    if not problems:
+        return f"{count}: give at least {LEAST_VIEWS}, from different places"
+    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
+    return f"{count}, {LEAST_VIEWS} are needed: {problems[0]}{more}"
+
+
+def _check_places(views: Sequence[View], source: Path) -> None:
+    """Raises CalibrationError if all centres are one place: without a baseline no depth."""
+    centres = np.array([view.pose.centre for view in views])
+    largest = np.abs(centres).max()
+    if np.ptp(centres / largest if largest > 0 else centres, axis=0).max() <= SAME_PLACE:
+        raise CalibrationError(
+            f"{source}: all {len(views)} views are from one place, which shows no depth: "
+            "take pictures from different places"
+        )

@@ -1,0 +1,110 @@
+"""Point cloud files (PLY, PCD, LAS/LAZ, text) and COLMAP models as clouds.
+
+A file may lie. What it claims is compared with what it holds before anything is allocated.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.colmap_model import find_colmap_model, read_colmap
+from facetlog.perception.reading.shape_files.coordinate_resolution import check_resolution
+from facetlog.perception.reading.shape_files.las_points import las_points
+from facetlog.perception.reading.shape_files.pcd_points import read_pcd_points
+from facetlog.perception.reading.shape_files.ply_points import read_ply_points
+from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.text_points import points_from_text
+
+__all__ = ["CLOUD_SUFFIXES", "DEFAULT_LIMITS", "CloudLimits", "read_cloud"]
+
+CLOUD_SUFFIXES = (".csv", ".las", ".laz", ".pcd", ".ply", ".pts", ".txt", ".xyz")
+"""The files that `read_cloud` reads, by their suffix; a COLMAP model is a folder."""
+
+# A laser scan of a building; the arrays of so many points take 2.4 GB.
+MOST_POINTS = 50_000_000
+MOST_BYTES = 4 << 30
+
+
+@dataclass(frozen=True, slots=True)
+class CloudLimits:
+    """What is refused: files of more `size_bytes`, clouds of more `points`."""
+
+    size_bytes: int = MOST_BYTES
+    points: int = MOST_POINTS
+
+
+DEFAULT_LIMITS = CloudLimits()
+
+
+def read_cloud(path: Path, limits: CloudLimits = DEFAULT_LIMITS) -> Cloud:
+    """The cloud of a file, its kind told by the suffix, or of a folder with a COLMAP model.
+
+    Raises InputError where it is missing, empty, damaged, beyond the limits, or of another kind.
+    """
+    try:
+        if path.is_dir():
+            model = find_colmap_model(path)
+            if model is None:
+                raise InputError(f"{path}: has no points3D.bin or points3D.txt of a COLMAP model")
+            return read_colmap(model, limits.points)
+        kind = path.suffix.lower()
+        if path.name in ("points3D.bin", "points3D.txt"):
+            return read_colmap(path.parent, limits.points)
+        if kind not in _READERS:
+            raise InputError(
+                f"{path.name}: is no point cloud; give one of {', '.join(CLOUD_SUFFIXES)}, "
+                "or the folder of a COLMAP model"
+            )
+        size = path.stat().st_size
+        if not path.is_file():
+            raise InputError(f"{path.name}: is no file; give a point cloud")
+        if size == 0:
+            raise InputError(f"{path.name}: is empty; export the cloud anew")
+        if size > limits.size_bytes:
+            raise InputError(
+                f"{path.name}: has {size} bytes, more than {limits.size_bytes}; thin the cloud"
+            )
+        cloud = _READERS[kind](path, limits)
+    except MemoryError as exc:
+        raise InputError(f"{path.name}: does not fit into memory; thin the cloud") from exc
+    except OSError as exc:
+        raise InputError(f"{path.name}: cannot be read ({exc.strerror}); check the path") from exc
+    check_resolution(cloud.points, path.name)
+    return cloud
+
+
+def _read_ply(path: Path, limits: CloudLimits) -> Cloud:
+    with path.open("rb") as file:
+        table = read_ply_points(file, path.name, limits.points)
+    return Cloud.of(table.points, normals=table.normals, name=path.name)
+
+
+def _read_pcd(path: Path, limits: CloudLimits) -> Cloud:
+    with path.open("rb") as file:
+        table, viewpoint = read_pcd_points(file, path.name, limits.points)
+    seen_from = None if viewpoint is None else np.tile(viewpoint, (len(table.points), 1))
+    return Cloud.of(table.points, normals=table.normals, name=path.name, seen_from=seen_from)
+
+
+def _read_las(path: Path, limits: CloudLimits) -> Cloud:
+    return Cloud.of(las_points(path, limits.points), name=path.name)
+
+
+def _read_text(path: Path, limits: CloudLimits) -> Cloud:
+    table = points_from_text(path.name, path.read_bytes(), limits.points)
+    return Cloud.of(table.points, normals=table.normals, name=path.name)
+
+
+_READERS: dict[str, Callable[[Path, CloudLimits], Cloud]] = {
+    ".csv": _read_text,
+    ".las": _read_las,
+    ".laz": _read_las,
+    ".pcd": _read_pcd,
+    ".ply": _read_ply,
+    ".pts": _read_text,
+    ".txt": _read_text,
+    ".xyz": _read_text,
+}

@@ -1,0 +1,172 @@
+"""Poses from nerfstudio's transforms.json.
+
+Format: https://docs.nerf.studio/quickstart/data_conventions.html – camera-to-world matrices with
+OpenGL camera axes (x right, y up, z backward), intrinsics for all frames or for each, and the
+centre of the top-left pixel at (0.5, 0.5). The format does not tell scale and up axis, nor how
+far poses may be off. Three keys do, which other readers pass over: "unit" and "up" of the whole,
+and of a frame "covariance", 6 x 6 of x, y, z and of a turn about the world's axes in radians.
+"""
+
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.reading.poses_file import (
+    FieldNames,
+    PosedPicture,
+    PosesFile,
+    metres_per,
+    read_intrinsics,
+    read_text,
+)
+from facetlog.perception.types import FloatArray, Pose
+
+__all__ = ["read_transforms"]
+
+NAMES = FieldNames("w", "h", "fl_x", "fl_y", pixel_centre=0.5)
+CAMERA_FIELDS = (
+    *("camera_model", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y"),
+    *("k1", "k2", "k3", "k4", "p1", "p2"),
+)
+# Names without an extension (as Blender's exports have them) are tried with these, in order.
+EXTENSIONS = (".png", ".jpg", ".jpeg", ".JPG", ".JPEG", ".PNG", ".tif", ".tiff", ".webp", ".bmp")
+# OpenGL's camera looks along -z with y up, OpenCV's along +z with y down.
+OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
+LAST_ROW_TOLERANCE = 1e-6
+SYMMETRY = 1e-6
+"""What rounding may do to a covariance, as a share of its largest entry."""
+
+
+def read_transforms(path: Path, *, unit: str | None = None) -> PosesFile:
+    """The poses in a transforms.json; in metres if `unit` or the file tells the unit.
+
+    Raises InputError for what is not JSON or not of this form, CalibrationError for a camera or
+    pose that cannot be; both name the file and the frame.
+    """
+    document = _parse(path)
+    if not isinstance(document, dict) or not isinstance(document.get("frames"), list):
+        raise InputError(f'{path}: no list of "frames": is this nerfstudio\'s transforms.json?')
+    said = document.get("unit")
+    if said is not None and unit is not None and said != unit:
+        raise InputError(f"{path} says unit {said!r:.40}, the command line {unit!r}: leave one out")
+    given = said if unit is None else unit
+    where = f"{path}: unit" if unit is None else "--unit"
+    scale = None if given is None else metres_per(given, where)
+    pictures = tuple(
+        _frame(frame, document, path, f"{path}: frame {index}", scale or 1.0)
+        for index, frame in enumerate(document["frames"], start=1)
+    )
+    return PosesFile(pictures, up=_up(document.get("up"), path), metric=scale is not None)
+
+
+def _up(said: object, path: Path) -> FloatArray | None:
+    if said is None:
+        return None
+    sound = (
+        isinstance(said, list)
+        and len(said) == 3
+        and all(type(x) in (int, float) and abs(x) < math.inf for x in said)
+        and any(said)
+    )
+    if not sound:
+        raise CalibrationError(f"{path}: up is not three numbers, not all 0: give a direction")
+    direction = np.array(said, dtype=np.float64)
+    return np.asarray(direction / np.linalg.norm(direction))
+
+
+def _covariance(rows: object, scale: float, where: str) -> FloatArray | None:
+    """The covariance of a frame with lengths in metres, or None; CalibrationError if it is none."""
+    if rows is None:
+        return None
+    fault = f"{where}: covariance is not a symmetric, positive 6 x 6 matrix of finite numbers"
+    sound = (
+        isinstance(rows, list)
+        and len(rows) == 6
+        and all(isinstance(row, list) and len(row) == 6 for row in rows)
+        and all(type(x) in (int, float) and abs(x) < math.inf for row in rows for x in row)
+    )
+    if not sound:
+        raise CalibrationError(fault)
+    units = np.array([scale] * 3 + [1.0] * 3)
+    matrix: FloatArray = np.array(rows, dtype=np.float64) * units[:, None] * units
+    largest = np.abs(matrix).max()
+    if np.abs(matrix - matrix.T).max() > SYMMETRY * largest:
+        raise CalibrationError(fault)
+    matrix = (matrix + matrix.T) / 2
+    if np.linalg.eigvalsh(matrix).min() < -SYMMETRY * largest:
+        raise CalibrationError(fault)
+    return matrix
+
+
+def _parse(path: Path) -> object:
+    text = read_text(path)
+    try:
+        return json.loads(text)
+    except json.JSONDecodeError as exc:
+        raise InputError(f"{path}:{exc.lineno}:{exc.colno}: not JSON: {exc.msg}") from exc
+    except (RecursionError, ValueError) as exc:  # nested or long beyond what Python reads
+        raise InputError(f"{path}: not JSON that can be read: too deep or too long") from exc
+
+
+def _frame(
+    frame: object, document: Mapping[str, object], path: Path, where: str, scale: float
+) -> PosedPicture:
+    name = frame.get("file_path") if isinstance(frame, dict) else None
+    if not isinstance(frame, dict) or not isinstance(name, str) or not name:
+        raise InputError(f"{where}: no file_path: give the picture's path relative to this file")
+    where = f"{where} ({name!r:.80})"
+    fields = {key: frame.get(key, document.get(key)) for key in CAMERA_FIELDS}
+    matrix = _matrix(frame.get("transform_matrix"), where)
+    try:
+        with np.errstate(over="ignore", invalid="ignore"):  # numbers that no rotation has
+            pose = Pose(matrix[:3, :3] @ OPENCV_FROM_OPENGL, matrix[:3, 3] * scale)
+    except CalibrationError as exc:
+        raise CalibrationError(f"{where}: transform_matrix: {exc}") from exc
+    return PosedPicture(
+        name=name,
+        path=_picture_path(path.parent, name),
+        intrinsics=read_intrinsics(fields, NAMES, where),
+        pose=pose,
+        covariance=_covariance(frame.get("covariance"), scale, where),
+    )
+
+
+def _matrix(rows: object, where: str) -> FloatArray:
+    """The 4 x 4 (or 3 x 4) camera-to-world matrix of a frame, its last row checked."""
+    sound = (
+        isinstance(rows, list)
+        and len(rows) in (3, 4)
+        and all(isinstance(row, list) and len(row) == 4 for row in rows)
+        and all(type(x) in (int, float) and abs(x) < math.inf for row in rows for x in row)
+    )
+    if not sound:
+        fault = "is missing" if rows is None else "is not 4 x 4 finite numbers"
+        raise CalibrationError(f"{where}: transform_matrix {fault}: give camera-to-world")
+    try:
+        matrix = np.array(rows, dtype=np.float64)
+    except OverflowError as exc:
+        raise CalibrationError(f"{where}: transform_matrix is not 4 x 4 finite numbers") from exc
+    if len(matrix) == 4 and np.abs(matrix[3] - [0, 0, 0, 1]).max() > LAST_ROW_TOLERANCE:
+        raise CalibrationError(
+            f"{where}: the last row of transform_matrix is not 0 0 0 1: "
+            "give camera-to-world with the position in the last column"
+        )
+    return matrix
+
+
+def _picture_path(folder: Path, name: str) -> Path:
+    path = folder / name
+    try:
+        if path.is_file():
+            return path
+        for extension in EXTENSIONS:
+            candidate = folder / (name + extension)
+            if candidate.is_file():
+                return candidate
+    except (OSError, ValueError):  # a name that no file can have: reported where it is read
+        return path
+    return path

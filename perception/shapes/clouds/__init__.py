@@ -1,0 +1,1 @@
+"""A point cloud into flat regions and the rest: grown, outlined, its outside found."""

@@ -1,0 +1,192 @@
+"""Outlines of a cloud's planes: what their points cover, with straight sides where planes meet."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.shapes.clouds.alpha_shape import covered_area
+from facetlog.perception.shapes.clouds.cloud_planes import CloudPlane, CloudPlanes
+from facetlog.perception.shapes.clouds.neighbourhoods import k_nearest
+from facetlog.perception.shapes.clouds.straight_sides import (
+    SideLine,
+    meeting_corners,
+    side_lines,
+    squared,
+)
+from facetlog.perception.types import FloatArray
+
+__all__ = ["Outline", "cloud_outlines"]
+
+# A side lies where two planes meet if both have points within so many spacings of that line: the
+# last row of points, one more, and one that was dealt to nobody.
+SNAP_SPACINGS = 3.0
+# ... over half of the side. Half of it may be in another thing's shadow.
+SNAP_SHARE = 0.5
+SNAP_PROBES = 9
+# ... and if the planes meet under 20 degrees or more: the line is known to σ / sin of that.
+SNAP_SINE = float(np.sin(np.deg2rad(20.0)))
+# Straight sides stand for the jagged area if they cover so much of it; else it is only simplified,
+# to within so many spacings.
+SAME_AREA = 0.8
+ROUGH = 2.0
+# A straight side of points at random is known to about this share of their spacing.
+RIM_SD = 0.5
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Outline:
+    """A piece of a plane with its rim: loops (k, 3) in the plane, and the sd of a corner.
+
+    `region` numbers the plane, `members` are its points within (rows of the cloud). The outline
+    runs counter-clockwise about the plane's normal, the holes clockwise.
+    """
+
+    region: int
+    outline: FloatArray
+    holes: tuple[FloatArray, ...]
+    members: NDArray[np.intp]
+    corner_sd: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Frame:
+    """A plane's own coordinates: x = (p - origin) · axes[0], y = (p - origin) · axes[1]."""
+
+    origin: FloatArray
+    axes: FloatArray
+
+    @classmethod
+    def of(cls, plane: CloudPlane, points: FloatArray) -> "_Frame":
+        own = points[plane.members]
+        middle = own.mean(axis=0)
+        origin = middle - plane.plane.distance(middle) * plane.plane.normal
+        spread = np.linalg.eigh((own - middle).T @ (own - middle))[1][:, -1]
+        return cls(origin, plane_axes(plane.plane.normal, spread))
+
+    def flatten(self, points: FloatArray) -> FloatArray:
+        flat: FloatArray = (points - self.origin) @ self.axes.T
+        return flat
+
+    def lift(self, flat: FloatArray) -> FloatArray:
+        lifted: FloatArray = self.origin + flat @ self.axes
+        return lifted
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Neighbours:
+    """All planes of a cloud: unit normals (m, 3), offsets, rms distances (m,), and their points."""
+
+    normals: FloatArray
+    offsets: FloatArray
+    rms: FloatArray
+    trees: tuple[KDTree, ...]
+
+    @classmethod
+    def of(cls, points: FloatArray, planes: Sequence[CloudPlane]) -> "_Neighbours":
+        return cls(
+            np.array([plane.plane.normal for plane in planes]).reshape(-1, 3),
+            np.array([plane.plane.offset for plane in planes]),
+            np.array([plane.rms for plane in planes]),
+            tuple(KDTree(points[plane.members]) for plane in planes),
+        )
+
+    def snapped(self, line: SideLine, own: int, frame: _Frame, spacing: float) -> SideLine:
+        """The side moved to where its plane meets another's, if it lies there; else as it is."""
+        slopes = self.normals @ frame.axes.T
+        sines = np.linalg.norm(slopes, axis=1)
+        sines[own] = 0.0
+        steep = np.flatnonzero(sines >= SNAP_SINE)
+        slopes = slopes[steep] / sines[steep, None]
+        levels = (self.normals[steep] @ frame.origin + self.offsets[steep]) / sines[steep]
+        errors = np.hypot(self.rms[own], self.rms[steep]) / sines[steep]
+        reaches = SNAP_SPACINGS * (spacing + errors)
+        shares = np.linspace(-0.5, 0.5, SNAP_PROBES)[:, None]
+        probes = line.point + shares * line.length * line.direction
+        gaps = probes @ slopes.T + levels
+        # the two ends of a side are rounder than the rest
+        near = np.flatnonzero(np.abs(gaps[1:-1]).max(axis=0, initial=0.0) <= reaches)
+        for k in near[np.argsort(np.abs(gaps[:, near]).mean(axis=0), kind="stable")].tolist():
+            on_line = frame.lift(probes - gaps[:, [k]] * slopes[k])
+            tree = self.trees[steep[k]]
+            far = k_nearest(tree, on_line, 1, within=float(reaches[k]))[0]
+            if np.isfinite(far).mean() < SNAP_SHARE:
+                continue
+            direction = np.array([-slopes[k, 1], slopes[k, 0]])
+            direction = direction if direction @ line.direction > 0.0 else -direction
+            point = line.point - float(line.point @ slopes[k] + levels[k]) * slopes[k]
+            return replace(line, point=point, direction=direction, fixed=True)
+        return line
+
+
+def cloud_outlines(
+    points: FloatArray, found: CloudPlanes, *, first: int = 0
+) -> tuple[Outline, ...]:
+    """Outlines of all planes of a cloud of points (n, 3) from the first on, in their order.
+
+    A plane whose points lie in several pieces has one for each; points outside all pieces, and
+    planes whose points cover no area, have none.
+    """
+    neighbours = _Neighbours.of(points, found.planes)
+    every = (_pieces(nth, points, found, neighbours) for nth in range(first, len(found.planes)))
+    return tuple(outline for pieces in every for outline in pieces)
+
+
+def _pieces(
+    nth: int, points: FloatArray, found: CloudPlanes, neighbours: _Neighbours
+) -> Iterator[Outline]:
+    plane = found.planes[nth]
+    frame = _Frame.of(plane, points)
+    flat = frame.flatten(points[plane.members])
+    areas, spacing = covered_area(flat, found.spacing[plane.members])
+    for area in areas:
+        outline = _ring(area.exterior, nth, frame, spacing, neighbours)
+        holes = [
+            _ring(hole, nth, frame, spacing, neighbours, is_hole=True) for hole in area.interiors
+        ]
+        if len(outline) < 3:
+            continue
+        shape = _sound(outline, [hole for hole in holes if len(hole) >= 3], area, spacing)
+        held = shapely.contains_xy(shape.buffer(spacing), flat[:, 0], flat[:, 1])
+        shape = shapely.geometry.polygon.orient(shape)
+        yield Outline(
+            nth,
+            frame.lift(shapely.get_coordinates(shape.exterior)[:-1]),
+            tuple(frame.lift(shapely.get_coordinates(hole)[:-1]) for hole in shape.interiors),
+            plane.members[held],
+            float(np.hypot(RIM_SD * spacing, plane.rms)),
+        )
+
+
+def _sound(
+    outline: FloatArray, holes: Sequence[FloatArray], area: shapely.Polygon, spacing: float
+) -> shapely.Polygon:
+    """The polygon of straight sides if it is valid and covers the area; else the simplified area.
+
+    Where sides moved onto one another, those of the outline alone may still do.
+    """
+    for shape in (shapely.Polygon(outline, holes), shapely.Polygon(outline)):
+        if shape.is_valid and shape.intersection(area).area >= SAME_AREA * area.area:
+            return shape
+    simple = shapely.simplify(area, ROUGH * spacing, preserve_topology=True)
+    return simple if simple.geom_type == "Polygon" and simple.is_valid else area
+
+
+def _ring(
+    ring: shapely.LinearRing,
+    nth: int,
+    frame: _Frame,
+    spacing: float,
+    neighbours: _Neighbours,
+    *,
+    is_hole: bool = False,
+) -> FloatArray:
+    """Corners (k, 2) of one ring, counter-clockwise; fewer than 3 where nothing is left of it."""
+    around = shapely.geometry.polygon.orient(shapely.Polygon(ring))
+    lines = side_lines(shapely.get_coordinates(around.exterior), spacing, inwards=is_hole)
+    lines = tuple(neighbours.snapped(line, nth, frame, spacing) for line in lines)
+    return meeting_corners(squared(lines, spacing), spacing) if lines else np.zeros((0, 2))

@@ -1,0 +1,234 @@
+"""Planes of a point cloud: regions grown over neighbourhoods, then least squares on their points.
+
+All distances are in multiples of the cloud's own noise, all sizes in neighbourhoods: a cloud in
+another unit or place has the same planes.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from facetlog.perception.shapes.clouds.neighbourhoods import (
+    LEAST_SIZE,
+    Neighbourhoods,
+    k_nearest,
+    neighbourhoods,
+)
+from facetlog.perception.shapes.clouds.plane_growth import CURVED, WARP, grown_regions
+from facetlog.perception.types import FloatArray, Plane
+
+__all__ = ["CloudPlane", "CloudPlanes", "cloud_planes", "least_squares_plane"]
+
+# Fewer points have no neighbourhood to speak of.
+LEAST_POINTS = 8
+# A point is of a plane within so many sd: of a normal distribution one in 2,000 is left out.
+GATE_SDS = 3.5
+# A point is offered the planes of so many of its nearest nodes.
+OFFERS = 4
+# Near an edge nodes are of no plane, as their neighbourhoods have points of both: points there are
+# offered those of more nodes that are of one, no further than so many neighbourhoods' radii.
+RIM_OFFERS = 24
+RIM_REACH = 2.0
+# Rounds of dealing points out and fitting again; the second moves planes by less than their sd.
+ROUNDS = 2
+# A plane is kept with so many points, twice the least neighbourhood: between two pieces of a curve
+# one neighbourhood is always flat.
+LEAST_MEMBERS = 2 * LEAST_SIZE
+# A plane's narrow side is this many times the noise wide at least: narrower, it has no direction.
+LEAST_WIDTH = 4.0
+# What is left is looked at again if it is so many neighbourhoods, and so much of the cloud.
+LEAST_LEFT = 2
+LEAST_LEFT_SHARE = 0.01
+# Residuals are looked at in blocks, so many along each axis.
+BLOCKS = 8
+# Residuals are correlated where the blocks' means vary more than chance allows once in 700.
+CHANCE_SDS = 3.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CloudPlane:
+    """A plane with its covariance, its points (rows of the cloud) and their rms distance."""
+
+    plane: Plane
+    members: NDArray[np.intp]
+    rms: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CloudPlanes:
+    """Planes of a cloud of n points; `owner` (n,) numbers the plane of each point, -1: none.
+
+    `noise` is the standard deviation of a point off its surface; `spacing` (n,) the side of the
+    square that each point has to itself on the surface. Both in the unit of length.
+    """
+
+    planes: tuple[CloudPlane, ...]
+    owner: NDArray[np.intp]
+    noise: float
+    spacing: FloatArray
+
+
+def least_squares_plane(points: FloatArray, least_sd: float = 0.0) -> tuple[Plane, float]:
+    """Total-least-squares plane through points (n, 3), n > 3, with its covariance, and the rms.
+
+    With middle c, in-plane axes u, v and variances λu, λv along them, the slopes have the variance
+    σ² / (n λ) and the height at c has σ² / n. Where neighbouring points err together, as on a
+    sensor that rounds depths, n counts for less: the covariance is scaled by how much more the
+    means over blocks vary than those of independent errors would. `least_sd` is rounding.
+    """
+    count = len(points)
+    middle = points.mean(axis=0)
+    local = points - middle
+    variances, axes = np.linalg.eigh(local.T @ local / count)
+    normal, v, u = axes.T
+    height = local @ normal
+    variance = max(float(height @ height) / max(count - 3, 1), least_sd**2)
+    shared = _shared_error(local @ u, local @ v, height, variance)
+    slopes = variance * shared / (count * np.maximum(variances[[2, 1]], 1e-300))
+    columns = np.zeros((4, 3))
+    for nth, axis in enumerate((u, v)):
+        columns[:3, nth], columns[3, nth] = axis, -axis @ middle
+    columns[3, 2] = 1.0
+    cov = (columns * [*slopes, variance * shared / count]) @ columns.T
+    return Plane(normal, float(-normal @ middle), cov), float(np.sqrt(variance))
+
+
+def _shared_error(x: FloatArray, y: FloatArray, height: FloatArray, variance: float) -> float:
+    """How many times more the means of heights over blocks vary than independent errors' do."""
+    cells = np.zeros(len(x), dtype=np.intp)
+    for values in (x, y):
+        low, extent = values.min(), max(float(np.ptp(values)), 1e-300)
+        cells *= BLOCKS
+        cells += np.minimum(((values - low) * (BLOCKS / extent)).astype(np.intp), BLOCKS - 1)
+    held = np.bincount(cells, minlength=BLOCKS**2)
+    sums = np.bincount(cells, height, BLOCKS**2)
+    full = held > 1
+    free = int(full.sum()) - 3
+    if free < BLOCKS or variance <= 0.0:
+        return 1.0
+    ratio = float((sums[full] ** 2 / held[full]).sum()) / (variance * free)
+    return ratio if ratio > 1.0 + CHANCE_SDS * np.sqrt(2.0 / free) else 1.0
+
+
+def cloud_planes(points: FloatArray) -> CloudPlanes:
+    """All planes of points (n, 3); without any where the points are too few or nowhere flat.
+
+    What is left by the first planes is looked at again by itself: neighbourhoods on a narrow face
+    reach beyond it, until what is there has been taken away. Then with smaller neighbourhoods.
+    """
+    count = len(points)
+    owner = np.full(count, -1)
+    if count < LEAST_POINTS:
+        return CloudPlanes((), owner, 0.0, np.zeros(count))
+    centre = points.mean(axis=0)
+    points = points - centre  # so that coordinates far from the origin keep their digits
+    first = near = neighbourhoods(points)
+    nearest = k_nearest(first.tree, points, OFFERS)[1]
+    left, closest = np.arange(count), nearest
+    for size in (first.size, first.size // 2, LEAST_SIZE):
+        found, curved = _one_pass(points[left], near, closest)
+        owner[left] = np.where(found >= 0, found + int(owner.max()) + 1, -1)
+        left = left[(found < 0) & ~curved]
+        if size < LEAST_SIZE or len(left) < max(LEAST_LEFT * size, LEAST_LEFT_SHARE * count):
+            break
+        near = neighbourhoods(points[left], size=size, noise=first.noise)
+        closest = k_nearest(near.tree, points[left], OFFERS)[1]
+    return _numbered(points, centre, owner, first, nearest[:, 0])
+
+
+def _one_pass(
+    points: FloatArray, near: Neighbourhoods, nearest: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """Number of the plane of each point (n,), -1: none, and whether it is on a curved surface.
+
+    `nearest` (n, k) are the nodes nearest to each point.
+    """
+    labels = grown_regions(near)
+    offers = labels[nearest]
+    rim = np.flatnonzero((offers < 0).any(axis=1))
+    rim_offers = _offers_at_rim(points[rim], points, near, labels)
+    owner = offers[:, 0]
+    for _ in range(ROUNDS):
+        planes = _fitted(points, owner, near.noise, int(labels.max(initial=-1)) + 1)
+        owner = _dealt(points, offers, planes)
+        owner[rim] = _dealt(points[rim], rim_offers, planes)
+    return owner, (offers == CURVED).any(axis=1)
+
+
+def _offers_at_rim(
+    rim: FloatArray, points: FloatArray, near: Neighbourhoods, labels: NDArray[np.intp]
+) -> NDArray[np.intp]:
+    """Labels (r, k) of the nearest nodes with one, -1 where they are too far, for points (r, 3)."""
+    labelled = np.flatnonzero(labels >= 0)
+    if not len(labelled) or not len(rim):
+        return np.full((len(rim), 1), -1)
+    reach = RIM_REACH * float(np.median(near.radius[labelled]))
+    tree = KDTree(points[near.nodes[labelled]])
+    found = k_nearest(tree, rim, RIM_OFFERS, within=reach)[1]
+    return np.append(labels[labelled], -1)[found]
+
+
+def _members(owner: NDArray[np.intp], count: int) -> list[NDArray[np.intp]]:
+    """Rows of each owner from 0, ascending."""
+    order = np.argsort(owner, kind="stable")  # what is of none comes first
+    bounds = np.searchsorted(owner[order], np.arange(count + 1))
+    return [order[a:b] for a, b in pairwise(bounds.tolist())]
+
+
+def _fitted(points: FloatArray, owner: NDArray[np.intp], noise: float, count: int) -> FloatArray:
+    """(normal, offset, sd) of each owner's points, (count, 5); sd 0 where they are too few."""
+    fits = np.zeros((count, 5))
+    for nth, rows in enumerate(_members(owner, count)):
+        if len(rows) > LEAST_MEMBERS:
+            plane, rms = least_squares_plane(points[rows])
+            # wild points must not widen their own gate beyond what a warped sheet has
+            warped = max(2.0 * noise, WARP / 2.0 * _width(points[rows]))
+            fits[nth] = (*plane.normal, plane.offset, np.clip(rms, 0.5 * noise, warped))
+    return fits
+
+
+def _width(points: FloatArray) -> float:
+    """The narrower extent of points (n, 3) along their plane, as that of an even rectangle."""
+    return float(np.sqrt(12.0 * max(float(np.linalg.eigvalsh(np.cov(points.T))[1]), 0.0)))
+
+
+def _dealt(points: FloatArray, offers: NDArray[np.intp], planes: FloatArray) -> NDArray[np.intp]:
+    """For each point the nearest, in sd, of the planes offered to it; -1 where none is in reach."""
+    owner = np.full(len(points), -1)
+    if not len(planes):
+        return owner
+    best = np.full(len(points), GATE_SDS)
+    for column in offers.T:
+        known = np.flatnonzero(column >= 0)
+        plane = planes[column[known]]
+        height = np.abs(np.einsum("ij,ij->i", points[known], plane[:, :3]) + plane[:, 3])
+        sds = np.where(plane[:, 4] > 0.0, height / np.maximum(plane[:, 4], 1e-300), np.inf)
+        nearer = sds < best[known]
+        best[known[nearer]] = sds[nearer]
+        owner[known[nearer]] = column[known[nearer]]
+    return owner
+
+
+def _numbered(
+    points: FloatArray,
+    centre: FloatArray,
+    owner: NDArray[np.intp],
+    near: Neighbourhoods,
+    nearest: NDArray[np.intp],
+) -> CloudPlanes:
+    """The planes with enough points, largest first, back in the cloud's own frame."""
+    every = _members(owner, int(owner.max(initial=-1)) + 1)
+    groups = [rows for rows in every if len(rows) >= LEAST_MEMBERS]
+    rounding = near.noise * 1e-3
+    kept: list[CloudPlane] = []
+    numbers = np.full(len(points), -1)
+    for rows in sorted(groups, key=lambda rows: (-len(rows), int(rows[0]))):
+        if _width(points[rows]) < LEAST_WIDTH * near.noise:
+            continue
+        plane, rms = least_squares_plane(points[rows] + centre, rounding)
+        numbers[rows] = len(kept)
+        kept.append(CloudPlane(plane, rows, rms))
+    return CloudPlanes(tuple(kept), numbers, near.noise, near.spacing[nearest])

@@ -1,0 +1,237 @@
+"""A cloud as flat regions and the rest: planes, outlines, objects, floor and outer sides."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.shapes.clouds.all_round import closes_gaps, goes_all_round
+from facetlog.perception.shapes.clouds.cloud_levels import levels_by_height
+from facetlog.perception.shapes.clouds.cloud_outlines import Outline, cloud_outlines
+from facetlog.perception.shapes.clouds.cloud_planes import (
+    CloudPlane,
+    CloudPlanes,
+    cloud_planes,
+    least_squares_plane,
+)
+from facetlog.perception.shapes.clouds.cloud_sides import Surroundings, outer_side
+from facetlog.perception.shapes.clouds.points_off_faces import off_faces
+from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
+from facetlog.perception.shapes.regions.point_bodies import is_scatter, majority, tell_apart
+from facetlog.perception.shapes.regions.up_direction import (
+    HELD_OTHERWISE,
+    Up,
+    find_up,
+    up_from_cameras,
+)
+from facetlog.perception.types import FloatArray
+
+__all__ = ["CloudRegions", "cloud_regions"]
+
+# So many points tell floor, objects and sides apart; more only take longer.
+MOST_LOOKED_AT = 20_000
+# The rest of the surface is thinned to so many points, each with more area.
+MOST_REST = 5_000
+# A face within 20 degrees of level is one for what stands on it (cosine).
+LEVEL_ENOUGH = float(np.cos(np.deg2rad(20.0)))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CloudRegions:
+    """Flat regions and the rest of a cloud; up (3,) if it is known; whether it goes all round."""
+
+    regions: tuple[FlatRegion, ...]
+    rest: Rest
+    up: FloatArray | None
+    whole: bool
+    warnings: tuple[str, ...]
+
+
+def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions:
+    """The flat regions and the rest of a cloud; `up` is a unit vector where it is known."""
+    found = cloud_planes(cloud.points)
+    outlines = cloud_outlines(cloud.points, found)
+    owner = np.full(len(cloud.points), -1)
+    for number, outline in enumerate(outlines):
+        owner[outline.members] = number
+    looked = _some_rows(len(cloud.points))
+    stretch = float(np.sqrt(len(cloud.points) / len(looked)))
+    spacing = float(np.median(found.spacing)) * stretch
+    level = _up(cloud, found, outlines, owner, looked, spacing, up)
+    floor = () if level is None or level.floor is None else (level.floor,)
+    bodies = np.full(len(cloud.points), -1)
+    bodies[looked] = tell_apart(cloud.points[looked], owner[looked], spacing, support=floor)
+    body_of = [
+        -1 if n in floor else majority(bodies[looked][owner[looked] == n])
+        for n in range(len(outlines))
+    ]
+    about = Surroundings(
+        cloud.points[looked],
+        owner[looked],
+        bodies[looked],
+        found.noise,
+        spacing,
+        None if cloud.normals is None else cloud.normals[looked],
+        None if cloud.seen_from is None else cloud.seen_from[looked],
+    )
+    direction = None if level is None else level.direction
+    regions = _regions(outlines, found, about, body_of, floor, direction)
+    things = cloud.points[looked][bodies[looked] >= 0]
+    whole = not floor and goes_all_round(things, noise=found.noise, spacing=spacing)
+    if whole and direction is not None:
+        levels, on_levels = _levels(cloud, found, about, looked, regions, direction)
+        regions = (*regions, *levels)
+        owner[on_levels] = len(regions)  # they are not of the rest
+    said = () if level is None or up is not None else (level.how,)
+    rest = _rest(cloud, found, regions, owner, looked, bodies, spacing)
+    whole = whole and _without_holes(rest, cloud.points[looked], bodies[looked])
+    return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said))
+
+
+def _without_holes(rest: Rest, points: FloatArray, bodies: NDArray[np.intp]) -> bool:
+    """Whether the surface of each object closes what it encloses: one open leaves all in doubt."""
+    for body in np.unique(bodies[bodies >= 0]):
+        free = (rest.bodies == body) & (rest.areas > 0.0)
+        area = float(rest.areas[free].sum())
+        if not closes_gaps(points[bodies == body], rest.points[free], area):
+            return False
+    return True
+
+
+def _some_rows(count: int) -> NDArray[np.intp]:
+    """Rows of all points, or of 20,000 of them at random."""
+    if count <= MOST_LOOKED_AT:
+        return np.arange(count)
+    return np.sort(np.random.default_rng(0).permutation(count)[:MOST_LOOKED_AT])
+
+
+def _up(
+    cloud: Cloud,
+    found: CloudPlanes,
+    outlines: tuple[Outline, ...],
+    owner: NDArray[np.intp],
+    looked: NDArray[np.intp],
+    spacing: float,
+    up: FloatArray | None,
+) -> Up | None:
+    """Up as given, by the floor, or by the cameras; with the floor's number if there is one.
+
+    A floor that is level by the cameras goes before others, which may be walls; but cameras that
+    look straight down are held with their up along the floor, so any floor goes before cameras.
+    """
+    held = None if cloud.camera_ups is None else up_from_cameras(cloud.camera_ups)
+    rough = up if up is not None else None if held is None else held.direction
+    planes = [found.planes[outline.region].plane for outline in outlines]
+    points, owners = cloud.points[looked], owner[looked]
+    level = find_up(points, owners, planes, noise=found.noise, spacing=spacing, up=rough)
+    if level is None and up is not None:
+        return Up(up, None, "up was given")
+    if level is None and held is not None:
+        level = find_up(points, owners, planes, noise=found.noise, spacing=spacing)
+        if level is not None:
+            level = replace(level, how=HELD_OTHERWISE)
+    if level is None:
+        return held
+    if up is None and level.floor is not None:
+        # the floor is a better level than the cameras are
+        plane = planes[level.floor]
+        sign = 1.0 if float(plane.normal @ level.direction) > 0.0 else -1.0
+        return Up(sign * plane.normal, level.floor, level.how)
+    return level
+
+
+def _regions(
+    outlines: tuple[Outline, ...],
+    found: CloudPlanes,
+    about: Surroundings,
+    body_of: list[int],
+    floor: tuple[int, ...],
+    up: FloatArray | None,
+) -> tuple[FlatRegion, ...]:
+    """The outlines as regions that look outwards."""
+    regions = []
+    for number, outline in enumerate(outlines):
+        plane = found.planes[outline.region].plane
+        members = np.flatnonzero(about.owner == number)
+        if number in floor and up is not None:
+            sign = 1 if float(plane.normal @ up) > 0.0 else -1
+        elif len(members):
+            sign = outer_side(number, members, plane, about, up=up)
+        else:
+            sign = 1
+        loops = (outline.outline, *outline.holes)
+        if sign < 0:
+            plane, loops = plane.flipped(), tuple(loop[::-1] for loop in loops)
+        regions.append(FlatRegion(plane, loops[0], loops[1:], outline.corner_sd, body_of[number]))
+    return tuple(regions)
+
+
+def _levels(
+    cloud: Cloud,
+    found: CloudPlanes,
+    about: Surroundings,
+    looked: NDArray[np.intp],
+    regions: tuple[FlatRegion, ...],
+    up: FloatArray,
+) -> tuple[tuple[FlatRegion, ...], NDArray[np.intp]]:
+    """Level regions that look up and are not among `regions` yet, and their points' rows."""
+    rises = np.array([region.plane.normal @ up for region in regions] + [0.0])
+    known = rises[about.owner] >= LEVEL_ENOUGH
+    sheets, body_of = [], []
+    for body in range(int(about.bodies.max(initial=-1)) + 1):
+        own = np.flatnonzero(about.bodies == body)
+        for members in levels_by_height(
+            about.points[own], up, known[own], noise=found.noise, spacing=about.spacing
+        ):
+            rows = looked[own[members]]
+            plane, rms = least_squares_plane(cloud.points[rows])
+            sign = 1.0 if float(plane.normal @ up) > 0.0 else -1.0
+            sheets.append(CloudPlane(plane if sign > 0.0 else plane.flipped(), rows, rms))
+            body_of.append(body)
+    # these points alone are as far apart as those that were looked at
+    stretch = float(np.sqrt(len(cloud.points) / len(looked)))
+    count = len(found.planes)
+    both = replace(
+        found, planes=(*found.planes, *sheets), spacing=np.asarray(found.spacing * stretch)
+    )
+    outlines = cloud_outlines(cloud.points, both, first=count) if sheets else ()
+    levels = tuple(
+        FlatRegion(
+            sheets[outline.region - count].plane,
+            outline.outline,
+            outline.holes,
+            outline.corner_sd,
+            body_of[outline.region - count],
+        )
+        for outline in outlines
+    )
+    none = np.zeros(0, dtype=np.intp)
+    return levels, np.concatenate([none, *(outline.members for outline in outlines)])
+
+
+def _rest(
+    cloud: Cloud,
+    found: CloudPlanes,
+    regions: tuple[FlatRegion, ...],
+    owner: NDArray[np.intp],
+    looked: NDArray[np.intp],
+    bodies: NDArray[np.intp],
+    spacing: float,
+) -> Rest:
+    """Points of no region that are of an object's surface, with the area that each stands for.
+
+    Those that a face's noise explains may still close a gap between faces, but stand for no area.
+    """
+    unowned = (owner[looked] < 0) & (bodies[looked] >= 0)
+    scatter = is_scatter(cloud.points[looked], bodies[looked], unowned, spacing)
+    free = looked[unowned & ~scatter]
+    areas = found.spacing[free] ** 2 * (len(cloud.points) / len(looked))
+    if len(free) > MOST_REST:
+        kept = np.sort(np.random.default_rng(0).permutation(len(free))[:MOST_REST])
+        free, areas = free[kept], areas[kept] * (len(free) / MOST_REST)
+    spacing = float(np.median(found.spacing))
+    off = off_faces(cloud.points[free], bodies[free], regions, noise=found.noise, spacing=spacing)
+    areas[~off] = 0.0  # noise of faces, whose area is told by these
+    normals = np.zeros((len(free), 3)) if cloud.normals is None else cloud.normals[free]
+    return Rest(cloud.points[free], normals, areas, bodies[free].astype(np.float64))

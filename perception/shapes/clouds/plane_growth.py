@@ -1,0 +1,299 @@
+"""Regions of neighbourhoods that lie in one plane, and which of them are pieces of a curve."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.shapes.clouds.neighbourhoods import Neighbourhoods
+from facetlog.perception.types import FloatArray
+
+__all__ = ["CURVED", "WARP", "grown_regions"]
+
+# Instead of a region's number: the node is of a curved surface.
+CURVED = -2
+
+# Normals of one region differ from its plane's by at most this (cosine of 20 degrees, 3 sd and
+# more of a neighbourhood's normal).
+SAME_WAY = float(np.cos(np.deg2rad(20.0)))
+# The middle of a neighbourhood is within so many times the noise of its region's plane. Its own
+# error is a fourth of that at most, the rest is room for planes that are a little warped.
+MIDDLE_GATE = 1.5
+# Sheets, and what sensors make of flat ones, are warped by up to this share of their width: a
+# Kinect shows a carton of 16 cm 5 mm off, where its local noise is a tenth of that. With 0.012 the
+# faces of such cartons fall into pieces that are 3 to 9 degrees apart.
+WARP = 0.03
+# Growth starts where this share of the neighbours look the same way.
+SEED_AGREEMENT = 0.7
+# A region has this many nodes at least, fewer fix no plane, and half of the points that make a
+# neighbourhood.
+LEAST_NODES = 5
+LEAST_SHARE = 0.5
+# A region narrower than a neighbourhood's radius and thicker than this times the noise is the
+# rounded-off edge between two others: its neighbourhoods have points of both.
+SLIVER_THICKNESS = 1.15
+# A region is fitted anew whenever it has grown by this factor.
+REFIT = 1.5
+# Rounds of growing from all members again after the last fit. Each widens a region by half at
+# least, or is the last but one: 30 take a neighbourhood to any size.
+REGROWTHS = 30
+# Touching regions are one if the rms of their middles is within this share of one gate, as it
+# is of heights that fill the gate evenly.
+MERGED_GATES = 0.6
+# A region with less than this share of another's nodes is a scrap of it if it lies within so many
+# gates and within 30 degrees (cosine): a scrap's own normal is vague.
+SCRAP_SHARE = 0.2
+SCRAP_GATES = 2.0
+SCRAP_WAY = float(np.cos(np.deg2rad(30.0)))
+# A region is a piece of a curved surface if it bulges by more than this times the noise, ...
+BULGE = 0.6
+# ... by more than this many sd, ...
+BULGE_SDS = 5.0
+# ... and its normal turns by more than this from end to end, radians (17 degrees): warped sheets
+# turn by less, and a strip of a cylinder that fills the gate of WARP by 16 WARP = 0.48.
+TURN = 0.3
+# A region is one with a curved surface if, over this share of its rim to other regions, that goes
+# on within 30 degrees (cosine); it takes so many rounds at most, one for each strip round half a
+# cylinder.
+SMOOTH_SHARE = 0.4
+SMOOTH_WAY = float(np.cos(np.deg2rad(30.0)))
+SPREADS = 16
+
+
+def grown_regions(near: Neighbourhoods) -> NDArray[np.intp]:
+    """Number of the flat region of each node, (m,); -1: none, CURVED: of a curved surface."""
+    growth = _Growth(near)
+    growth.run()
+    # pieces of a cylinder must not be joined to a sheet before they are known for what they are
+    labels, narrow = _without_curves(near, growth.labels)
+    labels, wide = _without_curves(near, _merged(near, labels))
+    return _kept(near, _spread_curves(near, labels, [*narrow, *wide]))
+
+
+class _Sheet(NamedTuple):
+    """A region's plane: a point and the unit normal (3,), and how far off it its middles may be."""
+
+    centre: FloatArray
+    normal: FloatArray
+    gate: float
+
+    @classmethod
+    def through(cls, middles: FloatArray, noise: float) -> "_Sheet":
+        """The plane of middles (n, 3) by least squares."""
+        centre = middles.mean(axis=0)
+        local = middles - centre
+        variances, axes = np.linalg.eigh(local.T @ local / len(local))
+        width = float(np.sqrt(12.0 * max(variances[1], 0.0)))
+        return cls(centre, axes[:, 0], max(MIDDLE_GATE * noise, WARP * width))
+
+    def height(self, middles: FloatArray) -> FloatArray:
+        """Distances (n,) of middles (n, 3), of either sign."""
+        height: FloatArray = (middles - self.centre) @ self.normal
+        return height
+
+
+class _Growth:
+    """Regions grown one after the other, from the flattest places outwards."""
+
+    def __init__(self, near: Neighbourhoods) -> None:
+        self.near = near
+        self.labels = np.full(len(near.nodes), -1)
+        self.count = 0
+
+    def run(self) -> None:
+        """Grow from every seed that is not in a region yet."""
+        near = self.near
+        cosines = np.abs(np.einsum("ijk,ik->ij", near.normals[near.links], near.normals))
+        seeds = np.flatnonzero((cosines >= SAME_WAY).mean(axis=1) >= SEED_AGREEMENT)
+        fresh = np.ones(len(near.nodes), dtype=bool)
+        for seed in seeds[np.argsort(-cosines[seeds].mean(axis=1), kind="stable")].tolist():
+            if self.labels[seed] >= 0 or not fresh[seed]:
+                continue
+            region = self._grown(seed)
+            # What could not grow from here could not from its members either.
+            fresh[region] = False
+            fresh[seed] = False
+            if len(region) >= LEAST_NODES:
+                self.labels[region] = self.count
+                self.count += 1
+
+    def _fits(self, rows: NDArray[np.intp], sheet: _Sheet) -> NDArray[np.bool_]:
+        close = np.abs(sheet.height(self.near.middles[rows])) <= sheet.gate
+        fits: NDArray[np.bool_] = close & (
+            np.abs(self.near.normals[rows] @ sheet.normal) >= SAME_WAY
+        )
+        return fits
+
+    def _grown(self, seed: int) -> NDArray[np.intp]:
+        """Nodes of the region round a seed; those of other regions are left alone."""
+        near = self.near
+        sheet = _Sheet(near.middles[seed], near.normals[seed], MIDDLE_GATE * near.noise)
+        inside = np.zeros(len(near.nodes), dtype=bool)
+        inside[seed] = True
+        members = np.array([seed])
+        for _ in range(REGROWTHS):
+            frontier = members
+            fitted = before = len(members)
+            while len(frontier):
+                reached = near.links[frontier].ravel()
+                reached = np.unique(reached[~inside[reached] & (self.labels[reached] < 0)])
+                frontier = reached[self._fits(reached, sheet)]
+                inside[frontier] = True
+                members = np.concatenate([members, frontier])
+                if len(members) >= max(REFIT * fitted, LEAST_NODES):
+                    sheet = _Sheet.through(near.middles[members], near.noise)
+                    fitted = len(members)
+            if len(members) < LEAST_NODES:
+                break
+            sheet = _Sheet.through(near.middles[members], near.noise)
+            stays = self._fits(members, sheet)
+            inside[members[~stays]] = False
+            members = members[stays]
+            if len(members) <= before:
+                break
+        return members
+
+
+def _touching(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Pairs (p, 2) of different regions that some link joins, each once."""
+    first, second = np.repeat(labels, near.links.shape[1]), labels[near.links].ravel()
+    joined = (first >= 0) & (second >= 0) & (first != second)
+    pairs = np.sort(np.column_stack([first[joined], second[joined]]), axis=1)
+    return np.unique(pairs, axis=0)
+
+
+def _merged(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Labels in which regions that touch and have one plane, within its warp, are one."""
+    labels = labels.copy()
+    groups = {k: np.flatnonzero(labels == k) for k in np.unique(labels[labels >= 0]).tolist()}
+    sheets = {k: _Sheet.through(near.middles[rows], near.noise) for k, rows in groups.items()}
+    while True:
+        pairs = _touching(near, labels).tolist()
+        pairs.sort(key=lambda pair: -abs(float(sheets[pair[0]].normal @ sheets[pair[1]].normal)))
+        changed: set[int] = set()
+        for one, two in pairs:
+            cosine = abs(float(sheets[one].normal @ sheets[two].normal))
+            if cosine < SCRAP_WAY:
+                break
+            if one in changed or two in changed:
+                continue
+            rows = np.concatenate([groups[one], groups[two]])
+            sheet = _Sheet.through(near.middles[rows], near.noise)
+            height = np.abs(sheet.height(near.middles[rows]))
+            sizes = sorted((len(groups[one]), len(groups[two])))
+            if sizes[0] <= SCRAP_SHARE * sizes[1]:
+                same = float(height.max()) <= SCRAP_GATES * sheet.gate
+            else:
+                rms = float(np.sqrt(np.mean(height**2)))
+                same = cosine >= SAME_WAY and rms <= MERGED_GATES * sheet.gate
+            if same:
+                labels[groups.pop(two)] = one
+                groups[one], sheets[one] = rows, sheet
+                changed |= {one, two}
+        if not changed:
+            return labels
+
+
+def _is_curved(places: FloatArray, noise: float) -> bool:
+    """Whether points (n, 3) lie on a curve: h = a + bx + cy + dx² + exy + fy² explains them.
+
+    Middles would not do: at the rim of a flat face they are drawn to what is next to it.
+    """
+    if len(places) <= 2 * LEAST_NODES:
+        return False
+    local = places - places.mean(axis=0)
+    variances, axes = np.linalg.eigh(local.T @ local / len(local))
+    extent = np.sqrt(12.0 * np.maximum(variances[[2, 1]], 1e-300))
+    height, (y, x) = local @ axes[:, 0], (local @ axes[:, 1:]).T
+    x, y = x / extent[0], y / extent[1]
+    terms = np.column_stack([np.ones_like(x), x, y, x * x, x * y, y * y])
+    inverse = np.linalg.pinv(terms.T @ terms)
+    bend = inverse @ (terms.T @ height)
+    left = height - terms @ bend
+    sds = np.sqrt(np.diag(inverse) * float(left @ left) / (len(left) - 6))
+    for term, size in ((3, extent[0]), (5, extent[1])):
+        bulge = abs(bend[term]) / 4.0  # from the middle to the ends at ± 1/2
+        turn = 2.0 * abs(bend[term]) / size
+        if bulge > BULGE * noise and abs(bend[term]) > BULGE_SDS * sds[term] and turn > TURN:
+            return True
+    return False
+
+
+def _width(places: FloatArray) -> float:
+    """The narrower extent of points (n, 3) along their plane, as that of an even rectangle."""
+    return float(np.sqrt(12.0 * max(float(np.linalg.eigvalsh(np.cov(places.T))[1]), 0.0)))
+
+
+def _is_sliver(near: Neighbourhoods, rows: NDArray[np.bool_]) -> bool:
+    """Whether nodes are only the rounded-off edge between two faces."""
+    width = _width(near.middles[rows])
+    thick = float(np.median(near.thickness[rows])) > SLIVER_THICKNESS * near.noise
+    return thick and width < float(np.median(near.radius[rows]))
+
+
+def _curved_strips(near: Neighbourhoods, labels: NDArray[np.intp]) -> list[NDArray[np.intp]]:
+    """Nodes of each region that is a piece of a curved surface."""
+    every = (np.flatnonzero(labels == k) for k in np.unique(labels[labels >= 0]).tolist())
+    return [rows for rows in every if _is_curved(near.places[rows], near.noise)]
+
+
+def _without_curves(
+    near: Neighbourhoods, labels: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], list[NDArray[np.intp]]]:
+    """Labels in which pieces of a curved surface are CURVED, and the nodes of each piece."""
+    strips = _curved_strips(near, labels)
+    flat = labels.copy()
+    for rows in strips:
+        flat[rows] = CURVED
+    return flat, strips
+
+
+def _spread_curves(
+    near: Neighbourhoods, labels: NDArray[np.intp], strips: Sequence[NDArray[np.intp]]
+) -> NDArray[np.intp]:
+    """Labels in which what goes on smoothly from a larger curved surface is CURVED as well.
+
+    `strips` are the regions that are curved by themselves, as rows of nodes.
+
+    Strips of a cylinder are grown one after the other: the last ones have only a gap to fill, and
+    are too narrow to be curved by themselves. What is wider than the widest strip that is curved
+    by itself would have been curved by itself as well: a face next to a rounded edge is not.
+    """
+    widest = max((_width(near.places[rows]) for rows in strips), default=0.0)
+    labels = labels.copy()
+    for _ in range(SPREADS):
+        curved = labels == CURVED
+        if not curved.any():
+            break
+        before = labels.copy()
+        for label in np.unique(labels[labels >= 0]).tolist():
+            rows = np.flatnonzero(labels == label)
+            if len(rows) > curved.sum() or _width(near.places[rows]) > widest:
+                continue
+            normal = _Sheet.through(near.middles[rows], near.noise).normal
+            beyond = near.links[rows].ravel()
+            # what is of no region says nothing: on a curve regions of one normal leave gaps
+            beyond = beyond[(labels[beyond] != label) & (labels[beyond] != -1)]
+            smooth = curved[beyond] & (np.abs(near.normals[beyond] @ normal) >= SMOOTH_WAY)
+            if len(beyond) and smooth.mean() >= SMOOTH_SHARE:
+                labels[rows] = CURVED
+        # nodes of no region amid a curved surface
+        free = np.flatnonzero(labels == -1)
+        labels[free[(labels[near.links[free]] == CURVED).mean(axis=1) >= SMOOTH_SHARE]] = CURVED
+        if (labels == before).all():
+            break
+    return labels
+
+
+def _kept(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Labels from 0 on of the regions that are large enough and no slivers."""
+    found = np.where(labels == CURVED, CURVED, -1)
+    count = 0
+    least = max(LEAST_NODES, round(LEAST_SHARE * near.size * near.share))
+    for label in np.unique(labels[labels >= 0]).tolist():
+        rows = labels == label
+        if rows.sum() >= least and not _is_sliver(near, rows):
+            found[rows] = count
+            count += 1
+    return found

@@ -1,0 +1,202 @@
+"""Meshes as people have them, put in order: welded, without doubles, wound one way, outside out.
+
+Corners within a millionth of the size are one; triangles without an area and second copies of a
+triangle go. Sheets of triangles joined by edges that two of them share are wound alike; a closed
+one by the sign of its volume, so that its normals point out. What an open one's outside is, its
+winding does not say: mesh_sides.py looks.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from facetlog.errors import InputError
+from facetlog.perception.flat_faces import cross
+from facetlog.perception.grouped import Indices, group_sums, joined
+from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.shapes.regions.surface_samples import cells_of
+from facetlog.perception.types import FloatArray
+
+__all__ = ["RESOLUTION", "Surface", "clean_mesh"]
+
+# Single-precision coordinates are exact to 6e-8 of their size; export to text keeps 6 digits.
+RESOLUTION = 1e-6
+# A closed sheet with less volume than this share of area times size is two sheets back to back.
+LEAST_VOLUME = 1e-6
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Surface:
+    """A clean mesh: points (n, 3) about `centre` (3,), triangles (m, 3), their normals and areas.
+
+    `size` is the diagonal. `links` (k, 2) are pairs of triangles that share an edge, wound alike;
+    `link_edges` (k, 2) the ends of that edge. `sheets` (m,) number the triangles joined by such
+    links, `bodies` (m,) those that share any corner; `closed` (m,) are triangles whose normal is
+    known to point out.
+    """
+
+    points: FloatArray
+    triangles: Indices
+    normals: FloatArray
+    areas: FloatArray
+    links: Indices
+    link_edges: Indices
+    sheets: Indices
+    bodies: Indices
+    closed: NDArray[np.bool_]
+    centre: FloatArray
+    size: float
+
+    @property
+    def corners(self) -> FloatArray:
+        """Corners of the triangles, (m, 3, 3)."""
+        return self.points[self.triangles]
+
+
+def clean_mesh(mesh: Mesh) -> Surface:
+    """The surface of a mesh, whatever its scale; raises InputError where it has no area."""
+    used = np.zeros(len(mesh.vertices), dtype=bool)
+    used[mesh.triangles] = True
+    low, high = mesh.vertices[used].min(axis=0), mesh.vertices[used].max(axis=0)
+    centre = 0.5 * low + 0.5 * high
+    size = float(np.linalg.norm(high - low))
+    # What the numbers themselves can tell apart, so far from the origin.
+    grain = 4.0 * float(np.spacing(max(np.abs(low).max(), np.abs(high).max())))
+    if not size > grain:
+        raise InputError(f"{mesh.name}: all corners are in one place; export the mesh anew")
+    points, triangles = _welded(
+        mesh.vertices - centre, mesh.triangles, used, max(RESOLUTION * size, grain)
+    )
+    triangles = _without_doubles(triangles)
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    normals = cross(b - a, c - a)
+    double = _lengths(normals)
+    longest = np.maximum.reduce([_lengths(p - q) for p, q in ((a, b), (b, c), (c, a))])
+    solid = double > RESOLUTION * size * longest
+    if not solid.any():
+        raise InputError(f"{mesh.name}: no triangle has an area; export the mesh anew")
+    triangles, normals, double = triangles[solid], normals[solid], double[solid]
+    normals /= double[:, None]
+    return _wound(points, triangles, normals, 0.5 * double, centre, size)
+
+
+def _lengths(vectors: FloatArray) -> FloatArray:
+    """Lengths (n,) of vectors (n, 3); three times as fast as a sum over the short axis."""
+    x, y, z = vectors.T
+    lengths: FloatArray = np.sqrt(x * x + y * y + z * z)
+    return lengths
+
+
+def _welded(
+    points: FloatArray, triangles: Indices, used: NDArray[np.bool_], slack: float
+) -> tuple[FloatArray, Indices]:
+    """Points that are used, those within the slack made one, and the triangles between them."""
+    every = np.flatnonzero(used)
+    where = points[every]
+    key = cells_of(where, where.min(axis=0), slack)
+    _, first, place = np.unique(key, return_index=True, return_inverse=True)
+    # neighbours that fell into two cells
+    near = cKDTree(where[first], balanced_tree=False, compact_nodes=False).query_pairs(
+        slack, output_type="ndarray"
+    )
+    count, label = joined(len(first), near)
+    keep = np.zeros(count, dtype=np.int64)
+    keep[label[::-1]] = first[::-1]
+    number = np.zeros(len(points), dtype=np.int64)
+    number[every] = label[place]
+    return where[keep], number[triangles]
+
+
+def _without_doubles(triangles: Indices) -> Indices:
+    """Triangles with three different corners, one for each set of corners."""
+    a, b, c = triangles.T
+    triangles = triangles[(a != b) & (b != c) & (c != a)]
+    if not len(triangles):
+        return triangles
+    a, b, c = triangles.T
+    low, high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    middle = a + b + c - low - high
+    count = int(high.max()) + 1
+    # two steps, because three numbers together may not fit into 64 bits
+    _, pair = np.unique(low * count + middle, return_inverse=True)
+    _, first = np.unique(pair * count + high, return_index=True)
+    return triangles[np.sort(first)]
+
+
+def _wound(
+    points: FloatArray,
+    triangles: Indices,
+    normals: FloatArray,
+    areas: FloatArray,
+    centre: FloatArray,
+    size: float,
+) -> Surface:
+    m = len(triangles)
+    starts, ends = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    forward = starts < ends
+    key = np.where(forward, starts * len(points) + ends, ends * len(points) + starts)
+    order = np.argsort(key, kind="stable")
+    _, first, uses = np.unique(key[order], return_index=True, return_counts=True)
+    twice = first[uses == 2]
+    one, two = order[twice], order[twice + 1]
+    links = np.column_stack([one // 3, two // 3])
+    alike = forward[one] != forward[two]
+    sheets, flip = _turns(m, links, alike)
+    triangles = np.where(flip[:, None], triangles[:, ::-1], triangles)
+    normals = np.where(flip[:, None], -normals, normals)
+    closed = _closed(sheets, key)
+    # 6 V = Σ a · (b × c), about the middle of the mesh
+    a, b, c = (points[triangles[:, k]] for k in range(3))
+    count = len(closed)
+    volumes = group_sums(sheets, np.einsum("ij,ij->i", a, cross(b, c)), count) / 6.0
+    sure = np.abs(volumes) > LEAST_VOLUME * size * group_sums(sheets, areas, count)
+    outside_in = (closed & sure & (volumes < 0.0))[sheets]
+    _, corner_groups = joined(len(points), np.concatenate((triangles[:, :2], triangles[:, 1:])))
+    return Surface(
+        points,
+        np.where(outside_in[:, None], triangles[:, ::-1], triangles),
+        np.where(outside_in[:, None], -normals, normals),
+        areas,
+        links,
+        np.column_stack([starts[one], ends[one]]),
+        sheets,
+        np.unique(corner_groups[triangles[:, 0]], return_inverse=True)[1].astype(np.int64),
+        (closed & sure)[sheets],
+        centre,
+        size,
+    )
+
+
+def _turns(m: int, links: Indices, alike: NDArray[np.bool_]) -> tuple[Indices, NDArray[np.bool_]]:
+    """The sheet of each triangle, and whether to turn it so that its sheet is wound alike.
+
+    Every triangle is there twice, as it is and turned. Linked triangles that are wound alike join
+    as they are, others each with the other's turned copy; the two copies of a sheet then are two
+    groups, and of each triangle the copy in the first group is taken. On a sheet with one side
+    only (a Möbius strip) they are one group, and all stay as they are.
+    """
+    count, sheets = joined(m, links)
+    if alike.all():
+        return sheets, np.zeros(m, dtype=bool)
+    shift = np.where(alike, 0, m)
+    there = np.column_stack([links[:, 0], links[:, 1] + shift])
+    back = np.column_stack([links[:, 0] + m, links[:, 1] + m - shift])
+    copies, group = joined(2 * m, np.concatenate((there, back)))
+    # of a sheet's two groups that with most triangles as they are, so that few are turned
+    unturned = np.bincount(group[:m], minlength=copies)
+    asis, turned = unturned[group[:m]], unturned[group[m:]]
+    tie = (asis == turned) & (group[:m] > group[m:])
+    return sheets, (asis < turned) | tie if count else np.zeros(m, dtype=bool)
+
+
+def _closed(sheets: Indices, key: Indices) -> NDArray[np.bool_]:
+    """Which sheets have every edge an even number of times; `key` (3 m,) numbers the edges."""
+    owner = np.repeat(sheets, 3)
+    edges = np.unique(key, return_inverse=True)[1]
+    own, uses = np.unique(edges * (int(sheets.max()) + 1) + owner, return_counts=True)
+    odd = own[uses % 2 == 1] % (int(sheets.max()) + 1)
+    closed = np.ones(int(sheets.max()) + 1, dtype=bool)
+    closed[odd] = False
+    return closed

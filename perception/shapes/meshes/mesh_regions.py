@@ -1,0 +1,197 @@
+"""Which triangles are one flat face: first what is flat, then what is nearly flat, then the rest.
+
+1. Triangles joined by edges that do not bend are a facet, if a plane fits all of it: a fine sphere
+   does not bend at any one edge.
+2. Of facets, those that go on round a bend of less than 50° into others no smaller, along half of
+   their outline, are cut from a curved surface (the staves of a round leg).
+3. What is left (those staves, what no plane fits, and specks) is taken apart by where its normals
+   mostly point. A piece whose normals stay within 25° of their mean, and mostly near it, and which
+   is flat against its breadth is a face too, an uncertain one: a cushion, a bowed seat. A piece of
+   a tube turns evenly, or goes on into others like it, and is none.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from facetlog.perception.grouped import Indices, by_group, group_sums, joined
+from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
+from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments
+from facetlog.perception.types import FloatArray
+
+__all__ = ["find_regions"]
+
+# Edges that bend less are none: text with 4 digits turns a face of 1 % of the size by this much.
+FLAT = np.deg2rad(1.0)
+# A facet's surface stays this near to its plane, against its breadth: the rise of an arc of 4.6°.
+FLAT_RMS_SHARE = 0.003
+# The normals of a facet have this rms from their mean; an even bend of 5° has it.
+FLAT_SPREAD = np.deg2rad(1.5)
+# A bend below this continues a curved surface: eight staves to a circle have 45°.
+SMOOTH = np.deg2rad(50.0)
+# A stave has neighbours round the bend along this share of its outline …
+STAVE_OUTLINE_SHARE = 0.5
+# … each of at least this share of its own area; a chamfer is smaller than the face it ends.
+STAVE_AREA_SHARE = 0.4
+# A stave is narrower than this share of the surface: of a drum as high as broad, cut into eight,
+# a stave has 22 %, and a prism of that few sides is one of flat faces.
+STAVE_BREADTH_SHARE = 0.2
+# Normals of a nearly flat piece stay this near to their mean (issue: "about 25°") …
+NEARLY_FLAT = np.deg2rad(25.0)
+# … and have this rms from it. An even bend over ± 25° has 14°, so that tubes and balls have not.
+NEARLY_FLAT_SPREAD = np.deg2rad(10.0)
+# The surface of such a piece departs this far (rms) from its plane, against its breadth.
+NEARLY_FLAT_RMS_SHARE = 0.05
+# Pieces below this share of their body's area are specks; a table's thinnest rim has 0.3 %.
+LEAST_AREA_SHARE = 0.001
+# Directions that a curved piece is taken apart by, at most; a ball has about twenty-five.
+MOST_DIRECTIONS = 32
+# A direction that fewer of a piece's normals point along starts no face.
+LEAST_DIRECTION_SHARE = 0.02
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Bends:
+    """How far the surface bends at each link (k,), radians, and the edges' lengths (k,)."""
+
+    angles: FloatArray
+    lengths: FloatArray
+    slack: FloatArray
+
+    @classmethod
+    def of(cls, surface: Surface) -> "_Bends":
+        one, two = surface.normals[surface.links[:, 0]], surface.normals[surface.links[:, 1]]
+        # from the chord: the arc cosine knows no angle below 1e-8
+        chord = np.sqrt(((one - two) ** 2).sum(axis=1))
+        ends = surface.points[surface.link_edges]
+        lengths = np.sqrt(((ends[:, 1] - ends[:, 0]) ** 2).sum(axis=1))
+        # A corner that is off by the resolution tilts a triangle by that over its height.
+        grain = RESOLUTION * surface.size / np.maximum(np.sqrt(surface.areas), 1e-300)
+        slack = grain[surface.links].sum(axis=1)
+        return cls(2.0 * np.arcsin(np.minimum(0.5 * chord, 1.0)), lengths, slack)
+
+
+def find_regions(surface: Surface, bodies: Indices) -> Indices:
+    """The flat region (m,) of each triangle, numbered from 0; -1 where the surface is not flat.
+
+    `bodies` (m,) number the object that each triangle is of: what is a speck is told by its area.
+    """
+    bends = _Bends.of(surface)
+    everything = np.arange(len(surface.triangles))
+    whole = group_sums(bodies, surface.areas, int(bodies.max()) + 1)
+    least = LEAST_AREA_SHARE * whole[bodies]
+    flat = surface.links[bends.angles < FLAT + bends.slack]
+    count, facets = joined(len(everything), flat)
+    sizes = group_sums(facets, surface.areas, count)
+    # Specks are not worth a fit. They stay together with what they are part of.
+    rows = everything[sizes[facets] >= least]
+    labels = np.full(len(everything), -1, dtype=np.int64)
+    if len(rows):
+        names, groups = np.unique(facets[rows], return_inverse=True)
+        fits = Moments.of(surface, rows, groups, len(names)).fits()
+        good = fits.rms <= np.maximum(FLAT_RMS_SHARE * fits.breadths, RESOLUTION * surface.size)
+        good &= fits.spreads <= FLAT_SPREAD
+        staves = _staves(surface, bends, facets, sizes)[names]
+        staves &= fits.breadths < STAVE_BREADTH_SHARE * surface.size
+        labels[rows] = np.where((good & ~staves)[groups], groups, -1)
+    _add_nearly_flat(surface, bends, labels, least)
+    _, dense = np.unique(labels, return_inverse=True)
+    return dense.astype(np.int64) - int((labels < 0).any())
+
+
+def _staves(
+    surface: Surface, bends: _Bends, facets: Indices, sizes: FloatArray
+) -> NDArray[np.bool_]:
+    """Which facets are cut from a curved surface: most of their outline bends into their equals."""
+    one, two = facets[surface.links].T
+    apart = one != two
+    around = np.zeros(len(sizes))
+    outline = np.zeros(len(sizes))
+    smooth = bends.angles < SMOOTH
+    for own, other in ((one, two), (two, one)):
+        outline += np.bincount(own[apart], bends.lengths[apart], minlength=len(sizes))
+        on = apart & smooth & (sizes[other] >= STAVE_AREA_SHARE * sizes[own])
+        around += np.bincount(own[on], bends.lengths[on], minlength=len(sizes))
+    return around > STAVE_OUTLINE_SHARE * outline
+
+
+def _add_nearly_flat(surface: Surface, bends: _Bends, labels: Indices, least: FloatArray) -> None:
+    """Number the nearly flat pieces of what has no label yet, in place."""
+    left = labels < 0
+    if not left.any():
+        return
+    inner = left[surface.links].all(axis=1)
+    smooth = surface.links[inner & (bends.angles < SMOOTH)]
+    count, pieces = joined(len(labels), smooth)
+    sizes = group_sums(pieces, surface.areas, count)
+    worth = left & (sizes[pieces] >= least)
+    if not worth.any():
+        return
+    ways = _ways(surface, pieces, worth)
+    kept = (ways[smooth[:, 0]] == ways[smooth[:, 1]]) & (ways[smooth[:, 0]] >= 0)
+    count, parts = joined(len(labels), smooth[kept])
+    sizes = group_sums(parts, surface.areas, count)
+    rows = np.flatnonzero(worth & (ways >= 0) & (sizes[parts] >= least))
+    if not len(rows):
+        return
+    names, groups = np.unique(parts[rows], return_inverse=True)
+    fits = Moments.of(surface, rows, groups, len(names)).fits()
+    good = _nearly_flat(surface, fits, rows, groups)
+    # what is left between two directions of a tube is narrow, and seems flat
+    good &= ~_staves(surface, bends, parts, sizes)[names]
+    labels[rows] = np.where(good[groups], int(labels.max()) + 1 + groups, -1)
+
+
+def _nearly_flat(surface: Surface, fits: Fits, rows: Indices, groups: Indices) -> NDArray[np.bool_]:
+    cosines = (surface.normals[rows] * fits.normals[groups]).sum(axis=1)
+    steep = cosines < np.cos(NEARLY_FLAT)
+    share = group_sums(groups, surface.areas[rows] * steep, len(fits.areas))
+    good: NDArray[np.bool_] = (
+        (share <= LEAST_DIRECTION_SHARE * fits.areas)
+        & (fits.spreads <= NEARLY_FLAT_SPREAD)
+        & (fits.rms <= NEARLY_FLAT_RMS_SHARE * fits.breadths)
+    )
+    return good
+
+
+def _ways(surface: Surface, pieces: Indices, worth: NDArray[np.bool_]) -> Indices:
+    """Number (m,) of the direction that each triangle of a piece is taken to point along, or -1.
+
+    In each piece the direction along which most area points, within 25°, is taken first; what it
+    takes is taken away, and so on. Candidates are the 162 corners of a sphere of triangles, 9°
+    from any direction at most; each direction is then moved to the mean of what it took.
+    """
+    candidates: FloatArray = np.asarray(trimesh.creation.icosphere(subdivisions=2).vertices)
+    near = candidates @ candidates.T > np.cos(NEARLY_FLAT)
+    ways = np.full(len(pieces), -1, dtype=np.int64)
+    rows = np.flatnonzero(worth)
+    following = 0
+    for own in (rows[some] for some in by_group(pieces[rows])):
+        nearest = _nearest(candidates, surface.normals[own])
+        weights = group_sums(nearest, surface.areas[own], len(candidates))
+        centres: list[FloatArray] = []
+        enough = LEAST_DIRECTION_SHARE * weights.sum()
+        for _ in range(MOST_DIRECTIONS):
+            taken = near @ weights
+            best = int(np.argmax(taken))
+            if taken[best] <= enough:
+                break
+            mean = (near[best] * weights) @ candidates
+            centres.append(mean / np.linalg.norm(mean))
+            weights = np.where(near[best], 0.0, weights)
+        if not centres:
+            continue
+        cosines = surface.normals[own] @ np.array(centres).T
+        nearest = cosines.argmax(axis=1)
+        within = cosines.max(axis=1) > np.cos(NEARLY_FLAT)
+        ways[own] = np.where(within, following + nearest, -1)
+        following += len(centres)
+    return ways
+
+
+def _nearest(candidates: FloatArray, normals: FloatArray) -> Indices:
+    """Of each normal (n, 3), the nearest candidate."""
+    return np.asarray(cKDTree(candidates).query(normals)[1], dtype=np.int64)

@@ -1,0 +1,140 @@
+"""A mesh as a scene: clean → objects → flat regions → sides → polygons → scene."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from facetlog.perception.grouped import Indices, by_group, group_sums
+from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.shapes.meshes.clean_mesh import Surface, clean_mesh
+from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
+from facetlog.perception.shapes.meshes.mesh_floor import find_floor
+from facetlog.perception.shapes.meshes.mesh_regions import find_regions
+from facetlog.perception.shapes.meshes.mesh_sides import SPACING_SHARE, Sides, find_sides
+from facetlog.perception.shapes.meshes.region_polygons import Piece, flat_pieces
+from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
+from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene, unit_vector
+from facetlog.perception.shapes.regions.surface_samples import sample_triangles, thinned
+from facetlog.perception.types import FloatArray, Scene
+
+__all__ = ["scene_of_mesh"]
+
+# What is not flat is sampled at this share of its object's diagonal, and thinned to cells of it,
+# so that a grid of 1/64 of the diagonal has no hole where there is surface.
+REST_SPACING_SHARE = 1 / 128
+# Sheets of a single layer have no side of their own; pieces of one plane are turned to the side
+# of this direction, which no axis of a model comes near.
+REFERENCE = np.array([0.5377, 0.6172, 0.5743])
+
+
+def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = False) -> Scene:
+    """The scene of a mesh, in the mesh's own frame and unit; `metric` says that it is the metre.
+
+    `up` is taken from the mesh where it is not given; where it is known, the floor is an object of
+    its own. Raises InputError for a mesh without area.
+    """
+    surface = clean_mesh(mesh)
+    samples = sample_triangles(surface.corners, SPACING_SHARE * surface.size)
+    upwards = mesh.up if up is None else up
+    floor = None if upwards is None else find_floor(surface, samples, unit_vector(upwards))
+    bodies = _by_area(surface, find_bodies(surface, floor))
+    labels = find_regions(surface, bodies)
+    count = int(labels.max()) + 1
+    # what is in no region is looked at by the sheets that it belongs to
+    pieces = np.where(labels >= 0, labels, count + surface.sheets)
+    sides = find_sides(surface, samples, bodies, pieces, int(pieces.max()) + 1)
+    surface = _turned(surface, labels, pieces, sides)
+    seen = np.where(sides.hidden[pieces], -1, labels)
+    found = flat_pieces(surface, seen, 2 * bodies + sides.sheets[pieces])
+    flat = np.zeros(len(sides.hidden), dtype=bool)
+    flat[[piece for f in found for piece in f.pieces]] = True
+    rest = _rest(surface, bodies, ~flat[pieces] & ~sides.hidden[pieces])
+    body_of = np.zeros(len(sides.hidden), dtype=np.int64)
+    body_of[pieces] = bodies
+    regions = [region for f in found for region in _faces_of(f, body_of, sides, surface.centre)]
+    return assemble_scene(
+        mesh.name,
+        regions,
+        replace(rest, points=rest.points + surface.centre),
+        up=upwards,
+        metric=metric,
+        whole=True,
+        warnings=mesh.warnings,
+    )
+
+
+def _by_area(surface: Surface, bodies: Indices) -> Indices:
+    """The objects numbered by their surface, the largest first."""
+    order = np.argsort(-np.bincount(bodies, surface.areas), kind="stable")
+    number = np.empty(len(order), dtype=np.int64)
+    number[order] = np.arange(len(order))
+    return number[bodies]
+
+
+def _turned(surface: Surface, labels: Indices, pieces: Indices, sides: Sides) -> Surface:
+    """The surface with normals outwards."""
+    turn = sides.turned[pieces]
+    normals = np.where(turn[:, None], -surface.normals, surface.normals)
+    # of a sheet with two sides one is taken, the same for all pieces of a plane
+    means = group_sums(pieces, surface.areas[:, None] * normals, len(sides.sheets))
+    wrong = (sides.sheets & (means @ REFERENCE < 0.0))[pieces] & (labels >= 0)
+    normals = np.where(wrong[:, None], -normals, normals)
+    turn ^= wrong
+    triangles = np.where(turn[:, None], surface.triangles[:, ::-1], surface.triangles)
+    return replace(surface, normals=normals, triangles=triangles)
+
+
+def _faces_of(piece: Piece, body_of: Indices, sides: Sides, centre: FloatArray) -> list[FlatRegion]:
+    """The region in the mesh's frame, and of a sheet its back as well."""
+    region = piece.region
+    plane = region.plane
+    # n · (x - c) + d = 0: with the offset d - n · c; its covariance by that lever
+    lever = np.eye(4)
+    lever[3, :3] = -centre
+    moved = replace(
+        plane,
+        offset=plane.offset - float(plane.normal @ centre),
+        cov=lever @ plane.cov @ lever.T,
+    )
+    front = replace(
+        region,
+        plane=moved,
+        outline=region.outline + centre,
+        holes=tuple(hole + centre for hole in region.holes),
+        body=int(body_of[piece.pieces[0]]),
+    )
+    if not sides.sheets[piece.pieces[0]]:
+        return [front]
+    back = replace(
+        front,
+        plane=moved.flipped(),
+        outline=front.outline[::-1],
+        holes=tuple(hole[::-1] for hole in front.holes),
+    )
+    return [front, back]
+
+
+def _rest(surface: Surface, bodies: Indices, left: NDArray[np.bool_]) -> Rest:
+    """Points on the triangles that are left, each object's as dense as its size asks."""
+    parts: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
+    rows = np.flatnonzero(left)
+    for own in (rows[some] for some in by_group(bodies[rows])):
+        body = int(bodies[own[0]])
+        whole = surface.points[surface.triangles[bodies == body].ravel()]
+        spacing = REST_SPACING_SHARE * float(np.linalg.norm(np.ptp(whole, axis=0)))
+        samples = sample_triangles(surface.points[surface.triangles[own]], spacing)
+        triangle = own[samples.triangles]
+        group = np.zeros(len(triangle), dtype=np.int64)
+        kept, place, areas = thinned(samples.points, samples.areas, group, spacing)
+        weighted = samples.areas[:, None] * surface.normals[triangle]
+        normals = group_sums(place, weighted, len(kept))
+        # the middle of a cell's samples does not depend on their order
+        middles = group_sums(place, samples.areas[:, None] * samples.points, len(kept))
+        lengths = np.sqrt((normals**2).sum(axis=1))
+        normals = normals / np.where(lengths > 0.0, lengths, 1.0)[:, None]
+        parts.append((middles / areas[:, None], normals, areas, np.full(len(kept), float(body))))
+    if not parts:
+        return Rest(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    points, normals, areas, owners = (np.concatenate(p) for p in zip(*parts, strict=True))
+    return Rest(points, normals, areas, owners)

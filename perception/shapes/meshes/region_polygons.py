@@ -1,0 +1,239 @@
+"""Regions of triangles as polygons with holes: outlines, coplanar pieces that touch made one.
+
+An outline is made of the edges that one triangle of the region has; where triangles overlap it is
+their union instead. Corners on straight sides go, and round outlines keep 64 corners at most.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.grouped import Indices, by_group, joined
+from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
+from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments, fitted_plane
+from facetlog.perception.shapes.regions.flat_region import FlatRegion
+from facetlog.perception.types import FloatArray, Plane
+
+__all__ = ["MOST_CORNERS", "Piece", "flat_pieces"]
+
+# A round table top of 64 corners departs from the circle by 0.12 % of its radius.
+MOST_CORNERS = 64
+# Corners that depart from the side between their neighbours by less than this share of the
+# region's extent are none; a circle of 64 corners has the least departure that is meant.
+STRAIGHT_SHARE = 0.001
+# Holes below this share of the face are gaps of the model, not openings.
+LEAST_HOLE_SHARE = 0.0005
+# Two pieces are in one plane within this angle and this share of the object's size.
+COPLANAR = np.deg2rad(1.0)
+COPLANAR_SHARE = 0.001
+# Pieces in one plane nearer than this share of the size touch.
+TOUCH_SHARE = 1e-4
+# An outline that misses its triangles' area by more than this crosses itself.
+AREA_ERROR = 0.005
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Piece:
+    """A flat region, and the triangles' pieces (numbers) that it was made of."""
+
+    region: FlatRegion
+    area: float
+    pieces: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Frame:
+    """Coordinates in a plane: x = (p - middle) · axes."""
+
+    middle: FloatArray
+    axes: FloatArray
+
+    @classmethod
+    def of(cls, fits: Fits, nth: int) -> "_Frame":
+        normal = fits.normals[nth]
+        return cls(fits.middles[nth], plane_axes(normal, fits.axes[nth, 1]))
+
+    def flat(self, points: FloatArray) -> FloatArray:
+        flat: FloatArray = (points - self.middle) @ self.axes.T
+        return flat
+
+
+def flat_pieces(surface: Surface, labels: Indices, owners: Indices) -> tuple[Piece, ...]:
+    """Regions of the triangles with a label (m,) of 0 or more; `owners` (m,) is what may be one.
+
+    Pieces of one owner that lie in one plane, face one way and touch become one region, of body 0.
+    """
+    rows = np.flatnonzero(labels >= 0)
+    if not len(rows):
+        return ()
+    names, dense = np.unique(labels[rows], return_inverse=True)
+    labels = np.full(len(labels), -1, dtype=np.int64)
+    labels[rows] = dense
+    count = len(names)
+    moments = Moments.of(surface, rows, labels[rows], count)
+    fits = moments.fits()
+    owner = np.zeros(count, dtype=np.int64)
+    owner[labels[rows]] = owners[rows]
+    planes = _coplanar(surface, fits, owner)
+    frames = moments.joined(planes, int(planes.max()) + 1).fits()
+    loops = _Outlines.of(surface, labels, count)
+    found: list[tuple[shapely.Polygon, _Frame, tuple[int, ...]]] = []
+    for own in by_group(planes):
+        frame = _Frame.of(frames, int(planes[own[0]]))
+        polygons = [loops.polygon(int(piece), frame) for piece in own]
+        found += ((p, frame, members) for p, members in _merged(polygons, own, surface.size))
+    if not found:
+        return ()
+    return _regions(moments, found, names, surface.size)
+
+
+def _regions(
+    moments: Moments,
+    found: list[tuple[shapely.Polygon, _Frame, tuple[int, ...]]],
+    names: Indices,
+    size: float,
+) -> tuple[Piece, ...]:
+    """Pieces with planes of their own, fitted to what they were made of."""
+    region_of = np.full(len(moments.areas), -1, dtype=np.int64)
+    for nth, (_, _, members) in enumerate(found):
+        region_of[list(members)] = nth
+    fits = moments.joined(region_of, len(found)).fits()
+    pieces = []
+    for nth, (polygon, frame, members) in enumerate(found):
+        plane = fitted_plane(fits, nth, size)
+        region = _region(polygon, frame, plane, float(fits.rms[nth]), size)
+        if region is not None:
+            pieces.append(Piece(region, float(polygon.area), tuple(names[list(members)].tolist())))
+    return tuple(pieces)
+
+
+def _coplanar(surface: Surface, fits: Fits, owner: Indices) -> Indices:
+    """The plane (r,) that each piece lies in, together with others of its owner."""
+    # offsets about the middle of all, where the tilt matters least
+    offsets = (fits.normals * fits.middles).sum(axis=1)
+    flat = np.flatnonzero(fits.rms <= COPLANAR_SHARE * surface.size)
+    place = np.column_stack(
+        [fits.normals[flat] / COPLANAR, offsets[flat] / (COPLANAR_SHARE * surface.size)]
+    )
+    near = flat[cKDTree(place).query_pairs(1.0, output_type="ndarray")]
+    near = near[owner[near[:, 0]] == owner[near[:, 1]]]
+    return joined(len(offsets), near)[1]
+
+
+def _merged(
+    polygons: list[shapely.Geometry], pieces: Indices, size: float
+) -> list[tuple[shapely.Polygon, tuple[int, ...]]]:
+    """Polygons that touch made one, each with its pieces."""
+    if len(polygons) == 1:
+        whole = polygons[0]
+    else:
+        touch = TOUCH_SHARE * size
+        grown = shapely.buffer(np.array(polygons), touch, join_style="mitre", cap_style="flat")
+        whole = shapely.buffer(shapely.union_all(grown), -touch, join_style="mitre")
+    parts = [p for p in shapely.get_parts(whole) if isinstance(p, shapely.Polygon)]
+    parts = [p for p in parts if p.area > 0.0]
+    if not parts:
+        return []
+    if len(polygons) == 1:
+        # a piece of surface may fall apart at a neck without width: specks go with the largest
+        largest = max(parts, key=lambda part: part.area)
+        return [(largest, (int(pieces[0]),))]
+    dots = shapely.point_on_surface(np.array(polygons))
+    near = shapely.STRtree(parts).nearest(dots)
+    return [
+        (part, tuple(pieces[near == nth].tolist()))
+        for nth, part in enumerate(parts)
+        if (near == nth).any()
+    ]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Outlines:
+    """The triangles and outer edges of each piece, sorted by piece."""
+
+    surface: Surface
+    triangles: tuple[Indices, ...]
+    edges: tuple[Indices, ...]
+
+    @classmethod
+    def of(cls, surface: Surface, labels: Indices, count: int) -> "_Outlines":
+        rows = np.flatnonzero(labels >= 0)
+        rows = rows[np.argsort(labels[rows], kind="stable")]
+        own = surface.triangles[rows]
+        starts, ends = own.ravel(), np.roll(own, -1, axis=1).ravel()
+        pieces = np.repeat(labels[rows], 3)
+        n = len(surface.points)
+        key = np.minimum(starts, ends) * n + np.maximum(starts, ends)
+        order = np.lexsort((key, pieces))
+        key, pieces = key[order], pieces[order]
+        new = np.ones(len(key) + 1, dtype=bool)
+        new[1:-1] = (key[1:] != key[:-1]) | (pieces[1:] != pieces[:-1])
+        once = np.flatnonzero(new[:-1] & new[1:])
+        ends_of = np.column_stack([starts, ends])[order[once]]
+        return cls(
+            surface,
+            tuple(np.split(rows, np.searchsorted(labels[rows], np.arange(1, count)))),
+            tuple(np.split(ends_of, np.searchsorted(pieces[once], np.arange(1, count)))),
+        )
+
+    def polygon(self, piece: int, frame: _Frame) -> shapely.Geometry:
+        """The piece in a plane's coordinates, valid, perhaps of several parts."""
+        surface, rows = self.surface, self.triangles[piece]
+        segments = frame.flat(surface.points[self.edges[piece]])
+        area = shapely.build_area(shapely.multilinestrings(segments)) if len(segments) else None
+        flat = frame.flat(surface.points[surface.triangles[rows]])
+        (ax, ay), (bx, by) = np.moveaxis(flat[:, 1:] - flat[:, :1], (1, 2), (0, 1))
+        covered = 0.5 * np.abs(ax * by - ay * bx).sum()
+        if area is not None and area.is_valid and abs(area.area - covered) <= AREA_ERROR * covered:
+            return area
+        triangles = shapely.polygons(flat)
+        return shapely.union_all(shapely.make_valid(triangles))
+
+
+def _region(
+    polygon: shapely.Polygon, frame: _Frame, plane: Plane, rms: float, size: float
+) -> FlatRegion | None:
+    """The polygon on its plane, simplified; None where nothing is left of it."""
+    extent = float(np.linalg.norm(np.ptp(np.array(polygon.bounds).reshape(2, 2), axis=0)))
+    holes = [r for r in polygon.interiors if _area(r) > LEAST_HOLE_SHARE * polygon.area]
+    polygon = shapely.Polygon(
+        _from_farthest(polygon.exterior), [_from_farthest(ring) for ring in holes]
+    )
+    slack = max(STRAIGHT_SHARE * extent, RESOLUTION * size)
+    simple = polygon.simplify(slack)
+    while isinstance(simple, shapely.Polygon) and _most_corners(simple) > MOST_CORNERS:
+        slack *= 1.5
+        simple = polygon.simplify(slack)
+    if not isinstance(simple, shapely.Polygon) or simple.is_empty or not simple.area > 0.0:
+        return None
+    moved = shapely.hausdorff_distance(polygon.boundary, simple.boundary)
+    simple = shapely.orient_polygons(simple)
+
+    def lifted(ring: shapely.LinearRing) -> FloatArray:
+        where = frame.middle + shapely.get_coordinates(ring)[:-1] @ frame.axes
+        onto: FloatArray = where - np.outer(plane.distance(where), plane.normal)
+        return onto
+
+    sd = float(np.sqrt(rms**2 + moved**2 + (RESOLUTION * size) ** 2))
+    return FlatRegion(
+        plane, lifted(simple.exterior), tuple(lifted(r) for r in simple.interiors), sd
+    )
+
+
+def _area(ring: shapely.LinearRing) -> float:
+    return float(shapely.Polygon(ring).area)
+
+
+def _most_corners(polygon: shapely.Polygon) -> int:
+    return max(len(ring.coords) - 1 for ring in (polygon.exterior, *polygon.interiors))
+
+
+def _from_farthest(ring: shapely.LinearRing) -> FloatArray:
+    """The ring (k, 2) from the corner that is farthest from its middle: simplifying keeps it."""
+    loop = shapely.get_coordinates(ring)[:-1]
+    first = int(((loop - loop.mean(axis=0)) ** 2).sum(axis=1).argmax())
+    turned: FloatArray = np.roll(loop, -first, axis=0)
+    return np.concatenate((turned, turned[:1]))

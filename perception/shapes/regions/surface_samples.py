@@ -1,0 +1,85 @@
+"""Points on triangles, so dense that no place of the surface is far from one; deterministic."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from facetlog.perception.flat_faces import cross
+from facetlog.perception.grouped import Indices, group_sums
+from facetlog.perception.types import FloatArray
+
+__all__ = ["Samples", "cells_of", "sample_triangles", "thinned"]
+
+# A cell number is packed of three numbers of so many bits.
+CELL_BITS = 20
+# Rows are this much nearer than points in a row are: √(0.85² + 0.5²) < 1.
+ROW_SHARE = 0.85
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Samples:
+    """Points (n, 3), the area (n,) that each stands for, and its triangle (n,)."""
+
+    points: FloatArray
+    areas: FloatArray
+    triangles: Indices
+
+
+def sample_triangles(corners: FloatArray, spacing: float) -> Samples:
+    """Points on triangles (m, 3, 3), one within `spacing` of every place of each triangle.
+
+    Rows run along the longest side a b, so a needle gets a row and not a square of points:
+    p = (1 - v) (a + u (b - a)) + v c. A row is the lower side of its strip, because that is as
+    long as the strip: every place has a point straight below it. From v to v + 1 / rows a strip
+    has the area A (2 - 2 v - 1 / rows) / rows.
+    """
+    if not len(corners):
+        return Samples(np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64))
+    sides = [corners[:, (k + 1) % 3] - corners[:, k] for k in range(3)]
+    squares = np.array([np.einsum("ij,ij->i", side, side) for side in sides])
+    longest = squares.argmax(axis=0)
+    every = np.arange(len(corners))
+    a, b, c = (corners[every, (longest + k) % 3] for k in range(3))
+    span = np.sqrt(squares[longest, every])
+    normal = cross(sides[0], sides[1])
+    double = np.sqrt(np.einsum("ij,ij->i", normal, normal))
+    height = double / np.maximum(span, 1e-300)
+    columns = np.maximum(np.ceil(span / spacing), 1.0).astype(np.int64)
+    rows = np.maximum(np.ceil(height / (ROW_SHARE * spacing)), 1.0).astype(np.int64)
+    counts = columns * rows
+    owner = np.repeat(every, counts)
+    nth = np.arange(len(owner)) - np.repeat(np.cumsum(counts) - counts, counts)
+    u = ((nth % columns[owner] + 0.5) / columns[owner])[:, None]
+    v = (nth // columns[owner] / rows[owner])[:, None]
+    points = (1.0 - v) * (a[owner] + u * (b - a)[owner]) + v * c[owner]
+    areas = (double / counts)[owner] * (1.0 - v[:, 0] - 0.5 / rows[owner])
+    return Samples(points, areas, owner)
+
+
+def cells_of(points: FloatArray, low: FloatArray, cell: float) -> Indices:
+    """Number (n,) of the cell of a grid of cubes that each point (n, 3) is in.
+
+    `low` (3,) is the grid's lowest corner. At most 2^20 cells a side.
+    """
+    if not len(points):
+        return np.zeros(0, dtype=np.int64)
+    packed = np.zeros(len(points), dtype=np.int64)
+    for axis in range(3):
+        steps = ((points[:, axis] - low[axis]) / cell).astype(np.int64)
+        packed = (packed << CELL_BITS) + np.clip(steps, 0, (1 << CELL_BITS) - 1)
+    return packed
+
+
+def thinned(
+    points: FloatArray, areas: FloatArray, groups: Indices, cell: float
+) -> tuple[Indices, Indices, FloatArray]:
+    """For each cell and group that has points: a point's index, each point's place, area sums."""
+    if not len(points):
+        none = np.zeros(0, dtype=np.int64)
+        return none, none, np.zeros(0)
+    key = cells_of(points, points.min(axis=0), cell)
+    count = int(groups.max()) + 1
+    if count > 1:
+        key = np.unique(key, return_inverse=True)[1] * count + groups
+    _, kept, place = np.unique(key, return_index=True, return_inverse=True)
+    return kept, place, group_sums(place, areas, len(kept))

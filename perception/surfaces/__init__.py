@@ -1,0 +1,1 @@
+"""Scenes: their faces, outlines and things; scene files, exact solids, drawings."""

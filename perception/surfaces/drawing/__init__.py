@@ -1,0 +1,1 @@
+"""Scenes drawn into the views in which they were found."""

@@ -1,0 +1,1 @@
+"""Exact scenes of known solids: the truth of tests, demos and examples."""

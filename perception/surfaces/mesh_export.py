@@ -1,0 +1,121 @@
+"""Scenes out as meshes, to look at: PLY with a colour per face, glTF with a node per face."""
+
+import colorsys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import shapely
+import trimesh
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+from trimesh.exchange import gltf, ply
+
+from facetlog.errors import InputError
+from facetlog.perception.flat_faces import FlatFace
+from facetlog.perception.surfaces.face_table import flat_faces
+from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.whole_file import write_whole
+
+__all__ = ["face_triangles", "mesh_bytes", "write_mesh"]
+
+# trimesh leaves these without types.
+_export_ply: Callable[..., bytes] = ply.export_ply
+_export_glb: Callable[..., bytes] = gltf.export_glb
+_export_gltf: Callable[..., dict[str, bytes]] = gltf.export_gltf
+_apply: Callable[..., object] = trimesh.Scene.apply_transform
+
+# Hues a golden section apart stay distinct however many there are.
+HUE_STEP = 0.6180339887
+SATURATION, BRIGHTNESS = 0.55, 0.95
+# glTF 2.0, section 3.4: +y is up.
+GLTF_UP = (0.0, 1.0, 0.0)
+# A corner this near to a vertex, as a share of the face's extent, is that vertex, rounded.
+SAME_CORNER = 1e-9
+
+
+def face_triangles(face: FlatFace, points: FloatArray) -> FloatArray:
+    """Triangles (n, 3, 3) that fill a face, holes left open, counter-clockwise from outside.
+
+    Corners are the scene's vertices; only where an outline crosses itself are there others, in
+    the face's plane. A face without area has none.
+    """
+    if not face.polygon.area > 0.0:
+        return np.zeros((0, 3, 3))
+    triangles = shapely.constrained_delaunay_triangles(face.polygon)
+    corners = shapely.get_coordinates(triangles).reshape(-1, 4, 2)[:, :3]
+    # all three run the same way round, which may be either
+    (ax, ay), (bx, by) = np.moveaxis(corners[:, 1:] - corners[:, :1], (1, 2), (0, 1))
+    clockwise = ax * by - ay * bx < 0.0
+    corners[clockwise] = corners[clockwise][:, ::-1]
+    own = points[list(face.members)]
+    flat = face.flatten(own)
+    gaps = np.linalg.norm(corners[:, :, None] - flat, axis=3)
+    nearest = gaps.argmin(axis=2)
+    same = gaps.min(axis=2) <= SAME_CORNER * float(np.ptp(flat, axis=0).max())
+    lifted: FloatArray = face.middle + corners @ face.axes
+    return np.where(same[..., None], own[nearest], lifted)
+
+
+def _colour(index: int) -> NDArray[np.uint8]:
+    rgb = colorsys.hsv_to_rgb(index * HUE_STEP % 1.0, SATURATION, BRIGHTNESS)
+    return np.array([*(round(255 * c) for c in rgb), 255], dtype=np.uint8)
+
+
+def _face_meshes(scene: Scene) -> Iterator[tuple[str, trimesh.Trimesh]]:
+    points = scene.points
+    for face in flat_faces(scene):
+        triangles = face_triangles(face, points)
+        if len(triangles):
+            corners, rows = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+            mesh = trimesh.Trimesh(
+                corners,
+                rows.reshape(-1, 3),
+                face_colors=np.tile(_colour(face.index), (len(triangles), 1)),
+                process=False,
+            )
+            yield f"f{face.index + 1}", mesh
+
+
+def _turned_up(up: FloatArray) -> FloatArray:
+    """The least rotation (4, 4) that brings a unit vector to the up of glTF.
+
+    >>> _turned_up(np.array([0.0, 0.0, 1.0])) @ [1.0, 2.0, 3.0, 1.0]
+    array([ 1.,  3., -2.,  1.])
+    """
+    axis = np.cross(up, GLTF_UP)
+    sine = float(np.linalg.norm(axis))
+    # upside down any level axis will do
+    level = axis / sine if sine > 0.0 else np.array([1.0, 0.0, 0.0])
+    turn = Rotation.from_rotvec(np.arctan2(sine, up @ GLTF_UP) * level)
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn.as_matrix().round(15)  # a quarter turn is written with zeros
+    return matrix
+
+
+def mesh_bytes(scene: Scene, suffix: str) -> bytes:
+    """The scene's faces as `.ply`, `.glb` or `.gltf`, in the scene's coordinates and unit.
+
+    In glTF every face is a node (f1, f2, …) of its own, turned so that up, where it is known, is
+    the format's. Loose edges are left out.
+    """
+    meshes = dict(_face_meshes(scene))
+    if not meshes:
+        raise InputError(f"{scene.name}: has no face with an area, there is no mesh to write")
+    if suffix == ".ply":
+        return bytes(_export_ply(trimesh.util.concatenate(list(meshes.values()))))
+    graph = trimesh.Scene()
+    for name, mesh in meshes.items():
+        graph.add_geometry(mesh, node_name=name, geom_name=name)
+    if scene.up is not None:
+        _apply(graph, _turned_up(scene.up))
+    if suffix == ".glb":
+        return bytes(_export_glb(graph))
+    if suffix == ".gltf":
+        return bytes(_export_gltf(graph, embed_buffers=True)["model.gltf"])
+    raise InputError(f"{suffix or 'no suffix'}: meshes are written as .ply, .glb or .gltf")
+
+
+def write_mesh(scene: Scene, path: Path) -> None:
+    """Write the scene's faces as a mesh of the kind that the path's suffix says, whole or not."""
+    write_whole(path, mesh_bytes(scene, path.suffix.lower()))

@@ -1,0 +1,394 @@
+"""Scenes as JSON: `facetlog-scene/1`, out and in, with its JSON Schema.
+
+The models here are the border: what they let through makes a `Scene`, and a number comes back
+with every bit it left with.
+"""
+
+import json
+from collections.abc import Collection, Iterator, Sequence
+from itertools import chain
+from pathlib import Path
+from typing import Annotated, Literal, NamedTuple
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt, ValidationError
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.regular_file import check_regular
+from facetlog.perception.types import (
+    Body,
+    Edge,
+    Evidence,
+    Face,
+    FloatArray,
+    Observation,
+    Patch,
+    Plane,
+    PositionLabel,
+    Scene,
+    Vertex,
+)
+from facetlog.perception.whole_file import write_whole
+
+__all__ = [
+    "FORMAT",
+    "SceneFault",
+    "SceneFileError",
+    "read_scene",
+    "scene_from_json",
+    "scene_schema",
+    "scene_to_json",
+    "write_scene",
+]
+
+FORMAT = "facetlog-scene/1"
+SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+
+class SceneFault(NamedTuple):
+    """What is wrong in a scene file, and where: a JSON path as $.faces[3].outline."""
+
+    path: str
+    message: str
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.message}"
+
+
+class SceneFileError(InputError):
+    """The file is no `facetlog-scene/1`: the message tells the first of its `faults`."""
+
+    def __init__(self, source: str, faults: tuple[SceneFault, ...]) -> None:
+        more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
+        super().__init__(f"{source}: {faults[0]}{more}")
+        self.faults = faults
+
+
+Vector2 = tuple[FiniteFloat, FiniteFloat]
+Vector3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+Vector4 = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]
+Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
+Ring = Annotated[tuple[NonNegativeInt, ...], Field(min_length=3)]
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class ObservationRecord(_Record):
+    """A vertex seen in a view (index), in pixels."""
+
+    view: NonNegativeInt
+    uv: Vector2
+    cov: tuple[Vector2, Vector2]
+
+
+class VertexRecord(_Record):
+    """A 3-D vertex with its covariance."""
+
+    point: Vector3
+    cov: tuple[Vector3, Vector3, Vector3]
+    observations: tuple[ObservationRecord, ...] = ()
+    label: PositionLabel | None = None
+
+
+class EdgeRecord(_Record):
+    """A straight edge between two vertices (indices)."""
+
+    start: NonNegativeInt
+    end: NonNegativeInt
+    support: Share = 1.0
+    evidence: Evidence = Evidence.MEASURED
+
+
+class PlaneRecord(_Record):
+    """normal · x + offset = 0 with a unit normal; covariance of (normal, offset)."""
+
+    normal: Vector3
+    offset: FiniteFloat
+    cov: tuple[Vector4, Vector4, Vector4, Vector4]
+
+
+class FaceRecord(_Record):
+    """A flat face: loops of vertices (indices), the outline counter-clockwise from outside."""
+
+    outline: Ring
+    plane: PlaneRecord
+    holes: tuple[Ring, ...] = ()
+    support: Share = 1.0
+    coverage: Share = 1.0
+    evidence: Evidence = Evidence.MEASURED
+
+
+class PatchRecord(_Record):
+    """Surface that is not flat: points, their outward unit normals (or zeros), areas."""
+
+    points: tuple[Vector3, ...]
+    normals: tuple[Vector3, ...]
+    areas: tuple[Annotated[FiniteFloat, Field(ge=0.0)], ...]
+    hull: tuple[NonNegativeInt, ...] = ()
+
+
+class BodyRecord(_Record):
+    """One object: its faces, edges and patches (indices); whole if known from all sides."""
+
+    faces: tuple[NonNegativeInt, ...] = ()
+    edges: tuple[NonNegativeInt, ...] = ()
+    patches: tuple[NonNegativeInt, ...] = ()
+    whole: bool = False
+
+
+class SceneRecord(_Record):
+    """A reconstructed scene: vertices, edges and flat faces with their uncertainty."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", title=FORMAT)
+
+    format: Literal["facetlog-scene/1"] = Field(alias="schema")
+    name: str
+    metric: bool = Field(
+        default=False, description="lengths are metres; else their unit is unknown"
+    )
+    up: Vector3 | None = Field(default=None, description="unit vector upwards, if known")
+    views: tuple[str, ...] = ()
+    vertices: tuple[VertexRecord, ...] = ()
+    edges: tuple[EdgeRecord, ...] = ()
+    faces: tuple[FaceRecord, ...] = ()
+    warnings: tuple[str, ...] = ()
+    patches: tuple[PatchRecord, ...] = ()
+    bodies: tuple[BodyRecord, ...] = ()
+
+
+def scene_schema() -> str:
+    """The JSON Schema of `facetlog-scene/1`, as docs/scene.schema.json holds it."""
+    schema = {"$schema": SCHEMA_DIALECT, **SceneRecord.model_json_schema()}
+    return json.dumps(schema, indent=2) + "\n"
+
+
+def _rows(array: FloatArray) -> list[object]:
+    rows: list[object] = array.tolist()
+    return rows
+
+
+def scene_to_json(scene: Scene) -> str:
+    """The scene as one JSON object; raises ValueError where a number is not finite."""
+    content = {
+        "schema": FORMAT,
+        "name": scene.name,
+        "metric": scene.metric,
+        "up": None if scene.up is None else _rows(scene.up),
+        "views": scene.views,
+        "vertices": [
+            {
+                "point": _rows(vertex.point),
+                "cov": _rows(vertex.cov),
+                "observations": [
+                    {"view": seen.view, "uv": _rows(seen.uv), "cov": _rows(seen.cov)}
+                    for seen in vertex.observations
+                ],
+                "label": vertex.label,
+            }
+            for vertex in scene.vertices
+        ],
+        "edges": [
+            {
+                "start": edge.start,
+                "end": edge.end,
+                "support": edge.support,
+                "evidence": edge.evidence,
+            }
+            for edge in scene.edges
+        ],
+        "faces": [
+            {
+                "outline": face.outline,
+                "plane": {
+                    "normal": _rows(face.plane.normal),
+                    "offset": face.plane.offset,
+                    "cov": _rows(face.plane.cov),
+                },
+                "holes": face.holes,
+                "support": face.support,
+                "coverage": face.coverage,
+                "evidence": face.evidence,
+            }
+            for face in scene.faces
+        ],
+        "warnings": scene.warnings,
+        "patches": [
+            {
+                "points": _rows(patch.points),
+                "normals": _rows(patch.normals),
+                "areas": _rows(patch.areas),
+                "hull": patch.hull,
+            }
+            for patch in scene.patches
+        ],
+        "bodies": [
+            {
+                "faces": body.faces,
+                "edges": body.edges,
+                "patches": body.patches,
+                "whole": body.whole,
+            }
+            for body in scene.bodies
+        ],
+    }
+    return json.dumps(content, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+_Place = tuple[int | str, ...]
+
+
+def _json_path(place: _Place) -> str:
+    return "$" + "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in place)
+
+
+def _vectors(rows: Collection[Sequence[float]], width: int) -> FloatArray:
+    """The rows as one array (n, width) that is not writeable: what is cut from it is not copied.
+
+    Number by number: numpy takes twice as long to find out how tuples are nested.
+    """
+    numbers = np.fromiter(chain.from_iterable(rows), np.float64, len(rows) * width)
+    numbers.setflags(write=False)
+    return numbers.reshape(len(rows), width)
+
+
+def _squares(matrices: Collection[Sequence[Sequence[float]]], width: int) -> FloatArray:
+    """The same of matrices (n, width, width)."""
+    rows = tuple(chain.from_iterable(matrices))
+    return _vectors(rows, width).reshape(len(matrices), width, width)
+
+
+def _faces(records: Sequence[FaceRecord], source: str) -> Iterator[Face]:
+    normals = _vectors([r.plane.normal for r in records], 3)
+    covs = _squares([r.plane.cov for r in records], 4)
+    for i, (r, normal, cov) in enumerate(zip(records, normals, covs, strict=True)):
+        try:
+            plane = Plane(normal, r.plane.offset, cov)
+            yield Face(r.outline, plane, r.holes, r.support, r.coverage, r.evidence)
+        except ValueError as exc:
+            raise SceneFileError(source, (SceneFault(f"$.faces[{i}]", str(exc)),)) from exc
+
+
+def _vertices(records: Sequence[VertexRecord]) -> Iterator[Vertex]:
+    points = _vectors([r.point for r in records], 3)
+    covs = _squares([r.cov for r in records], 3)
+    for r, point, cov in zip(records, points, covs, strict=True):
+        yield Vertex(point, cov, tuple(_observations(r.observations)), r.label)
+
+
+def _observations(records: Sequence[ObservationRecord]) -> Iterator[Observation]:
+    if records:
+        pixels = _vectors([r.uv for r in records], 2)
+        covs = _squares([r.cov for r in records], 2)
+        for r, uv, cov in zip(records, pixels, covs, strict=True):
+            yield Observation(r.view, uv, cov)
+
+
+def _references(record: SceneRecord) -> Iterator[tuple[_Place, str, int, int]]:
+    """Where indices stand, of what they are, the highest of them, and how many there are of it."""
+    vertices, views = len(record.vertices), len(record.views)
+    for i, vertex in enumerate(record.vertices):
+        for j, seen in enumerate(vertex.observations):
+            yield ("vertices", i, "observations", j, "view"), "view", seen.view, views
+    for i, edge in enumerate(record.edges):
+        yield ("edges", i, "start"), "vertex", edge.start, vertices
+        yield ("edges", i, "end"), "vertex", edge.end, vertices
+    for i, face in enumerate(record.faces):
+        yield ("faces", i, "outline"), "vertex", max(face.outline), vertices
+        for j, hole in enumerate(face.holes):
+            yield ("faces", i, "holes", j), "vertex", max(hole), vertices
+    for i, patch in enumerate(record.patches):
+        yield ("patches", i, "hull"), "vertex", max(patch.hull, default=-1), vertices
+    for i, body in enumerate(record.bodies):
+        yield ("bodies", i, "faces"), "face", max(body.faces, default=-1), len(record.faces)
+        yield ("bodies", i, "edges"), "edge", max(body.edges, default=-1), len(record.edges)
+        yield ("bodies", i, "patches"), "patch", max(body.patches, default=-1), len(record.patches)
+
+
+def _missing(record: SceneRecord) -> Iterator[SceneFault]:
+    """Faults for what indices name and the scene does not have."""
+    for place, kind, highest, count in _references(record):
+        if highest >= count:
+            yield SceneFault(
+                _json_path(place), f"{kind} {highest} does not exist, there are {count}"
+            )
+
+
+def _said(kind: str, message: str) -> str:
+    """What pydantic says on one line; of what is no JSON, also the way out."""
+    line = " ".join(message.split())
+    if kind != "json_invalid":
+        return line
+    # at the end of the text what was begun is still open
+    return f"{line}: {'it is cut short, ' if 'EOF' in line else ''}write the scene anew"
+
+
+def _record(text: str | bytes, source: str) -> SceneRecord:
+    """What a JSON text says, in which all indices name something; SceneFileError otherwise."""
+    try:
+        record = SceneRecord.model_validate_json(text)
+    except ValidationError as exc:
+        faults = tuple(
+            SceneFault(_json_path(fault["loc"]), _said(fault["type"], fault["msg"]))
+            for fault in exc.errors(include_url=False)
+        )
+        raise SceneFileError(source, faults) from exc
+    missing = tuple(_missing(record))
+    if missing:
+        raise SceneFileError(source, missing)
+    return record
+
+
+def scene_from_json(text: str | bytes, source: str = "scene") -> Scene:
+    """The scene of a JSON text; `source` is what messages call it.
+
+    Raises SceneFileError, in one line with the JSON path, if the text is no `facetlog-scene/1`.
+    """
+    record = _record(text, source)
+    try:
+        return _scene(record, source)
+    except ValueError as exc:
+        raise SceneFileError(source, (SceneFault("$", str(exc)),)) from exc
+
+
+def _patch(record: PatchRecord, index: int, source: str) -> Patch:
+    count = len(record.points)
+    if len(record.normals) != count or len(record.areas) != count:
+        said = (
+            f"{count} points, {len(record.normals)} normals and {len(record.areas)} areas: "
+            "give as many of each"
+        )
+        raise SceneFileError(source, (SceneFault(f"$.patches[{index}]", said),))
+    areas = _vectors([record.areas], count)[0]
+    return Patch(_vectors(record.points, 3), _vectors(record.normals, 3), areas, record.hull)
+
+
+def _scene(record: SceneRecord, source: str) -> Scene:
+    return Scene(
+        record.name,
+        record.views,
+        tuple(_vertices(record.vertices)),
+        tuple(Edge(e.start, e.end, e.support, e.evidence) for e in record.edges),
+        tuple(_faces(record.faces, source)),
+        record.up,  # type: ignore[arg-type]
+        record.metric,
+        record.warnings,
+        tuple(_patch(p, i, source) for i, p in enumerate(record.patches)),
+        tuple(Body(b.faces, b.edges, b.patches, b.whole) for b in record.bodies),
+    )
+
+
+def write_scene(scene: Scene, path: Path) -> None:
+    """Write the scene as `facetlog-scene/1`, whole or not at all."""
+    write_whole(path, scene_to_json(scene).encode())
+
+
+def read_scene(path: Path) -> Scene:
+    """The scene of a `facetlog-scene/1` file; raises InputError naming the file and the place."""
+    check_regular(path)
+    try:
+        content = path.read_bytes()
+    except OSError as exc:
+        raise InputError(f"{path}: cannot be read: {exc.strerror}") from exc
+    return scene_from_json(content, str(path))

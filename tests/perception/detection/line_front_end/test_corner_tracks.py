@@ -1,0 +1,153 @@
+"""Corners measured in each view, and how honest their covariance is."""
+
+import numpy as np
+import pytest
+
+from facetlog.perception.detection.line_front_end.corner_tracks import (
+    Corners,
+    merge_corners,
+    track_corners,
+)
+from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
+from facetlog.perception.types import FloatArray
+from tests.perception.detection.drawings import project
+from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
+
+NOISE_GREY = 5.0
+
+
+def face(corners: FloatArray) -> SelectedFace:
+    return SelectedFace(
+        corners, tuple(range(len(corners))), np.array([0.0, 0, 1]), np.ones(1, np.bool_), 1.0
+    )
+
+
+def seen_faces(rig: Rig) -> tuple[Corners, FloatArray]:
+    """The true corners, the loops of faces that are seen, and which view shows which."""
+    chosen = rig.shown_faces.any(axis=1)
+    loops = tuple(f for f, seen in zip(rig.solid.faces, chosen, strict=True) if seen)
+    return Corners(rig.points, loops), rig.shown_faces[chosen]
+
+
+def errors_and_nees(rig: Rig) -> tuple[FloatArray, FloatArray]:
+    """Pixel errors (n, 2) of all corners in all views, and their squares over the covariance."""
+    corners, shown = seen_faces(rig)
+    errors, squares = [], []
+    for point, track in zip(
+        rig.points, track_corners(corners, shown, rig.views, rig.maps), strict=True
+    ):
+        for o in track.observations:
+            error = o.uv - project(rig.views[o.view], point)
+            errors.append(error)
+            squares.append(error @ np.linalg.solve(o.cov, error))
+    return np.array(errors), np.array(squares)
+
+
+def test_corners_are_measured_to_a_fraction_of_a_pixel() -> None:
+    errors, _ = errors_and_nees(block_rig())
+    assert len(errors) > 45
+    distance = np.hypot(*errors.T)
+    assert np.median(distance) < 0.15
+    assert np.quantile(distance, 0.9) < 0.5
+
+
+def test_the_covariance_is_honest_over_seeds() -> None:
+    squares = np.concatenate(
+        [errors_and_nees(block_rig().noisy(seed, NOISE_GREY))[1] for seed in range(6)]
+    )
+    # Two degrees of freedom: mean 2, median 1.39. What interferes at corners is not noise, and
+    # the scene's own pose noise takes it up (assemble).
+    assert 0.5 < np.median(squares) / (2 * np.log(2)) < 2.0
+    assert 1.0 < np.mean(np.minimum(squares, 30.0)) < 6.0
+
+
+def test_more_noise_means_more_variance() -> None:
+    def typical(sd: float) -> float:
+        rig = block_rig().noisy(0, sd)
+        tracks = track_corners(*seen_faces(rig), rig.views, rig.maps)
+        return float(np.median([np.trace(o.cov) for t in tracks for o in t.observations]))
+
+    assert typical(4.0) < 0.5 * typical(12.0)
+
+
+def test_a_corner_slightly_off_is_measured_where_it_is() -> None:
+    rig = block_rig()
+    corners, shown = seen_faces(rig)
+    rng = np.random.default_rng(0)
+    moved = Corners(
+        corners.points + 0.7 * rig.pixel * rng.uniform(-1, 1, corners.points.shape), corners.loops
+    )
+    distance = [
+        np.linalg.norm(o.uv - project(rig.views[o.view], point))
+        for point, track in zip(
+            rig.points, track_corners(moved, shown, rig.views, rig.maps), strict=True
+        )
+        for o in track.observations
+    ]
+    assert np.median(distance) < 0.2
+
+
+def test_views_that_show_no_face_give_no_observation() -> None:
+    rig = block_rig()
+    corners, shown = seen_faces(rig)
+    hidden = shown.copy()
+    hidden[:, 3] = False
+    tracks = track_corners(corners, hidden, rig.views, rig.maps)
+    assert 3 not in {o.view for t in tracks for o in t.observations}
+    nothing = track_corners(corners, np.zeros_like(shown), rig.views, rig.maps)
+    assert [len(t.observations) for t in nothing] == [0] * len(rig.points)
+
+
+def test_there_is_at_most_one_observation_a_view() -> None:
+    rig = block_rig()
+    for track in track_corners(*seen_faces(rig), rig.views, rig.maps):
+        views = [o.view for o in track.observations]
+        assert views == sorted(set(views))
+
+
+def test_corners_of_neighbouring_faces_become_one_vertex() -> None:
+    rig = block_rig()
+    rng = np.random.default_rng(0)
+    faces = [
+        face(rig.points[list(f)] + rig.pixel * rng.uniform(-1, 1, (4, 3))) for f in rig.solid.faces
+    ]
+    merged = merge_corners(faces, rig.pixel)
+    assert merged.points.shape == (8, 3)
+    assert len(merged.sides) == 12
+    away = np.linalg.norm(merged.points[:, None] - rig.points[None], axis=-1).min(axis=1)
+    assert away.max() < 1.8 * rig.pixel
+    for loop, given in zip(merged.loops, faces, strict=True):
+        assert (
+            np.linalg.norm(merged.points[list(loop)] - given.corners, axis=1).max() < 4 * rig.pixel
+        )
+
+
+def test_a_face_keeps_its_corners_apart() -> None:
+    # A strip four pixels wide between two faces: its corners are nearer than what is merged.
+    strip = np.array([[0.0, 0, 0], [100, 0, 0], [100, 4, 0], [0, 4, 0]])
+    beside = np.array([[0.0, 4, 0], [100, 4, 0], [100, 80, 0], [0, 80, 0]])
+    merged = merge_corners([face(strip), face(beside)], pixel=1.0)
+    assert [len(set(loop)) for loop in merged.loops] == [4, 4]
+
+
+def test_corners_far_apart_stay_apart() -> None:
+    one = np.array([[0.0, 0, 0], [100, 0, 0], [100, 100, 0]])
+    merged = merge_corners([face(one), face(one + np.array([0.0, 0, 30.0]))], pixel=1.0)
+    assert len(merged.points) == 6
+    assert merged.loops == ((0, 1, 2), (3, 4, 5))
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_merging_does_not_depend_on_the_unit(scale: float) -> None:
+    rig = block_rig()
+    rng = np.random.default_rng(1)
+    loops = [rig.points[list(f)] + rig.pixel * rng.uniform(-1, 1, (4, 3)) for f in rig.solid.faces]
+    one = merge_corners([face(c) for c in loops], rig.pixel)
+    other = merge_corners([face(scale * c) for c in loops], scale * rig.pixel)
+    assert one.loops == other.loops
+    np.testing.assert_allclose(other.points, scale * one.points)
+
+
+def test_sides_are_named_once() -> None:
+    corners = Corners(np.zeros((5, 3)), ((0, 1, 2, 3), (3, 2, 4)))
+    assert corners.sides == ((0, 1), (0, 3), (1, 2), (2, 3), (2, 4), (3, 4))

@@ -1,0 +1,68 @@
+"""Which plane is the ground."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from facetlog.perception.detection.line_front_end.ground_plane import find_ground
+from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.plane_hypotheses import (
+    PlaneHypothesis,
+    plane_hypotheses,
+)
+from facetlog.perception.types import FloatArray
+from facetlog.robot.tour import ring_poses
+from tests.perception.detection.drawings import view
+from tests.perception.detection.line_front_end.ideal_lines import exact_ends
+
+PIXEL = 0.01
+UP = np.array([0.0, 0.0, 1.0])
+VIEWS = [view(pose=p) for p in ring_poses([0.0, 0.0, 0.3], 4.0, (1.0, 2.0), 8)]
+
+
+def grid(height: float, reach: float) -> FloatArray:
+    """Level segments of a pattern (n, 2, 3)."""
+    at = np.linspace(-reach, reach, 5)
+    across = [[[-reach, y, height], [reach, y, height]] for y in at]
+    along = [[[x, -reach, height], [x, reach, height]] for x in at]
+    return np.array(across + along)
+
+
+def cloud(*parts: FloatArray) -> LineCloud:
+    segments = np.concatenate(parts)
+    count = len(segments)
+    return LineCloud(segments, exact_ends(segments), np.full(count, 8.0), np.zeros(count), PIXEL)
+
+
+def planes(lines: LineCloud) -> tuple[PlaneHypothesis, ...]:
+    return plane_hypotheses(lines.segments, lines.end_covs, lines.support, lines.pixel)
+
+
+def test_a_tiled_floor_is_the_ground_and_a_table_top_above_it_is_not() -> None:
+    lines = cloud(grid(0.0, 2.0), grid(0.7, 0.4))
+    for up in (UP, None):
+        ground = find_ground(planes(lines), lines, VIEWS, up)
+        assert ground is not None
+        assert abs(ground.height) < 1e-6
+        assert ground.normal @ UP > 0.999
+        assert ground.holds(lines.segments[0])
+        assert not ground.holds(lines.segments[-1])
+
+
+def test_without_lines_on_it_the_ground_is_where_the_lowest_segments_end() -> None:
+    upright = np.array([[[x, 0.0, 0.02], [x, 0.0, 0.7]] for x in (-0.4, 0.4)])
+    lines = cloud(grid(0.7, 0.4), upright, np.array([[[-0.4, 0, 0.02], [0.4, 0, 0.02]]]))
+    ground = find_ground(planes(lines), lines, VIEWS, UP)
+    assert ground is not None
+    np.testing.assert_allclose(ground.height, 0.02, atol=1e-6)
+
+
+def test_where_up_is_not_known_and_everything_is_above_no_plane_there_is_no_ground() -> None:
+    lines = cloud(grid(0.7, 0.4), np.array([[[0.4, 0.4, 0.7], [0.4, 0.4, 0.0]]] * 3))
+    assert find_ground((), lines, VIEWS, None) is None
+    assert find_ground(planes(lines), lines, VIEWS, None) is None
+
+
+def test_no_segments_have_no_ground() -> None:
+    nothing = replace(cloud(grid(0.0, 1.0)), segments=np.zeros((0, 2, 3)))
+    assert find_ground((), nothing, VIEWS, UP) is None

@@ -1,0 +1,104 @@
+"""Segments that bound no face: how far they reach, and which belong to a face."""
+
+import numpy as np
+import pytest
+
+from facetlog.perception.detection.line_front_end.corner_tracks import track_ends
+from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
+from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.loose_edges import (
+    covered_extents,
+    find_loose_edges,
+)
+from facetlog.perception.types import FloatArray, View
+from facetlog.robot.tour import ring_poses
+from tests.perception.detection.drawings import project, view
+from tests.perception.detection.line_front_end.block_rig import block_rig
+from tests.perception.detection.line_front_end.ideal_lines import exact_ends, exact_profiles
+
+PIXEL = 0.01
+TOP = np.array([[0.0, 0, 1], [2, 0, 1], [2, 1, 1], [0, 1, 1]])
+LEG = np.array([[0.2, 0.2, 0.9], [0.2, 0.2, 0.1]])
+
+
+def cameras() -> tuple[View, ...]:
+    return tuple(view(pose=p) for p in ring_poses([1.0, 0.5, 0.5], 4.0, (0.3, 2.0), 8))
+
+
+def top() -> SelectedFace:
+    normal = np.array([0.0, 0, 1])
+    return SelectedFace(TOP, (0, 1, 2, 3), normal, np.ones(8, np.bool_), 1.0)
+
+
+def loose(segments: FloatArray, seen: FloatArray | None = None):
+    """Which of the segments (n, 2, 3) are loose edges under the top, seen by the low cameras."""
+    count = len(segments)
+    cloud = LineCloud(segments, exact_ends(segments), np.full(count, 8.0), np.zeros(count), PIXEL)
+    low = np.array([v.pose.centre[2] < 1.0 for v in cameras()])
+    shown = np.tile(low, (count, 1)) if seen is None else seen
+    return find_loose_edges(cloud, exact_profiles(segments), [top()], cameras(), shown)
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.3, 0.7), (0.0, 1.0), (0.4, 0.9)])
+def test_a_piece_grows_to_where_its_edge_ends(low: float, high: float) -> None:
+    rig = block_rig()
+    a, b = rig.edges[:, 0], rig.edges[:, 1]
+    whole = exact_profiles(rig.edges)
+    # The profile of the whole edge, told from the piece's own beginning.
+    pieces = np.stack([a + low * (b - a), a + high * (b - a)], axis=1)
+    length = np.linalg.norm(b - a, axis=1)
+    profiles = type(whole)(
+        pieces[:, 0], whole.direction, whole.begin - low * length, whole.step, whole.cumulated
+    )
+    extents = covered_extents(pieces, profiles)
+    assert np.abs(extents - rig.edges).max() < 0.1 * length.max()
+
+
+def test_what_stands_under_a_board_belongs_to_it() -> None:
+    (edge,), (number,) = loose(LEG[None])
+    assert number == 0
+    assert np.abs(edge - LEG).max() < 0.1
+
+
+def test_what_lies_on_the_face_or_before_it_or_beside_it_does_not() -> None:
+    print_on_it = np.array([[0.5, 0.5, 1.0], [1.5, 0.6, 1.0]])
+    before_it = np.array([[0.5, 0.5, 1.2], [0.5, 0.5, 1.9]])
+    beside_it = LEG + np.array([5.0, 0, 0])
+    side_again = np.array([[0.0, 0.01, 0.98], [2, 0.01, 0.98]])
+    found, numbers = loose(np.array([print_on_it, before_it, beside_it, side_again, LEG]))
+    assert numbers.tolist() == [4]
+    assert len(found) == 1
+
+
+def test_what_is_seen_only_through_the_face_is_no_edge() -> None:
+    high = np.array([v.pose.centre[2] > 1.0 for v in cameras()])
+    middle = np.array([[[1.0, 0.5, 0.9], [1.0, 0.5, 0.6]]])
+    assert not len(loose(middle, high[None])[0])
+
+
+def test_no_segments_are_no_loose_edges() -> None:
+    found, numbers = loose(np.zeros((0, 2, 3)), np.zeros((0, 8), np.bool_))
+    assert found.shape == (0, 2, 3)
+    assert numbers.shape == (0,)
+
+
+def test_the_ends_of_an_edge_are_sure_across_it_and_unsure_along_it() -> None:
+    rig = block_rig()
+    tracks = track_ends(rig.edges, rig.shown_edges, rig.views, rig.maps)
+    assert len(tracks) == 24
+    for number, track in enumerate(tracks):
+        edge, end = divmod(number, 2)
+        for o in track.observations:
+            assert rig.shown_edges[edge, o.view]
+            pixels = project(rig.views[o.view], rig.edges[edge])
+            along = (pixels[1] - pixels[0]) / np.linalg.norm(pixels[1] - pixels[0])
+            across = np.array([-along[1], along[0]])
+            assert along @ o.cov @ along > 16.0 - 1e-6
+            assert across @ o.cov @ across < 1.0
+            assert abs(across @ (o.uv - pixels[end])) < 1.0
+
+
+def test_no_edges_have_no_ends() -> None:
+    rig = block_rig()
+    none = np.zeros((0, len(rig.views)), np.bool_)
+    assert track_ends(np.zeros((0, 2, 3)), none, rig.views, rig.maps) == ()

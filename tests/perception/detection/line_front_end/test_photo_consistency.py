@@ -1,0 +1,96 @@
+"""Whether the pictures show one surface at a point, as a likelihood against chance."""
+
+import numpy as np
+import pytest
+
+from facetlog.perception.detection.edge_maps import edge_map
+from facetlog.perception.detection.line_front_end.photo_consistency import (
+    FREE_LEVEL,
+    GreyLevels,
+    Levels,
+    agreement,
+)
+from facetlog.perception.types import FloatArray
+from tests.perception.detection.drawings import flat, half_plane, project, view
+from tests.perception.detection.line_front_end.block_rig import block_rig
+
+
+def levels(grey: FloatArray, *, sd: float = 3.0, chance: float = 1 / 256) -> Levels:
+    """Levels (V, n) of one sd, all equally likely by chance."""
+    return Levels(
+        grey.astype(np.float32),
+        np.full(grey.shape, sd, np.float32),
+        np.full(grey.shape, chance, np.float32),
+    )
+
+
+def test_views_that_agree_speak_for_a_surface_and_views_that_do_not_against_it() -> None:
+    rng = np.random.default_rng(0)
+    same = 120.0 + rng.normal(0, 3.0, (12, 50))
+    apart = rng.uniform(0, 255, (12, 50))
+    weight = np.ones(12)
+    assert agreement(levels(same), weight).ratio.min() > 10
+    assert agreement(levels(apart), weight).ratio.max() < 0
+
+
+def test_views_that_something_hides_cost_little() -> None:
+    rng = np.random.default_rng(1)
+    grey = 120.0 + rng.normal(0, 3.0, (12, 50))
+    grey[::3] = rng.uniform(0, 60, (4, 50))
+    found = agreement(levels(grey), np.ones(12))
+    assert found.ratio.min() > 3
+    assert not found.agrees[::3].any()
+    assert found.agrees[1::3].mean() > 0.95
+
+
+def test_a_level_that_the_pictures_are_full_of_proves_nothing() -> None:
+    grey = np.full((12, 5), 120.0)
+    assert agreement(levels(grey, chance=0.2), np.ones(12)).ratio.max() < 0
+
+
+def test_no_view_is_no_evidence() -> None:
+    nothing = agreement(levels(np.full((4, 3), np.nan)), np.ones(4))
+    np.testing.assert_allclose(nothing.ratio, -FREE_LEVEL)
+    assert not nothing.agrees.any()
+
+
+def test_views_almost_alike_count_as_one() -> None:
+    grey = np.full((6, 1), 100.0)
+    once = agreement(levels(grey[:2]), np.ones(2)).ratio
+    again = agreement(levels(grey), np.full(6, 1 / 3)).ratio
+    np.testing.assert_allclose(once, again, rtol=1e-5)
+
+
+def test_levels_are_unsure_where_a_picture_changes_fast() -> None:
+    step = view(half_plane(np.pi / 2, np.array([160.0, 120.0])))
+    reader = GreyLevels([step], [edge_map(step.image)])
+    at = np.array([[[60.0, 120.0]], [[160.0, 120.0]]])
+    read = reader.read([0], [at], [np.ones((2, 1), np.bool_)])
+    assert read.sd[0, 1, 0] > 3 * read.sd[0, 0, 0]
+    assert read.level[0, 0, 0] == pytest.approx(80, abs=2) or read.level[0, 0, 0] > 170
+
+
+def test_a_flat_picture_is_read_without_a_warning() -> None:
+    plain = view(flat(90.0))
+    reader = GreyLevels([plain], [edge_map(plain.image)])
+    read = reader.read([0], [np.array([[[5.0, 5.0]]])], [np.ones((1, 1), np.bool_)])
+    assert read.level[0, 0, 0] == 90
+    assert read.chance[0, 0, 0] > 0.1
+
+
+def test_points_of_a_face_agree_and_points_before_it_do_not() -> None:
+    rig = block_rig()
+    reader = GreyLevels(rig.views, rig.maps)
+    rng = np.random.default_rng(0)
+    top = max(rig.solid.faces, key=lambda f: float(rig.points[list(f), 2].mean()))
+    a, b, _, d = rig.points[list(top)]
+    on_it = a + rng.uniform(0.1, 0.9, (40, 2)) @ np.stack([b - a, d - a])
+    everyone = list(range(len(rig.views)))
+    seen = [np.ones((40, 1), np.bool_)] * len(everyone)
+
+    def ratio(points: FloatArray) -> FloatArray:
+        uv = [project(v, points)[:, None] for v in rig.views]
+        return agreement(reader.read(everyone, uv, seen), np.ones(len(everyone))).ratio
+
+    assert np.median(ratio(on_it)) > 10
+    assert np.median(ratio(on_it + np.array([0.0, 0.0, 5.0]))) < 3

@@ -1,0 +1,94 @@
+"""Noise, gradients and the oriented mask, on pictures whose edges are drawn."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from facetlog.perception.detection.edge_maps import (
+    MIN_NOISE_SD,
+    ORIENTATION_BINS,
+    direction_bits,
+    edge_map,
+    working_noise,
+)
+from tests.perception.detection.drawings import along, flat, half_plane, polygon, with_noise
+
+MIDDLE = np.array([159.3, 120.2])
+ANGLES = np.radians([0.0, 7.0, 33.75, 45.0, 61.0, 90.0, 123.0, 150.0, 179.0])
+
+
+@pytest.mark.parametrize("sd", [2.0, 5.0, 10.0, 20.0])
+def test_noise_is_measured_to_five_percent(sd: float) -> None:
+    estimates = [working_noise(with_noise(flat(), sd, seed)) for seed in range(5)]
+    # Whole greys add the variance of rounding, 1/12.
+    assert np.mean(estimates) == pytest.approx(np.hypot(sd, np.sqrt(1 / 12)), rel=0.05)
+
+
+@pytest.mark.parametrize("sd", [2.0, 5.0, 10.0])
+def test_edges_are_not_taken_for_noise(sd: float) -> None:
+    star = polygon([(160, 20), (190, 200), (60, 80), (260, 80), (110, 210)])
+    assert working_noise(with_noise(star, sd)) == pytest.approx(sd, rel=0.12)
+
+
+def test_a_picture_without_noise_counts_as_rounded() -> None:
+    assert working_noise(flat()) == MIN_NOISE_SD
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+@pytest.mark.parametrize("sd", [0.0, 5.0])
+def test_a_drawn_edge_has_the_bits_of_its_direction(angle: float, sd: float) -> None:
+    mask = edge_map(with_noise(half_plane(angle, MIDDLE), sd)).mask
+    u, v = np.rint(along(angle, MIDDLE)).astype(int).T
+    own = (mask[v, u] & direction_bits(np.full(len(u), angle))) != 0
+    assert own.mean() > 0.98
+    across = (mask[v, u] & direction_bits(np.full(len(u), angle + np.pi / 2))) != 0
+    assert across.mean() < 0.02
+
+
+@pytest.mark.parametrize("angle", ANGLES)
+def test_the_mask_reaches_as_far_as_it_says(angle: float) -> None:
+    edges = edge_map(half_plane(angle, MIDDLE))
+    normal = np.array([-np.sin(angle), np.cos(angle)])
+    near = along(angle, MIDDLE) + 0.5 * edges.reach_px * normal
+    # The edge pixel itself is off by up to 0.7 px, the dilating disc by another.
+    far = along(angle, MIDDLE) + (edges.reach_px + 2.5) * normal
+    for places, share in ((near, 1.0), (far, 0.0)):
+        u, v = np.rint(places).astype(int).T
+        assert (edges.mask[v, u] != 0).mean() == share
+
+
+def test_gradients_point_from_dark_to_bright() -> None:
+    edges = edge_map(half_plane(0.0, MIDDLE, low=50, high=200))
+    u, v = np.rint(along(0.0, MIDDLE)).astype(int).T
+    assert (edges.gy[v, u] > 20 * edges.gradient_noise).all()
+    assert np.abs(edges.gx[v, u]).max() < edges.gradient_noise
+
+
+@pytest.mark.parametrize("sd", [3.0, 10.0])
+def test_noise_alone_makes_hardly_an_edge(sd: float) -> None:
+    mask = edge_map(with_noise(flat(), sd)).mask
+    assert (mask != 0).mean() < 0.01
+
+
+@pytest.mark.parametrize("sd", [3.0, 10.0])
+def test_the_noise_of_the_gradient_is_what_it_says(sd: float) -> None:
+    edges = edge_map(with_noise(flat(), sd))
+    assert edges.gx.std() == pytest.approx(edges.gradient_noise, rel=0.1)
+    assert edges.gy.std() == pytest.approx(edges.gradient_noise, rel=0.1)
+
+
+def test_a_flat_picture_has_no_edges() -> None:
+    assert not edge_map(flat()).mask.any()
+
+
+@given(st.floats(-20.0, 20.0))
+def test_a_direction_has_its_bin_and_both_neighbours(direction: float) -> None:
+    bits = int(direction_bits(np.array(direction)))
+    own = int((direction % np.pi) / np.pi * ORIENTATION_BINS) % ORIENTATION_BINS
+    assert bits == sum(1 << ((own + d) % ORIENTATION_BINS) for d in (-1, 0, 1))
+
+
+def test_level_edges_are_neighbours_whichever_way_they_tip() -> None:
+    down, up = direction_bits(np.radians([1.0, -1.0]))
+    assert int(down & up).bit_count() == 2

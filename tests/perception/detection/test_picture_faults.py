@@ -1,0 +1,119 @@
+"""Pictures that show nothing are named and left out."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from facetlog.errors import InputError
+from facetlog.perception.detection.picture_faults import blur_px, nothing_shown, usable_views
+from facetlog.perception.types import Camera, Image, Pose, View
+
+CAMERA = Camera(320, 240, 300.0, 300.0, 159.5, 119.5)
+
+
+def step(blur: float, contrast: float = 120.0, noise: float = 2.0, seed: int = 0) -> Image:
+    """A bright disc with an edge of this blur, sd in px."""
+    v, u = np.mgrid[:240, :320]
+    sharp = 60.0 + contrast * (np.hypot(u - 160, v - 120) < 70)
+    image = cv2.GaussianBlur(sharp, (0, 0), blur) if blur else sharp
+    image = image + np.random.default_rng(seed).normal(0, noise, image.shape)
+    return np.clip(np.rint(image), 0, 255).astype(np.uint8)
+
+
+def flat(level: float, noise: float = 3.0) -> Image:
+    image = level + np.random.default_rng(1).normal(0, noise, (240, 320))
+    return np.clip(np.rint(image), 0, 255).astype(np.uint8)
+
+
+def views_of(*images: Image) -> tuple[View, ...]:
+    return tuple(
+        View(f"{k}.png", image, CAMERA, Pose(np.eye(3), np.array([float(k), 0.0, 0.0])))
+        for k, image in enumerate(images)
+    )
+
+
+@pytest.mark.parametrize(
+    ("level", "noise", "fault"),
+    [
+        (0, 0, "black"),
+        (4, 3, "black"),
+        (255, 0, "saturated"),
+        (252, 3, "saturated"),
+        (128, 0, "of one grey level"),
+        (128, 12, "of one grey level"),
+    ],
+)
+def test_a_picture_without_contrast_is_named(level: float, noise: float, fault: str) -> None:
+    assert nothing_shown(flat(level, noise)) == fault
+
+
+@pytest.mark.parametrize("contrast", [20.0, 120.0])
+def test_a_picture_with_an_edge_shows_something(contrast: float) -> None:
+    assert nothing_shown(step(1.0, contrast)) is None
+
+
+@pytest.mark.parametrize("blur", [1.5, 3.0, 5.0])
+def test_blur_is_measured_in_pixels(blur: float) -> None:
+    assert blur_px(step(blur)) == pytest.approx(blur, rel=0.25)
+
+
+def test_blur_does_not_depend_on_contrast() -> None:
+    assert blur_px(step(3.0, 60.0)) == pytest.approx(blur_px(step(3.0, 180.0)), rel=0.1)
+
+
+def test_without_an_edge_no_blur_is_told() -> None:
+    assert np.isnan(blur_px(flat(100)))
+
+
+def test_good_pictures_all_stay() -> None:
+    views = views_of(*(step(1.0, seed=k) for k in range(8)))
+    assert usable_views(views) == (views, ())
+
+
+def test_a_black_picture_among_others_is_named_and_left_out() -> None:
+    views = views_of(step(1.0), flat(3), step(1.0), flat(2), step(1.0), flat(254))
+    left, warnings = usable_views(views)
+    assert [v.name for v in left] == ["0.png", "2.png", "4.png"]
+    assert warnings == ("1.png, 3.png: black, left out", "5.png: saturated, left out")
+
+
+def test_only_black_pictures_are_an_error_that_says_so() -> None:
+    with pytest.raises(InputError, match=r"all 24 pictures are black \(0\.png, 1\.png, 2\.png"):
+        usable_views(views_of(*[flat(3)] * 24))
+
+
+def test_one_picture_that_shows_something_is_too_few() -> None:
+    with pytest.raises(InputError, match="all but one of 3 pictures are black"):
+        usable_views(views_of(flat(3), step(1.0), flat(2)))
+
+
+def test_a_picture_much_more_blurred_than_the_others_is_named_and_left_out() -> None:
+    views = views_of(*(step(4.0 if k == 3 else 1.0, seed=k) for k in range(8)))
+    left, (warning,) = usable_views(views)
+    assert [v.name for v in left] == [v.name for v in views if v.name != "3.png"]
+    assert warning.startswith("3.png: blurred by up to 3.5 px, the other pictures by 0.9")
+
+
+def test_pictures_that_are_all_blurred_stay() -> None:
+    views = views_of(*(step(4.0, seed=k) for k in range(8)))
+    assert usable_views(views) == (views, ())
+
+
+def test_of_a_few_pictures_none_is_called_blurred() -> None:
+    views = views_of(*(step(4.0 if k == 1 else 1.0, seed=k) for k in range(4)))
+    assert usable_views(views)[0] == views
+
+
+def test_the_order_does_not_matter() -> None:
+    views = views_of(*(step(4.0 if k == 3 else 1.0, seed=k) for k in range(8)), flat(3))
+    backwards, _ = usable_views(views[::-1])
+    assert backwards[::-1] == usable_views(views)[0]
+
+
+def test_brightness_of_all_does_not_matter() -> None:
+    views = views_of(*(step(4.0 if k == 3 else 1.0, 80.0, seed=k) for k in range(8)))
+    brighter = tuple(replace(v, image=np.asarray(v.image + 50, dtype=np.uint8)) for v in views)
+    names = [v.name for v in usable_views(views)[0]]
+    assert [v.name for v in usable_views(brighter)[0]] == names

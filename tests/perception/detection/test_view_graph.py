@@ -1,0 +1,171 @@
+"""What a set of cameras looks at, how much each counts, and which pair up."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facetlog.perception.detection.line_front_end.line_cloud import (
+    MERGE_VIEWS,
+    SCREEN_VIEWS,
+    _distinct_views,
+)
+from facetlog.perception.detection.view_graph import (
+    DISTINCT_PX,
+    KEY_VIEWS,
+    PARTNERS,
+    view_graph,
+)
+from facetlog.perception.types import Pose, View
+from facetlog.robot.rendering.views import random_similarity
+from facetlog.robot.tour import ring_poses
+from tests.perception.detection.drawings import CAMERA, view
+
+TARGET = np.array([3.0, -2.0, 1.0])
+
+
+def ring(count: int = 12, *, jitter: float = 0.0, seed: int = 0) -> tuple[View, ...]:
+    rng = np.random.default_rng(seed)
+    poses = ring_poses(TARGET, 10.0, (4.0, 7.0), count, jitter=jitter, rng=rng)
+    return tuple(view(pose=p) for p in poses)
+
+
+def test_cameras_that_look_at_a_point_have_it_as_their_focus() -> None:
+    graph = view_graph(ring())
+    assert np.linalg.norm(graph.focus - TARGET) < 0.02
+    assert graph.distance == pytest.approx(np.median([np.hypot(10, 4), np.hypot(10, 7)]), rel=0.01)
+
+
+def test_cameras_that_look_about_a_point_have_their_focus_near_it() -> None:
+    for seed in range(5):
+        graph = view_graph(ring(jitter=0.1, seed=seed))
+        assert np.linalg.norm(graph.focus - TARGET) < 1.0
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000), st.sampled_from([1e-3, 1.0, 1e3]))
+def test_another_frame_and_scale_change_no_weight_and_no_pair(seed: int, scale: float) -> None:
+    views = ring(jitter=0.1, seed=seed)
+    frame = random_similarity(np.random.default_rng(seed), scale=scale, reach=10.0)
+    before, after = view_graph(views), view_graph([frame.view(v) for v in views])
+    focus = frame.scale * frame.rotation @ before.focus + frame.shift
+    assert np.linalg.norm(after.focus - focus) < 1e-6 * after.distance
+    assert after.distance == pytest.approx(scale * before.distance)
+    np.testing.assert_allclose(after.weight, before.weight, rtol=1e-6)
+    assert after.pairs == before.pairs
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.permutations(range(12)))
+def test_the_order_of_the_views_does_not_matter(order: list[int]) -> None:
+    views = ring(jitter=0.1)
+    before, after = view_graph(views), view_graph([views[k] for k in order])
+    np.testing.assert_allclose(after.focus, before.focus, rtol=1e-9)
+    np.testing.assert_allclose(after.weight, before.weight[list(order)], rtol=1e-9)
+    named = {tuple(sorted((order[i], order[j]))) for i, j in after.pairs}
+    assert named == set(before.pairs)
+
+
+def test_views_apart_count_in_full() -> None:
+    np.testing.assert_allclose(view_graph(ring(6)).weight, 1.0, atol=0.01)
+
+
+@pytest.mark.parametrize("copies", [2, 5])
+def test_a_view_taken_again_shares_its_weight(copies: int) -> None:
+    views = ring(6)
+    graph = view_graph((*views, *[views[0]] * (copies - 1)))
+    again = [0, *range(len(views), len(views) + copies - 1)]
+    np.testing.assert_allclose(graph.weight[again], 1 / copies, rtol=0.01)
+    assert graph.weight.sum() == pytest.approx(len(views), rel=0.01)
+
+
+def test_a_standing_camera_counts_as_one_view_however_often_it_looks() -> None:
+    views = ring(6)
+    step = 0.02 * DISTINCT_PX * 10.0 / CAMERA.fx  # far less than DISTINCT_PX in the picture
+    nudged = [
+        replace(views[0], pose=Pose(views[0].pose.rotation, views[0].pose.centre + k * step))
+        for k in (-1, 0, 1)
+    ]
+    graph = view_graph((*nudged, *views[1:]))
+    assert graph.weight[:3].sum() == pytest.approx(1.0, abs=0.05)
+
+
+def test_parallel_cameras_look_at_something_before_them() -> None:
+    views = [view(pose=Pose(np.eye(3), np.array([x, 0.0, 0.0]))) for x in (0.0, 0.5, 1.0)]
+    graph = view_graph(views)
+    assert graph.focus[2] > 0.5
+    assert abs(graph.focus[0] - 0.5) < 0.5
+    assert graph.distance > 0
+
+
+@pytest.mark.parametrize("count", [2, 3, 12, 40])
+def test_pairs_are_few_sorted_and_of_two_views(count: int) -> None:
+    pairs = view_graph(ring(count)).pairs
+    assert pairs == tuple(sorted(set(pairs)))
+    assert all(0 <= i < j < count for i, j in pairs)
+    assert 1 <= len(pairs) <= PARTNERS * min(count, KEY_VIEWS)
+
+
+def test_two_views_are_one_pair() -> None:
+    assert view_graph(ring(12)[:2]).pairs == ((0, 1),)
+
+
+def test_partners_see_the_focus_under_a_moderate_angle() -> None:
+    views = ring(24)
+    graph = view_graph(views)
+    rays = [graph.focus - v.pose.centre for v in views]
+    units = [r / np.linalg.norm(r) for r in rays]
+    angles = [np.degrees(np.arccos(np.clip(units[i] @ units[j], -1, 1))) for i, j in graph.pairs]
+    assert 5 < np.median(angles) < 35
+    assert max(angles) < 60
+
+
+@pytest.mark.parametrize("heights", [(5.0,), (4.0, 7.0), (3.0, 5.0, 7.0)])
+@pytest.mark.parametrize("count", [16, 20, 24, 30, 36, 48])
+def test_rings_of_any_size_have_partners_under_moderate_angles(
+    count: int, heights: tuple[float, ...]
+) -> None:
+    views = tuple(view(pose=p) for p in ring_poses(TARGET, 10.0, heights, count))
+    graph = view_graph(views)
+    units = [(graph.focus - v.pose.centre) for v in views]
+    units = [r / np.linalg.norm(r) for r in units]
+    angles = [np.degrees(np.arccos(np.clip(units[i] @ units[j], -1, 1))) for i, j in graph.pairs]
+    assert max(angles) < 60
+
+
+@pytest.mark.parametrize("heights", [(5.0,), (4.0, 7.0), (3.0, 5.0, 7.0)])
+@pytest.mark.parametrize("count", [6, 12, 16, 20, 24, 30, 48])
+def test_rounding_of_a_ring_changes_no_pair_weight_or_choice(
+    count: int, heights: tuple[float, ...]
+) -> None:
+    poses = ring_poses(TARGET, 10.0, heights, count)
+    before = view_graph([view(pose=p) for p in poses])
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        nudged = [
+            Pose(
+                p.rotation @ cv2.Rodrigues(1e-12 * rng.uniform(-1, 1, 3))[0],
+                p.centre + 1e-12 * rng.uniform(-1, 1, 3),
+            )
+            for p in poses
+        ]
+        after = view_graph([view(pose=p) for p in nudged])
+        assert after.pairs == before.pairs
+        np.testing.assert_allclose(after.weight, before.weight, rtol=1e-9)
+        for wanted in (MERGE_VIEWS, SCREEN_VIEWS):
+            chosen = _distinct_views(before.weight, wanted)
+            assert len(chosen) == min(count, wanted)
+            assert _distinct_views(after.weight, wanted) == chosen
+
+
+def test_every_key_view_of_a_long_film_differs_from_the_others() -> None:
+    # 100 pictures from one place, then twelve round the object: those twelve must take part.
+    views = ring()
+    graph = view_graph((*[views[0]] * 100, *views[1:]))
+    used = sorted({k for pair in graph.pairs for k in pair})
+    assert set(range(100, 111)) <= set(used)
+    assert all(a < b for a, b in pairwise(used))

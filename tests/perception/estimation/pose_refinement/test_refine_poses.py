@@ -1,0 +1,85 @@
+"""Poses of a robot's tour, corrected by the pictures: rendered, with a known drift."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facetlog.perception.estimation.pose_refinement.refine_poses import (
+    refined_views,
+    with_refined_poses,
+)
+from facetlog.perception.reading.read_views import ViewSet
+from facetlog.perception.types import Pose, View
+from facetlog.robot.rendering.views import pose_errors, random_similarity, with_drift
+from tests.rendered import tour
+
+TURN_SD = float(np.radians(0.6))
+
+
+@pytest.mark.parametrize(
+    ("world", "seed"), [("block", 1), pytest.param("wedge", 0, marks=pytest.mark.slow)]
+)
+def test_drifting_poses_are_put_right(world: str, seed: int) -> None:
+    true = tour(world, seed)
+    given, covs = with_drift(true, np.random.default_rng(seed), turn_sd=TURN_SD, way_sd=0.02)
+    found = refined_views(given, covs)
+    place, turn = pose_errors(found.views, true)
+    place_before, turn_before = pose_errors(given, true)
+    assert found.explained > max(0.9, found.explained_before)
+    assert place < 0.5 * place_before
+    assert turn < 0.5 * turn_before
+    went = max(
+        np.linalg.norm(a.pose.centre - b.pose.centre)
+        for a, b in zip(found.views, given, strict=True)
+    )
+    assert found.shift == pytest.approx(went)
+
+
+def test_what_is_found_does_not_depend_on_the_frame_or_unit_of_the_world() -> None:
+    true = tour("block", 1)[:10]
+    given, covs = with_drift(true, np.random.default_rng(4), turn_sd=TURN_SD, way_sd=0.02)
+    frame = random_similarity(np.random.default_rng(2), scale=0.03, reach=5.0)
+    turn = np.kron(np.eye(2), frame.rotation)
+    units = np.array([frame.scale] * 3 + [1.0] * 3)
+    there = turn @ covs @ turn.T * units[:, None] * units
+    here = refined_views(given, covs)
+    moved = refined_views([frame.view(v) for v in given], there)
+    assert moved.explained == pytest.approx(here.explained, abs=0.05)
+    place, angle = pose_errors(moved.views, [frame.view(v) for v in here.views])
+    assert place / frame.scale < 0.1
+    assert angle < np.radians(0.2)
+
+
+def test_poses_that_are_right_stay_where_they_are() -> None:
+    true = tour("block")[:8]
+    _, covs = with_drift(true, np.random.default_rng(0), turn_sd=TURN_SD, way_sd=0.02)
+    found = refined_views(true, covs)
+    place, turn = pose_errors(found.views, true)
+    assert place < 0.25
+    assert turn < np.radians(0.3)
+
+
+def test_pictures_that_show_nothing_leave_the_poses_as_they_are() -> None:
+    true = tour("block")[:7]
+    grey = [replace(v, image=np.full_like(v.image, 90)) for v in true]
+    given, covs = with_drift(grey, np.random.default_rng(0), turn_sd=TURN_SD, way_sd=0.02)
+    found = refined_views(given, covs)
+    assert found.views == given
+    assert (found.shift, found.turn) == (0.0, 0.0)
+
+
+def test_the_correction_is_told_once_with_the_way_to_do_without_it() -> None:
+    true = _in_metres(tour("block")[:10])
+    given, covs = with_drift(true, np.random.default_rng(1), turn_sd=2 * TURN_SD, way_sd=0.02)
+    view_set = ViewSet("tour", given, metric=True, pose_covariances=covs)
+    found = with_refined_poses(view_set)
+    (line,) = found.problems
+    assert " cm and " in line
+    assert "--keep-poses" in line
+    with pytest.raises(ValueError, match="covariances"):
+        with_refined_poses(replace(view_set, pose_covariances=None))
+
+
+def _in_metres(views: tuple[View, ...]) -> tuple[View, ...]:
+    return tuple(replace(v, pose=Pose(v.pose.rotation, 0.0254 * v.pose.centre)) for v in views)

@@ -1,0 +1,104 @@
+"""The recursion of equations (1) to (5), against filterpy and its own algebra."""
+
+import numpy as np
+import pytest
+from filterpy.kalman import ExtendedKalmanFilter
+from hypothesis import given
+from hypothesis import strategies as st
+
+from facetlog.perception.estimation.ekf import (
+    Linearised,
+    State,
+    innovation_chi2,
+    largest_sd,
+    linearise,
+    recursion,
+    run,
+    step,
+)
+from facetlog.perception.estimation.point_filter import ray_measurement
+from tests.perception.rigs import pictured, ring
+
+
+def test_every_step_equals_filterpy():
+    rng = np.random.default_rng(1)
+    projections = ring(12)
+    _, uv, cov, _ = pictured(rng, 1, projections)
+    measurements = [ray_measurement(uv[0, v], projections[v], cov[0, v]) for v in range(12)]
+    reference = ExtendedKalmanFilter(dim_x=3, dim_z=2)
+    reference.x, reference.P = np.zeros(3), 100.0 * np.eye(3)
+    states = recursion(State(np.zeros(3), 100.0 * np.eye(3)), measurements)
+    for measurement, state in zip(measurements, states, strict=True):
+        lin = measurement(reference.x)
+        # filterpy's explicit form: z = y, h(x) = M x, R = W
+        reference.update(
+            lin.y, lambda _, m: m, lambda x, m: m @ x, R=lin.W, args=lin.M, hx_args=lin.M
+        )
+        np.testing.assert_allclose(state.mean, reference.x, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(state.cov, reference.P, rtol=1e-7, atol=1e-14)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_covariance_stays_symmetric_positive_and_shrinks(seed):
+    rng = np.random.default_rng(seed)
+    A, B = rng.normal(size=(4, 4)), rng.normal(size=(2, 2))
+    state = State(rng.normal(size=4), A @ A.T + 1e-3 * np.eye(4))
+    lin = Linearised(rng.normal(size=2), rng.normal(size=(2, 4)), B @ B.T + 1e-6 * np.eye(2))
+    after = step(state, lin)
+    assert (after.cov == after.cov.T).all()
+    assert np.linalg.eigvalsh(after.cov)[0] > 0
+    assert np.linalg.eigvalsh(state.cov - after.cov)[0] > -1e-9 * np.trace(state.cov)
+    # Equation (5) as printed
+    K = state.cov @ lin.M.T @ np.linalg.inv(lin.W + lin.M @ state.cov @ lin.M.T)
+    np.testing.assert_allclose(after.cov, (np.eye(4) - K @ lin.M) @ state.cov, atol=1e-7)
+
+
+def _readings(sd):
+    while True:
+        yield lambda a: linearise([a[0] - 5.0], [[1.0]], [[-1.0]], [[sd**2]], a)
+
+
+def test_run_stops_at_the_limit_and_says_after_how_many_views():
+    # n readings of sd 1 give sd 1/sqrt(n): 0.25 takes 16. The readings never end.
+    ended = run(State(np.zeros(1), 1e12 * np.eye(1)), _readings(1.0), sd_limit=0.2500001)
+    assert (ended.used, ended.reached) == (16, True)
+    assert ended.state.mean[0] == pytest.approx(5.0)
+
+
+def test_a_looser_limit_takes_fewer_views():
+    used = [
+        run(State(np.zeros(1), 1e12 * np.eye(1)), _readings(1.0), x).used for x in (1, 0.5, 0.1)
+    ]
+    assert used == sorted(used)
+    assert used[0] < used[2]
+
+
+def test_run_out_of_measurements_says_that_the_limit_was_not_met():
+    ended = run(State(np.zeros(1), np.eye(1)), [next(_readings(1.0))], sd_limit=0.1)
+    assert (ended.used, ended.reached) == (1, False)
+    assert run(State(np.zeros(1), np.eye(1)), []).used == 0
+
+
+def test_limit_must_be_positive():
+    with pytest.raises(ValueError, match="positive"):
+        run(State(np.zeros(1), np.eye(1)), [], sd_limit=0.0)
+
+
+def test_innovation_chi2_of_a_likely_reading_is_small():
+    state = State(np.zeros(1), 3.0 * np.eye(1))
+    lin = Linearised(np.array([4.0]), np.eye(1), np.eye(1))
+    assert innovation_chi2(state, lin) == pytest.approx(4.0)  # 4² / (3 + 1)
+
+
+def test_largest_sd_is_the_same_in_every_frame():
+    cov = np.diag([1.0, 4.0, 9.0])
+    Q = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    assert largest_sd(Q @ cov @ Q.T) == pytest.approx(3.0)
+
+
+def test_states_are_not_writeable_and_checked():
+    state = State(np.zeros(2), np.eye(2))
+    with pytest.raises(ValueError, match="read-only"):
+        state.mean[0] = 1.0
+    with pytest.raises(ValueError, match="go together"):
+        State(np.zeros(2), np.eye(3))

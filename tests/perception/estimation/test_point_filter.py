@@ -1,0 +1,319 @@
+"""Points from views: the traps of a plain recursion, each shown and closed."""
+
+import numpy as np
+import pytest
+from filterpy.kalman import ExtendedKalmanFilter
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import chi2 as chi2_of
+
+from facetlog.errors import CalibrationError
+from facetlog.perception.estimation.ekf import State, largest_sd, run
+from facetlog.perception.estimation.point_filter import (
+    PointFailure,
+    estimate_point,
+    estimate_points,
+    pixel_measurement,
+    plain_recursion,
+)
+from facetlog.perception.pan_tilt import projection_matrix
+from facetlog.perception.types import Observation
+from tests.perception.rigs import PIXEL_SD, moved, observations, pictured, project, ring, rotation
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+def _nees(points, covs, truth):
+    error = points - truth
+    return np.einsum("ni,nij,nj->n", error, np.linalg.inv(covs), error)
+
+
+def _bound(points, projections, sd=PIXEL_SD):
+    """Cramér-Rao bound of the points, (n, 3, 3), by numerical derivatives."""
+    step = 1e-5
+    J = np.stack(
+        [
+            (project(projections, points + step * e) - project(projections, points - step * e))
+            / (2 * step)
+            for e in np.eye(3)
+        ],
+        axis=-1,
+    ).reshape(len(points), -1, 3)
+    return np.linalg.inv(J.transpose(0, 2, 1) @ J / sd**2)
+
+
+def _interval(count, dof):
+    """Where the mean of `count` chi-squares lies in all but one in 10,000 runs."""
+    return chi2_of.ppf([5e-5, 1 - 5e-5], count * dof) / count
+
+
+def _sd_off(a, b, cov):
+    return float(np.sqrt((a - b) @ np.linalg.solve(cov, a - b)))
+
+
+@pytest.mark.parametrize(
+    ("views", "arc", "wrong"),
+    [
+        (24, 2 * np.pi, 0.0),
+        (24, 2 * np.pi, 0.1),
+        (24, 2 * np.pi, 0.3),
+        (24, np.radians(6.0), 0.0),  # a quarter of a degree of parallax a view
+        (4, np.radians(40.0), 0.0),
+        (2, np.radians(40.0), 0.0),
+    ],
+)
+def test_estimates_reach_the_bound_and_their_covariance_is_honest(views, arc, wrong):
+    count = 200
+    projections = ring(views, arc)
+    truth, uv, cov, bad = pictured(np.random.default_rng(views), count, projections, wrong)
+    points, covs, used, ok = estimate_points(uv, cov, np.ones((count, views), bool), projections)
+    assert ok.all()
+    assert not (used & bad).any()
+    low, high = _interval(count, 3)
+    assert low < _nees(points, covs, truth).mean() < high
+    bound = np.trace(_bound(truth, projections), axis1=1, axis2=2)
+    ratio = np.sqrt((((points - truth) ** 2).sum(axis=1) / bound).mean())
+    # Lost views cost 1/sqrt(1 - wrong); the rest is chance.
+    assert ratio < 1.15 / np.sqrt(1 - wrong)
+
+
+def test_plain_recursion_depends_on_the_origin_and_the_estimator_does_not():
+    rng = np.random.default_rng(3)
+    projections = ring(24)
+    truth, uv, cov, _ = pictured(rng, 1, projections)
+    shift = np.array([0.0, 0.0, -3.4])  # the origin comes to lie just before the first camera
+    spread = []
+    estimates = []
+    for where in (np.zeros(3), shift, 30 * shift):
+        there = moved(projections, np.eye(3), where, 1.0)
+        seen = observations(uv[0], cov[0])
+        *_, last = plain_recursion(seen, list(there), State(np.zeros(3), 1e8 * np.eye(3)))
+        spread.append(last.mean - where)
+        estimates.append(estimate_point(seen, list(there)))
+    sd = np.sqrt(np.diag(estimates[0].cov))
+    assert np.ptp(spread, axis=0).max() > 0.01 * sd.max()
+    found = np.array([e.point for e in estimates]) - [np.zeros(3), shift, 30 * shift]
+    assert np.ptp(found, axis=0).max() < 1e-4 * sd.min()
+    assert np.linalg.norm(found[0] - truth[0]) < 5 * sd.max()
+
+
+def test_explicit_recursion_from_zero_diverges_and_the_estimator_does_not():
+    # The textbook filter, x - h(a) = 0 from the origin: the origin lies behind some cameras.
+    rng = np.random.default_rng(5)
+    world = moved(ring(12), np.eye(3), np.array([10.0, -20.0, 4.0]), 1.0)
+    truth, uv, cov, _ = pictured(rng, 1, ring(12))
+    state = State(np.zeros(3), 1e8 * np.eye(3))
+    plain = run(state, [pixel_measurement(uv[0, v], world[v], cov[0, v]) for v in range(12)]).state
+    found = estimate_point(observations(uv[0], cov[0]), list(world))
+    true = truth[0] + [10.0, -20.0, 4.0]
+    assert _sd_off(plain.mean, true, plain.cov) > 10
+    assert _sd_off(found.point, true, found.cov) < 5
+
+
+@settings(deadline=None, max_examples=25)
+@given(SEEDS)
+def test_order_of_views_does_not_matter(seed):
+    rng = np.random.default_rng(seed)
+    projections = ring(12)
+    _, uv, cov, _ = pictured(rng, 1, projections, wrong=0.15)
+    order = rng.permutation(12)
+    seen = observations(uv[0], cov[0])
+    there = estimate_point(seen, list(projections))
+    back = estimate_point([seen[i] for i in order], list(projections))
+    assert sorted(order[list(back.used)]) == list(there.used)
+    assert _sd_off(there.point, back.point, there.cov) < 1e-4
+    np.testing.assert_allclose(there.cov, back.cov, rtol=1e-3, atol=1e-6 * there.cov.max())
+
+
+@settings(deadline=None, max_examples=25)
+@given(SEEDS, st.floats(-4, 4), st.floats(0, 3))
+def test_a_similarity_of_the_world_moves_the_estimate_with_it(seed, log_scale, log_shift):
+    rng = np.random.default_rng(seed)
+    projections = ring(10)
+    _, uv, cov, _ = pictured(rng, 1, projections, wrong=0.1)
+    scale = 10.0**log_scale
+    R, shift = rotation(rng), scale * 10.0**log_shift * rng.normal(size=3)
+    seen = observations(uv[0], cov[0])
+    here = estimate_point(seen, list(projections))
+    there = estimate_point(seen, list(moved(projections, R, shift, scale)))
+    assert here.used == there.used
+    np.testing.assert_allclose(R.T @ (there.point - shift) / scale, here.point, atol=1e-6)
+    np.testing.assert_allclose(
+        R.T @ there.cov @ R / scale**2, here.cov, atol=1e-3 * np.abs(here.cov).max()
+    )
+
+
+def test_many_at_once_equal_one_by_one_and_filterpy():
+    rng = np.random.default_rng(7)
+    projections = ring(9)
+    _, uv, cov, _ = pictured(rng, 12, projections, wrong=0.1)
+    seen = rng.random((12, 9)) < 0.8
+    uv[~seen] = np.nan
+    points, covs, used, ok = estimate_points(uv, cov, seen, projections)
+    assert ok.any()
+    for i in range(12):
+        views = np.flatnonzero(seen[i])
+        single = estimate_point([Observation(v, uv[i, v], cov[i, v]) for v in views], projections)
+        assert bool(single) == ok[i]
+        if not single:
+            assert np.isnan(points[i]).all()
+            assert not used[i].any()
+            continue
+        assert list(views[list(single.used)]) == list(np.flatnonzero(used[i]))
+        assert _sd_off(single.point, points[i], covs[i]) < 1e-3
+        np.testing.assert_allclose(single.cov, covs[i], rtol=1e-4, atol=1e-4 * covs[i].max())
+        reference = ExtendedKalmanFilter(dim_x=3, dim_z=2)
+        reference.x, reference.P = points[i].copy(), 1e4 * np.eye(3)
+        for v in np.flatnonzero(used[i]):
+            lin = pixel_measurement(uv[i, v], projections[v], cov[i, v], points[i])(points[i])
+            reference.update(
+                lin.y, lambda _, m: m, lambda x, m: m @ x, R=lin.W, args=lin.M, hx_args=lin.M
+            )
+        assert _sd_off(reference.x, points[i], covs[i]) < 1e-3
+        np.testing.assert_allclose(reference.P, covs[i], rtol=1e-4, atol=1e-4 * covs[i].max())
+
+
+def test_wrong_matches_carry_the_plain_recursion_away_and_not_the_estimator():
+    rng = np.random.default_rng(11)
+    projections = ring(24)
+    truth, uv, cov, bad = pictured(rng, 30, projections, wrong=0.1)
+    lost = {"plain": 0, "robust": 0}
+    for i in np.flatnonzero(bad.any(axis=1)):
+        seen = observations(uv[i], cov[i])
+        *_, last = plain_recursion(seen, list(projections), State(np.zeros(3), 1e4 * np.eye(3)))
+        found = estimate_point(seen, list(projections))
+        lost["plain"] += _sd_off(last.mean, truth[i], last.cov) > 6
+        lost["robust"] += not found or _sd_off(found.point, truth[i], found.cov) > 6
+        assert set(np.flatnonzero(bad[i])) <= set(found.rejected)
+    assert lost["plain"] > 20
+    assert lost["robust"] == 0
+
+
+def test_limit_stops_the_recursion_and_says_how_many_views_it_took():
+    projections = ring(24)
+    _, uv, cov, _ = pictured(np.random.default_rng(13), 1, projections)
+    seen = observations(uv[0], cov[0])
+    whole = estimate_point(seen, list(projections))
+    limit = 1.5 * largest_sd(whole.cov)
+    stopped = estimate_point(seen, list(projections), sd_limit=limit)
+    assert stopped.views_needed == len(stopped.used) < len(whole.used)
+    assert largest_sd(stopped.cov) <= limit
+    assert whole.views_needed is None
+    assert estimate_point(seen, list(projections), sd_limit=1e-9).views_needed is None
+
+
+def test_the_papers_projection_will_do_with_skew():
+    poses = [(36.5, 98.5, 2.793), (27.5, 97.5, 3.1416), (20.0, 96.0, 3.23), (7.0, 95.0, 3.49)]
+    projections = np.array(
+        [projection_matrix(x, y, 28.5, a, -1.974, 0.2, 15.5) for x, y, a in poses]
+    )
+    truth = np.array([[23.0, 56.0, 6.0]])
+    uv = project(projections, truth)[0]
+    found = estimate_point(observations(uv, np.tile(1e-4 * np.eye(2), (4, 1, 1))), projections)
+    np.testing.assert_allclose(found.point, truth[0], atol=1e-6)
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_one_view_is_too_few(count):
+    seen = observations(np.full((count, 2), 100.0), np.tile(np.eye(2), (count, 1, 1)))
+    failed = estimate_point(seen, list(ring(2)))
+    assert not failed
+    assert failed.reason is PointFailure.FEW_VIEWS
+
+
+def test_two_views_that_contradict_give_no_point():
+    projections = ring(2, np.radians(60.0))
+    uv = project(projections, np.zeros((1, 3)))[0] + [[0.0, 40.0], [0.0, -40.0]]
+    failed = estimate_point(observations(uv, np.tile(np.eye(2), (2, 1, 1))), list(projections))
+    assert failed.reason is PointFailure.INCONSISTENT
+
+
+def test_two_views_that_agree_alone_do_not_outvote_a_third():
+    projections = ring(3)
+    uv = project(projections, np.zeros((1, 3)))[0]
+    uv[2] += 60.0
+    failed = estimate_point(observations(uv, np.tile(np.eye(2), (3, 1, 1))), list(projections))
+    assert failed.reason is PointFailure.INCONSISTENT
+
+
+def _side_by_side(baseline, views=4):
+    K = np.diag([600.0, 600.0, 1.0])
+    steps = np.linspace(0.0, baseline, views)
+    return [K @ np.column_stack([np.eye(3), [-x, 0.0, 0.0]]) for x in steps]
+
+
+def test_rays_that_meet_behind_the_cameras_give_no_point():
+    projections = _side_by_side(1.0)
+    h = np.array([p @ [0.3, 0.1, -4.0, 1.0] for p in projections])  # behind every camera
+    failed = estimate_point(
+        observations(h[:, :2] / h[:, 2:], np.tile(np.eye(2), (4, 1, 1))), projections
+    )
+    assert failed.reason is PointFailure.BEHIND
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_parallel_rays_give_no_point(seed):
+    uv = np.array([50.0, 20.0]) + 0.3 * np.random.default_rng(seed).normal(size=(4, 2))
+    failed = estimate_point(observations(uv, np.tile(np.eye(2), (4, 1, 1))), _side_by_side(1.0))
+    assert failed.reason is PointFailure.PARALLEL
+
+
+@pytest.mark.parametrize("place", [0.0, 1e4])
+def test_views_from_one_place_have_no_parallax(place):
+    K = np.diag([600.0, 600.0, 1.0])
+    centre = np.array([place, -place, 2.0])
+    projections, uv = [], []
+    for angle in (0.0, 0.1, 0.2):
+        c, s = np.cos(angle), np.sin(angle)
+        R = np.array([[c, 0, -s], [0, 1, 0], [s, 0, c]])
+        projections.append(K @ np.column_stack([R, -R @ centre]))
+        h = projections[-1] @ [*(centre + np.array([0.1, 0.1, 3.0])), 1.0]
+        uv.append(h[:2] / h[2])
+    failed = estimate_point(observations(np.array(uv), np.tile(np.eye(2), (3, 1, 1))), projections)
+    assert failed.reason is PointFailure.NO_PARALLAX
+
+
+def test_sign_and_scale_of_a_projection_do_not_matter():
+    projections = ring(5)
+    _, uv, cov, _ = pictured(np.random.default_rng(2), 1, projections)
+    seen = observations(uv[0], cov[0])
+    factors = np.array([1.0, -2.0, 1e3, -1e-3, 5.0])[:, None, None]
+    one, other = estimate_point(seen, projections), estimate_point(seen, factors * projections)
+    np.testing.assert_allclose(one.point, other.point, atol=1e-6)
+
+
+def test_bad_arguments_are_refused():
+    projections = ring(3)
+    uv = project(projections, np.zeros((1, 3)))
+    cov = np.tile(np.eye(2), (1, 3, 1, 1))
+    seen = np.ones((1, 3), dtype=bool)
+    with pytest.raises(CalibrationError, match="pinhole"):
+        estimate_points(uv, cov, seen, np.where(np.arange(3)[:, None, None] == 1, 1.0, projections))
+    with pytest.raises(ValueError, match="positive definite"):
+        estimate_points(uv, 0 * cov, seen, projections)
+    with pytest.raises(ValueError, match="do not fit"):
+        estimate_points(uv[:, :2], cov, seen, projections)
+    with pytest.raises(ValueError, match="projections"):
+        estimate_points(uv, cov, seen, projections[:2])
+    with pytest.raises(ValueError, match="positive"):
+        estimate_point(observations(uv[0], cov[0]), projections, sd_limit=-1.0)
+
+
+def test_no_points_are_no_points():
+    points, covs, used, ok = estimate_points(
+        np.zeros((0, 3, 2)), np.zeros((0, 3, 2, 2)), np.zeros((0, 3), bool), ring(3)
+    )
+    assert (len(points), len(covs), len(used), len(ok)) == (0, 0, 0, 0)
+
+
+def test_a_point_of_which_no_two_views_agree_is_refused_beside_one_that_stands():
+    projections = ring(6)
+    truth, uv, cov, _ = pictured(np.random.default_rng(17), 2, projections)
+    uv[1, ::2, 1] += 150.0
+    uv[1, 1::2, 1] -= 90.0 * np.arange(1, 4)
+    alone = estimate_point(observations(uv[1], cov[1]), projections)
+    assert alone.reason is PointFailure.INCONSISTENT
+    points, _, used, ok = estimate_points(uv, cov, np.ones((2, 6), bool), projections)
+    assert ok.tolist() == [True, False]
+    assert not used[1].any()
+    assert np.linalg.norm(points[0] - truth[0]) < 0.05

@@ -1,0 +1,271 @@
+"""Facts of exact solids: what the schema promises, and what a reader would measure by hand."""
+
+from collections import defaultdict
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from facetlog.perception.facts import measures, nearest_points, plan_view, thing_gaps
+from facetlog.perception.facts.all_facts import fact_rows, scene_facts
+from facetlog.perception.facts.fact_schema import (
+    FACT_SCHEMA,
+    Fact,
+    Solutions,
+    fact_fault,
+    schema_table,
+)
+from facetlog.perception.surfaces import contacts, convex_hulls, outline_overlap
+from facetlog.perception.surfaces.exact_solids.polyhedra import (
+    chair,
+    cuboid,
+    l_block,
+    moved,
+    pyramid,
+    room_corner,
+    seen_from,
+    stick_table,
+    table,
+    together,
+    wedge,
+)
+from facetlog.perception.types import Body, Edge, Face, Plane, Scene, Vertex
+
+SOLIDS = [cuboid, wedge, pyramid, l_block, room_corner, table, stick_table, chair]
+
+
+def rows(scene: Scene, functor: str) -> dict[tuple[str, ...], tuple[float, ...]]:
+    """Facts of one functor as names -> numbers."""
+    return {
+        tuple(a for a in fact.args if isinstance(a, str)): tuple(
+            a for a in fact.args if not isinstance(a, str)
+        )
+        for fact in scene_facts(scene)
+        if fact.functor == functor
+    }
+
+
+@pytest.mark.parametrize("build", SOLIDS)
+def test_every_fact_keeps_to_the_schema(build: object) -> None:
+    facts = scene_facts(build())  # type: ignore[operator]
+    assert [fault for fact in facts if (fault := fact_fault(fact))] == []
+    order = [kind.functor for kind in FACT_SCHEMA]
+    places = [order.index(fact.functor) for fact in facts]
+    assert places == sorted(places)
+    assert len(set(facts)) == len(facts)
+
+
+@pytest.mark.parametrize("build", SOLIDS)
+def test_rows_are_the_facts_arguments_by_functor(build: object) -> None:
+    scene: Scene = build()  # type: ignore[operator]
+    rows_by_functor = fact_rows(scene)
+    assert list(rows_by_functor) == [kind.functor for kind in FACT_SCHEMA]
+    facts = [Fact(functor, args) for functor, found in rows_by_functor.items() for args in found]
+    assert facts == list(scene_facts(scene))
+
+
+def told_apart(*scenes: Scene) -> Scene:
+    """The scenes side by side, each a body that is known from all sides."""
+    scene, bodies, begin = together(*scenes), [], 0
+    for each in scenes:
+        end = begin + len(each.faces)
+        bodies.append(Body(tuple(range(begin, end)), whole=True))
+        begin = end
+    return replace(scene, bodies=tuple(bodies))
+
+
+TWO_THINGS = told_apart(chair(), moved(l_block(), translation=(2.0, 0.3, 0.0)))
+ALL_ROWS = fact_rows(TWO_THINGS)
+
+
+@pytest.mark.parametrize("kind", [kind.functor for kind in FACT_SCHEMA])
+def test_facts_of_one_kind_are_the_same_as_among_all(kind: str) -> None:
+    assert fact_rows(TWO_THINGS, {kind}) == {kind: ALL_ROWS[kind]}
+
+
+def test_a_chair_and_a_block_have_facts_of_every_kind_that_needs_no_picture() -> None:
+    of_pictures = {"view", "vertex_label", "observed"}
+    of_scans = {"scanned"}
+    assert {kind for kind, found in ALL_ROWS.items() if not found} == of_pictures | of_scans
+
+
+def test_only_what_was_read_from_surface_and_is_not_whole_is_scanned() -> None:
+    faces = tuple(range(len(chair().faces)))
+    for body, scanned, whole in (
+        (Body(faces), [("t1",)], []),
+        (Body(faces, whole=True), [], [("t1",)]),
+    ):
+        rows = fact_rows(replace(chair(), bodies=(body,)), {"scanned", "whole"})
+        assert rows == {"scanned": scanned, "whole": whole}
+    assert fact_rows(chair(), {"scanned"}) == {"scanned": []}
+
+
+@pytest.mark.parametrize("build", SOLIDS)
+def test_keys_have_as_many_facts_as_the_schema_says(build: object) -> None:
+    scene: Scene = build()  # type: ignore[operator]
+    count: dict[tuple[object, ...], int] = defaultdict(int)
+    keys = {kind.functor: kind.keys for kind in FACT_SCHEMA}
+    for fact in scene_facts(scene):
+        count[fact.functor, *fact.args[: keys[fact.functor]]] += 1
+    for kind in FACT_SCHEMA:
+        found = [n for key, n in count.items() if key[0] == kind.functor]
+        if kind.solutions is not Solutions.ANY:
+            assert all(n == 1 for n in found), kind.functor
+    faces, vertices = len(scene.faces), len(scene.vertices)
+    per_functor: dict[str, int] = defaultdict(int)
+    for key, n in count.items():
+        per_functor[str(key[0])] += n
+    for functor in ("face", "plane", "plane_sd", "area", "length", "fill", "share", "protrusion"):
+        assert per_functor[functor] == faces, functor
+    assert per_functor["point"] == vertices
+    for functor in ("angle", "offset"):
+        assert per_functor[functor] == faces * (faces - 1), functor
+
+
+def test_a_block_has_its_sizes_and_full_shares() -> None:
+    scene = cuboid(0.3, 0.2, 0.1)
+    assert rows(scene, "thing_size")["t1",] == pytest.approx((0.3, 0.2, 0.1))
+    assert rows(scene, "area")["f2",][0] == pytest.approx(0.06)
+    # ∂A/∂p is half a diagonal at each of the four corners: var A = σ² (l² + w²)
+    assert rows(scene, "area")["f2",][1] == pytest.approx(1e-3 * (0.3**2 + 0.2**2) ** 0.5)
+    assert [value for value, _ in rows(scene, "share").values()] == pytest.approx([1.0] * 6)
+    assert {value for value, _ in rows(scene, "protrusion").values()} == {0.0}
+    assert all(deg == pytest.approx(90) for deg, _ in rows(scene, "dihedral").values())
+    assert len(rows(scene, "convex")) == 24
+    assert not rows(scene, "concave")
+    assert set(rows(scene, "opposite")) == {
+        pair for a, b in (("f1", "f2"), ("f3", "f4"), ("f5", "f6")) for pair in ((a, b), (b, a))
+    }
+
+
+def test_a_block_of_which_three_faces_are_seen_keeps_its_shares() -> None:
+    scene = seen_from(cuboid(), (2.0, -1.0, 1.5))
+    assert len(scene.faces) == 3
+    assert [value for value, _ in rows(scene, "share").values()] == pytest.approx([1.0] * 3)
+    assert len(rows(scene, "adjoins")) == 6
+
+
+def test_a_room_corner_is_one_thing_with_hollow_edges() -> None:
+    scene = room_corner()
+    assert set(rows(scene, "thing")) == {("t1",)}
+    assert all(deg == pytest.approx(270) for deg, _ in rows(scene, "dihedral").values())
+    assert len(rows(scene, "concave")) == 6
+
+
+def test_an_l_has_one_hollow_edge_and_less_than_its_silhouette() -> None:
+    scene = l_block()
+    assert len(rows(scene, "concave")) == 2
+    assert rows(scene, "share")["f1",][0] == pytest.approx(6 / 7)
+    assert rows(scene, "fill")["f1",][0] == pytest.approx(0.75)
+
+
+@pytest.mark.parametrize("build", [table, stick_table])
+def test_a_table_is_one_thing_whose_rim_shows_little_of_it(build: object) -> None:
+    scene: Scene = build()  # type: ignore[operator]
+    assert set(rows(scene, "thing")) == {("t1",)}
+    assert rows(scene, "thing_size")["t1",] == pytest.approx((1.2, 0.8, 0.74))
+    shares = sorted(value for value, _ in rows(scene, "share").values())
+    assert shares[-1] == pytest.approx(1.0)
+    assert shares[0] < 0.06
+    tops = rows(scene, "top_of")
+    for (face,), (free,) in rows(scene, "clear_below").items():
+        if tops[face,][0] > 0.7:
+            assert free == pytest.approx(0.7), face
+
+
+def test_a_chair_is_one_thing_with_its_back() -> None:
+    scene = chair()
+    assert set(rows(scene, "thing")) == {("t1",)}
+    assert rows(scene, "clear_below")["f2",] == (pytest.approx(0.41),)
+
+
+def test_portions_that_many_pairs_are_worked_on_in_do_not_show(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    scene = together(table(), moved(cuboid(), translation=(2.0, 0.1, 0.0)), l_block())
+    facts = scene_facts(scene)
+    for module in (
+        outline_overlap,
+        measures,
+        convex_hulls,
+        plan_view,
+        thing_gaps,
+        nearest_points,
+        contacts,
+    ):
+        for name in ("MOST_NUMBERS", "MOST_PRODUCTS", "PAIRS_AT_ONCE", "FEW_PAIRS"):
+            if hasattr(module, name):
+                monkeypatch.setattr(module, name, 1)
+    assert_near(scene_facts(scene), facts)
+
+
+def assert_near(found: tuple[Fact, ...], wanted: tuple[Fact, ...]) -> None:
+    """The same facts but for rounding."""
+    assert len(found) == len(wanted)
+    for one, other in zip(found, wanted, strict=True):
+        numbers = [x for x in other.args if isinstance(x, float)]
+        assert [x for x in one.args if isinstance(x, float)] == pytest.approx(numbers, abs=1e-12)
+        names = [x for x in other.args if not isinstance(x, float)]
+        assert (one.functor, [x for x in one.args if not isinstance(x, float)]) == (
+            other.functor,
+            names,
+        )
+
+
+def test_the_document_holds_the_schema() -> None:
+    document = Path(__file__).parents[3] / "docs" / "facts.md"
+    assert schema_table() in document.read_text(encoding="utf-8")
+
+
+def test_an_empty_scene_has_only_its_name_and_scale() -> None:
+    assert scene_facts(Scene("nothing")) == (
+        Fact("scene", ("nothing",)),
+        Fact("scale", ("unknown",)),
+    )
+
+
+def test_without_up_no_fact_speaks_of_heights() -> None:
+    known = cuboid()
+    scene = Scene("tilted", vertices=known.vertices, edges=known.edges, faces=known.faces)
+    functors = {fact.functor for fact in scene_facts(scene)}
+    assert not functors & {"up", "tilt", "upward", "elevation", "top_of", "clear_below", "overlap"}
+    assert {"share", "angle", "convex"} <= functors
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_impossible_faces_still_give_finite_facts(seed: int) -> None:
+    # Repeated, collinear and crossing corners, wrong planes, covariances from none to absurd.
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(3, 12))
+    points = rng.normal(size=(count, 3)) * 10.0 ** rng.integers(-3, 4)
+    if seed % 4 == 1:
+        points[:] = points[0]
+    if seed % 4 == 2:
+        points = np.outer(np.arange(count), points[0])
+    if seed % 4 == 3:
+        points[:, 2] = 0.0
+    sd = (0.0, 1e-3, 1.0, 100.0)[seed // 4 % 4]
+
+    def ring(most: int) -> tuple[int, ...]:
+        return tuple(rng.permutation(count)[: int(rng.integers(3, most + 1))].tolist())
+
+    def face() -> Face:
+        normal = rng.normal(size=3) if seed % 4 != 3 else np.array([0.0, 0.0, 1.0])
+        normal /= np.linalg.norm(normal)
+        outline = ring(min(count, 6))
+        root = sd * rng.normal(size=(4, 4))
+        plane = Plane(normal, float(-normal @ points[outline[0]]), root @ root.T)
+        return Face(outline, plane, (ring(3),) if rng.random() < 0.3 else ())
+
+    scene = Scene(
+        "impossible",
+        vertices=tuple(Vertex(p, sd**2 * np.eye(3)) for p in points),
+        edges=tuple(Edge(*rng.permutation(count)[:2].tolist()) for _ in range(4)),
+        faces=tuple(face() for _ in range(5)),
+        up=None if seed % 5 == 0 else np.array([0.0, 0.0, 1.0]),
+    )
+    facts = scene_facts(scene)
+    assert [fault for fact in facts if (fault := fact_fault(fact))] == []
+    numbers = [a for fact in facts for a in fact.args if isinstance(a, float)]
+    assert np.isfinite(numbers).all()

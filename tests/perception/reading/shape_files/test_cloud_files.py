@@ -1,0 +1,292 @@
+"""Files of point clouds: every form gives the same points, and damage is one clear line."""
+
+import io
+import struct
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.cloud_files import CloudLimits, read_cloud
+from facetlog.perception.reading.shape_files.pcd_points import decompress_lzf
+from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.types import FloatArray
+
+COUNT = 40
+
+
+@pytest.fixture
+def points() -> FloatArray:
+    """Points that single precision holds exactly."""
+    return np.random.default_rng(0).normal(size=(COUNT, 3)).astype(np.float32).astype(np.float64)
+
+
+def ply(points: FloatArray, form: str, normals: FloatArray | None = None) -> bytes:
+    names = ["x", "y", "z"] + (["nx", "ny", "nz"] if normals is not None else [])
+    rows = points if normals is None else np.hstack([points, normals])
+    head = ["ply", f"format {form} 1.0", "comment made by a test", f"element vertex {len(rows)}"]
+    head += [*(f"property float {name}" for name in names), "end_header", ""]
+    if form == "ascii":
+        body = "\n".join(" ".join(repr(x) for x in row) for row in rows.tolist()).encode()
+    else:
+        body = rows.astype("<f4" if "little" in form else ">f4").tobytes()
+    return "\n".join(head).encode() + body
+
+
+def pcd(points: FloatArray, form: str, viewpoint: str = "0 0 0 1 0 0 0") -> bytes:
+    head = (
+        "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z label\nSIZE 4 4 4 2\nTYPE F F F U\nCOUNT 1 1 1 1\n"
+        f"WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT {viewpoint}\nPOINTS {len(points)}\nDATA {form}\n"
+    ).encode()
+    rows = np.zeros(len(points), [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("label", "<u2")])
+    for nth, name in enumerate("xyz"):
+        rows[name] = points[:, nth]
+    if form == "ascii":
+        return head + "\n".join(" ".join(map(repr, [*p, 7])) for p in points.tolist()).encode()
+    if form == "binary":
+        return head + rows.tobytes()
+    fields = b"".join(rows[name].tobytes() for name in rows.dtype.names or ())
+    packed = lzf(fields)
+    return head + struct.pack("<II", len(packed), len(fields)) + packed
+
+
+def lzf(data: bytes) -> bytes:
+    """Compressed data: literals, and repeats of what was there 2 to 8191 bytes before."""
+    made, at, literals = bytearray(), 0, bytearray()
+
+    def flush() -> None:
+        for start in range(0, len(literals), 32):
+            piece = literals[start : start + 32]
+            made.extend([len(piece) - 1, *piece])
+        literals.clear()
+
+    while at < len(data):
+        best, back = 0, 0
+        for distance in range(1, min(at, 300) + 1):
+            length = 0
+            while at + length < len(data) and length < 264:
+                if data[at + length] != data[at - distance + length]:
+                    break
+                length += 1
+            if length > best:
+                best, back = length, distance
+        if best < 3:
+            literals.append(data[at])
+            at += 1
+            continue
+        flush()
+        code, offset = best - 2, back - 1
+        if code < 7:
+            made.append((code << 5) | (offset >> 8))
+        else:
+            made.extend([(7 << 5) | (offset >> 8), code - 7])
+        made.append(offset & 255)
+        at += best
+    flush()
+    return bytes(made)
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_every_form_of_ply_gives_points_and_normals(
+    tmp_path: Path, points: FloatArray, form: str
+) -> None:
+    path = tmp_path / "a.ply"
+    path.write_bytes(ply(points, form, 2.0 * points))
+    cloud = read_cloud(path)
+    np.testing.assert_array_equal(cloud.points, points)
+    assert cloud.normals is not None
+    unit = points / np.linalg.norm(points, axis=1)[:, None]
+    np.testing.assert_allclose(cloud.normals, unit, atol=1e-7)
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary", "binary_compressed"])
+def test_every_form_of_pcd_gives_the_points(tmp_path: Path, points: FloatArray, form: str) -> None:
+    points[:, 2] = np.repeat(points[:8, 2], 5)  # so that there is something to compress
+    path = tmp_path / "a.pcd"
+    path.write_bytes(pcd(points, form))
+    cloud = read_cloud(path)
+    np.testing.assert_array_equal(cloud.points, points)
+    assert cloud.seen_from is None
+
+
+def test_viewpoint_of_a_pcd_is_where_its_points_were_seen_from(
+    tmp_path: Path, points: FloatArray
+) -> None:
+    path = tmp_path / "a.pcd"
+    path.write_bytes(pcd(points, "binary", viewpoint="1 2 3 1 0 0 0"))
+    seen_from = read_cloud(path).seen_from
+    assert seen_from is not None
+    assert (seen_from == [1.0, 2.0, 3.0]).all()
+
+
+@given(st.binary(max_size=400), st.integers(1, 40))
+def test_lzf_comes_back_as_it_was(data: bytes, times: int) -> None:
+    assert decompress_lzf(lzf(data * times), len(data) * times) == data * times
+
+
+@given(st.binary(max_size=60), st.integers(0, 300))
+def test_damaged_lzf_is_refused_or_makes_what_was_asked(data: bytes, size: int) -> None:
+    try:
+        made = decompress_lzf(data, size)
+    except ValueError:
+        return
+    assert len(made) == size
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("a.xyz", "{0} {1} {2}"),
+        ("a.csv", "{0},{1},{2}"),
+        ("a.txt", "{0}; {1}; {2}; 7"),
+    ],
+)
+def test_text_gives_the_first_three_columns(
+    tmp_path: Path, points: FloatArray, name: str, text: str
+) -> None:
+    path = tmp_path / name
+    path.write_text("\n".join(text.format(*map(repr, row)) for row in points.tolist()))
+    np.testing.assert_array_equal(read_cloud(path).points, points)
+
+
+def test_named_columns_are_found_by_their_names(tmp_path: Path, points: FloatArray) -> None:
+    path = tmp_path / "a.csv"
+    rows = [f"9,{z!r},{y!r},{x!r},0,0,2" for x, y, z in points.tolist()]
+    path.write_text("\n".join(["time,Z,Y,X,nx,ny,nz", *rows]))
+    cloud = read_cloud(path)
+    np.testing.assert_array_equal(cloud.points, points)
+    assert cloud.normals is not None
+    assert (cloud.normals == [0.0, 0.0, 1.0]).all()
+
+
+def test_points_not_finite_or_there_twice_are_dropped_and_said(points: FloatArray) -> None:
+    bad = np.array([[np.nan, 0.0, 0.0], [np.inf, 0.0, 0.0], [1e100, 0.0, 0.0]])
+    cloud = Cloud.of(np.vstack([points, bad, points[:5]]), name="a")
+    np.testing.assert_array_equal(cloud.points, points)
+    assert cloud.warnings == (
+        f"3 of {COUNT + 8} points left out: not finite",
+        f"5 of {COUNT + 8} points left out: there twice",
+    )
+
+
+def test_normals_without_length_are_unknown(points: FloatArray) -> None:
+    normals = np.zeros_like(points)
+    assert Cloud.of(points, normals=normals).normals is None
+    normals[3] = [0.0, 3.0, 4.0]
+    cloud = Cloud.of(points, normals=normals)
+    assert cloud.normals is not None
+    np.testing.assert_allclose(cloud.normals[3], [0.0, 0.6, 0.8])
+    assert not cloud.normals[4].any()
+
+
+def damaged(points: FloatArray) -> dict[str, tuple[str, bytes, str]]:
+    little = ply(points, "binary_little_endian")
+    compressed = pcd(points, "binary_compressed")
+    return {
+        "no bytes": ("a.ply", b"", "is empty"),
+        "no header": ("a.ply", b"hello", "no PLY header"),
+        "header only": ("a.ply", b"ply\nformat ascii 1.0\nend_header", "ends with its header"),
+        "no vertices": ("a.ply", b"ply\nformat ascii 1.0\nend_header\n", "no vertices"),
+        "truncated": ("a.ply", little[:-5], "claims 40 points"),
+        "a lie": ("a.ply", little.replace(b"vertex 40", b"vertex 4000000000"), "more than 5"),
+        "negative": ("a.ply", little.replace(b"vertex 40", b"vertex -4"), "damaged PLY header"),
+        "no x": ("a.ply", little.replace(b"float x", b"float q"), "no x, y and z"),
+        "text": ("a.ply", ply(points, "ascii").rsplit(b"\n", 2)[0], "claims 40 points"),
+        "word": ("a.ply", ply(points, "ascii")[:-3] + b"zzz", "damaged row"),
+        "cut pcd": ("a.pcd", pcd(points, "binary")[:-1], "claims 40 points"),
+        "cut lzf": ("a.pcd", compressed[:-1], "truncated or damaged"),
+        "wrong lzf": ("a.pcd", compressed[:-2] + b"\xff\xff", "truncated or damaged"),
+        "pcd header": ("a.pcd", b"VERSION 0.7\nFIELDS x\nDATA ascii\n1\n", "damaged PCD header"),
+        "pcd kind": ("a.pcd", pcd(points, "ascii").replace(b"DATA a", b"DATA b"), "no kind of PCD"),
+        "prose": ("a.xyz", b"1 2 3\nonce upon a time\n", "no table of numbers"),
+        "only a remark": ("a.xyz", b"# nothing\n", "no x, y, z"),
+        "two columns": ("a.xyz", b"1 2\n" * 40, "no x, y, z"),
+        "few": ("a.xyz", b"1 2 3\n4 5 6\n", "at least 16"),
+        "one place": ("a.xyz", b"1 2 3\n" * 400, "at least 16"),
+        "other kind": ("a.jpg", b"x", "is no point cloud"),
+    }
+
+
+@pytest.mark.parametrize("case", damaged(np.ones((COUNT, 3))))
+def test_bad_files_are_refused_in_one_line_that_names_them(
+    tmp_path: Path, points: FloatArray, case: str
+) -> None:
+    name, content, message = damaged(points)[case]
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=message) as caught:
+        read_cloud(path, CloudLimits(points=50 if case == "a lie" else 10**6))
+    assert str(caught.value).startswith(name)
+    assert "\n" not in str(caught.value)
+
+
+def test_missing_and_too_large_files_are_refused(tmp_path: Path, points: FloatArray) -> None:
+    with pytest.raises(InputError, match=r"gone\.ply: cannot be read"):
+        read_cloud(tmp_path / "gone.ply")
+    path = tmp_path / "a.ply"
+    path.write_bytes(ply(points, "ascii"))
+    with pytest.raises(InputError, match="more than 100; thin"):
+        read_cloud(path, CloudLimits(size_bytes=100))
+    with pytest.raises(InputError, match=r"no points3D\.bin"):
+        read_cloud(tmp_path)
+
+
+def colmap_text(folder: Path, points: FloatArray) -> None:
+    folder.mkdir(parents=True)
+    (folder / "cameras.txt").write_text("# cameras\n1 SIMPLE_PINHOLE 640 480 500 320 240\n")
+    # two cameras at (0, 0, -10) and (4, 0, -10), both upright: y down
+    images = ["# images", "1 1 0 0 0 0 0 10 1 a.jpg", "1.5 2.5 -1", "2 1 0 0 0 -4 0 10 1 b.jpg", ""]
+    (folder / "images.txt").write_text("\n".join(images) + "\n")
+    rows = [
+        f"{n} {x!r} {y!r} {z!r} 9 9 9 0.5 1 0 2 0" for n, (x, y, z) in enumerate(points.tolist())
+    ]
+    (folder / "points3D.txt").write_text("\n".join(rows) + "\n")
+
+
+def colmap_binary(folder: Path, points: FloatArray) -> None:
+    folder.mkdir(parents=True)
+    cameras = struct.pack("<QIiQQ3d", 1, 1, 0, 640, 480, 500.0, 320.0, 240.0)
+    (folder / "cameras.bin").write_bytes(cameras)
+    images = io.BytesIO()
+    images.write(struct.pack("<Q", 2))
+    for number, shift, features in ((1, 0.0, 1), (2, -4.0, 0)):
+        images.write(struct.pack("<I7dI", number, 1, 0, 0, 0, shift, 0, 10, 1) + b"a.jpg\0")
+        images.write(struct.pack("<Q", features) + struct.pack("<ddq", 1.5, 2.5, -1) * features)
+    (folder / "images.bin").write_bytes(images.getvalue())
+    body = b"".join(
+        struct.pack("<Q3d3BdQ4I", n, *p, 9, 9, 9, 0.5, 2, 1, 0, 2, 0)
+        for n, p in enumerate(points.tolist())
+    )
+    (folder / "points3D.bin").write_bytes(struct.pack("<Q", len(points)) + body)
+
+
+@pytest.mark.parametrize("write", [colmap_text, colmap_binary])
+def test_colmap_models_give_points_viewpoints_ups_and_errors(
+    tmp_path: Path, points: FloatArray, write: Callable[[Path, FloatArray], None]
+) -> None:
+    write(tmp_path / "tour" / "sparse" / "0", points)
+    cloud = read_cloud(tmp_path / "tour")
+    np.testing.assert_array_equal(cloud.points, points)
+    assert cloud.seen_from is not None
+    np.testing.assert_allclose(cloud.seen_from, np.tile([2.0, 0.0, -10.0], (COUNT, 1)))
+    assert cloud.camera_ups is not None
+    np.testing.assert_allclose(cloud.camera_ups, np.tile([0.0, -1.0, 0.0], (2, 1)), atol=1e-12)
+    assert cloud.errors is not None
+    distance = np.linalg.norm(np.array([[0, 0, -10], [4, 0, -10]])[:, None] - points, axis=2)
+    np.testing.assert_allclose(cloud.errors, 0.5 * distance.mean(axis=0) / 500.0)
+
+
+@pytest.mark.parametrize("file", ["cameras.bin", "images.bin", "points3D.bin"])
+def test_truncated_colmap_models_are_refused(tmp_path: Path, points: FloatArray, file: str) -> None:
+    folder = tmp_path / "model"
+    colmap_binary(folder, points)
+    (folder / file).write_bytes((folder / file).read_bytes()[:-3])
+    with pytest.raises(InputError, match="truncated or damaged"):
+        read_cloud(folder)
+    (folder / file).unlink()
+    with pytest.raises(InputError, match=r"cannot be read|no points3D"):
+        read_cloud(folder)

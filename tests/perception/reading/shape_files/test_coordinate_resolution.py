@@ -1,0 +1,66 @@
+"""Shapes far from the origin: refused where rounding has changed them, kept where it has not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.cloud_files import read_cloud
+from facetlog.perception.reading.shape_files.coordinate_resolution import check_resolution
+from facetlog.perception.reading.shape_files.mesh_files import read_mesh
+
+CORNERS = np.array([[x, y, z] for x in (0.0, 0.3) for y in (0.0, 0.2) for z in (0.0, 0.1)])
+
+
+@given(st.floats(-9.0, 30.0), st.sampled_from([np.float32, np.float64]))
+def test_what_is_at_the_origin_passes_whatever_its_unit(power: float, kind: type) -> None:
+    check_resolution((CORNERS * 10.0**power).astype(kind).astype(np.float64), "a.ply")
+
+
+@pytest.mark.parametrize("far", [1e7, 1e9, 1e12])
+def test_32_bit_numbers_far_away_are_refused_and_64_bit_ones_kept(far: float) -> None:
+    moved = CORNERS + np.array([far, 0.0, 0.0])
+    check_resolution(moved, "a.obj")
+    with pytest.raises(InputError, match=r"a\.ply: lies .* from the origin, .* move it to"):
+        check_resolution(moved.astype(np.float32).astype(np.float64), "a.ply")
+
+
+def test_64_bit_numbers_are_too_coarse_somewhere() -> None:
+    with pytest.raises(InputError, match="too coarse for a shape of"):
+        check_resolution(CORNERS + 1e15, "a.obj")
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.float64])
+def test_a_survey_in_kilometres_passes(kind: type) -> None:
+    survey = 100.0 * CORNERS + np.array([4.5e5, 5.4e6, 300.0])
+    check_resolution(survey.astype(kind).astype(np.float64), "a.las")
+
+
+def test_nothing_and_one_place_are_not_judged() -> None:
+    check_resolution(np.zeros((0, 3)), "a.ply")
+    check_resolution(np.full((5, 3), 1e9), "a.ply")
+
+
+def test_meshes_and_clouds_are_judged_as_they_are_read(tmp_path: Path) -> None:
+    block = trimesh.creation.box((0.3, 0.2, 0.1))
+    block.apply_translation((1e9, 0.0, 0.0))
+    block.export(tmp_path / "mesh.ply")
+    with pytest.raises(InputError, match=r"mesh\.ply: lies 1e\+09 from the origin"):
+        read_mesh(tmp_path / "mesh.ply")
+    trimesh.PointCloud(block.sample(500).astype(np.float32)).export(tmp_path / "cloud.ply")
+    with pytest.raises(InputError, match=r"cloud\.ply: lies 1e\+09 from the origin"):
+        read_cloud(tmp_path / "cloud.ply")
+
+
+def test_a_truncated_text_mesh_is_told_in_plain_words(tmp_path: Path) -> None:
+    text = trimesh.creation.box((0.3, 0.2, 0.1)).export(file_type="off")
+    (tmp_path / "cut.off").write_text(text[: len(text) * 6 // 10])
+    with pytest.raises(InputError) as caught:
+        read_mesh(tmp_path / "cut.off")
+    assert str(caught.value) == (
+        "cut.off: cannot be read as OFF, it is truncated or damaged; export the mesh anew"
+    )

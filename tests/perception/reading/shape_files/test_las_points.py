@@ -1,0 +1,87 @@
+"""Points of LAS files: read by laspy, after the header was held against the file's size."""
+
+import struct
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.las_points import las_points
+
+POINTS = np.random.default_rng(0).normal(size=(40, 3))
+needs_laspy = pytest.mark.skipif(find_spec("laspy") is None, reason="laspy is not installed")
+
+
+def las(path: Path, version: str = "1.4") -> bytes:
+    laspy = import_module("laspy")
+    made = laspy.create(point_format=6 if version == "1.4" else 1, file_version=version)
+    made.header.scales = [1e-4] * 3
+    made.x, made.y, made.z = POINTS.T
+    made.write(path)
+    return path.read_bytes()
+
+
+@pytest.mark.skipif(find_spec("laspy") is not None, reason="laspy is installed")
+def test_without_laspy_the_extra_is_named(tmp_path: Path) -> None:
+    path = tmp_path / "a.las"
+    path.write_bytes(b"LASF")
+    with pytest.raises(InputError, match=r"facetlog\[las\]"):
+        las_points(path, 100)
+
+
+@needs_laspy
+@pytest.mark.parametrize("name", ["a.las", "a.laz"])
+@pytest.mark.parametrize("version", ["1.2", "1.3", "1.4"])
+def test_points_come_back_as_they_were_written(tmp_path: Path, name: str, version: str) -> None:
+    path = tmp_path / name
+    las(path, version)
+    np.testing.assert_allclose(las_points(path, 100), POINTS, atol=1e-4)
+    with pytest.raises(InputError, match=r"has 40 points, more than 39; thin"):
+        las_points(path, 39)
+
+
+@needs_laspy
+@pytest.mark.parametrize("version", ["1.2", "1.4"])
+@pytest.mark.parametrize(
+    ("at", "form", "value", "message"),
+    [
+        (0, "<I", 0, "has no LAS header"),
+        (94, "<H", 9, "says that its points begin"),
+        (94, "<H", 0xFFF0, "says that its points begin"),
+        (96, "<I", 0xFFFFFFF0, "says that its points begin"),
+        (100, "<I", 0xFFFFFFF0, "claims 4294967280 records before its points"),
+    ],
+)
+def test_counts_that_cannot_be_are_refused_before_anything_is_read(
+    tmp_path: Path, version: str, at: int, form: str, value: int, message: str
+) -> None:
+    path = tmp_path / "a.las"
+    data = bytearray(las(path, version))
+    struct.pack_into(form, data, at, value)
+    for damaged in (path, path.with_suffix(".laz")):
+        damaged.write_bytes(data)
+        with pytest.raises(InputError, match=f"^{damaged.name}: {message}"):
+            las_points(damaged, 10**9)
+
+
+@needs_laspy
+def test_more_extended_records_than_bytes_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.las"
+    data = bytearray(las(path))
+    struct.pack_into("<QI", data, 235, len(data), 0xFFFFFFF0)
+    path.write_bytes(data)
+    with pytest.raises(InputError, match="claims 4294967280 records after its points"):
+        las_points(path, 100)
+
+
+@needs_laspy
+def test_truncated_files_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.las"
+    whole = las(path)
+    for kept in (len(whole) - 200, 300, 30, 5):
+        path.write_bytes(whole[:kept])
+        with pytest.raises(InputError, match="truncated"):
+            las_points(path, 100)

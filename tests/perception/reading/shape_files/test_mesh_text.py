@@ -1,0 +1,160 @@
+"""Mesh files that the reader behind would read otherwise than they are meant, or not at all."""
+
+import builtins
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from trimesh.exchange import off, ply, stl
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
+
+SIDES = (3.0, 2.0, 1.0)
+
+
+def written(folder: Path, name: str, content: bytes) -> Path:
+    path = folder / name
+    path.write_bytes(content)
+    return path
+
+
+def shown(mesh: Mesh) -> np.ndarray:
+    """Its triangles as places (m, 3, 3), in an order that says nothing of how they were written."""
+    corners = np.asarray(mesh.vertices[mesh.triangles])
+    return corners[np.lexsort(corners.reshape(-1, 9).T)]
+
+
+def block() -> trimesh.Trimesh:
+    return trimesh.creation.box(SIDES)
+
+
+def groups(count: int, *, relative: bool, texture: bool, cut: bool) -> bytes:
+    """Blocks beside each other, each a group of vertices and its faces after them."""
+    made, lines, last = block(), [], 0
+    for nth in range(count):
+        lines.append(f"o part{nth}")
+        lines += [f"v {x + 10 * nth} {y} {z}" for x, y, z in made.vertices]
+        if texture:
+            lines += [f"vt 0.{k} 0.5" for k in range(4 + nth)]
+            lines += [f"vn 0 0 1 # {k}" for k in range(2)]
+        last += len(made.vertices)
+        for face in made.faces:
+            numbers = [int(k) - 8 if relative else int(k) + 1 + last - 8 for k in face]
+            words = [f"{n}/-{1 + n % 4}/-1" if texture and relative else f"{n}" for n in numbers]
+            between = " \\\n  " if cut else " "
+            lines.append("f " + between.join(words))
+    return "\n".join(lines).encode()
+
+
+@pytest.mark.parametrize("texture", [False, True])
+@pytest.mark.parametrize("cut", [False, True])
+def test_negative_indices_of_an_obj_count_from_their_line(
+    tmp_path: Path, *, texture: bool, cut: bool
+) -> None:
+    absolute = groups(3, relative=False, texture=False, cut=False)
+    relative = groups(3, relative=True, texture=texture, cut=cut)
+    meant = read_mesh(written(tmp_path, "absolute.obj", absolute))
+    found = read_mesh(written(tmp_path, "relative.obj", relative))
+    assert len(found.triangles) == 36
+    assert np.array_equal(shown(found), shown(meant))
+
+
+@settings(max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_whichever_indices_are_negative_the_mesh_is_the_same(
+    tmp_path: Path, data: st.DataObject
+) -> None:
+    made = block()
+    places = [f"v {x} {y} {z}" for x, y, z in made.vertices]
+    ends = ("\n", "\r\n")
+    plain, mixed = list(places), list(places)
+    for face in made.faces:
+        plain.append("f " + " ".join(str(k + 1) for k in face))
+        turned = [data.draw(st.booleans()) for _ in face]
+        words = [str(k - 8 if t else k + 1) for k, t in zip(face, turned, strict=True)]
+        mixed.append("f " + data.draw(st.sampled_from((" ", "\t", " \\\n"))).join(words))
+    meant = read_mesh(written(tmp_path, "plain.obj", "\n".join(plain).encode()))
+    text = data.draw(st.sampled_from(ends)).join(mixed)
+    found = read_mesh(written(tmp_path, "mixed.obj", text.encode()))
+    assert np.array_equal(shown(found), shown(meant))
+
+
+def test_a_comment_that_ends_in_a_backslash_takes_no_line_away(tmp_path: Path) -> None:
+    content = b"# C:\\models\\\n" + groups(1, relative=False, texture=False, cut=False)
+    assert len(read_mesh(written(tmp_path, "block.obj", content)).triangles) == 12
+
+
+@pytest.mark.parametrize(
+    ("faces", "said"),
+    [
+        ("f 0 1 2", "line 4: vertex 0: indices of an OBJ begin at 1"),
+        ("f 1 2 \\\n 0", "line 4: vertex 0: indices of an OBJ begin at 1"),
+        ("f 1 2 3\nf -1 -2 -4", "line 5: vertex -4: there are 3 before it"),
+        ("f -1 -2 x", "line 4: f -1 -2 x: is no face"),
+    ],
+)
+def test_an_index_that_is_none_is_told_with_its_line(tmp_path: Path, faces: str, said: str) -> None:
+    text = f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}\n"
+    with pytest.raises(InputError, match=re.escape(f"bad.obj: {said}")):
+        read_mesh(written(tmp_path, "bad.obj", text.encode()))
+
+
+def test_text_that_is_not_utf_8_is_read(tmp_path: Path) -> None:
+    made = block()
+    text = made.export(file_type="obj").encode()
+    ascii_stl = stl.export_stl_ascii(made)
+    named = re.sub(r"^solid.*", "solid für", ascii_stl).encode("latin-1")
+    header = bytes(ply.export_ply(made, encoding="ascii"))
+    comment = "comment für\nelement vertex".encode("latin-1")
+    contents = {
+        "block.obj": "# Möbel\n".encode("latin-1") + text,
+        "text.stl": named,
+        "block.off": off.export_off(made).replace("OFF\n", "OFF\n# für\n").encode("latin-1"),
+        "text.ply": header.replace(b"element vertex", comment),
+        "binary.ply": bytes(ply.export_ply(made)).replace(b"element vertex", comment),
+    }
+    for name, content in contents.items():
+        with pytest.raises(UnicodeDecodeError):
+            content.decode("utf-8")
+        assert len(read_mesh(written(tmp_path, name, content)).triangles) == 12, name
+
+
+@pytest.mark.parametrize("head", [b"made by hand", b"solid f\xfcr", b""])
+@pytest.mark.parametrize("more", [b"", b"\xff" * 7, b"\0" * 4096])
+def test_bytes_after_the_last_triangle_of_a_binary_stl_do_not_matter(
+    tmp_path: Path, head: bytes, more: bytes
+) -> None:
+    content = head.ljust(80, b"\0") + bytes(stl.export_stl(block()))[80:] + more
+    assert len(read_mesh(written(tmp_path, "block.stl", content)).triangles) == 12
+
+
+@pytest.mark.parametrize("faces", ["", "element face 1\nproperty list uchar int vertex_indices\n"])
+def test_strips_of_triangles_are_refused_by_their_name(tmp_path: Path, faces: str) -> None:
+    header = (
+        "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+        f"property float z\n{faces}element tristrips 1\n"
+        "property list int int vertex_indices\nend_header\n"
+    )
+    rows = "0 0 0\n1 0 0\n0 1 0\n1 1 0\n" + ("3 0 1 2\n" if faces else "") + "4 0 1 2 3\n"
+    with pytest.raises(InputError, match=r"triangle strips \(tristrips\).*export the mesh"):
+        read_mesh(written(tmp_path, "strips.ply", (header + rows).encode()))
+
+
+def test_what_a_reader_would_import_is_no_word_for_a_user(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = written(tmp_path, "block.obj", block().export(file_type="obj").encode())
+
+    def missing(*_: Any, **__: Any) -> None:
+        builtins.__import__("a_package_that_nobody_has")
+
+    monkeypatch.setattr("facetlog.perception.reading.shape_files.mesh_files._load_scene", missing)
+    with pytest.raises(InputError, match="in a form that cannot be read here; export") as refused:
+        read_mesh(path)
+    assert "a_package_that_nobody_has" not in str(refused.value)

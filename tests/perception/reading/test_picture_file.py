@@ -1,0 +1,104 @@
+"""Pictures are whole or refused, and decoders stay silent."""
+
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.picture_file import read_picture
+from tests.perception.reading.view_folders import picture
+
+KINDS = [".jpg", ".png", ".tiff", ".bmp", ".webp", ".pgm", ".ppm"]
+
+
+def _written(path: Path) -> bytes:
+    image = picture(3)
+    colour = cv2.cvtColor(image, cv2.COLOR_GRAY2BGR) if path.suffix != ".pgm" else image
+    cv2.imwrite(str(path), colour)
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_each_kind_of_file_is_read_in_grey(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / f"a{kind}"
+    _written(path)
+    image = read_picture(path)
+    assert image.shape == (32, 48)
+    loss = np.abs(image.astype(float) - picture(3)).mean()
+    assert loss < (12 if kind in (".jpg", ".webp") else 1)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.7, 0.97])
+def test_a_cut_off_file_is_refused_in_silence(
+    tmp_path: Path, kind: str, share: float, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / f"a{kind}"
+    data = _written(path)
+    path.write_bytes(data[: int(len(data) * share)])
+    with pytest.raises(InputError, match=r"cut off|damaged|not a picture") as caught:
+        read_picture(path)
+    assert str(path) in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("progressive", [0, 1])
+def test_a_jpeg_with_a_hole_and_an_end_is_refused(
+    tmp_path: Path, progressive: int, capfd: pytest.CaptureFixture[str]
+) -> None:
+    big = cv2.resize(picture(3), (480, 320), interpolation=cv2.INTER_NEAREST)
+    data = cv2.imencode(".jpg", big, [cv2.IMWRITE_JPEG_PROGRESSIVE, progressive])[1].tobytes()
+    path = tmp_path / "a.jpg"
+    path.write_bytes(data[: int(len(data) * 0.6)] + b"\xff\xd9")
+    with pytest.raises(InputError, match="damaged"):
+        read_picture(path)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_thumbnail_inside_does_not_end_a_jpeg(tmp_path: Path) -> None:
+    path = tmp_path / "a.jpg"
+    data = _written(path)
+    thumbnail = b"Exif\0\0" + data
+    segment = b"\xff\xe1" + (len(thumbnail) + 2).to_bytes(2, "big") + thumbnail
+    path.write_bytes(data[:2] + segment + data[2 : len(data) // 2])
+    with pytest.raises(InputError):
+        read_picture(path)
+    path.write_bytes(data[:2] + segment + data[2:])
+    assert read_picture(path).shape == (32, 48)
+
+
+def test_a_changed_byte_of_a_png_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    data = bytearray(_written(path))
+    data[len(data) // 2] ^= 0x40
+    path.write_bytes(bytes(data))
+    with pytest.raises(InputError, match="damaged"):
+        read_picture(path)
+
+
+def test_sixteen_bits_become_eight(tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    cv2.imwrite(str(path), picture(3).astype(np.uint16) * 257)
+    np.testing.assert_allclose(read_picture(path), picture(3), atol=1)
+
+
+@settings(max_examples=80, deadline=None)
+@given(
+    st.sampled_from(
+        [b"\xff\xd8\xff", b"\x89PNG\r\n\x1a\n", b"BM", b"P5", b"P6", b"II*\0", b"RIFF"]
+    ),
+    st.binary(max_size=80),
+)
+def test_no_bytes_make_the_reader_fail_otherwise(
+    tmp_path_factory: pytest.TempPathFactory, start: bytes, rest: bytes
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "fuzz"
+    path.write_bytes(start + rest)
+    try:
+        assert read_picture(path).ndim == 2
+    except InputError:
+        return

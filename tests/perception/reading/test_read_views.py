@@ -1,0 +1,352 @@
+"""The way in: what is read, and what is refused in one line that names the file."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.reading.read_views import ViewSet, read_views
+from tests.perception.reading.view_folders import (
+    CAMERA,
+    POSES,
+    picture,
+    transforms,
+    write_tour,
+    write_transforms,
+)
+
+
+def test_nerfstudio_axes_and_pixels_become_opencv(tmp_path: Path) -> None:
+    found = read_views(write_transforms(tmp_path / "cube"))
+    view = found.views[1]
+    assert (found.name, found.metric, found.up) == ("cube", False, None)
+    assert (view.camera.cx, view.camera.cy) == (24.0, 16.0)
+    np.testing.assert_allclose(view.pose.rotation @ [0, 0, 1], [0, 0, -1])  # looks along -z
+    np.testing.assert_allclose(view.pose.rotation @ [0, 1, 0], [0, -1, 0])  # picture down is -y
+    np.testing.assert_allclose(view.pose.centre, [1, 0, 0])
+    np.testing.assert_array_equal(view.image, picture(1))
+
+
+def test_a_unit_makes_lengths_metres(tmp_path: Path) -> None:
+    found = read_views(write_transforms(tmp_path) / "transforms.json", unit="mm")
+    assert found.metric
+    np.testing.assert_allclose(found.views[2].pose.centre, [0.002, 0, 0])
+
+
+def test_unit_up_and_covariances_in_the_file_are_taken_from_there(tmp_path: Path) -> None:
+    document = transforms()
+    document.update(unit="cm", up=[0, 0, 2])
+    for frame in document["frames"]:
+        frame["covariance"] = np.diag([4.0, 4.0, 1.0, 0.01, 0.01, 0.02]).tolist()
+    found = read_views(write_transforms(tmp_path, document))
+    assert found.metric
+    assert found.up == pytest.approx([0, 0, 1])
+    assert found.views[1].pose.centre == pytest.approx([0.01, 0, 0])
+    assert found.pose_covariances is not None
+    assert found.pose_covariances.shape == (3, 6, 6)
+    assert np.diag(found.pose_covariances[2]) == pytest.approx([4e-4, 4e-4, 1e-4, 0.01, 0.01, 0.02])
+    del document["frames"][1]["covariance"]
+    assert read_views(write_transforms(tmp_path, document)).pose_covariances is None
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ([[1.0] * 6] * 5, "covariance"),
+        (np.triu(np.ones((6, 6))).tolist(), "symmetric"),
+        ((-np.eye(6)).tolist(), "positive"),
+        ("six", "covariance"),
+    ],
+)
+def test_a_covariance_that_is_none_is_refused(tmp_path: Path, rows: object, said: str) -> None:
+    document = transforms()
+    document["frames"][1]["covariance"] = rows
+    with pytest.raises(CalibrationError, match=f"frame 2.*{said}"):
+        read_views(write_transforms(tmp_path, document))
+
+
+@pytest.mark.parametrize("up", [[0, 0, 0], [1, 2], "z", [0, float("nan"), 1]])
+def test_an_up_that_is_no_direction_is_refused(tmp_path: Path, up: object) -> None:
+    document = transforms()
+    document["up"] = up
+    with pytest.raises(CalibrationError, match="up is not three numbers"):
+        read_views(write_transforms(tmp_path, document))
+
+
+def test_a_tour_in_inches_becomes_metres_with_z_up(tmp_path: Path) -> None:
+    found = read_views(write_tour(tmp_path))
+    assert found.metric
+    np.testing.assert_array_equal(found.up, [0, 0, 1])
+    np.testing.assert_allclose(found.views[1].pose.centre, [0.127, 0, 0.254])
+    np.testing.assert_allclose(found.views[0].pose.rotation @ [0, 0, 1], [0, 1, 0], atol=1e-12)
+    assert found.views[0].camera.cx == 23.5
+
+
+def test_blender_exports_need_no_size_and_no_extension(tmp_path: Path) -> None:
+    document = {"camera_angle_x": 2 * np.arctan(24 / 60), "frames": transforms()["frames"]}
+    for frame in document["frames"]:
+        frame["file_path"] = frame["file_path"].removesuffix(".png")
+    camera = read_views(write_transforms(tmp_path, document)).views[0].camera
+    assert (camera.fx, camera.fy) == pytest.approx((60, 60))
+    assert (camera.cx, camera.cy) == (23.5, 15.5)
+
+
+def test_a_camera_of_one_frame_goes_before_the_camera_of_all(tmp_path: Path) -> None:
+    document = transforms()
+    document["frames"][1]["fl_x"] = 77.0
+    views = read_views(write_transforms(tmp_path, document)).views
+    assert [v.camera.fx for v in views] == [50, 77, 50]
+
+
+def test_a_turned_exif_flag_does_not_turn_the_picture(tmp_path: Path) -> None:
+    write_transforms(tmp_path)
+    jpeg = cv2.imencode(".jpg", picture(0), [cv2.IMWRITE_JPEG_QUALITY, 100])[1].tobytes()
+    orientation = b"Exif\0\0MM\0*\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0\x06\0\0\0\0\0\0"
+    exif = b"\xff\xe1" + (len(orientation) + 2).to_bytes(2, "big") + orientation
+    (tmp_path / "images" / "0.png").write_bytes(jpeg[:2] + exif + jpeg[2:])
+    assert read_views(tmp_path).views[0].image.shape == (32, 48)
+
+
+def _set(key: str, value: Any) -> Callable[[dict[str, Any]], None]:
+    def change(document: dict[str, Any]) -> None:
+        document[key] = value
+
+    return change
+
+
+def _pose(matrix: Any) -> Callable[[dict[str, Any]], None]:
+    def change(document: dict[str, Any]) -> None:
+        document["frames"][1]["transform_matrix"] = matrix
+
+    return change
+
+
+def _drop(*keys: str) -> Callable[[dict[str, Any]], None]:
+    def change(document: dict[str, Any]) -> None:
+        for key in keys:
+            del document[key]
+
+    return change
+
+
+def _one_place(document: dict[str, Any]) -> None:
+    for i, frame in enumerate(document["frames"]):
+        frame["transform_matrix"][0][3] = 1e6 + 1e-5 * i
+
+
+def _twice(document: dict[str, Any]) -> None:
+    document["frames"][2]["file_path"] = "./images/../images/0.png"
+
+
+def _keep(count: int) -> Callable[[dict[str, Any]], None]:
+    def change(document: dict[str, Any]) -> None:
+        del document["frames"][count:]
+
+    return change
+
+
+SCALED = np.diag([2.0, 2.0, 2.0, 1.0]).tolist()
+REFLECTED = np.diag([-1.0, 1.0, 1.0, 1.0]).tolist()
+HUGE = np.diag([1e308, 1e308, 1e308, 1.0]).tolist()
+PROJECTIVE = np.diag([1.0, 1.0, 1.0, 2.0]).tolist()
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (_drop("fl_x", "fl_y", "cx", "cy"), "no intrinsics"),
+        (_drop("cx"), "no cx"),
+        (_set("fl_x", -1), "above 0"),
+        (_set("fl_x", 10**400), "finite"),
+        (_set("cx", True), "finite"),
+        (_set("k1", "0.1"), "finite"),
+        (_set("w", 640.5), "whole"),
+        (_set("w", 640), "640 x 32"),
+        (_set("camera_model", "EQUIRECTANGULAR"), "PINHOLE"),
+        (_set("camera_model", ["OPENCV"]), "PINHOLE"),
+        (_set("k1", -1e9), "folds"),
+        (_pose(SCALED), "rotation"),
+        (_pose(REFLECTED), "rotation"),
+        (_pose(HUGE), "rotation"),
+        (_pose(PROJECTIVE), "0 0 0 1"),
+        (_pose([[float("nan")] * 4] * 4), "finite"),
+        (_pose([[10**400] * 4] * 4), "finite"),
+        (_pose(None), "missing"),
+        (_one_place, "one place"),
+    ],
+)
+def test_impossible_cameras_and_poses_are_refused(
+    tmp_path: Path, change: Callable[[dict[str, Any]], None], says: str
+) -> None:
+    document = transforms()
+    change(document)
+    with pytest.raises(CalibrationError, match=says) as caught:
+        read_views(write_transforms(tmp_path, document))
+    assert str(tmp_path / "transforms.json") in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (_twice, "two poses"),
+        (_keep(0), "no usable views"),
+        (_keep(1), "1 usable view:"),
+        (_set("frames", 3), "frames"),
+        (_set("frames", [3]), "file_path"),
+    ],
+)
+def test_unusable_lists_of_frames_are_refused(
+    tmp_path: Path, change: Callable[[dict[str, Any]], None], says: str
+) -> None:
+    document = transforms()
+    change(document)
+    with pytest.raises(InputError, match=says):
+        read_views(write_transforms(tmp_path, document))
+
+
+@pytest.mark.parametrize(
+    ("poses", "camera", "says"),
+    [
+        (POSES.replace("skew_deg", "skew"), CAMERA, r"poses\.csv:1: no column skew_deg"),
+        (POSES.replace("5,0,10,10", "5,0,10,left"), CAMERA, r"poses\.csv:4: pan_deg is 'left'"),
+        (POSES.replace("5,0,10,10", "5,0,10,inf"), CAMERA, r"poses\.csv:4: pan_deg"),
+        (POSES.replace("5,0,10,10", "5,0,10"), CAMERA, r"poses\.csv:4: 6 fields"),
+        (POSES + '"', CAMERA, r"poses\.csv:5: not CSV"),
+        (POSES.replace("1.png", ""), CAMERA, "no image"),
+        ("", CAMERA, "empty"),
+        (POSES, None, r"camera\.toml is missing"),
+        (POSES, CAMERA + "fx 3", r"camera\.toml: not TOML: .*line 8"),
+        (POSES, CAMERA.replace("fx = 50\nfy = 51\n", ""), "no intrinsics"),
+        (POSES, CAMERA.replace('"in"', '"furlong"'), "unknown unit 'furlong'"),
+        (POSES, CAMERA.replace('"in"', "3"), "in quotes"),
+    ],
+)
+def test_faults_of_a_tour_are_named_with_their_line(
+    tmp_path: Path, poses: str, camera: str | None, says: str
+) -> None:
+    with pytest.raises(InputError, match=says):
+        read_views(write_tour(tmp_path, poses, camera))
+
+
+def test_a_unit_that_contradicts_the_file_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="leave one out"):
+        read_views(write_tour(tmp_path), unit="mm")
+
+
+@pytest.mark.parametrize("damage", ["missing", "truncated", "text", "folder"])
+def test_one_unreadable_picture_among_many_is_left_out(tmp_path: Path, damage: str) -> None:
+    path = write_transforms(tmp_path) / "images" / "1.png"
+    data = path.read_bytes()
+    path.unlink()
+    if damage == "truncated":
+        path.write_bytes(data[: len(data) // 2])
+    elif damage == "text":
+        path.write_text("no picture")
+    elif damage == "folder":
+        path.mkdir()
+    found = read_views(tmp_path)
+    assert [v.name for v in found.views] == ["images/0.png", "images/2.png"]
+    assert len(found.problems) == 1
+    assert str(path) in found.problems[0]
+
+
+def test_too_few_readable_pictures_are_an_error_that_names_one(tmp_path: Path) -> None:
+    write_transforms(tmp_path)
+    for i in range(2):
+        (tmp_path / "images" / f"{i}.png").unlink()
+    with pytest.raises(InputError, match=r"1 usable view, 2 are needed: .*0\.png.* 1 more"):
+        read_views(tmp_path)
+
+
+def test_folders_without_or_with_two_kinds_of_poses_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="does not exist"):
+        read_views(tmp_path / "absent")
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="has no poses"):
+        read_views(tmp_path / "empty")
+    write_transforms(write_tour(tmp_path / "both"))
+    with pytest.raises(InputError, match="has both"):
+        read_views(tmp_path / "both")
+    assert len(read_views(tmp_path / "both" / "poses.csv").views) == 2
+    (tmp_path / "poses.yaml").write_text("")
+    with pytest.raises(InputError, match="no poses file"):
+        read_views(tmp_path / "poses.yaml")
+
+
+def test_a_fault_of_json_is_named_with_line_and_column(tmp_path: Path) -> None:
+    (tmp_path / "transforms.json").write_text('{\n "frames": [}\n')
+    with pytest.raises(InputError, match=r"transforms\.json:2:13: not JSON"):
+        read_views(tmp_path)
+
+
+def test_progress_counts_all_pictures(tmp_path: Path) -> None:
+    calls: list[tuple[str, int, int]] = []
+    read_views(write_transforms(tmp_path), progress=lambda *call: calls.append(call))
+    assert calls == [("pictures", i, 3) for i in (1, 2, 3)]
+
+
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
+    lambda inner: (
+        st.lists(inner, max_size=4)
+        | st.dictionaries(
+            st.sampled_from(["frames", "file_path", "transform_matrix", "fl_x", "w", "k1"]), inner
+        )
+    ),
+    max_leaves=12,
+)
+MATRIX = st.lists(st.lists(st.floats() | st.integers(), min_size=4, max_size=4), max_size=4)
+FRAME = st.fixed_dictionaries(
+    {"file_path": st.just("images/0.png") | st.text(max_size=6)},
+    optional={
+        "transform_matrix": MATRIX | JSON,
+        "camera_model": st.sampled_from(["OPENCV", "OPENCV_FISHEYE", "PINHOLE"]),
+        **{k: st.floats() | JSON for k in ("fl_x", "cx", "cy", "w", "k1", "p1", "camera_angle_x")},
+    },
+)
+FUZZ = settings(
+    max_examples=60,
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
+
+
+def _input_error_or_views(path: Path) -> None:
+    try:
+        found = read_views(path)
+    except InputError as exc:
+        assert str(exc)  # noqa: PT017 - either outcome is right, none other is
+    else:
+        assert isinstance(found, ViewSet)
+
+
+@FUZZ
+@given(JSON | st.fixed_dictionaries({"frames": st.lists(FRAME, max_size=3)}))
+def test_no_json_makes_it_fail_otherwise(tmp_path: Path, document: Any) -> None:
+    write_transforms(tmp_path, count=2)
+    (tmp_path / "transforms.json").write_text(json.dumps(document))
+    _input_error_or_views(tmp_path)
+
+
+@FUZZ
+@given(st.binary(max_size=60), st.sampled_from(["transforms.json", "poses.csv", "camera.toml"]))
+def test_no_bytes_make_it_fail_otherwise(tmp_path: Path, data: bytes, name: str) -> None:
+    write_tour(tmp_path)
+    (tmp_path / name).write_bytes(data)
+    _input_error_or_views(tmp_path / name)
+    _input_error_or_views(tmp_path / "poses.csv")
+    (tmp_path / "transforms.json").unlink(missing_ok=True)
+
+
+def test_json_nested_too_deep_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "transforms.json").write_text("[" * 100_000)
+    with pytest.raises(InputError, match="too deep"):
+        read_views(tmp_path)

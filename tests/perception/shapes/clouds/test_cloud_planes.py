@@ -1,0 +1,175 @@
+"""Planes of clouds: all of them, nearly as good as least squares can be, with honest errors."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facetlog.perception.shapes.clouds.cloud_planes import cloud_planes, least_squares_plane
+from facetlog.perception.types import FloatArray
+from tests.perception.shapes.sampled_shapes import (
+    box_points,
+    cylinder_points,
+    rectangle,
+    sphere_points,
+    turned,
+)
+
+AXES = np.eye(3)
+
+
+def directions(points: FloatArray) -> FloatArray:
+    return np.array([p.plane.normal for p in cloud_planes(points).planes]).reshape(-1, 3)
+
+
+@pytest.mark.parametrize(("count", "noise"), [(2000, 0.005), (20_000, 0.0), (20_000, 0.005)])
+def test_six_sides_of_a_box_come_out_with_nearly_all_points(count: int, noise: float) -> None:
+    points = box_points((3.0, 2.0, 1.0), count, noise=noise * np.sqrt(14.0))
+    found = cloud_planes(points)
+    assert len(found.planes) == 6
+    # every plane is square to one axis, two to each
+    along = np.abs([p.plane.normal for p in found.planes])
+    assert (along.max(axis=1) > np.cos(np.deg2rad(1.0))).all()
+    assert sorted(along.argmax(axis=1).tolist()) == [0, 0, 1, 1, 2, 2]
+    assert (found.owner >= 0).mean() > 0.99
+
+
+def test_noise_and_spacing_are_told_from_the_points() -> None:
+    points = box_points((3.0, 2.0, 1.0), 20_000, noise=0.01)
+    found = cloud_planes(points)
+    assert found.noise == pytest.approx(0.01, rel=0.1)
+    assert np.median(found.spacing) == pytest.approx(np.sqrt(22.0 / 20_000), rel=0.15)
+
+
+@settings(max_examples=5, deadline=None)
+@given(st.integers(0, 1000), st.floats(1e-6, 1e6), st.tuples(*[st.floats(-1e3, 1e3)] * 3))
+def test_planes_do_not_depend_on_place_turn_and_unit(
+    seed: int, scale: float, shift: tuple[float, float, float]
+) -> None:
+    points = box_points((3.0, 2.0, 1.0), 3000, noise=0.01, seed=1)
+    moved = scale * (turned(points, seed) + np.array(shift))
+    assert len(cloud_planes(moved).planes) == len(cloud_planes(points).planes) == 6
+
+
+def test_crossing_planes_are_told_apart() -> None:
+    rng = np.random.default_rng(0)
+    floor = rectangle(rng, 3000, np.array([-1.0, -1.0, 0.0]), 2.0 * AXES[0], 2.0 * AXES[1])
+    wall = rectangle(rng, 3000, np.array([-1.0, 0.0, -1.0]), 2.0 * AXES[0], 2.0 * AXES[2])
+    points = np.vstack([floor, wall]) + rng.normal(0.0, 0.005, (6000, 3))
+    found = cloud_planes(points)
+    assert len(found.planes) == 2
+    truth = np.repeat([0, 1], 3000)
+    # right but for the points near the line where both planes go
+    swapped = (found.owner != truth).mean()
+    assert min(swapped, (found.owner != 1 - truth).mean()) < 0.02
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.005])
+def test_cylinders_and_spheres_have_no_planes(noise: float) -> None:
+    for points in (cylinder_points(0.5, 1.0, 8000, noise), sphere_points(0.5, 8000, noise)):
+        found = cloud_planes(points)
+        assert (found.owner >= 0).mean() < 0.1
+
+
+def test_outliers_change_nothing() -> None:
+    points = box_points((3.0, 2.0, 1.0), 6000, noise=0.01)
+    wild = np.random.default_rng(3).uniform(-1.0, 4.0, (600, 3))
+    found = cloud_planes(np.vstack([points, wild]))
+    assert len(found.planes) == 6
+    assert (found.owner[:6000] >= 0).mean() > 0.98
+    assert (found.owner[6000:] >= 0).mean() < 0.2
+
+
+def test_warped_sheet_is_one_plane_whose_error_has_the_warp() -> None:
+    rng = np.random.default_rng(0)
+    flat = rng.uniform(0.0, 1.0, (8000, 2))
+    height = 0.006 * np.sin(2.0 * np.pi * flat[:, 0]) + rng.normal(0.0, 0.001, 8000)
+    found = cloud_planes(np.column_stack([flat, height]))
+    assert len(found.planes) == 1
+    # the plane takes 6 / π² of a sine's variance, as its slope
+    rms = np.hypot(0.006 * np.sqrt((1.0 - 6.0 / np.pi**2) / 2.0), 0.001)
+    assert found.planes[0].rms == pytest.approx(rms, rel=0.1)
+    even, _ = least_squares_plane(np.column_stack([flat, rng.normal(0.0, rms, 8000)]))
+    warped_sd = np.sqrt(np.trace(found.planes[0].plane.cov[:3, :3]))
+    # neighbours err together: the normal is much less sure than 8,000 errors of that size make it
+    assert warped_sd > 3.0 * np.sqrt(np.trace(even.cov[:3, :3]))
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_bulging_sides_of_a_carton_seen_by_a_coarse_sensor_are_one_face_each(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    sides = []
+    # 20 by 15 cm and 20 by 7 cm, both bowed like cardboard, and a wave of the sensor's own
+    for wide, square in ((0.15, turned_to_x), (0.07, turned_to_y)):
+        u, v = rng.uniform(0.0, 0.2, 4000), rng.uniform(0.0, wide, 4000)
+        bow = 0.012 * wide * (np.cos(20.0 * np.pi * u) + np.sin(np.pi * v / wide))
+        sides.append(square(u, v, bow))
+    points = np.concatenate(sides)
+    way = np.array([0.6, 0.8, 0.0])
+    # depths come in steps, and with some noise
+    depth = points @ way
+    read = np.round((depth + rng.normal(0.0, 0.0005, len(depth))) / 0.001) * 0.001
+    found = cloud_planes(turned(points + (read - depth)[:, None] * way, seed))
+    shares = [len(plane.members) / len(points) for plane in found.planes]
+    assert len([share for share in shares if share > 0.02]) == 2
+    assert sum(shares[:2]) > 0.95
+
+
+def turned_to_x(u: FloatArray, v: FloatArray, bow: FloatArray) -> FloatArray:
+    """The side x = 0 of a block behind it: u runs up, v along y."""
+    return np.column_stack([-bow, v, u])
+
+
+def turned_to_y(u: FloatArray, v: FloatArray, bow: FloatArray) -> FloatArray:
+    """The side y = 0, v along x."""
+    return np.column_stack([v, -bow, u])
+
+
+@pytest.mark.parametrize(("count", "noise"), [(8000, 0.0), (20_000, 0.0), (20_000, 0.0005)])
+def test_a_sphere_is_curved_however_dense_and_sure_its_points_are(count: int, noise: float) -> None:
+    found = cloud_planes(sphere_points(0.5, count, noise))
+    assert (found.owner >= 0).mean() < 0.02
+
+
+def test_covariance_is_honest_over_many_planes() -> None:
+    rng = np.random.default_rng(0)
+    total, runs = 0.0, 400
+    for _ in range(runs):
+        flat = rng.uniform(-1.0, 1.0, (300, 2)) * [2.0, 0.7] + 5.0
+        points = np.column_stack([flat, rng.normal(0.0, 0.02, 300)])
+        plane, _ = least_squares_plane(points)
+        sign = np.sign(plane.normal[2])
+        error = np.array([*(sign * plane.normal), sign * plane.offset]) - [0.0, 0.0, 1.0, 0.0]
+        total += float(error @ np.linalg.pinv(plane.cov, rcond=1e-10) @ error)
+    nees = total / (3 * runs)
+    # chi² with 1,200 degrees of freedom over 1,200: its sd is 0.041
+    assert 0.85 < nees < 1.15
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(0, 10_000))
+def test_covariance_is_symmetric_and_of_rank_three(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=(60, 3)) * [3.0, 1.0, 0.1] + rng.uniform(-9.0, 9.0, 3)
+    plane, rms = least_squares_plane(points)
+    np.testing.assert_allclose(plane.cov, plane.cov.T, atol=1e-15)
+    values = np.linalg.eigvalsh(plane.cov)
+    assert values[0] >= -1e-12 * values[-1]
+    assert np.abs(plane.cov[:3, :3] @ plane.normal).max() <= 1e-9 * values[-1]
+    assert rms == pytest.approx(np.sqrt(np.sum(plane.distance(points) ** 2) / 57))
+
+
+@pytest.mark.parametrize(
+    "points",
+    [
+        np.zeros((0, 3)),
+        np.ones((40, 3)),
+        np.linspace(0.0, 1.0, 90)[:, None] * np.ones(3),
+        np.random.default_rng(0).normal(size=(7, 3)),
+    ],
+    ids=["none", "one place", "a line", "seven"],
+)
+def test_what_is_no_surface_has_no_planes(points: FloatArray) -> None:
+    found = cloud_planes(points)
+    assert found.planes == ()
+    assert (found.owner == -1).all()

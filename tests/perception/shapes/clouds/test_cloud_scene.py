@@ -1,0 +1,234 @@
+"""Clouds into scenes: faces with corners and outer sides, objects, up, and what is not known."""
+
+import numpy as np
+import pytest
+
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.regions.point_bodies import tell_apart
+from facetlog.perception.shapes.regions.up_direction import FROM_FLOOR, HELD_OTHERWISE
+from facetlog.perception.types import FloatArray, Scene
+from tests.perception.shapes.sampled_shapes import (
+    box_points,
+    cylinder_points,
+    rectangle,
+    sphere_points,
+    turned,
+)
+
+SIZE = (3.0, 2.0, 1.0)
+X, Y, Z = np.eye(3)
+
+
+def lengths(scene: Scene) -> list[float]:
+    points = scene.points
+    return sorted(float(np.linalg.norm(points[e.start] - points[e.end])) for e in scene.edges)
+
+
+def table(count: int = 20_000, noise: float = 0.0) -> FloatArray:
+    """A table 1.2 × 0.8 × 0.7 with legs of 8 cm, its top 6 cm thick, closed all round."""
+    parts = [((1.2, 0.8, 0.06), (0.0, 0.0, 0.64))]
+    parts += [((0.08, 0.08, 0.64), (x, y, 0.0)) for x in (0.0, 1.12) for y in (0.0, 0.72)]
+    areas = [2.0 * (a * b + b * c + a * c) for (a, b, c), _ in parts]
+    return np.concatenate(
+        [
+            box_points(size, round(count * area / sum(areas)), seed=k, noise=noise) + place
+            for k, ((size, place), area) in enumerate(zip(parts, areas, strict=True))
+        ]
+    )
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.005 * np.sqrt(14.0)])
+def test_box_has_eight_corners_twelve_edges_and_looks_outwards(noise: float) -> None:
+    points = turned(box_points(SIZE, 12_000, noise=noise))
+    scene = scene_of_cloud(Cloud.of(points))
+    assert len(scene.faces) == 6
+    assert all(len(face.outline) == 4 for face in scene.faces)
+    assert len({vertex for face in scene.faces for vertex in face.outline}) == 8
+    np.testing.assert_allclose(lengths(scene), np.repeat([1.0, 2.0, 3.0], 4), atol=0.02)
+    middle = points.mean(axis=0)
+    assert all(float(face.plane.distance(middle)) < 0.0 for face in scene.faces)
+    assert [body.whole for body in scene.bodies] == [True]
+    convex = [fact for fact in scene_facts(scene) if fact.functor == "convex"]
+    assert len(convex) == 24
+
+
+def test_three_sides_of_a_box_look_outwards_and_are_not_whole() -> None:
+    points = turned(box_points(SIZE, 6000, noise=0.01, sides=("+x", "+y", "+z")))
+    scene = scene_of_cloud(Cloud.of(points))
+    assert len(scene.faces) == 3
+    middle = points.mean(axis=0)
+    assert all(float(face.plane.distance(middle)) < 0.0 for face in scene.faces)
+    assert [body.whole for body in scene.bodies] == [False]
+
+
+def test_scene_turns_and_scales_with_its_cloud() -> None:
+    points = box_points(SIZE, 6000, noise=0.01)
+    one, two = (scene_of_cloud(Cloud.of(p)) for p in (points, 1000.0 * turned(points)))
+    assert len(one.faces) == len(two.faces) == 6
+    np.testing.assert_allclose(1000.0 * np.array(lengths(one)), lengths(two), rtol=1e-3)
+
+
+def test_table_top_looks_up_and_its_underside_down() -> None:
+    scene = scene_of_cloud(Cloud.of(table(noise=0.002)), up=Z)
+    level = [f for f in scene.faces if abs(f.plane.normal @ Z) > 0.99]
+    top = [f for f in level if abs(f.plane.distance(np.array([0.6, 0.4, 0.7]))) < 0.01]
+    under = [f for f in level if abs(f.plane.distance(np.array([0.6, 0.4, 0.64]))) < 0.01]
+    assert [bool(f.plane.normal @ Z > 0.0) for f in top] == [True]
+    assert not any(f.plane.normal @ Z > 0.0 for f in under)
+    assert len(under) >= 1
+    assert len(top[0].outline) == 4
+    assert len(scene.bodies) == 1
+
+
+def test_curved_surface_is_kept_as_a_patch_with_its_area() -> None:
+    scene = scene_of_cloud(Cloud.of(sphere_points(0.5, 8000, 0.0)))
+    share = sum(float(p.areas.sum()) for p in scene.patches)
+    assert share == pytest.approx(np.pi, rel=0.15)
+    assert len(scene.faces) == 0
+
+
+def test_points_in_the_air_beside_an_edge_do_not_widen_the_object() -> None:
+    rng = np.random.default_rng(0)
+    points = box_points(SIZE, 6000, noise=0.002)
+    # flying points as depth sensors make them: few, close together, off an edge
+    cluster = np.array([SIZE[0] + 0.08, 0.5, 0.5]) + rng.normal(0.0, 0.01, (12, 3))
+    clean, flying = (scene_of_cloud(Cloud.of(p)) for p in (points, np.vstack([points, cluster])))
+    assert len(clean.faces) == len(flying.faces) == 6
+    assert np.ptp(flying.points, axis=0) == pytest.approx(np.ptp(clean.points, axis=0), abs=0.02)
+
+
+def test_cylinder_wall_gives_no_box() -> None:
+    scene = scene_of_cloud(Cloud.of(cylinder_points(0.3, 0.6, 8000, 0.002)))
+    areas = sum(float(p.areas.sum()) for p in scene.patches)
+    assert areas > 0.85 * 2.0 * np.pi * 0.3 * 0.6
+
+
+def floor_and_boxes() -> FloatArray:
+    rng = np.random.default_rng(0)
+    floor = rectangle(rng, 20_000, np.array([-2.0, -2.0, 0.0]), 4.0 * X, 4.0 * Y)
+    boxes = [
+        box_points((0.4, 0.3, 0.5), 3000, seed=k, sides=("-x", "+x", "-y", "+y", "+z")) + place
+        for k, place in enumerate(([-1.0, -1.0, 0.0], [0.5, 0.5, 0.0]))
+    ]
+    # no scanner sees what the boxes stand on
+    under = [
+        ((floor[:, :2] > p) & (floor[:, :2] < np.add(p, (0.4, 0.3)))).all(axis=1)
+        for p in ((-1.0, -1.0), (0.5, 0.5))
+    ]
+    points = np.vstack([floor[~np.any(under, axis=0)], *boxes])
+    return points + rng.normal(0.0, 0.003, points.shape)
+
+
+def test_up_is_found_from_the_floor_and_boxes_on_it_are_two_objects() -> None:
+    scene = scene_of_cloud(Cloud.of(turned(floor_and_boxes(), 4)))
+    up = turned(Z[None], 4)[0]
+    assert scene.up is not None
+    assert float(scene.up @ up) > 0.9999
+    assert any("up was found from the plane" in said for said in scene.warnings)
+    assert sorted(len(body.faces) for body in scene.bodies) == [5, 5]
+    assert not any(body.whole for body in scene.bodies)
+    floor = set(range(len(scene.faces))) - {i for body in scene.bodies for i in body.faces}
+    assert len(floor) == 1
+    assert float(scene.faces[floor.pop()].plane.normal @ up) > 0.999
+    scene_facts(scene)
+
+
+def test_up_is_not_known_where_nothing_is_a_floor() -> None:
+    for points in (box_points(SIZE, 4000, noise=0.01), table(6000, noise=0.002)):
+        scene = scene_of_cloud(Cloud.of(points))
+        assert scene.up is None
+        assert scene.warnings == ()
+
+
+def test_cameras_tell_up_where_there_is_no_floor() -> None:
+    ups = np.array([[0.0, -1.0, 0.1], [0.1, -1.0, 0.0], [0.0, -1.0, -0.1]])
+    ups /= np.linalg.norm(ups, axis=1)[:, None]
+    points = box_points(SIZE, 4000, noise=0.01)
+    scene = scene_of_cloud(Cloud.of(points, camera_ups=ups))
+    assert scene.up is not None
+    assert float(scene.up @ -Y) > 0.99
+    assert any("cameras" in said for said in scene.warnings)
+
+
+def test_a_floor_goes_before_cameras_that_look_straight_down() -> None:
+    # along z their up lies in the floor
+    down = scene_of_cloud(Cloud.of(floor_and_boxes(), camera_ups=np.tile(-Y, (3, 1))))
+    assert down.up is not None
+    assert float(down.up @ Z) > 0.9999
+    assert HELD_OTHERWISE in down.warnings
+    upright = scene_of_cloud(Cloud.of(floor_and_boxes(), camera_ups=np.tile(Z, (3, 1))))
+    assert upright.up is not None
+    assert float(upright.up @ Z) > 0.9999
+    assert FROM_FLOOR in upright.warnings
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_single_sheet_looks_to_where_it_was_seen_from(side: float) -> None:
+    rng = np.random.default_rng(0)
+    points = rectangle(rng, 2000, np.zeros(3), X, Y)
+    seen = np.tile(side * 5.0 * Z, (2000, 1))
+    by_place = scene_of_cloud(Cloud.of(points, seen_from=seen))
+    by_normal = scene_of_cloud(Cloud.of(points, normals=np.sign(seen)))
+    for scene in (by_place, by_normal):
+        assert len(scene.faces) == 1
+        assert float(scene.faces[0].plane.normal @ Z) == pytest.approx(side)
+
+
+def test_window_is_a_hole_in_its_wall() -> None:
+    rng = np.random.default_rng(0)
+    wall = rectangle(rng, 12_000, np.zeros(3), 3.0 * X, 2.0 * Z)
+    window = (np.abs(wall[:, 0] - 1.5) < 0.5) & (np.abs(wall[:, 2] - 1.0) < 0.4)
+    scene = scene_of_cloud(Cloud.of(wall[~window]))
+    (face,) = scene.faces
+    assert len(face.outline) == 4
+    assert len(face.holes) == 1
+    hole = scene.points[list(face.holes[0])]
+    np.testing.assert_allclose(np.ptp(hole, axis=0)[[0, 2]], [1.0, 0.8], atol=0.03)
+    # a corner of the hole that no point marks may be cut off
+    assert len(hole) <= 6
+
+
+@pytest.mark.parametrize("count", [250, 320])
+def test_a_block_strewn_so_thinly_that_one_looks_through_it_is_not_whole(count: int) -> None:
+    for seed in range(4):
+        scene = scene_of_cloud(Cloud.of(box_points(SIZE, count, seed=seed)), up=Z)
+        assert len(scene.faces) == 6 or not any(body.whole for body in scene.bodies)
+
+
+def test_legs_of_few_points_leave_a_table_whole() -> None:
+    scene = scene_of_cloud(Cloud.of(table(2_500)), up=Z)
+    assert [body.whole for body in scene.bodies] == [True]
+
+
+def test_a_given_whole_is_kept() -> None:
+    points = box_points(SIZE, 3000, noise=0.01, sides=("+x", "+y", "+z"))
+    scene = scene_of_cloud(Cloud.of(points), whole=True)
+    assert all(body.whole for body in scene.bodies)
+
+
+def test_objects_are_numbered_by_size_and_the_floor_is_none() -> None:
+    rng = np.random.default_rng(0)
+    floor = rectangle(rng, 4000, np.array([-2.0, -2.0, 0.0]), 4.0 * X, 4.0 * Y)
+    small = rng.uniform(size=(300, 3)) * 0.2 + [1.0, 1.0, 0.01]
+    large = rng.uniform(size=(900, 3)) * 0.4 + [-1.0, -1.0, 0.01]
+    stray = np.array([[0.0, 1.5, 1.5]])
+    points = np.vstack([floor, small, large, stray])
+    owner = np.full(len(points), -1)
+    owner[:4000] = 0
+    bodies = tell_apart(points, owner, 0.05, support=(0,))
+    assert set(bodies[:4000].tolist()) == {-1}
+    assert set(bodies[4000:4300].tolist()) == {1}
+    assert set(bodies[4300:5200].tolist()) == {0}
+    assert bodies[-1] == -1
+
+
+def test_a_region_is_of_one_object_though_its_points_are_far_apart() -> None:
+    rng = np.random.default_rng(0)
+    halves = [rng.uniform(size=(200, 3)) * 0.1 + [x, 0.0, 0.0] for x in (0.0, 1.0)]
+    points = np.vstack(halves)
+    alone = tell_apart(points, np.full(400, -1), 0.02)
+    joined = tell_apart(points, np.zeros(400, dtype=np.intp), 0.02)
+    assert set(alone.tolist()) == {0, 1}
+    assert set(joined.tolist()) == {0}

@@ -1,0 +1,51 @@
+"""Which points of a cloud a face's noise explains, and that a thing reaches no further for them."""
+
+import numpy as np
+import pytest
+
+from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.clouds.points_off_faces import off_faces
+from facetlog.perception.shapes.regions.flat_region import FlatRegion
+from facetlog.perception.types import Plane
+from tests.perception.shapes.sampled_shapes import box_points
+
+NOISE = 0.01
+SPACING = 0.02
+SQUARE = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+HOLE = np.array([[0.3, 0.3, 0.0], [0.3, 0.7, 0.0], [0.7, 0.7, 0.0], [0.7, 0.3, 0.0]])
+FACE = FlatRegion(Plane(np.array([0.0, 0.0, 1.0]), 0.0, np.zeros((4, 4))), SQUARE, (HOLE,))
+
+
+@pytest.mark.parametrize(
+    ("place", "off"),
+    [
+        ((0.1, 0.1, 0.04), False),  # 4 sd above it
+        ((0.1, 0.1, -0.06), True),  # 6 sd behind it
+        ((1.05, 0.5, 0.0), False),  # beyond its rim by a spacing and 3 sd
+        ((1.07, 0.5, 0.0), True),
+        ((0.5, 0.5, 0.0), True),  # in its hole
+    ],
+)
+def test_points_within_the_noise_of_a_face_are_its_own(
+    place: tuple[float, float, float], off: bool
+) -> None:
+    points, own = np.array([place]), np.array([0])
+    assert off_faces(points, own, [FACE], noise=NOISE, spacing=SPACING).tolist() == [off]
+
+
+def test_a_face_explains_no_points_of_another_object() -> None:
+    points, other = np.array([[0.1, 0.1, 0.0]]), np.array([1])
+    assert off_faces(points, other, [FACE], noise=NOISE, spacing=SPACING).tolist() == [True]
+
+
+def test_without_faces_all_points_are_off_them() -> None:
+    assert off_faces(np.zeros((3, 3)), np.zeros(3, np.intp), [], noise=0.0, spacing=0.0).all()
+
+
+def test_a_noisy_block_reaches_no_further_than_its_faces() -> None:
+    cloud = Cloud.of(box_points((0.7, 0.5, 0.5), 20_000, noise=0.005))
+    scene = scene_of_cloud(cloud)
+    # its wildest points are 4 sd off it
+    assert np.ptp(cloud.points, axis=0).min() > 0.53
+    np.testing.assert_allclose(np.ptp(scene.points, axis=0), [0.7, 0.5, 0.5], atol=0.01)

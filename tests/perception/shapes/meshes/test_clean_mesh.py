@@ -1,0 +1,98 @@
+"""Meshes put in order: welded, without doubles, wound one way, outside out."""
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.shapes.meshes.clean_mesh import clean_mesh
+from facetlog.perception.shapes.regions.surface_samples import sample_triangles
+
+
+def block() -> trimesh.Trimesh:
+    return trimesh.creation.box((3, 2, 1)).subdivide()
+
+
+def points_out(mesh: Mesh) -> bool:
+    surface = clean_mesh(mesh)
+    middles = surface.corners.mean(axis=1)
+    return bool(((surface.normals * middles).sum(axis=1) > 0.0).all())
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from([1e-9, 1.0, 1e9]))
+def test_a_block_of_any_winding_order_and_scale_is_one_closed_sheet_outside_out(
+    seed: int, scale: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    made = block()
+    triangles = np.array(made.faces)
+    turn = rng.random(len(triangles)) < rng.random()
+    triangles = np.where(turn[:, None], triangles[:, ::-1], triangles)
+    triangles = np.concatenate((triangles, triangles[: seed % 7, [1, 2, 0]]))
+    mesh = Mesh.of(made.vertices * scale, rng.permutation(triangles))
+    surface = clean_mesh(mesh)
+    assert len(surface.triangles) == len(made.faces)
+    assert surface.closed.all()
+    assert len(set(surface.sheets.tolist())) == 1
+    assert points_out(mesh)
+    assert surface.areas.sum() == pytest.approx(22.0 * scale**2)
+
+
+def test_corners_a_rounding_apart_are_one_and_others_are_not() -> None:
+    made = block()
+    soup = made.triangles.reshape(-1, 3)
+    noise = np.random.default_rng(2).uniform(-1, 1, soup.shape)
+    triangles = np.arange(len(soup)).reshape(-1, 3)
+    assert clean_mesh(Mesh.of(soup + 3e-7 * noise, triangles)).closed.all()
+    assert not clean_mesh(Mesh.of(soup + 1e-3 * noise, triangles)).closed.any()
+
+
+def test_an_inner_wall_and_an_outer_wall_both_point_away_from_their_own_inside() -> None:
+    inner = block().apply_scale(0.5)
+    inner.invert()
+    both = trimesh.util.concatenate([block(), inner])
+    assert points_out(Mesh.of(both.vertices, both.faces))
+
+
+def test_a_strip_with_one_side_is_kept() -> None:
+    turn = np.linspace(0, 2 * np.pi, 41)[:-1]
+    rims = []
+    for side in (-0.3, 0.3):
+        radius = 1 + side * np.cos(turn / 2)
+        rims.append(
+            np.column_stack([radius * np.cos(turn), radius * np.sin(turn), side * np.sin(turn / 2)])
+        )
+    n = len(turn)
+    quads = [(i, i + 1, n + i + 1, n + i) for i in range(n - 1)] + [(n - 1, n, 0, 2 * n - 1)]
+    triangles = [(a, b, c) for a, b, c, _ in quads] + [(a, c, d) for a, _, c, d in quads]
+    surface = clean_mesh(Mesh.of(np.concatenate(rims), triangles))
+    assert len(surface.triangles) == 2 * n
+    assert not surface.closed.any()
+
+
+@pytest.mark.parametrize("points", [np.zeros((3, 3)), np.outer(np.arange(3), np.ones(3))])
+def test_a_mesh_without_area_is_an_input_error(points: object) -> None:
+    with pytest.raises(InputError, match="export the mesh anew"):
+        clean_mesh(Mesh.of(np.asarray(points), [[0, 1, 2]], name="line.ply"))
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.01, 3.0))
+def test_samples_stand_for_the_whole_area_and_lie_close(seed: int, spacing: float) -> None:
+    rng = np.random.default_rng(seed)
+    corners = rng.normal(size=(5, 3, 3))
+    samples = sample_triangles(corners, spacing)
+    full = 0.5 * np.linalg.norm(
+        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+    )
+    assert np.bincount(samples.triangles, samples.areas) == pytest.approx(full)
+    weights = rng.dirichlet((1, 1, 1), size=(5, 20))
+    places = np.einsum("tnk,tkd->tnd", weights, corners)
+    for nth in range(5):
+        own = samples.points[samples.triangles == nth]
+        gaps = np.linalg.norm(places[nth][:, None] - own, axis=2).min(axis=1)
+        assert gaps.max() <= spacing

@@ -1,0 +1,235 @@
+"""Meshes of known solids as scenes: faces, edges, objects, and that no frame or order matters."""
+
+import numpy as np
+import pytest
+import trimesh
+from scipy.spatial import cKDTree
+from scipy.spatial.transform import Rotation
+
+from facetlog.kb.recognize import judge_scene, open_knowledge_base
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.surfaces.contacts import side_contacts
+from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.types import FloatArray, Scene
+
+UP = (0.0, 0.0, 1.0)
+
+
+def box(
+    low: tuple[float, float, float], high: tuple[float, float, float], subdivided: int = 0
+) -> trimesh.Trimesh:
+    made = trimesh.creation.box(bounds=np.array([low, high]))
+    for _ in range(subdivided):
+        made = made.subdivide()
+    return made
+
+
+def table(length: float = 1.2, width: float = 0.8, overlap: float = 0.0) -> trimesh.Trimesh:
+    """Five boxes; the legs reach `overlap` into the top."""
+    legs = [
+        box((x, y, 0.0), (x + 0.06, y + 0.06, 0.7 + overlap))
+        for x in (0.05, length - 0.11)
+        for y in (0.05, width - 0.11)
+    ]
+    parts = [box((0, 0, 0.7), (length, width, 0.74)), *legs]
+    return trimesh.util.concatenate(parts)
+
+
+def scene_of(made: trimesh.Trimesh, up: object = UP) -> Scene:
+    return scene_of_mesh(Mesh.of(made.vertices, made.faces), up=np.array(up), metric=True)
+
+
+def areas(scene: Scene) -> FloatArray:
+    return np.sort([face.area for face in FaceTable.of(scene).faces])
+
+
+def bends_of(scene: Scene) -> list[float]:
+    turns: list[float] = np.rad2deg(side_contacts(FaceTable.of(scene)).turn).tolist()
+    return turns
+
+
+@pytest.mark.parametrize("subdivided", [0, 3])
+def test_a_cuboid_has_six_faces_eight_vertices_and_twelve_convex_edges(subdivided: int) -> None:
+    scene = scene_of(box((0, 0, 0), (3, 2, 1), subdivided))
+    assert (len(scene.faces), len(scene.vertices), len(scene.edges)) == (6, 8, 12)
+    assert bends_of(scene) == pytest.approx([90.0] * 12)
+    assert areas(scene) == pytest.approx([2, 2, 3, 3, 6, 6])
+    assert scene.bodies[0].faces == (0, 1, 2, 3, 4, 5)
+    assert scene.bodies[0].whole
+    assert not scene.patches
+
+
+def test_five_boxes_that_touch_or_overlap_are_a_table() -> None:
+    with open_knowledge_base() as base:
+        for overlap in (0.0, 0.02, 0.04):
+            scene = scene_of(table(overlap=overlap))
+            facts = [(fact.functor, *fact.args) for fact in scene_facts(scene)]
+            # the legs' tops are within the table, and no faces
+            assert (len(scene.bodies), len(scene.faces)) == (1, 26)
+            assert judge_scene(base, "s", facts).models == {"table"}
+
+
+@pytest.mark.parametrize("spoilt", ["inside out", "random winding", "doubled", "unwelded"])
+def test_a_cuboid_stays_one_however_its_triangles_are_kept(spoilt: str) -> None:
+    made = box((0, 0, 0), (3, 2, 1), 2)
+    vertices, triangles = np.array(made.vertices), np.array(made.faces)
+    rng = np.random.default_rng(1)
+    if spoilt == "inside out":
+        triangles = triangles[:, ::-1]
+    elif spoilt == "random winding":
+        turn = rng.random(len(triangles)) < 0.5
+        triangles = np.where(turn[:, None], triangles[:, ::-1], triangles)
+    elif spoilt == "doubled":
+        triangles = np.concatenate((triangles, triangles[:, ::-1], triangles))
+    else:
+        vertices = vertices[triangles].reshape(-1, 3)
+        vertices = vertices + rng.normal(size=vertices.shape) * 1e-8
+        triangles = np.arange(len(vertices)).reshape(-1, 3)
+    scene = scene_of_mesh(Mesh.of(vertices, triangles))
+    assert areas(scene) == pytest.approx([2, 2, 3, 3, 6, 6], rel=1e-5)
+    assert bends_of(scene) == pytest.approx([90.0] * 12, abs=1e-3)
+
+
+def test_two_chairs_apart_are_two_objects_and_their_faces_are_told_apart() -> None:
+    one = table()
+    other = one.copy()
+    other.apply_translation((2.2, 0, 0))
+    scene = scene_of(trimesh.util.concatenate([one, other]))
+    assert len(scene.bodies) == 2
+    assert {len(body.faces) for body in scene.bodies} == {len(scene.faces) // 2}
+
+
+def test_a_ball_has_no_face_and_a_patch_of_its_area() -> None:
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    scene = scene_of(ball)
+    assert not scene.faces
+    assert scene.patches[0].areas.sum() == pytest.approx(ball.area)
+    outwards = (scene.patches[0].normals * scene.patches[0].points).sum(axis=1)
+    assert (outwards > 0.9).all()
+
+
+def test_a_frame_scale_and_order_do_not_matter() -> None:
+    made = table(overlap=0.02)
+    rotation = Rotation.random(random_state=3).as_matrix()
+    rng = np.random.default_rng(0)
+    order = rng.permutation(len(made.faces))
+    turned = made.vertices @ rotation.T * 1000.0 + 1e5
+    before = scene_of(made)
+    after = scene_of_mesh(Mesh.of(turned, made.faces[order]), up=rotation @ np.array(UP))
+    assert areas(after) / 1e6 == pytest.approx(areas(before), rel=1e-4)
+    assert sorted(bends_of(after)) == pytest.approx(sorted(bends_of(before)), abs=0.01)
+
+
+def sheets(sides: tuple[float, float, float], *left_out: int) -> Scene:
+    """A block of single-layer walls without some of them: 0 and 1 are its bottom and its top."""
+    made = box((0, 0, 0), sides)
+    keep = np.ones(len(made.faces), dtype=bool)
+    for side in left_out:
+        keep &= made.face_normals[:, 2] != (-1.0, 1.0)[side]
+    return scene_of_mesh(Mesh.of(made.vertices, made.faces[keep][:, ::-1]), up=np.array(UP))
+
+
+def upwards(scene: Scene) -> list[float]:
+    return sorted(round(float(face.plane.normal[2]), 6) + 0.0 for face in scene.faces)
+
+
+def test_a_deep_box_without_a_bottom_shows_its_outside_alone() -> None:
+    assert upwards(sheets((1.0, 0.6, 2.0), 0)) == [0, 0, 0, 0, 1]
+
+
+def test_a_tray_of_single_sheets_has_an_inside_too() -> None:
+    assert upwards(sheets((3.0, 2.0, 0.3), 1)) == [-1, *[0] * 8, 1]
+
+
+def test_a_single_sheet_has_an_upper_and_a_lower_face() -> None:
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    scene = scene_of_mesh(Mesh.of(corners, [(0, 1, 2), (0, 2, 3)]), up=np.array(UP))
+    assert upwards(scene) == [-1, 1]
+    assert areas(scene) == pytest.approx([1.0, 1.0])
+
+
+@pytest.mark.parametrize("sections", [8, 12, 16, 48, 200])
+def test_a_round_leg_is_flat_at_its_ends_alone(sections: int) -> None:
+    made = trimesh.creation.cylinder(0.05, 1.0, sections=sections)
+    scene = scene_of(made)
+    assert upwards(scene) == [-1, 1]
+    ends = 2 * float(areas(scene)[0])
+    assert scene.patches[0].areas.sum() == pytest.approx(made.area - ends, rel=0.01)
+
+
+def test_round_outlines_keep_few_corners_and_their_area() -> None:
+    made = trimesh.creation.cylinder(0.6, 0.05, sections=500)
+    top = scene_of(made).faces[0]
+    assert 24 <= len(top.outline) <= 64
+    assert areas(scene_of(made))[-1] == pytest.approx(np.pi * 0.36, rel=0.005)
+
+
+def grid(bow: float) -> Mesh:
+    """A square of 30 x 30 corners, two wide, that rises by `bow` at two sides."""
+    x, y = (a.ravel() for a in np.meshgrid(np.linspace(-1, 1, 30), np.linspace(-1, 1, 30)))
+    corners = np.arange(900).reshape(30, 30)
+    a, b, c, d = (
+        corners[i : 29 + i, j : 29 + j].ravel() for i, j in ((0, 0), (0, 1), (1, 1), (1, 0))
+    )
+    triangles = np.concatenate((np.column_stack([a, b, c]), np.column_stack([a, c, d])))
+    return Mesh.of(np.column_stack([x, y, bow * x * x]), triangles)
+
+
+def test_a_bowed_seat_is_a_face_whose_plane_is_less_sure() -> None:
+    flat, bowed = (scene_of_mesh(grid(bow), up=np.array(UP)) for bow in (0.0, 0.06))
+    assert upwards(flat) == upwards(bowed) == [-1, 1]
+    tilt_sds = [
+        np.sqrt(np.linalg.eigvalsh(s.faces[0].plane.cov[:3, :3])[-1]) for s in (flat, bowed)
+    ]
+    rms = 0.06 * np.sqrt(4 / 45)  # of x² over -1 .. 1
+    # over a variance of 1/3 each way, by four places
+    assert tilt_sds[1] == pytest.approx(rms / np.sqrt(4 / 3), rel=0.05)
+    assert tilt_sds[0] < 1e-4
+
+
+def test_a_steep_bow_is_no_face() -> None:
+    assert not any(
+        face.area > 1.0 for face in FaceTable.of(scene_of_mesh(grid(1.0), up=np.array(UP))).faces
+    )
+
+
+def test_a_face_in_pieces_that_touch_without_shared_corners_is_one() -> None:
+    left = [(0, 0, 0), (1, 0, 0), (1, 2, 0), (0, 2, 0)]
+    right = [(1, -0.5, 0), (2, -0.5, 0), (2, 1.3, 0), (1, 1.3, 0)]
+    quads = [(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)]
+    scene = scene_of_mesh(Mesh.of([*left, *right], quads))
+    assert areas(scene) == pytest.approx([3.8, 3.8], rel=1e-3)
+
+
+def test_a_frame_has_a_face_with_a_hole() -> None:
+    outer = [(0, 0, 0), (4, 0, 0), (4, 3, 0), (0, 3, 0)]
+    inner = [(1, 1, 0), (3, 1, 0), (3, 2, 0), (1, 2, 0)]
+    sides = [(i, (i + 1) % 4, 4 + (i + 1) % 4, 4 + i) for i in range(4)]
+    triangles = [(a, b, c) for a, b, c, _ in sides] + [(a, c, d) for a, _, c, d in sides]
+    scene = scene_of_mesh(Mesh.of([*outer, *inner], triangles))
+    assert [(len(f.outline), len(f.holes[0])) for f in scene.faces] == [(4, 4), (4, 4)]
+    assert areas(scene) == pytest.approx([10.0, 10.0])
+
+
+def test_the_rest_of_a_ball_has_no_hole_in_a_grid_of_64() -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    patch = scene_of(ball).patches[0]
+    cell = np.linalg.norm(np.ptp(ball.vertices, axis=0)) / 64
+    dense = ball.sample(20000, seed=1)
+    gaps = cKDTree(patch.points).query(dense)[0]
+    assert gaps.max() < cell
+
+
+@pytest.mark.parametrize("made", ["ball", "far", "huge"])
+def test_facts_of_every_mesh_can_be_stated(made: str) -> None:
+    block = box((0, 0, 0), (3, 2, 1))
+    if made == "ball":
+        block = trimesh.creation.icosphere(subdivisions=2)
+    elif made == "far":
+        block.apply_translation((1e9, -1e9, 1e9))
+    else:
+        block.apply_scale(1e9)
+    facts = scene_facts(scene_of(block))
+    assert sum(fact.functor == "face" for fact in facts) == (0 if made == "ball" else 6)

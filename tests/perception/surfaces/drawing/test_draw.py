@@ -1,0 +1,169 @@
+"""Drawings show what is in front, and only that."""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from facetlog.perception.reading.read_views import read_views
+from facetlog.perception.surfaces.drawing.draw import contact_sheet, draw_scene
+from facetlog.perception.surfaces.drawing.frustum import Frustum
+from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
+from facetlog.perception.surfaces.drawing.lettering import ColourImage, Lettering
+from facetlog.perception.types import (
+    Camera,
+    Edge,
+    Evidence,
+    Face,
+    FloatArray,
+    Observation,
+    Plane,
+    Pose,
+    Scene,
+    Vertex,
+    View,
+)
+
+LOOPS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+EDGES = tuple(
+    sorted({(min(a, b), max(a, b)) for r in LOOPS for a, b in zip(r, (*r[1:], r[0]), strict=True)})
+)
+UNIT_CUBE = np.array(
+    [[x, y, z] for z in (0.0, 1.0) for x, y in ((0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0))]
+)
+
+
+def _scene(points: FloatArray, *, implied: bool = False, views: tuple[str, ...] = ("a",)) -> Scene:
+    faces = []
+    for loop in LOOPS:
+        normal = np.cross(points[loop[1]] - points[loop[0]], points[loop[2]] - points[loop[1]])
+        normal /= np.linalg.norm(normal)
+        offset = -float(normal @ points[loop[0]])
+        faces.append(Face(loop, Plane(normal, offset, np.eye(4) * 1e-6)))
+    evidence = Evidence.IMPLIED if implied else Evidence.MEASURED
+    seen = (Observation(0, [20.0, 20.0], np.eye(2)),)
+    return Scene(
+        "cube",
+        views,
+        tuple(Vertex(p, np.eye(3) * 1e-4, seen if i == 0 else ()) for i, p in enumerate(points)),
+        tuple(Edge(a, b, evidence=evidence) for a, b in EDGES),
+        tuple(faces),
+    )
+
+
+def _view(centre: tuple[float, float, float], width: int = 320) -> View:
+    """A camera that looks at the middle of the unit cube."""
+    forward = np.array([0.5, 0.5, 0.5]) - centre
+    forward /= np.linalg.norm(forward)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    rotation = np.column_stack([right, np.cross(forward, right), forward])
+    height = width * 3 // 4
+    camera = Camera(width, height, width, width, (width - 1) / 2, (height - 1) / 2)
+    image = np.full((height, width), 90, dtype=np.uint8)
+    return View("a", image, camera, Pose(rotation, np.array(centre)))
+
+
+def _green(image: ColourImage) -> int:
+    """Pixels of the edges' green, which no tint of a face on mid-grey reaches."""
+    blue, green, red = np.moveaxis(image.astype(int), -1, 0)
+    return int((green - np.maximum(blue, red) > 100).sum())
+
+
+def test_faces_behind_others_are_hidden() -> None:
+    surface = hidden_surface(_view((4.0, 3.0, 2.5)), _scene(UNIT_CUBE))
+    assert set(np.unique(surface.face)) == {-1, 1, 3, 4}  # top, x = 1 and y = 1
+
+
+def test_depth_is_measured_along_the_optical_axis() -> None:
+    view = _view((4.0, 0.5, 0.5))
+    surface = hidden_surface(view, _scene(UNIT_CUBE))
+    assert surface.depth[120, 160] == pytest.approx(3.0)
+    assert np.isinf(surface.depth[0, 0])
+
+
+def test_a_hidden_edge_is_not_drawn() -> None:
+    near, far = UNIT_CUBE, UNIT_CUBE * 0.4 + np.array([-3.0, 0.3, 0.3])  # the second is behind
+    view = _view((4.0, 0.51, 0.52))
+    alone = _green(draw_scene(view, _scene(far)))
+    assert alone > 50
+    both = _scene(near)
+    loose = Scene("s", ("a",), (*both.vertices, *_scene(far).vertices), (Edge(8, 14),), both.faces)
+    assert _green(draw_scene(view, loose)) == _green(
+        draw_scene(view, Scene("s", ("a",), both.vertices, (), both.faces))
+    )
+
+
+def test_implied_edges_are_dashed() -> None:
+    view = _view((4.0, 3.0, 2.5), 640)
+    solid = _green(draw_scene(view, _scene(UNIT_CUBE)))
+    dashed = _green(draw_scene(view, _scene(UNIT_CUBE, implied=True)))
+    assert 0.3 * solid < dashed < 0.75 * solid
+
+
+@pytest.mark.parametrize("width", [64, 640, 4000])
+def test_the_legend_is_added_below_at_any_size(width: int) -> None:
+    view = _view((4.0, 3.0, 2.5), width)
+    image = draw_scene(view, _scene(UNIT_CUBE), verdict="a box (99 %) 90° ± 1°")
+    assert image.shape[1] == width
+    assert image.shape[0] > view.image.shape[0]
+    assert image.dtype == np.uint8
+
+
+@pytest.mark.parametrize(
+    "centre", [(0.5, 0.4, 0.6), (1.0, 0.5, 0.51), (1.0001, 0.5, 0.51), (0.9, -0.2, 0.5)]
+)
+def test_a_camera_inside_or_touching_the_thing_can_be_drawn(
+    centre: tuple[float, float, float],
+) -> None:
+    assert draw_scene(_view(centre), _scene(UNIT_CUBE)).any()
+
+
+def test_a_scene_without_anything_is_drawn_as_the_picture() -> None:
+    view = _view((4.0, 3.0, 2.5))
+    image = draw_scene(view, Scene("nothing"))
+    assert (image[: view.camera.height] == 90).all()
+
+
+def test_clipping_keeps_what_is_in_view() -> None:
+    view = _view((4.0, 3.0, 2.5))
+    frustum = Frustum(view.camera, view.pose)
+    ring = UNIT_CUBE[:4]
+    expected = (view.projection @ np.column_stack([ring, np.ones(4)]).T).T
+    np.testing.assert_allclose(frustum.polygon(ring), expected[:, :2] / expected[:, 2:])
+    assert len(frustum.polygon(ring + np.full(3, 20.0))) == 0  # behind the camera
+    assert frustum.segment([20.0, 20.0, 20.0], [21.0, 20.0, 20.0]) is None
+    through = frustum.segment([0.5, 0.5, 0.5], [20.0, 20.0, 20.0])  # from the scene to behind
+    assert through is not None
+    assert np.isfinite(frustum.pixels(through)).all()
+
+
+def test_words_do_not_overlap() -> None:
+    image = np.zeros((100, 100, 3), dtype=np.uint8)
+    lettering = Lettering(image)
+    assert lettering.place("f1", ((50.0, 50.0),), 12.0, (255, 255, 255))
+    assert not lettering.place("f2", ((52.0, 52.0),), 12.0, (255, 255, 255))
+    assert not lettering.place("f3", ((99.0, 50.0),), 12.0, (255, 255, 255))  # leaves the picture
+
+
+def test_a_sheet_holds_pictures_of_different_shapes() -> None:
+    wide = np.full((30, 90, 3), 200, np.uint8)
+    tall = np.full((90, 30, 3), 200, np.uint8)
+    sheet = contact_sheet([wide, tall, wide, wide], width=300)
+    assert sheet.shape[1] == 300
+    with pytest.raises(ValueError, match="at least one"):
+        contact_sheet([])
+
+
+def test_a_real_cube_is_tinted_where_the_picture_shows_it() -> None:
+    folder = Path(os.environ.get("FACETLOG_DATA", "absent")) / "images" / "visp_cube"
+    if not folder.is_dir():
+        pytest.skip("FACETLOG_DATA has no images/visp_cube")
+    truth = json.loads((folder / "ground_truth.json").read_text())
+    points = np.array(truth["vertices"])
+    view = read_views(folder).views[0]
+    scene = _scene(points * [-1, 1, 1] if np.linalg.det(points[[1, 3, 4]]) < 0 else points)
+    faces = set(np.unique(hidden_surface(view, scene).face)) - {-1}
+    assert len(faces) == 3

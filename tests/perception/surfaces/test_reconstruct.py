@@ -1,0 +1,181 @@
+"""Views into a scene: accuracy, and what must not matter."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from facetlog.errors import InconsistentViewsError, InputError
+from facetlog.perception.step_clock import StepClock
+from facetlog.perception.surfaces.reconstruct import reconstruct
+from facetlog.perception.types import FloatArray, Pose, Scene, View
+from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled
+from facetlog.robot.rendering.worlds import make_world
+from tests.rendered import solid_truth, tour
+
+FRONT_ENDS = ("lines", "paper")
+UP = np.array([0.0, 0.0, 1.0])
+TRUE = np.array(solid_truth(make_world("block")).vertices)
+FRAME = random_similarity(np.random.default_rng(11), scale=1000.0, reach=1e4)
+
+
+def scene_of(views: tuple[View, ...], front_end: str, up: FloatArray = UP) -> Scene:
+    return reconstruct(views, name="block", up=up, front_end=front_end)
+
+
+@cache
+def block_scene(front_end: str) -> Scene:
+    return scene_of(tour("block"), front_end)
+
+
+def errors(scene: Scene, true: FloatArray = TRUE) -> FloatArray:
+    """Distances of the scene's vertices from the nearest true ones, each taken once."""
+    away = np.linalg.norm(scene.points[:, None] - true[None], axis=-1)
+    assert len(set(away.argmin(axis=1))) == len(away)
+    return away.min(axis=1)
+
+
+def rms(scene: Scene, true: FloatArray = TRUE) -> float:
+    return float(np.sqrt((errors(scene, true) ** 2).mean()))
+
+
+def loops(scene: Scene, frame: Similarity | None = None) -> set[frozenset[int]]:
+    """Each face as the set of the true corners that it has."""
+    true = TRUE if frame is None else frame.scale * TRUE @ frame.rotation.T + frame.shift
+    owner = np.linalg.norm(scene.points[:, None] - true[None], axis=-1).argmin(axis=1)
+    return {frozenset(int(owner[v]) for v in f.outline) for f in scene.faces}
+
+
+@pytest.mark.parametrize("front_end", FRONT_ENDS)
+def test_the_blocks_vertices_are_within_a_tenth_of_an_inch(front_end: str) -> None:
+    scene = block_scene(front_end)
+    assert len(scene.vertices) == 8
+    assert rms(scene) < 0.1
+    assert errors(scene).max() < 0.2
+
+
+@pytest.mark.parametrize("front_end", FRONT_ENDS)
+def test_the_blocks_visible_faces_are_found_and_no_other(front_end: str) -> None:
+    true = {frozenset(f) for f in solid_truth(make_world("block")).faces}
+    assert len(loops(block_scene(front_end))) == len(block_scene(front_end).faces) == 5
+    assert loops(block_scene(front_end)) < true
+
+
+@pytest.mark.parametrize("front_end", FRONT_ENDS)
+def test_normals_point_out_of_the_block(front_end: str) -> None:
+    scene = block_scene(front_end)
+    for face in scene.faces:
+        assert face.plane.distance(TRUE.mean(axis=0)) < -2.0
+
+
+@pytest.mark.parametrize("front_end", FRONT_ENDS)
+def test_the_stated_deviations_are_of_the_errors_size(front_end: str) -> None:
+    scene = block_scene(front_end)
+    nearest = np.linalg.norm(scene.points[:, None] - TRUE[None], axis=-1).argmin(axis=1)
+    off = scene.points - TRUE[nearest]
+    squares = [e @ np.linalg.solve(v.cov, e) for e, v in zip(off, scene.vertices, strict=True)]
+    # Three degrees of freedom and eight vertices: loose bounds.
+    assert 0.3 < np.median(squares) < 9.0
+
+
+@pytest.mark.parametrize("front_end", FRONT_ENDS)
+def test_another_frame_and_scale_give_the_same_scene(front_end: str) -> None:
+    views = tuple(FRAME.view(v) for v in tour("block"))
+    moved, scene = scene_of(views, front_end, FRAME.rotation @ UP), block_scene(front_end)
+    assert loops(moved, FRAME) == loops(scene)
+    true = FRAME.scale * TRUE @ FRAME.rotation.T + FRAME.shift
+    assert rms(moved, true) < 0.1 * FRAME.scale
+    expected = FRAME.scale * scene.points @ FRAME.rotation.T + FRAME.shift
+    away = np.linalg.norm(moved.points[:, None] - expected[None], axis=-1).min(axis=1)
+    assert away.max() < 0.02 * FRAME.scale
+
+
+@pytest.mark.parametrize("front_end", FRONT_ENDS)
+def test_the_order_of_the_views_does_not_matter(front_end: str) -> None:
+    order = np.random.default_rng(0).permutation(24)
+    scene = block_scene(front_end)
+    other = scene_of(tuple(tour("block")[k] for k in order), front_end)
+    assert loops(other) == loops(scene)
+    away = np.linalg.norm(other.points[:, None] - scene.points[None], axis=-1).min(axis=1)
+    assert away.max() < 0.02
+
+
+def test_without_up_the_lines_are_the_same() -> None:
+    scene = reconstruct(tour("block"), name="block")
+    assert scene.up is None
+    np.testing.assert_allclose(scene.points, block_scene("lines").points)
+
+
+@pytest.mark.parametrize("front_end", FRONT_ENDS)
+def test_two_views_are_no_contradiction(front_end: str) -> None:
+    scene = scene_of((tour("block")[0], tour("block")[3]), front_end)
+    # Lines need a third view to confirm them; labelled vertices do not.
+    assert len(scene.views) == 2
+    if scene.vertices:
+        assert errors(scene).max() < 1.0
+
+
+@pytest.mark.parametrize("front_end", FRONT_ENDS)
+@pytest.mark.parametrize(("level", "fault"), [(2, "black"), (90, "of one grey level")])
+def test_pictures_without_anything_are_reported(front_end: str, level: int, fault: str) -> None:
+    flat = np.full((480, 640), level, np.uint8)
+    views = tuple(View(v.name, flat, v.camera, v.pose) for v in tour("block")[:6])
+    with pytest.raises(InputError, match=f"all 6 pictures are {fault}"):
+        scene_of(views, front_end)
+
+
+def test_a_black_picture_is_named_and_the_rest_used() -> None:
+    first, *rest = tour("block")
+    black = replace(first, image=np.zeros_like(first.image))
+    scene = scene_of((black, *rest), "lines")
+    assert rms(scene) < 0.1
+    assert scene.views == tuple(v.name for v in rest)
+    assert scene.warnings == (f"{first.name}: black, left out",)
+
+
+def _a_thousand_times_off(pose: Pose) -> Pose:
+    return Pose(pose.rotation, 1000.0 * pose.centre)
+
+
+def _turned_round(pose: Pose) -> Pose:
+    return Pose(pose.rotation @ np.diag([-1.0, 1.0, -1.0]), pose.centre)
+
+
+def _beside(pose: Pose) -> Pose:
+    return Pose(pose.rotation, pose.centre + 3.0)
+
+
+@pytest.mark.parametrize("wrong", [_a_thousand_times_off, _turned_round, _beside])
+def test_one_gross_pose_is_named_and_the_rest_used(wrong: Callable[[Pose], Pose]) -> None:
+    views = list(tour("block"))
+    views[7] = replace(views[7], pose=wrong(views[7].pose))
+    scene = scene_of(tuple(views), "lines")
+    assert rms(scene) < 0.1
+    assert loops(scene) == loops(block_scene("lines"))
+    (warning,) = scene.warnings
+    assert warning.startswith(f"{views[7].name}: pose and picture contradict the other views")
+
+
+@pytest.mark.parametrize("front_end", FRONT_ENDS)
+def test_shuffled_poses_are_reported(front_end: str) -> None:
+    views = shuffled(tour("block"), np.random.default_rng(1))
+    with pytest.raises(InconsistentViewsError, match="24 views"):
+        scene_of(views, front_end)
+
+
+@pytest.mark.parametrize("front_end", FRONT_ENDS)
+def test_steps_are_timed_and_progress_is_reported(front_end: str) -> None:
+    clock = StepClock()
+    calls: list[tuple[str, int, int]] = []
+    reconstruct(
+        tour("block")[:3],
+        name="block",
+        up=UP,
+        front_end=front_end,
+        progress=lambda *call: calls.append(call),
+        clock=clock,
+    )
+    assert "vertices and planes" in {step.name for step in clock.times}
+    assert {total for _, _, total in calls} == {3}

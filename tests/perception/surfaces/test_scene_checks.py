@@ -1,0 +1,163 @@
+"""Faults of scenes that the schema cannot say: each at its place; sound scenes have none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
+from facetlog.perception.surfaces.scene_checks import scene_faults
+from facetlog.perception.types import Body, Face, Observation, Patch, Plane, Scene, Vertex
+
+CUBE = cuboid(0.3, 0.2, 0.1)
+
+
+def _said(scene: Scene) -> list[str]:
+    return [str(fault) for fault in scene_faults(scene)]
+
+
+def _with_vertex(index: int, vertex: Vertex) -> Scene:
+    return replace(CUBE, vertices=(*CUBE.vertices[:index], vertex, *CUBE.vertices[index + 1 :]))
+
+
+def _with_face(face: Face) -> Scene:
+    return replace(CUBE, faces=(face, *CUBE.faces[1:]))
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_what_builders_make_is_sound(name: str) -> None:
+    assert _said(build(name, {})) == []
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.floats(1e-3, 1e6),
+    st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3),
+    st.integers(0, 2**32 - 1),
+)
+def test_soundness_does_not_depend_on_unit_place_or_direction(
+    unit: float, shift: list[float], seed: int
+) -> None:
+    rotation, _ = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))
+    rotation *= np.sign(np.linalg.det(rotation))
+    scene = moved(CUBE, rotation, shift)
+    vertices = tuple(Vertex(v.point * unit, v.cov * unit**2) for v in scene.vertices)
+    levers = np.diag([1.0, 1.0, 1.0, unit])
+    faces = tuple(
+        replace(
+            f, plane=Plane(f.plane.normal, f.plane.offset * unit, levers @ f.plane.cov @ levers)
+        )
+        for f in scene.faces
+    )
+    scene = replace(scene, vertices=vertices, faces=faces)
+    assert _said(scene) == []
+    pushed = vertices[0].point + 0.05 * unit * faces[0].plane.normal
+    moved_one = replace(scene, vertices=(Vertex(pushed, vertices[0].cov), *vertices[1:]))
+    assert any("off the face's plane" in said for said in _said(moved_one))
+
+
+def test_an_up_that_is_no_unit_vector_is_told() -> None:
+    said = _said(replace(CUBE, up=np.array([0.0, 0.0, 2.0])))
+    assert said == ["$.up: is 2 long: give a unit vector, or null"]
+
+
+def test_covariances_that_are_none_are_told() -> None:
+    skew, negative = 1e-6 * np.eye(3), np.diag([1e-6, 1e-6, -1e-8])
+    skew[0, 1] = 1e-7
+    point = CUBE.vertices[3].point
+    assert _said(_with_vertex(3, Vertex(point, skew))) == [
+        "$.vertices[3].cov: is not symmetric: it is no covariance"
+    ]
+    assert _said(_with_vertex(3, Vertex(point, negative))) == [
+        "$.vertices[3].cov: has the negative variance -1e-08 one way: it is no covariance"
+    ]
+    seen = Observation(0, np.zeros(2), -np.eye(2))
+    scene = replace(_with_vertex(3, Vertex(point, 1e-6 * np.eye(3), (seen,))), views=("a.png",))
+    assert [fault.path for fault in scene_faults(scene)] == ["$.vertices[3].observations[0].cov"]
+    plane = CUBE.faces[0].plane
+    face = replace(CUBE.faces[0], plane=Plane(plane.normal, plane.offset, -np.eye(4)))
+    assert [fault.path for fault in scene_faults(_with_face(face))] == ["$.faces[0].plane.cov"]
+
+
+def test_vertices_without_use_are_told_in_one_line() -> None:
+    scene = replace(CUBE, vertices=(*CUBE.vertices, *CUBE.vertices))
+    assert _said(scene) == [
+        "$.vertices: no edge, face or patch uses 8 of 16 (8, 9, 10, 11, 12, …): remove them"
+    ]
+    reached = Patch(np.zeros((1, 3)), np.zeros((1, 3)), np.ones(1), hull=tuple(range(8, 16)))
+    assert _said(replace(scene, patches=(reached,), bodies=(Body(patches=(0,)),))) == []
+
+
+def test_an_outline_that_crosses_itself_is_told() -> None:
+    a, b, c, d = CUBE.faces[0].outline
+    (said,) = _said(_with_face(replace(CUBE.faces[0], outline=(a, c, b, d))))
+    assert said == "$.faces[0].outline: crosses itself and has no area"
+
+
+def _flat(*corners: tuple[float, float]) -> Scene:
+    points = [(x, y, 0.0) for x, y in corners]
+    plane = Plane(np.array([0.0, 0.0, 1.0]), 0.0, 1e-6 * np.eye(4))
+    vertices = tuple(Vertex(np.array(p), 1e-6 * np.eye(3)) for p in points)
+    return Scene("flat", vertices=vertices, faces=(Face(tuple(range(len(points))), plane),))
+
+
+def test_an_outline_that_crosses_itself_unevenly_is_told() -> None:
+    (said,) = _said(_flat((0, 0), (3, 0), (3, 1), (1, -1), (0, 2)))
+    assert said == ("$.faces[0].outline: crosses itself: give its vertices in their order round it")
+
+
+def test_an_outline_that_only_touches_itself_is_sound() -> None:
+    two_squares = ((0, 0), (1, 0), (1, 1), (2, 1), (2, 2), (1, 2), (1, 1), (0, 1))
+    assert _said(_flat(*two_squares)) == []
+    touching_side = ((0, 0), (4, 0), (4, 4), (2, 0), (0, 4))
+    assert _said(_flat(*touching_side)) == []
+
+
+def test_an_outline_the_wrong_way_round_is_told() -> None:
+    (said,) = _said(_with_face(replace(CUBE.faces[0], outline=CUBE.faces[0].outline[::-1])))
+    assert said.startswith("$.faces[0].outline: runs clockwise seen from outside")
+
+
+def test_a_face_without_area_is_told() -> None:
+    a, b, _, _ = CUBE.faces[0].outline
+    middle = (CUBE.vertices[a].point + CUBE.vertices[b].point) / 2
+    vertices = (*CUBE.vertices, Vertex(middle, 1e-6 * np.eye(3)))
+    face = replace(CUBE.faces[0], outline=(a, b, len(CUBE.vertices)))
+    scene = replace(CUBE, vertices=vertices, faces=(*CUBE.faces, face))
+    assert _said(scene) == ["$.faces[6].outline: has no area"]
+
+
+def test_a_hole_outside_its_outline_is_told() -> None:
+    corners = CUBE.points[list(CUBE.faces[0].outline)]
+    beyond = corners + 2.0 * (corners[2] - corners[0])
+    start = len(CUBE.vertices)
+    vertices = (*CUBE.vertices, *(Vertex(p, 1e-6 * np.eye(3)) for p in beyond))
+    face = replace(CUBE.faces[0], holes=((start, start + 3, start + 2, start + 1),))
+    scene = replace(CUBE, vertices=vertices, faces=(face, *CUBE.faces[1:]))
+    assert _said(scene) == ["$.faces[0].holes: lie outside the outline, or cross it or each other"]
+
+
+def test_a_vertex_off_a_plane_is_told_only_beyond_its_noise() -> None:
+    face = CUBE.faces[0]
+    index = face.outline[2]
+    off = CUBE.vertices[index].point + 0.02 * face.plane.normal
+    extent = np.linalg.norm(np.ptp(CUBE.points[list(face.outline)], axis=0))
+    said = _said(_with_vertex(index, Vertex(off, 1e-6 * np.eye(3))))
+    # The vertex stays in the other two planes, which hold this normal.
+    assert said == [
+        f"$.faces[0].outline[2]: vertex {index} is 0.02 off the face's plane, "
+        f"{0.02 / extent:.1%} of its extent"
+    ]
+    assert _said(_with_vertex(index, Vertex(off, 1e-4 * np.eye(3)))) == []
+
+
+def test_normals_of_a_patch_are_unit_vectors_or_zero() -> None:
+    normals = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 3.0, 0.0], [2.0, 0.0, 0.0]])
+    scene = replace(CUBE, patches=(Patch(np.zeros((4, 3)), normals, np.ones(4)),))
+    assert _said(scene) == [
+        "$.patches[0].normals[2]: is 3 long: give unit vectors, or zeros where not known"
+        " (and 1 more)"
+    ]

@@ -1,0 +1,186 @@
+"""Scenes out and in: every bit comes back, and a bad file is told in one line."""
+
+import json
+import os
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facetlog.errors import InputError
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, room_corner, stick_table
+from facetlog.perception.surfaces.scene_file import (
+    read_scene,
+    scene_from_json,
+    scene_schema,
+    scene_to_json,
+    write_scene,
+)
+from facetlog.perception.types import (
+    Edge,
+    Evidence,
+    Face,
+    Observation,
+    Plane,
+    PositionLabel,
+    Scene,
+    Vertex,
+)
+
+finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
+share = st.floats(0.0, 1.0)
+
+
+def square(n: int) -> st.SearchStrategy[np.ndarray]:
+    return st.lists(finite, min_size=n * n, max_size=n * n).map(
+        lambda xs: np.array(xs).reshape(n, n)
+    )
+
+
+@st.composite
+def scenes(draw: st.DrawFn) -> Scene:
+    views = draw(st.lists(st.text(max_size=5), max_size=3))
+    observations = st.builds(
+        Observation,
+        st.integers(0, max(len(views) - 1, 0)),
+        st.lists(finite, min_size=2, max_size=2),
+        square(2),
+    )
+    vertices = draw(
+        st.lists(
+            st.builds(
+                Vertex,
+                st.lists(finite, min_size=3, max_size=3),
+                square(3),
+                st.lists(observations, max_size=2 if views else 0).map(tuple),
+                st.none() | st.sampled_from(PositionLabel),
+            ),
+            min_size=4,
+            max_size=6,
+        )
+    )
+    index = st.integers(0, len(vertices) - 1)
+    ring = st.lists(index, min_size=3, max_size=4, unique=True).map(tuple)
+    angle = draw(st.floats(0.0, 6.0))
+    plane = st.builds(Plane, st.just([np.cos(angle), np.sin(angle), 0.0]), finite, square(4))
+    evidence = st.sampled_from(Evidence)
+    faces = st.builds(
+        Face, ring, plane, st.lists(ring, max_size=1).map(tuple), share, share, evidence
+    )
+    return Scene(
+        draw(st.text(max_size=8)),
+        tuple(views),
+        tuple(vertices),
+        tuple(draw(st.lists(st.builds(Edge, index, index, share, evidence), max_size=3))),
+        tuple(draw(st.lists(faces, max_size=3))),
+        draw(st.none() | st.just(np.array([0.0, 0.6, 0.8]))),
+        draw(st.booleans()),
+        tuple(draw(st.lists(st.text(max_size=5), max_size=2))),
+    )
+
+
+@settings(max_examples=20, deadline=None)
+@given(scenes())
+def test_a_scene_comes_back_bit_for_bit(scene: Scene) -> None:
+    text = scene_to_json(scene)
+    back = scene_from_json(text)
+    assert scene_to_json(back) == text
+    assert [v.cov.tobytes() for v in back.vertices] == [v.cov.tobytes() for v in scene.vertices]
+
+
+@pytest.mark.parametrize("build", [cuboid, room_corner, stick_table])
+def test_a_file_holds_the_scene(build: Callable[[], Scene], tmp_path: Path) -> None:
+    path = tmp_path / "scene.json"
+    write_scene(build(), path)
+    assert scene_to_json(read_scene(path)) == scene_to_json(build())
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.json"]
+
+
+SEEN = {"view": 0, "uv": [0, 0], "cov": [[1, 0], [0, 1]]}
+
+
+def _change(**changes: Any) -> str:
+    return json.dumps({**json.loads(scene_to_json(cuboid())), **changes})
+
+
+def _broken(*path: str | int, value: Any) -> str:
+    content = json.loads(scene_to_json(cuboid()))
+    place = content
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value
+    return json.dumps(content)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", r"\$: Invalid JSON: .*: it is cut short, write the scene anew$"),
+        (_change()[:-40], r"\$: Invalid JSON: .*: it is cut short, write the scene anew$"),
+        ("{x}", r"\$: Invalid JSON: .*[^t]: write the scene anew$"),
+        ("[]", r"\$: "),
+        (_change(schema="facetlog-scene/9"), r"\$\.schema: .*'facetlog-scene/1'"),
+        (_change(extra=1), r"\$\.extra: "),
+        (_broken("vertices", 3, "point", 1, value="x"), r"\$\.vertices\[3\]\.point\[1\]: "),
+        (_broken("faces", 2, "outline", 0, value=99), r"\$\.faces\[2\]\.outline: vertex 99 "),
+        (_broken("faces", 2, "outline", value=[1, 2, 2]), r"\$\.faces\[2\]: an outline is"),
+        (_broken("faces", 1, "plane", "normal", value=[2, 0, 0]), r"\$\.faces\[1\]: the normal"),
+        (_broken("faces", 1, "support", value=1.5), r"\$\.faces\[1\]\.support: "),
+        (_broken("edges", 0, "start", value=-1), r"\$\.edges\[0\]\.start: "),
+        (
+            _broken("vertices", 0, "observations", value=[SEEN]),
+            r"\$\.vertices\[0\]\.observations\[0\]\.view: view 0 ",
+        ),
+        (_broken("vertices", 0, "point", 0, value=float("nan")), r"\$"),
+    ],
+)  # fmt: skip
+def test_a_bad_file_is_told_by_name_and_place(text: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "bad.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=rf"bad\.json: {message}") as caught:
+        read_scene(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_missing_file_is_an_input_error(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"no\.json: cannot be read: No such file"):
+        read_scene(tmp_path / "no.json")
+
+
+def test_a_failed_write_leaves_the_older_file(tmp_path: Path) -> None:
+    path = tmp_path / "scene.json"
+    write_scene(cuboid(), path)
+    before = path.read_bytes()
+    bad = Scene("bad", vertices=(Vertex([np.nan, 0, 0], np.eye(3)),))  # type: ignore[arg-type]
+    with pytest.raises(ValueError, match="JSON"):
+        write_scene(bad, path)
+    assert path.read_bytes() == before
+    with pytest.raises(InputError, match="cannot be written"):
+        write_scene(cuboid(), tmp_path / "no" / "scene.json")
+
+
+def test_the_published_schema_is_this_one() -> None:
+    published = Path(__file__).parents[3] / "docs" / "scene.schema.json"
+    assert published.read_text(encoding="utf-8") == scene_schema()
+
+
+def test_a_link_is_followed_and_a_pipe_is_written_to(tmp_path: Path) -> None:
+    scene = cuboid()
+    real, link = tmp_path / "real.json", tmp_path / "link.json"
+    link.symlink_to(real)
+    write_scene(scene, link)
+    assert link.is_symlink()
+    assert read_scene(real).faces
+
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = subprocess.Popen(["cat", pipe], stdout=subprocess.PIPE)
+    write_scene(scene, pipe)
+    said, _ = reader.communicate(timeout=20)
+    assert said == real.read_bytes()
+    assert pipe.is_fifo()

@@ -1,0 +1,245 @@
+"""Tracks and loops into a scene."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
+from facetlog.perception.surfaces.scene_from_tracks import assemble, pose_noise_px
+from facetlog.perception.types import (
+    Camera,
+    FloatArray,
+    Observation,
+    Pose,
+    PositionLabel,
+    Scene,
+    Track,
+    View,
+)
+from facetlog.robot.rendering.solids import cuboid
+from facetlog.robot.tour import ring_poses
+
+CAMERA = Camera(640, 480, 600.0, 600.0, 319.5, 239.5)
+BLOCK = cuboid(10.0, 8.0, 6.0)
+PIXEL_SD = 0.2
+BOTTOM = next(k for k, f in enumerate(BLOCK.faces) if not BLOCK.vertices[list(f), 2].any())
+
+
+def cameras(count: int = 12) -> tuple[View, ...]:
+    image = np.zeros((480, 640), np.uint8)
+    poses = ring_poses([0.0, 0.0, 3.0], 30.0, (15.0, 22.0), count)
+    return tuple(View(f"{k}.png", image, CAMERA, pose) for k, pose in enumerate(poses))
+
+
+def turned_a_little(views: tuple[View, ...], rng: np.random.Generator, px: float):
+    """The views, each with its picture shifted by normal errors of `px` pixels per axis."""
+    moved = []
+    for view in views:
+        a, b = px / CAMERA.fx * rng.normal(size=2)
+        turn = np.array([[1, 0, a], [0, 1, b], [-a, -b, 1]])
+        q, r = np.linalg.qr(turn)
+        q = q * np.sign(np.diag(r))
+        moved.append(replace(view, pose=Pose(view.pose.rotation @ q, view.pose.centre)))
+    return tuple(moved)
+
+
+def tracks_of(views: tuple[View, ...], rng: np.random.Generator, sd: float = PIXEL_SD):
+    tracks = []
+    for point in BLOCK.vertices:
+        seen = []
+        for k, view in enumerate(views):
+            h = view.projection @ np.append(point, 1.0)
+            uv = h[:2] / h[2] + sd * rng.normal(size=2)
+            seen.append(Observation(k, uv, max(sd, 0.02) ** 2 * np.eye(2)))
+        tracks.append(Track(tuple(seen)))
+    return tuple(tracks)
+
+
+def tracked(views: tuple[View, ...], seed: int = 0, sd: float = PIXEL_SD) -> TrackedFaces:
+    faces = tuple(TrackedFace(f, support=0.8) for k, f in enumerate(BLOCK.faces) if k != BOTTOM)
+    tracks = tracks_of(views, np.random.default_rng(seed), sd)
+    return TrackedFaces(tracks, faces, (1.0,) * len(views))
+
+
+def scene_of(found: TrackedFaces, views: tuple[View, ...], **given: object) -> Scene:
+    return assemble(found, views, name="block", up=None, metric=False, **given)
+
+
+def arrays(found: TrackedFaces, views: tuple[View, ...]):
+    uv = np.array([[o.uv for o in t.observations] for t in found.tracks])
+    cov = np.array([[o.cov for o in t.observations] for t in found.tracks])
+    seen = np.ones(uv.shape[:2], np.bool_)
+    return uv, cov, seen, np.array([v.projection for v in views])
+
+
+def vertex_errors(scene: Scene) -> FloatArray:
+    """Distances of the vertices from the block's corners, which come in the same order."""
+    return np.linalg.norm(scene.points - BLOCK.vertices, axis=1)
+
+
+def test_exact_poses_show_no_pose_noise() -> None:
+    views = cameras()
+    noise = [pose_noise_px(*arrays(tracked(views, seed), views)) for seed in range(10)]
+    assert np.median(noise) < 0.4 * PIXEL_SD
+
+
+@pytest.mark.parametrize("px", [0.5, 1.0, 2.0])
+def test_the_poses_own_error_is_measured(px: float) -> None:
+    views = cameras(16)
+    noise = []
+    for seed in range(8):
+        rng = np.random.default_rng([seed, 1])
+        recorded = turned_a_little(views, rng, px)
+        noise.append(pose_noise_px(*arrays(tracked(views, seed), recorded)))
+    assert np.mean(noise) == pytest.approx(px, rel=0.25)
+
+
+def test_one_wild_track_does_not_pass_for_pose_noise() -> None:
+    views = cameras()
+    uv, cov, seen, projections = arrays(tracked(views), views)
+    uv[3] += np.random.default_rng(0).uniform(-40, 40, uv[3].shape)
+    assert pose_noise_px(uv, cov, seen, projections) < 2 * PIXEL_SD
+
+
+def test_without_a_point_the_pose_noise_is_that_of_real_poses() -> None:
+    views = cameras()
+    uv, cov, seen, projections = arrays(tracked(views), views)
+    assert pose_noise_px(uv, cov, np.zeros_like(seen), projections) == 1.0
+
+
+def test_the_scene_is_the_block() -> None:
+    views = cameras()
+    scene = scene_of(tracked(views), views)
+    assert np.sqrt((vertex_errors(scene) ** 2).mean()) < 0.01
+    assert len(scene.faces) == 5
+    assert len(scene.edges) == 12
+    assert scene.views == tuple(v.name for v in views)
+    assert {e.support for e in scene.edges} == {0.8}
+
+
+@pytest.mark.parametrize("px", [0.0, 1.0])
+def test_covariances_of_vertices_are_honest(px: float) -> None:
+    views = cameras()
+    squares = []
+    for seed in range(12):
+        recorded = turned_a_little(views, np.random.default_rng([seed, 2]), px) if px else views
+        scene = scene_of(tracked(views, seed), recorded)
+        for vertex, point in zip(scene.vertices, BLOCK.vertices, strict=True):
+            error = vertex.point - point
+            squares.append(error @ np.linalg.solve(vertex.cov, error))
+    # Three degrees of freedom; the errors of a pose are common to the vertices that it sees.
+    assert 1.5 < np.mean(squares) < 5.0
+
+
+def test_faces_run_counter_clockwise_about_their_outward_normals() -> None:
+    views = cameras()
+    scene = scene_of(tracked(views), views)
+    middle = scene.points.mean(axis=0)
+    for face in scene.faces:
+        corners = scene.points[list(face.outline)]
+        newell = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+        assert newell @ face.plane.normal > 0
+        assert face.plane.distance(middle) < 0
+        assert np.abs(face.plane.distance(corners)).max() < 0.05
+
+
+def test_views_from_one_place_share_one_error() -> None:
+    views = cameras()
+    wrong = turned_a_little(views, np.random.default_rng(5), 1.0)
+    found = tracked(views)
+    alike = scene_of(replace(found, weight=(0.25,) * len(views)), wrong)
+    apart = scene_of(found, wrong)
+    ratio = [
+        np.trace(a.cov) / np.trace(b.cov)
+        for a, b in zip(alike.vertices, apart.vertices, strict=True)
+    ]
+    assert 2.5 < np.median(ratio) < 4.5
+
+
+def test_a_face_without_all_its_vertices_drops_out() -> None:
+    views = cameras()
+    found = tracked(views)
+    alone = Track(found.tracks[0].observations[:1])
+    scene = scene_of(replace(found, tracks=(alone, *found.tracks[1:])), views)
+    assert len(scene.vertices) == 7
+    whole = [f for k, f in enumerate(BLOCK.faces) if k != BOTTOM and 0 not in f]
+    assert len(scene.faces) == len(whole)
+    expected = {tuple(np.round(BLOCK.vertices[list(f)].mean(axis=0), 1)) for f in whole}
+    got = {
+        tuple(np.round(scene.points[list(f.outline)].mean(axis=0), 1) + 0.0) for f in scene.faces
+    }
+    assert got == {tuple(np.array(e) + 0.0) for e in expected}
+
+
+def test_a_face_of_collinear_vertices_drops_out() -> None:
+    views = cameras()
+    found = tracked(views, sd=0.0)
+    line = np.array([[0.0, 0, 1], [1, 0, 1], [2, 0, 1]])
+    tracks = []
+    for point in line:
+        h = [v.projection @ np.append(point, 1.0) for v in views]
+        tracks.append(
+            Track(tuple(Observation(k, x[:2] / x[2], 0.01 * np.eye(2)) for k, x in enumerate(h)))
+        )
+    scene = scene_of(
+        TrackedFaces((*found.tracks, *tracks), (TrackedFace((8, 9, 10)),), found.weight), views
+    )
+    assert scene.faces == ()
+
+
+def test_an_observation_that_disagrees_is_left_out() -> None:
+    views = cameras()
+    found = tracked(views)
+    first = found.tracks[0].observations
+    wrong = Observation(4, first[4].uv + np.array([50.0, -30.0]), first[4].cov)
+    track = Track((*first[:4], wrong, *first[5:]))
+    scene = scene_of(replace(found, tracks=(track, *found.tracks[1:])), views)
+    assert 4 not in {o.view for o in scene.vertices[0].observations}
+    assert vertex_errors(scene)[0] < 0.05
+
+
+def test_labels_and_warnings_are_handed_on() -> None:
+    views = cameras()
+    found = tracked(views)
+    label = PositionLabel.FRONT_LEFT_TOP
+    named = Track(found.tracks[2].observations, label)
+    tracks = (*found.tracks[:2], named, *found.tracks[3:])
+    scene = scene_of(replace(found, tracks=tracks, warnings=("look",)), views)
+    assert [v.label for v in scene.vertices] == [None, None, label, *[None] * 5]
+    assert scene.warnings == ("look",)
+
+
+def test_loose_edges_are_kept_beside_the_faces_sides() -> None:
+    views = cameras()
+    scene = scene_of(replace(tracked(views), faces=(), edges=((5, 1), (2, 3))), views)
+    assert [(e.start, e.end) for e in scene.edges] == [(1, 5), (2, 3)]
+    assert scene.faces == ()
+
+
+def test_nothing_tracked_is_an_empty_scene() -> None:
+    views = cameras(3)
+    up = np.array([0.0, 0.0, 1.0])
+    nothing = TrackedFaces((), (), (1.0,) * 3)
+    scene = assemble(nothing, views, name="empty", up=up, metric=True)
+    assert scene.vertices == scene.faces == scene.edges == ()
+    assert scene.metric
+    np.testing.assert_array_equal(scene.up, up)
+
+
+def test_a_limit_of_the_standard_deviation_ends_the_filter_early() -> None:
+    views = cameras(24)
+    found = tracked(views, sd=0.5)
+    full = scene_of(found, views)
+    limit = 3.0 * max(float(np.sqrt(np.linalg.eigvalsh(v.cov)[2])) for v in full.vertices)
+    early = scene_of(found, views, sd_limit=limit)
+    assert early.warnings == ()
+    for vertex, fewer in zip(full.vertices, early.vertices, strict=True):
+        assert len(fewer.observations) < len(vertex.observations)
+        assert np.sqrt(np.linalg.eigvalsh(fewer.cov)[2]) <= limit
+
+
+def test_a_limit_out_of_reach_is_said() -> None:
+    views = cameras()
+    (warning,) = scene_of(tracked(views), views, sd_limit=1e-6).warnings
+    assert "8 of 8 vertices" in warning

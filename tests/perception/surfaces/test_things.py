@@ -1,0 +1,145 @@
+"""What belongs together: things are cut from what they stand on, and keep what is part of them."""
+
+import numpy as np
+import pytest
+
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.surfaces.exact_solids.polyhedra import (
+    chair,
+    cuboid,
+    l_block,
+    moved,
+    polyhedron,
+    room_corner,
+    seen_from,
+    stick_table,
+    table,
+    together,
+)
+from facetlog.perception.types import Edge, Scene, Vertex
+
+EYE = (4.0, -3.0, 3.0)
+
+
+def floor(size: float = 4.0, height: float = 0.0) -> Scene:
+    half = size / 2
+    points = [(-half, -half, height), (half, -half, height), (half, half, height)]
+    return polyhedron([*points, (-half, half, height)], [(0, 1, 2, 3)], name="floor")
+
+
+def without_up(scene: Scene) -> Scene:
+    return Scene(scene.name, (), scene.vertices, scene.edges, scene.faces, None, scene.metric)
+
+
+def partition(scene: Scene) -> list[list[str]]:
+    """Things as sorted lists of their parts."""
+    groups: dict[str, list[str]] = {}
+    for fact in scene_facts(scene):
+        if fact.functor == "part_of":
+            part, thing = (str(a) for a in fact.args)
+            groups.setdefault(thing, []).append(part)
+    return sorted(groups.values())
+
+
+def sizes(scene: Scene) -> list[int]:
+    """Numbers of parts of the scene's things, ascending."""
+    return sorted(len(group) for group in partition(scene))
+
+
+@pytest.mark.parametrize("known_up", [True, False])
+@pytest.mark.parametrize(
+    ("build", "parts"),
+    [(cuboid, 6), (l_block, 8), (table, 26), (chair, 31), (stick_table, 9), (room_corner, 3)],
+)
+def test_a_solid_is_one_thing(build: object, parts: int, known_up: bool) -> None:
+    scene: Scene = build()  # type: ignore[operator]
+    assert sizes(scene if known_up else without_up(scene)) == [parts]
+
+
+@pytest.mark.parametrize("known_up", [True, False])
+@pytest.mark.parametrize(
+    ("build", "parts"), [(cuboid, 6), (l_block, 8), (table, 26), (chair, 31), (stick_table, 9)]
+)
+def test_a_floor_is_no_part_of_what_stands_on_it(build: object, parts: int, known_up: bool) -> None:
+    scene = together(build(), floor())  # type: ignore[operator]
+    assert sizes(scene if known_up else without_up(scene)) == [1, parts]
+
+
+@pytest.mark.parametrize("known_up", [True, False])
+def test_a_floor_is_cut_from_the_faces_that_were_seen(known_up: bool) -> None:
+    scene = seen_from(together(cuboid(), floor()), EYE)
+    assert sizes(scene if known_up else without_up(scene)) == [1, 3]
+
+
+def test_a_floor_cut_out_round_a_block_is_cut_all_the_same() -> None:
+    # The floor's hole is the block's base, vertex by vertex, as a mesh of the scene would have it.
+    block = seen_from(cuboid(), EYE)
+    ground = floor()
+    n = len(block.vertices)
+    face = ground.faces[0]
+    scene = Scene(
+        "meshed",
+        (),
+        (*block.vertices, *ground.vertices),
+        (),
+        (
+            *block.faces,
+            type(face)(tuple(n + i for i in face.outline), face.plane, ((0, 2, 3, 1),)),
+        ),
+        np.array([0.0, 0.0, 1.0]),
+    )
+    assert sizes(scene) == [1, 3]
+
+
+def test_two_blocks_on_a_floor_are_three_things() -> None:
+    scene = together(cuboid(), moved(cuboid(), translation=(0.6, 0.0, 0.0)), floor())
+    assert sizes(scene) == [1, 6, 6]
+
+
+def test_a_block_on_a_table_is_a_thing_of_its_own() -> None:
+    block = moved(cuboid(), translation=(0.4, 0.3, 0.74))
+    assert sizes(together(table(), block)) == [6, 26]
+
+
+def test_a_block_in_a_room_corner_leaves_the_room_whole() -> None:
+    assert sizes(together(room_corner(), cuboid())) == [3, 6]
+
+
+def test_a_block_against_a_wall_is_not_part_of_it() -> None:
+    wall = polyhedron([(-2, 0, 0), (2, 0, 0), (2, 0, 3), (-2, 0, 3)], [(3, 2, 1, 0)])
+    assert sizes(together(cuboid(), moved(cuboid(), translation=(0.6, 0, 0)), wall)) == [1, 6, 6]
+
+
+def test_a_sheet_with_legs_below_is_a_table_even_on_a_floor() -> None:
+    top = floor(1.0, 0.7)
+    legs = [
+        seen_from(moved(cuboid(0.05, 0.05, 0.7), translation=(x, y, 0.0)), (5, 4, 1), (-5, -4, 0.5))
+        for x in (-0.45, 0.4)
+        for y in (-0.45, 0.4)
+    ]
+    legs = [Scene("leg", (), s.vertices, s.edges, s.faces[1:], s.up) for s in legs]
+    faces = 1 + sum(len(s.faces) for s in legs)
+    assert sizes(together(top, *legs)) == [faces]
+    assert sizes(together(top, *legs, floor())) == [1, faces]
+
+
+def test_a_sheet_seat_and_a_sheet_back_are_one_thing() -> None:
+    points = [(0, 0, 0), (0.4, 0, 0), (0.4, 0.4, 0), (0, 0.4, 0), (0.4, 0.4, 0.5), (0, 0.4, 0.5)]
+    assert sizes(polyhedron(points, [(0, 1, 2, 3), (3, 2, 4, 5)])) == [2]
+
+
+def test_a_label_on_a_block_belongs_to_it() -> None:
+    label = polyhedron(
+        [(0.05, 0, 0.05), (0.1, 0, 0.05), (0.1, 0, 0.1), (0.05, 0, 0.1)], [(0, 1, 2, 3)]
+    )
+    assert sizes(together(cuboid(), label)) == [7]
+
+
+def test_loose_edges_that_reach_no_face_belong_to_nothing() -> None:
+    block = cuboid()
+    far = tuple(Vertex(np.array([3.0, y, 0.0]), 1e-6 * np.eye(3)) for y in (0.0, 1.0))
+    n = len(block.vertices)
+    scene = Scene(
+        "stray", (), (*block.vertices, *far), (*block.edges, Edge(n, n + 1)), block.faces, block.up
+    )
+    assert sizes(scene) == [6]
