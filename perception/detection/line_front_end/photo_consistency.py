@@ -28,7 +28,7 @@ PLACE_PX = 0.5
 EVEN_SHARE = 0.1
 # Price of the surface's own level, which is chosen after the fact: among some twenty that differ.
 FREE_LEVEL = float(np.log(20.0))
-# Levels tried are those of so many views: of a surface that half of them show, one in 250 is missed.
+# Levels tried are those of so many views: of a surface that half of them show 1 in 250 is missed.
 TRIED_VIEWS = 8
 # A view agrees when its level is within this many standard deviations.
 AGREES_SDS = 3.0
