@@ -24,11 +24,13 @@ class TrackedFaces:
     """All tracks and faces of a set of views.
 
     `weight` has one number in (0, 1] for each view: how much it counts beside views almost like
-    it. `edges` are straight edges between tracks that bound no face.
+    it. `edges` are straight edges between tracks that bound no face. `stand_ins` are the first
+    tracks once more, where the faces' outlines have them, for those that the pictures do not fix.
     """
 
     tracks: tuple[Track, ...]
     faces: tuple[TrackedFace, ...]
     weight: tuple[float, ...]
     edges: tuple[tuple[int, int], ...] = ()
+    stand_ins: tuple[Track, ...] = ()
     warnings: tuple[str, ...] = ()

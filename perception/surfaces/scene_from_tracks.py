@@ -15,6 +15,7 @@ from facetlog.perception.types import (
     FloatArray,
     Observation,
     Scene,
+    Track,
     Vertex,
     View,
 )
@@ -23,6 +24,8 @@ __all__ = ["assemble", "pose_noise_px"]
 
 # Start of the search for the poses' own error: what real poses have, px.
 START_NOISE_PX = 1.0
+# A vertex needs this many views in which its sides fix it; else its outline's place stands in.
+MIN_FIXED = 3
 # Median of a chi-square with two degrees of freedom, over its mean.
 MEDIAN_OVER_MEAN = 2 * np.log(2) / 2
 
@@ -45,8 +48,11 @@ def assemble(
     deviation is below; vertices that never get there are named in a warning.
     """
     projections = np.array([v.projection for v in views])
-    uv, cov, seen = _as_arrays(tracked, len(views))
-    corners = _corners(tracked)
+    uv, cov, seen = _as_arrays(tracked.tracks, len(views))
+    # The ends of loose edges are hardly known along them: their residuals say nothing of the poses.
+    corners = np.unique([k for face in tracked.faces for k in face.outline]).astype(np.intp)
+    if not len(corners):
+        corners = np.arange(len(uv))
     extra = pose_noise_px(uv[corners], cov[corners], seen[corners], projections) ** 2
     cov = cov + (extra / np.array(tracked.weight))[None, :, None, None] * np.eye(2)
     points, covs, used, ok = estimate_points(uv, cov, seen, projections)
@@ -56,6 +62,14 @@ def assemble(
         uv[corners], cov[corners], used[corners], projections, covs[corners], groups
     )
     cov, covs = cov * factor, covs * factor
+    refused = [k for k in corners.tolist() if not ok[k] or used[k].sum() < MIN_FIXED]
+    refused = [k for k in refused if k < len(tracked.stand_ins)]
+    tracks = list(tracked.tracks)
+    for k in refused:
+        tracks[k] = tracked.stand_ins[k]
+    uv[refused], cov[refused], seen[refused] = _as_arrays([tracks[k] for k in refused], len(views))
+    again = estimate_points(uv[refused], cov[refused], seen[refused], projections)
+    points[refused], covs[refused], used[refused], ok[refused] = again
 
     warnings = list(tracked.warnings)
     if sd_limit is not None:
@@ -73,10 +87,10 @@ def assemble(
             covs[k],
             tuple(
                 Observation(o.view, o.uv, cov[k, o.view])
-                for o in tracked.tracks[k].observations
+                for o in tracks[k].observations
                 if used[k, o.view]
             ),
-            tracked.tracks[k].label,
+            tracks[k].label,
         )
         for k in number
     )
@@ -86,12 +100,12 @@ def assemble(
         if not all(k in number for k in face.outline):
             continue
         loop = tuple(number[k] for k in face.outline)
-        corners = np.array([vertices[k].point for k in loop])
-        fit = fit_plane(corners, np.array([vertices[k].cov for k in loop]))
+        ring = np.array([vertices[k].point for k in loop])
+        fit = fit_plane(ring, np.array([vertices[k].cov for k in loop]))
         if not fit:
             continue
         # Newell's normal: the loop runs counter-clockwise about the outward side.
-        newell = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+        newell = np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
         plane = fit.plane if newell @ fit.plane.normal > 0 else fit.plane.flipped()
         faces.append(Face(loop, plane, support=face.support, coverage=face.coverage))
         for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
@@ -160,20 +174,13 @@ def pose_noise_px(
     return float(np.sqrt(max(excess, 0.0)))
 
 
-def _corners(tracked: TrackedFaces) -> NDArray[np.intp]:
-    # Tracks that tell of the poses: those of faces' corners. The end of a loose edge is hardly
-    # known along the edge, so its residuals say next to nothing of what the poses are worth.
-    on_faces = {k for face in tracked.faces for k in face.outline}
-    return np.array(sorted(on_faces) or range(len(tracked.tracks)), dtype=np.intp)
-
-
 def _as_arrays(
-    tracked: TrackedFaces, view_count: int
+    tracks: Sequence[Track], view_count: int
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    shape = (len(tracked.tracks), view_count)
+    shape = (len(tracks), view_count)
     uv, cov = np.zeros((*shape, 2)), np.tile(np.eye(2), (*shape, 1, 1))
     seen = np.zeros(shape, np.bool_)
-    for n, track in enumerate(tracked.tracks):
+    for n, track in enumerate(tracks):
         for o in track.observations:
             uv[n, o.view], cov[n, o.view], seen[n, o.view] = o.uv, o.cov, True
     return uv, cov, seen

@@ -13,11 +13,13 @@ from facetlog.perception.detection.line_front_end.line_support import project_po
 from facetlog.perception.ties import ascending
 from facetlog.perception.types import FloatArray, Observation, Track, View
 
-__all__ = ["Corners", "merge_corners", "track_corners", "track_ends"]
+__all__ = ["Corners", "merge_corners", "outlined_tracks", "track_corners", "track_ends"]
 
-# Corners of two faces are one vertex within this many px, and this share of the shortest side.
+# Corners of two faces are one vertex within this many px, and this share of a side that ends there,
+# and within so many of either's plane.
 MERGE_PX = 8.0
 MERGE_SHARE = 0.25
+ON_PLANE_PX = 4.0
 # Readings along a side; the ends are left out, where other edges interfere.
 SAMPLES = 32
 CLEAR_OF_ENDS = 0.05
@@ -32,6 +34,12 @@ MIN_READING_SD_PX = 0.05
 INDEPENDENT_PX = 4.3
 # How well the end of an edge is known that no other edge ends, px.
 END_SD_PX = 4.0
+# How well a corner of an outline is known that its sides do not fix in the pictures, px: the cells
+# in which regions are outlined (plane_regions.FINE_PX). The views share this error.
+OUTLINE_SD_PX = 2.0
+# A meeting farther than this from where the outline has the corner, px, is of other edges: three of
+# those standard deviations.
+MAX_OFF_PX = 6.0
 # Two sides fix a corner when they cross at more than 15 degrees.
 MIN_SPREAD = 1 - np.cos(np.radians(15.0))
 
@@ -58,12 +66,16 @@ def merge_corners(faces: Sequence[SelectedFace], pixel: float) -> Corners:
     """Corners of different faces that lie together become one vertex, nearest pairs first."""
     points = np.concatenate([f.corners for f in faces])
     owner = np.repeat(np.arange(len(faces)), [len(f.corners) for f in faces])
-    shortest = np.array(
-        [np.linalg.norm(f.corners - np.roll(f.corners, -1, axis=0), axis=1).min() for f in faces]
-    )
-    limit = np.minimum(MERGE_PX * pixel, MERGE_SHARE * shortest)[owner]
+    sides = [np.linalg.norm(f.corners - np.roll(f.corners, -1, axis=0), axis=1) for f in faces]
+    shorter = np.concatenate([np.minimum(side, np.roll(side, 1)) for side in sides])
+    limit = np.minimum(MERGE_PX * pixel, MERGE_SHARE * shorter)
     apart = np.linalg.norm(points[:, None] - points[None], axis=-1)
-    i, j = np.nonzero(np.triu(apart < np.minimum(limit[:, None], limit[None]), 1))
+    # A vertex that two faces share lies on both planes.
+    normals = np.array([f.normal for f in faces])
+    distances = np.array([f.normal @ f.corners.mean(axis=0) for f in faces])
+    off = np.abs(points @ normals.T - distances)[:, owner]  # of corner i from the plane of j's face
+    on_both = np.maximum(off, off.T) < ON_PLANE_PX * pixel
+    i, j = np.nonzero(np.triu((apart < np.minimum(limit[:, None], limit[None])) & on_both, 1))
     group = np.arange(len(points))
     for n in ascending(apart[i, j]):
         a, b = group[i[n]], group[j[n]]
@@ -105,9 +117,27 @@ def track_corners(
             ends = [(int(s), 0) for s in np.nonzero(good & (start == vertex))[0]]
             ends += [(int(s), 1) for s in np.nonzero(good & (end == vertex))[0]]
             corner = _meeting(place, ends, lines)
-            if corner is not None:
+            if corner is not None and np.linalg.norm(corner[0] - place) < MAX_OFF_PX:
                 found[vertex].append(Observation(k, *corner))
     return tuple(Track(tuple(seen)) for seen in found)
+
+
+def outlined_tracks(
+    corners: Corners, shown: NDArray[np.bool_], views: Sequence[View]
+) -> tuple[Track, ...]:
+    """One track a vertex: where its faces' outlines have it in the views that show one of them.
+
+    It stands in where the sides fix no corner, as on a curve or behind another thing. All the views
+    together know it to OUTLINE_SD_PX: they share the outline's error.
+    """
+    tracks = []
+    for vertex, point in enumerate(corners.points):
+        faces = [k for k, loop in enumerate(corners.loops) if vertex in loop]
+        seen = np.nonzero(shown[faces].any(axis=0))[0].tolist()
+        cov = OUTLINE_SD_PX**2 * len(seen) * np.eye(2)
+        placed = [(k, *project_points(views[k].projection, point)) for k in seen]
+        tracks.append(Track(tuple(Observation(k, uv, cov) for k, uv, depth in placed if depth > 0)))
+    return tuple(tracks)
 
 
 def track_ends(

@@ -1,172 +1,326 @@
-"""Which outlines are faces: shown whole by single views, of one surface, hiding no other face."""
+"""Which outlines are faces: the best first, and each pixel of a picture shows one of them only.
 
+Candidates are judged by all views. The best is a face; the pixels that show it say nothing of what
+would lie before or behind it, so candidates that lived on them are judged anew without, and their
+planes are searched again. What remains unexplained decides on the next.
+"""
+
+import heapq
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import count
 
+import cv2
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap
-from facetlog.perception.detection.line_front_end.face_inside import FACING_SINE, InsideJudge
-from facetlog.perception.detection.line_front_end.ground_plane import Ground
-from facetlog.perception.detection.line_front_end.line_support import hits, segment_samples
-from facetlog.perception.detection.line_front_end.outline_search import Outline
-from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_basis
+from facetlog.perception.detection.line_front_end.face_conflicts import (
+    MAX_BLOCKED,
+    alike,
+    blocked_share,
+    overlap,
+)
+from facetlog.perception.detection.line_front_end.face_evidence import (
+    FaceEvidence,
+    FaceJudge,
+)
+from facetlog.perception.detection.line_front_end.ground_plane import Ground, find_ground
+from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.line_extent import LineProfiles
+from facetlog.perception.detection.line_front_end.line_support import project_points
+from facetlog.perception.detection.line_front_end.outline_search import find_outlines
+from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.plane_choice import choose_planes, same_plane
+from facetlog.perception.detection.line_front_end.plane_hypotheses import (
+    PlaneHypothesis,
+    plane_basis,
+)
+from facetlog.perception.detection.line_front_end.plane_regions import ON_PLANE_PX, RegionFinder
+from facetlog.perception.detection.line_front_end.region_outline import (
+    without_short_sides,
+    without_straight_corners,
+)
+from facetlog.perception.detection.line_front_end.side_evidence import MOVES_PX, SideJudge
 from facetlog.perception.detection.view_graph import ViewGraph
-from facetlog.perception.ties import TIE, descending
+from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["MAX_BLOCKED", "SelectedFace", "blocked_share", "select_faces"]
+__all__ = ["SelectedFace", "select_faces"]
 
-# A view shows an outline when this share of its sides is found, the weakest side at least half so.
-SHOWN = 0.75
-# Distinct views that must show it.
-MIN_SHOWN = 1.5
-# Of the distinct views that face it, this share must show it: the rest may be hidden or too dark.
-MIN_SHOWN_SHARE = 0.25
-# Share of a face's inside where all views together rather show one surface than not: one looks
-# through the rest, or it lies beyond the true border. True faces of 27 rendered sets have .82 and
-# more, in each set; not tried on sets of another kind.
-MIN_SURFACE = 0.75
-# Overlap of two coplanar faces, as a share of the smaller.
-MAX_OVERLAP = 0.15
-# Two planes are one within this angle, and this many px at the face's middle.
-SAME_PLANE_COSINE = np.cos(np.radians(10.0))
-SAME_PLANE_PX = 6.0
-# Share of the sight lines to what was seen that a face may block.
-MAX_BLOCKED = 0.2
-SIDE_SAMPLES = 12
+# Least coverage of the sides of a candidate, and of a face when it is as plain as may be.
+MIN_COVERAGE, MIN_FINAL = 0.6, 0.75
+# Each side is chosen among some twenty, a moved one among its moves besides, on one of up to a
+# thousand planes: so much the sides must speak for an outline before it is as likely as the best of
+# those that chance offers, and so much more that it is less than one face in a thousand scenes.
+SIDE_PRICE, MOVED_PRICE = float(np.log(20.0)), float(np.log(20.0 * len(MOVES_PX)))
+PLANE_PRICE = float(np.log(1000.0 * 1000.0))
+# A shorter side, px, is where two others meet: corners are blunt. A corner nearer to the line past
+# it than an edge is wide, px, is none.
+MIN_SIDE_PX, MIN_TURN_PX = 4.0, 1.0
+# Worths are as good as equal from this share on: three standard deviations of some 200 samples.
+AS_WORTH = 0.85
+# Of an outline with more corners none is tried without: it is a curve.
+MAX_SIMPLIFIED = 16
+# Smaller faces (root of the area, px) are below what edges can bound.
+MIN_SIZE_PX = 6.0
+# A candidate that loses so much of its worth to the faces before it has its plane searched again.
+STILL_WORTH = 0.6
+# Coplanar faces lie this near to one plane, px.
+SAME_PLANE_PX = 8.0
+# Lines that pass this near to a face's outline or end this near to its plane, px, go free.
+FREE_PX = 4.0
+# A face has a neighbour at each side that is so much of its way round: curves have none.
+LONG_SIDE = 0.08
+# Pixels at a face's rim belong to its neighbours too: half this width, px. What is left between two
+# faces belongs to both.
+RIM, BETWEEN = np.ones((5, 5), dtype=np.uint8), np.ones((7, 7), dtype=np.uint8)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SelectedFace:
     """An outline judged a face, its corners counter-clockwise seen from the side that views see.
 
-    `shown` (V,) tells which views show it whole; `support` is the mean coverage in those.
+    `shown` (V,) tells which views show it; `support` is the share of its sides on edges in those,
+    `seen` (n, 3) are points of its inside.
     """
 
     corners: FloatArray
-    lines: tuple[int, ...]
     normal: FloatArray
     shown: NDArray[np.bool_]
     support: float
+    seen: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Candidate:
+    corners: FloatArray
+    normal: FloatArray
+    evidence: FaceEvidence
+    plane: int  # number of the hypothesis
+    moved: bool  # its sides were moved onto edges
+    after: int  # how many faces there were when it was judged
+
+    @property
+    def worth(self) -> float:
+        # The sides' ratio, less where part of the inside or some of the views speak against it.
+        e = self.evidence
+        price = MOVED_PRICE if self.moved else SIDE_PRICE
+        sides = e.sides - PLANE_PRICE - price * len(self.corners)
+        return sides * (4 * e.consistent - 3) * float(np.sqrt(e.share))
 
 
 def select_faces(
-    outlines: Sequence[Outline],
+    planes: Sequence[PlaneHypothesis],
+    cloud: LineCloud,
     views: Sequence[View],
     maps: Sequence[EdgeMap],
     graph: ViewGraph,
-    pixel: float,
-    ground: Ground | None = None,
+    profiles: LineProfiles,
+    up: FloatArray | None,
 ) -> tuple[SelectedFace, ...]:
-    """Faces among the outlines, the worthiest first, none contradicting a worthier one.
+    """Faces on the planes, the best first; none of them is the ground. `up` (3,) if it is known.
 
-    What lies on the ground, where that is known, is none.
+    `profiles` say how far the cloud's lines are covered.
     """
-    inside = InsideJudge(views, maps, graph.weight)
-    faces: list[SelectedFace] = []
-    for n in descending(np.array([o.worth for o in outlines])):
-        outline = outlines[n]
-        if ground is not None and ground.holds(outline.corners):
-            continue
-        if any(_overlap(outline.corners, outline.normal, f, pixel) for f in faces):
-            continue
-        face = _judged(outline, views, maps, graph)
-        if face is None or inside.surface_share(face.corners, face.normal) < MIN_SURFACE:
-            continue
-        if any(_blocks(face, f, views, pixel) or _blocks(f, face, views, pixel) for f in faces):
-            continue
-        faces.append(face)
-    return tuple(faces)
+    ground = find_ground(planes, cloud, views, graph.distance, up)
+    return _Selection(planes, cloud, views, maps, graph, profiles, ground).run()
 
 
-def _judged(
-    outline: Outline, views: Sequence[View], maps: Sequence[EdgeMap], graph: ViewGraph
-) -> SelectedFace | None:
-    corners = outline.corners
-    sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
-    length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
-    samples = segment_samples(sides, SIDE_SAMPLES)
-    middle = corners.mean(axis=0)
-    cover = np.zeros(len(views))
-    shown = np.zeros(len(views), np.bool_)
-    sine = np.zeros(len(views))
-    for k, (view, edges) in enumerate(zip(views, maps, strict=True)):
-        ray = view.pose.centre - middle
-        sine[k] = ray @ outline.normal / np.linalg.norm(ray)
-        found, inside = hits(view, edges, samples)
-        if not inside.all():
-            continue
-        by_side = found.mean(axis=1)
-        cover[k] = (by_side * length).sum() / length.sum()
-        shown[k] = cover[k] >= SHOWN and by_side.min() >= SHOWN / 2
-    best: SelectedFace | None = None
-    best_weight = 0.0
-    for sign in (1.0, -1.0):
-        facing = sign * sine > FACING_SINE
-        weight = float((graph.weight * (shown & facing)).sum())
-        possible = float((graph.weight * facing).sum())
-        enough = max(MIN_SHOWN, MIN_SHOWN_SHARE * possible)
-        # As often seen from behind as from the front: the front, in the order given.
-        if weight >= enough * (1 - TIE) and weight > best_weight * (1 + TIE):
-            best_weight = weight
-            chosen = shown & facing
-            normal = sign * outline.normal
-            ring, lines = _counter_clockwise(corners, outline.lines, normal)
-            best = SelectedFace(ring, lines, normal, chosen, float(cover[chosen].mean()))
-    return best
+class _Selection:
+    def __init__(
+        self,
+        planes: Sequence[PlaneHypothesis],
+        cloud: LineCloud,
+        views: Sequence[View],
+        maps: Sequence[EdgeMap],
+        graph: ViewGraph,
+        profiles: LineProfiles,
+        ground: Ground | None,
+    ) -> None:
+        self._cloud = cloud
+        self._profiles = profiles
+        self._views = views
+        self._centres = np.array([view.pose.centre for view in views])
+        self._ground = ground
+        self._pixel = cloud.pixel
+        levels = GreyLevels(views, maps)
+        self._sides = SideJudge(views, maps, graph.weight)
+        self._judge = FaceJudge(views, levels, self._sides, graph.weight)
+        worth = self._sides.worth(cloud.segments)
+        least = PLANE_PRICE + 3 * SIDE_PRICE
+        chosen, self._promise = choose_planes(planes, cloud, worth, ground, least)
+        self._planes = list(chosen)
+        self._spans = [cloud.segments[plane.lines] for plane in chosen]
+        self._finder = RegionFinder(
+            views, levels, graph.weight, cloud.segments, ground, cloud.pixel
+        )
+        self._taken = [np.zeros(view.image.shape, dtype=np.uint8) for view in views]
+        self._faces: list[SelectedFace] = []
+        self._number = count()
+        # Outlines by their worth, and numbers of planes by what an outline there could be worth.
+        self._queue: list[tuple[float, int, _Candidate | int]] = []
+
+    def run(self) -> tuple[SelectedFace, ...]:
+        for plane, promise in enumerate(self._promise):
+            self._push(promise - PLANE_PRICE - 3 * SIDE_PRICE, plane)
+        searched: dict[tuple[int, float], int] = {}
+        while self._queue:
+            worth, _, best = heapq.heappop(self._queue)
+            if isinstance(best, int):
+                self._look_over(best)
+                for side in (1.0, -1.0):
+                    searched[best, side] = len(self._faces)
+                continue
+            if any(self._contradicts(best, f) for f in self._faces[best.after :]):
+                continue
+            if best.after == len(self._faces):
+                plain = self._simplest(best)
+                if plain.evidence.coverage >= MIN_FINAL and not self._is_ground(plain):
+                    self._accept(plain)
+                continue
+            again = self._judged(best.corners, best.normal, best.plane, moved=best.moved)
+            if again is not None and again.worth >= -STILL_WORTH * worth:
+                self._push(again.worth, again)
+                continue
+            plane = best.plane
+            side = float(np.sign(best.normal @ self._planes[plane].normal))
+            if searched[plane, side] < len(self._faces):
+                searched[plane, side] = len(self._faces)
+                self._search(plane, side)
+        return tuple(self._faces)
+
+    def _look_over(self, plane: int) -> None:
+        hypothesis = self._planes[plane]
+        # Print divides a face into regions; its own lines go all the way round.
+        for outline in find_outlines(hypothesis, self._cloud, self._profiles):
+            for normal in (outline.normal, -outline.normal):
+                corners = _counter_clockwise(outline.corners, normal)
+                self._propose(corners, normal, plane, moved=False)
+        for side in (1.0, -1.0):
+            self._search(plane, side)
+
+    def _search(self, plane: int, side: float) -> None:
+        hypothesis = self._planes[plane]
+        normal = side * hypothesis.normal
+        for corners, rough in self._finder.outlines(
+            hypothesis, self._spans[plane], side, self._taken
+        ):
+            if rough:
+                views = self._judge.facing(corners, normal)
+                corners = self._sides.onto_edges(views, corners, normal, self._pixel)
+            self._propose(corners, normal, plane, moved=rough)
+
+    def _propose(self, corners: FloatArray, normal: FloatArray, plane: int, *, moved: bool) -> None:
+        if self._ground is not None:
+            corners = self._ground.clipped(corners)
+            if len(corners) < 3 or self._ground.holds(corners).all():
+                return
+        basis = plane_basis(normal)
+        flat = without_short_sides(corners @ basis, MIN_SIDE_PX * self._pixel)
+        flat = without_straight_corners(flat, MIN_TURN_PX * self._pixel)
+        corners = flat @ basis.T + normal * float(normal @ corners[0])
+        found = self._judged(corners, normal, plane, moved=moved)
+        if found is not None and not any(self._contradicts(found, f) for f in self._faces):
+            self._push(found.worth, found)
+
+    def _push(self, worth: float, what: "_Candidate | int") -> None:
+        # Faces of a ring that are worth the same but for rounding come in the order given.
+        heapq.heappush(self._queue, (-round(worth, 6), next(self._number), what))
+
+    def _judged(
+        self, corners: FloatArray, normal: FloatArray, plane: int, *, moved: bool
+    ) -> _Candidate | None:
+        size = np.sqrt(shapely.Polygon(corners @ plane_basis(normal)).area)
+        if size < MIN_SIZE_PX * self._pixel:
+            return None
+        e = self._judge.judge(corners, normal, self._taken)
+        if e is None or e.coverage < MIN_COVERAGE:
+            return None
+        candidate = _Candidate(corners, normal, e, plane, moved, len(self._faces))
+        return candidate if candidate.worth > 0 else None
+
+    def _simplest(self, candidate: _Candidate) -> _Candidate:
+        # Without the corners that make it worth less: regions grow spurs along their lines.
+        candidate = self._plainest(candidate)
+        while 3 < len(candidate.corners) <= MAX_SIMPLIFIED:
+            c = candidate
+            fewer = [np.delete(c.corners, k, axis=0) for k in range(len(c.corners))]
+            judged = [self._judged(f, c.normal, c.plane, moved=c.moved) for f in fewer]
+            worths = np.array([0.0 if j is None else j.worth for j in judged])
+            best = judged[largest(worths)]
+            if best is None or best.worth <= c.worth:
+                break
+            candidate = best
+        return candidate
+
+    def _plainest(self, best: _Candidate) -> _Candidate:
+        # Of outlines of nearly the same region and worth the one with fewest corners: print beside
+        # a border gives edges enough for any notch.
+        plainer = [
+            c
+            for _, _, c in sorted(self._queue, key=lambda entry: entry[:2])
+            if isinstance(c, _Candidate)
+            and c.plane == best.plane
+            and c.normal @ best.normal > 0
+            and len(c.corners) < len(best.corners)
+            and c.worth >= AS_WORTH * best.worth
+            and alike(c.corners, best.corners, best.normal)
+        ]
+        for c in sorted(plainer, key=lambda c: len(c.corners)):
+            again = self._judged(c.corners, c.normal, c.plane, moved=c.moved)
+            if again is not None and again.worth >= AS_WORTH * best.worth:
+                return again
+        return best
+
+    def _accept(self, candidate: _Candidate) -> None:
+        e = candidate.evidence
+        face = SelectedFace(candidate.corners, candidate.normal, e.shown, e.coverage, e.points)
+        self._faces.append(face)
+        self._propose_neighbours(face, candidate.worth)
+        for k in np.nonzero(e.shown)[0].tolist():
+            uv, depth = project_points(self._views[k].projection, face.corners)
+            if (depth > 0).all():
+                filled = np.zeros_like(self._taken[k])
+                cv2.fillPoly(filled, [np.rint(uv).astype(np.int32)], 1)
+                taken = cv2.bitwise_or(self._taken[k], cv2.erode(filled, RIM))
+                closed = cv2.morphologyEx(taken, cv2.MORPH_CLOSE, BETWEEN)
+                self._taken[k] = np.asarray(closed, dtype=np.uint8)
+
+    def _is_ground(self, candidate: _Candidate) -> bool:
+        ground = self._ground
+        return ground is not None and self._judge.shows_ground(candidate.evidence, ground)
+
+    def _propose_neighbours(self, face: SelectedFace, worth: float) -> None:
+        # Most things have right angles: a plane through each side across the face.
+        ends = np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
+        length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+        for side, reach in zip(ends, length, strict=True):
+            if reach < LONG_SIDE * length.sum():
+                continue
+            normal = np.cross(face.normal, (side[1] - side[0]) / reach)
+            distance = float(normal @ side.mean(axis=0))
+            away = np.abs(self._cloud.segments @ normal - distance).max(axis=1)
+            plane = PlaneHypothesis(
+                normal, distance, np.nonzero(away < ON_PLANE_PX * self._pixel)[0]
+            )
+            if any(same_plane(plane, side, other, self._pixel) for other in self._planes):
+                continue
+            self._planes.append(plane)
+            self._spans.append(side + np.array([-0.5, 0.5])[:, None, None] * reach * face.normal)
+            self._push(worth, len(self._planes) - 1)
+
+    def _contradicts(self, candidate: _Candidate, face: SelectedFace) -> bool:
+        # They overlap in one plane, or the candidate hides the face from views that show it.
+        corners, normal = candidate.corners, candidate.normal
+        near = SAME_PLANE_PX * self._pixel
+        if overlap(corners, normal, face.corners, face.normal, near):
+            return True
+        centres, free = self._centres[face.shown], FREE_PX * self._pixel
+        return blocked_share(corners, normal, face.seen, centres, free) > MAX_BLOCKED
 
 
-def _counter_clockwise(
-    corners: FloatArray, lines: tuple[int, ...], normal: FloatArray
-) -> tuple[FloatArray, tuple[int, ...]]:
+def _counter_clockwise(corners: FloatArray, normal: FloatArray) -> FloatArray:
     area = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
-    if area @ normal > 0:
-        return corners, lines
-    # Reversed, side i runs from the old corner k - i to k - i - 1: it is the old side k - i - 1.
-    k = len(lines)
-    return corners[::-1].copy(), tuple(lines[(k - 2 - i) % k] for i in range(k))
-
-
-def _overlap(corners: FloatArray, normal: FloatArray, face: SelectedFace, pixel: float) -> bool:
-    if abs(normal @ face.normal) < SAME_PLANE_COSINE:
-        return False
-    apart = np.abs((corners - face.corners.mean(axis=0)) @ face.normal)
-    if apart.min() > SAME_PLANE_PX * pixel:
-        return False
-    basis = plane_basis(face.normal)
-    a = shapely.Polygon(corners @ basis)
-    b = shapely.Polygon(face.corners @ basis)
-    return bool(a.intersection(b).area > MAX_OVERLAP * min(a.area, b.area))
-
-
-def _blocks(near: SelectedFace, far: SelectedFace, views: Sequence[View], pixel: float) -> bool:
-    # The far face's sides were seen; do those sight lines pass through the inside of the near one?
-    sides = np.stack([far.corners, np.roll(far.corners, -1, axis=0)], axis=1)
-    targets = segment_samples(sides, 6).reshape(-1, 3)
-    centres = np.array([v.pose.centre for v, seen in zip(views, far.shown, strict=True) if seen])
-    return blocked_share(near, targets, centres, SAME_PLANE_PX * pixel) > MAX_BLOCKED
-
-
-def blocked_share(
-    face: SelectedFace, targets: FloatArray, centres: FloatArray, margin: float
-) -> float:
-    """Share of the sight lines from centres (c, 3) to targets (s, 3) that pass through the face.
-
-    Lines that pass within `margin` of its outline, or end within it of its plane, go free.
-    """
-    offset = face.normal @ face.corners.mean(axis=0)
-    before = centres @ face.normal - offset  # (c,)
-    behind = targets @ face.normal - offset  # (s,)
-    crosses = (before[:, None] * behind < 0) & (np.abs(behind) > margin)
-    if not crosses.any():
-        return 0.0
-    t = before[:, None] / np.where(crosses, before[:, None] - behind, 1.0)
-    at = centres[:, None] + t[..., None] * (targets - centres[:, None])
-    basis = plane_basis(face.normal)
-    inner = shapely.Polygon(face.corners @ basis).buffer(-margin)
-    flat = at @ basis
-    inside = shapely.contains_xy(inner, flat[..., 0], flat[..., 1]) & crosses
-    return float(inside.mean())
+    return corners if area @ normal > 0 else corners[::-1].copy()

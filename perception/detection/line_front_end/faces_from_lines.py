@@ -7,16 +7,15 @@ import numpy as np
 from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.line_front_end.corner_tracks import (
     merge_corners,
+    outlined_tracks,
     track_corners,
     track_ends,
 )
 from facetlog.perception.detection.line_front_end.face_selection import select_faces
-from facetlog.perception.detection.line_front_end.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.line_cloud import SUPPORTED, reconstruct_lines
 from facetlog.perception.detection.line_front_end.line_extent import line_profiles
 from facetlog.perception.detection.line_front_end.line_support import coverage
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
-from facetlog.perception.detection.line_front_end.outline_search import find_outlines
 from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_hypotheses
 from facetlog.perception.detection.line_front_end.pose_consistency import check_consistency
 from facetlog.perception.detection.line_front_end.view_judgement import (
@@ -57,17 +56,9 @@ def line_front_end(
     if wrong:
         return without_them(wrong, given, lambda rest: line_front_end(rest, up, clock, progress))
     with clock.step("faces"):
-        profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
         planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
-        outlines = [
-            outline
-            for plane in planes
-            for outline in find_outlines(
-                plane, cloud.segments, cloud.end_covs, cloud.support, profiles, cloud.pixel
-            )
-        ]
-        ground = find_ground(planes, cloud, views, up)
-        faces = select_faces(outlines, views, maps, graph, cloud.pixel, ground)
+        profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
+        faces = select_faces(planes, cloud, views, maps, graph, profiles, up)
     weight = tuple(float(w) for w in graph.weight)
     if not faces:
         check_consistency(cloud.segments, use, views, segments)
@@ -76,7 +67,8 @@ def line_front_end(
         corners = merge_corners(faces, cloud.pixel)
         shown = np.array([f.shown for f in faces])
         tracks = track_corners(corners, shown, views, maps)
-        loose, of_cloud = find_loose_edges(cloud, profiles, faces, views, use)
+        outlined = outlined_tracks(corners, shown, views)
+        loose, of_cloud = find_loose_edges(cloud, profiles, faces, corners.loops, views, use)
         ends = track_ends(loose, use[of_cloud], views, maps)
     tracked = tuple(
         TrackedFace(loop, f.support) for loop, f in zip(corners.loops, faces, strict=True)
@@ -84,4 +76,5 @@ def line_front_end(
     first = len(tracks)
     edges = tuple((first + 2 * k, first + 2 * k + 1) for k in range(len(loose)))
     own = tuple(in_own_pixels(track, factor) for track in (*tracks, *ends))
-    return TrackedFaces(own, tracked, weight, edges)
+    stand_ins = tuple(in_own_pixels(track, factor) for track in outlined)
+    return TrackedFaces(own, tracked, weight, edges, stand_ins)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.plane_hypotheses import PlaneHypothesis
@@ -25,32 +26,67 @@ LOWEST_SHARE = 0.02
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Ground:
-    """normal · x = height; the normal points to the cameras. `margin` is how near is on it."""
+    """normal · x = height; the normal points to the cameras.
+
+    `margin` is how near is on it, at the usual `distance` from the cameras at `centres` (V, 3).
+    """
 
     normal: FloatArray
     height: float
     margin: float
+    centres: FloatArray
+    distance: float
 
     def above(self, points: FloatArray) -> FloatArray:
         """Heights (...) of points (..., 3) over the ground."""
         heights: FloatArray = points @ self.normal - self.height
         return heights
 
-    def holds(self, points: FloatArray) -> bool:
-        """Whether all points (n, 3) lie on the ground."""
-        return bool((np.abs(self.above(points)) < self.margin).all())
+    def holds(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Which points (n, 3) lie on the ground, as well as their depth is known."""
+        away = np.median(np.linalg.norm(points[:, None] - self.centres, axis=-1), axis=1)
+        # The error of a depth grows with its square.
+        margin = self.margin * np.maximum(away / self.distance, 1.0) ** 2
+        held: NDArray[np.bool_] = np.abs(self.above(points)) < margin
+        return held
+
+    def behind(
+        self, centre: FloatArray, points: FloatArray
+    ) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Where rays from a centre (3,) through points (n, 3) meet the ground, and whether."""
+        rays = points - centre
+        drop = rays @ self.normal
+        meets = drop < -1e-9 * np.linalg.norm(rays, axis=1)
+        share = -self.above(centre) / np.where(meets, drop, -1.0)
+        return centre + share[:, None] * rays, meets
+
+    def clipped(self, corners: FloatArray) -> FloatArray:
+        """A polygon (k, 3) without what lies below the ground; (0, 3) if all of it does."""
+        heights = self.above(corners)
+        if (heights >= -self.margin).all():
+            return corners
+        kept = []
+        following = zip(np.roll(corners, -1, axis=0), np.roll(heights, -1), strict=True)
+        for p, h, (q, after) in zip(corners, heights, following, strict=True):
+            if h >= 0:
+                kept.append(p)
+            if (h < 0) != (after < 0):
+                kept.append(p + h / (h - after) * (q - p))
+        return np.array(kept).reshape(-1, 3)
 
 
 def find_ground(
     planes: Sequence[PlaneHypothesis],
     cloud: LineCloud,
     views: Sequence[View],
+    distance: float,
     up: FloatArray | None,
 ) -> Ground | None:
     """The plane with most lines that has all cameras and nearly all segments on one side.
 
     Of level planes where up is known; if none of them has lines, the level of the lowest segments.
-    None where up is not known and no plane is below everything.
+    None where up is not known and no plane is below everything. `distance` is what the views look
+    at from, in the median.
     """
     centres = np.array([v.pose.centre for v in views])
     margin = ON_GROUND_PX * cloud.pixel
@@ -58,7 +94,8 @@ def find_ground(
         side = np.sign(centres @ plane.normal - plane.distance)
         if abs(side.sum()) < len(views):
             continue
-        ground = Ground(side[0] * plane.normal, float(side[0] * plane.distance), margin)
+        normal, height = side[0] * plane.normal, float(side[0] * plane.distance)
+        ground = Ground(normal, height, margin, centres, distance)
         if up is not None and ground.normal @ up < LEVEL_COSINE:
             continue
         if (ground.above(cloud.segments) < -margin).any(axis=1).mean() <= MAX_BELOW:
@@ -70,4 +107,5 @@ def find_ground(
     length = np.linalg.norm(cloud.segments[:, 1] - cloud.segments[:, 0], axis=1)
     level = rise < LEVEL_RISE * length
     lowest = np.sort(heights[level].mean(axis=1) if level.any() else heights.ravel())
-    return Ground(np.array(up), float(lowest[int(LOWEST_SHARE * len(lowest))]), margin)
+    height = float(lowest[int(LOWEST_SHARE * len(lowest))])
+    return Ground(np.array(up), height, margin, centres, distance)

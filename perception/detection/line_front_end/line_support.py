@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.edge_maps import EdgeMap, direction_bits
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["coverage", "project_points", "segment_samples"]
+__all__ = ["coverage", "project_points", "project_to_views", "segment_samples"]
 
 # A view that shows less of a segment than this share says nothing about it.
 MIN_VISIBLE = 0.6
@@ -27,6 +27,14 @@ def project_points(projection: FloatArray, points: FloatArray) -> tuple[FloatArr
     safe = np.where(h[2] > 0, h[2], np.inf)
     uv = (h[:2] / safe).T.reshape(*points.shape[:-1], 2)
     return uv, h[2].reshape(points.shape[:-1])
+
+
+def project_to_views(projections: FloatArray, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Pixels (v, n, 2) and depths (v, n) of points (n, 3) by projections (v, 3, 4)."""
+    h = projections[:, :, :3] @ points.T + projections[:, :, 3:]
+    depth = h[:, 2]
+    safe = np.where(depth > 0, depth, np.inf)
+    return (h[:, :2] / safe[:, None]).transpose(0, 2, 1), depth
 
 
 def hits(view: View, edges: EdgeMap, samples: FloatArray) -> tuple[NDArray[np.bool_], ...]:

@@ -7,11 +7,8 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.behind_face import lies_inside, stands_behind
-from facetlog.perception.detection.line_front_end.face_selection import (
-    MAX_BLOCKED,
-    SelectedFace,
-    blocked_share,
-)
+from facetlog.perception.detection.line_front_end.face_conflicts import MAX_BLOCKED, blocked_share
+from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.line_extent import LineProfiles
 from facetlog.perception.detection.line_front_end.line_support import segment_samples
@@ -53,13 +50,14 @@ def find_loose_edges(
     cloud: LineCloud,
     profiles: LineProfiles,
     faces: Sequence[SelectedFace],
+    loops: Sequence[Sequence[int]],
     views: Sequence[View],
     seen: NDArray[np.bool_],
 ) -> tuple[FloatArray, NDArray[np.intp]]:
     """Loose edges (m, 2, 3) and the segments of the cloud that they come from (m,).
 
-    `seen` (segments, V) tells which views show which segment: what they see through a face, such
-    as print at a wrong depth, is none.
+    `loops` are the faces' corners, as numbers that they share. `seen` (segments, V) tells which
+    views show which segment: what they see through a face, such as print at a wrong depth, is none.
     """
     extents = covered_extents(cloud.segments, profiles)
     keep = np.linalg.norm(extents[:, 1] - extents[:, 0], axis=1) > MIN_LENGTH_PX * cloud.pixel
@@ -71,7 +69,8 @@ def find_loose_edges(
     belongs = np.zeros(len(extents), np.bool_)
     for k, face in enumerate(faces):
         inside = stands_behind(extents, face.corners, face.normal)
-        for other in (f for n, f in enumerate(faces) if n != k and _is_convex(face, f)):
+        beside = (n for n in range(len(faces)) if n != k and _share_a_side(loops[k], loops[n]))
+        for other in (faces[n] for n in beside if _is_convex(face, faces[n])):
             # What stands behind two sides of one solid at once would be seen inside it; what stands
             # before the other side is not part of the solid.
             depth = (extents - other.corners.mean(axis=0)) @ other.normal
@@ -82,7 +81,9 @@ def find_loose_edges(
     centres = np.array([v.pose.centre for v in views])
     for k in np.nonzero(keep & belongs)[0].tolist():
         targets = segment_samples(extents[k : k + 1], SIGHT_SAMPLES)[0]
-        shares = (blocked_share(f, targets, centres[seen[k]], margin) for f in faces)
+        shares = (
+            blocked_share(f.corners, f.normal, targets, centres[seen[k]], margin) for f in faces
+        )
         keep[k] = max(shares) <= MAX_BLOCKED
     chosen = np.nonzero(keep & belongs)[0]
     return extents[chosen], chosen
@@ -110,9 +111,12 @@ def _runs_along(segments: FloatArray, face: SelectedFace, tolerance: float) -> N
     return along
 
 
+def _share_a_side(loop: Sequence[int], other: Sequence[int]) -> bool:
+    sides = {frozenset(pair) for pair in zip(loop, (*loop[1:], loop[0]), strict=True)}
+    return any(frozenset(pair) in sides for pair in zip(other, (*other[1:], other[0]), strict=True))
+
+
 def _is_convex(face: SelectedFace, other: SelectedFace) -> bool:
-    # Of one solid: they share the line of a side, and each lies behind the other.
-    if not set(face.lines) & set(other.lines):
-        return False
+    # Each lies behind the other.
     away = other.corners.mean(axis=0) - face.corners.mean(axis=0)
     return bool(away @ face.normal < 0 < away @ other.normal)

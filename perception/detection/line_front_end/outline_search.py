@@ -7,6 +7,7 @@ from itertools import combinations, permutations
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.line_extent import LineProfiles
 from facetlog.perception.detection.line_front_end.plane_hypotheses import (
     PlaneHypothesis,
@@ -48,14 +49,15 @@ class Outline:
 
 
 def find_outlines(
-    plane: PlaneHypothesis,
-    segments: FloatArray,
-    end_covs: FloatArray,
-    support: FloatArray,
-    profiles: LineProfiles,
-    pixel: float,
+    plane: PlaneHypothesis, cloud: LineCloud, profiles: LineProfiles
 ) -> tuple[Outline, ...]:
     """The best outlines on a plane, by worth."""
+    segments, end_covs, support, pixel = (
+        cloud.segments,
+        cloud.end_covs,
+        cloud.support,
+        cloud.pixel,
+    )
     length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
     members = plane.lines[descending((support * length)[plane.lines])]
     members = members[: max(MAX_LINES.values())]

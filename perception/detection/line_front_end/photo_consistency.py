@@ -22,7 +22,7 @@ __all__ = ["Agreement", "GreyLevels", "Levels", "agreement"]
 HIDDEN = 0.3
 # Light changes with the view by this share of the level: gloss, vignetting, exposure.
 LIGHT_SHARE = 0.02
-# Error in px of where a point of a surface is looked up, before its plane is fitted.
+# Error in px of where a point of a surface is looked up: to a whole px, before its plane is fitted.
 PLACE_PX = 0.5
 # Share of the chance density that is even over all levels: no level is impossible.
 EVEN_SHARE = 0.1
@@ -32,6 +32,7 @@ FREE_LEVEL = float(np.log(20.0))
 TRIED_VIEWS = 8
 # A view agrees when its level is within this many standard deviations.
 AGREES_SDS = 3.0
+BLOCK = 512
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -58,26 +59,28 @@ class GreyLevels:
 
     def __init__(self, views: Sequence[View], maps: Sequence[EdgeMap]) -> None:
         self._images = [view.image for view in views]
-        self._slopes = [np.hypot(edges.gx, edges.gy) for edges in maps]
-        self._noise = [working_noise(view.image) for view in views]
-        self._chance = [
-            _density(view.image, noise) for view, noise in zip(views, self._noise, strict=True)
-        ]
+        self._maps = maps
+        self._noise = np.array([working_noise(view.image) for view in views], dtype=np.float32)
+        self._chance = np.array(
+            [_density(v.image, noise) for v, noise in zip(views, self._noise, strict=True)]
+        )
 
     def read(
-        self, views: Sequence[int], uv: Sequence[FloatArray], seen: Sequence[NDArray[np.bool_]]
+        self, views: NDArray[np.intp], uv: NDArray[np.floating], seen: NDArray[np.bool_]
     ) -> Levels:
-        """Levels of the chosen views at pixels (..., 2), one array a view, where `seen` (...)."""
-        level, sd, chance = [], [], []
-        for k, at, ok in zip(views, uv, seen, strict=True):
-            flat = at.reshape(len(at), -1, 2).astype(np.float32)
-            grey = _bilinear(self._images[k], flat).reshape(ok.shape)
-            slope = _bilinear(self._slopes[k], flat).reshape(ok.shape)
-            own = self._noise[k] ** 2 + (LIGHT_SHARE * grey) ** 2 + (PLACE_PX * slope) ** 2
-            chance.append(self._chance[k][np.clip(grey, 0, 255).astype(np.uint8)])
-            level.append(np.where(ok, grey, np.float32(np.nan)))
-            sd.append(np.sqrt(own))
-        return Levels(*(np.array(part, dtype=np.float32) for part in (level, sd, chance)))
+        """Levels at pixels (2, v, ...) of the chosen views (v,), where `seen` (v, ...)."""
+        level, slope = np.empty((2, *seen.shape), dtype=np.float32)
+        for n, k in enumerate(views.tolist()):
+            image, edges = self._images[k], self._maps[k]
+            column, row = np.where(seen[n], np.rint(uv[:, n]), 0).astype(np.int32)
+            at = row * image.shape[1] + column
+            level[n] = image.ravel()[at]
+            slope[n] = np.hypot(edges.gx.ravel()[at], edges.gy.ravel()[at])
+        by_view = (-1, *[1] * (seen.ndim - 1))
+        noise = self._noise[views].reshape(by_view)
+        sd = np.sqrt(noise**2 + (LIGHT_SHARE * level) ** 2 + (PLACE_PX * slope) ** 2)
+        chance = self._chance[views.reshape(by_view), level.astype(np.uint8)]
+        return Levels(np.where(seen, level, np.float32(np.nan)), sd, chance)
 
 
 def agreement(levels: Levels, weight: FloatArray) -> Agreement:
@@ -87,29 +90,30 @@ def agreement(levels: Levels, weight: FloatArray) -> Agreement:
     Σ weight · log(h + (1 - h) · N(level; m, sd²) / chance), less FREE_LEVEL: a hidden view costs
     little, whatever it shows.
     """
-    seen = np.isfinite(levels.level)
-    grey = np.where(seen, levels.level, np.float32(-1e4))
-    inverse = np.float32(1.0) / levels.sd
-    strength = np.float32((1 - HIDDEN) / np.sqrt(2 * np.pi)) * inverse / levels.chance
-    by_view = weight.reshape(-1, *[1] * (grey.ndim - 1)).astype(np.float32)
-    best = np.full(grey.shape[1:], -np.inf, dtype=np.float32)
-    chosen = np.zeros(grey.shape[1:], dtype=np.float32)
+    shape = levels.level.shape
+    level = levels.level.reshape(len(weight), -1)
+    seen = np.isfinite(level)
+    grey = np.where(seen, level, np.float32(-1e4))
+    inverse = np.float32(1.0) / levels.sd.reshape(grey.shape)
+    chance = levels.chance.reshape(grey.shape)
+    strength = np.float32((1 - HIDDEN) / np.sqrt(2 * np.pi)) * inverse / chance
+    counts = weight.astype(np.float32)[:, None] * seen
     tried = np.unique(np.linspace(0, len(grey) - 1, TRIED_VIEWS).round().astype(int))
-    for trial in grey[tried]:
-        off = (grey - trial) * inverse
-        ratio = (by_view * np.log(HIDDEN + strength * np.exp(-0.5 * off * off)) * seen).sum(axis=0)
-        better = (ratio > best) & (trial >= 0)
-        best[better], chosen[better] = ratio[better], trial[better]
-    agrees = seen & (np.abs(grey - chosen) < AGREES_SDS * levels.sd)
-    return Agreement(np.where(seen.any(axis=0), best, 0.0) - FREE_LEVEL, agrees)
-
-
-def _bilinear(
-    picture: NDArray[np.uint8] | NDArray[np.float32], at: NDArray[np.float32]
-) -> NDArray[np.float32]:
-    return np.asarray(
-        cv2.remap(picture, at[..., 0], at[..., 1], cv2.INTER_LINEAR), dtype=np.float32
-    )
+    best, chosen = np.empty((2, grey.shape[1]), dtype=np.float32)
+    # So many points at a time stay in the processor's cache.
+    for first in range(0, grey.shape[1], BLOCK):
+        part = slice(first, first + BLOCK)
+        trial = grey[tried, part]  # (t, n)
+        off = (grey[:, part] - trial[:, None]) * inverse[:, part]
+        likely = HIDDEN + strength[:, part] * np.exp(np.float32(-0.5) * off * off)
+        ratio = np.einsum("tvn,vn->tn", np.log(likely), counts[:, part])
+        ratio[trial < 0] = -np.inf
+        most = ratio.argmax(axis=0)[None]
+        best[part] = np.take_along_axis(ratio, most, axis=0)[0]
+        chosen[part] = np.take_along_axis(trial, most, axis=0)[0]
+    agrees = seen & (np.abs(grey - chosen) * inverse < AGREES_SDS)
+    ratio = np.where(np.isfinite(best), best, 0.0) - FREE_LEVEL
+    return Agreement(ratio.reshape(shape[1:]), agrees.reshape(shape))
 
 
 def _density(image: NDArray[np.uint8], noise: float) -> NDArray[np.float32]:

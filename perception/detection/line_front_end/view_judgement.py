@@ -119,6 +119,7 @@ def without_them(
     return replace(
         rest,
         tracks=tuple(map(own, rest.tracks)),
+        stand_ins=tuple(map(own, rest.stand_ins)),
         weight=tuple(map(float, weight)),
         warnings=(*warnings, *rest.warnings),
     )

@@ -1,9 +1,11 @@
 """A block on a floor from a ring of small clean pictures: quick to render, its truth known."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
 from facetlog.perception.types import Camera, FloatArray, View
@@ -66,6 +68,23 @@ class Rig:
             for side in sides(face):
                 seen[self.solid.edges.index(side)] |= views
         return seen
+
+    def outward(self, loop: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        """Corners (k, 3) of a true face and its outward normal."""
+        corners = self.points[list(loop)]
+        normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+        return corners, normal / np.linalg.norm(normal)
+
+    @property
+    def top(self) -> tuple[FloatArray, FloatArray]:
+        """Corners (4, 3) and normal of the highest face."""
+        heights = [float(self.points[list(f), 2].mean()) for f in self.solid.faces]
+        return self.outward(self.solid.faces[int(np.argmax(heights))])
+
+    @property
+    def untaken(self) -> list[NDArray[np.uint8]]:
+        """No pixel of any view shows a face that was found already."""
+        return [np.zeros(v.image.shape, np.uint8) for v in self.views]
 
     def noisy(self, seed: int, sd: float) -> "Rig":
         """The same pictures with normal noise of `sd` grey levels."""

@@ -6,10 +6,11 @@ import pytest
 from facetlog.perception.detection.line_front_end.corner_tracks import (
     Corners,
     merge_corners,
+    outlined_tracks,
     track_corners,
 )
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
-from facetlog.perception.types import FloatArray
+from facetlog.perception.types import FloatArray, Track
 from tests.perception.detection.drawings import project
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
 
@@ -17,9 +18,9 @@ NOISE_GREY = 5.0
 
 
 def face(corners: FloatArray) -> SelectedFace:
-    return SelectedFace(
-        corners, tuple(range(len(corners))), np.array([0.0, 0, 1]), np.ones(1, np.bool_), 1.0
-    )
+    normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+    normal = normal / np.linalg.norm(normal)
+    return SelectedFace(corners, normal, np.ones(1, np.bool_), 1.0, corners)
 
 
 def seen_faces(rig: Rig) -> tuple[Corners, FloatArray]:
@@ -29,13 +30,15 @@ def seen_faces(rig: Rig) -> tuple[Corners, FloatArray]:
     return Corners(rig.points, loops), rig.shown_faces[chosen]
 
 
+def tracks_of(corners: Corners, shown: FloatArray, rig: Rig) -> tuple[Track, ...]:
+    return track_corners(corners, shown, rig.views, rig.maps)
+
+
 def errors_and_nees(rig: Rig) -> tuple[FloatArray, FloatArray]:
     """Pixel errors (n, 2) of all corners in all views, and their squares over the covariance."""
     corners, shown = seen_faces(rig)
     errors, squares = [], []
-    for point, track in zip(
-        rig.points, track_corners(corners, shown, rig.views, rig.maps), strict=True
-    ):
+    for point, track in zip(rig.points, tracks_of(corners, shown, rig), strict=True):
         for o in track.observations:
             error = o.uv - project(rig.views[o.view], point)
             errors.append(error)
@@ -64,7 +67,7 @@ def test_the_covariance_is_honest_over_seeds() -> None:
 def test_more_noise_means_more_variance() -> None:
     def typical(sd: float) -> float:
         rig = block_rig().noisy(0, sd)
-        tracks = track_corners(*seen_faces(rig), rig.views, rig.maps)
+        tracks = tracks_of(*seen_faces(rig), rig)
         return float(np.median([np.trace(o.cov) for t in tracks for o in t.observations]))
 
     assert typical(4.0) < 0.5 * typical(12.0)
@@ -79,9 +82,7 @@ def test_a_corner_slightly_off_is_measured_where_it_is() -> None:
     )
     distance = [
         np.linalg.norm(o.uv - project(rig.views[o.view], point))
-        for point, track in zip(
-            rig.points, track_corners(moved, shown, rig.views, rig.maps), strict=True
-        )
+        for point, track in zip(rig.points, tracks_of(moved, shown, rig), strict=True)
         for o in track.observations
     ]
     assert np.median(distance) < 0.2
@@ -92,15 +93,15 @@ def test_views_that_show_no_face_give_no_observation() -> None:
     corners, shown = seen_faces(rig)
     hidden = shown.copy()
     hidden[:, 3] = False
-    tracks = track_corners(corners, hidden, rig.views, rig.maps)
+    tracks = tracks_of(corners, hidden, rig)
     assert 3 not in {o.view for t in tracks for o in t.observations}
-    nothing = track_corners(corners, np.zeros_like(shown), rig.views, rig.maps)
+    nothing = tracks_of(corners, np.zeros_like(shown), rig)
     assert [len(t.observations) for t in nothing] == [0] * len(rig.points)
 
 
 def test_there_is_at_most_one_observation_a_view() -> None:
     rig = block_rig()
-    for track in track_corners(*seen_faces(rig), rig.views, rig.maps):
+    for track in tracks_of(*seen_faces(rig), rig):
         views = [o.view for o in track.observations]
         assert views == sorted(set(views))
 
@@ -137,6 +138,14 @@ def test_corners_far_apart_stay_apart() -> None:
     assert merged.loops == ((0, 1, 2), (3, 4, 5))
 
 
+def test_a_corner_off_the_other_faces_plane_is_no_corner_of_that_face() -> None:
+    # The inner side of a board five pixels thick, and the end of the board.
+    inner = np.array([[0.0, 5, 0], [100, 5, 0], [100, 5, 80], [0, 5, 80]])
+    outer = np.array([[0.0, 0, 0], [-60, 0, 0], [-60, 0, 80], [0, 0, 80]])
+    merged = merge_corners([face(inner), face(outer)], pixel=1.0)
+    assert len(merged.points) == 8
+
+
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
 def test_merging_does_not_depend_on_the_unit(scale: float) -> None:
     rig = block_rig()
@@ -151,3 +160,16 @@ def test_merging_does_not_depend_on_the_unit(scale: float) -> None:
 def test_sides_are_named_once() -> None:
     corners = Corners(np.zeros((5, 3)), ((0, 1, 2, 3), (3, 2, 4)))
     assert corners.sides == ((0, 1), (0, 3), (1, 2), (2, 3), (2, 4), (3, 4))
+
+
+def test_an_outline_places_its_corners_in_the_views_that_show_it_no_surer_than_it_is() -> None:
+    rig = block_rig()
+    corners, shown = seen_faces(rig)
+    for vertex, track in enumerate(outlined_tracks(corners, shown, rig.views)):
+        faces = [k for k, loop in enumerate(corners.loops) if vertex in loop]
+        seen = np.nonzero(shown[faces].any(axis=0))[0].tolist()
+        assert [o.view for o in track.observations] == seen
+        for o in track.observations:
+            np.testing.assert_allclose(o.uv, project(rig.views[o.view], rig.points[vertex]))
+        # All views together know it to 2 px.
+        np.testing.assert_allclose(o.cov / len(seen), 4.0 * np.eye(2))

@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
 
-from facetlog.perception.detection.line_front_end.ground_plane import find_ground
+from facetlog.perception.detection.line_front_end.ground_plane import Ground, find_ground
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.plane_hypotheses import (
     PlaneHypothesis,
@@ -16,6 +18,7 @@ from tests.perception.detection.drawings import view
 from tests.perception.detection.line_front_end.ideal_lines import exact_ends
 
 PIXEL = 0.01
+DISTANCE = 4.2
 UP = np.array([0.0, 0.0, 1.0])
 VIEWS = [view(pose=p) for p in ring_poses([0.0, 0.0, 0.3], 4.0, (1.0, 2.0), 8)]
 
@@ -41,28 +44,60 @@ def planes(lines: LineCloud) -> tuple[PlaneHypothesis, ...]:
 def test_a_tiled_floor_is_the_ground_and_a_table_top_above_it_is_not() -> None:
     lines = cloud(grid(0.0, 2.0), grid(0.7, 0.4))
     for up in (UP, None):
-        ground = find_ground(planes(lines), lines, VIEWS, up)
+        ground = find_ground(planes(lines), lines, VIEWS, DISTANCE, up)
         assert ground is not None
         assert abs(ground.height) < 1e-6
         assert ground.normal @ UP > 0.999
-        assert ground.holds(lines.segments[0])
-        assert not ground.holds(lines.segments[-1])
+        assert ground.holds(lines.segments[0]).all()
+        assert not ground.holds(lines.segments[-1]).any()
 
 
 def test_without_lines_on_it_the_ground_is_where_the_lowest_segments_end() -> None:
     upright = np.array([[[x, 0.0, 0.02], [x, 0.0, 0.7]] for x in (-0.4, 0.4)])
     lines = cloud(grid(0.7, 0.4), upright, np.array([[[-0.4, 0, 0.02], [0.4, 0, 0.02]]]))
-    ground = find_ground(planes(lines), lines, VIEWS, UP)
+    ground = find_ground(planes(lines), lines, VIEWS, DISTANCE, UP)
     assert ground is not None
     np.testing.assert_allclose(ground.height, 0.02, atol=1e-6)
 
 
 def test_where_up_is_not_known_and_everything_is_above_no_plane_there_is_no_ground() -> None:
     lines = cloud(grid(0.7, 0.4), np.array([[[0.4, 0.4, 0.7], [0.4, 0.4, 0.0]]] * 3))
-    assert find_ground((), lines, VIEWS, None) is None
-    assert find_ground(planes(lines), lines, VIEWS, None) is None
+    assert find_ground((), lines, VIEWS, DISTANCE, None) is None
+    assert find_ground(planes(lines), lines, VIEWS, DISTANCE, None) is None
 
 
 def test_no_segments_have_no_ground() -> None:
     nothing = replace(cloud(grid(0.0, 1.0)), segments=np.zeros((0, 2, 3)))
-    assert find_ground((), nothing, VIEWS, UP) is None
+    assert find_ground((), nothing, VIEWS, DISTANCE, UP) is None
+
+
+LEVEL = Ground(UP, 0.0, 0.05, np.array([[0.0, -3.0, 2.0], [3.0, 0.0, 2.0]]), 3.6)
+
+
+def test_far_away_a_point_is_on_the_ground_as_well_as_its_depth_is_known() -> None:
+    near, far = np.array([[0.0, 0.0, 0.1]]), np.array([[-20.0, 20.0, 0.1]])
+    assert not LEVEL.holds(near).any()
+    assert LEVEL.holds(far).all()
+    assert not LEVEL.holds(far + 10 * UP).any()
+
+
+@given(st.floats(-0.5, 1.5), st.floats(0.0, 6.3))
+def test_what_lies_below_the_ground_is_cut_off(height: float, turn: float) -> None:
+    upright = np.array([[0.0, 0, -0.5], [1.0, 0, -0.5], [1.0, 0, 0.5], [0.0, 0, 0.5]])
+    c, s = np.cos(turn), np.sin(turn)
+    corners = upright @ np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]) + height * UP
+    cut = LEVEL.clipped(corners)
+    if height - 0.5 >= -LEVEL.margin:
+        np.testing.assert_array_equal(cut, corners)
+        return
+    assert (LEVEL.above(cut) >= -1e-9).all()
+    left = max(height + 0.5, 0.0)
+    area = np.linalg.norm(np.cross(cut, np.roll(cut, -1, axis=0)).sum(axis=0)) / 2
+    np.testing.assert_allclose(area, left, atol=1e-9)
+
+
+def test_rays_meet_the_ground_behind_what_stands_on_it_and_not_above_the_horizon() -> None:
+    eye = np.array([0.0, -2.0, 1.0])
+    points, meets = LEVEL.behind(eye, np.array([[0.0, -1.0, 0.5], [0.0, -1.0, 1.0], [0.0, 0, 3.0]]))
+    assert meets.tolist() == [True, False, False]
+    np.testing.assert_allclose(points[0], [0.0, 0.0, 0.0], atol=1e-12)

@@ -27,7 +27,7 @@ def cameras() -> tuple[View, ...]:
 
 def top() -> SelectedFace:
     normal = np.array([0.0, 0, 1])
-    return SelectedFace(TOP, (0, 1, 2, 3), normal, np.ones(8, np.bool_), 1.0)
+    return SelectedFace(TOP, normal, np.ones(8, np.bool_), 1.0, TOP)
 
 
 def loose(segments: FloatArray, seen: FloatArray | None = None):
@@ -36,7 +36,8 @@ def loose(segments: FloatArray, seen: FloatArray | None = None):
     cloud = LineCloud(segments, exact_ends(segments), np.full(count, 8.0), np.zeros(count), PIXEL)
     low = np.array([v.pose.centre[2] < 1.0 for v in cameras()])
     shown = np.tile(low, (count, 1)) if seen is None else seen
-    return find_loose_edges(cloud, exact_profiles(segments), [top()], cameras(), shown)
+    loops = [(0, 1, 2, 3)]
+    return find_loose_edges(cloud, exact_profiles(segments), [top()], loops, cameras(), shown)
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.3, 0.7), (0.0, 1.0), (0.4, 0.9)])

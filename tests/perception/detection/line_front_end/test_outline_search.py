@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.outline_search import (
     KEEP,
     MIN_SIDE_PX,
@@ -37,14 +38,13 @@ SHAPES = {
 
 def outlines_of(corners, segments=None, covered=None, pixel=PIXEL):
     segments = sides_of(corners) if segments is None else segments
-    return find_outlines(
-        plane_of(corners, len(segments)),
-        segments,
-        exact_ends(segments),
-        np.ones(len(segments)),
-        exact_profiles(segments, covered),
-        pixel,
-    )
+    plane = plane_of(corners, len(segments))
+    return find_outlines(plane, cloud(segments, pixel), exact_profiles(segments, covered))
+
+
+def cloud(segments, pixel=PIXEL):
+    count = len(segments)
+    return LineCloud(segments, exact_ends(segments), np.ones(count), np.zeros(count), pixel)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -119,8 +119,7 @@ def test_crossing_sides_are_no_outline() -> None:
     bow_tie = placed(SQUARE[[0, 2, 1, 3]], np.eye(3))
     segments = sides_of(bow_tie)
     plane = plane_of(placed(SQUARE, np.eye(3)), 4)
-    ends, profiles = exact_ends(segments), exact_profiles(segments)
-    found = find_outlines(plane, segments, ends, np.ones(4), profiles, PIXEL)
+    found = find_outlines(plane, cloud(segments), exact_profiles(segments))
     assert all(len(o.lines) == 3 for o in found)  # its two triangles at most
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.line_front_end.photo_consistency import (
+    BLOCK,
     FREE_LEVEL,
     GreyLevels,
     Levels,
@@ -48,6 +49,17 @@ def test_a_level_that_the_pictures_are_full_of_proves_nothing() -> None:
     assert agreement(levels(grey, chance=0.2), np.ones(12)).ratio.max() < 0
 
 
+@pytest.mark.parametrize("count", [1, BLOCK, BLOCK + 1, 3 * BLOCK])
+def test_many_points_say_what_each_says_alone(count: int) -> None:
+    rng = np.random.default_rng(2)
+    grey = rng.choice([100.0, 110.0, 180.0], (6, count)) + rng.normal(0, 2.0, (6, count))
+    found = agreement(levels(grey), np.ones(6))
+    for k in (0, count - 1):
+        alone = agreement(levels(grey[:, k : k + 1]), np.ones(6))
+        np.testing.assert_allclose(found.ratio[k], alone.ratio[0], rtol=1e-5)
+        np.testing.assert_array_equal(found.agrees[:, k], alone.agrees[:, 0])
+
+
 def test_no_view_is_no_evidence() -> None:
     nothing = agreement(levels(np.full((4, 3), np.nan)), np.ones(4))
     np.testing.assert_allclose(nothing.ratio, -FREE_LEVEL)
@@ -64,18 +76,27 @@ def test_views_almost_alike_count_as_one() -> None:
 def test_levels_are_unsure_where_a_picture_changes_fast() -> None:
     step = view(half_plane(np.pi / 2, np.array([160.0, 120.0])))
     reader = GreyLevels([step], [edge_map(step.image)])
-    at = np.array([[[60.0, 120.0]], [[160.0, 120.0]]])
-    read = reader.read([0], [at], [np.ones((2, 1), np.bool_)])
-    assert read.sd[0, 1, 0] > 3 * read.sd[0, 0, 0]
-    assert read.level[0, 0, 0] == pytest.approx(80, abs=2) or read.level[0, 0, 0] > 170
+    at = np.array([[[60.0, 160.0]], [[120.0, 120.0]]])
+    read = reader.read(np.array([0]), at, np.ones((1, 2), np.bool_))
+    assert read.sd[0, 1] > 3 * read.sd[0, 0]
+    assert read.level[0, 0] == pytest.approx(80, abs=2) or read.level[0, 0] > 170
 
 
 def test_a_flat_picture_is_read_without_a_warning() -> None:
     plain = view(flat(90.0))
     reader = GreyLevels([plain], [edge_map(plain.image)])
-    read = reader.read([0], [np.array([[[5.0, 5.0]]])], [np.ones((1, 1), np.bool_)])
-    assert read.level[0, 0, 0] == 90
-    assert read.chance[0, 0, 0] > 0.1
+    read = reader.read(np.array([0]), np.full((2, 1, 1), 5.0), np.ones((1, 1), np.bool_))
+    assert read.level[0, 0] == 90
+    assert read.chance[0, 0] > 0.1
+
+
+def test_a_point_that_a_view_does_not_see_has_no_level() -> None:
+    plain = view(flat(90.0))
+    reader = GreyLevels([plain], [edge_map(plain.image)])
+    beyond = np.full((2, 1, 3), 1e9)
+    read = reader.read(np.array([0]), beyond, np.zeros((1, 3), np.bool_))
+    assert np.isnan(read.level).all()
+    assert np.isfinite(read.sd).all()
 
 
 def test_points_of_a_face_agree_and_points_before_it_do_not() -> None:
@@ -85,11 +106,11 @@ def test_points_of_a_face_agree_and_points_before_it_do_not() -> None:
     top = max(rig.solid.faces, key=lambda f: float(rig.points[list(f), 2].mean()))
     a, b, _, d = rig.points[list(top)]
     on_it = a + rng.uniform(0.1, 0.9, (40, 2)) @ np.stack([b - a, d - a])
-    everyone = list(range(len(rig.views)))
-    seen = [np.ones((40, 1), np.bool_)] * len(everyone)
+    everyone = np.arange(len(rig.views))
+    seen = np.ones((len(everyone), 40), np.bool_)
 
     def ratio(points: FloatArray) -> FloatArray:
-        uv = [project(v, points)[:, None] for v in rig.views]
+        uv = np.stack([project(v, points).T for v in rig.views], axis=1)
         return agreement(reader.read(everyone, uv, seen), np.ones(len(everyone))).ratio
 
     assert np.median(ratio(on_it)) > 10

@@ -1,0 +1,70 @@
+"""Which faces cannot both be: they share a part of one plane, or one hides what is seen."""
+
+import numpy as np
+import shapely
+
+from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_basis
+from facetlog.perception.types import FloatArray
+
+__all__ = ["MAX_BLOCKED", "alike", "blocked_share", "overlap"]
+
+# Overlap of two coplanar faces, as a share of the smaller.
+MAX_OVERLAP = 0.15
+# Two outlines of one plane are alike when they share this much of what they cover together.
+ALIKE = 0.85
+# Two planes are one within this angle, and as near as the caller says.
+SAME_PLANE_COSINE = np.cos(np.radians(10.0))
+# Share of the sight lines to what was seen that a face may block.
+MAX_BLOCKED = 0.25
+
+
+def overlap(
+    corners: FloatArray,
+    normal: FloatArray,
+    others: FloatArray,
+    other_normal: FloatArray,
+    near: float,
+) -> bool:
+    """Whether a polygon (k, 3) covers part of another (l, 3) whose plane is not farther off."""
+    if abs(normal @ other_normal) < SAME_PLANE_COSINE:
+        return False
+    apart = np.abs((corners - others.mean(axis=0)) @ other_normal)
+    if apart.min() > near:
+        return False
+    basis = plane_basis(other_normal)
+    a = shapely.Polygon(corners @ basis).buffer(0)
+    b = shapely.Polygon(others @ basis).buffer(0)
+    return bool(a.intersection(b).area > MAX_OVERLAP * min(a.area, b.area))
+
+
+def alike(one: FloatArray, other: FloatArray, normal: FloatArray) -> bool:
+    """Whether two polygons (k, 3) of one plane cover nearly the same of it."""
+    basis = plane_basis(normal)
+    a, b = (shapely.Polygon(corners @ basis).buffer(0) for corners in (one, other))
+    return bool(a.intersection(b).area > ALIKE * a.union(b).area)
+
+
+def blocked_share(
+    corners: FloatArray,
+    normal: FloatArray,
+    targets: FloatArray,
+    centres: FloatArray,
+    margin: float,
+) -> float:
+    """Share of the sight lines from centres (c, 3) to targets (s, 3) that a polygon (k, 3) blocks.
+
+    Lines that pass within `margin` of its outline, or end within it of its plane, go free.
+    """
+    offset = normal @ corners.mean(axis=0)
+    before = centres @ normal - offset  # (c,)
+    behind = targets @ normal - offset  # (s,)
+    crosses = (before[:, None] * behind < 0) & (np.abs(behind) > margin)
+    if not crosses.any():
+        return 0.0
+    t = before[:, None] / np.where(crosses, before[:, None] - behind, 1.0)
+    at = centres[:, None] + t[..., None] * (targets - centres[:, None])
+    basis = plane_basis(normal)
+    inner = shapely.Polygon(corners @ basis).buffer(0).buffer(-margin)
+    flat = at @ basis
+    inside = shapely.contains_xy(inner, flat[..., 0], flat[..., 1]) & crosses
+    return float(inside.mean())

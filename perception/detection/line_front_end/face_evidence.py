@@ -1,0 +1,193 @@
+"""What the views say of an outline together: its inside by their agreement, its sides by edges.
+
+Views that something hides are left out.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.line_support import project_to_views
+from facetlog.perception.detection.line_front_end.photo_consistency import (
+    Agreement,
+    GreyLevels,
+    agreement,
+)
+from facetlog.perception.detection.line_front_end.plane_regions import MIN_FACING_SINE
+from facetlog.perception.detection.line_front_end.side_evidence import BESIDE_PX, SideJudge
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.ties import largest
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["FaceEvidence", "FaceJudge", "inner_points"]
+
+# Least mean log-likelihood ratio of the inside, share of it that is consistent, and share of the
+# views that could see the face and do show it: without these its sides need not be looked at.
+MIN_INSIDE, MIN_CONSISTENT, MIN_SHARE = 2.0, 0.75, 0.5
+# About so many points inside an outline are compared, and no fewer than this.
+INNER_POINTS, MIN_INNER = 60, 8
+# A view shows the face when it agrees at this share of the points that it sees, and sees so many.
+AGREES_SHARE, SEEN_SHARE = 0.5, 0.4
+# A view that sees a face less broad than this, px, says nothing of its sides: the edges beside one
+# of them, by which it is judged, are the other.
+MIN_WIDTH_PX = BESIDE_PX[-2]
+# Distinct views that must agree.
+MIN_WEIGHT = 2.0
+# After so many views an outline whose sides speak this clearly against it is given up: most are of
+# what lies inside or behind a thing.
+EARLY_VIEWS, HOPELESS = 4, -float(np.log(1e3))
+# A view reads no level nearer to the picture's border than this, px.
+BORDER_PX = 1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FaceEvidence:
+    """The views' evidence for an outline seen from one side.
+
+    `inside`: mean log-likelihood ratio over its area; `consistent`: share of its area where it is
+    above 0; `sides`: summed log-likelihood ratio of its sides; `coverage`: share of the sides that
+    lie on edges; `shown` (V,): views that show it; `share`: these among the views that face it and
+    see it, by weight; `points` (n, 3) of its inside.
+    """
+
+    inside: float
+    consistent: float
+    sides: float
+    coverage: float
+    shown: NDArray[np.bool_]
+    share: float
+    points: FloatArray
+
+
+class FaceJudge:
+    """Judges outlines by all views; `weight` (V,) is how much each counts."""
+
+    def __init__(
+        self, views: Sequence[View], levels: GreyLevels, sides: SideJudge, weight: FloatArray
+    ) -> None:
+        self._projections = np.array([view.projection for view in views])
+        self._sizes = np.array([view.image.shape[::-1] for view in views])
+        self._centres = np.array([view.pose.centre for view in views])
+        self._levels = levels
+        self._sides = sides
+        self._weight = weight
+
+    def facing(self, corners: FloatArray, normal: FloatArray) -> NDArray[np.intp]:
+        """The views (v,) before a polygon (k, 3) that do not see it edge-on."""
+        rays = self._centres - corners.mean(axis=0)
+        before = rays @ normal > MIN_FACING_SINE * np.linalg.norm(rays, axis=1)
+        return np.nonzero(before)[0]
+
+    def judge(
+        self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
+    ) -> FaceEvidence | None:
+        """Evidence for a polygon (k, 3) seen from the side that its normal points to.
+
+        None where too few views face it, or inside or sides speak against it. `taken` as in
+        `RegionFinder.outlines`.
+        """
+        points = inner_points(corners, normal)
+        views = self.facing(corners, normal)
+        views = views[self._widths(views, corners) > MIN_WIDTH_PX]
+        weight = self._weight[views]
+        if len(points) < MIN_INNER or weight.sum() < MIN_WEIGHT:
+            return None
+        result, seen = self._levels_at(views, points, taken)
+        in_sight = seen.mean(axis=1) > SEEN_SHARE
+        shows = in_sight & (result.agrees.sum(axis=1) > AGREES_SHARE * seen.sum(axis=1))
+        share = float(weight[shows].sum() / max(weight[in_sight].sum(), 1e-300))
+        inside, consistent = float(result.ratio.mean()), float((result.ratio > 0).mean())
+        if weight[shows].sum() < MIN_WEIGHT or share < MIN_SHARE:
+            return None
+        if inside < MIN_INSIDE or consistent < MIN_CONSISTENT:
+            return None
+        showing = views[shows]
+        along = self._along(showing, corners)
+        if along is None:
+            return None
+        shown = np.zeros(len(self._weight), dtype=np.bool_)
+        shown[showing] = True
+        return FaceEvidence(inside, consistent, *along, shown, share, points)
+
+    def shows_ground(self, evidence: FaceEvidence, ground: Ground) -> bool:
+        """Whether the pixels that show a face rather show the ground, as all views have it.
+
+        A pattern of the ground repeats itself: some views see one tile where others see the next.
+        """
+        everyone = np.arange(len(self._weight))
+        ratios = []
+        for k in np.nonzero(evidence.shown)[0]:
+            points, meets = ground.behind(self._centres[k], evidence.points)
+            found, _ = self._levels_at(everyone, points, None)
+            ratios.append(np.where(found.agrees[k] & meets, found.ratio, 0.0).mean())
+        return bool(np.mean(ratios) > evidence.inside)
+
+    def _widths(self, views: NDArray[np.intp], corners: FloatArray) -> FloatArray:
+        # How broad a polygon (k, 3) looks in the chosen views (v,), px: a sliver's width.
+        uv, depth = project_to_views(self._projections[views], corners)
+        following = np.roll(uv, -1, axis=1)
+        twice = uv[..., 0] * following[..., 1] - uv[..., 1] * following[..., 0]
+        round_it = np.linalg.norm(following - uv, axis=-1).sum(axis=1)
+        width: FloatArray = np.abs(twice.sum(axis=1)) / np.maximum(round_it, 1e-300)
+        return np.where((depth > 0).all(axis=1), width, np.inf)
+
+    def _levels_at(
+        self,
+        views: NDArray[np.intp],
+        points: FloatArray,
+        taken: Sequence[NDArray[np.uint8]] | None,
+    ) -> tuple[Agreement, NDArray[np.bool_]]:
+        # How the chosen views agree on points (n, 3), and which they see (v, n).
+        uv, depth = project_to_views(self._projections[views], points)
+        inner = (uv > BORDER_PX) & (uv < self._sizes[views, None] - 1 - BORDER_PX)
+        seen = (depth > 0) & inner.all(axis=-1)
+        if taken is not None:
+            column, row = np.where(seen[..., None], np.rint(uv), 0).astype(np.intp).T
+            seen &= np.array([taken[k][row[:, n], column[:, n]] == 0 for n, k in enumerate(views)])
+        return agreement(
+            self._levels.read(views, uv.transpose(2, 0, 1), seen), self._weight[views]
+        ), seen
+
+    def _along(self, views: NDArray[np.intp], corners: FloatArray) -> tuple[float, float] | None:
+        # The sides' summed ratio and their coverage; None where they are hopeless.
+        sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+        length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
+        # The first views are from all round.
+        early = views[:: max(1, len(views) // EARLY_VIEWS)][:EARLY_VIEWS]
+        ratio, hit, possible = 0.0, 0.0, 0.0
+        for part in (early, np.setdiff1d(views, early)):
+            if ratio < HOPELESS:
+                return None
+            found = self._sides.evidence(part, sides)
+            weight = self._weight[part]
+            ratio += float(weight @ found.ratio.sum(axis=1))
+            hit += float(weight @ found.found.sum(axis=2) @ length)
+            possible += float(weight @ found.there.sum(axis=2) @ length)
+        return ratio, hit / max(possible, 1e-300)
+
+
+def inner_points(corners: FloatArray, normal: FloatArray) -> FloatArray:
+    """About INNER_POINTS points (n, 3) spread evenly over the inside of a flat polygon (k, 3)."""
+    # Along the longest side: the world's frame plays no part.
+    along = np.roll(corners, -1, axis=0) - corners
+    length = np.linalg.norm(along, axis=1)
+    if not length.any():
+        return np.zeros((0, 3))
+    basis = plane_axes(normal, along[largest(length)]).T
+    polygon = shapely.Polygon(corners @ basis).buffer(0)
+    if polygon.is_empty:
+        return np.zeros((0, 3))
+    low, high = np.array(polygon.bounds).reshape(2, 2)
+    # A thin or winding outline fills little of its box: the finer the lattice must be.
+    filled = polygon.area / max(float(np.prod(high - low)), 1e-300)
+    count = int(np.ceil(np.sqrt(INNER_POINTS / np.clip(filled, 0.01, 1.0))))
+    steps = (np.arange(count) + 0.5) / count
+    grid = low + np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) * (high - low)
+    shapely.prepare(polygon)
+    inside = grid[shapely.contains_xy(polygon, grid)]
+    points: FloatArray = normal * float(normal @ corners.mean(axis=0)) + inside @ basis.T
+    return points

@@ -1,0 +1,97 @@
+"""What the views say of an outline: its inside, its sides, and the ground behind it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facetlog.perception.detection.line_front_end.face_evidence import FaceJudge, inner_points
+from facetlog.perception.detection.line_front_end.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.side_evidence import SideJudge
+from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def judge(rig: Rig) -> FaceJudge:
+    weight = np.ones(len(rig.views))
+    sides = SideJudge(rig.views, rig.maps, weight)
+    return FaceJudge(rig.views, GreyLevels(rig.views, rig.maps), sides, weight)
+
+
+def ground(rig: Rig) -> Ground:
+    centres = np.array([v.pose.centre for v in rig.views])
+    return Ground(UP, 0.0, 4 * rig.pixel, centres, 30.0)
+
+
+def test_nothing_in_the_air_and_nothing_inside_is_a_face() -> None:
+    rig = block_rig()
+    top, normal = rig.top
+    judged = judge(rig)
+    assert judged.judge(top, normal, rig.untaken) is not None
+    above = judged.judge(top + 4.0 * UP, normal, rig.untaken)
+    assert above is None or above.sides < 0
+    assert judged.judge(top[::-1], -normal, rig.untaken) is None
+
+
+def test_sides_on_edges_speak_for_an_outline_and_sides_beside_them_against_it() -> None:
+    rig = block_rig()
+    top, normal = rig.top
+    right = judge(rig).judge(top, normal, rig.untaken)
+    middle = top.mean(axis=0)
+    smaller = judge(rig).judge(middle + 0.7 * (top - middle), normal, rig.untaken)
+    assert right is not None
+    assert right.sides > 100
+    assert smaller is None or smaller.sides < 0
+    assert right.coverage > 0.9
+
+
+def test_pixels_that_show_a_face_say_nothing_of_another() -> None:
+    rig = block_rig()
+    top, normal = rig.top
+    taken = [np.ones(v.image.shape, np.uint8) for v in rig.views]
+    assert judge(rig).judge(top, normal, taken) is None
+
+
+def test_an_outline_too_small_for_points_is_none() -> None:
+    rig = block_rig()
+    top, normal = rig.top
+    assert judge(rig).judge(np.repeat(top[:1], 4, axis=0), normal, rig.untaken) is None
+    assert inner_points(np.repeat(top[:1], 4, axis=0), normal).shape == (0, 3)
+
+
+def tiled(rig: Rig) -> Rig:
+    """The same views of a floor alone, its tiles each of another grey."""
+    greys = np.random.default_rng(0).integers(40, 220, (40, 40))
+    views = []
+    for view in rig.views:
+        height, width = view.image.shape
+        u, v = np.meshgrid(np.arange(width), np.arange(height))
+        rays = np.stack([u, v, np.ones_like(u)], axis=-1) @ np.linalg.inv(view.projection[:, :3]).T
+        far = -view.pose.centre[2] / np.minimum(rays[..., 2], -1e-6)
+        at = view.pose.centre + far[..., None] * rays
+        tile = np.clip(np.floor(at[..., :2] / 2.0) + 20, 0, 39).astype(int)
+        views.append(replace(view, image=greys[tile[..., 0], tile[..., 1]].astype(np.uint8)))
+    return Rig(rig.solid, tuple(views))
+
+
+def test_a_patch_that_shows_the_floor_behind_it_is_the_ground_and_a_face_is_not() -> None:
+    rig = block_rig()
+    top, normal = rig.top
+    found = judge(rig).judge(top, normal, rig.untaken)
+    assert found is not None
+    assert not judge(rig).shows_ground(found, ground(rig))
+    floor = tiled(rig)
+    assert judge(floor).shows_ground(replace(found, inside=6.0), ground(floor))
+
+
+@pytest.mark.parametrize("scale", [0.2, 1.0, 30.0])
+def test_points_of_an_inside_are_spread_over_all_of_it(scale: float) -> None:
+    ell = np.array([[0.0, 0, 1], [2, 0, 1], [2, 0.4, 1], [0.4, 0.4, 1], [0.4, 2, 1], [0, 2, 1]])
+    points = inner_points(scale * ell, UP) / scale
+    assert 40 <= len(points) <= 90
+    np.testing.assert_allclose(points[:, 2], 1.0)
+    assert ((points[:, 0] < 0.4) | (points[:, 1] < 0.4)).all()
+    assert points[:, 0].max() > 1.7
+    assert points[:, 1].max() > 1.7
