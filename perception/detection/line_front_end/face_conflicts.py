@@ -31,16 +31,13 @@ def overlap(
     apart = np.abs((corners - others.mean(axis=0)) @ other_normal)
     if apart.min() > near:
         return False
-    basis = plane_basis(other_normal)
-    a = shapely.Polygon(corners @ basis).buffer(0)
-    b = shapely.Polygon(others @ basis).buffer(0)
+    a, b = _in_plane(corners, other_normal), _in_plane(others, other_normal)
     return bool(a.intersection(b).area > MAX_OVERLAP * min(a.area, b.area))
 
 
 def alike(one: FloatArray, other: FloatArray, normal: FloatArray) -> bool:
     """Whether two polygons (k, 3) of one plane cover nearly the same of it."""
-    basis = plane_basis(normal)
-    a, b = (shapely.Polygon(corners @ basis).buffer(0) for corners in (one, other))
+    a, b = _in_plane(one, normal), _in_plane(other, normal)
     return bool(a.intersection(b).area > ALIKE * a.union(b).area)
 
 
@@ -63,8 +60,11 @@ def blocked_share(
         return 0.0
     t = before[:, None] / np.where(crosses, before[:, None] - behind, 1.0)
     at = centres[:, None] + t[..., None] * (targets - centres[:, None])
-    basis = plane_basis(normal)
-    inner = shapely.Polygon(corners @ basis).buffer(0).buffer(-margin)
-    flat = at @ basis
+    inner = _in_plane(corners, normal).buffer(-margin)
+    flat = at @ plane_basis(normal)
     inside = shapely.contains_xy(inner, flat[..., 0], flat[..., 1]) & crosses
     return float(inside.mean())
+
+
+def _in_plane(corners: FloatArray, normal: FloatArray) -> shapely.Geometry:
+    return shapely.Polygon(corners @ plane_basis(normal)).buffer(0)

@@ -22,10 +22,7 @@ from facetlog.perception.detection.line_front_end.face_conflicts import (
     blocked_share,
     overlap,
 )
-from facetlog.perception.detection.line_front_end.face_evidence import (
-    FaceEvidence,
-    FaceJudge,
-)
+from facetlog.perception.detection.line_front_end.face_evidence import FaceEvidence, FaceJudge
 from facetlog.perception.detection.line_front_end.ground_plane import Ground, find_ground
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.line_extent import LineProfiles
@@ -44,6 +41,7 @@ from facetlog.perception.detection.line_front_end.region_outline import (
 )
 from facetlog.perception.detection.line_front_end.side_evidence import MOVES_PX, SideJudge
 from facetlog.perception.detection.view_graph import ViewGraph
+from facetlog.perception.flat_faces import vector_area
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray, View
 
@@ -56,6 +54,7 @@ MIN_COVERAGE, MIN_FINAL = 0.6, 0.75
 # those that chance offers, and so much more that it is less than one face in a thousand scenes.
 SIDE_PRICE, MOVED_PRICE = float(np.log(20.0)), float(np.log(20.0 * len(MOVES_PX)))
 PLANE_PRICE = float(np.log(1000.0 * 1000.0))
+LEAST_PRICE = PLANE_PRICE + 3 * SIDE_PRICE  # of a triangle
 # A shorter side, px, is where two others meet: corners are blunt. A corner nearer to the line past
 # it than an edge is wide, px, is none.
 MIN_SIDE_PX, MIN_TURN_PX = 4.0, 1.0
@@ -149,8 +148,7 @@ class _Selection:
         self._sides = SideJudge(views, maps, graph.weight)
         self._judge = FaceJudge(views, levels, self._sides, graph.weight)
         worth = self._sides.worth(cloud.segments)
-        least = PLANE_PRICE + 3 * SIDE_PRICE
-        chosen, self._promise = choose_planes(planes, cloud, worth, ground, least)
+        chosen, self._promise = choose_planes(planes, cloud, worth, ground, LEAST_PRICE)
         self._planes = list(chosen)
         self._spans = [cloud.segments[plane.lines] for plane in chosen]
         self._finder = RegionFinder(
@@ -164,7 +162,7 @@ class _Selection:
 
     def run(self) -> tuple[SelectedFace, ...]:
         for plane, promise in enumerate(self._promise):
-            self._push(promise - PLANE_PRICE - 3 * SIDE_PRICE, plane)
+            self._push(promise - LEAST_PRICE, plane)
         searched: dict[tuple[int, float], int] = {}
         while self._queue:
             worth, _, best = heapq.heappop(self._queue)
@@ -322,5 +320,4 @@ class _Selection:
 
 
 def _counter_clockwise(corners: FloatArray, normal: FloatArray) -> FloatArray:
-    area = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
-    return corners if area @ normal > 0 else corners[::-1].copy()
+    return corners if vector_area(corners) @ normal > 0 else corners[::-1].copy()

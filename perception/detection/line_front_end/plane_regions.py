@@ -131,8 +131,8 @@ class RegionFinder:
 
         They run counter-clockwise seen from there. True comes with a rough one, whose sides are
         near to where the face's are at best. The plane is looked at round the segments of `span`
-        (n, 2, 3). `taken` says of each view which of
-        its pixels show a face that was found already: a pixel shows one surface.
+        (n, 2, 3). `taken` says of each view which of its pixels show a face that was found already:
+        a pixel shows one surface.
         """
         extent = self._extent(plane, span, side, taken)
         if extent is None:

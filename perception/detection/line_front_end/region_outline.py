@@ -14,6 +14,7 @@ from facetlog.perception.types import FloatArray
 
 __all__ = [
     "border",
+    "crossing",
     "outline_polygon",
     "rough_polygons",
     "without_short_sides",
@@ -99,10 +100,10 @@ def without_short_sides(corners: FloatArray, least: float) -> FloatArray:
             break
         a, b, c, d = np.roll(corners, 1 - k, axis=0)[:4]
         middle = (b + c) / 2
-        crossing = _crossing((a, b - a), (d, c - d))
-        near = crossing is not None and np.linalg.norm(crossing - middle) < 2 * least
+        at = crossing((a, b - a), (d, c - d))
+        near = at is not None and np.linalg.norm(at - middle) < 2 * least
         corners = np.concatenate(
-            [[crossing if near else middle], np.roll(corners, -k - 2, axis=0)[: len(corners) - 2]]
+            [[at if near else middle], np.roll(corners, -k - 2, axis=0)[: len(corners) - 2]]
         )
     return corners
 
@@ -191,16 +192,16 @@ def _nearest_lines(ring: FloatArray, lines: FloatArray) -> NDArray[np.intp]:
 def _corner(before: _Side, after: _Side, ring: FloatArray) -> FloatArray:
     # Where the two sides cross, if that is near the border; else the border's point between them.
     one, other = ((s.ends[0], s.ends[1] - s.ends[0]) for s in (before, after))
-    crossing = _crossing(one, other)
-    if crossing is not None and np.linalg.norm(ring - crossing, axis=1).min() < MAX_OFF_CELLS:
-        return crossing
+    at = crossing(one, other)
+    if at is not None and np.linalg.norm(ring - at, axis=1).min() < MAX_OFF_CELLS:
+        return at
     gaps = [(float(np.linalg.norm(p - q)), (p + q) / 2) for p in before.ends for q in after.ends]
     between = min(gaps, key=lambda gap: gap[0])[1]
     return np.asarray(ring[np.linalg.norm(ring - between, axis=1).argmin()])
 
 
-def _crossing(one: tuple[FloatArray, ...], other: tuple[FloatArray, ...]) -> FloatArray | None:
-    # Where two lines, each a point and a direction, cross; None where they are nearly parallel.
+def crossing(one: tuple[FloatArray, ...], other: tuple[FloatArray, ...]) -> FloatArray | None:
+    """Where two lines cross, each a point (2,) and a direction; None if nearly parallel."""
     (a, u), (b, v) = one, other
     cross = float(u[0] * v[1] - u[1] * v[0])
     if abs(cross) <= CROSSING_SINE * np.hypot(*u) * np.hypot(*v):

@@ -17,6 +17,7 @@ from facetlog.perception.detection.line_front_end.line_support import (
     segment_samples,
 )
 from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_basis
+from facetlog.perception.detection.line_front_end.region_outline import crossing
 from facetlog.perception.ties import ascending, largest
 from facetlog.perception.types import FloatArray, View
 
@@ -35,10 +36,9 @@ CHANCE_RANGE = (0.02, 0.7)
 STEPS_PX = 3.0 * np.arange(-3, 4)
 MOVES_PX = np.stack(np.meshgrid(STEPS_PX, STEPS_PX), axis=-1).reshape(-1, 2)
 MOVES_PX = MOVES_PX[ascending((MOVES_PX**2).sum(axis=1))]
-# So many views, evenly from those that face it, place a side as well as all of them.
+# A side is placed by so many views, evenly from those that face it.
 MAX_VIEWS = 12
-# Two sides meet where they cross at more than this sine, and not farther off than this, px.
-CROSSING_SINE = 0.15
+# Two sides meet where they cross, and not farther off than this, px.
 MAX_OFF_PX = 27.0
 
 
@@ -134,15 +134,10 @@ class SideJudge:
 def _meetings(sides: FloatArray, most: float) -> FloatArray:
     # Where each side (k, 2, 2) meets the one before it, (k, 2); between their ends where they do
     # not cross, or farther off than `most`.
-    before = np.roll(sides, 1, axis=0)
-    u, v = before[:, 1] - before[:, 0], sides[:, 1] - sides[:, 0]
-    cross = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
-    size = np.linalg.norm(u, axis=1) * np.linalg.norm(v, axis=1)
-    crosses = np.abs(cross) > CROSSING_SINE * size
-    d = sides[:, 0] - before[:, 0]
-    share = (d[:, 0] * v[:, 1] - d[:, 1] * v[:, 0]) / np.where(crosses, cross, 1.0)
-    meeting = before[:, 0] + share[:, None] * u
-    between = (before[:, 1] + sides[:, 0]) / 2
-    near = np.linalg.norm(meeting - between, axis=1) < most
-    placed: FloatArray = np.where((crosses & near)[:, None], meeting, between)
+    placed = np.empty((len(sides), 2))
+    for k, (before, after) in enumerate(zip(np.roll(sides, 1, axis=0), sides, strict=True)):
+        between = (before[1] + after[0]) / 2
+        meeting = crossing((before[0], before[1] - before[0]), (after[0], after[1] - after[0]))
+        near = meeting is not None and np.linalg.norm(meeting - between) < most
+        placed[k] = meeting if near else between
     return placed
