@@ -26,6 +26,7 @@ NAMES = (
     "accuracy_planes",
     "accuracy_shapes",
     "time_demo",
+    "time_large",
     "time_estimation",
     "time_facts",
     "time_facts_in",

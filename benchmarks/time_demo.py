@@ -20,7 +20,7 @@ from benchmarks.common import Cell, Report, Row, Settings, Table, command, media
 from facetlog.perception.step_clock import StepClock, StepTime
 from facetlog.pipeline import FrontEnd
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "TimedRun", "main", "measure", "timed_run"]
 
 NAME = "time_demo"
 RUNS = 7
@@ -79,10 +79,10 @@ def _render(folder: Path) -> None:
 
 def _timed_alone(folder: Path, front_end: FrontEnd) -> TimedRun:
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as process:
-        return process.submit(_timed, folder, front_end).result()
+        return process.submit(timed_run, folder, front_end).result()
 
 
-def _timed(folder: Path, front_end: FrontEnd) -> TimedRun:
+def timed_run(folder: Path, front_end: FrontEnd) -> TimedRun:
     """A run in this process, which is held to one core from here on."""
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})

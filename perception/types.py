@@ -7,6 +7,7 @@ they cannot be written to anyway.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -31,6 +32,7 @@ __all__ = [
     "Pose",
     "PositionLabel",
     "Scene",
+    "StoredPicture",
     "Track",
     "Vertex",
     "View",
@@ -88,6 +90,19 @@ class Camera:
         """Intrinsic matrix K, (3, 3)."""
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
+    def resized(self, width: int, height: int) -> "Camera":
+        """The camera of the same picture brought to another size."""
+        across, down = width / self.width, height / self.height
+        # Pixel centres: u' + 1/2 = across · (u + 1/2).
+        return Camera(
+            width,
+            height,
+            self.fx * across,
+            self.fy * down,
+            (self.cx + 0.5) * across - 0.5,
+            (self.cy + 0.5) * down - 0.5,
+        )
+
 
 @dataclass(frozen=True, eq=False)
 class Pose:
@@ -115,14 +130,26 @@ class Pose:
         object.__setattr__(self, "centre", centre)
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class StoredPicture:
+    """A picture too large to be kept: its pinhole camera, and how to read it (H, W) uint8 anew."""
+
+    camera: Camera
+    read: Callable[[], Image]
+
+
 @dataclass(frozen=True, eq=False)
 class View:
-    """One grey picture (H, W) uint8 with its camera and pose; `name` is what messages call it."""
+    """One grey picture (H, W) uint8 with its camera and pose; `name` is what messages call it.
+
+    `stored` is the picture itself where `image` is a reduced copy of it.
+    """
 
     name: str
     image: Image
     camera: Camera
     pose: Pose
+    stored: StoredPicture | None = None
 
     def __post_init__(self) -> None:
         if self.image.shape != (self.camera.height, self.camera.width):
@@ -137,6 +164,17 @@ class View:
         r = self.pose.rotation.T
         return self.camera.matrix @ np.column_stack([r, -r @ self.pose.centre])
 
+    @property
+    def stored_size(self) -> tuple[int, int]:
+        """Width and height of the picture itself."""
+        camera = self.camera if self.stored is None else self.stored.camera
+        return camera.width, camera.height
+
+    @property
+    def enlargement(self) -> FloatArray:
+        """Pixels of the picture itself, across and down, for one of `image`, (2,)."""
+        return np.array(self.stored_size) / [self.camera.width, self.camera.height]
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Observation:
@@ -149,6 +187,14 @@ class Observation:
     def __post_init__(self) -> None:
         object.__setattr__(self, "uv", _frozen(self.uv, 2))
         object.__setattr__(self, "cov", _frozen(self.cov, 2, 2))
+
+    def resized(self, factor: FloatArray) -> "Observation":
+        """The same in a picture so many times the size, across and down (2,)."""
+        if (factor == 1.0).all():
+            return self
+        return Observation(
+            self.view, (self.uv + 0.5) * factor - 0.5, self.cov * np.outer(factor, factor)
+        )
 
 
 class PositionLabel(StrEnum):

@@ -1,4 +1,4 @@
-"""Pictures that show nothing or next to nothing: black, saturated, of one grey level, blurred.
+"""Pictures that show next to nothing: black, saturated, of one grey level, tiny, blurred.
 
 A picture without contrast is known by itself. A blurred one only beside the others: the blur of a
 picture is told by its strongest edges, whose gradient falls by less than a sharp edge's does where
@@ -17,6 +17,8 @@ from facetlog.perception.types import FloatArray, Image, View
 
 __all__ = ["blur_px", "named", "nothing_shown", "usable_views"]
 
+LEAST_SIDE_PX = 9
+"""What the filters that find edges span."""
 DARK, BRIGHT = 40.0, 215.0
 """Grey levels of an empty picture, below which it is called black and above which saturated."""
 ENDS = (0.001, 0.999)
@@ -70,8 +72,10 @@ def usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[str, ..
 
 
 def nothing_shown(image: Image) -> str | None:
-    """What an empty picture is ("black", "saturated", "of one grey level"); None if it shows
-    anything: grey levels beyond what its noise explains."""
+    """What an empty picture is ("black", "saturated", "of one grey level", "too small"); None if it
+    shows anything: grey levels beyond what its noise explains."""
+    if min(image.shape) < LEAST_SIDE_PX:
+        return f"too small ({image.shape[1]} x {image.shape[0]})"
     counts = np.cumsum(np.bincount(image.ravel(), minlength=256)) / image.size
     low, high = np.searchsorted(counts, ENDS)
     if high - low > 2 * NOISE_ENDS_SD * noise_sd(image) + ROUNDING:
@@ -131,7 +135,7 @@ def _too_many_empty(views: Sequence[View], empty: dict[int, str]) -> str:
     )
     return (
         f"{which} {kind} ({named([views[k].name for k in empty])}): "
-        "check exposure and lens cap, or the files"
+        "check the files, exposure and lens cap"
     )
 
 

@@ -15,13 +15,14 @@ MIN_LENGTH = 0.025
 QUANT_PER_NOISE = 1.0
 
 
-def detect_segments(image: Image) -> FloatArray:
+def detect_segments(image: Image, noise: float | None = None) -> FloatArray:
     """Segments (n, 4) as u0, v0, u1, v1 in px, longest first; all of some length.
 
     LSD's gradient threshold follows the picture's noise, so that faint edges of a clean picture
-    are found and the noise of a poor one is not.
+    are found and the noise of a poor one is not. `noise`, in grey levels, is for pictures whose own
+    pixels do not tell it (working_size.py).
     """
-    quant = QUANT_PER_NOISE * working_noise(image)
+    quant = QUANT_PER_NOISE * (working_noise(image) if noise is None else noise)
     detector = cv2.createLineSegmentDetector(cv2.LSD_REFINE_STD, quant=quant)
     found: list[FloatArray] = []
     for picture, factor in ((image, 1.0), (cv2.pyrDown(image), 2.0)):

@@ -21,11 +21,13 @@ class TrackedFace:
 
 @dataclass(frozen=True, slots=True)
 class TrackedFaces:
-    """All tracks and faces of a set of views.
+    """All tracks and faces of a set of views, in pixels of their pictures.
 
     `weight` has one number in (0, 1] for each view: how much it counts beside views almost like
     it. `edges` are straight edges between tracks that bound no face. `stand_ins` are the first
     tracks once more, where the faces' outlines have them, for those that the pictures do not fix.
+    `used` are the views (indices) of which all this speaks, in whose order it numbers views: all
+    where it is None.
     """
 
     tracks: tuple[Track, ...]
@@ -34,3 +36,4 @@ class TrackedFaces:
     edges: tuple[tuple[int, int], ...] = ()
     stand_ins: tuple[Track, ...] = ()
     warnings: tuple[str, ...] = ()
+    used: tuple[int, ...] | None = None

@@ -1,51 +1,57 @@
-"""Small pictures enlarged: what segments, masks and merging need is a number of pixels."""
+"""Small pictures enlarged: what segments, masks and merging need is a number of pixels.
+
+Between the pixels of a small picture an enlarged one is smooth: it looks ten times less noisy than
+it is. So its noise is that of the small one, as gradients feel it once it is enlarged.
+"""
 
 from collections.abc import Sequence
 
 import cv2
 import numpy as np
 
-from facetlog.perception.types import Camera, Observation, Track, View
+from facetlog.perception.detection.edge_maps import working_noise
+from facetlog.perception.types import FloatArray, Track, View
 
-__all__ = ["at_working_size", "in_own_pixels"]
+__all__ = ["at_working_size", "in_own_pixels", "segment_noise"]
 
 # The distances in pixels of this front end suit pictures with a diagonal of 600 px and more. The
 # cube of 100 px in 640 x 480 is lost at half that size and found again when it is doubled.
 MIN_DIAGONAL_PX = 600.0
 # More only spreads the blur.
 MAX_FACTOR = 4
+# The segment detector's gradient of white noise that was enlarged by such a factor, over that of
+# the same noise in a picture that was not.
+NOISE_GAIN = {1: 1.0, 2: 1.5, 4: 1.3}
 
 
-def at_working_size(views: Sequence[View]) -> tuple[tuple[View, ...], int]:
-    """The views, all enlarged by the same factor (1, 2 or 4), and the factor."""
-    diagonal = float(np.median([np.hypot(*v.image.shape) for v in views]))
+def at_working_size(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[int, ...]]:
+    """The views, each enlarged by a factor of its own (1, 2 or 4), and the factors."""
+    factors = tuple(_factor(view) for view in views)
+    return tuple(map(_enlarged, views, factors)), factors
+
+
+def segment_noise(view: View, factor: int) -> float:
+    """The noise in grey levels by which segments are detected in a view once it is enlarged."""
+    return NOISE_GAIN[factor] * working_noise(view.image)
+
+
+def _factor(view: View) -> int:
+    diagonal = float(np.hypot(*view.image.shape))
     factor = 1
     while factor < MAX_FACTOR and factor * diagonal < MIN_DIAGONAL_PX:
         factor *= 2
-    return tuple(views) if factor == 1 else tuple(_enlarged(v, factor) for v in views), factor
+    return factor
 
 
 def _enlarged(view: View, factor: int) -> View:
+    if factor == 1:
+        return view
     image = cv2.resize(view.image, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
-    c = view.camera
-    # Pixel centres: u' + 1/2 = factor · (u + 1/2).
-    camera = Camera(
-        image.shape[1],
-        image.shape[0],
-        c.fx * factor,
-        c.fy * factor,
-        (c.cx + 0.5) * factor - 0.5,
-        (c.cy + 0.5) * factor - 0.5,
-    )
+    camera = view.camera.resized(image.shape[1], image.shape[0])
     return View(view.name, np.asarray(image, dtype=np.uint8), camera, view.pose)
 
 
-def in_own_pixels(track: Track, factor: int) -> Track:
+def in_own_pixels(track: Track, factors: Sequence[int]) -> Track:
     """A track of the enlarged views in the pixels of the views themselves."""
-    if factor == 1:
-        return track
-    seen = (
-        Observation(o.view, (o.uv + 0.5) / factor - 0.5, o.cov / factor**2)
-        for o in track.observations
-    )
-    return Track(tuple(seen), track.label)
+    shares: list[FloatArray] = [np.full(2, 1.0 / factor) for factor in factors]
+    return Track(tuple(o.resized(shares[o.view]) for o in track.observations), track.label)

@@ -1,6 +1,6 @@
 """Lenses: distortion models, and pictures freed of them, so that all later steps see a pinhole."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 
@@ -73,16 +73,21 @@ class Lens:
         return self._zoomed(high)
 
     def undistort(self, image: Image) -> Image:
-        """The picture that `pinhole` would have taken, (H, W) uint8; bicubic interpolation."""
+        """The picture that `pinhole` would have taken, (H, W) uint8; bicubic interpolation.
+
+        A picture that was reduced stays so: then it is what `pinhole` resized would have taken.
+        """
         if self.is_pinhole:
             return image
-        camera = self.pinhole
+        height, width = image.shape
+        camera = self.pinhole.resized(width, height)
+        lens = replace(self, camera=self.camera.resized(width, height))
         result = np.empty_like(image)
         columns = np.arange(camera.width, dtype=np.float64)
         for top in range(0, camera.height, BLOCK_ROWS):
             rows = np.arange(top, min(top + BLOCK_ROWS, camera.height), dtype=np.float64)
             grid = np.stack(np.meshgrid(columns, rows), axis=-1)
-            source = self._distorted(grid, camera).astype(np.float32)
+            source = lens._distorted(grid, camera).astype(np.float32)
             map_u, map_v = (
                 np.ascontiguousarray(source[..., 0]),
                 np.ascontiguousarray(source[..., 1]),

@@ -21,7 +21,10 @@ __all__ = ["read_picture"]
 
 KINDS = "JPEG, PNG, TIFF, BMP, WebP or PNM"
 # Neither turned by EXIF (poses and intrinsics belong to the picture as stored) nor in colour.
-DECODE_FLAGS = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION
+DECODE_FLAGS = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
+# Of 16 bits the upper 8 are used: pictures of up to 12 bits that were not brought to their range
+# would be black.
+LEAST_OF_16_BITS = 1 << 12
 # What libjpeg says of a picture that has all its markers but not all its data.
 DAMAGE = b"Corrupt JPEG data"
 
@@ -43,11 +46,32 @@ def read_picture(path: Path) -> Image:
         raise InputError(f"{path} is not a picture: give one as {KINDS}")
     if not check(data):
         raise InputError(f"picture {path} is cut off or damaged: copy it again from its source")
-    image, chatter = _decode(data)
-    if image is None or DAMAGE in chatter:
+    decoded, chatter = _decode(data)
+    if decoded is None or DAMAGE in chatter:
         raise InputError(f"picture {path} is damaged: copy it again from its source")
+    image = _eight_bits(decoded, path)
     image.setflags(write=False)
     return image
+
+
+def _eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:
+    """Grey levels of 8 bits; InputError where 16 bits are hardly used, or levels are no integers.
+
+    Which share of the range a file uses must hold for all pictures of a set: it is not guessed.
+    """
+    if decoded.dtype == np.uint8:
+        return np.ascontiguousarray(decoded, dtype=np.uint8)
+    if decoded.dtype != np.uint16:
+        raise InputError(
+            f"picture {path} has levels of {decoded.dtype}: write it with 8 or 16 bits"
+        )
+    brightest = int(decoded.max(initial=0))
+    if 0 < brightest < LEAST_OF_16_BITS:
+        raise InputError(
+            f"picture {path} has 16 bits, yet no level above {brightest}: "
+            "write it with 8 bits, or with levels up to 65535"
+        )
+    return np.ascontiguousarray(np.asarray(decoded) // 256, dtype=np.uint8)
 
 
 def _reason(exc: OSError | ValueError) -> str:
@@ -161,7 +185,7 @@ def _decoder_judges(data: bytes) -> bool:
     return bool(data)
 
 
-def _decode(data: bytes) -> tuple[Image | None, bytes]:
+def _decode(data: bytes) -> tuple[cv2.typing.MatLike | None, bytes]:
     """The decoded picture, or None, and what the decoders wrote to the terminal meanwhile.
 
     The C libraries inside OpenCV write to file descriptor 2 with no switch to stop them, so it
@@ -185,11 +209,9 @@ def _decode(data: bytes) -> tuple[Image | None, bytes]:
         return image, sink.read()
 
 
-def _decoded(buffer: np.ndarray[tuple[int], np.dtype[np.uint8]]) -> Image | None:
+def _decoded(buffer: np.ndarray[tuple[int], np.dtype[np.uint8]]) -> cv2.typing.MatLike | None:
     try:
         image = cv2.imdecode(buffer, DECODE_FLAGS)
     except cv2.error:
         return None
-    if image is None or image.dtype != np.uint8 or image.ndim != 2:
-        return None
-    return np.ascontiguousarray(image, dtype=np.uint8)
+    return None if image is None or image.ndim != 2 else image

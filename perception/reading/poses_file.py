@@ -23,6 +23,9 @@ __all__ = [
 
 METRES_PER: Mapping[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
+ROUNDING_PX = 1.0
+"""By which a scaled picture's height differs from its camera's."""
+
 # COLMAP's and nerfstudio's names; the simple models are the general one with coefficients left out.
 DISTORTION_OF = {
     "SIMPLE_PINHOLE": Distortion.NONE,
@@ -58,20 +61,33 @@ class Intrinsics:
     radial: tuple[float, float, float, float]
     tangential: tuple[float, float]
 
-    def lens(self, width: int, height: int) -> Lens:
-        """The lens for a picture of this size; CalibrationError if the file speaks of another."""
+    @property
+    def suits_one_size(self) -> bool:
+        """Whether it is of one size of picture, which the file does not tell."""
+        return not all(self.size) and (any(self.focal) or self.centre is not None)
+
+    def size_fault(self, width: int, height: int) -> str:
+        """Why the camera took no picture of this size, and what to do; empty if it may have."""
         said = (self.size[0] or width, self.size[1] or height)
-        if said != (width, height):
-            turned = said == (height, width)
-            raise CalibrationError(
-                f"{self.where}: the picture is {width} x {height}, its camera says "
-                f"{said[0]:g} x {said[1]:g}: "
-                + (
-                    "store the picture the way round that the camera was calibrated"
-                    if turned
-                    else "use the pictures at the size they were calibrated at"
-                )
+        if said == (width, height):
+            return ""
+        share = width / said[0]
+        if said == (height, width):
+            remedy = "store it the way round that the camera was calibrated: EXIF turns nothing"
+        elif abs(share * said[1] - height) <= ROUNDING_PX:
+            remedy = (
+                f"if it shows the same at {share:.3g} times the size, scale the camera by that; "
+                "or use the pictures at the size they were calibrated at"
             )
+        else:
+            remedy = "use the pictures at the size they were calibrated at"
+        return (
+            f"{self.where}: the picture is {width} x {height}, its camera says "
+            f"{said[0]} x {said[1]}: {remedy}"
+        )
+
+    def lens(self, width: int, height: int) -> Lens:
+        """The lens for a picture of this size; CalibrationError if it cannot be."""
         fx, fy = (
             f or (length / 2 / math.tan(angle / 2) if angle else None)
             for f, angle, length in zip(

@@ -1,8 +1,9 @@
 """The way in: a folder of pictures with known cameras becomes views."""
 
 import os
+from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,8 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.pan_tilt_file import CAMERA_FILE, COLUMNS, read_pan_tilt
 from facetlog.perception.reading.picture_file import read_picture
-from facetlog.perception.reading.poses_file import PosedPicture, PosesFile
+from facetlog.perception.reading.picture_of_view import picture_of_view
+from facetlog.perception.reading.poses_file import Intrinsics, PosedPicture, PosesFile
 from facetlog.perception.reading.transforms_file import read_transforms
 from facetlog.perception.types import FloatArray, View
 
@@ -54,8 +56,9 @@ def read_views(
     """The views in a folder with transforms.json or with a pan-tilt CSV, or in such a file itself.
 
     Pictures are grey, as stored (not turned by EXIF), and freed of lens distortion, so that every
-    View.camera is a pure pinhole. A picture that is missing or damaged is left out and reported in
-    `problems`, as long as two are left.
+    View.camera is a pure pinhole. Large ones are kept reduced (picture_of_view.py). A picture that
+    is missing, damaged or not of its camera's size is left out and reported in `problems`, as long
+    as two are left.
 
     Parameters
     ----------
@@ -75,7 +78,7 @@ def read_views(
     file = _read_poses(source, unit)
     _check_names(file.pictures, source)
     views: list[View] = []
-    covariances: list[FloatArray | None] = []
+    used: list[PosedPicture] = []
     problems: list[str] = []
     lenses: dict[Lens, Lens] = {}  # one set-up of the undistortion for all pictures of a lens
     for done, picture in enumerate(file.pictures, start=1):
@@ -84,19 +87,28 @@ def read_views(
         except InputError as exc:
             problems.append(str(exc))
         else:
-            lens = picture.intrinsics.lens(image.shape[1], image.shape[0])
-            lens = lenses.setdefault(lens, lens)
-            views.append(View(picture.name, lens.undistort(image), lens.pinhole, picture.pose))
-            covariances.append(picture.covariance)
+            width, height = image.shape[1], image.shape[0]
+            if fault := picture.intrinsics.size_fault(width, height):
+                problems.append(fault)
+            else:
+                lens = picture.intrinsics.lens(width, height)
+                lens = lenses.setdefault(lens, lens)
+                views.append(picture_of_view(picture, image, lens))
+                used.append(picture)
         if progress is not None:
             progress("pictures", done, len(file.pictures))
+    odd = _odd_sizes(used, views, source)
+    views = [view for k, view in enumerate(views) if k not in odd]
+    covariances = [picture.covariance for k, picture in enumerate(used) if k not in odd]
+    problems += odd.values()
     if len(views) < LEAST_VIEWS:
         raise InputError(_too_few(source, len(views), problems))
     _check_places(views, source)
     name = source.resolve().parent.name or "views"  # "/" has no name
     told = [cov for cov in covariances if cov is not None]
     drift = np.array(told) if len(told) == len(views) else None
-    return ViewSet(name, tuple(views), tuple(problems), file.up, file.metric, source, drift)
+    said = tuple(f"{problem}; left out" for problem in problems)
+    return ViewSet(name, tuple(views), said, file.up, file.metric, source, drift)
 
 
 def _poses_path(path: Path) -> Path:
@@ -147,6 +159,36 @@ def _check_names(pictures: Sequence[PosedPicture], source: Path) -> None:
         if place in seen:
             raise InputError(f"{source}: picture {picture.name!r} has two poses: remove one")
         seen.add(place)
+
+
+def _odd_sizes(
+    pictures: Sequence[PosedPicture], views: Sequence[View], source: Path
+) -> dict[int, str]:
+    """Which pictures are not of the size of most that their camera took, and a line about each.
+
+    Only of cameras that are written in pixels and do not say of what size their pictures are.
+    CalibrationError where most of one camera are of no one size.
+    """
+    of_camera: dict[Intrinsics, list[int]] = {}
+    for k, picture in enumerate(pictures):
+        if picture.intrinsics.suits_one_size:
+            of_camera.setdefault(replace(picture.intrinsics, where=""), []).append(k)
+    odd: dict[int, str] = {}
+    for same in of_camera.values():
+        sizes = [views[k].stored_size for k in same]
+        (usual, count), *_ = Counter(sizes).most_common()
+        if 2 * count <= len(same) > 1:
+            raise CalibrationError(
+                f"{source}: {len(same)} pictures of one camera are of {len(set(sizes))} sizes: "
+                "give each size a camera of its own, with its width and height"
+            )
+        for k, (width, height) in zip(same, sizes, strict=True):
+            if (width, height) != usual:
+                odd[k] = (
+                    f"{pictures[k].intrinsics.where}: the picture is {width} x {height}, most of "
+                    f"its camera are {usual[0]} x {usual[1]}: give it a camera of its own"
+                )
+    return odd
 
 
 def _too_few(source: Path, usable: int, problems: Sequence[str]) -> str:

@@ -10,7 +10,7 @@ from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFace
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_from_tracks import assemble
-from facetlog.perception.types import FloatArray, Scene, View
+from facetlog.perception.types import FloatArray, Scene, Vertex, View
 
 __all__ = ["reconstruct"]
 
@@ -38,17 +38,26 @@ def reconstruct(
     `front_end` is "lines" for things in general, or "paper" for one bright block on a darker
     ground. `sd_limit`, in the unit of the poses, ends the filter of a vertex once its largest
     standard deviation is below. `up` and `metric` are what is known of the world frame. Pictures
-    that show nothing are named and left out; InputError where too few are left.
+    that show nothing are named and left out; InputError where too few are left. Observations are in
+    pixels of the pictures as stored, freed of lens distortion.
     """
     clock = clock or StepClock()
     with clock.step("pictures"):
         views, left_out = usable_views(views)
     find = {"lines": line_front_end, "paper": _paper_front_end}[front_end]
     tracked = find(views, up, clock, progress)
+    if tracked.used is not None:
+        views = tuple(views[k] for k in tracked.used)
     with clock.step("vertices and planes"):
         scene = assemble(tracked, views, name=name, up=up, metric=metric, sd_limit=sd_limit)
     no_face = () if scene.faces else (NO_FACE.format(count=len(views)),)
-    return replace(scene, warnings=(*left_out, *scene.warnings, *no_face))
+    vertices = tuple(_in_stored_pixels(vertex, views) for vertex in scene.vertices)
+    return replace(scene, vertices=vertices, warnings=(*left_out, *scene.warnings, *no_face))
+
+
+def _in_stored_pixels(vertex: Vertex, views: Sequence[View]) -> Vertex:
+    seen = tuple(o.resized(views[o.view].enlargement) for o in vertex.observations)
+    return replace(vertex, observations=seen)
 
 
 def _paper_front_end(

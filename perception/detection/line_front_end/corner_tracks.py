@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
-from facetlog.perception.detection.line_front_end.line_refine import read_edges
 from facetlog.perception.detection.line_front_end.line_support import project_points
+from facetlog.perception.detection.line_front_end.side_fit import SideFits
 from facetlog.perception.ties import ascending
 from facetlog.perception.types import FloatArray, Observation, Track, View
 
@@ -20,18 +19,6 @@ __all__ = ["Corners", "merge_corners", "outlined_tracks", "track_corners", "trac
 MERGE_PX = 8.0
 MERGE_SHARE = 0.25
 ON_PLANE_PX = 4.0
-# Readings along a side; the ends are left out, where other edges interfere.
-SAMPLES = 32
-CLEAR_OF_ENDS = 0.05
-SEARCH_PX = 3.0
-# A side counts in a view when this share of its readings is found.
-MIN_READ = 0.6
-# Robust scale of a side's readings, px, and the least sd of one reading (interpolation).
-ROBUST_PX = 0.5
-MIN_READING_SD_PX = 0.05
-# Neighbouring readings share pixels: noise smoothed by a Gaussian of s = sqrt(1 + 0.5) px, the
-# gradient's, is worth one independent reading for each 2 sqrt(pi) s px along the edge.
-INDEPENDENT_PX = 4.3
 # How well the end of an edge is known that no other edge ends, px.
 END_SD_PX = 4.0
 # How well a corner of an outline is known that its sides do not fix in the pictures, px: the cells
@@ -60,6 +47,21 @@ class Corners:
             for a, b in zip(loop, loop[1:] + loop[:1], strict=True)
         }
         return tuple(sorted(pairs))
+
+    @property
+    def segments(self) -> FloatArray:
+        """The sides (n, 2, 3) from the smaller to the larger vertex."""
+        segments: FloatArray = self.points[np.array(self.sides)]
+        return segments
+
+    def sides_shown(self, shown: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which views show which side (n, V): those that show one of its faces (faces, V)."""
+        number = {side: k for k, side in enumerate(self.sides)}
+        visible = np.zeros((len(number), shown.shape[1]), np.bool_)
+        for loop, seen in zip(self.loops, shown, strict=True):
+            for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
+                visible[number[min(a, b), max(a, b)]] |= seen
+        return visible
 
 
 def merge_corners(faces: Sequence[SelectedFace], pixel: float) -> Corners:
@@ -90,32 +92,19 @@ def merge_corners(faces: Sequence[SelectedFace], pixel: float) -> Corners:
 
 
 def track_corners(
-    corners: Corners,
-    shown: NDArray[np.bool_],
-    views: Sequence[View],
-    maps: Sequence[EdgeMap],
+    corners: Corners, views: Sequence[View], fits: Sequence[SideFits]
 ) -> tuple[Track, ...]:
     """One track a vertex: where its sides meet in each view.
 
-    `shown` (faces, V) tells which views show which face: a side is read where one of its faces is
-    shown. The covariance follows from the readings' scatter about the straight sides.
+    `fits` are those of the corners' sides in the views that show them.
     """
-    sides = corners.sides
-    number = {side: k for k, side in enumerate(sides)}
-    visible = np.zeros((len(sides), len(views)), np.bool_)
-    for loop, seen in zip(corners.loops, shown, strict=True):
-        for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
-            visible[number[min(a, b), max(a, b)]] |= seen
-    start, end = np.array(sides).T
-    at = _samples(corners.points[start], corners.points[end])
+    start, end = np.array(corners.sides).T
     found: list[list[Observation]] = [[] for _ in corners.points]
-    for k, (view, edges) in enumerate(zip(views, maps, strict=True)):
+    for k, (view, lines) in enumerate(zip(views, fits, strict=True)):
         uv, _ = project_points(view.projection, corners.points)
-        lines = _fit_sides(view, edges, at, uv[start], uv[end])
-        good = lines.good & visible[:, k]
         for vertex, place in enumerate(uv):
-            ends = [(int(s), 0) for s in np.nonzero(good & (start == vertex))[0]]
-            ends += [(int(s), 1) for s in np.nonzero(good & (end == vertex))[0]]
+            ends = [(int(s), 0) for s in np.nonzero(lines.good & (start == vertex))[0]]
+            ends += [(int(s), 1) for s in np.nonzero(lines.good & (end == vertex))[0]]
             corner = _meeting(place, ends, lines)
             if corner is not None and np.linalg.norm(corner[0] - place) < MAX_OFF_PX:
                 found[vertex].append(Observation(k, *corner))
@@ -144,22 +133,18 @@ def track_ends(
     edges: FloatArray,
     visible: NDArray[np.bool_],
     views: Sequence[View],
-    maps: Sequence[EdgeMap],
+    fits: Sequence[SideFits],
 ) -> tuple[Track, ...]:
     """Two tracks for each loose edge (m, 2, 3): where its start and its end are in each view.
 
-    `visible` (m, V) tells which views show it. Across the edge an end is as sure as the readings;
-    along it END_SD_PX, an error that all the views share.
+    `visible` (m, V) tells which views show it, `fits` where. Across the edge an end is as sure as
+    the readings; along it END_SD_PX, an error that all the views share.
     """
-    if not len(edges):
-        return ()
     found: list[list[Observation]] = [[] for _ in range(2 * len(edges))]
-    at = _samples(edges[:, 0], edges[:, 1])
     shared = END_SD_PX**2 * np.maximum(visible.sum(axis=1), 1)
-    for k, (view, gradients) in enumerate(zip(views, maps, strict=True)):
+    for k, (view, lines) in enumerate(zip(views, fits, strict=True)):
         uv, _ = project_points(view.projection, edges)
-        lines = _fit_sides(view, gradients, at, uv[:, 0], uv[:, 1])
-        for m in np.nonzero(lines.good & visible[:, k])[0]:
+        for m in np.nonzero(lines.good)[0]:
             normal = lines.normal[m]
             along = np.array([normal[1], -normal[0]])
             for end in (0, 1):
@@ -170,54 +155,8 @@ def track_ends(
     return tuple(Track(tuple(seen)) for seen in found)
 
 
-def _samples(start: FloatArray, end: FloatArray) -> FloatArray:
-    t = CLEAR_OF_ENDS + (1 - 2 * CLEAR_OF_ENDS) * (np.arange(SAMPLES) + 0.5) / SAMPLES
-    samples: FloatArray = start[:, None] + t[:, None] * (end - start)[:, None]
-    return samples
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Sides:
-    # Straight fits across the projected sides of one view: offset (n, 2) and variance (n, 2) at
-    # both ends along `normal` (n, 2).
-    normal: FloatArray
-    offset: FloatArray
-    variance: FloatArray
-    good: NDArray[np.bool_]
-
-
-def _fit_sides(
-    view: View, edges: EdgeMap, at: FloatArray, uv_start: FloatArray, uv_end: FloatArray
-) -> _Sides:
-    r = read_edges(view, edges, at, SEARCH_PX)
-    span = uv_end - uv_start
-    length = np.maximum(np.hypot(span[:, 0], span[:, 1]), 1e-9)
-    x = np.einsum("nmk,nk->nm", r.uv - uv_start[:, None], span) / (length**2)[:, None]
-    design = np.stack([1 - x, x], axis=-1)  # (n, m, 2)
-    found = np.isfinite(r.offset)
-    e = np.where(found, r.offset, 0.0)
-    good = (found.mean(axis=1) >= MIN_READ) & r.visible.all(axis=1)
-    centre = np.zeros((len(at), 2))
-    information = np.broadcast_to(np.eye(2), (len(at), 2, 2))
-    residual = e
-    for _ in range(4):
-        w = found / (1.0 + (residual / ROBUST_PX) ** 2)
-        information = np.einsum("nm,nma,nmb->nab", w, design, design) + 1e-9 * np.eye(2)
-        centre = np.linalg.solve(information, np.einsum("nm,nma,nm->na", w, design, e)[..., None])[
-            ..., 0
-        ]
-        residual = e - np.einsum("nma,na->nm", design, centre)
-    spread = np.where(found, np.abs(residual), np.nan)
-    sd = np.full(len(at), np.inf)
-    sd[good] = 1.4826 * np.nanmedian(spread[good], axis=1)
-    shared = np.maximum(1.0, SAMPLES * INDEPENDENT_PX / length)
-    variance = np.maximum(sd, MIN_READING_SD_PX) ** 2 * shared
-    cov = np.linalg.inv(information) * np.where(good, variance, 1.0)[:, None, None]
-    return _Sides(r.normal, centre, np.diagonal(cov, axis1=1, axis2=2), good)
-
-
 def _meeting(
-    place: FloatArray, ends: list[tuple[int, int]], lines: _Sides
+    place: FloatArray, ends: list[tuple[int, int]], lines: SideFits
 ) -> tuple[FloatArray, FloatArray] | None:
     # Each side says n · x = n · place + offset; least squares by their variances.
     if len(ends) < 2:

@@ -1,10 +1,12 @@
 """From views to tracked faces by straight lines; the steps in their order."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
-from facetlog.perception.detection.edge_maps import edge_map
+from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
 from facetlog.perception.detection.line_front_end.corner_tracks import (
     merge_corners,
     outlined_tracks,
@@ -18,6 +20,7 @@ from facetlog.perception.detection.line_front_end.line_support import coverage
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
 from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_hypotheses
 from facetlog.perception.detection.line_front_end.pose_consistency import check_consistency
+from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.detection.line_front_end.view_judgement import (
     contradicting_views,
     without_them,
@@ -25,11 +28,37 @@ from facetlog.perception.detection.line_front_end.view_judgement import (
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.detection.view_graph import view_graph
-from facetlog.perception.detection.working_size import at_working_size, in_own_pixels
+from facetlog.perception.detection.working_size import (
+    at_working_size,
+    in_own_pixels,
+    segment_noise,
+)
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["line_front_end"]
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Pictures:
+    # The views at working size, by which factors they were enlarged, and what was found in each.
+    views: tuple[View, ...]
+    factors: tuple[int, ...]
+    maps: tuple[EdgeMap, ...]
+    segments: tuple[FloatArray, ...]
+
+    def only(self, kept: Sequence[int]) -> "_Pictures":
+        def those(all_: tuple[T, ...]) -> tuple[T, ...]:
+            return tuple(all_[k] for k in kept)
+
+        return _Pictures(
+            those(self.views),
+            those(self.factors),
+            those(self.maps),
+            those(self.segments),
+        )
 
 
 def line_front_end(
@@ -39,42 +68,51 @@ def line_front_end(
     progress: Callable[[str, int, int], None] | None = None,
 ) -> TrackedFaces:
     """Faces with their corners tracked through the views, found by lines first."""
-    given = views
-    views, factor = at_working_size(views)
+    working, factors = at_working_size(views)
     with clock.step("features"):
         maps, segments = [], []
-        for k, view in enumerate(views):
+        for k, (view, factor) in enumerate(zip(views, factors, strict=True)):
             if progress is not None:
                 progress("features", k, len(views))
-            maps.append(edge_map(view.image))
-            segments.append(detect_segments(view.image))
+            maps.append(edge_map(working[k].image))
+            segments.append(detect_segments(working[k].image, segment_noise(view, factor)))
+    pictures = _Pictures(working, factors, tuple(maps), tuple(segments))
+    return _tracked(pictures, up, clock)
+
+
+def _tracked(pictures: _Pictures, up: FloatArray | None, clock: StepClock) -> TrackedFaces:
+    views, maps, segments = pictures.views, pictures.maps, pictures.segments
     graph = view_graph(views)
     with clock.step("3-D segments"):
         cloud = reconstruct_lines(views, maps, segments, graph)
         use = np.nan_to_num(coverage(cloud.segments, views, maps)) > SUPPORTED
         wrong = contradicting_views(cloud.segments, use, graph.weight, views, segments)
     if wrong:
-        return without_them(wrong, given, lambda rest: line_front_end(rest, up, clock, progress))
+        return without_them(wrong, views, lambda kept: _tracked(pictures.only(kept), up, clock))
     with clock.step("faces"):
         planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
         faces = select_faces(planes, cloud, views, maps, graph, profiles, up)
     weight = tuple(float(w) for w in graph.weight)
     if not faces:
-        check_consistency(cloud.segments, use, views, segments)
+        check_consistency(cloud.segments, use, graph.weight, views, segments)
         return TrackedFaces((), (), weight)
     with clock.step("corner tracks"):
         corners = merge_corners(faces, cloud.pixel)
         shown = np.array([f.shown for f in faces])
-        tracks = track_corners(corners, shown, views, maps)
-        outlined = outlined_tracks(corners, shown, views)
         loose, of_cloud = find_loose_edges(cloud, profiles, faces, corners.loops, views, use)
-        ends = track_ends(loose, use[of_cloud], views, maps)
+        sides = np.concatenate([corners.segments, loose])
+        visible = np.concatenate([corners.sides_shown(shown), use[of_cloud]])
+        fits = fit_sides(sides, visible, views, maps)
+        count = len(corners.sides)
+        tracks = track_corners(corners, views, [f.part(0, count) for f in fits])
+        outlined = outlined_tracks(corners, shown, views)
+        ends = track_ends(loose, use[of_cloud], views, [f.part(count, len(sides)) for f in fits])
     tracked = tuple(
         TrackedFace(loop, f.support) for loop, f in zip(corners.loops, faces, strict=True)
     )
     first = len(tracks)
     edges = tuple((first + 2 * k, first + 2 * k + 1) for k in range(len(loose)))
-    own = tuple(in_own_pixels(track, factor) for track in (*tracks, *ends))
-    stand_ins = tuple(in_own_pixels(track, factor) for track in outlined)
+    own = tuple(in_own_pixels(track, pictures.factors) for track in (*tracks, *ends))
+    stand_ins = tuple(in_own_pixels(track, pictures.factors) for track in outlined)
     return TrackedFaces(own, tracked, weight, edges, stand_ins)

@@ -16,9 +16,11 @@ from facetlog.perception.types import FloatArray, View
 
 __all__ = [
     "READINGS_A_VIEW",
+    "STEP_PX",
     "EdgeReadings",
     "across_basis",
     "ends_jacobian",
+    "peak",
     "point_jacobian",
     "read_edges",
     "refine_segments",
@@ -74,7 +76,7 @@ def read_edges(view: View, edges: EdgeMap, points: FloatArray, search_px: float)
     gx = _bilinear(edges.gx, flat).reshape(at.shape[:-1])
     gy = _bilinear(edges.gy, flat).reshape(at.shape[:-1])
     across = gx * normal[:, None, None, 0] + gy * normal[:, None, None, 1]
-    offset, strength = _peak(np.abs(across), reach)
+    offset, strength = peak(np.abs(across), reach)
     strength = strength / edges.gradient_noise
     found = visible & (strength > MIN_GRADIENT_SD) & (norm > 0)[:, None]
     return EdgeReadings(np.where(found, offset, np.nan), uv, normal, strength, visible)
@@ -86,10 +88,14 @@ def _bilinear(picture: NDArray[np.float32], at: NDArray[np.float32]) -> FloatArr
     ).astype(np.float64)
 
 
-def _peak(response: FloatArray, reach: FloatArray) -> tuple[FloatArray, FloatArray]:
-    # Highest local maximum, refined by a parabola through it and what lies 1 px to either side:
-    # nearer ones share its pixels, and would pull it by up to a sixth of one. A maximum at the rim
-    # belongs to another edge.
+def peak(response: FloatArray, reach: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Places (...) of the highest maxima of responses (..., k) at `reach` (k,), and their heights.
+
+    A height of 0 says that there is none, but at the rim, where it belongs to another edge. Steps
+    of `reach` are STEP_PX.
+    """
+    # Refined by a parabola through it and what lies 1 px to either side: nearer ones share its
+    # pixels, and would pull it by up to a sixth of one.
     n = round(1 / STEP_PX)
     k = np.argmax(response[..., n:-n], axis=-1) + n
     left, mid, right = (

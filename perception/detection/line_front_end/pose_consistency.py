@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.errors import InconsistentViewsError
+from facetlog.perception.detection.line_front_end.line_cloud import MIN_SUPPORT
 from facetlog.perception.detection.line_front_end.line_support import project_points
+from facetlog.perception.ties import at_least
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["MIN_VIEWS", "check_consistency", "explained_length", "explained_share"]
@@ -64,14 +66,16 @@ def explained_length(segments_3d: FloatArray, view: View, found: FloatArray) -> 
 def check_consistency(
     segments_3d: FloatArray,
     supported: NDArray[np.bool_],
+    weight: FloatArray,
     views: Sequence[View],
     segments_2d: Sequence[FloatArray],
 ) -> None:
     """Raises InconsistentViewsError where many segments are seen and hardly any agree in space.
 
-    Fewer than MIN_VIEWS views are never called inconsistent.
+    Fewer than MIN_VIEWS views are never called inconsistent, nor are views from fewer than three
+    places: `weight` (V,) is how much a view counts beside those almost like it.
     """
-    if len(views) < MIN_VIEWS:
+    if len(views) < MIN_VIEWS or not at_least(weight.sum(), MIN_SUPPORT):
         return
     diagonal = float(np.mean([np.hypot(*v.image.shape) for v in views]))
     length = sum(float(np.hypot(*(s[:, 2:] - s[:, :2]).T).sum()) for s in segments_2d)

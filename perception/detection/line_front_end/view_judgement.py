@@ -18,7 +18,7 @@ from facetlog.perception.detection.line_front_end.pose_consistency import (
     explained_length,
 )
 from facetlog.perception.detection.tracked_faces import TrackedFaces
-from facetlog.perception.types import FloatArray, Observation, Track, View
+from facetlog.perception.types import FloatArray, View
 
 __all__ = ["Contradiction", "contradicting_views", "without_them"]
 
@@ -97,29 +97,16 @@ def _chance(k: int, segments_3d: FloatArray, views: Sequence[View], found: Float
 def without_them(
     wrong: Sequence[Contradiction],
     views: Sequence[View],
-    track: Callable[[Sequence[View]], TrackedFaces],
+    track: Callable[[Sequence[int]], TrackedFaces],
 ) -> TrackedFaces:
-    """What `track` finds in the other views, told of all, with a warning for each left out."""
+    """What `track` finds in the other views (indices), with a warning for each left out."""
     out = {c.view for c in wrong}
     kept = [k for k in range(len(views)) if k not in out]
-    rest = track([views[k] for k in kept])
-    weight = np.ones(len(views))
-    weight[kept] = rest.weight
-
-    def own(t: Track) -> Track:
-        return replace(
-            t, observations=tuple(Observation(kept[o.view], o.uv, o.cov) for o in t.observations)
-        )
-
+    rest = track(kept)
     warnings = (
         f"{views[c.view].name}: pose and picture contradict the other views, left out: "
         f"{c.explained:.0%} of its straight edges agree with theirs, usual are {c.usual:.0%}"
         for c in wrong
     )
-    return replace(
-        rest,
-        tracks=tuple(map(own, rest.tracks)),
-        stand_ins=tuple(map(own, rest.stand_ins)),
-        weight=tuple(map(float, weight)),
-        warnings=(*warnings, *rest.warnings),
-    )
+    used = kept if rest.used is None else [kept[k] for k in rest.used]
+    return replace(rest, used=tuple(used), warnings=(*warnings, *rest.warnings))

@@ -21,12 +21,12 @@ from facetlog.perception.detection.line_front_end.line_support import coverage
 from facetlog.perception.detection.line_front_end.pose_consistency import explained_share
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.view_graph import view_graph
-from facetlog.perception.detection.working_size import at_working_size
+from facetlog.perception.detection.working_size import at_working_size, segment_noise
 from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews, align
 from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, pose_chain
 from facetlog.perception.estimation.pose_refinement.registration import registered
 from facetlog.perception.reading.read_views import ViewSet
-from facetlog.perception.types import Camera, FloatArray, View
+from facetlog.perception.types import FloatArray, View
 
 __all__ = ["RefinedViews", "refined_views", "with_refined_poses"]
 
@@ -76,10 +76,11 @@ def refined_views(
     `covariances` (V, 6, 6): of each camera's place (world units) and turn (radians), in the world's
     axes, as odometry counts them up. `progress` is called with ("poses", done, all).
     """
-    working, _ = at_working_size(views)
+    working, factors = at_working_size(views)
     graph = view_graph(working)
     chain = pose_chain([v.pose for v in views], covariances, graph.focus, graph.distance)
-    full = _drifting(working, chain)
+    noise = [segment_noise(view, factor) for view, factor in zip(views, factors, strict=True)]
+    full = _drifting(working, chain, noise)
     given = np.zeros((len(views), 6))
     before = _lines(full, given).explained
     twists, segments = _first_twists(working, full)
@@ -140,9 +141,11 @@ def _angle(rotation: FloatArray) -> float:
     return float(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1.0, 1.0)))
 
 
-def _drifting(views: Sequence[View], chain: PoseChain) -> DriftingViews:
+def _drifting(
+    views: Sequence[View], chain: PoseChain, noise: Sequence[float | None]
+) -> DriftingViews:
     maps = tuple(edge_map(view.image) for view in views)
-    segments = tuple(detect_segments(view.image) for view in views)
+    segments = tuple(detect_segments(v.image, n) for v, n in zip(views, noise, strict=True))
     return DriftingViews(tuple(views), maps, segments, chain)
 
 
@@ -153,7 +156,8 @@ def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArra
     for share in COARSE_TO_FINE:
         level = first
         if share < 1:
-            level = _drifting([_shrunk(view, share) for view in first.views], first.chain)
+            shrunk = [_shrunk(view, share) for view in first.views]
+            level = _drifting(shrunk, first.chain, [None] * len(shrunk))
         twists, segments = _fitted(level, twists, FIRST_SEARCH_PX)
     return twists, segments
 
@@ -212,15 +216,5 @@ def _lines(drifting: DriftingViews, twists: FloatArray) -> _Lines:
 def _shrunk(view: View, share: float) -> View:
     height, width = (round(share * side) for side in view.image.shape)
     image = cv2.resize(view.image, (width, height), interpolation=cv2.INTER_AREA)
-    c = view.camera
-    across, down = width / c.width, height / c.height
-    # Pixel centres: u' + 1/2 = share · (u + 1/2).
-    camera = Camera(
-        width,
-        height,
-        c.fx * across,
-        c.fy * down,
-        (c.cx + 0.5) * across - 0.5,
-        (c.cy + 0.5) * down - 0.5,
-    )
+    camera = view.camera.resized(width, height)
     return View(view.name, np.asarray(image, dtype=np.uint8), camera, view.pose)

@@ -184,7 +184,7 @@ def _draw_vertices(
     for number, vertex in enumerate(scene.vertices):
         for observation in vertex.observations:
             if observation.view == index:
-                _cross(image, observation.uv, scale)
+                _cross(image, observation.resized(1.0 / view.enlargement).uv, scale)
         projected = _projected(view, vertex)
         if number not in used or projected is None:
             continue

@@ -117,3 +117,9 @@ def test_brightness_of_all_does_not_matter() -> None:
     brighter = tuple(replace(v, image=np.asarray(v.image + 50, dtype=np.uint8)) for v in views)
     names = [v.name for v in usable_views(views)[0]]
     assert [v.name for v in usable_views(brighter)[0]] == names
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 640), (480, 8)])
+def test_a_picture_of_hardly_a_pixel_is_too_small(shape: tuple[int, int]) -> None:
+    image = np.random.default_rng(0).integers(0, 255, shape, dtype=np.uint8)
+    assert nothing_shown(image) == f"too small ({shape[1]} x {shape[0]})"

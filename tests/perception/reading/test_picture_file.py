@@ -86,6 +86,28 @@ def test_sixteen_bits_become_eight(tmp_path: Path) -> None:
     np.testing.assert_allclose(read_picture(path), picture(3), atol=1)
 
 
+@pytest.mark.parametrize("bits", [10, 12])
+def test_sixteen_bits_of_which_few_are_used_are_refused(tmp_path: Path, bits: int) -> None:
+    path = tmp_path / "a.png"
+    cv2.imwrite(str(path), picture(3).astype(np.uint16) << (bits - 8))
+    with pytest.raises(InputError, match=r"a\.png has 16 bits, yet no level above \d+: write it"):
+        read_picture(path)
+
+
+def test_levels_that_are_no_integers_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.tif"
+    cv2.imwrite(str(path), picture(3).astype(np.float32) / 255)
+    with pytest.raises(InputError, match=r"a\.tif has levels of float32: write it with 8 or 16"):
+        read_picture(path)
+
+
+@pytest.mark.parametrize("channels", [3, 4])
+def test_colour_with_or_without_alpha_is_read_as_grey(tmp_path: Path, channels: int) -> None:
+    path = tmp_path / "a.png"
+    cv2.imwrite(str(path), np.dstack([picture(3)] * channels))
+    np.testing.assert_array_equal(read_picture(path), picture(3))
+
+
 @settings(max_examples=80, deadline=None)
 @given(
     st.sampled_from(

@@ -1,6 +1,7 @@
 """The way in: what is read, and what is refused in one line that names the file."""
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -168,7 +169,6 @@ PROJECTIVE = np.diag([1.0, 1.0, 1.0, 2.0]).tolist()
         (_set("cx", True), "finite"),
         (_set("k1", "0.1"), "finite"),
         (_set("w", 640.5), "whole"),
-        (_set("w", 640), "640 x 32"),
         (_set("camera_model", "EQUIRECTANGULAR"), "PINHOLE"),
         (_set("camera_model", ["OPENCV"]), "PINHOLE"),
         (_set("k1", -1e9), "folds"),
@@ -239,6 +239,80 @@ def test_faults_of_a_tour_are_named_with_their_line(
 def test_a_unit_that_contradicts_the_file_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="leave one out"):
         read_views(write_tour(tmp_path), unit="mm")
+
+
+def _write_other_size(folder: Path, k: int, size: tuple[int, int]) -> None:
+    path = str(folder / "images" / f"{k}.png")
+    cv2.imwrite(path, np.asarray(cv2.resize(picture(k), size)))
+
+
+@pytest.mark.parametrize(
+    ("size", "remedy"),
+    [
+        ((40, 32), "use the pictures at the size"),
+        ((32, 48), "the way round that the camera was calibrated"),
+        ((24, 16), r"0\.5 times the size, scale the camera"),
+        ((1, 1), "use the pictures at the size"),
+    ],
+)
+def test_a_picture_that_is_not_of_its_cameras_size_is_named_and_left_out(
+    tmp_path: Path, size: tuple[int, int], remedy: str
+) -> None:
+    folder = write_transforms(tmp_path, transforms(4), 4)
+    _write_other_size(folder, 2, size)
+    found = read_views(folder)
+    assert [v.name for v in found.views] == [f"images/{k}.png" for k in (0, 1, 3)]
+    (problem,) = found.problems
+    assert re.search(
+        rf"frame 3 .*{size[0]} x {size[1]}, its camera says 48 x 32.*{remedy}", problem
+    )
+    assert problem.endswith("left out")
+
+
+def test_pictures_that_are_all_of_another_size_are_an_error(tmp_path: Path) -> None:
+    folder = write_transforms(tmp_path)
+    for k in range(3):
+        _write_other_size(folder, k, (24, 16))
+    with pytest.raises(InputError, match=r"frame 1 .*scale the camera.*\(and 2 more\)"):
+        read_views(folder)
+
+
+def test_of_a_camera_without_a_size_the_odd_picture_is_named_and_left_out(tmp_path: Path) -> None:
+    document = transforms(4)
+    del document["w"], document["h"]
+    folder = write_transforms(tmp_path, document, 4)
+    _write_other_size(folder, 1, (40, 30))
+    found = read_views(folder)
+    assert len(found.views) == 3
+    (problem,) = found.problems
+    assert "frame 2" in problem
+    assert "40 x 30, most of its camera are 48 x 32" in problem
+    for k in range(3):
+        _write_other_size(folder, k, (40, 30 + k))
+    with pytest.raises(CalibrationError, match="pictures of one camera are of 4 sizes"):
+        read_views(folder)
+
+
+def test_a_field_of_view_suits_pictures_of_any_size(tmp_path: Path) -> None:
+    document = {"camera_angle_x": 1.0, "frames": transforms()["frames"]}
+    folder = write_transforms(tmp_path, document)
+    _write_other_size(folder, 1, (24, 16))
+    found = read_views(folder)
+    assert found.problems == ()
+    assert [v.camera.width for v in found.views] == [48, 24, 48]
+
+
+def test_two_cameras_of_two_sizes_each_have_their_own(tmp_path: Path) -> None:
+    document = transforms(4)
+    document["frames"][2].update(w=24, h=16, fl_x=30.0, fl_y=31.0, cx=12.0, cy=8.0)
+    folder = write_transforms(tmp_path, document, 4)
+    _write_other_size(folder, 2, (24, 16))
+    found = read_views(folder)
+    assert found.problems == ()
+    assert [(v.camera.width, v.camera.fx) for v in found.views] == [
+        *((48, 50.0), (48, 50.0), (24, 30.0), (48, 50.0))
+    ]
+    assert found.views[2].image.shape == (16, 24)
 
 
 @pytest.mark.parametrize("damage", ["missing", "truncated", "text", "folder"])

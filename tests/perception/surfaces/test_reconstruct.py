@@ -4,15 +4,17 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
 
+import cv2
 import numpy as np
 import pytest
 
 from facetlog.errors import InconsistentViewsError, InputError
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.types import FloatArray, Pose, Scene, View
-from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled
+from facetlog.perception.types import Camera, FloatArray, Pose, Scene, StoredPicture, View
+from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled, views_of
 from facetlog.robot.rendering.worlds import make_world
+from facetlog.robot.tour import tour_camera, tour_poses
 from tests.rendered import solid_truth, tour
 
 FRONT_ENDS = ("lines", "paper")
@@ -147,7 +149,13 @@ def _beside(pose: Pose) -> Pose:
     return Pose(pose.rotation, pose.centre + 3.0)
 
 
-@pytest.mark.parametrize("wrong", [_a_thousand_times_off, _turned_round, _beside])
+def _beyond_everything(pose: Pose) -> Pose:
+    return Pose(pose.rotation, 1e30 * pose.centre)
+
+
+@pytest.mark.parametrize(
+    "wrong", [_a_thousand_times_off, _beyond_everything, _turned_round, _beside]
+)
 def test_one_gross_pose_is_named_and_the_rest_used(wrong: Callable[[Pose], Pose]) -> None:
     views = list(tour("block"))
     views[7] = replace(views[7], pose=wrong(views[7].pose))
@@ -156,6 +164,47 @@ def test_one_gross_pose_is_named_and_the_rest_used(wrong: Callable[[Pose], Pose]
     assert loops(scene) == loops(block_scene("lines"))
     (warning,) = scene.warnings
     assert warning.startswith(f"{views[7].name}: pose and picture contradict the other views")
+    assert views[7].name not in scene.views
+
+
+def test_many_pictures_from_two_places_are_too_few_views_and_no_contradiction() -> None:
+    one, other = tour("block")[0], tour("block")[3]
+    scene = scene_of((*[replace(one, name=f"{k}") for k in range(8)], other), "lines")
+    assert not scene.faces
+    (warning,) = scene.warnings
+    assert "at least three views from different places" in warning
+
+
+def test_cameras_of_different_sizes_are_used_together() -> None:
+    other = Camera(560, 400, 520.0, 520.0, 270.0, 205.0)
+    seen = views_of(make_world("block"), tour_poses()[1::2], other, seed=5)
+    views = list(tour("block"))
+    views[1::2] = [replace(v, name=f"other {v.name}") for v in seen]
+    scene = scene_of(tuple(views), "lines")
+    assert loops(scene) == loops(block_scene("lines"))
+    assert rms(scene) < 0.1
+    sizes = {views[o.view].camera.width for v in scene.vertices for o in v.observations}
+    assert sizes == {640, 560}
+
+
+def test_large_pictures_are_answered_in_their_own_pixels() -> None:
+    large = tour_camera().resized(1600, 1200)
+
+    def kept(k: int) -> View:
+        view = tour("block")[k]
+        image = np.asarray(cv2.resize(view.image, (1600, 1200)), dtype=np.uint8)
+        return replace(view, stored=StoredPicture(large, lambda: image))
+
+    scene = scene_of(tuple(map(kept, range(24))), "lines")
+    assert loops(scene) == loops(block_scene("lines"))
+    off = []
+    for vertex in scene.vertices:
+        point = TRUE[np.linalg.norm(TRUE - vertex.point, axis=1).argmin()]
+        for seen in vertex.observations:
+            pose = tour("block")[seen.view].pose
+            pixel = large.matrix @ pose.rotation.T @ (point - pose.centre)
+            off.append(np.linalg.norm(seen.uv - pixel[:2] / pixel[2]))
+    assert np.median(off) < 0.5
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)

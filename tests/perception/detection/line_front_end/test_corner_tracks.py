@@ -10,6 +10,7 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
     track_corners,
 )
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
+from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.types import FloatArray, Track
 from tests.perception.detection.drawings import project
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
@@ -31,7 +32,8 @@ def seen_faces(rig: Rig) -> tuple[Corners, FloatArray]:
 
 
 def tracks_of(corners: Corners, shown: FloatArray, rig: Rig) -> tuple[Track, ...]:
-    return track_corners(corners, shown, rig.views, rig.maps)
+    fits = fit_sides(corners.segments, corners.sides_shown(shown), rig.views, rig.maps)
+    return track_corners(corners, rig.views, fits)
 
 
 def errors_and_nees(rig: Rig) -> tuple[FloatArray, FloatArray]:

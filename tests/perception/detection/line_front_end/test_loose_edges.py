@@ -10,6 +10,7 @@ from facetlog.perception.detection.line_front_end.loose_edges import (
     covered_extents,
     find_loose_edges,
 )
+from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.types import FloatArray, View
 from facetlog.robot.tour import ring_poses
 from tests.perception.detection.drawings import project, view
@@ -85,7 +86,8 @@ def test_no_segments_are_no_loose_edges() -> None:
 
 def test_the_ends_of_an_edge_are_sure_across_it_and_unsure_along_it() -> None:
     rig = block_rig()
-    tracks = track_ends(rig.edges, rig.shown_edges, rig.views, rig.maps)
+    fits = fit_sides(rig.edges, rig.shown_edges, rig.views, rig.maps)
+    tracks = track_ends(rig.edges, rig.shown_edges, rig.views, fits)
     assert len(tracks) == 24
     for number, track in enumerate(tracks):
         edge, end = divmod(number, 2)
@@ -102,4 +104,6 @@ def test_the_ends_of_an_edge_are_sure_across_it_and_unsure_along_it() -> None:
 def test_no_edges_have_no_ends() -> None:
     rig = block_rig()
     none = np.zeros((0, len(rig.views)), np.bool_)
-    assert track_ends(np.zeros((0, 2, 3)), none, rig.views, rig.maps) == ()
+    all_ = fit_sides(rig.edges, rig.shown_edges, rig.views, rig.maps)
+    fits = [fit.part(0, 0) for fit in all_]
+    assert track_ends(np.zeros((0, 2, 3)), none, rig.views, fits) == ()

@@ -14,7 +14,7 @@ from facetlog.perception.detection.line_front_end.view_judgement import (
 )
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.tracked_faces import TrackedFaces
-from facetlog.perception.types import Observation, Pose, Track, View
+from facetlog.perception.types import Pose, View
 from tests.perception.detection.line_front_end.block_rig import block_rig
 
 RIG = block_rig()
@@ -72,19 +72,19 @@ def test_without_segments_in_space_none_is_called_wrong() -> None:
     assert contradicting_views(np.zeros((0, 2, 3)), none, np.ones(10), RIG.views, found) == ()
 
 
-def test_what_the_rest_shows_keeps_the_numbers_of_all_views() -> None:
-    seen = Track((Observation(1, np.zeros(2), np.eye(2)), Observation(2, np.ones(2), np.eye(2))))
-    handed: list[Sequence[View]] = []
+def test_what_the_rest_shows_comes_with_the_numbers_of_the_views_used() -> None:
+    handed: list[Sequence[int]] = []
 
-    def track(rest: Sequence[View]) -> TrackedFaces:
-        handed.append(rest)
-        return TrackedFaces((seen,), (), (0.5,) * len(rest), warnings=("of the rest",))
+    def track(kept: Sequence[int]) -> TrackedFaces:
+        handed.append(kept)
+        # Of the rest one more is left out, the third.
+        return TrackedFaces((), (), (0.5,) * 4, warnings=("of the rest",), used=(0, 1, 3, 4))
 
     views = RIG.views[:6]
     tracked = without_them([Contradiction(2, 0.04, 0.9)], views, track)
-    assert handed == [[views[k] for k in (0, 1, 3, 4, 5)]]
-    assert [o.view for o in tracked.tracks[0].observations] == [1, 3]
-    assert tracked.weight == (0.5, 0.5, 1.0, 0.5, 0.5, 0.5)
+    assert handed == [[0, 1, 3, 4, 5]]
+    assert tracked.used == (0, 1, 4, 5)
+    assert tracked.weight == (0.5,) * 4
     first, last = tracked.warnings
     assert first.startswith(f"{views[2].name}: ")
     assert "4% of its straight edges" in first

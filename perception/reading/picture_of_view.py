@@ -1,0 +1,40 @@
+"""A picture with its lens and pose as a view: freed of distortion, and reduced where it is large.
+
+Edges are found and faces judged in some hundred thousand pixels, however many a camera has: twelve
+megapixels of two hundred views would fill the memory, and take minutes. Where corners lie is
+measured in the pictures as stored, one at a time (detection/line_front_end/corner_tracks.py).
+"""
+
+from functools import partial
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from facetlog.perception.reading.lens import Lens
+from facetlog.perception.reading.picture_file import read_picture
+from facetlog.perception.reading.poses_file import PosedPicture
+from facetlog.perception.types import Image, StoredPicture, View
+
+__all__ = ["KEPT_DIAGONAL_PX", "picture_of_view"]
+
+KEPT_DIAGONAL_PX = 1000.0
+"""Larger pictures are reduced to it, as 800 x 600: a bound of cost alone. 12 bytes a pixel are kept
+(detection/edge_maps.py and others), so that 200 views fill 1.2 GB."""
+
+
+def picture_of_view(picture: PosedPicture, image: Image, lens: Lens) -> View:
+    """The view of a picture that was read, `image` (H, W), and the lens that took it."""
+    height, width = image.shape
+    share = KEPT_DIAGONAL_PX / float(np.hypot(width, height))
+    if share >= 1.0:
+        return View(picture.name, lens.undistort(image), lens.pinhole, picture.pose)
+    size = max(round(share * width), 1), max(round(share * height), 1)
+    reduced = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    stored = StoredPicture(lens.pinhole, partial(_read, picture.path, lens))
+    camera = lens.pinhole.resized(*size)
+    return View(picture.name, lens.undistort(reduced), camera, picture.pose, stored)
+
+
+def _read(path: Path, lens: Lens) -> Image:
+    return lens.undistort(read_picture(path))
