@@ -13,6 +13,7 @@ import numpy as np
 from benchmarks.common import Report, Settings, Table, command
 from benchmarks.recognition import Run, counted, in_metres, recognised, tour_views
 from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
+from facetlog.perception.types import PoseErrors
 from facetlog.pipeline import FrontEnd
 from facetlog.robot.rendering.views import pose_errors, with_drift
 from facetlog.robot.rendering.worlds import make_world
@@ -41,7 +42,9 @@ def measure(settings: Settings) -> Report:
                 views, covs = with_drift(
                     true.views, rng, turn_sd=float(np.radians(turn_deg)), way_sd=WAY_SD
                 )
-                given = replace(true, views=views, pose_covariances=covs)
+                given = replace(
+                    true, views=views, pose_errors=PoseErrors(tuple(v.pose for v in views), covs)
+                )
                 for way, view_set in (("given", given), ("corrected", with_refined_poses(given))):
                     errors[way].append(pose_errors(view_set.views, true.views))
                     runs[way].append(recognised(view_set, FrontEnd.LINES))

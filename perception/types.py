@@ -7,7 +7,7 @@ they cannot be written to anyway.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -136,6 +136,32 @@ class StoredPicture:
 
     camera: Camera
     read: Callable[[], Image]
+class PoseErrorKind(StrEnum):
+    """How the errors of poses hang together: not at all, or added up on the way."""
+
+    INDEPENDENT = "independent"
+    ODOMETRY = "odometry"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PoseErrors:
+    """How far poses may be off, as whoever measured them states it.
+
+    `poses` (V) are those that were measured, `covariances` (V, 6, 6) of each camera's place (world
+    units) and of a rotation vector (radians), both in the world's axes.
+    """
+
+    poses: tuple[Pose, ...]
+    covariances: FloatArray
+    kind: PoseErrorKind = PoseErrorKind.ODOMETRY
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "covariances", _frozen(self.covariances, len(self.poses), 6, 6))
+
+    def of(self, chosen: Sequence[int]) -> "PoseErrors":
+        """Those of the chosen poses (indices)."""
+        poses = tuple(self.poses[k] for k in chosen)
+        return PoseErrors(poses, self.covariances[list(chosen)], self.kind)
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,7 +368,8 @@ class Scene:
     `up` is a unit vector, or None where it is not known. `metric` says that lengths are metres;
     otherwise the scale is unknown and only ratios mean something. Edges need not bound a face.
     `patches` are surface that is not flat. Without `bodies` the objects are found from what
-    touches what (things.py); each face, edge and patch is of one body at most.
+    touches what (things.py); each face, edge and patch is of one body at most. `poses` are those of
+    the views as they were adjusted to what all of them show; a scene file does not keep them.
     """
 
     name: str
@@ -355,6 +382,7 @@ class Scene:
     warnings: tuple[str, ...] = field(default=())
     patches: tuple[Patch, ...] = ()
     bodies: tuple[Body, ...] = ()
+    poses: tuple[Pose, ...] = ()
 
     def __post_init__(self) -> None:
         if self.up is not None:

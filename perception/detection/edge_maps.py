@@ -41,8 +41,11 @@ def working_noise(image: Image) -> float:
     return max(noise_sd(image), MIN_NOISE_SD)
 
 
-def edge_map(image: Image) -> EdgeMap:
-    """Gradients and oriented edge mask of one grey picture."""
+def edge_map(image: Image, reach_px: float | None = None) -> EdgeMap:
+    """Gradients and oriented edge mask of one grey picture.
+
+    The mask's edges reach so far, or as far as right poses may leave them off.
+    """
     smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), GRADIENT_SIGMA)
     gx = _float32(cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8))
     gy = _float32(cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=1 / 8))
@@ -56,7 +59,7 @@ def edge_map(image: Image) -> EdgeMap:
     dy = np.clip(gy * unit, -limit, limit).astype(np.int16)
     edges = cv2.Canny(dx, dy, LOW_SD * 8.0, HIGH_SD * 8.0, L2gradient=True) > 0
 
-    reach = max(2.0, 0.0025 * float(np.hypot(*image.shape)))
+    reach = max(2.0, 0.0025 * float(np.hypot(*image.shape))) if reach_px is None else reach_px
     return EdgeMap(gx, gy, float(noise), _oriented_mask(edges, gx, gy, reach), reach)
 
 

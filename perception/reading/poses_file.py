@@ -7,7 +7,7 @@ from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.lens import Distortion, Lens
-from facetlog.perception.types import Camera, FloatArray, Pose
+from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind
 
 __all__ = [
     "METRES_PER",
@@ -124,11 +124,15 @@ class PosedPicture:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PosesFile:
-    """All pictures of a poses file; `up` unit vector or None, `metric` if lengths are metres."""
+    """All pictures of a poses file; `up` unit vector or None, `metric` if lengths are metres.
+
+    `error_kind` says how the errors hang together of which the pictures' covariances tell.
+    """
 
     pictures: tuple[PosedPicture, ...]
     up: FloatArray | None
     metric: bool
+    error_kind: PoseErrorKind = PoseErrorKind.ODOMETRY
 
 
 def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str) -> Intrinsics:

@@ -15,7 +15,7 @@ from facetlog.perception.reading.picture_file import read_picture
 from facetlog.perception.reading.picture_of_view import picture_of_view
 from facetlog.perception.reading.poses_file import Intrinsics, PosedPicture, PosesFile
 from facetlog.perception.reading.transforms_file import read_transforms
-from facetlog.perception.types import FloatArray, View
+from facetlog.perception.types import FloatArray, PoseErrors, View
 
 __all__ = ["ViewSet", "read_views"]
 
@@ -34,8 +34,8 @@ class ViewSet:
 
     `problems` has one line for each picture that could not be read and was left out. `up` is a
     unit vector or None, `metric` says that lengths are metres. `source` is the poses file, None
-    for views that come from no file. `pose_covariances` (V, 6, 6), where the file tells that of
-    each pose: of the place (in the lengths' unit) and a turn about the world's axes (radians).
+    for views that come from no file. `pose_errors` are those of the poses, where the file states
+    the covariance of each; they keep the poses of the file, whatever becomes of the views'.
     """
 
     name: str
@@ -44,7 +44,7 @@ class ViewSet:
     up: FloatArray | None = None
     metric: bool = False
     source: Path | None = None
-    pose_covariances: FloatArray | None = None
+    pose_errors: PoseErrors | None = None
 
 
 def read_views(
@@ -105,10 +105,12 @@ def read_views(
         raise InputError(_too_few(source, len(views), problems))
     _check_places(views, source)
     name = source.resolve().parent.name or "views"  # "/" has no name
-    told = [cov for cov in covariances if cov is not None]
-    drift = np.array(told) if len(told) == len(views) else None
+    stated = [cov for cov in covariances if cov is not None]
+    errors = None
+    if len(stated) == len(views):
+        errors = PoseErrors(tuple(v.pose for v in views), np.array(stated), file.error_kind)
     said = tuple(f"{problem}; left out" for problem in problems)
-    return ViewSet(name, tuple(views), said, file.up, file.metric, source, drift)
+    return ViewSet(name, tuple(views), said, file.up, file.metric, source, errors)
 
 
 def _poses_path(path: Path) -> Path:

@@ -3,8 +3,10 @@
 Format: https://docs.nerf.studio/quickstart/data_conventions.html – camera-to-world matrices with
 OpenGL camera axes (x right, y up, z backward), intrinsics for all frames or for each, and the
 centre of the top-left pixel at (0.5, 0.5). The format does not tell scale and up axis, nor how
-far poses may be off. Three keys do, which other readers pass over: "unit" and "up" of the whole,
-and of a frame "covariance", 6 x 6 of x, y, z and of a turn about the world's axes in radians.
+far poses may be off. Four keys do, which other readers pass over: "unit", "up" and "pose_errors"
+of the whole, and of a frame "covariance", 6 x 6 of x, y, z and of a rotation vector in the world
+frame, in radians. "pose_errors" is "odometry", as without it (errors add up from frame to frame),
+or "independent" (each frame has its own).
 """
 
 import json
@@ -23,7 +25,7 @@ from facetlog.perception.reading.poses_file import (
     read_intrinsics,
     read_text,
 )
-from facetlog.perception.types import FloatArray, Pose
+from facetlog.perception.types import FloatArray, Pose, PoseErrorKind
 
 __all__ = ["read_transforms"]
 
@@ -60,7 +62,17 @@ def read_transforms(path: Path, *, unit: str | None = None) -> PosesFile:
         _frame(frame, document, path, f"{path}: frame {index}", scale or 1.0)
         for index, frame in enumerate(document["frames"], start=1)
     )
-    return PosesFile(pictures, up=_up(document.get("up"), path), metric=scale is not None)
+    kind = _error_kind(document.get("pose_errors"), path)
+    return PosesFile(pictures, _up(document.get("up"), path), scale is not None, kind)
+
+
+def _error_kind(said: object, path: Path) -> PoseErrorKind:
+    if said is None:
+        return PoseErrorKind.ODOMETRY
+    if not isinstance(said, str) or said not in list(PoseErrorKind):
+        kinds = " or ".join(PoseErrorKind)
+        raise CalibrationError(f"{path}: pose_errors is {said!r:.40}, it must be {kinds}")
+    return PoseErrorKind(said)
 
 
 def _up(said: object, path: Path) -> FloatArray | None:

@@ -8,9 +8,10 @@ from facetlog.perception.detection.line_front_end.faces_from_lines import line_f
 from facetlog.perception.detection.picture_faults import usable_views
 from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.detection.view_graph import view_graph
+from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_from_tracks import assemble
-from facetlog.perception.types import FloatArray, Scene, Vertex, View
+from facetlog.perception.types import FloatArray, PoseErrors, Scene, Vertex, View
 
 __all__ = ["reconstruct"]
 
@@ -28,6 +29,7 @@ def reconstruct(
     name: str,
     up: FloatArray | None = None,
     metric: bool = False,
+    errors: PoseErrors | None = None,
     front_end: str = "lines",
     sd_limit: float | None = None,
     progress: Callable[[str, int, int], None] | None = None,
@@ -37,19 +39,28 @@ def reconstruct(
 
     `front_end` is "lines" for things in general, or "paper" for one bright block on a darker
     ground. `sd_limit`, in the unit of the poses, ends the filter of a vertex once its largest
-    standard deviation is below. `up` and `metric` are what is known of the world frame. Pictures
-    that show nothing are named and left out; InputError where too few are left. Observations are in
-    pixels of the pictures as stored, freed of lens distortion.
+    standard deviation is below. `up` and `metric` are what is known of the world frame, `errors`
+    are those that are stated of the views' poses. Pictures that show nothing are named and left
+    out; InputError where too few are left. Observations are in pixels of the pictures as stored,
+    freed of lens distortion.
     """
     clock = clock or StepClock()
+    given = views
     with clock.step("pictures"):
-        views, left_out = usable_views(views)
-    find = {"lines": line_front_end, "paper": _paper_front_end}[front_end]
-    tracked = find(views, up, clock, progress)
+        views, left_out = usable_views(given)
+    if front_end == "lines":
+        tracked = line_front_end(views, up, clock, progress, in_agreement)
+    else:
+        tracked = _paper_front_end(views, up, clock, progress)
     if tracked.used is not None:
         views = tuple(views[k] for k in tracked.used)
+    if errors is not None:
+        kept = {id(view) for view in views}
+        errors = errors.of([k for k, view in enumerate(given) if id(view) in kept])
     with clock.step("vertices and planes"):
-        scene = assemble(tracked, views, name=name, up=up, metric=metric, sd_limit=sd_limit)
+        scene = assemble(
+            tracked, views, name=name, up=up, metric=metric, sd_limit=sd_limit, errors=errors
+        )
     no_face = () if scene.faces else (NO_FACE.format(count=len(views)),)
     vertices = tuple(_in_stored_pixels(vertex, views) for vertex in scene.vertices)
     return replace(scene, vertices=vertices, warnings=(*left_out, *scene.warnings, *no_face))

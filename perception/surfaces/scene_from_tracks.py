@@ -3,31 +3,32 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from facetlog.perception.detection.tracked_faces import TrackedFaces
+from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
+    AdjustedPoints,
+    adjusted_points,
+    points_at,
+)
+from facetlog.perception.estimation.bundle_adjustment.normal_equations import Tracks
 from facetlog.perception.estimation.plane_filter import fit_plane
-from facetlog.perception.estimation.point_filter import estimate_point, estimate_points
-from facetlog.perception.estimation.shared_error import shared_error_factor, view_groups
+from facetlog.perception.estimation.point_filter import estimate_point
 from facetlog.perception.types import (
     Edge,
     Face,
     FloatArray,
     Observation,
+    PoseErrors,
     Scene,
     Track,
     Vertex,
     View,
 )
 
-__all__ = ["assemble", "pose_noise_px"]
+__all__ = ["assemble"]
 
-# Start of the search for the poses' own error: what real poses have, px.
-START_NOISE_PX = 1.0
 # A vertex needs this many views in which its sides fix it; else its outline's place stands in.
 MIN_FIXED = 3
-# Median of a chi-square with two degrees of freedom, over its mean.
-MEDIAN_OVER_MEAN = 2 * np.log(2) / 2
 
 
 def assemble(
@@ -38,42 +39,36 @@ def assemble(
     up: FloatArray | None,
     metric: bool,
     sd_limit: float | None = None,
+    errors: PoseErrors | None = None,
 ) -> Scene:
     """The scene of the tracked faces; tracks without a point and faces without a plane drop out.
 
-    Poses are never exact: what the residuals of all tracks show beyond the corners' own noise is
-    added to it; views taken from almost one place share one error, not many, and what larger groups
-    of them share widens all covariances alike (shared_error.py). With `sd_limit`
+    Poses are never exact: they are adjusted together with the corners of the faces, by what is
+    stated of their `errors` and what the residuals show beyond that (bundle_adjustment/). All else
+    is estimated at the adjusted poses, and all covariances have what these are off. With `sd_limit`
     a vertex takes its observations in the order of the views until its largest standard
     deviation is below; vertices that never get there are named in a warning.
     """
-    projections = np.array([v.projection for v in views])
-    uv, cov, seen = _as_arrays(tracked.tracks, len(views))
+    tracks = list(tracked.tracks)
+    seen = _as_arrays(tracks, tracked.weight)
     # The ends of loose edges are hardly known along them: their residuals say nothing of the poses.
     corners = np.unique([k for face in tracked.faces for k in face.outline]).astype(np.intp)
     if not len(corners):
-        corners = np.arange(len(uv))
-    extra = pose_noise_px(uv[corners], cov[corners], seen[corners], projections) ** 2
-    cov = cov + (extra / np.array(tracked.weight))[None, :, None, None] * np.eye(2)
-    points, covs, used, ok = estimate_points(uv, cov, seen, projections)
+        corners = np.arange(len(tracks))
+    placed = adjusted_points(seen.rows(corners), views, errors)
 
-    groups = view_groups(np.array([v.pose.centre for v in views]))
-    factor = shared_error_factor(
-        uv[corners], cov[corners], used[corners], projections, covs[corners], groups
-    )
-    cov, covs = cov * factor, covs * factor
-    refused = [k for k in corners.tolist() if not ok[k] or used[k].sum() < MIN_FIXED]
-    refused = [k for k in refused if k < len(tracked.stand_ins)]
-    tracks = list(tracked.tracks)
+    few = placed.used.sum(axis=1) < MIN_FIXED
+    refused = [k for k in corners[few].tolist() if k < len(tracked.stand_ins)]
     for k in refused:
         tracks[k] = tracked.stand_ins[k]
-    uv[refused], cov[refused], seen[refused] = _as_arrays([tracks[k] for k in refused], len(views))
-    again = estimate_points(uv[refused], cov[refused], seen[refused], projections)
-    points[refused], covs[refused], used[refused], ok[refused] = again
+    seen = _as_arrays(tracks, tracked.weight)
+    found = points_at(seen, placed)
+    points, covs, used, ok = found.points, found.covs, found.used, found.ok
+    cov = found.factor * seen.noise(found.extra_px)
 
     warnings = list(tracked.warnings)
     if sd_limit is not None:
-        reached = _stop_at(sd_limit, uv, cov, used, ok, projections, points, covs)
+        reached = _stop_at(sd_limit, seen, found)
         if reached < ok.sum():
             warnings.append(
                 f"{ok.sum() - reached} of {ok.sum()} vertices did not reach the standard "
@@ -101,7 +96,8 @@ def assemble(
             continue
         loop = tuple(number[k] for k in face.outline)
         ring = np.array([vertices[k].point for k in loop])
-        fit = fit_plane(ring, np.array([vertices[k].cov for k in loop]))
+        # What moves all of the scene alike is in no plane's covariance (plane_filter.py).
+        fit = fit_plane(ring, found.shape_covs[list(face.outline)])
         if not fit:
             continue
         # Newell's normal: the loop runs counter-clockwise about the outward side.
@@ -123,64 +119,34 @@ def assemble(
         up=up,
         metric=metric,
         warnings=tuple(warnings),
+        poses=tuple(v.pose for v in found.views),
     )
 
 
-def _stop_at(
-    sd_limit: float,
-    uv: FloatArray,
-    cov: FloatArray,
-    used: NDArray[np.bool_],
-    ok: NDArray[np.bool_],
-    projections: FloatArray,
-    points: FloatArray,
-    covs: FloatArray,
-) -> int:
+def _stop_at(sd_limit: float, seen: Tracks, found: AdjustedPoints) -> int:
     # Runs the recursion view by view up to the limit and writes its results into the arrays;
     # returns how many points reached it.
     reached = 0
-    for k in np.nonzero(ok)[0]:
-        seen = [Observation(int(v), uv[k, v], cov[k, v]) for v in np.nonzero(used[k])[0]]
-        estimate = estimate_point(seen, list(projections), sd_limit=sd_limit)
+    cov = found.factor * seen.noise(found.extra_px)
+    projections = [v.projection for v in found.views]
+    for k in np.nonzero(found.ok)[0]:
+        views = np.nonzero(found.used[k])[0]
+        observations = [Observation(int(v), seen.uv[k, v], cov[k, v]) for v in views]
+        estimate = estimate_point(observations, projections, sd_limit=sd_limit)
         if not estimate:
             continue
-        points[k], covs[k] = estimate.point, estimate.cov
-        used[k] = False
-        used[k, [seen[i].view for i in estimate.used]] = True
+        found.points[k], found.covs[k] = estimate.point, estimate.cov
+        found.used[k] = False
+        found.used[k, views[list(estimate.used)]] = True
         reached += estimate.views_needed is not None
     return reached
 
 
-def pose_noise_px(
-    uv: FloatArray, cov: FloatArray, seen: NDArray[np.bool_], projections: FloatArray
-) -> float:
-    """Standard deviation in px, per axis, of what the corners' own noise does not explain.
-
-    Shapes as in `estimate_points`. Robust: from the median of the residuals over all tracks.
-    """
-    loose = cov + START_NOISE_PX**2 * np.eye(2)
-    points, _, used, ok = estimate_points(uv, loose, seen, projections)
-    used = used & ok[:, None]
-    if not used.any():
-        return START_NOISE_PX
-    h = np.einsum("vij,nj->nvi", projections[:, :, :3], points) + projections[:, :, 3]
-    with np.errstate(invalid="ignore"):
-        residual = uv - h[..., :2] / h[..., 2:]
-    # A point takes three of its observations' 2 n numbers for itself.
-    freedom = np.maximum(1.0 - 1.5 / np.maximum(used.sum(axis=1), 2), 0.25)
-    square = ((residual**2).sum(axis=-1) / 2 / freedom[:, None])[used]
-    own = (np.trace(cov, axis1=2, axis2=3) / 2)[used]
-    excess = np.median(square) / MEDIAN_OVER_MEAN - np.median(own)
-    return float(np.sqrt(max(excess, 0.0)))
-
-
-def _as_arrays(
-    tracks: Sequence[Track], view_count: int
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
-    shape = (len(tracks), view_count)
+def _as_arrays(tracks: Sequence[Track], weight: Sequence[float]) -> Tracks:
+    shape = (len(tracks), len(weight))
     uv, cov = np.zeros((*shape, 2)), np.tile(np.eye(2), (*shape, 1, 1))
     seen = np.zeros(shape, np.bool_)
     for n, track in enumerate(tracks):
         for o in track.observations:
             uv[n, o.view], cov[n, o.view], seen[n, o.view] = o.uv, o.cov, True
-    return uv, cov, seen
+    return Tracks(uv, cov, seen, np.array(weight))

@@ -7,7 +7,7 @@ Rooms are imported where they are used: the command line answers `--help` withou
 
 from collections.abc import Callable
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.kb.verdict import Recognition
     from facetlog.perception.reading.read_views import ViewSet
-    from facetlog.perception.types import Scene
+    from facetlog.perception.types import Scene, View
 
 __all__ = [
     "DEMO_WORLD",
@@ -68,6 +68,13 @@ class Recognised:
     recognition: "Recognition"
     clock: StepClock = field(default_factory=StepClock)
 
+    @property
+    def placed_views(self) -> "tuple[View, ...]":
+        """The views at the poses at which the scene was found; as given where it has none."""
+        poses = dict(zip(self.scene.views, self.scene.poses, strict=False))
+        views = self.view_set.views
+        return tuple(replace(view, pose=poses.get(view.name, view.pose)) for view in views)
+
 
 def views_from(
     path: Path,
@@ -79,14 +86,14 @@ def views_from(
 ) -> "ViewSet":
     """The views of a folder or poses file; perception/reading/read_views.py says what it may hold.
 
-    Poses of which the file tells how far they may be off are corrected by the pictures, unless
-    they are to be kept.
+    Poses that were counted up, with their covariances, are corrected by the pictures, unless they
+    are to be kept.
     """
     from facetlog.perception.reading.read_views import read_views
 
     with clock.step("read pictures"):
         view_set = read_views(path, unit=unit, progress=progress)
-    if keep_poses or view_set.pose_covariances is None:
+    if keep_poses or view_set.pose_errors is None:
         return view_set
     from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 
@@ -162,6 +169,7 @@ def reconstruct_views(
         name=view_set.name,
         up=view_set.up,
         metric=view_set.metric,
+        errors=view_set.pose_errors,
         front_end=method.front_end.value,
         sd_limit=method.sd_limit,
         progress=progress,

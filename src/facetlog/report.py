@@ -80,7 +80,7 @@ def _write_pictures(made: Path, found: Recognised, progress: Progress | None) ->
     best = found.recognition.best
     verdict = "; ".join(v.summary for v in best) or "no model matches"
     parts = {face: p.role for v in reversed(best) for p in v.parts for face in p.faces}
-    views = found.view_set.views
+    views = found.placed_views
     drawn = []
     (made / "views").mkdir()
     for number, view in enumerate(views, start=1):

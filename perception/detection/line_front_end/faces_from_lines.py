@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import TypeAlias, TypeVar
 
 import numpy as np
 
@@ -39,6 +39,10 @@ from facetlog.perception.types import FloatArray, View
 __all__ = ["line_front_end"]
 
 T = TypeVar("T")
+Agree: TypeAlias = Callable[
+    [Sequence[View], Sequence[EdgeMap], Sequence[FloatArray]], Sequence[View]
+]
+"""From views, their edges and segments to the same views at other poses."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,8 +70,13 @@ def line_front_end(
     up: FloatArray | None,
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
+    agree: Agree | None = None,
 ) -> TrackedFaces:
-    """Faces with their corners tracked through the views, found by lines first."""
+    """Faces with their corners tracked through the views, found by lines first.
+
+    `agree` brings views whose poses are off to where their segments agree, so that what belongs
+    together is found; the tracks are pixels, and nothing else comes of these poses.
+    """
     working, factors = at_working_size(views)
     with clock.step("features"):
         maps, segments = [], []
@@ -77,18 +86,25 @@ def line_front_end(
             maps.append(edge_map(working[k].image))
             segments.append(detect_segments(working[k].image, segment_noise(view, factor)))
     pictures = _Pictures(working, factors, tuple(maps), tuple(segments))
-    return _tracked(pictures, up, clock)
+    return _tracked(pictures, up, clock, agree)
 
 
-def _tracked(pictures: _Pictures, up: FloatArray | None, clock: StepClock) -> TrackedFaces:
+def _tracked(
+    pictures: _Pictures, up: FloatArray | None, clock: StepClock, agree: Agree | None
+) -> TrackedFaces:
     views, maps, segments = pictures.views, pictures.maps, pictures.segments
+    if agree is not None:
+        with clock.step("poses"):
+            views = tuple(agree(views, maps, segments))
     graph = view_graph(views)
     with clock.step("3-D segments"):
         cloud = reconstruct_lines(views, maps, segments, graph)
         use = np.nan_to_num(coverage(cloud.segments, views, maps)) > SUPPORTED
         wrong = contradicting_views(cloud.segments, use, graph.weight, views, segments)
     if wrong:
-        return without_them(wrong, views, lambda kept: _tracked(pictures.only(kept), up, clock))
+        return without_them(
+            wrong, views, lambda kept: _tracked(pictures.only(kept), up, clock, agree)
+        )
     with clock.step("faces"):
         planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)

@@ -20,7 +20,7 @@ from facetlog.perception.detection.line_front_end.line_refine import (
     read_edges,
 )
 from facetlog.perception.detection.line_front_end.line_support import segment_samples
-from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, moved
+from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, SinglePoses, moved
 from facetlog.perception.types import FloatArray, Pose, View
 
 __all__ = ["DriftingViews", "align", "align_one"]
@@ -39,7 +39,7 @@ class DriftingViews:
     maps: tuple[EdgeMap, ...]
     segments: tuple[FloatArray, ...]
     """Straight segments (n, 4) of each picture."""
-    chain: PoseChain
+    chain: PoseChain | SinglePoses
 
     def at(self, chosen: Sequence[int], twists: FloatArray) -> tuple[View, ...]:
         """The chosen views where these twists, one for each of them, put them."""
@@ -73,7 +73,7 @@ def align(
     points = segment_samples(segments, SAMPLES)
     own = 6 * views
     h, g = np.zeros((own + 4 * lines,) * 2), np.zeros(own + 4 * lines)
-    _believe(drifting.chain, twists, h, g)
+    drifting.chain.believe(twists, h, g)
     for k, view in enumerate(drifting.at(range(views), twists)):
         chosen = np.nonzero(use[:, k])[0]
         if not len(chosen):
@@ -107,40 +107,24 @@ def align_one(
     drifting: DriftingViews,
     k: int,
     twist: FloatArray,
-    before: FloatArray,
+    expected: tuple[FloatArray, FloatArray],
     segments: FloatArray,
     search_px: float,
 ) -> FloatArray:
     """One step for the twist (6,) of view k alone, to segments (n, 2, 3) that stay.
 
-    `before` (6,) is the twist of the view before it.
+    `expected` are mean and covariance of what is believed of it.
     """
     (view,) = drifting.at([k], twist[None])
     points = segment_samples(segments, SAMPLES)
     by_view, _, error, weight = _readings(
         view, drifting.maps[k], points, drifting.chain.about, search_px
     )
-    belief = np.linalg.inv(drifting.chain.step(k - 1, k))
+    mean, cov = expected
+    belief = np.linalg.inv(cov)
     h = belief + np.einsum("nm,nma,nmb->ab", weight, by_view, by_view)
-    g = belief @ (before - twist) + np.einsum("nm,nma,nm->a", weight, by_view, error)
+    g = belief @ (mean - twist) + np.einsum("nm,nma,nm->a", weight, by_view, error)
     return np.asarray(twist + np.linalg.solve(h, g))
-
-
-def _believe(chain: PoseChain, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
-    """Adds the chain's own normal equations."""
-    belief = np.linalg.inv(chain.first)
-    h[:6, :6] += belief
-    g[:6] -= belief @ twists[0]
-    for k in range(1, len(twists)):
-        before, after = slice(6 * k - 6, 6 * k), slice(6 * k, 6 * k + 6)
-        belief = np.linalg.inv(chain.step(k - 1, k))
-        pull = belief @ (twists[k] - twists[k - 1])
-        h[before, before] += belief
-        h[after, after] += belief
-        h[before, after] -= belief
-        h[after, before] -= belief
-        g[before] += pull
-        g[after] -= pull
 
 
 def _readings(

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.types import FloatArray, Pose
 
-__all__ = ["PoseChain", "moved", "pose_chain"]
+__all__ = ["PoseChain", "SinglePoses", "added", "moved", "of_twist", "pose_chain"]
 
 # What every view has on its own, whatever the odometry: the head's pointing and the settling of
 # the robot on its wheels. Radians; the same angle times the distance of what is looked at for the
@@ -35,10 +35,45 @@ class PoseChain:
     first: FloatArray
     steps: FloatArray
 
-    def step(self, before: int, after: int) -> FloatArray:
-        """Covariance (6, 6) of what the steps from one view to a later one add."""
-        total: FloatArray = self.steps[before:after].sum(axis=0)
-        return total
+    def expected(self, k: int, twists: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean (6,) and covariance (6, 6) of the twist of view k > 0, from those before it."""
+        return twists[k - 1], self.steps[k - 1]
+
+    def believe(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
+        """Adds the chain's own normal equations of the first twists (V, 6) to h and g."""
+        belief = np.linalg.inv(self.first)
+        h[:6, :6] += belief
+        g[:6] -= belief @ twists[0]
+        for k in range(1, len(twists)):
+            before, after = slice(6 * k - 6, 6 * k), slice(6 * k, 6 * k + 6)
+            belief = np.linalg.inv(self.steps[k - 1])
+            pull = belief @ (twists[k] - twists[k - 1])
+            h[before, before] += belief
+            h[after, after] += belief
+            h[before, after] -= belief
+            h[after, before] -= belief
+            g[before] += pull
+            g[after] -= pull
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SinglePoses:
+    """The covariances (V, 6, 6) of the twists about `about` (3,) of poses that err one by one."""
+
+    about: FloatArray
+    covs: FloatArray
+
+    def expected(self, k: int, twists: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean (6,) and covariance (6, 6) of the twist of view k: others say nothing of it."""
+        return np.zeros_like(twists[0]), self.covs[k]
+
+    def believe(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
+        """Adds the normal equations of the first twists (V, 6) to h and g."""
+        for k, twist in enumerate(twists):
+            at = slice(6 * k, 6 * k + 6)
+            belief = np.linalg.inv(self.covs[k])
+            h[at, at] += belief
+            g[at] -= belief @ twist
 
 
 def moved(pose: Pose, twist: FloatArray, about: FloatArray) -> Pose:
@@ -58,16 +93,17 @@ def pose_chain(
     the views look, `distance` how far that is from them.
     """
     of_twists = np.array(
-        [_of_twist(pose, cov, about) for pose, cov in zip(poses, covariances, strict=True)]
+        [of_twist(pose, cov, about) for pose, cov in zip(poses, covariances, strict=True)]
     )
     own_cov = np.diag([(OWN_SD * distance) ** 2] * 3 + [OWN_SD**2] * 3)
-    own = np.array([_of_twist(pose, own_cov, about) for pose in poses])
-    grown = [_added(before, after) for before, after in pairwise(of_twists)]
+    own = np.array([of_twist(pose, own_cov, about) for pose in poses])
+    grown = [_between(before, after) for before, after in pairwise(of_twists)]
     steps = np.array(grown).reshape(-1, 6, 6) + own[1:]
     return PoseChain(about, of_twists[0] + own[0], steps)
 
 
-def _of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
+def of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
+    """The covariance (6, 6) of a pose's twist, from that of its place and turn in world axes."""
     # The camera's place moves by turn x (centre - about) + shift.
     x, y, z = pose.centre - about
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -78,11 +114,19 @@ def _of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
     return np.asarray(change @ cov @ change.T)
 
 
-def _added(before: FloatArray, after: FloatArray) -> FloatArray:
-    """What the step between two poses adds to the covariance of their twists."""
+def added(before: FloatArray, after: FloatArray) -> FloatArray | None:
+    """What the step between two poses adds to the covariance (6, 6) of their twists.
+
+    None where the odometry began anew.
+    """
     cov = after - before
     if np.trace(cov[:3, :3]) < -ROUNDING * np.trace(before[:3, :3]):
-        return before + after
+        return None
     # Differences of rounded covariances need not be one.
     values, vectors = np.linalg.eigh((cov + cov.T) / 2)
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
+
+
+def _between(before: FloatArray, after: FloatArray) -> FloatArray:
+    step = added(before, after)
+    return before + after if step is None else step

@@ -9,24 +9,25 @@ of the whole in the world, stays as it says.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
-import cv2
 import numpy as np
-from numpy.typing import NDArray
 
-from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.line_front_end.line_cloud import SUPPORTED, reconstruct_lines
+from facetlog.perception.detection.line_front_end.line_cloud import SUPPORTED
 from facetlog.perception.detection.line_front_end.line_support import coverage
 from facetlog.perception.detection.line_front_end.pose_consistency import explained_share
-from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.detection.working_size import at_working_size, segment_noise
-from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews, align
-from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, pose_chain
+from facetlog.perception.estimation.pose_refinement.fitting import (
+    drifting_views,
+    fitted,
+    lines_of,
+    smaller,
+)
+from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews
+from facetlog.perception.estimation.pose_refinement.pose_chain import pose_chain
 from facetlog.perception.estimation.pose_refinement.registration import registered
 from facetlog.perception.reading.read_views import ViewSet
-from facetlog.perception.types import FloatArray, View
+from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
 __all__ = ["RefinedViews", "refined_views", "with_refined_poses"]
 
@@ -80,28 +81,28 @@ def refined_views(
     graph = view_graph(working)
     chain = pose_chain([v.pose for v in views], covariances, graph.focus, graph.distance)
     noise = [segment_noise(view, factor) for view, factor in zip(views, factors, strict=True)]
-    full = _drifting(working, chain, noise)
+    full = drifting_views(working, chain, noise=noise)
     given = np.zeros((len(views), 6))
-    before = _lines(full, given).explained
+    before = lines_of(full, given).explained
     twists, segments = _first_twists(working, full)
-    fitted = len(twists)
+    count = len(twists)
     for k in range(len(twists), len(views)):
         if progress is not None:
             progress("poses", k, len(views))
-        found = registered(full, k, twists[-1], segments)
+        found = registered(full, k, twists, segments)
         twists = np.vstack([twists, found])
-        if len(twists) >= GROWTH * fitted:
-            twists, segments = _fitted(full, twists, SEARCH_PX)
-            fitted = len(twists)
+        if len(twists) >= GROWTH * count:
+            twists, segments = fitted(full, twists, SEARCH_PX)
+            count = len(twists)
     for _ in range(ROUNDS):
-        twists, _ = _fitted(full, twists, SEARCH_PX)
+        twists, _ = fitted(full, twists, SEARCH_PX)
         again = _registered_anew(full, twists)
         if again is twists:
             break
         twists = again
     else:
-        twists, _ = _fitted(full, twists, SEARCH_PX)
-    after = _lines(full, twists).explained
+        twists, _ = fitted(full, twists, SEARCH_PX)
+    after = lines_of(full, twists).explained
     if after <= before:
         return RefinedViews(tuple(views), 0.0, 0.0, before, before)
     poses = [full.pose(k, twist) for k, twist in enumerate(twists)]
@@ -121,11 +122,14 @@ def with_refined_poses(
 ) -> ViewSet:
     """The set with its poses corrected, and a line about that among its problems.
 
-    ValueError if it does not tell the covariances of its poses.
+    Only poses that were counted up are: errors of single poses are left to bundle adjustment.
+    ValueError if nothing is stated of the poses' errors.
     """
-    if view_set.pose_covariances is None:
+    if view_set.pose_errors is None:
         raise ValueError(f"{view_set.name}: the covariances of the poses are not known")
-    found = refined_views(view_set.views, view_set.pose_covariances, progress)
+    if view_set.pose_errors.kind is PoseErrorKind.INDEPENDENT:
+        return view_set
+    found = refined_views(view_set.views, view_set.pose_errors.covariances, progress)
     if found.explained <= found.explained_before:
         return view_set
     length = f"{found.shift * 100:.2g} cm" if view_set.metric else f"{found.shift:.2g} units"
@@ -141,14 +145,6 @@ def _angle(rotation: FloatArray) -> float:
     return float(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1.0, 1.0)))
 
 
-def _drifting(
-    views: Sequence[View], chain: PoseChain, noise: Sequence[float | None]
-) -> DriftingViews:
-    maps = tuple(edge_map(view.image) for view in views)
-    segments = tuple(detect_segments(v.image, n) for v, n in zip(views, noise, strict=True))
-    return DriftingViews(tuple(views), maps, segments, chain)
-
-
 def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArray, FloatArray]:
     """Twists (FIRST, 6) of the first views, from coarse pictures to fine ones, and segments."""
     first = full.first(min(FIRST, len(views)))
@@ -156,65 +152,28 @@ def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArra
     for share in COARSE_TO_FINE:
         level = first
         if share < 1:
-            shrunk = [_shrunk(view, share) for view in first.views]
-            level = _drifting(shrunk, first.chain, [None] * len(shrunk))
-        twists, segments = _fitted(level, twists, FIRST_SEARCH_PX)
+            level = smaller(first, share)
+        twists, segments = fitted(level, twists, FIRST_SEARCH_PX)
     return twists, segments
 
 
 def _registered_anew(drifting: DriftingViews, twists: FloatArray) -> FloatArray:
     """The twists with those of doubtful views put right; the very same where none gains by it."""
-    lines = _lines(drifting, twists)
-    shares = np.array([_share(drifting, k, t, lines.segments) for k, t in enumerate(twists)])
+    lines = lines_of(drifting, twists)
+    shares = np.array([shown_share(drifting, k, t, lines.segments) for k, t in enumerate(twists)])
     better = twists
     for k in range(1, len(twists)):
         if shares[k] >= np.median(shares) - DOUBTFUL:
             continue
-        found = registered(drifting, k, better[k - 1], lines.segments)
-        if _share(drifting, k, found, lines.segments) > shares[k] + GAIN:
+        found = registered(drifting, k, better, lines.segments)
+        if shown_share(drifting, k, found, lines.segments) > shares[k] + GAIN:
             better = better.copy()
             better[k] = found
     return better
 
 
-def _share(drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray) -> float:
+def shown_share(drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray) -> float:
     """How much of the straight segments of view k the 3-D segments (n, 2, 3) explain there."""
     view = drifting.at([k], twist[None])
     use = np.nan_to_num(coverage(segments, view, [drifting.maps[k]])) > SUPPORTED
     return explained_share(segments, use, view, [drifting.segments[k]])
-
-
-def _fitted(
-    drifting: DriftingViews, twists: FloatArray, searches_px: Sequence[float]
-) -> tuple[FloatArray, FloatArray]:
-    """Twists and segments after a fit of all views that have a twist to what they show together."""
-    here = drifting.first(len(twists))
-    lines = _lines(here, twists)
-    segments = lines.segments
-    for search_px in searches_px:
-        twists, segments = align(here, twists, segments, lines.use, search_px)
-    return twists, segments
-
-
-class _Lines(NamedTuple):
-    """3-D segments (n, 2, 3), which view shows which (n, V), and the share that they explain."""
-
-    segments: FloatArray
-    use: NDArray[np.bool_]
-    explained: float
-
-
-def _lines(drifting: DriftingViews, twists: FloatArray) -> _Lines:
-    """The 3-D segments of the views at these twists (V, 6)."""
-    views = drifting.at(range(len(drifting.views)), twists)
-    cloud = reconstruct_lines(views, drifting.maps, drifting.segments, view_graph(views))
-    use = np.nan_to_num(coverage(cloud.segments, views, drifting.maps)) > SUPPORTED
-    share = explained_share(cloud.segments, use, views, drifting.segments)
-    return _Lines(cloud.segments, use, share)
-
-
-def _shrunk(view: View, share: float) -> View:
-    height, width = (round(share * side) for side in view.image.shape)
-    image = cv2.resize(view.image, (width, height), interpolation=cv2.INTER_AREA)
-    camera = view.camera.resized(width, height)
-    return View(view.name, np.asarray(image, dtype=np.uint8), camera, view.pose)

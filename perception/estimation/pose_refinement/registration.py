@@ -29,10 +29,10 @@ PX_A_UNIT = 2.0
 
 
 def registered(
-    drifting: DriftingViews, k: int, before: FloatArray, segments: FloatArray
+    drifting: DriftingViews, k: int, twists: FloatArray, segments: FloatArray
 ) -> FloatArray:
-    """The twist (6,) of view k that shows segments (n, 2, 3) best; `before` is of view k - 1."""
-    step = drifting.chain.step(k - 1, k)
+    """The twist (6,) of view k that shows segments (n, 2, 3) best, near what those before allow."""
+    before, step = drifting.chain.expected(k, twists)
     rng = np.random.default_rng(k)
     drawn = rng.multivariate_normal(before, SPREAD * step, DRAWN, method="eigh")
     drawn = np.vstack([before, drawn])
@@ -40,7 +40,7 @@ def registered(
     best, most = before, -np.inf
     belief = np.linalg.inv(step)
     for index in np.argsort(-shown, kind="stable")[:IMPROVED]:
-        twist = _improved(drifting, k, drawn[index], before, segments)
+        twist = _improved(drifting, k, drawn[index], (before, step), segments)
         off = twist - before
         worth = _shown_px(drifting, k, twist, segments) - PX_A_UNIT * float(off @ belief @ off)
         if worth > most:
@@ -49,13 +49,17 @@ def registered(
 
 
 def _improved(
-    drifting: DriftingViews, k: int, twist: FloatArray, before: FloatArray, segments: FloatArray
+    drifting: DriftingViews,
+    k: int,
+    twist: FloatArray,
+    expected: tuple[FloatArray, FloatArray],
+    segments: FloatArray,
 ) -> FloatArray:
     for search_px, least in STEPS:
         shown = _coverage(drifting, k, twist, segments) > least
         if not shown.any():
             break
-        twist = align_one(drifting, k, twist, before, segments[shown], search_px)
+        twist = align_one(drifting, k, twist, expected, segments[shown], search_px)
     return twist
 
 

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.read_views import ViewSet, read_views
+from facetlog.perception.types import PoseErrorKind
 from tests.perception.reading.view_folders import (
     CAMERA,
     POSES,
@@ -50,11 +51,25 @@ def test_unit_up_and_covariances_in_the_file_are_taken_from_there(tmp_path: Path
     assert found.metric
     assert found.up == pytest.approx([0, 0, 1])
     assert found.views[1].pose.centre == pytest.approx([0.01, 0, 0])
-    assert found.pose_covariances is not None
-    assert found.pose_covariances.shape == (3, 6, 6)
-    assert np.diag(found.pose_covariances[2]) == pytest.approx([4e-4, 4e-4, 1e-4, 0.01, 0.01, 0.02])
+    assert found.pose_errors is not None
+    assert found.pose_errors.covariances.shape == (3, 6, 6)
+    assert np.diag(found.pose_errors.covariances[2]) == pytest.approx(
+        [4e-4, 4e-4, 1e-4, 0.01, 0.01, 0.02]
+    )
+    assert found.pose_errors.kind is PoseErrorKind.ODOMETRY
+    document["pose_errors"] = "independent"
+    again = read_views(write_transforms(tmp_path, document))
+    assert again.pose_errors is not None
+    assert again.pose_errors.kind is PoseErrorKind.INDEPENDENT
     del document["frames"][1]["covariance"]
-    assert read_views(write_transforms(tmp_path, document)).pose_covariances is None
+    assert read_views(write_transforms(tmp_path, document)).pose_errors is None
+
+
+def test_errors_of_another_kind_are_refused(tmp_path: Path) -> None:
+    document = transforms()
+    document["pose_errors"] = "huge"
+    with pytest.raises(CalibrationError, match="independent or odometry"):
+        read_views(write_transforms(tmp_path, document))
 
 
 @pytest.mark.parametrize(

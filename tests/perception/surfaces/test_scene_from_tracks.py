@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
-from facetlog.perception.surfaces.scene_from_tracks import assemble, pose_noise_px
+from facetlog.perception.estimation.pose_noise import pose_noise_px
+from facetlog.perception.surfaces.scene_from_tracks import assemble
 from facetlog.perception.types import (
     Camera,
     FloatArray,

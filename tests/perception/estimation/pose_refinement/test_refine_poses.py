@@ -10,7 +10,7 @@ from facetlog.perception.estimation.pose_refinement.refine_poses import (
     with_refined_poses,
 )
 from facetlog.perception.reading.read_views import ViewSet
-from facetlog.perception.types import Pose, View
+from facetlog.perception.types import FloatArray, Pose, PoseErrorKind, PoseErrors, View
 from facetlog.robot.rendering.views import pose_errors, random_similarity, with_drift
 from tests.rendered import tour
 
@@ -72,13 +72,25 @@ def test_pictures_that_show_nothing_leave_the_poses_as_they_are() -> None:
 def test_the_correction_is_told_once_with_the_way_to_do_without_it() -> None:
     true = _in_metres(tour("block")[:10])
     given, covs = with_drift(true, np.random.default_rng(1), turn_sd=2 * TURN_SD, way_sd=0.02)
-    view_set = ViewSet("tour", given, metric=True, pose_covariances=covs)
+    view_set = ViewSet("tour", given, metric=True, pose_errors=_stated(given, covs))
     found = with_refined_poses(view_set)
     (line,) = found.problems
     assert " cm and " in line
     assert "--keep-poses" in line
     with pytest.raises(ValueError, match="covariances"):
-        with_refined_poses(replace(view_set, pose_covariances=None))
+        with_refined_poses(replace(view_set, pose_errors=None))
+
+
+def test_errors_of_single_poses_are_left_to_the_adjustment() -> None:
+    true = _in_metres(tour("block")[:6])
+    _, covs = with_drift(true, np.random.default_rng(1), turn_sd=TURN_SD, way_sd=0.02)
+    errors = replace(_stated(true, covs), kind=PoseErrorKind.INDEPENDENT)
+    view_set = ViewSet("tour", true, metric=True, pose_errors=errors)
+    assert with_refined_poses(view_set) is view_set
+
+
+def _stated(views: tuple[View, ...], covs: FloatArray) -> PoseErrors:
+    return PoseErrors(tuple(v.pose for v in views), covs)
 
 
 def _in_metres(views: tuple[View, ...]) -> tuple[View, ...]:

@@ -1,0 +1,120 @@
+"""Tracks into points, with the poses adjusted to what all tracks show together (adjust.py).
+
+Which observations belong to a point cannot be told before the poses are right, nor can these be
+told from wrong matches. So all observations of a point take part at first, with a robust weight;
+then those that agree are chosen anew at the adjusted poses, and these alone decide.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.estimation.bundle_adjustment.adjust import Adjusted, adjust
+from facetlog.perception.estimation.bundle_adjustment.common_motion import (
+    without_common_motion,
+)
+from facetlog.perception.estimation.bundle_adjustment.error_sizes import LEAST_PX
+from facetlog.perception.estimation.bundle_adjustment.normal_equations import Tracks
+from facetlog.perception.estimation.point_filter import estimate_points
+from facetlog.perception.estimation.pose_noise import pose_noise_px
+from facetlog.perception.estimation.shared_error import shared_error_factor, view_groups
+from facetlog.perception.types import FloatArray, PoseErrors, View
+
+__all__ = ["AdjustedPoints", "adjusted_points", "points_at"]
+
+LEAST_POINTS = 4
+"""Fewer points say too little about six numbers a view and three of their own."""
+CHOICES = 2
+"""Of observations that agree, each at better poses."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class AdjustedPoints:
+    """Views at their adjusted poses; points (n, 3), covs (n, 3, 3), used (n, V), ok (n,).
+
+    As of `estimate_points`, the poses' errors included, and `shape_covs` (n, 3, 3) without what
+    moves all points alike (common_motion.py); `extra_px` is the noise of pixels beyond
+    their own covariances, `factor` by how much all these variances are too small, as neighbouring
+    views share errors. `adjusted` is None where there were too few points to adjust poses.
+    """
+
+    views: tuple[View, ...]
+    points: FloatArray
+    covs: FloatArray
+    shape_covs: FloatArray
+    used: NDArray[np.bool_]
+    ok: NDArray[np.bool_]
+    extra_px: float
+    factor: float = 1.0
+    adjusted: Adjusted | None = None
+
+
+def adjusted_points(
+    tracks: Tracks, views: Sequence[View], errors: PoseErrors | None = None
+) -> AdjustedPoints:
+    """The points of tracks whose `used` says what was seen; not adjusted where these are too few.
+
+    `errors` are those that are stated of the views' poses. Residuals weighed by what the corners
+    say of themselves show too little where the surest of them are off by more than they say; so the
+    noise of pixels is at least what their residuals show unweighed (pose_noise.py).
+    """
+    extra_px = _pose_noise_px(tracks, views)
+    found = _estimated(tracks, views, extra_px)
+    used = tracks.used & found.ok[:, None] & _in_front(found)
+    done: Adjusted | None = None
+    least_px = LEAST_PX
+    for choice in range(1 + CHOICES):
+        chosen = np.flatnonzero(found.ok & (used.sum(axis=1) >= 2))
+        if len(chosen) < LEAST_POINTS:
+            break
+        of_chosen = replace(tracks, used=used).rows(chosen)
+        done = adjust(of_chosen, views, found.points[chosen], errors, extra_px, done, least_px)
+        placed = tuple(replace(v, pose=p) for v, p in zip(views, done.poses, strict=True))
+        found = _estimated(tracks, placed, done.sizes.extra_px)
+        before, used = used, found.used
+        if choice and (used == before).all():
+            break
+        least_px = _pose_noise_px(tracks, placed)
+    projections = np.array([v.projection for v in found.views])
+    groups = view_groups(np.array([v.pose.centre for v in found.views]))
+    noise = tracks.noise(found.extra_px)
+    factor = shared_error_factor(tracks.uv, noise, found.used, projections, found.covs, groups)
+    return _honest(tracks, replace(found, factor=factor, adjusted=done))
+
+
+def points_at(tracks: Tracks, at: AdjustedPoints) -> AdjustedPoints:
+    """The points of tracks where the poses stay as they were adjusted, with what these are off."""
+    found = _estimated(tracks, at.views, at.extra_px)
+    return _honest(tracks, replace(found, factor=at.factor, adjusted=at.adjusted))
+
+
+def _honest(tracks: Tracks, found: AdjustedPoints) -> AdjustedPoints:
+    # The points with covariances that have the poses' errors in them, and those that views share.
+    covs, ok = found.factor * found.covs, found.ok
+    shape_covs = covs.copy()
+    if found.adjusted is not None:
+        of_ok, points = replace(tracks, used=found.used).rows(ok), found.points[ok]
+        own, shared = found.adjusted.errors_at(of_ok, points, found.factor)
+        covs[ok] = own + shared.transpose(0, 2, 1) @ shared
+        shape_covs[ok] = without_common_motion(points, own, shared)
+    return replace(found, covs=covs, shape_covs=shape_covs)
+
+
+def _pose_noise_px(tracks: Tracks, views: Sequence[View]) -> float:
+    projections = np.array([v.projection for v in views])
+    return pose_noise_px(tracks.uv, tracks.cov, tracks.used, projections)
+
+
+def _estimated(tracks: Tracks, views: Sequence[View], extra_px: float) -> AdjustedPoints:
+    projections = np.array([v.projection for v in views])
+    cov = tracks.noise(extra_px)
+    points, covs, used, ok = estimate_points(tracks.uv, cov, tracks.used, projections)
+    return AdjustedPoints(tuple(views), points, covs, covs, used, ok, extra_px)
+
+
+def _in_front(found: AdjustedPoints) -> NDArray[np.bool_]:
+    third = np.array([v.projection[2] for v in found.views])
+    depth = np.nan_to_num(found.points) @ third[:, :3].T + third[:, 3]
+    return np.asarray(depth > 0)

@@ -1,0 +1,269 @@
+"""Poses and points adjusted together: accuracy, honesty, gauge, and degenerate cases."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from facetlog.perception.estimation.bundle_adjustment.adjust import Adjusted, adjust
+from facetlog.perception.estimation.bundle_adjustment.adjusted_points import adjusted_points
+from facetlog.perception.estimation.bundle_adjustment.normal_equations import ROBUST_SD, Tracks
+from facetlog.perception.estimation.pose_refinement.pose_chain import moved
+from facetlog.perception.types import (
+    Camera,
+    FloatArray,
+    Pose,
+    PoseErrorKind,
+    PoseErrors,
+    View,
+)
+from facetlog.robot.rendering.solids import cuboid
+from facetlog.robot.rendering.views import random_similarity, with_pose_noise
+from facetlog.robot.tour import ring_poses
+
+CAMERA = Camera(640, 480, 600.0, 600.0, 319.5, 239.5)
+CORNERS = np.array(cuboid(0.254, 0.203, 0.152).vertices)
+PIXEL_SD = 0.1
+
+
+def ring(count: int = 24) -> tuple[View, ...]:
+    image = np.zeros((480, 640), np.uint8)
+    poses = ring_poses([0.0, 0.0, 0.08], 0.7, (0.35, 0.5), count)
+    return tuple(View(f"{k}.png", image, CAMERA, pose) for k, pose in enumerate(poses))
+
+
+def pixels(views: tuple[View, ...], points: FloatArray) -> FloatArray:
+    projections = np.array([v.projection for v in views])
+    h = np.einsum("vij,nj->nvi", projections[:, :, :3], points) + projections[:, :, 3]
+    return np.asarray(h[..., :2] / h[..., 2:])
+
+
+def tracks_of(
+    views: tuple[View, ...], seed: int, points: FloatArray = CORNERS, wrong: float = 0.0
+) -> Tracks:
+    rng = np.random.default_rng([seed, 1])
+    uv = pixels(views, points)
+    uv = uv + rng.normal(0.0, PIXEL_SD, uv.shape)
+    used = rng.random(uv.shape[:2]) < 0.75
+    used[:, :3] = True
+    bad = rng.random(used.shape) < wrong
+    uv = np.where(bad[..., None], uv + rng.uniform(-30, 30, uv.shape), uv)
+    cov = np.tile(PIXEL_SD**2 * np.eye(2), (*used.shape, 1, 1))
+    return Tracks(uv, cov, used, np.ones(len(views)))
+
+
+def off(views: tuple[View, ...], seed: int, degrees: float, metres: float) -> tuple[View, ...]:
+    rng = np.random.default_rng([seed, 2])
+    return with_pose_noise(views, rng, position_sd=metres, angle_sd=np.radians(degrees))
+
+
+def adjusted(seed: int, degrees: float, metres: float, count: int = 24) -> Adjusted:
+    views = ring(count)
+    start = CORNERS + np.random.default_rng([seed, 3]).normal(0.0, 0.003, CORNERS.shape)
+    return adjust(tracks_of(views, seed), off(views, seed, degrees, metres), start)
+
+
+def nees(points: FloatArray, covs: FloatArray) -> float:
+    e = points - CORNERS
+    return float(np.einsum("ni,nij,nj->n", e, np.linalg.inv(covs), e).mean()) / 3
+
+
+def shape_rms(points: FloatArray) -> float:
+    """What is left after the best rigid motion onto the true corners."""
+    a, b = points - points.mean(axis=0), CORNERS - CORNERS.mean(axis=0)
+    u, _, vt = np.linalg.svd(a.T @ b)
+    rotation = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    return float(np.sqrt(((a @ rotation - b) ** 2).sum(axis=1).mean()))
+
+
+def test_exact_poses_stay_and_their_points_are_at_the_bound() -> None:
+    found = [adjusted(seed, 0.0, 0.0) for seed in range(6)]
+    assert max(np.degrees(f.sizes.pose_sd) for f in found) < 0.02
+    assert np.mean([shape_rms(f.points) for f in found]) < 0.0001
+    assert 0.5 < np.mean([nees(f.points, f.covs) for f in found]) < 1.5
+
+
+@pytest.mark.parametrize(
+    ("degrees", "metres", "shape"), [(0.1, 0.001, 2e-4), (0.3, 0.005, 4e-4), (1.0, 0.01, 8e-4)]
+)
+def test_independent_pose_errors_are_taken_out(degrees: float, metres: float, shape: float) -> None:
+    # All points share the errors of the gauge, so that a run counts little more than one of them.
+    found = [adjusted(seed, degrees, metres) for seed in range(12)]
+    assert np.mean([shape_rms(f.points) for f in found]) < shape
+    assert np.mean([nees(f.points, f.covs) for f in found]) < 1.5
+
+
+def test_the_size_of_the_poses_error_is_what_the_residuals_tell() -> None:
+    small, large = adjusted(0, 0.1, 0.001), adjusted(0, 1.0, 0.01)
+    assert 5.0 < large.sizes.pose_sd / small.sizes.pose_sd < 20.0
+    assert large.sizes.extra_px < PIXEL_SD
+
+
+def test_the_residuals_of_adjusted_views_are_the_pixels_noise() -> None:
+    # Six observations a view are twelve numbers, of which its pose takes six.
+    expected = PIXEL_SD * np.sqrt(0.5)
+    assert np.median(adjusted(1, 0.3, 0.005).residual) == pytest.approx(expected, rel=0.3)
+
+
+def test_the_mean_of_the_poses_given_holds_the_gauge() -> None:
+    views = off(ring(), 4, 0.3, 0.005)
+    found = adjust(tracks_of(ring(), 4), views, CORNERS)
+    moved = [p.centre - v.pose.centre for p, v in zip(found.poses, views, strict=True)]
+    assert np.linalg.norm(np.mean(moved, axis=0)) < 0.2 * np.linalg.norm(moved, axis=1).mean()
+
+
+def test_another_frame_and_scale_give_the_same_adjustment() -> None:
+    views = off(ring(), 5, 0.3, 0.005)
+    frame = random_similarity(np.random.default_rng(5), scale=1000.0, reach=100.0)
+    tracks = tracks_of(ring(), 5)
+    here = adjust(tracks, views, CORNERS)
+    start = frame.scale * CORNERS @ frame.rotation.T + frame.shift
+    there = adjust(tracks, tuple(map(frame.view, views)), start)
+    expected = frame.scale * here.points @ frame.rotation.T + frame.shift
+    assert there.sizes.pose_sd == pytest.approx(here.sizes.pose_sd)
+    np.testing.assert_allclose(there.points, expected, atol=1e-5 * frame.scale)
+
+
+def test_the_order_of_the_views_does_not_matter() -> None:
+    views, tracks = off(ring(), 6, 0.3, 0.005), tracks_of(ring(), 6)
+    order = np.random.default_rng(0).permutation(len(views))
+    turned = Tracks(tracks.uv[:, order], tracks.cov[:, order], tracks.used[:, order], tracks.weight)
+    one = adjust(tracks, views, CORNERS)
+    other = adjust(turned, tuple(views[k] for k in order), CORNERS)
+    np.testing.assert_allclose(other.points, one.points, atol=1e-6)
+
+
+def stated(
+    views: tuple[View, ...], degrees: float, metres: float, kind: PoseErrorKind
+) -> PoseErrors:
+    cov = np.diag([metres**2] * 3 + [np.radians(degrees) ** 2] * 3)
+    return PoseErrors(tuple(v.pose for v in views), np.tile(cov, (len(views), 1, 1)), kind)
+
+
+def test_stated_errors_are_believed() -> None:
+    views = off(ring(), 7, 0.3, 0.005)
+    errors = stated(views, 0.3, 0.005, PoseErrorKind.INDEPENDENT)
+    found = adjust(tracks_of(ring(), 7), views, CORNERS, errors)
+    assert found.sizes.pose_sd < np.radians(0.1)
+    assert shape_rms(found.points) < 4e-4
+    assert nees(found.points, found.covs) < 3.0
+
+
+def test_errors_beyond_the_stated_ones_are_told_by_the_residuals() -> None:
+    views = off(ring(), 7, 0.3, 0.005)
+    errors = stated(views, 0.003, 0.00005, PoseErrorKind.INDEPENDENT)
+    found = adjust(tracks_of(ring(), 7), views, CORNERS, errors)
+    assert np.degrees(found.sizes.pose_sd) == pytest.approx(0.35, rel=0.5)
+    assert shape_rms(found.points) < 4e-4
+
+
+def test_a_chain_carries_the_error_of_a_pose_on() -> None:
+    # All poses are off alike: odometry allows that, and no picture shows it.
+    views = ring()
+    shift = np.array([0.05, 0.0, 0.0])
+    moved_on = tuple(replace(v, pose=Pose(v.pose.rotation, v.pose.centre + shift)) for v in views)
+    cov = np.diag([0.05**2] * 3 + [1e-8] * 3)
+    errors = PoseErrors(tuple(v.pose for v in moved_on), np.tile(cov, (len(views), 1, 1)))
+    found = adjust(tracks_of(views, 3), moved_on, CORNERS + shift, errors)
+    sds = np.sqrt(np.trace(found.covs, axis1=1, axis2=2) / 3)
+    np.testing.assert_allclose(sds, 0.05, rtol=0.2)
+    assert shape_rms(found.points) < 2e-4
+
+
+def test_poses_once_corrected_are_still_judged_by_those_stated() -> None:
+    # The gauge is that of the poses as stated, wherever the search begins.
+    views = off(ring(), 8, 0.1, 0.001)
+    errors = stated(views, 0.1, 0.001, PoseErrorKind.INDEPENDENT)
+    here = adjust(tracks_of(ring(), 8), views, CORNERS, errors)
+    shift = np.array([0.003, -0.002, 0.001])
+    begun = tuple(replace(v, pose=Pose(v.pose.rotation, v.pose.centre + shift)) for v in views)
+    there = adjust(tracks_of(ring(), 8), begun, CORNERS + shift, errors)
+    np.testing.assert_allclose(there.points, here.points, atol=5e-5)
+
+
+def test_the_adjustment_is_the_minimum_that_a_general_solver_finds() -> None:
+    true, count = ring(5), 5
+    views, tracks = off(true, 15, 0.3, 0.005), tracks_of(true, 15)
+    about = CORNERS.mean(axis=0)
+    errors = stated(views, 0.3, 0.005, PoseErrorKind.INDEPENDENT)
+    found = adjust(tracks, views, CORNERS, errors)
+    variance = PIXEL_SD**2 + found.sizes.extra_px**2
+    distance = np.median([np.linalg.norm(v.pose.centre - about) for v in views])
+    turn_sd = np.hypot(np.radians(0.3), found.sizes.pose_sd)
+    place_sd = np.hypot(0.005, found.sizes.pose_sd * distance)
+
+    def off_by(unknown: FloatArray) -> FloatArray:
+        # The same in other terms: turn and place of each camera.
+        twists = unknown[: 6 * count].reshape(-1, 6)
+        placed = tuple(
+            replace(v, pose=moved(v.pose, t, v.pose.centre))
+            for v, t in zip(views, twists, strict=True)
+        )
+        error = (tracks.uv - pixels(placed, unknown[6 * count :].reshape(-1, 3)))[tracks.used]
+        share = (error**2).sum(axis=-1) / variance / ROBUST_SD**2
+        robust = error * np.sqrt(np.log1p(share) / np.maximum(share, 1e-12) / variance)[:, None]
+        believed = twists / np.repeat([turn_sd, place_sd], 3)
+        return np.concatenate([robust.ravel(), believed.ravel()])
+
+    start = np.concatenate([np.zeros(6 * count), CORNERS.ravel()])
+    oracle = least_squares(off_by, start, x_scale="jac", max_nfev=40)
+    np.testing.assert_allclose(oracle.x[6 * count :].reshape(-1, 3), found.points, atol=5e-5)
+
+
+def test_wrong_matches_have_no_say() -> None:
+    views = ring()
+    tracks = tracks_of(views, 8, wrong=0.1)
+    found = adjusted_points(tracks, off(views, 8, 0.3, 0.005))
+    assert found.ok.all()
+    assert shape_rms(found.points) < 5e-4
+
+
+def test_points_in_one_plane_are_adjusted_too() -> None:
+    flat = CORNERS * [1.0, 1.0, 0.0]
+    views = ring()
+    found = adjust(tracks_of(views, 9, flat), off(views, 9, 0.3, 0.005), flat)
+    assert np.abs(np.linalg.svd(found.points - found.points.mean(axis=0))[1][2]) < 0.002
+    assert np.isfinite(found.covs).all()
+
+
+def test_two_views_leave_finite_honest_covariances() -> None:
+    views = ring()[:2]
+    found = adjust(tracks_of(views, 10), off(views, 10, 0.1, 0.001), CORNERS)
+    assert np.isfinite(found.points).all()
+    assert (np.linalg.eigvalsh(found.covs) > 0).all()
+
+
+def test_a_view_without_an_observation_stays_where_it_is() -> None:
+    views, tracks = off(ring(), 11, 0.3, 0.005), tracks_of(ring(), 11)
+    used = tracks.used.copy()
+    used[:, 5] = False
+    found = adjust(replace(tracks, used=used), views, CORNERS)
+    np.testing.assert_allclose(found.poses[5].centre, views[5].pose.centre, atol=1e-9)
+    assert np.isnan(found.residual[5])
+
+
+def test_identical_views_give_no_point_and_no_error() -> None:
+    same = (ring()[0],) * 6
+    views = tuple(replace(v, name=f"{k}.png") for k, v in enumerate(same))
+    found = adjusted_points(tracks_of(views, 12), views)
+    assert not found.ok.any()
+
+
+def test_no_tracks_give_no_points() -> None:
+    views = ring(4)
+    none = Tracks(
+        np.zeros((0, 4, 2)), np.zeros((0, 4, 2, 2)), np.zeros((0, 4), np.bool_), np.ones(4)
+    )
+    found = adjusted_points(none, views)
+    assert found.points.shape == (0, 3)
+    assert found.views == views
+
+
+def test_views_almost_alike_make_points_less_sure() -> None:
+    views = off(ring(), 13, 0.3, 0.0)
+    tracks = tracks_of(ring(), 13)
+    apart = adjust(tracks, views, CORNERS)
+    alike = adjust(replace(tracks, weight=np.full(len(views), 0.25)), views, CORNERS)
+    ratio = np.trace(alike.covs, axis1=1, axis2=2) / np.trace(apart.covs, axis1=1, axis2=2)
+    assert 2.0 < np.median(ratio) < 5.0
