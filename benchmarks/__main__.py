@@ -21,6 +21,7 @@ NAMES = (
     "accuracy_faces",
     "accuracy_noise",
     "accuracy_drift",
+    "accuracy_poses",
     "accuracy_front_end",
     "accuracy_estimation",
     "accuracy_planes",

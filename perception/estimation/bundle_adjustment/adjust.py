@@ -33,7 +33,7 @@ from facetlog.perception.types import FloatArray, Pose, PoseErrors, View
 __all__ = ["Adjusted", "adjust"]
 
 MAX_STEPS = 30
-CONVERGED = 1e-4
+CONVERGED = 0.1
 """Sum of squares: a step that lowers it by less ends the iteration."""
 ROUNDS = 5
 """At most, of unknowns fitted and sizes estimated in turn: from far off both are wrong at first."""

@@ -76,7 +76,7 @@ def adjusted_points(
         before, used = used, found.used
         if choice and (used == before).all():
             break
-        least_px = _pose_noise_px(tracks, placed)
+        least_px = max(_pose_noise_px(tracks, placed), LEAST_PX)
     projections = np.array([v.projection for v in found.views])
     groups = view_groups(np.array([v.pose.centre for v in found.views]))
     noise = tracks.noise(found.extra_px)

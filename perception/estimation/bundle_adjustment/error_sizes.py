@@ -22,9 +22,9 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["EXACT", "LEAST_PX", "Sizes", "likely_sizes"]
 
-MOST_VIEWS = 40
+MOST_VIEWS = 24
 """That tell the sizes: their number cubed is what each size tried costs."""
-WORTH = 0.01
+WORTH = 0.1
 """Of deviance, for which a size is changed."""
 EXACT = np.radians(1e-3)
 """The size of the poses' error that no picture shows, radians: a hundredth of a pixel."""
@@ -33,7 +33,7 @@ LEAST_PX = 0.01
 """Of extra noise: no picture shows less."""
 EXTRA_PX = (LEAST_PX, 0.1, 0.5, 2.0)
 """Sizes of the poses' error (radians) and of the extra noise (px) that are tried first."""
-FACTORS = (2.0, 1.4, 1.2)
+FACTORS = (2.0, 1.2)
 """By which the best of them is then made larger or smaller, as long as that is better: a size
 known to a tenth is as good as known."""
 
@@ -73,7 +73,7 @@ def likely_sizes(
     # All pairs: both explain the same residuals, and one at a time would not get across.
     first = [Sizes(max(px, least_px), sd) for px in EXTRA_PX for sd in POSE_SDS]
     best = near or min(first, key=deviance)
-    for factor in FACTORS if near is None else FACTORS[-1:]:
+    for factor in FACTORS:
         while True:
             px, sd = best.extra_px, best.pose_sd
             tried = [Sizes(max(px * f, least_px), sd) for f in (1 / factor, factor)]

@@ -133,6 +133,35 @@ def test_covariances_of_vertices_are_honest(px: float) -> None:
     assert 1.5 < np.mean(squares) < 5.0
 
 
+def test_the_scene_lies_on_its_pictures_at_its_own_poses() -> None:
+    views = cameras()
+    recorded = turned_a_little(views, np.random.default_rng(2), 5.0)
+    scene = scene_of(tracked(views), recorded)
+    assert len(scene.poses) == len(scene.views) == len(views)
+    for vertex in scene.vertices:
+        for seen in vertex.observations:
+            placed = replace(views[seen.view], pose=scene.poses[seen.view])
+            h = placed.projection @ np.append(vertex.point, 1.0)
+            np.testing.assert_allclose(h[:2] / h[2], seen.uv, atol=6 * PIXEL_SD)
+
+
+def test_angles_of_planes_are_honest_where_all_poses_are_off() -> None:
+    # What moves all vertices alike is in their covariances and in no angle.
+    views = cameras()
+    square = []
+    for seed in range(8):
+        recorded = turned_a_little(views, np.random.default_rng([seed, 3]), 3.0)
+        planes = [f.plane for f in scene_of(tracked(views, seed), recorded).faces]
+        for k, one in enumerate(planes):
+            for other in planes[:k]:
+                cosine = float(one.normal @ other.normal)
+                if abs(cosine) < 0.5:
+                    a, b = one.cov[:3, :3], other.cov[:3, :3]
+                    variance = other.normal @ a @ other.normal + one.normal @ b @ one.normal
+                    square.append(cosine**2 / variance)
+    assert 0.3 < np.mean(square) < 1.6
+
+
 def test_faces_run_counter_clockwise_about_their_outward_normals() -> None:
     views = cameras()
     scene = scene_of(tracked(views), views)
