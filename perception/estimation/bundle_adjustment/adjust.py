@@ -34,7 +34,8 @@ __all__ = ["Adjusted", "adjust"]
 
 MAX_STEPS = 30
 CONVERGED = 0.1
-"""Sum of squares: a step that lowers it by less ends the iteration."""
+"""Sum of squares: a step that lowers it by less ends the iteration, for the next one would lower it
+by a fraction of that."""
 ROUNDS = 5
 """At most, of unknowns fitted and sizes estimated in turn: from far off both are wrong at first."""
 

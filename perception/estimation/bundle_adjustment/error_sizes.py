@@ -35,7 +35,7 @@ EXTRA_PX = (LEAST_PX, 0.1, 0.5, 2.0)
 """Sizes of the poses' error (radians) and of the extra noise (px) that are tried first."""
 FACTORS = (2.0, 1.2)
 """By which the best of them is then made larger or smaller, as long as that is better: a size
-known to a tenth is as good as known."""
+known to a fifth is as good as known."""
 
 
 @dataclass(frozen=True, slots=True)
