@@ -136,6 +136,8 @@ class StoredPicture:
 
     camera: Camera
     read: Callable[[], Image]
+
+
 class PoseErrorKind(StrEnum):
     """How the errors of poses hang together: not at all, or added up on the way."""
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import TypeAlias, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
 from facetlog.perception.detection.line_front_end.corner_tracks import (
@@ -14,7 +15,11 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
     track_ends,
 )
 from facetlog.perception.detection.line_front_end.face_selection import select_faces
-from facetlog.perception.detection.line_front_end.line_cloud import SUPPORTED, reconstruct_lines
+from facetlog.perception.detection.line_front_end.line_cloud import (
+    SUPPORTED,
+    LineCloud,
+    reconstruct_lines,
+)
 from facetlog.perception.detection.line_front_end.line_extent import line_profiles
 from facetlog.perception.detection.line_front_end.line_support import coverage
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
@@ -40,9 +45,11 @@ __all__ = ["line_front_end"]
 
 T = TypeVar("T")
 Agree: TypeAlias = Callable[
-    [Sequence[View], Sequence[EdgeMap], Sequence[FloatArray]], Sequence[View]
+    [Sequence[View], Sequence[EdgeMap], Sequence[FloatArray], FloatArray, NDArray[np.bool_]],
+    tuple[View, ...] | None,
 ]
-"""From views, their edges and segments to the same views at other poses."""
+"""From views, their edges and segments, and the 3-D segments (n, 2, 3) with which view shows which
+(n, V), to the same views at other poses; None where the poses are good enough."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -89,17 +96,26 @@ def line_front_end(
     return _tracked(pictures, up, clock, agree)
 
 
+def _lines(pictures: _Pictures, views: Sequence[View]) -> tuple[LineCloud, NDArray[np.bool_]]:
+    # The 3-D segments of the pictures' views at these poses, and which view shows which.
+    cloud = reconstruct_lines(views, pictures.maps, pictures.segments, view_graph(views))
+    return cloud, np.nan_to_num(coverage(cloud.segments, views, pictures.maps)) > SUPPORTED
+
+
 def _tracked(
     pictures: _Pictures, up: FloatArray | None, clock: StepClock, agree: Agree | None
 ) -> TrackedFaces:
     views, maps, segments = pictures.views, pictures.maps, pictures.segments
+    with clock.step("3-D segments"):
+        cloud, use = _lines(pictures, views)
     if agree is not None:
         with clock.step("poses"):
-            views = tuple(agree(views, maps, segments))
+            placed = agree(views, maps, segments, cloud.segments, use)
+            if placed is not None:
+                views = placed
+                cloud, use = _lines(pictures, views)
     graph = view_graph(views)
     with clock.step("3-D segments"):
-        cloud = reconstruct_lines(views, maps, segments, graph)
-        use = np.nan_to_num(coverage(cloud.segments, views, maps)) > SUPPORTED
         wrong = contradicting_views(cloud.segments, use, graph.weight, views, segments)
     if wrong:
         return without_them(
