@@ -38,9 +38,9 @@ the finer one does not lead to agreement."""
 SEARCH_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 """Width searched across projected segments in successive fits."""
 MOVED_SHARE, MOVED = 0.2, 0.5
-"""Nothing is tried either where a fit to the segments at hand moves less than a fifth of the views by
-half of what edges reach, 1 px: sets with right poses (eight path-traced, three photographed) moved
-by .25 to .99 px, own worlds off by .1 to 1 degree by 1.1 to 3.4."""
+"""Nothing is tried either where a fit to the segments at hand moves less than a fifth of the views
+by half of what edges reach, 1 px: sets with right poses (eight path-traced, three photographed)
+moved by .25 to .99 px, own worlds off by .1 to 1 degree by 1.1 to 3.4."""
 GAIN = 0.02
 """Of the explained share, for which poses are moved."""
 
