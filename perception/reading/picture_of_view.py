@@ -2,7 +2,7 @@
 
 Edges are found and faces judged in some hundred thousand pixels, however many a camera has: twelve
 megapixels of two hundred views would fill the memory, and take minutes. Where corners lie is
-measured in the pictures as stored, one at a time (detection/line_front_end/corner_tracks.py).
+measured in the pictures as stored, one at a time (detection/line_front_end/side_fit.py).
 """
 
 from functools import partial

@@ -68,7 +68,7 @@ def assemble(
 
     warnings = list(tracked.warnings)
     if sd_limit is not None:
-        reached = _stop_at(sd_limit, seen, found)
+        reached = _stop_at(sd_limit, seen.uv, cov, found)
         if reached < ok.sum():
             warnings.append(
                 f"{ok.sum() - reached} of {ok.sum()} vertices did not reach the standard "
@@ -123,15 +123,14 @@ def assemble(
     )
 
 
-def _stop_at(sd_limit: float, seen: Tracks, found: AdjustedPoints) -> int:
+def _stop_at(sd_limit: float, uv: FloatArray, cov: FloatArray, found: AdjustedPoints) -> int:
     # Runs the recursion view by view up to the limit and writes its results into the arrays;
     # returns how many points reached it.
     reached = 0
-    cov = found.factor * seen.noise(found.extra_px)
     projections = [v.projection for v in found.views]
     for k in np.nonzero(found.ok)[0]:
         views = np.nonzero(found.used[k])[0]
-        observations = [Observation(int(v), seen.uv[k, v], cov[k, v]) for v in views]
+        observations = [Observation(int(v), uv[k, v], cov[k, v]) for v in views]
         estimate = estimate_point(observations, projections, sd_limit=sd_limit)
         if not estimate:
             continue

@@ -15,13 +15,8 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
     track_ends,
 )
 from facetlog.perception.detection.line_front_end.face_selection import select_faces
-from facetlog.perception.detection.line_front_end.line_cloud import (
-    SUPPORTED,
-    LineCloud,
-    reconstruct_lines,
-)
+from facetlog.perception.detection.line_front_end.line_cloud import shown_lines
 from facetlog.perception.detection.line_front_end.line_extent import line_profiles
-from facetlog.perception.detection.line_front_end.line_support import coverage
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
 from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_hypotheses
 from facetlog.perception.detection.line_front_end.pose_consistency import check_consistency
@@ -96,24 +91,18 @@ def line_front_end(
     return _tracked(pictures, up, clock, agree)
 
 
-def _lines(pictures: _Pictures, views: Sequence[View]) -> tuple[LineCloud, NDArray[np.bool_]]:
-    # The 3-D segments of the pictures' views at these poses, and which view shows which.
-    cloud = reconstruct_lines(views, pictures.maps, pictures.segments, view_graph(views))
-    return cloud, np.nan_to_num(coverage(cloud.segments, views, pictures.maps)) > SUPPORTED
-
-
 def _tracked(
     pictures: _Pictures, up: FloatArray | None, clock: StepClock, agree: Agree | None
 ) -> TrackedFaces:
     views, maps, segments = pictures.views, pictures.maps, pictures.segments
     with clock.step("3-D segments"):
-        cloud, use = _lines(pictures, views)
+        cloud, use = shown_lines(views, maps, segments)
     if agree is not None:
         with clock.step("poses"):
             placed = agree(views, maps, segments, cloud.segments, use)
             if placed is not None:
                 views = placed
-                cloud, use = _lines(pictures, views)
+                cloud, use = shown_lines(views, maps, segments)
     graph = view_graph(views)
     with clock.step("3-D segments"):
         wrong = contradicting_views(cloud.segments, use, graph.weight, views, segments)

@@ -10,11 +10,11 @@ from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.line_front_end.line_candidates import candidate_segments
 from facetlog.perception.detection.line_front_end.line_refine import refine_segments
 from facetlog.perception.detection.line_front_end.line_support import coverage, project_points
-from facetlog.perception.detection.view_graph import ViewGraph
+from facetlog.perception.detection.view_graph import ViewGraph, view_graph
 from facetlog.perception.ties import TIE, at_least, descending, ranks
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["LineCloud", "reconstruct_lines"]
+__all__ = ["SUPPORTED", "LineCloud", "reconstruct_lines", "shown_lines"]
 
 # A view supports a segment when it shows this share of it.
 SUPPORTED = 0.6
@@ -80,6 +80,14 @@ def reconstruct_lines(
     fitted, end_covs, support, rms = fitted[good], end_covs[good], support[good], rms[good]
     chosen = _merge(fitted, support * np.sqrt(_lengths(fitted)), apart, MERGE_FITTED_PX)
     return LineCloud(fitted[chosen], end_covs[chosen], support[chosen], rms[chosen], pixel)
+
+
+def shown_lines(
+    views: Sequence[View], maps: Sequence[EdgeMap], segments: Sequence[FloatArray]
+) -> tuple[LineCloud, NDArray[np.bool_]]:
+    """The 3-D segments of the views, n of them, and which view shows which (n, V)."""
+    cloud = reconstruct_lines(views, maps, segments, view_graph(views))
+    return cloud, np.nan_to_num(coverage(cloud.segments, views, maps)) > SUPPORTED
 
 
 def _screened_candidates(

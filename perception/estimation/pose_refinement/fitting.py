@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.line_front_end.line_cloud import SUPPORTED, reconstruct_lines
-from facetlog.perception.detection.line_front_end.line_support import coverage
+from facetlog.perception.detection.line_front_end.line_cloud import shown_lines
 from facetlog.perception.detection.line_front_end.pose_consistency import explained_share
 from facetlog.perception.detection.segments import detect_segments
-from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews, align
 from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, SinglePoses
 from facetlog.perception.types import FloatArray, View
@@ -62,8 +60,7 @@ def fitted(
 def lines_of(drifting: DriftingViews, twists: FloatArray) -> Lines:
     """The 3-D segments of the views at these twists (V, 6)."""
     views = drifting.at(range(len(drifting.views)), twists)
-    cloud = reconstruct_lines(views, drifting.maps, drifting.segments, view_graph(views))
-    use = np.nan_to_num(coverage(cloud.segments, views, drifting.maps)) > SUPPORTED
+    cloud, use = shown_lines(views, drifting.maps, drifting.segments)
     share = explained_share(cloud.segments, use, views, drifting.segments)
     return Lines(cloud.segments, use, share)
 

@@ -6,10 +6,8 @@ from functools import cache
 import numpy as np
 
 from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.line_front_end.line_cloud import SUPPORTED, reconstruct_lines
-from facetlog.perception.detection.line_front_end.line_support import coverage
+from facetlog.perception.detection.line_front_end.line_cloud import shown_lines
 from facetlog.perception.detection.segments import detect_segments
-from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
 from facetlog.perception.types import View
 from facetlog.robot.rendering.views import views_of, with_pose_noise
@@ -26,8 +24,7 @@ def tour() -> tuple[View, ...]:
 def agreeing(views: tuple[View, ...]) -> tuple[View, ...]:
     maps = [edge_map(v.image) for v in views]
     segments = [detect_segments(v.image) for v in views]
-    cloud = reconstruct_lines(views, maps, segments, view_graph(views))
-    use = np.nan_to_num(coverage(cloud.segments, views, maps)) > SUPPORTED
+    cloud, use = shown_lines(views, maps, segments)
     return in_agreement(views, maps, segments, cloud.segments, use) or views
 
 
