@@ -1,6 +1,6 @@
 """What the views say of an outline together: its inside by their agreement, its sides by edges.
 
-Views that something hides are left out.
+Views that something hides are left out, and of the others the parts that something hides.
 """
 
 from collections.abc import Sequence
@@ -11,14 +11,21 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.ground_plane import Ground
-from facetlog.perception.detection.line_front_end.line_support import project_to_views
+from facetlog.perception.detection.line_front_end.line_support import (
+    project_to_views,
+    segment_samples,
+)
 from facetlog.perception.detection.line_front_end.photo_consistency import (
     Agreement,
     GreyLevels,
     agreement,
 )
 from facetlog.perception.detection.line_front_end.plane_regions import MIN_FACING_SINE
-from facetlog.perception.detection.line_front_end.side_evidence import BESIDE_PX, SideJudge
+from facetlog.perception.detection.line_front_end.side_evidence import (
+    BESIDE_PX,
+    SAMPLES,
+    SideJudge,
+)
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray, View
@@ -37,9 +44,15 @@ AGREES_SHARE, SEEN_SHARE = 0.5, 0.4
 MIN_WIDTH_PX = BESIDE_PX[-2]
 # Distinct views that must agree.
 MIN_WEIGHT = 2.0
-# After so many views an outline whose sides speak this clearly against it is given up: most are of
-# what lies inside or behind a thing.
-EARLY_VIEWS, HOPELESS = 4, -float(np.log(1e3))
+# So far beside a side, px, its own edge is over.
+CLEAR_PX = 5.0
+# Of true sides some are too faint for any view: so much speaks against a side at most.
+FAINT_PRICE = float(np.log(1e3))
+# A surface goes on beyond a side where most of what lies there agrees at odds of 20 to 1, and half
+# as well as the inside does. An edge within a surface may be print: it is worth half a border, and
+# where there is none, there is no border either.
+GOES_ON_SHARE, GOES_ON_RATIO, GOES_ON_AS_INSIDE = 0.8, float(np.log(20.0)), 0.5
+PRINT_WORTH = 0.5
 # A view reads no level nearer to the picture's border than this, px.
 BORDER_PX = 1
 
@@ -50,8 +63,8 @@ class FaceEvidence:
 
     `inside`: mean log-likelihood ratio over its area; `consistent`: share of its area where it is
     above 0; `sides`: summed log-likelihood ratio of its sides; `coverage`: share of the sides that
-    lie on edges; `shown` (V,): views that show it; `share`: these among the views that face it and
-    see it, by weight; `points` (n, 3) of its inside.
+    lie on edges, where nothing hides them; `shown` (V,): views that show it; `share`: these among
+    the views that face it and see it, by weight; `points` (n, 3) of its inside.
     """
 
     inside: float
@@ -63,11 +76,26 @@ class FaceEvidence:
     points: FloatArray
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Inside:
+    # What `FaceEvidence` has of an outline's inside, and the views (v,) that show it.
+    inside: float
+    consistent: float
+    share: float
+    showing: NDArray[np.intp]
+    points: FloatArray
+
+
 class FaceJudge:
     """Judges outlines by all views; `weight` (V,) is how much each counts."""
 
     def __init__(
-        self, views: Sequence[View], levels: GreyLevels, sides: SideJudge, weight: FloatArray
+        self,
+        views: Sequence[View],
+        levels: GreyLevels,
+        sides: SideJudge,
+        weight: FloatArray,
+        ground: Ground | None,
     ) -> None:
         self._projections = np.array([view.projection for view in views])
         self._sizes = np.array([view.image.shape[::-1] for view in views])
@@ -75,6 +103,8 @@ class FaceJudge:
         self._levels = levels
         self._sides = sides
         self._weight = weight
+        self._ground = ground
+        self._focal = float(np.median([view.camera.fx for view in views]))
 
     def facing(self, corners: FloatArray, normal: FloatArray) -> NDArray[np.intp]:
         """The views (v,) before a polygon (k, 3) that do not see it edge-on."""
@@ -87,14 +117,35 @@ class FaceJudge:
     ) -> FaceEvidence | None:
         """Evidence for a polygon (k, 3) seen from the side that its normal points to.
 
-        None where too few views face it, or inside or sides speak against it. `taken` as in
+        None where too few views face it, or its inside speaks against it. `taken` as in
         `RegionFinder.outlines`.
         """
-        points = inner_points(corners, normal)
+        found = self._inside(corners, normal, taken)
+        if found is None:
+            return None
+        ratio, coverage = self._along(found, corners, normal, taken)
+        shown = np.zeros(len(self._weight), dtype=np.bool_)
+        shown[found.showing] = True
+        return FaceEvidence(
+            found.inside, found.consistent, ratio, coverage, shown, found.share, found.points
+        )
+
+    def agrees_inside(
+        self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
+    ) -> bool:
+        """Whether the inside of a polygon (k, 3) is a surface, wherever its sides are."""
+        return self._inside(corners, normal, taken) is not None
+
+    def _inside(
+        self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
+    ) -> _Inside | None:
         views = self.facing(corners, normal)
         views = views[self._widths(views, corners) > MIN_WIDTH_PX]
         weight = self._weight[views]
-        if len(points) < MIN_INNER or weight.sum() < MIN_WEIGHT:
+        if weight.sum() < MIN_WEIGHT:
+            return None
+        points = inner_points(corners, normal)
+        if len(points) < MIN_INNER:
             return None
         result, seen = self._levels_at(views, points, taken)
         in_sight = seen.mean(axis=1) > SEEN_SHARE
@@ -105,19 +156,16 @@ class FaceJudge:
             return None
         if inside < MIN_INSIDE or consistent < MIN_CONSISTENT:
             return None
-        showing = views[shows]
-        along = self._along(showing, corners)
-        if along is None:
-            return None
-        shown = np.zeros(len(self._weight), dtype=np.bool_)
-        shown[showing] = True
-        return FaceEvidence(inside, consistent, *along, shown, share, points)
+        return _Inside(inside, consistent, share, views[shows], points)
 
-    def shows_ground(self, evidence: FaceEvidence, ground: Ground) -> bool:
+    def shows_ground(self, evidence: FaceEvidence) -> bool:
         """Whether the pixels that show a face rather show the ground, as all views have it.
 
         A pattern of the ground repeats itself: some views see one tile where others see the next.
         """
+        ground = self._ground
+        if ground is None:
+            return False
         everyone = np.arange(len(self._weight))
         ratios = []
         for k in np.nonzero(evidence.shown)[0]:
@@ -152,22 +200,48 @@ class FaceJudge:
             self._levels.read(views, uv.transpose(2, 0, 1), seen), self._weight[views]
         ), seen
 
-    def _along(self, views: NDArray[np.intp], corners: FloatArray) -> tuple[float, float] | None:
-        # The sides' summed ratio and their coverage; None where they are hopeless.
+    def _along(
+        self,
+        found: _Inside,
+        corners: FloatArray,
+        normal: FloatArray,
+        taken: Sequence[NDArray[np.uint8]],
+    ) -> tuple[float, float]:
+        # The sides' summed ratio and their coverage.
+        views = found.showing
         sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
         length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
-        # The first views are from all round.
-        early = views[:: max(1, len(views) // EARLY_VIEWS)][:EARLY_VIEWS]
-        ratio, hit, possible = 0.0, 0.0, 0.0
-        for part in (early, np.setdiff1d(views, early)):
-            if ratio < HOPELESS:
-                return None
-            found = self._sides.evidence(part, sides)
-            weight = self._weight[part]
-            ratio += float(weight @ found.ratio.sum(axis=1))
-            hit += float(weight @ found.found.sum(axis=2) @ length)
-            possible += float(weight @ found.there.sum(axis=2) @ length)
-        return ratio, hit / max(possible, 1e-300)
+        # Where the inside next to a side is hidden, or taken by another face, so is the side.
+        within, seen = self._levels_at(views, self._beside(views, sides, normal, CLEAR_PX), taken)
+        bare = within.agrees | (seen & (within.ratio <= 0))
+        edges = self._sides.evidence(views, sides, bare.reshape(len(views), len(sides), SAMPLES))
+
+        beyond = self._beside(views, sides, normal, -CLEAR_PX)
+        surface, _ = self._levels_at(views, beyond, taken)
+        same = surface.ratio > max(GOES_ON_RATIO, GOES_ON_AS_INSIDE * found.inside)
+        if self._ground is not None:
+            same &= self._ground.above(beyond) > 0
+        goes_on = same.reshape(len(sides), SAMPLES).mean(axis=1) > GOES_ON_SHARE
+
+        weight = self._weight[views]
+        ratio = weight @ edges.ratio
+        printed = np.where(ratio > 0, PRINT_WORTH * ratio, ratio)
+        ratio = np.where(goes_on, printed, np.maximum(ratio, -FAINT_PRICE))
+        hit = float(weight @ edges.found.sum(axis=2) @ length)
+        possible = float(weight @ edges.there.sum(axis=2) @ length)
+        return float(ratio.sum()), hit / max(possible, 1e-300)
+
+    def _beside(
+        self, views: NDArray[np.intp], sides: FloatArray, normal: FloatArray, inward_px: float
+    ) -> FloatArray:
+        # Points (k * SAMPLES, 3) of the plane beside sides (k, 2, 3), so many px of the chosen
+        # views' inwards.
+        inward = np.cross(normal, sides[:, 1] - sides[:, 0])
+        inward /= np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-300)
+        away = np.linalg.norm(self._centres[views] - sides[:, 0].mean(axis=0), axis=1)
+        step = inward_px * float(np.median(away)) / self._focal
+        points: FloatArray = segment_samples(sides, SAMPLES) + step * inward[:, None]
+        return points.reshape(-1, 3)
 
 
 def inner_points(corners: FloatArray, normal: FloatArray) -> FloatArray:

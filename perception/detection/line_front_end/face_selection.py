@@ -25,9 +25,13 @@ from facetlog.perception.detection.line_front_end.face_conflicts import (
 from facetlog.perception.detection.line_front_end.face_evidence import FaceEvidence, FaceJudge
 from facetlog.perception.detection.line_front_end.ground_plane import Ground, find_ground
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
-from facetlog.perception.detection.line_front_end.line_extent import LineProfiles
+from facetlog.perception.detection.line_front_end.line_extent import (
+    LineProfiles,
+    covered_extents,
+)
 from facetlog.perception.detection.line_front_end.line_support import project_points
 from facetlog.perception.detection.line_front_end.outline_search import find_outlines
+from facetlog.perception.detection.line_front_end.parallelograms import parallelograms
 from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.plane_choice import choose_planes, same_plane
 from facetlog.perception.detection.line_front_end.plane_hypotheses import (
@@ -140,13 +144,14 @@ class _Selection:
     ) -> None:
         self._cloud = cloud
         self._profiles = profiles
+        self._extents = covered_extents(cloud.segments, profiles)
         self._views = views
         self._centres = np.array([view.pose.centre for view in views])
         self._ground = ground
         self._pixel = cloud.pixel
         levels = GreyLevels(views, maps)
         self._sides = SideJudge(views, maps, graph.weight)
-        self._judge = FaceJudge(views, levels, self._sides, graph.weight)
+        self._judge = FaceJudge(views, levels, self._sides, graph.weight, ground)
         worth = self._sides.worth(cloud.segments)
         chosen, self._promise = choose_planes(planes, cloud, worth, ground, LEAST_PRICE)
         self._planes = list(chosen)
@@ -175,7 +180,8 @@ class _Selection:
                 continue
             if best.after == len(self._faces):
                 plain = self._simplest(best)
-                if plain.evidence.coverage >= MIN_FINAL and not self._is_ground(plain):
+                shown = plain.evidence.coverage >= MIN_FINAL
+                if shown and not self._judge.shows_ground(plain.evidence):
                     self._accept(plain)
                 continue
             again = self._judged(best.corners, best.normal, best.plane, moved=best.moved)
@@ -196,8 +202,29 @@ class _Selection:
             for normal in (outline.normal, -outline.normal):
                 corners = _counter_clockwise(outline.corners, normal)
                 self._propose(corners, normal, plane, moved=False)
+        self._complete(plane)
         for side in (1.0, -1.0):
             self._search(plane, side)
+
+    def _complete(self, plane: int) -> None:
+        # Two or three sides that meet propose the others, where the pictures show them best.
+        hypothesis = self._planes[plane]
+        near = ON_PLANE_PX * self._pixel
+        known = [self._extents[hypothesis.lines]]
+        for face in self._faces:
+            sides = np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
+            off = np.abs(sides @ hypothesis.normal - hypothesis.distance)
+            known.append(sides[(off < near).all(axis=1)])
+        for ring in parallelograms(np.concatenate(known), hypothesis, self._pixel):
+            for normal in (hypothesis.normal, -hypothesis.normal):
+                corners = _counter_clockwise(ring, normal)
+                if self._judge.agrees_inside(corners, normal, self._taken):
+                    self._propose_moved(corners, normal, plane)
+
+    def _propose_moved(self, corners: FloatArray, normal: FloatArray, plane: int) -> None:
+        views = self._judge.facing(corners, normal)
+        moved = self._sides.onto_edges(views, corners, normal, self._pixel)
+        self._propose(moved, normal, plane, moved=True)
 
     def _search(self, plane: int, side: float) -> None:
         hypothesis = self._planes[plane]
@@ -206,9 +233,9 @@ class _Selection:
             hypothesis, self._spans[plane], side, self._taken
         ):
             if rough:
-                views = self._judge.facing(corners, normal)
-                corners = self._sides.onto_edges(views, corners, normal, self._pixel)
-            self._propose(corners, normal, plane, moved=rough)
+                self._propose_moved(corners, normal, plane)
+            else:
+                self._propose(corners, normal, plane, moved=False)
 
     def _propose(self, corners: FloatArray, normal: FloatArray, plane: int, *, moved: bool) -> None:
         if self._ground is not None:
@@ -285,10 +312,6 @@ class _Selection:
                 taken = cv2.bitwise_or(self._taken[k], cv2.erode(filled, RIM))
                 closed = cv2.morphologyEx(taken, cv2.MORPH_CLOSE, BETWEEN)
                 self._taken[k] = np.asarray(closed, dtype=np.uint8)
-
-    def _is_ground(self, candidate: _Candidate) -> bool:
-        ground = self._ground
-        return ground is not None and self._judge.shows_ground(candidate.evidence, ground)
 
     def _propose_neighbours(self, face: SelectedFace, worth: float) -> None:
         # Most things have right angles: a plane through each side across the face.

@@ -10,11 +10,14 @@ from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.line_front_end.line_support import hits
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["LineProfiles", "line_profiles"]
+__all__ = ["LineProfiles", "covered_extents", "line_profiles"]
 
 # Samples of a profile; the line is looked at from MARGIN lengths before to MARGIN after it.
 SAMPLES = 192
 MARGIN = 1.0
+# A segment ends where its coverage, averaged over a step of the walk, falls below this.
+MIN_COVERAGE = 0.5
+WALK_STEPS = 96
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,3 +76,19 @@ def line_profiles(
     covered = found / np.maximum(possible, 1e-12)
     cumulated = np.concatenate([np.zeros((len(segments), 1)), covered.cumsum(axis=1)], axis=1)
     return LineProfiles(segments[:, 0].copy(), direction, begin, step, cumulated)
+
+
+def covered_extents(segments: FloatArray, profiles: LineProfiles) -> FloatArray:
+    """Segments (n, 2, 3) lengthened or cut, from their middles, to where they are covered."""
+    length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
+    line = np.arange(len(segments))
+    ends = []
+    for sign in (-1.0, 1.0):
+        place = length / 2
+        step = sign * 1.5 * length / WALK_STEPS
+        walking = np.ones(len(segments), np.bool_)
+        for _ in range(WALK_STEPS):
+            walking &= profiles.mean(line, place, place + 2 * step) >= MIN_COVERAGE
+            place = np.where(walking, place + step, place)
+        ends.append(profiles.origin + place[:, None] * profiles.direction)
+    return np.stack(ends, axis=1)

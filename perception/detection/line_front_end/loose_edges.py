@@ -10,16 +10,16 @@ from facetlog.perception.behind_face import lies_inside, stands_behind
 from facetlog.perception.detection.line_front_end.face_conflicts import MAX_BLOCKED, blocked_share
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
-from facetlog.perception.detection.line_front_end.line_extent import LineProfiles
+from facetlog.perception.detection.line_front_end.line_extent import (
+    LineProfiles,
+    covered_extents,
+)
 from facetlog.perception.detection.line_front_end.line_support import segment_samples
 from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_basis
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["covered_extents", "find_loose_edges"]
+__all__ = ["find_loose_edges"]
 
-# A segment ends where its coverage, averaged over a step of the walk, falls below this.
-MIN_COVERAGE = 0.5
-WALK_STEPS = 96
 # A segment this near to a face, in px, lies on it: print, or the face's own border.
 ON_FACE_PX = 6.0
 # Places along an edge to which the views must see.
@@ -28,22 +28,6 @@ SIGHT_SAMPLES = 8
 ALONG_SIDE_PX = 10.0
 # Shorter loose edges than this many px are not worth a fact.
 MIN_LENGTH_PX = 15.0
-
-
-def covered_extents(segments: FloatArray, profiles: LineProfiles) -> FloatArray:
-    """Segments (n, 2, 3) lengthened or cut, from their middles, to where they are covered."""
-    length = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
-    line = np.arange(len(segments))
-    ends = []
-    for sign in (-1.0, 1.0):
-        place = length / 2
-        step = sign * 1.5 * length / WALK_STEPS
-        walking = np.ones(len(segments), np.bool_)
-        for _ in range(WALK_STEPS):
-            walking &= profiles.mean(line, place, place + 2 * step) >= MIN_COVERAGE
-            place = np.where(walking, place + step, place)
-        ends.append(profiles.origin + place[:, None] * profiles.direction)
-    return np.stack(ends, axis=1)
 
 
 def find_loose_edges(

@@ -21,7 +21,7 @@ from facetlog.perception.detection.line_front_end.region_outline import crossing
 from facetlog.perception.ties import ascending, largest
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["BESIDE_PX", "MOVES_PX", "SideEvidence", "SideJudge"]
+__all__ = ["BESIDE_PX", "MOVES_PX", "SAMPLES", "SideEvidence", "SideJudge"]
 
 SAMPLES = 12
 # Samples nearer together than this, px, hit or miss together: an edge is dilated by 2 px.
@@ -44,7 +44,7 @@ MAX_OFF_PX = 27.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SideEvidence:
-    """Samples (v, k, m) of k sides in v views: `found` on an edge, `there` in the picture.
+    """Samples (v, k, m) of k sides in v views: `found` on an edge, `there` to be seen.
 
     `ratio` (v, k) is the log-likelihood ratio of each side in each view.
     """
@@ -69,10 +69,17 @@ class SideJudge:
         worth: FloatArray = self._weight @ np.maximum(ratio, 0.0)
         return worth
 
-    def evidence(self, views: NDArray[np.intp], sides: FloatArray) -> SideEvidence:
-        """What the chosen views (v,) say of sides (k, 2, 3)."""
+    def evidence(
+        self, views: NDArray[np.intp], sides: FloatArray, bare: NDArray[np.bool_] | None = None
+    ) -> SideEvidence:
+        """What the chosen views (v,) say of sides (k, 2, 3).
+
+        `bare` (v, k, SAMPLES) are the samples that nothing hides, all of them if it is None.
+        """
         hit, inside, reach = self._hits(views, sides, (0.0, *BESIDE_PX))
         found, there = hit[0], inside[0]
+        if bare is not None:
+            found, there = found & bare, there & bare
         # As if one sample more had been half a hit: few samples never make a chance of 0 or 1.
         beside = (hit[1:].sum(axis=(0, 3)) + 0.5) / (inside[1:].sum(axis=(0, 3)) + 1.0)
         chance = np.clip(beside, *CHANCE_RANGE)[..., None]

@@ -1,28 +1,41 @@
 """What the views say of an outline: its inside, its sides, and the ground behind it."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
+from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.line_front_end.face_evidence import FaceJudge, inner_points
 from facetlog.perception.detection.line_front_end.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.line_support import project_points
 from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.side_evidence import SideJudge
+from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
 
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def judge(rig: Rig) -> FaceJudge:
+def judge(rig: Rig, maps: Sequence[EdgeMap] | None = None) -> FaceJudge:
     weight = np.ones(len(rig.views))
-    sides = SideJudge(rig.views, rig.maps, weight)
-    return FaceJudge(rig.views, GreyLevels(rig.views, rig.maps), sides, weight)
-
-
-def ground(rig: Rig) -> Ground:
+    sides = SideJudge(rig.views, maps or rig.maps, weight)
     centres = np.array([v.pose.centre for v in rig.views])
-    return Ground(UP, 0.0, 4 * rig.pixel, centres, 30.0)
+    ground = Ground(UP, 0.0, 4 * rig.pixel, centres, 30.0)
+    return FaceJudge(rig.views, GreyLevels(rig.views, rig.maps), sides, weight, ground)
+
+
+def without_edge(rig: Rig, side: FloatArray) -> list[EdgeMap]:
+    """The views' edges but for those along a side (2, 3)."""
+    maps = []
+    for view, edges in zip(rig.views, rig.maps, strict=True):
+        uv, _ = project_points(view.projection, side)
+        a, b = np.rint(uv).astype(int).tolist()
+        along = cv2.line(np.zeros(view.image.shape, np.uint8), a, b, 1, 25)
+        maps.append(replace(edges, mask=np.where(along > 0, 0, edges.mask).astype(np.uint16)))
+    return maps
 
 
 def test_nothing_in_the_air_and_nothing_inside_is_a_face() -> None:
@@ -45,6 +58,46 @@ def test_sides_on_edges_speak_for_an_outline_and_sides_beside_them_against_it() 
     assert right.sides > 100
     assert smaller is None or smaller.sides < 0
     assert right.coverage > 0.9
+
+
+def test_one_side_too_faint_for_any_view_costs_a_fixed_price_and_no_more() -> None:
+    rig = block_rig()
+    top, normal = rig.top
+    right = judge(rig).judge(top, normal, rig.untaken)
+    faint = judge(rig, without_edge(rig, top[:2])).judge(top, normal, rig.untaken)
+    assert right is not None
+    assert faint is not None
+    assert 0.5 * right.sides < faint.sides < right.sides
+    assert faint.coverage < 0.8
+
+
+def test_a_missing_side_within_a_surface_is_no_faint_one() -> None:
+    # Half of the top: its fourth side runs where the same surface goes on.
+    rig = block_rig()
+    top, normal = rig.top
+    half = np.array([top[0], top[1], (top[1] + top[2]) / 2, (top[0] + top[3]) / 2])
+    whole = judge(rig).judge(top, normal, rig.untaken)
+    found = judge(rig).judge(half, normal, rig.untaken)
+    assert whole is not None
+    assert found is None or found.sides < 0.5 * whole.sides
+
+
+def test_what_hides_a_part_of_a_side_says_nothing_against_it() -> None:
+    # A post, painted into every picture before the middle of one side of the top.
+    rig = block_rig()
+    top, normal = rig.top
+    middle = (top[0] + top[1]) / 2
+    views = []
+    for view in rig.views:
+        at, _ = project_points(view.projection, middle)
+        image = view.image.copy()
+        image[:, round(at[0]) - 14 : round(at[0]) + 14] = 100
+        views.append(replace(view, image=image))
+    hidden = Rig(rig.solid, tuple(views))
+    found = judge(hidden).judge(top, normal, rig.untaken)
+    assert found is not None
+    assert found.coverage > 0.85
+    assert found.sides > 50
 
 
 def test_pixels_that_show_a_face_say_nothing_of_another() -> None:
@@ -81,9 +134,8 @@ def test_a_patch_that_shows_the_floor_behind_it_is_the_ground_and_a_face_is_not(
     top, normal = rig.top
     found = judge(rig).judge(top, normal, rig.untaken)
     assert found is not None
-    assert not judge(rig).shows_ground(found, ground(rig))
-    floor = tiled(rig)
-    assert judge(floor).shows_ground(replace(found, inside=6.0), ground(floor))
+    assert not judge(rig).shows_ground(found)
+    assert judge(tiled(rig)).shows_ground(replace(found, inside=6.0))
 
 
 @pytest.mark.parametrize("scale", [0.2, 1.0, 30.0])

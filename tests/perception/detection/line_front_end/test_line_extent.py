@@ -9,9 +9,11 @@ from facetlog.perception.detection.line_front_end.line_extent import (
     MARGIN,
     SAMPLES,
     LineProfiles,
+    covered_extents,
     line_profiles,
 )
 from tests.perception.detection.line_front_end.block_rig import block_rig
+from tests.perception.detection.line_front_end.ideal_lines import exact_profiles
 
 LINE = np.array([0])
 PLACE = st.floats(-1.5, 2.5)
@@ -96,3 +98,18 @@ def test_a_line_that_no_view_shows_is_not_covered() -> None:
         np.ones(len(rig.views)),
     )
     assert not profiles.cumulated.any()
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.3, 0.7), (0.0, 1.0), (0.4, 0.9)])
+def test_a_piece_grows_to_where_its_edge_ends(low: float, high: float) -> None:
+    rig = block_rig()
+    a, b = rig.edges[:, 0], rig.edges[:, 1]
+    whole = exact_profiles(rig.edges)
+    # The profile of the whole edge, told from the piece's own beginning.
+    pieces = np.stack([a + low * (b - a), a + high * (b - a)], axis=1)
+    length = np.linalg.norm(b - a, axis=1)
+    profiles = type(whole)(
+        pieces[:, 0], whole.direction, whole.begin - low * length, whole.step, whole.cumulated
+    )
+    extents = covered_extents(pieces, profiles)
+    assert np.abs(extents - rig.edges).max() < 0.1 * length.max()

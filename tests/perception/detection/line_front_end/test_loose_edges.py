@@ -1,15 +1,11 @@
 """Segments that bound no face: how far they reach, and which belong to a face."""
 
 import numpy as np
-import pytest
 
 from facetlog.perception.detection.line_front_end.corner_tracks import track_ends
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
-from facetlog.perception.detection.line_front_end.loose_edges import (
-    covered_extents,
-    find_loose_edges,
-)
+from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.types import FloatArray, View
 from facetlog.robot.tour import ring_poses
@@ -39,21 +35,6 @@ def loose(segments: FloatArray, seen: FloatArray | None = None):
     shown = np.tile(low, (count, 1)) if seen is None else seen
     loops = [(0, 1, 2, 3)]
     return find_loose_edges(cloud, exact_profiles(segments), [top()], loops, cameras(), shown)
-
-
-@pytest.mark.parametrize(("low", "high"), [(0.3, 0.7), (0.0, 1.0), (0.4, 0.9)])
-def test_a_piece_grows_to_where_its_edge_ends(low: float, high: float) -> None:
-    rig = block_rig()
-    a, b = rig.edges[:, 0], rig.edges[:, 1]
-    whole = exact_profiles(rig.edges)
-    # The profile of the whole edge, told from the piece's own beginning.
-    pieces = np.stack([a + low * (b - a), a + high * (b - a)], axis=1)
-    length = np.linalg.norm(b - a, axis=1)
-    profiles = type(whole)(
-        pieces[:, 0], whole.direction, whole.begin - low * length, whole.step, whole.cumulated
-    )
-    extents = covered_extents(pieces, profiles)
-    assert np.abs(extents - rig.edges).max() < 0.1 * length.max()
 
 
 def test_what_stands_under_a_board_belongs_to_it() -> None:
