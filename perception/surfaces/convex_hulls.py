@@ -9,6 +9,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.row_table import Bools, Indices
 from facetlog.perception.surfaces.outline_overlap import following
+from facetlog.perception.ties import TIE
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Hulls", "least_rectangle", "least_rectangles"]
@@ -211,7 +212,8 @@ def _least(corners: FloatArray, sizes: Indices) -> tuple[FloatArray, FloatArray,
     every = np.arange(len(corners))
     sides = corners[every[:, None], following(sizes, corners.shape[1])] - corners
     lengths = np.sqrt((sides * sides).sum(axis=2))
-    known = lengths > 0.0
+    # Corners that are one but for rounding have a side of any direction between them.
+    known = lengths > TIE * lengths.max(axis=1, keepdims=True)
     u = sides / np.where(known, lengths, 1.0)[..., None]
     u[~known.any(axis=1), 0] = [1.0, 0.0]
     known[:, 0] |= ~known.any(axis=1)

@@ -100,3 +100,15 @@ def test_hulls_agree_however_many_points_there_are() -> None:
     hulls = Hulls(flat, np.arange(99) < np.array([[39], [99]]))
     few, many = (set(places.tolist()) for places in hulls.places)
     assert few == many
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_corners_that_are_one_but_for_rounding_turn_no_rectangle(seed: int) -> None:
+    # The corners of a table's top and the feet below them, seen from above.
+    rng = np.random.default_rng(seed)
+    angle, scale = rng.uniform(0.0, np.pi), 10.0 ** rng.uniform(-3, 3)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    corners = np.array([[0.0, 0.0], [1.2, 0.0], [1.2, 0.8], [0.0, 0.8]]) @ turn.T
+    twice = scale * np.concatenate([corners, corners + rng.uniform(-1e-15, 1e-15, (4, 2))])
+    _, length, width = least_rectangle(twice)
+    assert [length, width] == pytest.approx([1.2 * scale, 0.8 * scale], rel=1e-9)
