@@ -27,7 +27,8 @@ from facetlog.perception.estimation.point_filter import (
     estimate_points,
     plain_recursion,
 )
-from facetlog.perception.types import FloatArray, Observation, Plane
+from facetlog.perception.scene import Plane
+from facetlog.perception.types import FloatArray, Observation
 
 __all__ = ["NAME", "main", "measure"]
 

@@ -17,8 +17,8 @@ import numpy as np
 
 from benchmarks.common import Cell, Report, Row, Settings, Table, command, data_set, tree_hash
 from facetlog.perception.reading.read_views import read_views
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.types import Scene
 
 __all__ = ["NAME", "main", "measure"]
 

@@ -16,8 +16,9 @@ from facetlog.errors import FacetlogError
 from facetlog.kb.proof import State
 from facetlog.perception.facts.angles import angle_between
 from facetlog.perception.reading.read_views import ViewSet
+from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.types import FloatArray, Pose, Scene, View
+from facetlog.perception.types import FloatArray, Pose, View
 from facetlog.pipeline import FrontEnd, Method, recognize_views
 from facetlog.robot.rendering.views import Similarity, views_of
 from facetlog.robot.rendering.world import World

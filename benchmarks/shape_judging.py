@@ -21,10 +21,10 @@ from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.reading.poses_file import METRES_PER
 from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.shapes.read_shape import UP_AXES, ShapeOptions, read_shape
-from facetlog.perception.types import Scene
 
 __all__ = [
     "CLASSES",

@@ -26,9 +26,9 @@ from facetlog.kb.engine import house
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
 from facetlog.kb.schema import declarations
 from facetlog.perception.facts.all_facts import fact_rows, scene_facts
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 from facetlog.perception.surfaces.scene_file import read_scene, write_scene
-from facetlog.perception.types import Scene
 
 __all__ = ["NAME", "built", "main", "measure", "scenes"]
 

@@ -11,10 +11,10 @@ from collections.abc import Callable
 
 from benchmarks.common import Report, Row, Settings, Table, command
 from facetlog.perception.facts.all_facts import fact_rows, scene_facts
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved, together
 from facetlog.perception.surfaces.scene_file import scene_from_json, scene_to_json
-from facetlog.perception.types import Scene
 
 __all__ = ["NAME", "main", "measure"]
 

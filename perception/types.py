@@ -1,4 +1,4 @@
-"""The nouns of the house: camera, pose, view, track, vertex, plane, edge, face, scene.
+"""Cameras, poses and views, and what is tracked through them. What they become is in `scene.py`.
 
 World frame: right-handed, any unit of length (metres where the unit is known).
 Camera frame: OpenCV's, x right, y down, z forward. Pixels: the centre of the top-left pixel is
@@ -6,12 +6,10 @@ Camera frame: OpenCV's, x right, y down, z forward. Pixels: the centre of the to
 they cannot be written to anyway.
 """
 
-import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
-from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,23 +17,18 @@ from numpy.typing import ArrayLike, NDArray
 from facetlog.errors import CalibrationError
 
 __all__ = [
-    "Body",
     "Camera",
-    "Edge",
-    "Evidence",
-    "Face",
     "FloatArray",
     "Image",
     "Observation",
-    "Patch",
-    "Plane",
     "Pose",
+    "PoseErrorKind",
+    "PoseErrors",
     "PositionLabel",
-    "Scene",
     "StoredPicture",
     "Track",
-    "Vertex",
     "View",
+    "frozen",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -48,7 +41,11 @@ ROTATION_TOLERANCE = 1e-3
 DOUBLE = np.dtype(np.float64)
 
 
-def _frozen(values: ArrayLike, *shape: int) -> FloatArray:
+def frozen(values: ArrayLike, *shape: int) -> FloatArray:
+    """The values as an array of this shape that nobody can write to; ValueError for another shape.
+
+    They are copied unless nobody can write to them anyway.
+    """
     if isinstance(values, np.ndarray) and _is_frozen(values):
         array = values
     else:
@@ -123,8 +120,8 @@ class Pose:
                 f"the rotation is not one, it {fault}: give right-handed, orthogonal unit axes"
             )
         u, _, vt = np.linalg.svd(rotation)  # the nearest true rotation
-        object.__setattr__(self, "rotation", _frozen(u @ vt, 3, 3))
-        centre = _frozen(self.centre, 3)
+        object.__setattr__(self, "rotation", frozen(u @ vt, 3, 3))
+        centre = frozen(self.centre, 3)
         if not np.isfinite(centre).all():
             raise CalibrationError("the camera centre is not finite")
         object.__setattr__(self, "centre", centre)
@@ -158,7 +155,7 @@ class PoseErrors:
     kind: PoseErrorKind = PoseErrorKind.ODOMETRY
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "covariances", _frozen(self.covariances, len(self.poses), 6, 6))
+        object.__setattr__(self, "covariances", frozen(self.covariances, len(self.poses), 6, 6))
 
     def of(self, chosen: Sequence[int]) -> "PoseErrors":
         """Those of the chosen poses (indices)."""
@@ -213,8 +210,8 @@ class Observation:
     cov: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "uv", _frozen(self.uv, 2))
-        object.__setattr__(self, "cov", _frozen(self.cov, 2, 2))
+        object.__setattr__(self, "uv", frozen(self.uv, 2))
+        object.__setattr__(self, "cov", frozen(self.cov, 2, 2))
 
     def resized(self, factor: FloatArray) -> "Observation":
         """The same in a picture so many times the size, across and down (2,)."""
@@ -244,171 +241,3 @@ class Track:
 
     observations: tuple[Observation, ...]
     label: PositionLabel | None = None
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Vertex:
-    """A 3-D vertex: mean (3,), covariance (3, 3), and the observations that it was made from."""
-
-    point: FloatArray
-    cov: FloatArray
-    observations: tuple[Observation, ...] = ()
-    label: PositionLabel | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "point", _frozen(self.point, 3))
-        object.__setattr__(self, "cov", _frozen(self.cov, 3, 3))
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Plane:
-    """The plane normal · x + offset = 0 with a unit normal; `cov` (4, 4) of (normal, offset).
-
-    The covariance has rank 3: along the normal itself there is nothing to vary.
-    """
-
-    normal: FloatArray
-    offset: float
-    cov: FloatArray
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "normal", _frozen(self.normal, 3))
-        object.__setattr__(self, "cov", _frozen(self.cov, 4, 4))
-        if abs(math.sqrt(self.normal.dot(self.normal)) - 1.0) > 1e-6:
-            raise ValueError("the normal is not of unit length")
-
-    def flipped(self) -> "Plane":
-        """The same plane with the opposite normal."""
-        return Plane(-self.normal, -self.offset, self.cov)
-
-    def distance(self, points: ArrayLike) -> FloatArray:
-        """Signed distance of points (..., 3), positive on the side the normal points to."""
-        return np.asarray(points, dtype=np.float64) @ self.normal + self.offset
-
-
-class Evidence(StrEnum):
-    """Whether pictures support a thing, or it was completed from its neighbours."""
-
-    MEASURED = "measured"
-    IMPLIED = "implied"
-
-
-@dataclass(frozen=True, slots=True)
-class Edge:
-    """A straight 3-D edge between two vertices (indices into the scene).
-
-    `support` in [0, 1] is the share of its length that was found in the views that could see it.
-    """
-
-    start: int
-    end: int
-    support: float = 1.0
-    evidence: Evidence = Evidence.MEASURED
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Face:
-    """A flat face: `outline` is a loop of vertex indices, counter-clockwise seen from outside.
-
-    The plane's normal points outwards, to the side from which the face was seen. `coverage` in
-    [0, 1] is the share of the face that was seen in at least one view.
-    """
-
-    outline: tuple[int, ...]
-    plane: Plane
-    holes: tuple[tuple[int, ...], ...] = ()
-    support: float = 1.0
-    coverage: float = 1.0
-    evidence: Evidence = Evidence.MEASURED
-
-    def __post_init__(self) -> None:
-        if len(self.outline) < 3 or len(set(self.outline)) != len(self.outline):
-            raise ValueError("an outline is a loop of at least three different vertices")
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Patch:
-    """A piece of surface that is not flat, as points that each stand for some of its area.
-
-    `points` (n, 3); unit `normals` (n, 3) outwards, rows of zeros where they are not known;
-    `areas` (n,). Points lie so close that the surface has no hole between them that matters.
-    `hull` are vertices (indices into the scene) that reach as far as the patch does: the corners
-    of its convex hull, or enough of them. Points without area, which a face's noise explains, say
-    where surface is, but not how far it reaches.
-    """
-
-    points: FloatArray
-    normals: FloatArray
-    areas: FloatArray
-    hull: tuple[int, ...] = ()
-
-    def __post_init__(self) -> None:
-        count = len(self.points)
-        object.__setattr__(self, "points", _frozen(self.points, count, 3))
-        object.__setattr__(self, "normals", _frozen(self.normals, count, 3))
-        object.__setattr__(self, "areas", _frozen(self.areas, count))
-
-
-@dataclass(frozen=True, slots=True)
-class Body:
-    """One object, told apart where the scene was read: indices of its faces, edges and patches.
-
-    `whole` says that its surface is known from all sides, as a mesh's is: where there is no
-    surface, there is nothing. Otherwise it may go on where nobody looked.
-    """
-
-    faces: tuple[int, ...] = ()
-    edges: tuple[int, ...] = ()
-    patches: tuple[int, ...] = ()
-    whole: bool = False
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Scene:
-    """Everything that was reconstructed: what the facts are made of.
-
-    `up` is a unit vector, or None where it is not known. `metric` says that lengths are metres;
-    otherwise the scale is unknown and only ratios mean something. Edges need not bound a face.
-    `patches` are surface that is not flat. Without `bodies` the objects are found from what
-    touches what (things.py); each face, edge and patch is of one body at most. `poses` are those of
-    the views as they were adjusted to what all of them show; a scene file does not keep them.
-    """
-
-    name: str
-    views: tuple[str, ...] = ()
-    vertices: tuple[Vertex, ...] = ()
-    edges: tuple[Edge, ...] = ()
-    faces: tuple[Face, ...] = ()
-    up: FloatArray | None = None
-    metric: bool = False
-    warnings: tuple[str, ...] = field(default=())
-    patches: tuple[Patch, ...] = ()
-    bodies: tuple[Body, ...] = ()
-    poses: tuple[Pose, ...] = ()
-
-    def __post_init__(self) -> None:
-        if self.up is not None:
-            object.__setattr__(self, "up", _frozen(self.up, 3))
-        count = len(self.vertices)
-        ends = chain.from_iterable((edge.start, edge.end) for edge in self.edges)
-        outlines = chain.from_iterable(face.outline for face in self.faces)
-        holes = chain.from_iterable(hole for face in self.faces for hole in face.holes)
-        hulls = chain.from_iterable(patch.hull for patch in self.patches)
-        used = {*ends, *outlines, *holes, *hulls}
-        if used and not 0 <= min(used) <= max(used) < count:
-            raise ValueError("an edge, face or patch names a vertex that the scene does not have")
-        self._check_bodies()
-
-    def _check_bodies(self) -> None:
-        for kind, parts in (("face", self.faces), ("edge", self.edges), ("patch", self.patches)):
-            plural = "patches" if kind == "patch" else f"{kind}s"
-            named = [i for body in self.bodies for i in getattr(body, plural)]
-            if any(not 0 <= i < len(parts) for i in named):
-                raise ValueError(f"a body names a {kind} that the scene does not have")
-            if len(set(named)) != len(named):
-                raise ValueError(f"two bodies name the same {kind}")
-
-    @property
-    def points(self) -> FloatArray:
-        """All vertices' means, (n, 3)."""
-        return np.array([v.point for v in self.vertices], dtype=np.float64).reshape(-1, 3)

@@ -13,8 +13,9 @@ import numpy as np
 
 from facetlog.perception.facts.all_facts import FactRows, fact_rows
 from facetlog.perception.facts.standing_parts import RIM_SHARE
+from facetlog.perception.scene import Body, Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
-from facetlog.perception.types import Body, FloatArray, Scene
+from facetlog.perception.types import FloatArray
 
 PICTURE = Path(__file__).resolve().parent.parent / "docs" / "pictures" / "vocabulary.svg"
 

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.scene import Scene
+from facetlog.perception.types import FloatArray
 
 # A found edge is a true one if each of its ends lies within this share of the edge's length.
 END_SHARE = 0.15

@@ -75,14 +75,21 @@ def _oriented_mask(
     direction = np.arctan2(gx[rows, cols], -gy[rows, cols]) % np.pi
     bins = np.minimum((direction * (ORIENTATION_BINS / np.pi)).astype(int), ORIENTATION_BINS - 1)
     size = 2 * round(reach) + 1
+    sparse = np.zeros(edges.shape, np.uint16)
+    sparse[rows, cols] = np.uint16(1) << bins.astype(np.uint16)
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
     mask = np.zeros(edges.shape, np.uint16)
-    for k in range(ORIENTATION_BINS):
-        layer = np.zeros(edges.shape, np.uint8)
-        chosen = bins == k
-        layer[rows[chosen], cols[chosen]] = 1
-        mask |= cv2.dilate(layer, disc).astype(np.uint16) << np.uint16(k)
+    # A dilation of all bits at once: the picture, moved to each place of the disc.
+    for down, across in np.argwhere(disc) - size // 2:
+        into, of = _shifted(down, edges.shape[0]), _shifted(-down, edges.shape[0])
+        beside, at = _shifted(across, edges.shape[1]), _shifted(-across, edges.shape[1])
+        mask[into, beside] |= sparse[of, at]
     return mask
+
+
+def _shifted(by: int, length: int) -> slice:
+    # What is left of 0 ... length where all is moved by so much.
+    return slice(max(by, 0), length + min(by, 0))
 
 
 def direction_bits(direction: FloatArray) -> NDArray[np.uint16]:

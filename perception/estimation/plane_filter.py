@@ -21,7 +21,8 @@ from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
 from facetlog.perception.estimation.ekf import Linearised, Measurement, State, linearise, recursion
-from facetlog.perception.types import FloatArray, Plane
+from facetlog.perception.scene import Plane
+from facetlog.perception.types import FloatArray
 
 __all__ = [
     "Chart",

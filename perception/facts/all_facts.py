@@ -13,7 +13,7 @@ from facetlog.perception.facts import part_facts, thing_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, Fact, Value
 from facetlog.perception.facts.named_rows import FactRows
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.types import Scene
+from facetlog.perception.scene import Scene
 
 __all__ = ["LEVEL_KINDS", "Fact", "FactRows", "fact_rows", "scene_facts"]
 

@@ -16,7 +16,8 @@ from numpy.typing import ArrayLike
 from scipy.special import ndtr
 
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.types import FloatArray, Plane
+from facetlog.perception.scene import Plane
+from facetlog.perception.types import FloatArray
 
 __all__ = ["angle_between", "pairwise_angles", "probability_within"]
 

@@ -10,9 +10,10 @@ import numpy as np
 
 from facetlog.perception.facts.levels import ROUNDING, Level, level_at
 from facetlog.perception.flat_faces import Estimate, FlatFace
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.occupancy import Grid, occupancy
 from facetlog.perception.surfaces.things import Thing
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.types import FloatArray
 
 __all__ = ["Space", "curved_share", "spaces"]
 

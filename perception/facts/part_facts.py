@@ -8,7 +8,8 @@ import numpy as np
 from facetlog.perception.facts import measures, relations
 from facetlog.perception.facts.named_rows import FactRows, both_ways, named, names, rows_of
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.types import Evidence, FloatArray
+from facetlog.perception.scene import Evidence
+from facetlog.perception.types import FloatArray
 
 __all__ = [
     "angle_facts",

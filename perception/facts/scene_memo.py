@@ -11,10 +11,11 @@ from facetlog.perception.facts.heights import Grounds, tilts, vertical_senses
 from facetlog.perception.facts.measures import Estimates, Group
 from facetlog.perception.facts.plan_view import Plans
 from facetlog.perception.row_table import Indices
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.contacts import SideContacts, edges_along_sides, side_contacts
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.things import Thing, find_things
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.types import FloatArray
 
 __all__ = ["SceneMemo"]
 

@@ -7,9 +7,10 @@ import shapely
 
 from facetlog.perception.flat_faces import FlatFace, plane_axes
 from facetlog.perception.row_table import Indices
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.surfaces.things import Thing
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.types import FloatArray
 
 __all__ = ["RIM_SHARE", "at_rim"]
 

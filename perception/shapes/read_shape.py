@@ -10,10 +10,10 @@ from facetlog.perception.reading.poses_file import METRES_PER
 from facetlog.perception.reading.shape_files.cloud_files import CLOUD_SUFFIXES, read_cloud
 from facetlog.perception.reading.shape_files.mesh_checks import MESH_SUFFIXES, NoTrianglesError
 from facetlog.perception.reading.shape_files.mesh_files import read_mesh
+from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.surfaces.scene_file import read_scene
-from facetlog.perception.types import Scene
 
 __all__ = [
     "SUFFIXES",

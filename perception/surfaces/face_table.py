@@ -21,9 +21,10 @@ from facetlog.perception.row_table import (
     row_sums,
     row_table,
 )
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.outline_overlap import convex_loops, valid_polygons
 from facetlog.perception.surfaces.tolerance import Tolerance
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.types import FloatArray
 
 __all__ = ["FaceTable", "Members", "PlaneTable", "Sides", "flat_faces"]
 

@@ -13,8 +13,9 @@ from trimesh.exchange import gltf, ply
 
 from facetlog.errors import InputError
 from facetlog.perception.flat_faces import FlatFace
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import flat_faces
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.types import FloatArray
 from facetlog.perception.whole_file import write_whole
 
 __all__ = ["face_triangles", "mesh_bytes", "write_mesh"]

@@ -9,9 +9,10 @@ from facetlog.perception.detection.picture_faults import usable_views
 from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
+from facetlog.perception.scene import Scene, Vertex
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_from_tracks import assemble
-from facetlog.perception.types import FloatArray, PoseErrors, Scene, Vertex, View
+from facetlog.perception.types import FloatArray, PoseErrors, View
 
 __all__ = ["reconstruct"]
 

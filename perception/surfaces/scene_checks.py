@@ -6,8 +6,9 @@ import numpy as np
 import shapely
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.scene import Face, Scene
 from facetlog.perception.surfaces.scene_file import SceneFault
-from facetlog.perception.types import Face, FloatArray, Scene
+from facetlog.perception.types import FloatArray
 
 __all__ = ["scene_faults"]
 

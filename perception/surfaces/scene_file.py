@@ -15,19 +15,8 @@ from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt, 
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.regular_file import check_regular
-from facetlog.perception.types import (
-    Body,
-    Edge,
-    Evidence,
-    Face,
-    FloatArray,
-    Observation,
-    Patch,
-    Plane,
-    PositionLabel,
-    Scene,
-    Vertex,
-)
+from facetlog.perception.scene import Body, Edge, Evidence, Face, Patch, Plane, Scene, Vertex
+from facetlog.perception.types import FloatArray, Observation, PositionLabel
 from facetlog.perception.whole_file import write_whole
 
 __all__ = [

@@ -13,17 +13,8 @@ from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import Tracks
 from facetlog.perception.estimation.plane_filter import fit_plane
 from facetlog.perception.estimation.point_filter import estimate_point
-from facetlog.perception.types import (
-    Edge,
-    Face,
-    FloatArray,
-    Observation,
-    PoseErrors,
-    Scene,
-    Track,
-    Vertex,
-    View,
-)
+from facetlog.perception.scene import Edge, Face, Scene, Vertex
+from facetlog.perception.types import FloatArray, Observation, PoseErrors, Track, View
 
 __all__ = ["assemble"]
 

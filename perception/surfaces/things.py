@@ -22,9 +22,10 @@ import numpy as np
 from facetlog.perception.behind_face import stands_behind
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.row_table import Bools, Indices, row_starts, row_table
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.contacts import SideContacts, touches
 from facetlog.perception.surfaces.face_table import FaceTable
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.types import FloatArray
 
 __all__ = ["Thing", "components", "find_things"]
 

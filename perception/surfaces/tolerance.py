@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.scene import Scene
+from facetlog.perception.types import FloatArray
 
 __all__ = ["ANGLE_RESOLUTION", "SDS", "Tolerance"]
 

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.kb.verdict import Recognition
     from facetlog.perception.reading.read_views import ViewSet
-    from facetlog.perception.types import Scene, View
+    from facetlog.perception.scene import Scene
+    from facetlog.perception.types import View
 
 __all__ = [
     "DEMO_WORLD",

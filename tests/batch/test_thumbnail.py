@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.batch.thumbnail import thumbnail
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.scene import Patch, Scene, Vertex
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     chair,
@@ -17,7 +18,6 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
     room_corner,
     table,
 )
-from facetlog.perception.types import Patch, Scene, Vertex
 
 
 def _picture(scene: Scene) -> NDArray[np.uint8]:

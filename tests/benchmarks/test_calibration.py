@@ -17,9 +17,9 @@ from facetlog.kb.calibration import Calibration
 from facetlog.kb.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.reading.read_views import ViewSet
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import moved, together
-from facetlog.perception.types import Scene
 from facetlog.robot.rendering.varied import VARIED
 from facetlog.robot.rendering.worlds import WORLDS
 from facetlog.robot.tour import tour_poses

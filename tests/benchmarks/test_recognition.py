@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from benchmarks.recognition import Shape, score, true_block
-from facetlog.perception.types import Edge, Face, FloatArray, Plane, Scene, Vertex
+from facetlog.perception.scene import Edge, Face, Plane, Scene, Vertex
+from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering.views import Similarity, random_similarity
 from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_poses

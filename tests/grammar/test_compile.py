@@ -12,9 +12,9 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.proof import State
 from facetlog.kb.verdict import Verdict
 from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids import polyhedra
 from facetlog.perception.surfaces.exact_solids.builders import build
-from facetlog.perception.types import Scene
 
 BOX = """model block
   "Three faces that meet square."

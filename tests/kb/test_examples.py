@@ -15,8 +15,8 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.labelled_scenes import labelled_cases
 from facetlog.kb.proof import State
 from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
-from facetlog.perception.types import Scene
 
 MODEL = """model slab
   face top

@@ -9,9 +9,9 @@ from facetlog.kb.margins import margin, state_with, turned
 from facetlog.kb.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
 from facetlog.kb.verdict import Condition, Verdict
 from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
-from facetlog.perception.types import Scene
 
 HOLDS, FAILS, UNKNOWN = State.HOLDS, State.FAILS, State.UNKNOWN
 

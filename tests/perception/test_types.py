@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from facetlog.perception.types import Vertex
+from facetlog.perception.scene import Vertex
 
 
 def test_what_can_be_written_to_is_copied() -> None:

@@ -15,10 +15,10 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.proof import State
 from facetlog.kb.verdict import Verdict
 from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids import polyhedra
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 from facetlog.perception.surfaces.exact_solids.polyhedra import moved, seen_from, together
-from facetlog.perception.types import Scene
 
 BY_HAND = Path(__file__).parent / "by_hand"
 MODELS = tuple(sorted(path.stem for path in BY_HAND.glob("*.pl")))

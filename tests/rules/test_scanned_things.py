@@ -9,9 +9,9 @@ import pytest
 from facetlog.kb.batch_judge import BatchJudge, BriefVerdict
 from facetlog.kb.proof import State
 from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.scene import Body, Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import seen_from
-from facetlog.perception.types import Body, Scene
 
 # From the front, a corner, the other corner and behind, each in turn from a little and far above.
 AZIMUTHS = (20.0, 110.0, 200.0, 290.0)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.neighbourhoods import (
     LEAST_SIZE,
     Neighbourhoods,
@@ -18,7 +19,7 @@ from facetlog.perception.shapes.clouds.neighbourhoods import (
     neighbourhoods,
 )
 from facetlog.perception.shapes.clouds.plane_growth import CURVED, WARP, grown_regions
-from facetlog.perception.types import FloatArray, Plane
+from facetlog.perception.types import FloatArray
 
 __all__ = ["CloudPlane", "CloudPlanes", "cloud_planes", "least_squares_plane"]
 

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_regions import cloud_regions
 from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene
-from facetlog.perception.types import Scene
 
 __all__ = ["scene_of_cloud"]
 

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.types import FloatArray, Plane
+from facetlog.perception.scene import Plane
+from facetlog.perception.types import FloatArray
 
 __all__ = ["Surroundings", "outer_side"]
 

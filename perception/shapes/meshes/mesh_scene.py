@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from facetlog.perception.grouped import Indices, by_group, group_sums
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.clean_mesh import Surface, clean_mesh
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.meshes.mesh_floor import find_floor
@@ -16,7 +17,7 @@ from facetlog.perception.shapes.meshes.region_polygons import Piece, flat_pieces
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene, unit_vector
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles, thinned
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.types import FloatArray
 
 __all__ = ["scene_of_mesh"]
 

@@ -12,10 +12,11 @@ from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.grouped import Indices, by_group, joined
+from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
 from facetlog.perception.shapes.meshes.surface_fit import Fits, Moments, fitted_plane
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
-from facetlog.perception.types import FloatArray, Plane
+from facetlog.perception.types import FloatArray
 
 __all__ = ["MOST_CORNERS", "Piece", "flat_pieces"]
 

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from facetlog.perception.grouped import Indices, group_sums
+from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.meshes.clean_mesh import RESOLUTION, Surface
-from facetlog.perception.types import FloatArray, Plane
+from facetlog.perception.types import FloatArray
 
 __all__ = ["Fits", "Moments", "fitted_plane"]
 

@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass
 
-from facetlog.perception.types import FloatArray, Plane
+from facetlog.perception.scene import Plane
+from facetlog.perception.types import FloatArray
 
 __all__ = ["FlatRegion", "Rest"]
 

@@ -10,11 +10,12 @@ from scipy.spatial import cKDTree
 
 from facetlog.perception.flat_faces import plane_axes, vector_area
 from facetlog.perception.grouped import Indices, group_sums, joined
+from facetlog.perception.scene import Body, Edge, Face, Patch, Scene, Vertex
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.outermost_points import outermost
 from facetlog.perception.shapes.regions.surface_samples import sample_triangles
 from facetlog.perception.surfaces.tolerance import LENGTH_RESOLUTION, SDS, WIDEST
-from facetlog.perception.types import Body, Edge, Face, FloatArray, Patch, Scene, Vertex
+from facetlog.perception.types import FloatArray
 
 __all__ = ["MOST_FACES", "assemble_scene", "unit_vector"]
 

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.regions.point_bodies import tell_apart
 from facetlog.perception.shapes.regions.stands_or_hangs import surely_stand, width_of
-from facetlog.perception.types import FloatArray, Plane
+from facetlog.perception.types import FloatArray
 
 __all__ = ["FROM_CAMERAS", "FROM_FLOOR", "HELD_OTHERWISE", "Up", "find_up", "up_from_cameras"]
 

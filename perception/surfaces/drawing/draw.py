@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.scene import Evidence, Scene, Vertex
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.surfaces.drawing.hidden_surface import (
     HiddenSurface,
@@ -20,7 +21,7 @@ from facetlog.perception.surfaces.drawing.lettering import (
     wrap,
     write,
 )
-from facetlog.perception.types import Evidence, FloatArray, Scene, Vertex, View
+from facetlog.perception.types import FloatArray, View
 
 __all__ = ["contact_sheet", "draw_scene"]
 

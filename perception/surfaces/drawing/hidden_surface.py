@@ -6,8 +6,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.scene import Face, Scene
 from facetlog.perception.surfaces.drawing.frustum import Frustum
-from facetlog.perception.types import Face, FloatArray, Scene, View
+from facetlog.perception.types import FloatArray, View
 
 __all__ = ["HiddenSurface", "faces_camera", "hidden_surface", "ring_pixels"]
 

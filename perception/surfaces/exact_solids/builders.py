@@ -11,9 +11,9 @@ from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids import exact_furniture, polyhedra
 from facetlog.perception.surfaces.exact_solids.exact_furniture import RIM_SHARE
-from facetlog.perception.types import Scene
 
 __all__ = ["BUILDERS", "Builder", "Kind", "Parameter", "build"]
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     CUBOID_SIDES,
     boxes,
@@ -15,7 +16,6 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
     table,
     without_faces,
 )
-from facetlog.perception.types import Scene
 
 __all__ = ["RIM_SHARE", "bench", "cabinet", "desk", "shelf", "stairs", "stool", "tray"]
 

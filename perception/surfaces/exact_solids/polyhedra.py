@@ -10,7 +10,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from facetlog.perception.types import Edge, Face, FloatArray, Patch, Plane, Scene, Vertex
+from facetlog.perception.scene import Edge, Face, Patch, Plane, Scene, Vertex
+from facetlog.perception.types import FloatArray
 
 __all__ = [
     "CUBOID_SIDES",

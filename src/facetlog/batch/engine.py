@@ -15,7 +15,7 @@ from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import one_line
 
 if TYPE_CHECKING:
-    from facetlog.perception.types import Scene
+    from facetlog.perception.scene import Scene
 
 __all__ = ["SceneEngine"]
 

@@ -7,7 +7,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.types import Face, FloatArray, Image, Patch, Scene
+from facetlog.perception.scene import Face, Patch, Scene
+from facetlog.perception.types import FloatArray, Image
 
 __all__ = ["thumbnail"]
 

@@ -18,7 +18,7 @@ from facetlog.perception.estimation.plane_filter import (
     plane_from_chart,
     plane_measurement,
 )
-from facetlog.perception.types import Plane
+from facetlog.perception.scene import Plane
 from tests.perception.rigs import rotation
 
 SEEDS = st.integers(0, 2**32 - 1)

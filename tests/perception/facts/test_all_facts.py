@@ -16,6 +16,7 @@ from facetlog.perception.facts.fact_schema import (
     fact_fault,
     schema_table,
 )
+from facetlog.perception.scene import Body, Edge, Face, Plane, Scene, Vertex
 from facetlog.perception.surfaces import contacts, convex_hulls, outline_overlap
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     chair,
@@ -30,7 +31,6 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
     together,
     wedge,
 )
-from facetlog.perception.types import Body, Edge, Face, Plane, Scene, Vertex
 
 SOLIDS = [cuboid, wedge, pyramid, l_block, room_corner, table, stick_table, chair]
 

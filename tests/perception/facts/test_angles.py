@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.perception.facts.angles import angle_between, pairwise_angles, probability_within
-from facetlog.perception.types import Plane
+from facetlog.perception.scene import Plane
 from tests.perception.rigs import rotation
 
 RIGHT = np.pi / 2

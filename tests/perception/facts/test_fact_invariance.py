@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ArgumentKind, Fact
+from facetlog.perception.scene import Edge, Face, Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     chair,
     cuboid,
@@ -22,7 +23,6 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
     together,
     wedge,
 )
-from facetlog.perception.types import Edge, Face, Scene
 
 KINDS = {kind.functor: kind for kind in FACT_SCHEMA}
 # What says where the world's frame is, or how rings start.

@@ -12,10 +12,11 @@ from scipy import ndimage
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.levels import GAP, closed
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.scene import Body, Face, Patch, Scene, Vertex
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
-from facetlog.perception.types import Body, Face, FloatArray, Patch, Scene, Vertex
+from facetlog.perception.types import FloatArray
 
 UP = np.array([0.0, 0.0, 1.0])
 CELL = 1 / 32

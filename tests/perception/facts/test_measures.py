@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.scene import Edge, Face, Scene, Vertex
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     cuboid,
@@ -15,7 +16,6 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
     stick_table,
     wedge,
 )
-from facetlog.perception.types import Edge, Face, Scene, Vertex
 
 SD = 0.002
 COPIES = 40

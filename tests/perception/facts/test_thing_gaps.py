@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.thing_gaps import gaps
 from facetlog.perception.flat_faces import Estimate
+from facetlog.perception.scene import Edge, Face, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     chair,
     cuboid,
@@ -24,7 +25,6 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
 )
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.things import Thing
-from facetlog.perception.types import Edge, Face, Scene, Vertex
 
 SIZE = (0.254, 0.2032, 0.1524)  # the default cuboid
 

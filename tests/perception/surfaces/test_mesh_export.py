@@ -8,6 +8,7 @@ import pytest
 import trimesh
 
 from facetlog.errors import InputError
+from facetlog.perception.scene import Face, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     cuboid,
     l_block,
@@ -16,7 +17,6 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
 )
 from facetlog.perception.surfaces.face_table import flat_faces
 from facetlog.perception.surfaces.mesh_export import face_triangles, write_mesh
-from facetlog.perception.types import Face, Scene, Vertex
 
 
 def with_hole() -> Scene:

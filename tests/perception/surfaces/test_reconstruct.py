@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InconsistentViewsError, InputError
+from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.types import Camera, FloatArray, Pose, Scene, StoredPicture, View
+from facetlog.perception.types import Camera, FloatArray, Pose, StoredPicture, View
 from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled, views_of
 from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_camera, tour_poses

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from facetlog.perception.scene import Body, Face, Patch, Plane, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
 from facetlog.perception.surfaces.scene_checks import scene_faults
-from facetlog.perception.types import Body, Face, Observation, Patch, Plane, Scene, Vertex
+from facetlog.perception.types import Observation
 
 CUBE = cuboid(0.3, 0.2, 0.1)
 

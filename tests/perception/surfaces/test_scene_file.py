@@ -13,6 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
+from facetlog.perception.scene import Edge, Evidence, Face, Plane, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, room_corner, stick_table
 from facetlog.perception.surfaces.scene_file import (
     read_scene,
@@ -21,16 +22,7 @@ from facetlog.perception.surfaces.scene_file import (
     scene_to_json,
     write_scene,
 )
-from facetlog.perception.types import (
-    Edge,
-    Evidence,
-    Face,
-    Observation,
-    Plane,
-    PositionLabel,
-    Scene,
-    Vertex,
-)
+from facetlog.perception.types import Observation, PositionLabel
 
 finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
 share = st.floats(0.0, 1.0)

@@ -7,6 +7,7 @@ import pytest
 
 from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.estimation.pose_noise import pose_noise_px
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.scene_from_tracks import assemble
 from facetlog.perception.types import (
     Camera,
@@ -14,7 +15,6 @@ from facetlog.perception.types import (
     Observation,
     Pose,
     PositionLabel,
-    Scene,
     Track,
     View,
 )

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.scene import Edge, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     chair,
     cuboid,
@@ -16,7 +17,6 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
     table,
     together,
 )
-from facetlog.perception.types import Edge, Scene, Vertex
 
 EYE = (4.0, -3.0, 3.0)
 

@@ -13,7 +13,7 @@ from facetlog.commands.shared import YES, command
 from facetlog.terminal import warn
 
 if TYPE_CHECKING:
-    from facetlog.perception.types import Scene
+    from facetlog.perception.scene import Scene
 
 __all__ = ["convert_command"]
 

@@ -9,7 +9,7 @@ import typer
 from facetlog.terminal import warn
 
 if TYPE_CHECKING:
-    from facetlog.perception.types import Scene
+    from facetlog.perception.scene import Scene
 
 __all__ = ["Shape", "ShapeArgument", "Unit", "Up", "read"]
 

@@ -10,14 +10,7 @@ from facetlog.perception.estimation.bundle_adjustment.adjust import Adjusted, ad
 from facetlog.perception.estimation.bundle_adjustment.adjusted_points import adjusted_points
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import ROBUST_SD, Tracks
 from facetlog.perception.estimation.pose_refinement.pose_chain import moved
-from facetlog.perception.types import (
-    Camera,
-    FloatArray,
-    Pose,
-    PoseErrorKind,
-    PoseErrors,
-    View,
-)
+from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind, PoseErrors, View
 from facetlog.robot.rendering.solids import cuboid
 from facetlog.robot.rendering.views import random_similarity, with_pose_noise
 from facetlog.robot.tour import ring_poses

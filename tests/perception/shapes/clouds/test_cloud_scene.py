@@ -5,10 +5,11 @@ import pytest
 
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.regions.point_bodies import tell_apart
 from facetlog.perception.shapes.regions.up_direction import FROM_FLOOR, HELD_OTHERWISE
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import (
     box_points,
     cylinder_points,

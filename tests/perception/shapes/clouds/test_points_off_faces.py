@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.clouds.points_off_faces import off_faces
 from facetlog.perception.shapes.regions.flat_region import FlatRegion
-from facetlog.perception.types import Plane
 from tests.perception.shapes.sampled_shapes import box_points
 
 NOISE = 0.01

@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from facetlog.kb.recognize import judge_scene, open_knowledge_base
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
-from facetlog.perception.types import Scene
 
 Point = tuple[float, float, float]
 Z = np.array([0.0, 0.0, 1.0])

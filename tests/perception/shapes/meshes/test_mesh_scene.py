@@ -9,10 +9,11 @@ from scipy.spatial.transform import Rotation
 from facetlog.kb.recognize import judge_scene, open_knowledge_base
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.surfaces.contacts import side_contacts
 from facetlog.perception.surfaces.face_table import FaceTable
-from facetlog.perception.types import FloatArray, Scene
+from facetlog.perception.types import FloatArray
 
 UP = (0.0, 0.0, 1.0)
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
 from facetlog.perception.shapes.regions.scene_from_regions import MOST_FACES, assemble_scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import plane_through
-from facetlog.perception.types import Scene
 
 NOTHING = Rest(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0), np.zeros(0))
 

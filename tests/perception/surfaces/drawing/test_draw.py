@@ -8,23 +8,12 @@ import numpy as np
 import pytest
 
 from facetlog.perception.reading.read_views import read_views
+from facetlog.perception.scene import Edge, Evidence, Face, Plane, Scene, Vertex
 from facetlog.perception.surfaces.drawing.draw import contact_sheet, draw_scene
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
 from facetlog.perception.surfaces.drawing.lettering import ColourImage, Lettering
-from facetlog.perception.types import (
-    Camera,
-    Edge,
-    Evidence,
-    Face,
-    FloatArray,
-    Observation,
-    Plane,
-    Pose,
-    Scene,
-    Vertex,
-    View,
-)
+from facetlog.perception.types import Camera, FloatArray, Observation, Pose, View
 
 LOOPS = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 EDGES = tuple(

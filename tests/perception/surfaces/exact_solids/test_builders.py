@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.fact_schema import fact_fault
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
-from facetlog.perception.types import Scene
 
 WANTED = {
     "cuboid", "tray", "wedge", "pyramid", "l_block", "room_corner", "table", "desk", "chair",

@@ -1,0 +1,193 @@
+"""The nouns of a scene: vertex, plane, edge, face, patch, body, and lines of sight.
+
+World frame: right-handed, any unit of length (metres where the unit is known).
+"""
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+from itertools import chain
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from facetlog.perception.types import FloatArray, Observation, Pose, PositionLabel, frozen
+
+__all__ = [
+    "Body",
+    "Edge",
+    "Evidence",
+    "Face",
+    "Patch",
+    "Plane",
+    "Scene",
+    "Vertex",
+]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Vertex:
+    """A 3-D vertex: mean (3,), covariance (3, 3), and the observations that it was made from."""
+
+    point: FloatArray
+    cov: FloatArray
+    observations: tuple[Observation, ...] = ()
+    label: PositionLabel | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "point", frozen(self.point, 3))
+        object.__setattr__(self, "cov", frozen(self.cov, 3, 3))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Plane:
+    """The plane normal · x + offset = 0 with a unit normal; `cov` (4, 4) of (normal, offset).
+
+    The covariance has rank 3: along the normal itself there is nothing to vary.
+    """
+
+    normal: FloatArray
+    offset: float
+    cov: FloatArray
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "normal", frozen(self.normal, 3))
+        object.__setattr__(self, "cov", frozen(self.cov, 4, 4))
+        if abs(math.sqrt(self.normal.dot(self.normal)) - 1.0) > 1e-6:
+            raise ValueError("the normal is not of unit length")
+
+    def flipped(self) -> "Plane":
+        """The same plane with the opposite normal."""
+        return Plane(-self.normal, -self.offset, self.cov)
+
+    def distance(self, points: ArrayLike) -> FloatArray:
+        """Signed distance of points (..., 3), positive on the side the normal points to."""
+        return np.asarray(points, dtype=np.float64) @ self.normal + self.offset
+
+
+class Evidence(StrEnum):
+    """Whether pictures support a thing, or it was completed from its neighbours."""
+
+    MEASURED = "measured"
+    IMPLIED = "implied"
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """A straight 3-D edge between two vertices (indices into the scene).
+
+    `support` in [0, 1] is the share of its length that was found in the views that could see it.
+    """
+
+    start: int
+    end: int
+    support: float = 1.0
+    evidence: Evidence = Evidence.MEASURED
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Face:
+    """A flat face: `outline` is a loop of vertex indices, counter-clockwise seen from outside.
+
+    The plane's normal points outwards, to the side from which the face was seen. `coverage` in
+    [0, 1] is the share of the face that was seen in at least one view.
+    """
+
+    outline: tuple[int, ...]
+    plane: Plane
+    holes: tuple[tuple[int, ...], ...] = ()
+    support: float = 1.0
+    coverage: float = 1.0
+    evidence: Evidence = Evidence.MEASURED
+
+    def __post_init__(self) -> None:
+        if len(self.outline) < 3 or len(set(self.outline)) != len(self.outline):
+            raise ValueError("an outline is a loop of at least three different vertices")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Patch:
+    """A piece of surface that is not flat, as points that each stand for some of its area.
+
+    `points` (n, 3); unit `normals` (n, 3) outwards, rows of zeros where they are not known;
+    `areas` (n,). Points lie so close that the surface has no hole between them that matters.
+    `hull` are vertices (indices into the scene) that reach as far as the patch does: the corners
+    of its convex hull, or enough of them. Points without area, which a face's noise explains, say
+    where surface is, but not how far it reaches.
+    """
+
+    points: FloatArray
+    normals: FloatArray
+    areas: FloatArray
+    hull: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        count = len(self.points)
+        object.__setattr__(self, "points", frozen(self.points, count, 3))
+        object.__setattr__(self, "normals", frozen(self.normals, count, 3))
+        object.__setattr__(self, "areas", frozen(self.areas, count))
+
+
+@dataclass(frozen=True, slots=True)
+class Body:
+    """One object, told apart where the scene was read: indices of its faces, edges and patches.
+
+    `whole` says that its surface is known from all sides, as a mesh's is: where there is no
+    surface, there is nothing. Otherwise it may go on where nobody looked.
+    """
+
+    faces: tuple[int, ...] = ()
+    edges: tuple[int, ...] = ()
+    patches: tuple[int, ...] = ()
+    whole: bool = False
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Scene:
+    """Everything that was reconstructed: what the facts are made of.
+
+    `up` is a unit vector, or None where it is not known. `metric` says that lengths are metres;
+    otherwise the scale is unknown and only ratios mean something. Edges need not bound a face.
+    `patches` are surface that is not flat. Without `bodies` the objects are found from what
+    touches what (things.py); each face, edge and patch is of one body at most. `poses` are those of
+    the views as they were adjusted to what all of them show; a scene file does not keep them.
+    """
+
+    name: str
+    views: tuple[str, ...] = ()
+    vertices: tuple[Vertex, ...] = ()
+    edges: tuple[Edge, ...] = ()
+    faces: tuple[Face, ...] = ()
+    up: FloatArray | None = None
+    metric: bool = False
+    warnings: tuple[str, ...] = field(default=())
+    patches: tuple[Patch, ...] = ()
+    bodies: tuple[Body, ...] = ()
+    poses: tuple[Pose, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.up is not None:
+            object.__setattr__(self, "up", frozen(self.up, 3))
+        count = len(self.vertices)
+        ends = chain.from_iterable((edge.start, edge.end) for edge in self.edges)
+        outlines = chain.from_iterable(face.outline for face in self.faces)
+        holes = chain.from_iterable(hole for face in self.faces for hole in face.holes)
+        hulls = chain.from_iterable(patch.hull for patch in self.patches)
+        used = {*ends, *outlines, *holes, *hulls}
+        if used and not 0 <= min(used) <= max(used) < count:
+            raise ValueError("an edge, face or patch names a vertex that the scene does not have")
+        self._check_bodies()
+
+    def _check_bodies(self) -> None:
+        for kind, parts in (("face", self.faces), ("edge", self.edges), ("patch", self.patches)):
+            plural = "patches" if kind == "patch" else f"{kind}s"
+            named = [i for body in self.bodies for i in getattr(body, plural)]
+            if any(not 0 <= i < len(parts) for i in named):
+                raise ValueError(f"a body names a {kind} that the scene does not have")
+            if len(set(named)) != len(named):
+                raise ValueError(f"two bodies name the same {kind}")
+
+    @property
+    def points(self) -> FloatArray:
+        """All vertices' means, (n, 3)."""
+        return np.array([v.point for v in self.vertices], dtype=np.float64).reshape(-1, 3)
