@@ -23,7 +23,7 @@ from facetlog.perception.detection.line_front_end.face_conflicts import (
     overlap,
 )
 from facetlog.perception.detection.line_front_end.face_evidence import FaceEvidence, FaceJudge
-from facetlog.perception.detection.line_front_end.ground_plane import Ground, find_ground
+from facetlog.perception.detection.line_front_end.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.line_extent import (
     LineProfiles,
@@ -127,8 +127,7 @@ def select_faces(
 
     `profiles` say how far the cloud's lines are covered.
     """
-    ground = find_ground(planes, cloud, views, graph.distance, up)
-    return _Selection(planes, cloud, views, maps, graph, profiles, ground).run()
+    return _Selection(planes, cloud, views, maps, graph, profiles, up).run()
 
 
 class _Selection:
@@ -140,19 +139,19 @@ class _Selection:
         maps: Sequence[EdgeMap],
         graph: ViewGraph,
         profiles: LineProfiles,
-        ground: Ground | None,
+        up: FloatArray | None,
     ) -> None:
         self._cloud = cloud
         self._profiles = profiles
         self._extents = covered_extents(cloud.segments, profiles)
         self._views = views
         self._centres = np.array([view.pose.centre for view in views])
-        self._ground = ground
         self._pixel = cloud.pixel
         levels = GreyLevels(views, maps)
         self._sides = SideJudge(views, maps, graph.weight)
-        self._judge = FaceJudge(views, levels, self._sides, graph.weight, ground)
         worth = self._sides.worth(cloud.segments)
+        ground = self._ground = find_ground(planes, cloud, worth, views, graph.distance, up)
+        self._judge = FaceJudge(views, levels, self._sides, graph.weight, ground)
         chosen, self._promise = choose_planes(planes, cloud, worth, ground, LEAST_PRICE)
         self._planes = list(chosen)
         self._spans = [cloud.segments[plane.lines] for plane in chosen]

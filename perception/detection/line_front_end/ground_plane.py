@@ -8,20 +8,19 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.plane_hypotheses import PlaneHypothesis
+from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["Ground", "find_ground"]
 
 # A point this near to the ground, px, lies on it.
 ON_GROUND_PX = 6.0
-# Of the segments, so few may reach below the ground: chance lines do.
+# So little of the segments' likelihood may reach below the ground: that of lines by chance.
 MAX_BELOW = 0.05
 # A ground is level to this cosine, where up is known.
 LEVEL_COSINE = np.cos(np.radians(14.0))
 # A segment is level when it rises by less than this share of its length.
 LEVEL_RISE = 0.1
-# Where no plane of lines is the ground, it is as low as this share of the level segments.
-LOWEST_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,19 +77,22 @@ class Ground:
 def find_ground(
     planes: Sequence[PlaneHypothesis],
     cloud: LineCloud,
+    worth: FloatArray,
     views: Sequence[View],
     distance: float,
     up: FloatArray | None,
 ) -> Ground | None:
-    """The plane with most lines that has all cameras and nearly all segments on one side.
+    """The plane of the likeliest lines that has all cameras and nearly all lines on one side.
 
-    Of level planes where up is known; if none of them has lines, the level of the lowest segments.
-    None where up is not known and no plane is below everything. `distance` is what the views look
-    at from, in the median.
+    `worth` (n,) is the log-likelihood ratio of the cloud's lines: a line that is there by chance
+    has little. Of level planes where up is known; if none of them has lines, the level of the
+    lowest segments. None where up is not known and no plane is below everything. `distance` is what
+    the views look at from, in the median.
     """
     centres = np.array([v.pose.centre for v in views])
     margin = ON_GROUND_PX * cloud.pixel
-    for plane in sorted(planes, key=lambda p: -len(p.lines)):
+    likely = np.array([worth[plane.lines].sum() for plane in planes])
+    for plane in (planes[k] for k in descending(likely)):
         side = np.sign(centres @ plane.normal - plane.distance)
         if abs(side.sum()) < len(views):
             continue
@@ -98,7 +100,8 @@ def find_ground(
         ground = Ground(normal, height, margin, centres, distance)
         if up is not None and ground.normal @ up < LEVEL_COSINE:
             continue
-        if (ground.above(cloud.segments) < -margin).any(axis=1).mean() <= MAX_BELOW:
+        below = (ground.above(cloud.segments) < -margin).any(axis=1)
+        if worth[below].sum() <= MAX_BELOW * worth.sum():
             return ground
     if up is None or not len(cloud.segments):
         return None
@@ -106,6 +109,9 @@ def find_ground(
     rise = np.abs(heights[:, 1] - heights[:, 0])
     length = np.linalg.norm(cloud.segments[:, 1] - cloud.segments[:, 0], axis=1)
     level = rise < LEVEL_RISE * length
-    lowest = np.sort(heights[level].mean(axis=1) if level.any() else heights.ravel())
-    height = float(lowest[int(LOWEST_SHARE * len(lowest))])
+    chosen = level if level.any() else np.ones_like(level)
+    lowest = np.where(chosen, heights.mean(axis=1), np.inf)
+    order = np.argsort(lowest, kind="stable")
+    below = np.cumsum(np.where(chosen, worth, 0.0)[order])
+    height = float(lowest[order][np.searchsorted(below, MAX_BELOW * below[-1])])
     return Ground(np.array(up), height, margin, centres, distance)

@@ -190,8 +190,9 @@ def test_the_papers_block_is_recognised_from_the_views_that_were_collected(
         addresses = station.addresses
         options = ["--camera", addresses.camera, "--recognize", "--json"]
         code = main(["collect", addresses.robot, "--tour", "paper", "-o", str(out), *options])
-    document = json.loads(capsys.readouterr().out)
-    assert code == 0
+    printed = capsys.readouterr()
+    document = json.loads(printed.out)
+    assert code == 0, printed.err
     assert (document["taken"], document["fault"]) == (24, None)
     found = recognize_views(
         views_from(out, unit="m", progress=None, clock=StepClock()), clock=StepClock()

@@ -41,10 +41,15 @@ def planes(lines: LineCloud) -> tuple[PlaneHypothesis, ...]:
     return plane_hypotheses(lines.segments, lines.end_covs, lines.support, lines.pixel)
 
 
+def equal(lines: LineCloud) -> FloatArray:
+    """Every line as likely as every other."""
+    return np.ones(len(lines.segments))
+
+
 def test_a_tiled_floor_is_the_ground_and_a_table_top_above_it_is_not() -> None:
     lines = cloud(grid(0.0, 2.0), grid(0.7, 0.4))
     for up in (UP, None):
-        ground = find_ground(planes(lines), lines, VIEWS, DISTANCE, up)
+        ground = find_ground(planes(lines), lines, equal(lines), VIEWS, DISTANCE, up)
         assert ground is not None
         assert abs(ground.height) < 1e-6
         assert ground.normal @ UP > 0.999
@@ -55,20 +60,31 @@ def test_a_tiled_floor_is_the_ground_and_a_table_top_above_it_is_not() -> None:
 def test_without_lines_on_it_the_ground_is_where_the_lowest_segments_end() -> None:
     upright = np.array([[[x, 0.0, 0.02], [x, 0.0, 0.7]] for x in (-0.4, 0.4)])
     lines = cloud(grid(0.7, 0.4), upright, np.array([[[-0.4, 0, 0.02], [0.4, 0, 0.02]]]))
-    ground = find_ground(planes(lines), lines, VIEWS, DISTANCE, UP)
+    ground = find_ground(planes(lines), lines, equal(lines), VIEWS, DISTANCE, UP)
     assert ground is not None
     np.testing.assert_allclose(ground.height, 0.02, atol=1e-6)
 
 
+def test_a_line_that_is_there_by_chance_does_not_lower_the_ground() -> None:
+    foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0]]])
+    chance = np.array([[[-0.3, 0.5, -0.5], [0.2, 0.6, -0.5]]])
+    lines = cloud(grid(0.7, 0.4), foot, chance)
+    worth = np.array([50.0] * (len(lines.segments) - 1) + [5.0])
+    for known in (planes(lines), ()):
+        ground = find_ground(known, lines, worth, VIEWS, DISTANCE, UP)
+        assert ground is not None
+        np.testing.assert_allclose(ground.height, 0.0, atol=1e-6)
+
+
 def test_where_up_is_not_known_and_everything_is_above_no_plane_there_is_no_ground() -> None:
     lines = cloud(grid(0.7, 0.4), np.array([[[0.4, 0.4, 0.7], [0.4, 0.4, 0.0]]] * 3))
-    assert find_ground((), lines, VIEWS, DISTANCE, None) is None
-    assert find_ground(planes(lines), lines, VIEWS, DISTANCE, None) is None
+    assert find_ground((), lines, equal(lines), VIEWS, DISTANCE, None) is None
+    assert find_ground(planes(lines), lines, equal(lines), VIEWS, DISTANCE, None) is None
 
 
 def test_no_segments_have_no_ground() -> None:
     nothing = replace(cloud(grid(0.0, 1.0)), segments=np.zeros((0, 2, 3)))
-    assert find_ground((), nothing, VIEWS, DISTANCE, UP) is None
+    assert find_ground((), nothing, equal(nothing), VIEWS, DISTANCE, UP) is None
 
 
 LEVEL = Ground(UP, 0.0, 0.05, np.array([[0.0, -3.0, 2.0], [3.0, 0.0, 2.0]]), 3.6)
