@@ -12,6 +12,7 @@ __all__ = [
     "Estimate",
     "FlatFace",
     "cross",
+    "part_above",
     "plane_axes",
     "vector_area",
 ]
@@ -101,3 +102,18 @@ def vector_area(loop: FloatArray) -> FloatArray:
     spokes = loop - loop[0]
     total: FloatArray = 0.5 * cross(spokes[:-1], spokes[1:]).sum(axis=0)
     return total
+
+
+def part_above(corners: FloatArray, heights: FloatArray) -> FloatArray:
+    """What of a polygon (k, 3) has heights, linear in space and (k,) at its corners, of 0 or more.
+
+    (0, 3) if nothing has.
+    """
+    kept = []
+    following = zip(np.roll(corners, -1, axis=0), np.roll(heights, -1), strict=True)
+    for p, h, (q, after) in zip(corners, heights, following, strict=True):
+        if h >= 0:
+            kept.append(p)
+        if (h < 0) != (after < 0):
+            kept.append(p + h / (h - after) * (q - p))
+    return np.array(kept).reshape(-1, 3)

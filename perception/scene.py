@@ -18,9 +18,11 @@ __all__ = [
     "Edge",
     "Evidence",
     "Face",
+    "FaceSight",
     "Patch",
     "Plane",
     "Scene",
+    "SightLines",
     "Vertex",
 ]
 
@@ -85,12 +87,28 @@ class Edge:
     evidence: Evidence = Evidence.MEASURED
 
 
+@dataclass(frozen=True, slots=True)
+class FaceSight:
+    """What a view (its index) before a face shows of it, as shares of the face's area in [0, 1].
+
+    `seen` is what it shows, `hidden` what other faces (their indices) hide, each with its share,
+    `outside` what lies beyond the picture's border. On the rest the picture does not agree with the
+    other views: something that is no face may be before it.
+    """
+
+    view: int
+    seen: float
+    hidden: tuple[tuple[int, float], ...] = ()
+    outside: float = 0.0
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Face:
     """A flat face: `outline` is a loop of vertex indices, counter-clockwise seen from outside.
 
     The plane's normal points outwards, to the side from which the face was seen. `coverage` in
-    [0, 1] is the share of the face that was seen in at least one view.
+    [0, 1] is the share of the face that was seen in at least one view, `sights` what each view
+    before it shows of it.
     """
 
     outline: tuple[int, ...]
@@ -99,6 +117,7 @@ class Face:
     support: float = 1.0
     coverage: float = 1.0
     evidence: Evidence = Evidence.MEASURED
+    sights: tuple[FaceSight, ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.outline) < 3 or len(set(self.outline)) != len(self.outline):
@@ -143,6 +162,24 @@ class Body:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class SightLines:
+    """Lines of sight from one place to what was seen from there: nothing stands on them before.
+
+    `origin` (3,) is a camera's centre or where a scanner stood, `ends` (n, 3) are points of
+    surfaces, to single precision; `view` is the index of the camera's view.
+    """
+
+    origin: FloatArray
+    ends: FloatArray
+    view: int | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "origin", frozen(self.origin, 3))
+        ends = np.asarray(self.ends).astype(np.float32).astype(np.float64)
+        object.__setattr__(self, "ends", frozen(ends, len(ends), 3))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Scene:
     """Everything that was reconstructed: what the facts are made of.
 
@@ -151,6 +188,7 @@ class Scene:
     `patches` are surface that is not flat. Without `bodies` the objects are found from what
     touches what (things.py); each face, edge and patch is of one body at most. `poses` are those of
     the views as they were adjusted to what all of them show; a scene file does not keep them.
+    `sights` say which space is known to be free.
     """
 
     name: str
@@ -164,6 +202,7 @@ class Scene:
     patches: tuple[Patch, ...] = ()
     bodies: tuple[Body, ...] = ()
     poses: tuple[Pose, ...] = ()
+    sights: tuple[SightLines, ...] = ()
 
     def __post_init__(self) -> None:
         if self.up is not None:
@@ -177,6 +216,7 @@ class Scene:
         if used and not 0 <= min(used) <= max(used) < count:
             raise ValueError("an edge, face or patch names a vertex that the scene does not have")
         self._check_bodies()
+        self._check_sights()
 
     def _check_bodies(self) -> None:
         for kind, parts in (("face", self.faces), ("edge", self.edges), ("patch", self.patches)):
@@ -186,6 +226,14 @@ class Scene:
                 raise ValueError(f"a body names a {kind} that the scene does not have")
             if len(set(named)) != len(named):
                 raise ValueError(f"two bodies name the same {kind}")
+
+    def _check_sights(self) -> None:
+        of_faces = [sight for face in self.faces for sight in face.sights]
+        views = [s.view for s in of_faces] + [s.view for s in self.sights if s.view is not None]
+        if any(not 0 <= view < len(self.views) for view in views):
+            raise ValueError("a sight names a view that the scene does not have")
+        if any(not 0 <= face < len(self.faces) for s in of_faces for face, _ in s.hidden):
+            raise ValueError("a sight names a face that the scene does not have")
 
     @property
     def points(self) -> FloatArray:

@@ -9,7 +9,15 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["ORIENTATION_BINS", "EdgeMap", "direction_bits", "edge_map", "working_noise"]
+__all__ = [
+    "ORIENTATION_BINS",
+    "EdgeMap",
+    "Gradient",
+    "direction_bits",
+    "edge_map",
+    "gradient",
+    "working_noise",
+]
 
 # One bit of a uint16 for each 11.25° of orientation: as fine as a short segment is known.
 ORIENTATION_BINS = 16
@@ -22,15 +30,21 @@ MIN_NOISE_SD = 1.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class EdgeMap:
-    """Gradient (H, W) float32 in grey levels per px, its noise, and the oriented mask (H, W).
+class Gradient:
+    """A picture's gradient across and down, each (H, W) float32 in grey levels per px."""
+
+    gx: NDArray[np.float32]
+    gy: NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EdgeMap(Gradient):
+    """A gradient with its noise, and the oriented mask (H, W) of the edges in it.
 
     Bit k of a mask pixel is set if an edge within `reach_px` runs in the direction
     [k, k + 1) · 180° / 16 (direction of the edge, not of its gradient).
     """
 
-    gx: NDArray[np.float32]
-    gy: NDArray[np.float32]
     gradient_noise: float
     mask: NDArray[np.uint16]
     reach_px: float
@@ -41,20 +55,27 @@ def working_noise(image: Image) -> float:
     return max(noise_sd(image), MIN_NOISE_SD)
 
 
+def gradient(image: Image) -> Gradient:
+    """The gradient of a grey picture, smoothed by GRADIENT_SIGMA."""
+    smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), GRADIENT_SIGMA)
+    return Gradient(
+        _float32(cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8)),
+        _float32(cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=1 / 8)),
+    )
+
+
 def edge_map(image: Image, reach_px: float | None = None) -> EdgeMap:
     """Gradients and oriented edge mask of one grey picture.
 
     The mask's edges reach so far, or as far as right poses may leave them off.
     """
-    smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), GRADIENT_SIGMA)
-    gx = _float32(cv2.Sobel(smooth, cv2.CV_32F, 1, 0, ksize=3, scale=1 / 8))
-    gy = _float32(cv2.Sobel(smooth, cv2.CV_32F, 0, 1, ksize=3, scale=1 / 8))
+    slope = gradient(image)
+    gx, gy = slope.gx, slope.gy
     # Noise of a Gaussian derivative: sd = sigma / (sqrt(8 π) s²), Sobel's own smoothing included.
     s2 = GRADIENT_SIGMA**2 + 0.5
     noise = working_noise(image) / (np.sqrt(8 * np.pi) * s2)
     # Canny wants 16-bit integers: 256 levels to each noise sd / 8 keep the ratio exact enough.
-    unit = 8.0 / noise
-    limit = 32767.0 / 1.5
+    unit, limit = np.float32(8.0 / noise), np.float32(32767.0 / 1.5)
     dx = np.clip(gx * unit, -limit, limit).astype(np.int16)
     dy = np.clip(gy * unit, -limit, limit).astype(np.int16)
     edges = cv2.Canny(dx, dy, LOW_SD * 8.0, HIGH_SD * 8.0, L2gradient=True) > 0

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from facetlog.perception.types import Track
+from facetlog.perception.types import FloatArray, Track
 
 __all__ = ["TrackedFace", "TrackedFaces"]
 
@@ -11,12 +11,11 @@ __all__ = ["TrackedFace", "TrackedFaces"]
 class TrackedFace:
     """A face as a loop of tracks (indices), counter-clockwise seen from outside.
 
-    `support` and `coverage` are in [0, 1], as in `Face`.
+    `support` in [0, 1] is that of `Face`.
     """
 
     outline: tuple[int, ...]
     support: float = 1.0
-    coverage: float = 1.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,7 +26,8 @@ class TrackedFaces:
     it. `edges` are straight edges between tracks that bound no face. `stand_ins` are the first
     tracks once more, where the faces' outlines have them, for those that the pictures do not fix.
     `used` are the views (indices) of which all this speaks, in whose order it numbers views: all
-    where it is None.
+    where it is None. `ground` is the plane that everything stands on, where there is one: a normal
+    (3,) to the cameras' side, and the height along it.
     """
 
     tracks: tuple[Track, ...]
@@ -37,3 +37,4 @@ class TrackedFaces:
     stand_ins: tuple[Track, ...] = ()
     warnings: tuple[str, ...] = ()
     used: tuple[int, ...] | None = None
+    ground: tuple[FloatArray, float] | None = None

@@ -12,6 +12,7 @@ from facetlog.perception.estimation.pose_refinement.agreement import in_agreemen
 from facetlog.perception.scene import Scene, Vertex
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_from_tracks import assemble
+from facetlog.perception.surfaces.sights import with_sights
 from facetlog.perception.types import FloatArray, PoseErrors, View
 
 __all__ = ["reconstruct"]
@@ -62,6 +63,9 @@ def reconstruct(
         scene = assemble(
             tracked, views, name=name, up=up, metric=metric, sd_limit=sd_limit, errors=errors
         )
+    with clock.step("sights"):
+        placed = [replace(v, pose=pose) for v, pose in zip(views, scene.poses, strict=True)]
+        scene = with_sights(scene, placed, tracked.weight, tracked.ground)
     no_face = () if scene.faces else (NO_FACE.format(count=len(views)),)
     vertices = tuple(_in_stored_pixels(vertex, views) for vertex in scene.vertices)
     return replace(scene, vertices=vertices, warnings=(*left_out, *scene.warnings, *no_face))

@@ -1,37 +1,56 @@
-"""Scenes as JSON: `facetlog-scene/1`, out and in, with its JSON Schema.
+"""Scenes as JSON: `facetlog-scene/1`, out and in.
 
-The models here are the border: what they let through makes a `Scene`, and a number comes back
-with every bit it left with.
+The models of scene_records.py are the border: what they let through makes a `Scene`, and a number
+comes back with every bit it left with.
 """
 
+import base64
 import json
 from collections.abc import Collection, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import Annotated, Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt, ValidationError
+from pydantic import ValidationError
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.regular_file import check_regular
-from facetlog.perception.scene import Body, Edge, Evidence, Face, Patch, Plane, Scene, Vertex
-from facetlog.perception.types import FloatArray, Observation, PositionLabel
+from facetlog.perception.scene import (
+    Body,
+    Edge,
+    Face,
+    FaceSight,
+    Patch,
+    Plane,
+    Scene,
+    SightLines,
+    Vertex,
+)
+from facetlog.perception.surfaces.scene_records import (
+    FORMAT,
+    FaceRecord,
+    ObservationRecord,
+    PatchRecord,
+    SceneRecord,
+    SightLinesRecord,
+    VertexRecord,
+)
+from facetlog.perception.types import FloatArray, Observation
 from facetlog.perception.whole_file import write_whole
 
 __all__ = [
-    "FORMAT",
     "SceneFault",
     "SceneFileError",
     "read_scene",
     "scene_from_json",
-    "scene_schema",
     "scene_to_json",
     "write_scene",
 ]
 
-FORMAT = "facetlog-scene/1"
-SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+END = np.dtype("<f4")
+"""A coordinate of an end of a line of sight."""
 
 
 class SceneFault(NamedTuple):
@@ -51,106 +70,6 @@ class SceneFileError(InputError):
         more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""
         super().__init__(f"{source}: {faults[0]}{more}")
         self.faults = faults
-
-
-Vector2 = tuple[FiniteFloat, FiniteFloat]
-Vector3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
-Vector4 = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]
-Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
-Ring = Annotated[tuple[NonNegativeInt, ...], Field(min_length=3)]
-
-
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class ObservationRecord(_Record):
-    """A vertex seen in a view (index), in pixels."""
-
-    view: NonNegativeInt
-    uv: Vector2
-    cov: tuple[Vector2, Vector2]
-
-
-class VertexRecord(_Record):
-    """A 3-D vertex with its covariance."""
-
-    point: Vector3
-    cov: tuple[Vector3, Vector3, Vector3]
-    observations: tuple[ObservationRecord, ...] = ()
-    label: PositionLabel | None = None
-
-
-class EdgeRecord(_Record):
-    """A straight edge between two vertices (indices)."""
-
-    start: NonNegativeInt
-    end: NonNegativeInt
-    support: Share = 1.0
-    evidence: Evidence = Evidence.MEASURED
-
-
-class PlaneRecord(_Record):
-    """normal · x + offset = 0 with a unit normal; covariance of (normal, offset)."""
-
-    normal: Vector3
-    offset: FiniteFloat
-    cov: tuple[Vector4, Vector4, Vector4, Vector4]
-
-
-class FaceRecord(_Record):
-    """A flat face: loops of vertices (indices), the outline counter-clockwise from outside."""
-
-    outline: Ring
-    plane: PlaneRecord
-    holes: tuple[Ring, ...] = ()
-    support: Share = 1.0
-    coverage: Share = 1.0
-    evidence: Evidence = Evidence.MEASURED
-
-
-class PatchRecord(_Record):
-    """Surface that is not flat: points, their outward unit normals (or zeros), areas."""
-
-    points: tuple[Vector3, ...]
-    normals: tuple[Vector3, ...]
-    areas: tuple[Annotated[FiniteFloat, Field(ge=0.0)], ...]
-    hull: tuple[NonNegativeInt, ...] = ()
-
-
-class BodyRecord(_Record):
-    """One object: its faces, edges and patches (indices); whole if known from all sides."""
-
-    faces: tuple[NonNegativeInt, ...] = ()
-    edges: tuple[NonNegativeInt, ...] = ()
-    patches: tuple[NonNegativeInt, ...] = ()
-    whole: bool = False
-
-
-class SceneRecord(_Record):
-    """A reconstructed scene: vertices, edges and flat faces with their uncertainty."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", title=FORMAT)
-
-    format: Literal["facetlog-scene/1"] = Field(alias="schema")
-    name: str
-    metric: bool = Field(
-        default=False, description="lengths are metres; else their unit is unknown"
-    )
-    up: Vector3 | None = Field(default=None, description="unit vector upwards, if known")
-    views: tuple[str, ...] = ()
-    vertices: tuple[VertexRecord, ...] = ()
-    edges: tuple[EdgeRecord, ...] = ()
-    faces: tuple[FaceRecord, ...] = ()
-    warnings: tuple[str, ...] = ()
-    patches: tuple[PatchRecord, ...] = ()
-    bodies: tuple[BodyRecord, ...] = ()
-
-
-def scene_schema() -> str:
-    """The JSON Schema of `facetlog-scene/1`, as docs/scene.schema.json holds it."""
-    schema = {"$schema": SCHEMA_DIALECT, **SceneRecord.model_json_schema()}
-    return json.dumps(schema, indent=2) + "\n"
 
 
 def _rows(array: FloatArray) -> list[object]:
@@ -199,6 +118,15 @@ def scene_to_json(scene: Scene) -> str:
                 "support": face.support,
                 "coverage": face.coverage,
                 "evidence": face.evidence,
+                "sights": [
+                    {
+                        "view": sight.view,
+                        "seen": sight.seen,
+                        "hidden": sight.hidden,
+                        "outside": sight.outside,
+                    }
+                    for sight in face.sights
+                ],
             }
             for face in scene.faces
         ],
@@ -220,6 +148,14 @@ def scene_to_json(scene: Scene) -> str:
                 "whole": body.whole,
             }
             for body in scene.bodies
+        ],
+        "sights": [
+            {
+                "origin": _rows(lines.origin),
+                "ends": base64.b64encode(lines.ends.astype(END).tobytes()).decode(),
+                "view": lines.view,
+            }
+            for lines in scene.sights
         ],
     }
     return json.dumps(content, allow_nan=False, ensure_ascii=False) + "\n"
@@ -254,7 +190,8 @@ def _faces(records: Sequence[FaceRecord], source: str) -> Iterator[Face]:
     for i, (r, normal, cov) in enumerate(zip(records, normals, covs, strict=True)):
         try:
             plane = Plane(normal, r.plane.offset, cov)
-            yield Face(r.outline, plane, r.holes, r.support, r.coverage, r.evidence)
+            sights = tuple(FaceSight(s.view, s.seen, s.hidden, s.outside) for s in r.sights)
+            yield Face(r.outline, plane, r.holes, r.support, r.coverage, r.evidence, sights)
         except ValueError as exc:
             raise SceneFileError(source, (SceneFault(f"$.faces[{i}]", str(exc)),)) from exc
 
@@ -287,12 +224,19 @@ def _references(record: SceneRecord) -> Iterator[tuple[_Place, str, int, int]]:
         yield ("faces", i, "outline"), "vertex", max(face.outline), vertices
         for j, hole in enumerate(face.holes):
             yield ("faces", i, "holes", j), "vertex", max(hole), vertices
+        for j, sight in enumerate(face.sights):
+            yield ("faces", i, "sights", j, "view"), "view", sight.view, views
+            hidden = max((by for by, _ in sight.hidden), default=-1)
+            yield ("faces", i, "sights", j, "hidden"), "face", hidden, len(record.faces)
     for i, patch in enumerate(record.patches):
         yield ("patches", i, "hull"), "vertex", max(patch.hull, default=-1), vertices
     for i, body in enumerate(record.bodies):
         yield ("bodies", i, "faces"), "face", max(body.faces, default=-1), len(record.faces)
         yield ("bodies", i, "edges"), "edge", max(body.edges, default=-1), len(record.edges)
         yield ("bodies", i, "patches"), "patch", max(body.patches, default=-1), len(record.patches)
+    for i, lines in enumerate(record.sights):
+        if lines.view is not None:
+            yield ("sights", i, "view"), "view", lines.view, views
 
 
 def _missing(record: SceneRecord) -> Iterator[SceneFault]:
@@ -353,6 +297,16 @@ def _patch(record: PatchRecord, index: int, source: str) -> Patch:
     return Patch(_vectors(record.points, 3), _vectors(record.normals, 3), areas, record.hull)
 
 
+def _sight_lines(record: SightLinesRecord, index: int, source: str) -> SightLines:
+    whole, left = divmod(len(record.ends), 3 * END.itemsize)
+    numbers = np.frombuffer(record.ends[: whole * 3 * END.itemsize], END)
+    ends = numbers.astype(np.float64).reshape(whole, 3)
+    if left or not np.isfinite(ends).all():
+        said = "give base64 of finite float32 numbers, three for each end"
+        raise SceneFileError(source, (SceneFault(f"$.sights[{index}].ends", said),))
+    return SightLines(np.array(record.origin), ends, record.view)
+
+
 def _scene(record: SceneRecord, source: str) -> Scene:
     return Scene(
         record.name,
@@ -365,6 +319,7 @@ def _scene(record: SceneRecord, source: str) -> Scene:
         record.warnings,
         tuple(_patch(p, i, source) for i, p in enumerate(record.patches)),
         tuple(Body(b.faces, b.edges, b.patches, b.whole) for b in record.bodies),
+        sights=tuple(_sight_lines(s, i, source) for i, s in enumerate(record.sights)),
     )
 
 

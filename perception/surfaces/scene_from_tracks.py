@@ -94,7 +94,7 @@ def assemble(
         # Newell's normal: the loop runs counter-clockwise about the outward side.
         newell = np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
         plane = fit.plane if newell @ fit.plane.normal > 0 else fit.plane.flipped()
-        faces.append(Face(loop, plane, support=face.support, coverage=face.coverage))
+        faces.append(Face(loop, plane, support=face.support))
         for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
             side = (min(a, b), max(a, b))
             support[side] = max(support.get(side, 0.0), face.support)

@@ -23,7 +23,7 @@ from facetlog.perception.detection.line_front_end.face_conflicts import (
     overlap,
 )
 from facetlog.perception.detection.line_front_end.face_evidence import FaceEvidence, FaceJudge
-from facetlog.perception.detection.line_front_end.ground_plane import find_ground
+from facetlog.perception.detection.line_front_end.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.line_extent import (
     LineProfiles,
@@ -117,17 +117,19 @@ class _Candidate:
 def select_faces(
     planes: Sequence[PlaneHypothesis],
     cloud: LineCloud,
+    worth: FloatArray,
     views: Sequence[View],
     maps: Sequence[EdgeMap],
     graph: ViewGraph,
     profiles: LineProfiles,
-    up: FloatArray | None,
+    ground: Ground | None,
 ) -> tuple[SelectedFace, ...]:
-    """Faces on the planes, the best first; none of them is the ground. `up` (3,) if it is known.
+    """Faces on the planes, the best first; none of them is the ground.
 
-    `profiles` say how far the cloud's lines are covered.
+    Of the cloud's lines `worth` (n,) is their log-likelihood ratio, and `profiles` say how far they
+    are covered.
     """
-    return _Selection(planes, cloud, views, maps, graph, profiles, up).run()
+    return _Selection(planes, cloud, worth, views, maps, graph, profiles, ground).run()
 
 
 class _Selection:
@@ -135,11 +137,12 @@ class _Selection:
         self,
         planes: Sequence[PlaneHypothesis],
         cloud: LineCloud,
+        worth: FloatArray,
         views: Sequence[View],
         maps: Sequence[EdgeMap],
         graph: ViewGraph,
         profiles: LineProfiles,
-        up: FloatArray | None,
+        ground: Ground | None,
     ) -> None:
         self._cloud = cloud
         self._profiles = profiles
@@ -149,8 +152,7 @@ class _Selection:
         self._pixel = cloud.pixel
         levels = GreyLevels(views, maps)
         self._sides = SideJudge(views, maps, graph.weight)
-        worth = self._sides.worth(cloud.segments)
-        ground = self._ground = find_ground(planes, cloud, worth, views, graph.distance, up)
+        self._ground = ground
         self._judge = FaceJudge(views, levels, self._sides, graph.weight, ground)
         chosen, self._promise = choose_planes(planes, cloud, worth, ground, LEAST_PRICE)
         self._planes = list(chosen)

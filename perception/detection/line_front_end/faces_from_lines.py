@@ -15,11 +15,13 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
     track_ends,
 )
 from facetlog.perception.detection.line_front_end.face_selection import select_faces
+from facetlog.perception.detection.line_front_end.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.line_cloud import shown_lines
 from facetlog.perception.detection.line_front_end.line_extent import line_profiles
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
 from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_hypotheses
 from facetlog.perception.detection.line_front_end.pose_consistency import check_consistency
+from facetlog.perception.detection.line_front_end.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.detection.line_front_end.view_judgement import (
     contradicting_views,
@@ -113,11 +115,14 @@ def _tracked(
     with clock.step("faces"):
         planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
-        faces = select_faces(planes, cloud, views, maps, graph, profiles, up)
+        worth = SideJudge(views, maps, graph.weight).worth(cloud.segments)
+        ground = find_ground(planes, cloud, worth, views, graph.distance, up)
+        faces = select_faces(planes, cloud, worth, views, maps, graph, profiles, ground)
     weight = tuple(float(w) for w in graph.weight)
+    level = None if ground is None else (ground.normal, ground.height)
     if not faces:
         check_consistency(cloud.segments, use, graph.weight, views, segments)
-        return TrackedFaces((), (), weight)
+        return TrackedFaces((), (), weight, ground=level)
     with clock.step("corner tracks"):
         corners = merge_corners(faces, cloud.pixel)
         shown = np.array([f.shown for f in faces])
@@ -136,4 +141,4 @@ def _tracked(
     edges = tuple((first + 2 * k, first + 2 * k + 1) for k in range(len(loose)))
     own = tuple(in_own_pixels(track, pictures.factors) for track in (*tracks, *ends))
     stand_ins = tuple(in_own_pixels(track, pictures.factors) for track in outlined)
-    return TrackedFaces(own, tracked, weight, edges, stand_ins)
+    return TrackedFaces(own, tracked, weight, edges, stand_ins, ground=level)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.plane_hypotheses import PlaneHypothesis
+from facetlog.perception.flat_faces import part_above
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray, View
 
@@ -19,8 +20,6 @@ ON_GROUND_PX = 6.0
 MAX_BELOW = 0.05
 # A ground is level to this cosine, where up is known.
 LEVEL_COSINE = np.cos(np.radians(14.0))
-# A segment is level when it rises by less than this share of its length.
-LEVEL_RISE = 0.1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -62,16 +61,7 @@ class Ground:
     def clipped(self, corners: FloatArray) -> FloatArray:
         """A polygon (k, 3) without what lies below the ground; (0, 3) if all of it does."""
         heights = self.above(corners)
-        if (heights >= -self.margin).all():
-            return corners
-        kept = []
-        following = zip(np.roll(corners, -1, axis=0), np.roll(heights, -1), strict=True)
-        for p, h, (q, after) in zip(corners, heights, following, strict=True):
-            if h >= 0:
-                kept.append(p)
-            if (h < 0) != (after < 0):
-                kept.append(p + h / (h - after) * (q - p))
-        return np.array(kept).reshape(-1, 3)
+        return corners if (heights >= -self.margin).all() else part_above(corners, heights)
 
 
 def find_ground(
@@ -85,9 +75,9 @@ def find_ground(
     """The plane of the likeliest lines that has all cameras and nearly all lines on one side.
 
     `worth` (n,) is the log-likelihood ratio of the cloud's lines: a line that is there by chance
-    has little. Of level planes where up is known; if none of them has lines, the level of the
-    lowest segments. None where up is not known and no plane is below everything. `distance` is what
-    the views look at from, in the median.
+    has little. Of level planes where up is known; if none of them has lines, the level below which
+    hardly any line reaches. None where up is not known and no plane is below everything. `distance`
+    is what the views look at from, in the median.
     """
     centres = np.array([v.pose.centre for v in views])
     margin = ON_GROUND_PX * cloud.pixel
@@ -105,13 +95,8 @@ def find_ground(
             return ground
     if up is None or not len(cloud.segments):
         return None
-    heights = cloud.segments @ up
-    rise = np.abs(heights[:, 1] - heights[:, 0])
-    length = np.linalg.norm(cloud.segments[:, 1] - cloud.segments[:, 0], axis=1)
-    level = rise < LEVEL_RISE * length
-    chosen = level if level.any() else np.ones_like(level)
-    lowest = np.where(chosen, heights.mean(axis=1), np.inf)
+    lowest = (cloud.segments @ up).min(axis=1)
     order = np.argsort(lowest, kind="stable")
-    below = np.cumsum(np.where(chosen, worth, 0.0)[order])
+    below = np.cumsum(worth[order])
     height = float(lowest[order][np.searchsorted(below, MAX_BELOW * below[-1])])
     return Ground(np.array(up), height, margin, centres, distance)

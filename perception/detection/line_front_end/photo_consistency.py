@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.edge_maps import EdgeMap, working_noise
+from facetlog.perception.detection.edge_maps import Gradient, working_noise
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["Agreement", "GreyLevels", "Levels", "agreement"]
@@ -57,9 +57,9 @@ class Agreement:
 class GreyLevels:
     """The pictures of a set of views, ready to be asked for levels at any points."""
 
-    def __init__(self, views: Sequence[View], maps: Sequence[EdgeMap]) -> None:
+    def __init__(self, views: Sequence[View], gradients: Sequence[Gradient]) -> None:
         self._images = [view.image for view in views]
-        self._maps = maps
+        self._gradients = gradients
         self._noise = np.array([working_noise(view.image) for view in views], dtype=np.float32)
         self._chance = np.array(
             [_density(v.image, noise) for v, noise in zip(views, self._noise, strict=True)]
@@ -71,11 +71,11 @@ class GreyLevels:
         """Levels at pixels (2, v, ...) of the chosen views (v,), where `seen` (v, ...)."""
         level, slope = np.empty((2, *seen.shape), dtype=np.float32)
         for n, k in enumerate(views.tolist()):
-            image, edges = self._images[k], self._maps[k]
+            image, slopes = self._images[k], self._gradients[k]
             column, row = np.where(seen[n], np.rint(uv[:, n]), 0).astype(np.int32)
             at = row * image.shape[1] + column
             level[n] = image.ravel()[at]
-            slope[n] = np.hypot(edges.gx.ravel()[at], edges.gy.ravel()[at])
+            slope[n] = np.hypot(slopes.gx.ravel()[at], slopes.gy.ravel()[at])
         by_view = (-1, *[1] * (seen.ndim - 1))
         noise = self._noise[views].reshape(by_view)
         sd = np.sqrt(noise**2 + (LIGHT_SHARE * level) ** 2 + (PLACE_PX * slope) ** 2)
@@ -119,7 +119,7 @@ def agreement(levels: Levels, weight: FloatArray) -> Agreement:
 def _density(image: NDArray[np.uint8], noise: float) -> NDArray[np.float32]:
     # Density of levels (256,), as unsharp as a level is known: so a background of one level, which
     # is there by chance wherever one looks, proves nothing.
-    count = np.bincount(image.ravel(), minlength=256).astype(np.float64)
+    count = cv2.calcHist([image], [0], None, [256], [0, 256]).ravel().astype(np.float64)
     width = float(np.hypot(noise, LIGHT_SHARE * np.median(image)))
     smooth = cv2.GaussianBlur(count[None], (0, 0), width, borderType=cv2.BORDER_REFLECT)[0]
     density = (1 - EVEN_SHARE) * smooth / smooth.sum() + EVEN_SHARE / 256

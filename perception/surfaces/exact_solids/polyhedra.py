@@ -5,12 +5,13 @@ are there, its hidden ones too, unless `seen_from` takes those away.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from facetlog.perception.scene import Edge, Face, Patch, Plane, Scene, Vertex
+from facetlog.perception.scene import Edge, Face, Patch, Plane, Scene, SightLines, Vertex
 from facetlog.perception.types import FloatArray
 
 __all__ = [
@@ -355,10 +356,7 @@ def moved(
             for v in scene.vertices
         ),
         scene.edges,
-        tuple(
-            Face(f.outline, plane(f.plane), f.holes, f.support, f.coverage, f.evidence)
-            for f in scene.faces
-        ),
+        tuple(replace(face, plane=plane(face.plane)) for face in scene.faces),
         None if scene.up is None else turn @ scene.up,
         scene.metric,
         scene.warnings,
@@ -367,4 +365,8 @@ def moved(
             for p in scene.patches
         ),
         scene.bodies,
+        sights=tuple(
+            SightLines(scale * turn @ s.origin + shift, scale * s.ends @ turn.T + shift, s.view)
+            for s in scene.sights
+        ),
     )

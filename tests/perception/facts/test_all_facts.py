@@ -23,6 +23,7 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
     cuboid,
     l_block,
     moved,
+    polyhedron,
     pyramid,
     room_corner,
     seen_from,
@@ -172,6 +173,23 @@ def test_a_table_is_one_thing_whose_rim_shows_little_of_it(build: object) -> Non
     for (face,), (free,) in rows(scene, "clear_below").items():
         if tops[face,][0] > 0.7:
             assert free == pytest.approx(0.7), face
+
+
+def test_legs_in_the_plane_of_its_rim_leave_the_space_under_a_table_free() -> None:
+    # A slab 4 cm thick on legs 70 cm long, seen from outside: of each two legs and the rim between
+    # them one side was made.
+    corners = np.array([[0, 0], [1.2, 0], [1.2, 0.8], [0, 0.8]])
+    points = [[x, y, 0.74] for x, y in corners]
+    loops: list[list[int]] = [[0, 1, 2, 3]]
+    for k in range(4):
+        one, two = corners[k], corners[(k + 1) % 4]
+        leg = 0.06 * (two - one) / np.linalg.norm(two - one)
+        ring = [(one, 0.0), (one + leg, 0.0), (one + leg, 0.7), (two - leg, 0.7), (two - leg, 0.0)]
+        first = len(points)
+        points += [[*xy, z] for xy, z in (*ring, (two, 0.0))]
+        loops.append([k, *range(first, first + 6), (k + 1) % 4])
+    scene = polyhedron(points, loops)
+    assert rows(scene, "clear_below")["f1",] == (pytest.approx(0.7),)
 
 
 def test_a_chair_is_one_thing_with_its_back() -> None:

@@ -13,15 +13,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
-from facetlog.perception.scene import Edge, Evidence, Face, Plane, Scene, Vertex
+from facetlog.perception.scene import (
+    Edge,
+    Evidence,
+    Face,
+    FaceSight,
+    Plane,
+    Scene,
+    SightLines,
+    Vertex,
+)
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, room_corner, stick_table
 from facetlog.perception.surfaces.scene_file import (
     read_scene,
     scene_from_json,
-    scene_schema,
     scene_to_json,
     write_scene,
 )
+from facetlog.perception.surfaces.scene_records import scene_schema
 from facetlog.perception.types import Observation, PositionLabel
 
 finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
@@ -61,8 +70,22 @@ def scenes(draw: st.DrawFn) -> Scene:
     angle = draw(st.floats(0.0, 6.0))
     plane = st.builds(Plane, st.just([np.cos(angle), np.sin(angle), 0.0]), finite, square(4))
     evidence = st.sampled_from(Evidence)
+    view = st.integers(0, max(len(views) - 1, 0))
+    hidden = st.lists(st.tuples(st.just(0), share), max_size=1).map(tuple)
+    sights = st.lists(
+        st.builds(FaceSight, view, share, hidden, share), max_size=2 if views else 0
+    ).map(tuple)
     faces = st.builds(
-        Face, ring, plane, st.lists(ring, max_size=1).map(tuple), share, share, evidence
+        Face, ring, plane, st.lists(ring, max_size=1).map(tuple), share, share, evidence, sights
+    )
+    single = st.floats(allow_nan=False, allow_infinity=False, width=32)
+    lines = st.builds(
+        SightLines,
+        st.lists(finite, min_size=3, max_size=3),
+        st.lists(st.tuples(single, single, single), max_size=3).map(
+            lambda rows: np.array(rows).reshape(-1, 3)
+        ),
+        st.none() | view if views else st.none(),
     )
     return Scene(
         draw(st.text(max_size=8)),
@@ -73,6 +96,7 @@ def scenes(draw: st.DrawFn) -> Scene:
         draw(st.none() | st.just(np.array([0.0, 0.6, 0.8]))),
         draw(st.booleans()),
         tuple(draw(st.lists(st.text(max_size=5), max_size=2))),
+        sights=tuple(draw(st.lists(lines, max_size=2))),
     )
 
 
@@ -124,6 +148,19 @@ def _broken(*path: str | int, value: Any) -> str:
         (_broken("faces", 1, "plane", "normal", value=[2, 0, 0]), r"\$\.faces\[1\]: the normal"),
         (_broken("faces", 1, "support", value=1.5), r"\$\.faces\[1\]\.support: "),
         (_broken("edges", 0, "start", value=-1), r"\$\.edges\[0\]\.start: "),
+        (
+            _broken("faces", 0, "sights", value=[{"view": 2, "seen": 1}]),
+            r"\$\.faces\[0\]\.sights\[0\]\.view: view 2 ",
+        ),
+        (_change(sights=[{"origin": [0, 0, 0], "ends": "x"}]), r"\$\.sights\[0\]\.ends: "),
+        (
+            _change(sights=[{"origin": [0, 0, 0], "ends": "AAAA"}]),
+            r"\$\.sights\[0\]\.ends: give base64 of finite float32",
+        ),
+        (
+            _change(sights=[{"origin": [0, 0, 0], "ends": "", "view": 1}]),
+            r"\$\.sights\[0\]\.view: view 1 ",
+        ),
         (
             _broken("vertices", 0, "observations", value=[SEEN]),
             r"\$\.vertices\[0\]\.observations\[0\]\.view: view 0 ",

@@ -64,12 +64,30 @@ class Summary:
         """The faces, the largest first; without a known up they have no tilt."""
         functors = ("area", "length", "width", "tilt", "coverage")
         columns = {functor: self._of(functor) for functor in functors}
+        sights = self._sights()
         found: list[dict[str, Any]] = []
         for face in self._of("face"):
             values = {f: rows[face][0] if face in rows else None for f, rows in columns.items()}
-            found.append({"name": face, "thing": self._owners.get(face), **values})
+            thing = self._owners.get(face)
+            found.append({"name": face, "thing": thing, **values, "sights": sights[face]})
         # areas that read the same are the same: rounding orders nothing
         return sorted(found, key=lambda face: -float(f"{face['area']:.{DIGITS}g}"))
+
+    def _sights(self) -> dict[Value, list[dict[str, Any]]]:
+        """By face: each view before it, what this shows of it, and which faces hide it there."""
+        scene = self.shape.scene
+        return {
+            f"f{number}": [
+                {
+                    "view": scene.views[sight.view],
+                    "seen": sight.seen,
+                    "hidden": {f"f{by + 1}": share for by, share in sight.hidden},
+                    "outside": sight.outside,
+                }
+                for sight in face.sights
+            ]
+            for number, face in enumerate(scene.faces, start=1)
+        }
 
     def to_json(self) -> dict[str, Any]:
         """All of it as plain data: lengths in metres if `unit` is "m", angles in degrees."""

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace, select_faces
+from facetlog.perception.detection.line_front_end.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.line_extent import line_profiles
 from facetlog.perception.detection.line_front_end.plane_hypotheses import (
     PlaneHypothesis,
     plane_hypotheses,
 )
+from facetlog.perception.detection.line_front_end.side_evidence import SideJudge
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
@@ -37,7 +39,9 @@ def selected(
     graph = view_graph(rig.views)
     use = np.ones((len(segments), len(rig.views)), np.bool_)
     profiles = line_profiles(segments, rig.views, rig.maps, use, graph.weight)
-    return select_faces(found, lines, rig.views, rig.maps, graph, profiles, up)
+    worth = SideJudge(rig.views, rig.maps, graph.weight).worth(segments)
+    ground = find_ground(found, lines, worth, rig.views, graph.distance, up)
+    return select_faces(found, lines, worth, rig.views, rig.maps, graph, profiles, ground)
 
 
 @pytest.mark.parametrize("up", [UP, None])

@@ -1,0 +1,145 @@
+"""Scenes as JSON say what they hold in these models: `facetlog-scene/1` and its JSON Schema."""
+
+import json
+from typing import Annotated, Literal
+
+from pydantic import Base64Bytes, BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt
+
+from facetlog.perception.scene import Evidence
+from facetlog.perception.types import PositionLabel
+
+__all__ = [
+    "FORMAT",
+    "FaceRecord",
+    "FaceSightRecord",
+    "ObservationRecord",
+    "PatchRecord",
+    "SceneRecord",
+    "SightLinesRecord",
+    "VertexRecord",
+    "scene_schema",
+]
+
+FORMAT = "facetlog-scene/1"
+SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+
+Vector2 = tuple[FiniteFloat, FiniteFloat]
+Vector3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
+Vector4 = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]
+Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
+Ring = Annotated[tuple[NonNegativeInt, ...], Field(min_length=3)]
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class ObservationRecord(_Record):
+    """A vertex seen in a view (index), in pixels."""
+
+    view: NonNegativeInt
+    uv: Vector2
+    cov: tuple[Vector2, Vector2]
+
+
+class VertexRecord(_Record):
+    """A 3-D vertex with its covariance."""
+
+    point: Vector3
+    cov: tuple[Vector3, Vector3, Vector3]
+    observations: tuple[ObservationRecord, ...] = ()
+    label: PositionLabel | None = None
+
+
+class EdgeRecord(_Record):
+    """A straight edge between two vertices (indices)."""
+
+    start: NonNegativeInt
+    end: NonNegativeInt
+    support: Share = 1.0
+    evidence: Evidence = Evidence.MEASURED
+
+
+class PlaneRecord(_Record):
+    """normal · x + offset = 0 with a unit normal; covariance of (normal, offset)."""
+
+    normal: Vector3
+    offset: FiniteFloat
+    cov: tuple[Vector4, Vector4, Vector4, Vector4]
+
+
+class FaceSightRecord(_Record):
+    """Shares of a face: what a view (index) shows, what faces (indices) hide, what lies outside."""
+
+    view: NonNegativeInt
+    seen: Share
+    hidden: tuple[tuple[NonNegativeInt, Share], ...] = ()
+    outside: Share = 0.0
+
+
+class FaceRecord(_Record):
+    """A flat face: loops of vertices (indices), the outline counter-clockwise from outside."""
+
+    outline: Ring
+    plane: PlaneRecord
+    holes: tuple[Ring, ...] = ()
+    support: Share = 1.0
+    coverage: Share = 1.0
+    evidence: Evidence = Evidence.MEASURED
+    sights: tuple[FaceSightRecord, ...] = ()
+
+
+class PatchRecord(_Record):
+    """Surface that is not flat: points, their outward unit normals (or zeros), areas."""
+
+    points: tuple[Vector3, ...]
+    normals: tuple[Vector3, ...]
+    areas: tuple[Annotated[FiniteFloat, Field(ge=0.0)], ...]
+    hull: tuple[NonNegativeInt, ...] = ()
+
+
+class BodyRecord(_Record):
+    """One object: its faces, edges and patches (indices); whole if known from all sides."""
+
+    faces: tuple[NonNegativeInt, ...] = ()
+    edges: tuple[NonNegativeInt, ...] = ()
+    patches: tuple[NonNegativeInt, ...] = ()
+    whole: bool = False
+
+
+class SightLinesRecord(_Record):
+    """Lines of sight from a place, of a view (index) or none, to points of surfaces.
+
+    `ends` are their coordinates x, y, z one after the other, little-endian float32, in base64.
+    """
+
+    origin: Vector3
+    ends: Base64Bytes
+    view: NonNegativeInt | None = None
+
+
+class SceneRecord(_Record):
+    """A reconstructed scene: vertices, edges and flat faces with their uncertainty."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", title=FORMAT)
+
+    format: Literal["facetlog-scene/1"] = Field(alias="schema")
+    name: str
+    metric: bool = Field(
+        default=False, description="lengths are metres; else their unit is unknown"
+    )
+    up: Vector3 | None = Field(default=None, description="unit vector upwards, if known")
+    views: tuple[str, ...] = ()
+    vertices: tuple[VertexRecord, ...] = ()
+    edges: tuple[EdgeRecord, ...] = ()
+    faces: tuple[FaceRecord, ...] = ()
+    warnings: tuple[str, ...] = ()
+    patches: tuple[PatchRecord, ...] = ()
+    bodies: tuple[BodyRecord, ...] = ()
+    sights: tuple[SightLinesRecord, ...] = ()
+
+
+def scene_schema() -> str:
+    """The JSON Schema of `facetlog-scene/1`, as docs/scene.schema.json holds it."""
+    schema = {"$schema": SCHEMA_DIALECT, **SceneRecord.model_json_schema()}
+    return json.dumps(schema, indent=2) + "\n"

@@ -1,0 +1,230 @@
+"""What each view saw: of every face how much, hidden by which, and how far it looked.
+
+A line of sight ends where a picture agrees with the others on the surface that it meets first: a
+face of the scene, or the ground. What was seen from somewhere has nothing before it; a later step
+decides from that which space is free.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.edge_maps import gradient
+from facetlog.perception.detection.line_front_end.face_evidence import inner_points
+from facetlog.perception.detection.line_front_end.line_support import project_points
+from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels, agreement
+from facetlog.perception.detection.line_front_end.plane_regions import MIN_FACING_SINE
+from facetlog.perception.flat_faces import part_above, plane_axes
+from facetlog.perception.scene import Face, FaceSight, Scene, SightLines
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["with_sights"]
+
+# Lines of sight across a picture, as many a length downwards: some ten for each side of a thing
+# that fills a quarter of it.
+ACROSS = 40
+# A surface this much nearer than another, in lengths of a pixel there, is before it: a corner is
+# known to about one.
+BEFORE_PX = 3.0
+# A face that reaches past the camera is looked at from this share of its reach on.
+NEAREST = 1e-3
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Surface:
+    # A face of the scene: corners of its rings (k, 3), and points (n, 3) spread over it.
+    face: Face
+    rings: tuple[FloatArray, ...]
+    points: FloatArray
+
+
+def with_sights(
+    scene: Scene,
+    views: Sequence[View],
+    weight: Sequence[float],
+    ground: tuple[FloatArray, float] | None,
+) -> Scene:
+    """The scene with what each of its views saw of the faces, and with its lines of sight.
+
+    `views` are those of the scene, at the poses at which it was found, each with its `weight`
+    beside views almost like it. `ground` as in `TrackedFaces`.
+    """
+    surfaces = [_surface(face, scene.points) for face in scene.faces]
+    levels = _Levels(views, np.array(weight))
+    eyes = [_Eye(view, surfaces) for view in views]
+    faces = [_seen(n, surfaces, eyes, levels) for n in range(len(surfaces))]
+    lines = _sight_lines(scene, eyes, levels, ground)
+    return replace(scene, faces=tuple(faces), sights=lines)
+
+
+def _surface(face: Face, vertices: FloatArray) -> _Surface:
+    rings = tuple(vertices[list(ring)] for ring in (face.outline, *face.holes))
+    points = inner_points(rings[0], face.plane.normal)
+    axes = plane_axes(face.plane.normal, rings[0][1] - rings[0][0]).T
+    for hole in rings[1:]:
+        inside = shapely.contains_xy(shapely.Polygon(hole @ axes), points @ axes)
+        points = points[~inside]
+    return _Surface(face, rings, points)
+
+
+class _Levels:
+    """Whether pictures agree on points of surfaces."""
+
+    def __init__(self, views: Sequence[View], weight: FloatArray) -> None:
+        self._views = views
+        self._weight = weight
+        self._levels = GreyLevels(views, [gradient(view.image) for view in views])
+
+    def agree(
+        self, points: FloatArray, within: NDArray[np.bool_] | None = None
+    ) -> NDArray[np.bool_]:
+        """Which views (V, n) show the surface at points (n, 3).
+
+        `within` (V, n) are the views that have nothing else before it, as far as is known.
+        """
+        everyone = np.arange(len(self._views))
+        uv = np.empty((2, len(everyone), len(points)))
+        seen = np.empty(uv.shape[1:], dtype=np.bool_)
+        for k, view in enumerate(self._views):
+            at, depth = project_points(view.projection, points)
+            uv[:, k], seen[k] = at.T, (depth > 0) & _in_picture(at, view)
+        if within is not None:
+            seen &= within
+        found = agreement(self._levels.read(everyone, uv, seen), self._weight)
+        return found.agrees & (found.ratio > 0)
+
+
+class _Eye:
+    """A view before the faces of a scene."""
+
+    def __init__(self, view: View, surfaces: Sequence[_Surface]) -> None:
+        self.view = view
+        self.centre = view.pose.centre
+        self._surfaces = surfaces
+        self._masks = [self._drawn(surface) for surface in surfaces]
+        camera = view.camera
+        step = camera.width / ACROSS
+        rows = np.arange(step / 2, camera.height, step) - 0.5
+        columns = np.arange(step / 2, camera.width, step) - 0.5
+        self.lattice = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
+
+    def rays(self, uv: FloatArray) -> FloatArray:
+        """Rays (n, 3) through pixels (n, 2), as long as to reach one unit forward."""
+        camera = self.view.camera
+        x, y = ((uv - [camera.cx, camera.cy]) / [camera.fx, camera.fy]).T
+        rays: FloatArray = np.stack([x, y, np.ones(len(uv))], axis=1) @ self.view.pose.rotation.T
+        return rays
+
+    def depths(self, uv: FloatArray) -> FloatArray:
+        """How far forward each face (F, n) lies on the rays of pixels (n, 2) in the picture."""
+        depth = np.full((len(self._masks), len(uv)), np.inf)
+        column, row = np.rint(uv).astype(np.intp).T
+        rays = self.rays(uv)
+        for n, (surface, mask) in enumerate(zip(self._surfaces, self._masks, strict=True)):
+            on = np.nonzero(mask[row, column])[0]
+            plane = surface.face.plane
+            towards = rays[on] @ plane.normal
+            with np.errstate(divide="ignore", invalid="ignore"):
+                away = -plane.distance(self.centre) / towards
+            depth[n, on] = np.where(away > 0, away, np.inf)
+        return depth
+
+    def pixel(self, depth: FloatArray) -> FloatArray:
+        """The length of a pixel so far forward."""
+        return depth / self.view.camera.fx
+
+    def _drawn(self, surface: _Surface) -> NDArray[np.uint8]:
+        mask = np.zeros(self.view.image.shape, dtype=np.uint8)
+        forward = self.view.pose.rotation[:, 2]
+        loops = []
+        for ring in surface.rings:
+            ahead = (ring - self.centre) @ forward
+            before = part_above(ring, ahead - NEAREST * np.abs(ahead).max())
+            if len(before) >= 3:
+                uv, _ = project_points(self.view.projection, before)
+                loops.append(np.rint(uv).astype(np.int32))
+        if loops:
+            cv2.fillPoly(mask, loops, 1)
+        return mask
+
+
+def _in_picture(uv: FloatArray, view: View) -> NDArray[np.bool_]:
+    # To a pixel inside the border, where rounding stays in the picture.
+    size = np.array([view.camera.width, view.camera.height])
+    return np.asarray(((uv > 1) & (uv < size - 2)).all(axis=1), dtype=np.bool_)
+
+
+def _seen(number: int, surfaces: Sequence[_Surface], eyes: Sequence[_Eye], levels: _Levels) -> Face:
+    """The face of that number with what each view before it shows of it."""
+    surface = surfaces[number]
+    face, points = surface.face, surface.points
+    if not len(points):
+        return face
+    rows = len(eyes), len(points)
+    before = np.zeros(len(eyes), dtype=np.bool_)
+    inside = np.zeros(rows, dtype=np.bool_)
+    hider = np.full(rows, -1)
+    for k, eye in enumerate(eyes):
+        away = eye.centre - points.mean(axis=0)
+        sine = float(away @ face.plane.normal) / float(np.linalg.norm(away))
+        before[k] = sine > MIN_FACING_SINE
+        uv, depth = project_points(eye.view.projection, points)
+        inside[k] = np.logical_and(depth > 0, _in_picture(uv, eye.view))
+        on = np.nonzero(inside[k])[0] if before[k] else np.zeros(0, dtype=np.intp)
+        others = eye.depths(uv[on])
+        others[number] = np.inf
+        nearest = others.argmin(axis=0)
+        limit = depth[on] - BEFORE_PX * eye.pixel(depth[on])
+        hider[k, on] = np.where(others.min(axis=0) < limit, nearest, -1)
+    clear = before[:, None] & inside & (hider < 0)
+    shown = levels.agree(points, clear)
+    sights = tuple(
+        FaceSight(
+            k,
+            float(shown[k].mean()),
+            tuple((int(f), float((hider[k] == f).mean())) for f in np.unique(hider[k]) if f >= 0),
+            float(1.0 - inside[k].mean()),
+        )
+        for k in np.nonzero(before)[0].tolist()
+    )
+    return replace(face, coverage=float(shown.any(axis=0).mean()), sights=sights)
+
+
+def _sight_lines(
+    scene: Scene,
+    eyes: Sequence[_Eye],
+    levels: _Levels,
+    ground: tuple[FloatArray, float] | None,
+) -> tuple[SightLines, ...]:
+    """From each view to what it shows on a lattice of pixels, and to the vertices seen in it."""
+    met = [_first_met(eye, ground) for eye in eyes]
+    shown = levels.agree(np.concatenate(met))
+    lines = []
+    first = 0
+    for k, (eye, ends) in enumerate(zip(eyes, met, strict=True)):
+        of_view = ends[shown[k, first : first + len(ends)]]
+        first += len(ends)
+        corners = [v.point for v in scene.vertices if any(o.view == k for o in v.observations)]
+        every = np.concatenate([of_view, np.reshape(corners, (-1, 3))])
+        if len(every):
+            lines.append(SightLines(eye.centre, every, k))
+    return tuple(lines)
+
+
+def _first_met(eye: _Eye, ground: tuple[FloatArray, float] | None) -> FloatArray:
+    # Where the rays of a view's lattice first meet a face or the ground (n, 3).
+    rays = eye.rays(eye.lattice)
+    depth = eye.depths(eye.lattice).min(axis=0, initial=np.inf)
+    if ground is not None:
+        normal, height = ground
+        drop = rays @ normal
+        with np.errstate(divide="ignore"):
+            floor = (height - eye.centre @ normal) / drop
+        depth = np.minimum(depth, np.where(floor > 0, floor, np.inf))
+    met = np.isfinite(depth)
+    ends: FloatArray = eye.centre + depth[met, None] * rays[met]
+    return ends

@@ -1,0 +1,123 @@
+"""What the views of a scene saw: shares of faces, what hides them, and how far one saw."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron
+from facetlog.perception.surfaces.reconstruct import reconstruct
+from facetlog.perception.surfaces.sights import with_sights
+from facetlog.perception.types import FloatArray, Pose, View
+from facetlog.robot.rendering.worlds import make_world
+from tests.perception.detection.drawings import view as drawn
+from tests.perception.detection.drawings import with_noise
+from tests.rendered import solid_truth, tour, visible_faces
+
+UP = np.array([0.0, 0.0, 1.0])
+SOLID = solid_truth(make_world("block"))
+CORNERS = np.array(SOLID.vertices)
+
+
+@cache
+def block() -> Scene:
+    return reconstruct(tour("block"), name="block", up=UP)
+
+
+def heights_over_faces(points: FloatArray) -> FloatArray:
+    """Signed distances (n, f) of points from the planes of the true block, outwards."""
+    away = []
+    for face in SOLID.faces:
+        a, b, c = CORNERS[list(face[:3])]
+        normal = np.cross(b - a, c - b)
+        away.append((points - a) @ (normal / np.linalg.norm(normal)))
+    return np.array(away).T
+
+
+def test_a_block_that_stands_alone_is_seen_whole_by_the_views_before_each_face() -> None:
+    true = {frozenset(face): n for n, face in enumerate(SOLID.faces)}
+    for face in block().faces:
+        assert face.coverage > 0.98
+        ring = block().points[list(face.outline)]
+        near = np.linalg.norm(ring[:, None] - CORNERS, axis=2).argmin(axis=1)
+        number = true[frozenset(near.tolist())]
+        seeing = {k for k, view in enumerate(tour("block")) if number in visible_faces(SOLID, view)}
+        assert {sight.view for sight in face.sights} <= seeing
+        assert np.mean([sight.seen for sight in face.sights]) > 0.9
+        assert all(sight.outside == 0.0 and not sight.hidden for sight in face.sights)
+
+
+def test_sight_lines_end_on_the_block_or_the_floor_and_pass_through_nothing() -> None:
+    lines = block().sights
+    assert {line.view for line in lines} == set(range(24))
+    for line in lines:
+        assert line.view is not None
+        np.testing.assert_allclose(line.origin, block().poses[line.view].centre, atol=1e-9)
+        outside = heights_over_faces(line.ends).max(axis=1)
+        # The floor's plane is that of the lines found on it, here the block's lower edges.
+        away = np.linalg.norm(line.ends - CORNERS.mean(axis=0), axis=1)
+        on_block, on_floor = np.abs(outside) < 0.2, np.abs(line.ends[:, 2]) < 0.1 + 0.005 * away
+        assert (on_block | on_floor).all()
+        # Of the way to an end on the floor, points of which none is in the block.
+        way = line.origin + (line.ends[on_floor] - line.origin)[:, None] * np.linspace(
+            0.5, 0.99, 60
+        ).reshape(-1, 1)
+        inside = heights_over_faces(way.reshape(-1, 3)).max(axis=1) < -0.1
+        assert inside.mean() < 0.001
+    ends = np.concatenate([line.ends for line in lines])
+    # Floor and block were seen all round.
+    assert (np.abs(ends[:, 2]) < 1.0).sum() > 2000
+    assert ends[:, 2].max() == pytest.approx(CORNERS[:, 2].max(), abs=0.2)
+
+
+def square(distance: float, low: float, high: float) -> FloatArray:
+    """Corners of a square across the z axis, seen from the origin counter-clockwise."""
+    return np.array(
+        [[low, low, distance], [low, high, distance], [high, high, distance], [high, low, distance]]
+    )
+
+
+def seen(*squares: FloatArray) -> Scene:
+    """What three views of noise from one place, a little apart, show of squares."""
+    loops = [list(range(4 * n, 4 * n + 4)) for n in range(len(squares))]
+    places = [np.array([x, 0.0, 0.0]) for x in (-0.001, 0.0, 0.001)]
+    views: list[View] = [
+        replace(drawn(with_noise(drawn().image, 20.0), Pose(np.eye(3), at)), name=f"{n}.png")
+        for n, at in enumerate(places)
+    ]
+    scene = polyhedron(np.concatenate(squares), loops, up=None)
+    named = replace(scene, views=tuple(view.name for view in views))
+    return with_sights(named, views, (1.0,) * 3, None)
+
+
+def test_what_hides_a_face_is_named_with_its_share() -> None:
+    behind, before = seen(square(3.0, -0.6, 0.6), square(1.5, 0.0, 0.6)).faces
+    for sight in behind.sights:
+        # The nearer square covers what lies right of and below the middle.
+        ((by, share),) = sight.hidden
+        assert by == 1
+        assert share == pytest.approx(0.25, abs=0.05)
+        assert sight.outside == 0.0
+    assert all(not sight.hidden for sight in before.sights)
+
+
+def test_what_lies_beyond_the_pictures_border_is_told_apart() -> None:
+    # At this distance the picture is 1.6 high and 2.13 wide.
+    (face,) = seen(square(1.5, -0.8, 0.8)).faces
+    assert [s.outside for s in face.sights] == pytest.approx([1 - 1.2 / 1.6] * 3, abs=0.05)
+
+
+def test_a_face_that_reaches_past_the_camera_hides_what_is_behind_it() -> None:
+    wall = np.array([[0.1, -5, -5], [0.1, -5, 1.5], [0.1, 5, 1.5], [0.1, 5, -5]])
+    behind, _ = seen(square(3.0, -0.6, 0.6), wall).faces
+    for sight in behind.sights:
+        # Right of x = .2 at this distance the way leads through the wall.
+        assert dict(sight.hidden)[1] == pytest.approx(0.4 / 1.2, abs=0.06)
+
+
+def test_a_face_seen_from_behind_has_no_sights() -> None:
+    (face,) = seen(square(3.0, -0.6, 0.6)[::-1]).faces
+    assert face.sights == ()
+    assert face.coverage == 0.0
