@@ -217,10 +217,7 @@ class _Selection:
             off = np.abs(sides @ hypothesis.normal - hypothesis.distance)
             known.append(sides[(off < near).all(axis=1)])
         for ring in parallelograms(np.concatenate(known), hypothesis, self._pixel):
-            for normal in (hypothesis.normal, -hypothesis.normal):
-                corners = _counter_clockwise(ring, normal)
-                if self._judge.agrees_inside(corners, normal, self._taken):
-                    self._propose_moved(corners, normal, plane)
+            self._propose_rough(ring, hypothesis.normal, plane)
 
     def _propose_moved(self, corners: FloatArray, normal: FloatArray, plane: int) -> None:
         views = self._judge.facing(corners, normal)
@@ -304,7 +301,6 @@ class _Selection:
         e = candidate.evidence
         face = SelectedFace(candidate.corners, candidate.normal, e.shown, e.coverage, e.points)
         self._faces.append(face)
-        self._propose_neighbours(face, candidate.worth)
         for k in np.nonzero(e.shown)[0].tolist():
             uv, depth = project_points(self._views[k].projection, face.corners)
             if (depth > 0).all():
@@ -313,6 +309,7 @@ class _Selection:
                 taken = cv2.bitwise_or(self._taken[k], cv2.erode(filled, RIM))
                 closed = cv2.morphologyEx(taken, cv2.MORPH_CLOSE, BETWEEN)
                 self._taken[k] = np.asarray(closed, dtype=np.uint8)
+        self._propose_neighbours(face, candidate.worth)
 
     def _propose_neighbours(self, face: SelectedFace, worth: float) -> None:
         # Most things have right angles: a plane through each side across the face.
@@ -327,11 +324,29 @@ class _Selection:
             plane = PlaneHypothesis(
                 normal, distance, np.nonzero(away < ON_PLANE_PX * self._pixel)[0]
             )
-            if any(same_plane(plane, side, other, self._pixel) for other in self._planes):
-                continue
-            self._planes.append(plane)
-            self._spans.append(side + np.array([-0.5, 0.5])[:, None, None] * reach * face.normal)
-            self._push(worth, len(self._planes) - 1)
+            same = (same_plane(plane, side, other, self._pixel) for other in self._planes)
+            number = next((k for k, is_it in enumerate(same) if is_it), len(self._planes))
+            if number == len(self._planes):
+                self._planes.append(plane)
+                self._spans.append(
+                    side + np.array([-0.5, 0.5])[:, None, None] * reach * face.normal
+                )
+                self._push(worth, number)
+            self._propose_down(side, number)
+
+    def _propose_down(self, side: FloatArray, number: int) -> None:
+        # What is bounded above often stands on the ground.
+        normal = self._planes[number].normal
+        if self._ground is not None:
+            ring = self._ground.down_from(side, normal)
+            if len(ring):
+                self._propose_rough(ring, normal, number)
+
+    def _propose_rough(self, ring: FloatArray, normal: FloatArray, plane: int) -> None:
+        for outwards in (normal, -normal):
+            corners = _counter_clockwise(ring, outwards)
+            if self._judge.agrees_inside(corners, outwards, self._taken):
+                self._propose_moved(corners, outwards, plane)
 
     def _contradicts(self, candidate: _Candidate, face: SelectedFace) -> bool:
         # They overlap in one plane, or the candidate hides the face from views that show it.

@@ -58,6 +58,18 @@ class Ground:
         share = -self.above(centre) / np.where(meets, drop, -1.0)
         return centre + share[:, None] * rays, meets
 
+    def down_from(self, side: FloatArray, normal: FloatArray) -> FloatArray:
+        """The part (4, 3) of a plane with this normal between one of its segments (2, 3) and here.
+
+        (0, 3) where the plane is about level, or an end of the segment lies on the ground.
+        """
+        down = (self.normal @ normal) * normal - self.normal
+        steep = float(np.linalg.norm(down))
+        if steep < np.sqrt(1 - LEVEL_COSINE**2) or self.holds(side).any():
+            return np.zeros((0, 3))
+        reach = self.above(side)[:, None] / steep * (down / steep)
+        return np.array([side[0], side[1], side[1] + reach[1], side[0] + reach[0]])
+
     def clipped(self, corners: FloatArray) -> FloatArray:
         """A polygon (k, 3) without what lies below the ground; (0, 3) if all of it does."""
         heights = self.above(corners)

@@ -72,6 +72,15 @@ def test_a_face_with_a_side_that_no_line_bounds_is_found_by_what_the_pictures_sh
     assert abs(np.linalg.norm(newell) - area) < 0.1 * area
 
 
+def test_sides_without_upright_lines_reach_from_the_top_to_the_ground() -> None:
+    rig = block_rig()
+    level = np.ptp(rig.edges[:, :, 2], axis=1) < 0.1
+    low = np.flatnonzero(level & (rig.edges[:, 0, 2] < 0.1))
+    kept = rig.edges[[*np.flatnonzero(level & (rig.edges[:, 0, 2] > 5.9)), *low[:2]]]
+    heights = sorted(float(f.corners[:, 2].mean()) for f in selected(rig, kept))
+    np.testing.assert_allclose(heights, [3, 3, 3, 3, 6], atol=rig.pixel)
+
+
 def test_the_ground_is_no_face() -> None:
     rig = block_rig()
     low = rig.points[rig.points[:, 2] < 0.1]

@@ -117,3 +117,23 @@ def test_rays_meet_the_ground_behind_what_stands_on_it_and_not_above_the_horizon
     points, meets = LEVEL.behind(eye, np.array([[0.0, -1.0, 0.5], [0.0, -1.0, 1.0], [0.0, 0, 3.0]]))
     assert meets.tolist() == [True, False, False]
     np.testing.assert_allclose(points[0], [0.0, 0.0, 0.0], atol=1e-12)
+
+
+@given(st.floats(0.2, 3.0), st.floats(0.0, 6.3), st.floats(-1.0, 1.0))
+def test_a_plane_goes_down_from_a_side_to_the_ground(h: float, turn: float, lean: float) -> None:
+    along = np.array([np.cos(turn), np.sin(turn), 0.0])
+    out = np.array([-np.sin(turn), np.cos(turn), lean])
+    side = np.array([along, 3 * along]) + h * UP
+    ring = LEVEL.down_from(side, out / np.linalg.norm(out))
+    np.testing.assert_array_equal(ring[:2], side)
+    np.testing.assert_allclose(ring[2:, 2], 0.0, atol=1e-9)
+    # It lies in the plane, and goes down square to the level side.
+    np.testing.assert_allclose((ring - side[0]) @ out, 0.0, atol=1e-9)
+    np.testing.assert_allclose((ring[3] - ring[0]) @ along, 0.0, atol=1e-9)
+    np.testing.assert_allclose((ring[2] - ring[1]) @ along, 0.0, atol=1e-9)
+
+
+def test_nothing_goes_down_from_a_level_plane_or_from_the_ground() -> None:
+    side = np.array([[0.0, 0.0, 0.5], [1.0, 0.0, 0.5]])
+    assert len(LEVEL.down_from(side, UP)) == 0
+    assert len(LEVEL.down_from(side - 0.48 * UP, np.array([0.0, 1.0, 0.0]))) == 0
