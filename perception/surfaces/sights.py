@@ -133,6 +133,14 @@ class _Eye:
             depth[n, on] = np.where(away > 0, away, np.inf)
         return depth
 
+    def in_sight(self, points: FloatArray) -> NDArray[np.bool_]:
+        """Which points (n, 3) lie in the picture and no face lies before."""
+        uv, depth = project_points(self.view.projection, points)
+        seen = np.logical_and(depth > 0, _in_picture(uv, self.view))
+        nearest = self.depths(uv[seen]).min(axis=0, initial=np.inf)
+        seen[seen] = nearest > depth[seen] - BEFORE_PX * self.pixel(depth[seen])
+        return seen
+
     def pixel(self, depth: FloatArray) -> FloatArray:
         """The length of a pixel so far forward."""
         return depth / self.view.camera.fx
@@ -208,8 +216,9 @@ def _sight_lines(
     for k, (eye, ends) in enumerate(zip(eyes, met, strict=True)):
         of_view = ends[shown[k, first : first + len(ends)]]
         first += len(ends)
-        corners = [v.point for v in scene.vertices if any(o.view == k for o in v.observations)]
-        every = np.concatenate([of_view, np.reshape(corners, (-1, 3))])
+        observed = [v.point for v in scene.vertices if any(o.view == k for o in v.observations)]
+        corners = np.reshape(observed, (-1, 3))
+        every = np.concatenate([of_view, corners[eye.in_sight(corners)]])
         if len(every):
             lines.append(SightLines(eye.centre, every, k))
     return tuple(lines)

@@ -10,7 +10,7 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.surfaces.sights import with_sights
-from facetlog.perception.types import FloatArray, Pose, View
+from facetlog.perception.types import FloatArray, Observation, Pose, View
 from facetlog.robot.rendering.worlds import make_world
 from tests.perception.detection.drawings import view as drawn
 from tests.perception.detection.drawings import with_noise
@@ -88,7 +88,9 @@ def seen(*squares: FloatArray) -> Scene:
         for n, at in enumerate(places)
     ]
     scene = polyhedron(np.concatenate(squares), loops, up=None)
-    named = replace(scene, views=tuple(view.name for view in views))
+    observations = tuple(Observation(k, np.zeros(2), np.eye(2)) for k in range(3))
+    vertices = tuple(replace(vertex, observations=observations) for vertex in scene.vertices)
+    named = replace(scene, vertices=vertices, views=tuple(view.name for view in views))
     return with_sights(named, views, (1.0,) * 3, None)
 
 
@@ -101,6 +103,15 @@ def test_what_hides_a_face_is_named_with_its_share() -> None:
         assert share == pytest.approx(0.25, abs=0.05)
         assert sight.outside == 0.0
     assert all(not sight.hidden for sight in before.sights)
+
+
+def test_sight_lines_go_to_the_vertices_that_no_face_hides() -> None:
+    for line in seen(square(3.0, -0.6, 0.6), square(1.5, 0.0, 0.5)).sights:
+        ends = line.ends.round(6).tolist()
+        assert [-0.6, -0.6, 3.0] in ends
+        assert [0.5, 0.5, 1.5] in ends
+        # Matched by mistake: the nearer square is before it.
+        assert [0.6, 0.6, 3.0] not in ends
 
 
 def test_what_lies_beyond_the_pictures_border_is_told_apart() -> None:
