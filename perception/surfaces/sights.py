@@ -27,6 +27,8 @@ __all__ = ["with_sights"]
 # Lines of sight across a picture, as many a length downwards: some ten for each side of a thing
 # that fills a quarter of it.
 ACROSS = 40
+# Views that are asked whether they agree with one: the time grows with their number.
+WITNESSES = 24
 # A surface this much nearer than another, in lengths of a pixel there, is before it: a corner is
 # known to about one.
 BEFORE_PX = 3.0
@@ -55,10 +57,18 @@ def with_sights(
     """
     surfaces = [_surface(face, scene.points) for face in scene.faces]
     levels = _Levels(views, np.array(weight))
-    eyes = [_Eye(view, surfaces) for view in views]
-    faces = [_seen(n, surfaces, eyes, levels) for n in range(len(surfaces))]
-    lines = _sight_lines(scene, eyes, levels, ground)
-    return replace(scene, faces=tuple(faces), sights=lines)
+    looks = [_Look.at(surface, len(views)) for surface in surfaces]
+    lines = []
+    for k, view in enumerate(views):
+        # An eye holds a picture of each face: one at a time.
+        eye = _Eye(view, surfaces)
+        for number, look in enumerate(looks):
+            look.through(k, eye, number)
+        ends = _ends(k, eye, scene, levels, ground)
+        if len(ends):
+            lines.append(SightLines(eye.centre, ends, k))
+    faces = tuple(look.face(levels) for look in looks)
+    return replace(scene, faces=faces, sights=tuple(lines))
 
 
 def _surface(face: Face, vertices: FloatArray) -> _Surface:
@@ -78,23 +88,26 @@ class _Levels:
         self._views = views
         self._weight = weight
         self._levels = GreyLevels(views, [gradient(view.image) for view in views])
+        self.views = len(views)
 
     def agree(
-        self, points: FloatArray, within: NDArray[np.bool_] | None = None
+        self,
+        points: FloatArray,
+        views: NDArray[np.intp],
+        within: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.bool_]:
-        """Which views (V, n) show the surface at points (n, 3).
+        """Which of the views (v,) show the surface at points (n, 3): (v, n).
 
-        `within` (V, n) are the views that have nothing else before it, as far as is known.
+        `within` (v, n) are the views that have nothing else before it, as far as is known.
         """
-        everyone = np.arange(len(self._views))
-        uv = np.empty((2, len(everyone), len(points)))
+        uv = np.empty((2, len(views), len(points)))
         seen = np.empty(uv.shape[1:], dtype=np.bool_)
-        for k, view in enumerate(self._views):
-            at, depth = project_points(view.projection, points)
-            uv[:, k], seen[k] = at.T, (depth > 0) & _in_picture(at, view)
+        for n, k in enumerate(views.tolist()):
+            at, depth = project_points(self._views[k].projection, points)
+            uv[:, n], seen[n] = at.T, (depth > 0) & _in_picture(at, self._views[k])
         if within is not None:
             seen &= within
-        found = agreement(self._levels.read(everyone, uv, seen), self._weight)
+        found = agreement(self._levels.read(views, uv, seen), self._weight[views])
         return found.agrees & (found.ratio > 0)
 
 
@@ -166,62 +179,85 @@ def _in_picture(uv: FloatArray, view: View) -> NDArray[np.bool_]:
     return np.asarray(((uv > 1) & (uv < size - 2)).all(axis=1), dtype=np.bool_)
 
 
-def _seen(number: int, surfaces: Sequence[_Surface], eyes: Sequence[_Eye], levels: _Levels) -> Face:
-    """The face of that number with what each view before it shows of it."""
-    surface = surfaces[number]
-    face, points = surface.face, surface.points
-    if not len(points):
-        return face
-    rows = len(eyes), len(points)
-    before = np.zeros(len(eyes), dtype=np.bool_)
-    inside = np.zeros(rows, dtype=np.bool_)
-    hider = np.full(rows, -1)
-    for k, eye in enumerate(eyes):
+@dataclass(frozen=True, eq=False, slots=True)
+class _Look:
+    """How the views look at a face: which are `before` it (V,), and of each point (V, n) whether it
+    is `inside` the picture, and which face is its `hider`, -1 for none.
+    """
+
+    surface: _Surface
+    before: NDArray[np.bool_]
+    inside: NDArray[np.bool_]
+    hider: NDArray[np.intp]
+
+    @classmethod
+    def at(cls, surface: _Surface, views: int) -> "_Look":
+        """Before any view looked."""
+        rows = views, len(surface.points)
+        before, inside = np.zeros(views, dtype=np.bool_), np.zeros(rows, dtype=np.bool_)
+        return cls(surface, before, inside, np.full(rows, -1))
+
+    def through(self, view: int, eye: _Eye, number: int) -> None:
+        """Looks by one view at the face, which has this number among all."""
+        points = self.surface.points
+        if not len(points):
+            return
         away = eye.centre - points.mean(axis=0)
-        sine = float(away @ face.plane.normal) / float(np.linalg.norm(away))
-        before[k] = sine > MIN_FACING_SINE
+        height = float(away @ self.surface.face.plane.normal)
+        self.before[view] = height > MIN_FACING_SINE * float(np.linalg.norm(away))
         uv, depth = project_points(eye.view.projection, points)
-        inside[k] = np.logical_and(depth > 0, _in_picture(uv, eye.view))
-        on = np.nonzero(inside[k])[0] if before[k] else np.zeros(0, dtype=np.intp)
+        self.inside[view] = np.logical_and(depth > 0, _in_picture(uv, eye.view))
+        if not self.before[view]:
+            return
+        on = np.nonzero(self.inside[view])[0]
         others = eye.depths(uv[on])
         others[number] = np.inf
-        nearest = others.argmin(axis=0)
         limit = depth[on] - BEFORE_PX * eye.pixel(depth[on])
-        hider[k, on] = np.where(others.min(axis=0) < limit, nearest, -1)
-    clear = before[:, None] & inside & (hider < 0)
-    shown = levels.agree(points, clear)
-    sights = tuple(
-        FaceSight(
-            k,
-            float(shown[k].mean()),
-            tuple((int(f), float((hider[k] == f).mean())) for f in np.unique(hider[k]) if f >= 0),
-            float(1.0 - inside[k].mean()),
+        self.hider[view, on] = np.where(others.min(axis=0) < limit, others.argmin(axis=0), -1)
+
+    def face(self, levels: _Levels) -> Face:
+        """The face with what each view before it shows of it."""
+        face, points = self.surface.face, self.surface.points
+        if not len(points):
+            return face
+        clear = self.before[:, None] & self.inside & (self.hider < 0)
+        shown = levels.agree(points, np.arange(len(clear)), clear)
+        sights = tuple(
+            FaceSight(
+                k,
+                float(shown[k].mean()),
+                tuple(
+                    (by, float((self.hider[k] == by).mean()))
+                    for by in np.unique(self.hider[k]).tolist()
+                    if by >= 0
+                ),
+                float(1.0 - self.inside[k].mean()),
+            )
+            for k in np.nonzero(self.before)[0].tolist()
         )
-        for k in np.nonzero(before)[0].tolist()
-    )
-    return replace(face, coverage=float(shown.any(axis=0).mean()), sights=sights)
+        return replace(face, coverage=float(shown.any(axis=0).mean()), sights=sights)
 
 
-def _sight_lines(
+def _ends(
+    view: int,
+    eye: _Eye,
     scene: Scene,
-    eyes: Sequence[_Eye],
     levels: _Levels,
     ground: tuple[FloatArray, float] | None,
-) -> tuple[SightLines, ...]:
-    """From each view to what it shows on a lattice of pixels, and to the vertices seen in it."""
-    met = [_first_met(eye, ground) for eye in eyes]
-    shown = levels.agree(np.concatenate(met))
-    lines = []
-    first = 0
-    for k, (eye, ends) in enumerate(zip(eyes, met, strict=True)):
-        of_view = ends[shown[k, first : first + len(ends)]]
-        first += len(ends)
-        observed = [v.point for v in scene.vertices if any(o.view == k for o in v.observations)]
-        corners = np.reshape(observed, (-1, 3))
-        every = np.concatenate([of_view, corners[eye.in_sight(corners)]])
-        if len(every):
-            lines.append(SightLines(eye.centre, every, k))
-    return tuple(lines)
+) -> FloatArray:
+    """What a view shows (n, 3): surfaces on a lattice of pixels, and the vertices seen in it."""
+    met = _first_met(eye, ground)
+    shown = levels.agree(met, _witnesses(view, levels.views))[0]
+    observed = [v.point for v in scene.vertices if any(o.view == view for o in v.observations)]
+    corners = np.reshape(observed, (-1, 3))
+    return np.concatenate([met[shown], corners[eye.in_sight(corners)]])
+
+
+def _witnesses(view: int, count: int) -> NDArray[np.intp]:
+    # A view, and evenly among the others so many that more would hardly change anything.
+    others = np.delete(np.arange(count), view)
+    chosen = np.linspace(0, len(others) - 1, min(WITNESSES, len(others))).round().astype(np.intp)
+    return np.concatenate([[view], others[chosen]])
 
 
 def _first_met(eye: _Eye, ground: tuple[FloatArray, float] | None) -> FloatArray:
