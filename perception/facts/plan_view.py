@@ -122,7 +122,7 @@ def _solid_down_to(
     side = np.where(upward[rim, 0], bent.faces[rim, 1], bent.faces[rim, 0])
     depths = bottoms.copy()
     for face in np.unique(side[~table.convex[side]]).tolist():
-        depths[face] = _mostly_down_to(table, face, up)
+        depths[face] = max(bottoms[face], _mostly_down_to(table, face, up))
     sides, own = np.full(len(table), -np.inf), np.full(len(table), np.inf)
     np.maximum.at(sides, roofs[roof], depths[side])
     np.minimum.at(own, roofs, bottoms)

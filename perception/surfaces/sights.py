@@ -15,7 +15,10 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import gradient
 from facetlog.perception.detection.line_front_end.face_evidence import inner_points
-from facetlog.perception.detection.line_front_end.line_support import project_points
+from facetlog.perception.detection.line_front_end.line_support import (
+    project_points,
+    project_to_views,
+)
 from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels, agreement
 from facetlog.perception.detection.line_front_end.plane_regions import MIN_FACING_SINE
 from facetlog.perception.flat_faces import part_above, plane_axes
@@ -58,13 +61,20 @@ def with_sights(
     surfaces = [_surface(face, scene.points) for face in scene.faces]
     levels = _Levels(views, np.array(weight))
     looks = [_Look.at(surface, len(views)) for surface in surfaces]
+    observed: list[list[FloatArray]] = [[] for _ in views]
+    for vertex in scene.vertices:
+        for seen in vertex.observations:
+            observed[seen.view].append(vertex.point)
     lines = []
     for k, view in enumerate(views):
         # An eye holds a picture of each face: one at a time.
         eye = _Eye(view, surfaces)
         for number, look in enumerate(looks):
             look.through(k, eye, number)
-        ends = _ends(k, eye, scene, levels, ground)
+        met = _first_met(eye, ground)
+        corners = np.reshape(observed[k], (-1, 3))
+        shown = levels.agree(met, _witnesses(k, len(views)))[0]
+        ends = np.concatenate([met[shown], corners[eye.in_sight(corners)]])
         if len(ends):
             lines.append(SightLines(eye.centre, ends, k))
     faces = tuple(look.face(levels) for look in looks)
@@ -85,10 +95,10 @@ class _Levels:
     """Whether pictures agree on points of surfaces."""
 
     def __init__(self, views: Sequence[View], weight: FloatArray) -> None:
-        self._views = views
+        self._projections = np.array([view.projection for view in views])
+        self._sizes = np.array([view.image.shape[::-1] for view in views])
         self._weight = weight
         self._levels = GreyLevels(views, [gradient(view.image) for view in views])
-        self.views = len(views)
 
     def agree(
         self,
@@ -100,14 +110,13 @@ class _Levels:
 
         `within` (v, n) are the views that have nothing else before it, as far as is known.
         """
-        uv = np.empty((2, len(views), len(points)))
-        seen = np.empty(uv.shape[1:], dtype=np.bool_)
-        for n, k in enumerate(views.tolist()):
-            at, depth = project_points(self._views[k].projection, points)
-            uv[:, n], seen[n] = at.T, (depth > 0) & _in_picture(at, self._views[k])
+        uv, depth = project_to_views(self._projections[views], points)
+        seen = np.logical_and(depth > 0, _in_picture(uv, self._sizes[views, None]))
         if within is not None:
             seen &= within
-        found = agreement(self._levels.read(views, uv, seen), self._weight[views])
+        found = agreement(
+            self._levels.read(views, uv.transpose(2, 0, 1), seen), self._weight[views]
+        )
         return found.agrees & (found.ratio > 0)
 
 
@@ -117,6 +126,7 @@ class _Eye:
     def __init__(self, view: View, surfaces: Sequence[_Surface]) -> None:
         self.view = view
         self.centre = view.pose.centre
+        self.size = np.array(view.image.shape[::-1])
         self._surfaces = surfaces
         self._masks = [self._drawn(surface) for surface in surfaces]
         camera = view.camera
@@ -149,7 +159,7 @@ class _Eye:
     def in_sight(self, points: FloatArray) -> NDArray[np.bool_]:
         """Which points (n, 3) lie in the picture and no face lies before."""
         uv, depth = project_points(self.view.projection, points)
-        seen = np.logical_and(depth > 0, _in_picture(uv, self.view))
+        seen = np.logical_and(depth > 0, _in_picture(uv, self.size))
         nearest = self.depths(uv[seen]).min(axis=0, initial=np.inf)
         seen[seen] = nearest > depth[seen] - BEFORE_PX * self.pixel(depth[seen])
         return seen
@@ -173,10 +183,9 @@ class _Eye:
         return mask
 
 
-def _in_picture(uv: FloatArray, view: View) -> NDArray[np.bool_]:
-    # To a pixel inside the border, where rounding stays in the picture.
-    size = np.array([view.camera.width, view.camera.height])
-    return np.asarray(((uv > 1) & (uv < size - 2)).all(axis=1), dtype=np.bool_)
+def _in_picture(uv: FloatArray, size: NDArray[np.intp]) -> NDArray[np.bool_]:
+    # To a pixel inside the border, where rounding stays in the picture of that width and height.
+    return np.asarray(((uv > 1) & (uv < size - 2)).all(axis=-1), dtype=np.bool_)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -206,7 +215,7 @@ class _Look:
         height = float(away @ self.surface.face.plane.normal)
         self.before[view] = height > MIN_FACING_SINE * float(np.linalg.norm(away))
         uv, depth = project_points(eye.view.projection, points)
-        self.inside[view] = np.logical_and(depth > 0, _in_picture(uv, eye.view))
+        self.inside[view] = np.logical_and(depth > 0, _in_picture(uv, eye.size))
         if not self.before[view]:
             return
         on = np.nonzero(self.inside[view])[0]
@@ -236,21 +245,6 @@ class _Look:
             for k in np.nonzero(self.before)[0].tolist()
         )
         return replace(face, coverage=float(shown.any(axis=0).mean()), sights=sights)
-
-
-def _ends(
-    view: int,
-    eye: _Eye,
-    scene: Scene,
-    levels: _Levels,
-    ground: tuple[FloatArray, float] | None,
-) -> FloatArray:
-    """What a view shows (n, 3): surfaces on a lattice of pixels, and the vertices seen in it."""
-    met = _first_met(eye, ground)
-    shown = levels.agree(met, _witnesses(view, levels.views))[0]
-    observed = [v.point for v in scene.vertices if any(o.view == view for o in v.observations)]
-    corners = np.reshape(observed, (-1, 3))
-    return np.concatenate([met[shown], corners[eye.in_sight(corners)]])
 
 
 def _witnesses(view: int, count: int) -> NDArray[np.intp]:
