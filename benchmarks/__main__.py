@@ -18,6 +18,7 @@ NAMES = (
     "accuracy_demo",
     "accuracy_no_box",
     "accuracy_pictures",
+    "accuracy_worlds",
     "accuracy_faces",
     "accuracy_noise",
     "accuracy_drift",

@@ -10,7 +10,7 @@ import json
 import os
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -22,9 +22,7 @@ from benchmarks.recognition import in_metres, tour_views
 from facetlog.errors import FacetlogError
 from facetlog.kb.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
-from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.types import Pose
 from facetlog.pipeline import reconstruct_views
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
@@ -147,18 +145,11 @@ def main_thing(facts: Iterable[Fact]) -> str | None:
 
 def _facts(world: World, seed: int) -> tuple[tuple[Fact, ...], str]:
     try:
-        views = _as_real(in_metres(f"{world.name}-{seed}", tour_views(world, seed)), world)
+        views = in_metres(f"{world.name}-{seed}", tour_views(world, seed), world.model_scale)
         scene = reconstruct_views(views, clock=StepClock())
     except FacetlogError as exc:
         return (), type(exc).__name__
     return tuple((fact.functor, *fact.args) for fact in scene_facts(scene)), ""
-
-
-def _as_real(view_set: ViewSet, world: World) -> ViewSet:
-    """The views as they would be of the thing that the world is a model of."""
-    scale = world.model_scale
-    views = (replace(v, pose=Pose(v.pose.rotation, v.pose.centre * scale)) for v in view_set.views)
-    return replace(view_set, views=tuple(views))
 
 
 def _folder() -> Path:

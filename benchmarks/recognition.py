@@ -230,11 +230,15 @@ def tour_views(
     )
 
 
-def in_metres(name: str, views: Sequence[View]) -> ViewSet:
-    """Views in inches as a set in metres, z up, as the demo has them."""
+def in_metres(name: str, views: Sequence[View], model_scale: float = 1.0) -> ViewSet:
+    """Views in inches as a set in metres, z up, as the demo has them.
+
+    Of a world of models that are `model_scale` times smaller than the things, as if of the things.
+    """
+    metres = INCH * model_scale
     return ViewSet(
         name,
-        tuple(replace(v, pose=Pose(v.pose.rotation, v.pose.centre * INCH)) for v in views),
+        tuple(replace(v, pose=Pose(v.pose.rotation, v.pose.centre * metres)) for v in views),
         up=np.array([0.0, 0.0, 1.0]),
         metric=True,
     )
