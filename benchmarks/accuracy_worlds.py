@@ -66,7 +66,8 @@ class Polygon:
         steps = np.maximum(np.ceil((high - low) / cell).astype(int), 2)
         cells = np.stack(np.meshgrid(*map(np.arange, steps), indexing="ij"), axis=-1)
         flat = low + (high - low) * (cells.reshape(-1, 2) + 0.5) / steps
-        return self._middle + flat[shapely.contains_xy(self._outline, flat)] @ self._axes
+        inside = flat[shapely.contains_xy(self._outline, flat)]
+        return np.asarray(self._middle + inside @ self._axes)
 
     def covers(
         self, points: FloatArray, normals: FloatArray, *, offset: float, margin: float, turn: float

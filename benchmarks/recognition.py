@@ -7,6 +7,7 @@ nearest to it (one to one), if that lies within a sixth of the shortest true edg
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -18,15 +19,16 @@ from facetlog.perception.facts.angles import angle_between
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.types import FloatArray, Pose, View
+from facetlog.perception.types import Camera, FloatArray, Pose, View
 from facetlog.pipeline import FrontEnd, Method, recognize_views
 from facetlog.robot.rendering.views import Similarity, views_of
-from facetlog.robot.rendering.world import World
+from facetlog.robot.rendering.world import Floor, Solid, World
 from facetlog.robot.rendering.worlds import INCH, make_world
 from facetlog.robot.tour import tour_camera, tour_poses
 
 __all__ = [
     "BOX",
+    "OPEN",
     "SAME_FRAME",
     "Run",
     "Score",
@@ -35,6 +37,7 @@ __all__ = [
     "counted",
     "in_frame",
     "in_metres",
+    "in_steps",
     "recognised",
     "score",
     "summary",
@@ -49,6 +52,7 @@ BOX, OPEN, NOTHING = "box", "box is open", "nothing"
 MATCH_SHARE = 1.0 / 6.0
 # Planes nearer to parallel than this have no edge between them, rad.
 LEAST_TURN = np.radians(10.0)
+WHITE = 255.0
 SAME_FRAME = Similarity(np.eye(3), np.zeros(3))
 
 
@@ -215,19 +219,55 @@ def tour_views(
     seed: int,
     *,
     poses: Sequence[Pose] | None = None,
+    camera: Camera | None = None,
     noise_sd: float = 5.0,
     blur_px: float = 1.0,
 ) -> tuple[View, ...]:
     """Views of a world (or of the world of that name and seed), in inches, from the tour's poses
-    or from others."""
+    and by its camera, or from others and by another."""
     return views_of(
         make_world(world, seed) if isinstance(world, str) else world,
         tour_poses() if poses is None else poses,
-        tour_camera(),
+        tour_camera() if camera is None else camera,
         seed=seed,
         noise_sd=noise_sd,
         blur_px=blur_px,
     )
+
+
+def in_steps(world: World, step_grey: float) -> World:
+    """The world in even light without shadows, on a plain floor: each face is one grey, brighter
+    than the floor by a number of steps, and by another number than those that it meets."""
+    assert world.floor is not None
+    unit = WHITE * world.exposure
+    floor = round(unit * world.floor.albedo)
+    solids = tuple(
+        replace(
+            solid,
+            albedo=tuple((floor + step_grey * n) / unit for n in _steps(solid)),
+            prints=(),
+        )
+        for solid in world.solids
+    )
+    plain = Floor(floor / unit)
+    return replace(world, solids=solids, floor=plain, ambient=1.0, sided=0.0)
+
+
+def _steps(solid: Solid) -> list[int]:
+    """For each face the least number from 1 that no face before it has at a true edge of both."""
+    edges = [
+        {frozenset(pair) for pair in zip(face, (*face[1:], face[0]), strict=True)}
+        for face in solid.faces
+    ]
+    found: list[int] = []
+    for index, own in enumerate(edges):
+        taken = {
+            n
+            for other, n in enumerate(found)
+            if own & edges[other] and not solid.curved.issuperset((index, other))
+        }
+        found.append(next(n for n in count(1) if n not in taken))
+    return found
 
 
 def in_metres(name: str, views: Sequence[View], model_scale: float = 1.0) -> ViewSet:
