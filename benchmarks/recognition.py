@@ -236,8 +236,8 @@ def tour_views(
 
 
 def in_steps(world: World, step_grey: float) -> World:
-    """The world in even light without shadows, on a plain floor: each face is one grey, brighter
-    than the floor by a number of steps, and by another number than those that it meets."""
+    """The world in even light without shadows, on a plain floor without a horizon: each face is one
+    grey, brighter than the floor by a number of steps, and by another than those that it meets."""
     assert world.floor is not None
     unit = WHITE * world.exposure
     floor = round(unit * world.floor.albedo)
@@ -250,7 +250,7 @@ def in_steps(world: World, step_grey: float) -> World:
         for solid in world.solids
     )
     plain = Floor(floor / unit)
-    return replace(world, solids=solids, floor=plain, ambient=1.0, sided=0.0)
+    return replace(world, solids=solids, floor=plain, background=floor, ambient=1.0, sided=0.0)
 
 
 def _steps(solid: Solid) -> list[int]:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from benchmarks.recognition import Shape, score, true_block
+from benchmarks.recognition import Shape, in_steps, score, true_block
 from facetlog.perception.scene import Edge, Face, Plane, Scene, Vertex
 from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering.views import Similarity, random_similarity
@@ -95,3 +95,17 @@ def test_vertex_errors_are_weighed_by_their_covariance() -> None:
     found = score(scene_of(shifted), SHAPE, CENTRES)
     assert found.vertex_nees == pytest.approx([1 / 3] * 8)
     assert found.rms == pytest.approx(SD)
+
+
+@pytest.mark.parametrize("name", ["block", "pyramid", "wedge", "cylinder"])
+def test_faces_that_meet_differ_by_a_step_and_curved_ones_are_alike(name: str) -> None:
+    world = in_steps(make_world(name), 10.0)
+    assert world.floor is not None
+    unit = 255.0 * world.exposure
+    (solid,) = world.solids
+    greys = {frozenset(face): unit * a for face, a in zip(solid.faces, solid.albedo, strict=True)}
+    assert min(greys.values()) == pytest.approx(unit * world.floor.albedo + 10.0)
+    for start, end in solid.edges:
+        one, other = (grey for face, grey in greys.items() if {start, end} <= face)
+        assert abs(one - other) > 9.9
+    assert len({solid.albedo[face] for face in solid.curved}) <= 1
