@@ -114,6 +114,7 @@ def _scaled(scale: float) -> MakeCase:
 
 CASES: dict[str, MakeCase] = {
     "noise of 10 grey levels": _pictures(noise_sd=10.0),
+    "noise of 15 grey levels": _pictures(noise_sd=15.0),
     "noise of 20 grey levels": _pictures(noise_sd=20.0),
     "blur of 2 px": _pictures(blur_px=2.0),
     "half the light": _pictures(change=lambda w: replace(w, exposure=w.exposure / 2)),
