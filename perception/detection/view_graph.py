@@ -14,6 +14,9 @@ __all__ = ["ViewGraph", "view_graph"]
 # Two views count as two only as far as the picture of the object moved between them, px: less
 # than this, and a thing that stands still in the picture looks rigid with everything.
 DISTINCT_PX = 6.0
+# At so many times that they have nothing in common: three such views count as three, not as a
+# billionth less.
+APART = 4.0
 # Best angle between the rays of a pair: below it depth is poor, above it appearance changes.
 PAIR_ANGLE = np.radians(15.0)
 PARTNERS = 4
@@ -49,7 +52,8 @@ def view_graph(views: Sequence[View]) -> ViewGraph:
     range_ = np.linalg.norm(rays, axis=1)
     distance = float(np.median(range_))
     motion = _picture_motion(views, focus, 0.1 * distance)
-    weight = 1.0 / np.exp(-((motion / DISTINCT_PX) ** 2)).sum(axis=1)
+    alike = np.where(motion < APART * DISTINCT_PX, np.exp(-((motion / DISTINCT_PX) ** 2)), 0.0)
+    weight = 1.0 / alike.sum(axis=1)
     directions = rays / range_[:, None]
     # Each next key view is the one whose picture differs most from those of all chosen.
     key = sorted(farthest_points(motion, KEY_VIEWS))

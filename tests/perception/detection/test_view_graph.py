@@ -46,6 +46,13 @@ def test_cameras_that_look_about_a_point_have_their_focus_near_it() -> None:
         assert np.linalg.norm(graph.focus - TARGET) < 1.0
 
 
+def test_three_views_far_apart_count_as_three() -> None:
+    # An even billionth less, and no segment would be shown by three distinct views.
+    steps = 30.0 / CAMERA.fx * np.arange(3)
+    poses = [Pose(np.eye(3), np.array([10.0 * step, 0.0, -10.0])) for step in steps]
+    assert view_graph([view(pose=p) for p in poses]).weight.sum() == 3.0
+
+
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10_000), st.sampled_from([1e-3, 1.0, 1e3]))
 def test_another_frame_and_scale_change_no_weight_and_no_pair(seed: int, scale: float) -> None:
