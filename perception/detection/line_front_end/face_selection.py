@@ -123,13 +123,14 @@ def select_faces(
     graph: ViewGraph,
     profiles: LineProfiles,
     ground: Ground | None,
+    levels: GreyLevels,
 ) -> tuple[SelectedFace, ...]:
     """Faces on the planes, the best first; none of them is the ground.
 
     Of the cloud's lines `worth` (n,) is their log-likelihood ratio, and `profiles` say how far they
     are covered.
     """
-    return _Selection(planes, cloud, worth, views, maps, graph, profiles, ground).run()
+    return _Selection(planes, cloud, worth, views, maps, graph, profiles, ground, levels).run()
 
 
 class _Selection:
@@ -143,6 +144,7 @@ class _Selection:
         graph: ViewGraph,
         profiles: LineProfiles,
         ground: Ground | None,
+        levels: GreyLevels,
     ) -> None:
         self._cloud = cloud
         self._profiles = profiles
@@ -150,7 +152,6 @@ class _Selection:
         self._views = views
         self._centres = np.array([view.pose.centre for view in views])
         self._pixel = cloud.pixel
-        levels = GreyLevels(views, maps)
         self._sides = SideJudge(views, maps, graph.weight)
         self._ground = ground
         self._judge = FaceJudge(views, levels, self._sides, graph.weight, ground)

@@ -14,11 +14,13 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
     track_corners,
     track_ends,
 )
+from facetlog.perception.detection.line_front_end.exposure import exposures
 from facetlog.perception.detection.line_front_end.face_selection import select_faces
 from facetlog.perception.detection.line_front_end.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.line_cloud import shown_lines
 from facetlog.perception.detection.line_front_end.line_extent import line_profiles
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
+from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_hypotheses
 from facetlog.perception.detection.line_front_end.pose_consistency import check_consistency
 from facetlog.perception.detection.line_front_end.side_evidence import SideJudge
@@ -117,7 +119,8 @@ def _tracked(
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
         worth = SideJudge(views, maps, graph.weight).worth(cloud.segments)
         ground = find_ground(planes, cloud, worth, views, graph.distance, up)
-        faces = select_faces(planes, cloud, worth, views, maps, graph, profiles, ground)
+        levels = GreyLevels(views, maps, exposures(cloud.segments, use, views))
+        faces = select_faces(planes, cloud, worth, views, maps, graph, profiles, ground, levels)
     weight = tuple(float(w) for w in graph.weight)
     level = None if ground is None else (ground.normal, ground.height)
     if not faces:

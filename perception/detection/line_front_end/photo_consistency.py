@@ -55,11 +55,22 @@ class Agreement:
 
 
 class GreyLevels:
-    """The pictures of a set of views, ready to be asked for levels at any points."""
+    """The pictures of a set of views, ready to be asked for levels at any points.
 
-    def __init__(self, views: Sequence[View], gradients: Sequence[Gradient]) -> None:
+    `exposure` (V,) is by which factor each view is brighter than usual: levels are freed of it.
+    None stands for views that are all as bright.
+    """
+
+    def __init__(
+        self,
+        views: Sequence[View],
+        gradients: Sequence[Gradient],
+        exposure: FloatArray | None = None,
+    ) -> None:
         self._images = [view.image for view in views]
         self._gradients = gradients
+        even = np.ones(len(views)) if exposure is None else exposure
+        self._exposure = even.astype(np.float32)
         self._noise = np.array([working_noise(view.image) for view in views], dtype=np.float32)
         self._chance = np.array(
             [_density(v.image, noise) for v, noise in zip(views, self._noise, strict=True)]
@@ -80,7 +91,9 @@ class GreyLevels:
         noise = self._noise[views].reshape(by_view)
         sd = np.sqrt(noise**2 + (LIGHT_SHARE * level) ** 2 + (PLACE_PX * slope) ** 2)
         chance = self._chance[views.reshape(by_view), level.astype(np.uint8)]
-        return Levels(np.where(seen, level, np.float32(np.nan)), sd, chance)
+        by = self._exposure[views].reshape(by_view)
+        freed = np.asarray(np.where(seen, level, np.nan) / by, dtype=np.float32)
+        return Levels(freed, sd / by, chance * by)
 
 
 def agreement(levels: Levels, weight: FloatArray) -> Agreement:

@@ -9,6 +9,7 @@ from facetlog.perception.detection.line_front_end.face_selection import Selected
 from facetlog.perception.detection.line_front_end.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.line_extent import line_profiles
+from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.plane_hypotheses import (
     PlaneHypothesis,
     plane_hypotheses,
@@ -41,7 +42,8 @@ def selected(
     profiles = line_profiles(segments, rig.views, rig.maps, use, graph.weight)
     worth = SideJudge(rig.views, rig.maps, graph.weight).worth(segments)
     ground = find_ground(found, lines, worth, rig.views, graph.distance, up)
-    return select_faces(found, lines, worth, rig.views, rig.maps, graph, profiles, ground)
+    levels = GreyLevels(rig.views, rig.maps)
+    return select_faces(found, lines, worth, rig.views, rig.maps, graph, profiles, ground, levels)
 
 
 @pytest.mark.parametrize("up", [UP, None])

@@ -90,6 +90,20 @@ def test_a_flat_picture_is_read_without_a_warning() -> None:
     assert read.chance[0, 0] > 0.1
 
 
+def test_levels_are_freed_of_the_exposure_and_as_likely() -> None:
+    bright, dark = view(flat(120.0)), view(flat(60.0))
+    reader = GreyLevels(
+        [bright, dark], [edge_map(v.image) for v in (bright, dark)], np.array([1.5, 0.75])
+    )
+    read = reader.read(np.array([0, 1]), np.full((2, 2, 1), 5.0), np.ones((2, 1), np.bool_))
+    np.testing.assert_allclose(read.level, 80.0)
+    plain = GreyLevels([bright], [edge_map(bright.image)])
+    alone = plain.read(np.array([0]), np.full((2, 1, 1), 5.0), np.ones((1, 1), np.bool_))
+    np.testing.assert_allclose(
+        read.chance[0] * read.sd[0], alone.chance[0] * alone.sd[0], rtol=1e-5
+    )
+
+
 def test_a_point_that_a_view_does_not_see_has_no_level() -> None:
     plain = view(flat(90.0))
     reader = GreyLevels([plain], [edge_map(plain.image)])
