@@ -14,7 +14,7 @@ from facetlog.perception.detection.view_graph import ViewGraph, view_graph
 from facetlog.perception.ties import TIE, at_least, descending, ranks
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["SUPPORTED", "LineCloud", "reconstruct_lines", "shown_lines"]
+__all__ = ["SUPPORTED", "LineCloud", "reconstruct_lines", "segments_matched", "shown_lines"]
 
 # A view supports a segment when it shows this share of it.
 SUPPORTED = 0.6
@@ -26,6 +26,8 @@ SCREEN_VIEWS = 10
 MAX_DEPTH = 4.0
 # The longest segments of a view take part in matching; all views' edges give support.
 MAX_SEGMENTS = 250
+# That bounds the time, of which fewer pairs of views than this leave some for more segments.
+FULL_PAIRS = 24
 # Matches of one segment in one other view that are looked at in all views.
 BEST_OF_PAIR = 4
 # 3-D segments kept in the end, the best supported ones: bounds the time on cluttered scenes.
@@ -90,6 +92,15 @@ def shown_lines(
     return cloud, np.nan_to_num(coverage(cloud.segments, views, maps)) > SUPPORTED
 
 
+def segments_matched(pairs: int) -> int:
+    """How many segments of a view are matched, so that as many are compared as of FULL_PAIRS.
+
+    >>> segments_matched(40), segments_matched(3)
+    (250, 707)
+    """
+    return int(MAX_SEGMENTS * np.sqrt(max(FULL_PAIRS / max(pairs, 1), 1.0)))
+
+
 def _screened_candidates(
     views: Sequence[View],
     maps: Sequence[EdgeMap],
@@ -101,10 +112,9 @@ def _screened_candidates(
     first_number = np.cumsum([0, *map(len, segments)])
     found, owners = [np.zeros((0, 2, 3))], [np.zeros((0, 2), dtype=np.intp)]
     screen = _distinct_views(graph.weight, SCREEN_VIEWS)
+    most = segments_matched(len(graph.pairs))
     for i, j in graph.pairs:
-        c, made_of = candidate_segments(
-            views[i], segments[i][:MAX_SEGMENTS], views[j], segments[j][:MAX_SEGMENTS]
-        )
+        c, made_of = candidate_segments(views[i], segments[i][:most], views[j], segments[j][:most])
         near = np.linalg.norm(c.mean(axis=1) - graph.focus, axis=1) < MAX_DEPTH * graph.distance
         c, made_of = c[near], made_of[near]
         others = [k for k in screen if k not in (i, j)]
