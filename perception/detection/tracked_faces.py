@@ -4,18 +4,28 @@ from dataclasses import dataclass
 
 from facetlog.perception.types import FloatArray, Track
 
-__all__ = ["TrackedFace", "TrackedFaces"]
+__all__ = ["FacePlane", "TrackedFace", "TrackedFaces"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FacePlane:
+    """normal · x = height, known to `sds` (k,) at each corner of the face's outline."""
+
+    normal: FloatArray
+    height: float
+    sds: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
 class TrackedFace:
     """A face as a loop of tracks (indices), counter-clockwise seen from outside.
 
-    `support` in [0, 1] is that of `Face`.
+    `support` in [0, 1] is that of `Face`. `plane` is where the front end has it, if it knows.
     """
 
     outline: tuple[int, ...]
     support: float = 1.0
+    plane: FacePlane | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from facetlog.perception.detection.line_front_end.line_support import (
     project_to_views,
 )
 from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels, agreement
-from facetlog.perception.detection.line_front_end.plane_regions import MIN_FACING_SINE
+from facetlog.perception.detection.line_front_end.witnesses import MIN_FACING_SINE
 from facetlog.perception.flat_faces import part_above, plane_axes
 from facetlog.perception.scene import Face, FaceSight, Scene, SightLines
 from facetlog.perception.types import FloatArray, View

@@ -11,30 +11,30 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.half_planes import (
+    CLEAR_PX,
+    MIN_CONSISTENT,
+    MIN_INSIDE,
+    MIN_WEIGHT,
+)
 from facetlog.perception.detection.line_front_end.line_support import (
     project_to_views,
     segment_samples,
 )
-from facetlog.perception.detection.line_front_end.photo_consistency import (
-    Agreement,
-    GreyLevels,
-    agreement,
-)
-from facetlog.perception.detection.line_front_end.plane_regions import MIN_FACING_SINE
 from facetlog.perception.detection.line_front_end.side_evidence import (
     BESIDE_PX,
     SAMPLES,
     SideJudge,
 )
+from facetlog.perception.detection.line_front_end.witnesses import Witnesses
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.ties import largest
-from facetlog.perception.types import FloatArray, View
+from facetlog.perception.types import FloatArray
 
 __all__ = ["FaceEvidence", "FaceJudge", "inner_points"]
 
-# Least mean log-likelihood ratio of the inside, share of it that is consistent, and share of the
-# views that could see the face and do show it: without these its sides need not be looked at.
-MIN_INSIDE, MIN_CONSISTENT, MIN_SHARE = 2.0, 0.75, 0.5
+# Least share of the views that could see a face and do show it.
+MIN_SHARE = 0.5
 # About so many points inside an outline are compared, and no fewer than this.
 INNER_POINTS, MIN_INNER = 60, 8
 # A view shows the face when it agrees at this share of the points that it sees, and sees so many.
@@ -42,10 +42,6 @@ AGREES_SHARE, SEEN_SHARE = 0.5, 0.4
 # A view that sees a face less broad than this, px, says nothing of its sides: the edges beside one
 # of them, by which it is judged, are the other.
 MIN_WIDTH_PX = BESIDE_PX[-2]
-# Distinct views that must agree.
-MIN_WEIGHT = 2.0
-# So far beside a side, px, its own edge is over.
-CLEAR_PX = 5.0
 # Of true sides some are too faint for any view: so much speaks against a side at most.
 FAINT_PRICE = float(np.log(1e3))
 # A surface goes on beyond a side where most of what lies there agrees at odds of 20 to 1, and half
@@ -53,8 +49,6 @@ FAINT_PRICE = float(np.log(1e3))
 # where there is none, there is no border either.
 GOES_ON_SHARE, GOES_ON_RATIO, GOES_ON_AS_INSIDE = 0.8, float(np.log(20.0)), 0.5
 PRINT_WORTH = 0.5
-# A view reads no level nearer to the picture's border than this, px.
-BORDER_PX = 1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,30 +81,13 @@ class _Inside:
 
 
 class FaceJudge:
-    """Judges outlines by all views; `weight` (V,) is how much each counts."""
+    """Judges outlines by all views."""
 
-    def __init__(
-        self,
-        views: Sequence[View],
-        levels: GreyLevels,
-        sides: SideJudge,
-        weight: FloatArray,
-        ground: Ground | None,
-    ) -> None:
-        self._projections = np.array([view.projection for view in views])
-        self._sizes = np.array([view.image.shape[::-1] for view in views])
-        self._centres = np.array([view.pose.centre for view in views])
-        self._levels = levels
+    def __init__(self, witnesses: Witnesses, sides: SideJudge, ground: Ground | None) -> None:
+        self._witnesses = witnesses
+        self._weight = witnesses.weight
         self._sides = sides
-        self._weight = weight
         self._ground = ground
-        self._focal = float(np.median([view.camera.fx for view in views]))
-
-    def facing(self, corners: FloatArray, normal: FloatArray) -> NDArray[np.intp]:
-        """The views (v,) before a polygon (k, 3) that do not see it edge-on."""
-        rays = self._centres - corners.mean(axis=0)
-        before = rays @ normal > MIN_FACING_SINE * np.linalg.norm(rays, axis=1)
-        return np.nonzero(before)[0]
 
     def judge(
         self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
@@ -139,7 +116,7 @@ class FaceJudge:
     def _inside(
         self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
     ) -> _Inside | None:
-        views = self.facing(corners, normal)
+        views = self._witnesses.facing(corners.mean(axis=0), normal)
         views = views[self._widths(views, corners) > MIN_WIDTH_PX]
         weight = self._weight[views]
         if weight.sum() < MIN_WEIGHT:
@@ -147,7 +124,7 @@ class FaceJudge:
         points = inner_points(corners, normal)
         if len(points) < MIN_INNER:
             return None
-        result, seen = self._levels_at(views, points, taken)
+        result, seen = self._witnesses.agree(views, points, taken)
         in_sight = seen.mean(axis=1) > SEEN_SHARE
         shows = in_sight & (result.agrees.sum(axis=1) > AGREES_SHARE * seen.sum(axis=1))
         share = float(weight[shows].sum() / max(weight[in_sight].sum(), 1e-300))
@@ -169,36 +146,19 @@ class FaceJudge:
         everyone = np.arange(len(self._weight))
         ratios = []
         for k in np.nonzero(evidence.shown)[0]:
-            points, meets = ground.behind(self._centres[k], evidence.points)
-            found, _ = self._levels_at(everyone, points, None)
+            points, meets = ground.behind(self._witnesses.centres[k], evidence.points)
+            found, _ = self._witnesses.agree(everyone, points)
             ratios.append(np.where(found.agrees[k] & meets, found.ratio, 0.0).mean())
         return bool(np.mean(ratios) > evidence.inside)
 
     def _widths(self, views: NDArray[np.intp], corners: FloatArray) -> FloatArray:
         # How broad a polygon (k, 3) looks in the chosen views (v,), px: a sliver's width.
-        uv, depth = project_to_views(self._projections[views], corners)
+        uv, depth = project_to_views(self._witnesses.projections[views], corners)
         following = np.roll(uv, -1, axis=1)
         twice = uv[..., 0] * following[..., 1] - uv[..., 1] * following[..., 0]
         round_it = np.linalg.norm(following - uv, axis=-1).sum(axis=1)
         width: FloatArray = np.abs(twice.sum(axis=1)) / np.maximum(round_it, 1e-300)
         return np.where((depth > 0).all(axis=1), width, np.inf)
-
-    def _levels_at(
-        self,
-        views: NDArray[np.intp],
-        points: FloatArray,
-        taken: Sequence[NDArray[np.uint8]] | None,
-    ) -> tuple[Agreement, NDArray[np.bool_]]:
-        # How the chosen views agree on points (n, 3), and which they see (v, n).
-        uv, depth = project_to_views(self._projections[views], points)
-        inner = (uv > BORDER_PX) & (uv < self._sizes[views, None] - 1 - BORDER_PX)
-        seen = (depth > 0) & inner.all(axis=-1)
-        if taken is not None:
-            column, row = np.where(seen[..., None], np.rint(uv), 0).astype(np.intp).T
-            seen &= np.array([taken[k][row[:, n], column[:, n]] == 0 for n, k in enumerate(views)])
-        return agreement(
-            self._levels.read(views, uv.transpose(2, 0, 1), seen), self._weight[views]
-        ), seen
 
     def _along(
         self,
@@ -212,12 +172,14 @@ class FaceJudge:
         sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
         length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
         # Where the inside next to a side is hidden, or taken by another face, so is the side.
-        within, seen = self._levels_at(views, self._beside(views, sides, normal, CLEAR_PX), taken)
+        within, seen = self._witnesses.agree(
+            views, self._beside(views, sides, normal, CLEAR_PX), taken
+        )
         bare = within.agrees | (seen & (within.ratio <= 0))
         edges = self._sides.evidence(views, sides, bare.reshape(len(views), len(sides), SAMPLES))
 
         beyond = self._beside(views, sides, normal, -CLEAR_PX)
-        surface, _ = self._levels_at(views, beyond, taken)
+        surface, _ = self._witnesses.agree(views, beyond, taken)
         same = surface.ratio > max(GOES_ON_RATIO, GOES_ON_AS_INSIDE * found.inside)
         if self._ground is not None:
             same &= self._ground.above(beyond) > 0
@@ -238,8 +200,8 @@ class FaceJudge:
         # views' inwards.
         inward = np.cross(normal, sides[:, 1] - sides[:, 0])
         inward /= np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-300)
-        away = np.linalg.norm(self._centres[views] - sides[:, 0].mean(axis=0), axis=1)
-        step = inward_px * float(np.median(away)) / self._focal
+        away = np.linalg.norm(self._witnesses.centres[views] - sides[:, 0].mean(axis=0), axis=1)
+        step = inward_px * float(np.median(away)) / self._witnesses.focal
         points: FloatArray = segment_samples(sides, SAMPLES) + step * inward[:, None]
         return points.reshape(-1, 3)
 

@@ -24,6 +24,7 @@ from facetlog.perception.detection.line_front_end.face_conflicts import (
 )
 from facetlog.perception.detection.line_front_end.face_evidence import FaceEvidence, FaceJudge
 from facetlog.perception.detection.line_front_end.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.half_planes import surface_beside
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.line_extent import (
     LineProfiles,
@@ -33,7 +34,11 @@ from facetlog.perception.detection.line_front_end.line_support import project_po
 from facetlog.perception.detection.line_front_end.outline_search import find_outlines
 from facetlog.perception.detection.line_front_end.parallelograms import parallelograms
 from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
-from facetlog.perception.detection.line_front_end.plane_choice import choose_planes, same_plane
+from facetlog.perception.detection.line_front_end.plane_choice import (
+    choose_planes,
+    plane_sds,
+    same_plane,
+)
 from facetlog.perception.detection.line_front_end.plane_hypotheses import (
     PlaneHypothesis,
     plane_basis,
@@ -44,6 +49,7 @@ from facetlog.perception.detection.line_front_end.region_outline import (
     without_straight_corners,
 )
 from facetlog.perception.detection.line_front_end.side_evidence import MOVES_PX, SideJudge
+from facetlog.perception.detection.line_front_end.witnesses import Witnesses
 from facetlog.perception.detection.view_graph import ViewGraph
 from facetlog.perception.flat_faces import vector_area
 from facetlog.perception.ties import largest
@@ -86,7 +92,7 @@ class SelectedFace:
     """An outline judged a face, its corners counter-clockwise seen from the side that views see.
 
     `shown` (V,) tells which views show it; `support` is the share of its sides on edges in those,
-    `seen` (n, 3) are points of its inside.
+    `seen` (n, 3) are points of its inside; to `sds` (k,) its plane is known at each corner.
     """
 
     corners: FloatArray
@@ -94,6 +100,7 @@ class SelectedFace:
     shown: NDArray[np.bool_]
     support: float
     seen: FloatArray
+    sds: FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -154,10 +161,13 @@ class _Selection:
         self._pixel = cloud.pixel
         self._sides = SideJudge(views, maps, graph.weight)
         self._ground = ground
-        self._judge = FaceJudge(views, levels, self._sides, graph.weight, ground)
-        chosen, self._promise = choose_planes(planes, cloud, worth, ground, LEAST_PRICE)
-        self._planes = list(chosen)
-        self._spans = [cloud.segments[plane.lines] for plane in chosen]
+        self._witnesses = Witnesses(views, levels, graph.weight)
+        self._judge = FaceJudge(self._witnesses, self._sides, ground)
+        chosen = choose_planes(planes, cloud, worth, ground, self._beside, LEAST_PRICE)
+        self._chosen = chosen
+        self._planes = [c.plane for c in chosen]
+        self._spans = [cloud.segments[c.plane.lines] for c in chosen]
+        self._seen_from = [c.sides for c in chosen]
         self._finder = RegionFinder(
             views, levels, graph.weight, cloud.segments, ground, cloud.pixel
         )
@@ -167,9 +177,13 @@ class _Selection:
         # Outlines by their worth, and numbers of planes by what an outline there could be worth.
         self._queue: list[tuple[float, int, _Candidate | int]] = []
 
+    def _beside(self, plane: PlaneHypothesis) -> NDArray[np.bool_]:
+        lines = self._cloud.segments[plane.lines]
+        return surface_beside(self._witnesses, plane.normal, lines, self._pixel)
+
     def run(self) -> tuple[SelectedFace, ...]:
-        for plane, promise in enumerate(self._promise):
-            self._push(promise - LEAST_PRICE, plane)
+        for plane, chosen in enumerate(self._chosen):
+            self._push(chosen.promise - LEAST_PRICE, plane)
         searched: dict[tuple[int, float], int] = {}
         while self._queue:
             worth, _, best = heapq.heappop(self._queue)
@@ -205,7 +219,7 @@ class _Selection:
                 corners = _counter_clockwise(outline.corners, normal)
                 self._propose(corners, normal, plane, moved=False)
         self._complete(plane)
-        for side in (1.0, -1.0):
+        for side in self._seen_from[plane]:
             self._search(plane, side)
 
     def _complete(self, plane: int) -> None:
@@ -221,7 +235,7 @@ class _Selection:
             self._propose_rough(ring, hypothesis.normal, plane)
 
     def _propose_moved(self, corners: FloatArray, normal: FloatArray, plane: int) -> None:
-        views = self._judge.facing(corners, normal)
+        views = self._witnesses.facing(corners.mean(axis=0), normal)
         moved = self._sides.onto_edges(views, corners, normal, self._pixel)
         self._propose(moved, normal, plane, moved=True)
 
@@ -300,7 +314,9 @@ class _Selection:
 
     def _accept(self, candidate: _Candidate) -> None:
         e = candidate.evidence
-        face = SelectedFace(candidate.corners, candidate.normal, e.shown, e.coverage, e.points)
+        known = self._planes[candidate.plane]
+        sds = plane_sds(known, self._cloud, candidate.corners)
+        face = SelectedFace(candidate.corners, candidate.normal, e.shown, e.coverage, e.points, sds)
         self._faces.append(face)
         for k in np.nonzero(e.shown)[0].tolist():
             uv, depth = project_points(self._views[k].projection, face.corners)
@@ -329,6 +345,7 @@ class _Selection:
             number = next((k for k, is_it in enumerate(same) if is_it), len(self._planes))
             if number == len(self._planes):
                 self._planes.append(plane)
+                self._seen_from.append((1.0, -1.0))
                 self._spans.append(
                     side + np.array([-0.5, 0.5])[:, None, None] * reach * face.normal
                 )

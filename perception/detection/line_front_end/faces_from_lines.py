@@ -30,7 +30,7 @@ from facetlog.perception.detection.line_front_end.view_judgement import (
     without_them,
 )
 from facetlog.perception.detection.segments import detect_segments
-from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
+from facetlog.perception.detection.tracked_faces import FacePlane, TrackedFace, TrackedFaces
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.detection.working_size import (
     at_working_size,
@@ -138,7 +138,8 @@ def _tracked(
         outlined = outlined_tracks(corners, shown, views)
         ends = track_ends(loose, use[of_cloud], views, [f.part(count, len(sides)) for f in fits])
     tracked = tuple(
-        TrackedFace(loop, f.support) for loop, f in zip(corners.loops, faces, strict=True)
+        TrackedFace(loop, f.support, FacePlane(f.normal, float(f.normal @ f.corners[0]), f.sds))
+        for loop, f in zip(corners.loops, faces, strict=True)
     )
     first = len(tracks)
     edges = tuple((first + 2 * k, first + 2 * k + 1) for k in range(len(loose)))

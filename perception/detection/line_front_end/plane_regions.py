@@ -16,14 +16,13 @@ from facetlog.perception.detection.line_front_end.region_outline import (
     outline_polygon,
     rough_polygons,
 )
+from facetlog.perception.detection.line_front_end.witnesses import MIN_FACING_SINE
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["MIN_FACING_SINE", "ON_PLANE_PX", "RegionFinder"]
+__all__ = ["ON_PLANE_PX", "RegionFinder"]
 
-# A view counts when it looks at the plane by more than this sine.
-MIN_FACING_SINE = 0.15
 MIN_VIEWS = 3
 # More views than this, evenly from those that face the plane, outline a region no better; all of
 # them judge it.

@@ -21,7 +21,7 @@ NOISE_GREY = 5.0
 def face(corners: FloatArray) -> SelectedFace:
     normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
     normal = normal / np.linalg.norm(normal)
-    return SelectedFace(corners, normal, np.ones(1, np.bool_), 1.0, corners)
+    return SelectedFace(corners, normal, np.ones(1, np.bool_), 1.0, corners, np.ones(len(corners)))
 
 
 def seen_faces(rig: Rig) -> tuple[Corners, FloatArray]:

@@ -13,6 +13,7 @@ from facetlog.perception.detection.line_front_end.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.line_support import project_points
 from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.side_evidence import SideJudge
+from facetlog.perception.detection.line_front_end.witnesses import Witnesses
 from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
 
@@ -24,7 +25,8 @@ def judge(rig: Rig, maps: Sequence[EdgeMap] | None = None) -> FaceJudge:
     sides = SideJudge(rig.views, maps or rig.maps, weight)
     centres = np.array([v.pose.centre for v in rig.views])
     ground = Ground(UP, 0.0, 4 * rig.pixel, centres, 30.0)
-    return FaceJudge(rig.views, GreyLevels(rig.views, rig.maps), sides, weight, ground)
+    witnesses = Witnesses(rig.views, GreyLevels(rig.views, rig.maps), weight)
+    return FaceJudge(witnesses, sides, ground)
 
 
 def without_edge(rig: Rig, side: FloatArray) -> list[EdgeMap]:

@@ -24,7 +24,7 @@ def cameras() -> tuple[View, ...]:
 
 def top() -> SelectedFace:
     normal = np.array([0.0, 0, 1])
-    return SelectedFace(TOP, normal, np.ones(8, np.bool_), 1.0, TOP)
+    return SelectedFace(TOP, normal, np.ones(8, np.bool_), 1.0, TOP, np.ones(len(TOP)))
 
 
 def loose(segments: FloatArray, seen: FloatArray | None = None):
