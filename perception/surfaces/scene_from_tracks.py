@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
-from facetlog.perception.detection.tracked_faces import TrackedFaces
+from facetlog.perception.detection.tracked_faces import FacePlane, TrackedFaces
 from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
     AdjustedPoints,
     adjusted_points,
@@ -18,8 +19,10 @@ from facetlog.perception.types import FloatArray, Observation, PoseErrors, Track
 
 __all__ = ["assemble"]
 
-# A vertex needs this many views in which its sides fix it; else its outline's place stands in.
+# A vertex needs this many views in which its sides fix it, and lies on its faces' planes within so
+# many standard deviations; else its outline's place stands in.
 MIN_FIXED = 3
+OFF_SDS = 5.0
 
 
 def assemble(
@@ -49,11 +52,19 @@ def assemble(
     placed = adjusted_points(seen.rows(corners), views, errors)
 
     few = placed.used.sum(axis=1) < MIN_FIXED
+    corner = {int(k): n for n, k in enumerate(corners)}
+    for face in tracked.faces:
+        if face.plane is not None:
+            rows = [corner[k] for k in face.outline]
+            few[rows] |= _off(face.plane, placed.points[rows], placed.covs[rows])
     refused = [k for k in corners[few].tolist() if k < len(tracked.stand_ins)]
     for k in refused:
         tracks[k] = tracked.stand_ins[k]
     seen = _as_arrays(tracks, tracked.weight)
     found = points_at(seen, placed)
+    for face in tracked.faces:
+        if face.plane is not None:
+            _onto(face.plane, list(face.outline), found)
     points, covs, used, ok = found.points, found.covs, found.used, found.ok
     cov = found.factor * seen.noise(found.extra_px)
 
@@ -112,6 +123,27 @@ def assemble(
         warnings=tuple(warnings),
         poses=tuple(v.pose for v in found.views),
     )
+
+
+def _off(plane: FacePlane, points: FloatArray, covs: FloatArray) -> NDArray[np.bool_]:
+    # Which corners (n, 3) of a face are farther from its plane than both are known.
+    normal, height, sds = plane.normal, plane.height, plane.sds
+    variance = np.einsum("i,nij,j->n", normal, covs, normal)
+    apart: NDArray[np.bool_] = np.abs(points @ normal - height) > OFF_SDS * np.sqrt(
+        sds**2 + variance
+    )
+    return apart
+
+
+def _onto(plane: FacePlane, corners: Sequence[int], found: AdjustedPoints) -> None:
+    # Kalman's update of a face's corners by its plane: those that the pictures hardly fix across
+    # it come to lie on it, the others stay.
+    normal, height, sds = plane.normal, plane.height, plane.sds
+    for covs in (found.shape_covs, found.covs):
+        across = covs[corners] @ normal
+        gain = across / (across @ normal + sds**2)[:, None]
+        covs[corners] -= gain[:, :, None] * across[:, None]
+    found.points[corners] += gain * (height - found.points[corners] @ normal)[:, None]
 
 
 def _stop_at(sd_limit: float, uv: FloatArray, cov: FloatArray, found: AdjustedPoints) -> int:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
+from facetlog.perception.detection.tracked_faces import FacePlane, TrackedFace, TrackedFaces
 from facetlog.perception.estimation.pose_noise import pose_noise_px
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.scene_from_tracks import assemble
@@ -227,6 +227,53 @@ def test_an_observation_that_disagrees_is_left_out() -> None:
     scene = scene_of(replace(found, tracks=(track, *found.tracks[1:])), views)
     assert 4 not in {o.view for o in scene.vertices[0].observations}
     assert vertex_errors(scene)[0] < 0.05
+
+
+def with_its_top_known(found: TrackedFaces, sd: float) -> TrackedFaces:
+    """The same, the plane of the block's top known beside its corners."""
+    up, height = np.array([0.0, 0.0, 1.0]), 6.0
+    known = [
+        replace(face, plane=FacePlane(up, height, np.full(len(face.outline), sd)))
+        if (BLOCK.vertices[list(face.outline), 2] == height).all()
+        else face
+        for face in found.faces
+    ]
+    return replace(found, faces=tuple(known))
+
+
+def test_a_corner_off_its_faces_plane_stands_where_the_outline_has_it() -> None:
+    # The sides' edges were another thing's, in all views alike: their meeting is 1 in too high.
+    views = cameras()
+    right = tracked(views)
+    wrong = int(np.argmax(BLOCK.vertices[:, 2]))
+    seen = []
+    for k, view in enumerate(views):
+        h = view.projection @ [*(BLOCK.vertices[wrong] + [0.0, 0.0, 1.0]), 1.0]
+        seen.append(Observation(k, h[:2] / h[2], PIXEL_SD**2 * np.eye(2)))
+    tracks = [*right.tracks[:wrong], Track(tuple(seen)), *right.tracks[wrong + 1 :]]
+    found = replace(right, tracks=tuple(tracks), stand_ins=right.tracks)
+    assert vertex_errors(scene_of(found, views))[wrong] > 0.9
+    assert vertex_errors(scene_of(with_its_top_known(found, 0.05), views))[wrong] < 0.1
+    # A plane that is hardly known says nothing against it.
+    assert vertex_errors(scene_of(with_its_top_known(found, 5.0), views))[wrong] > 0.8
+
+
+def test_a_corner_that_is_hardly_known_comes_to_lie_on_its_faces_plane() -> None:
+    views = cameras()
+    right = tracked(views)
+    dim = int(np.argmax(BLOCK.vertices[:, 2]))
+    seen = [
+        replace(o, uv=o.uv + np.array([0.0, 8.0]), cov=8.0**2 * np.eye(2))
+        for o in right.tracks[dim].observations
+    ]
+    tracks = [*right.tracks[:dim], Track(tuple(seen)), *right.tracks[dim + 1 :]]
+    found = replace(right, tracks=tuple(tracks))
+    free, known = scene_of(found, views), scene_of(with_its_top_known(found, 0.02), views)
+    assert abs(free.points[dim, 2] - 6.0) > 0.2
+    assert abs(known.points[dim, 2] - 6.0) < 0.05
+    assert known.vertices[dim].cov[2, 2] < 0.03**2 < free.vertices[dim].cov[2, 2]
+    others = np.arange(len(BLOCK.vertices)) != dim
+    np.testing.assert_allclose(known.points[others], free.points[others], atol=0.01)
 
 
 def test_labels_and_warnings_are_handed_on() -> None:
