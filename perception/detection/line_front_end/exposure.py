@@ -12,6 +12,10 @@ from facetlog.perception.detection.line_front_end.line_support import (
     project_points,
     segment_samples,
 )
+from facetlog.perception.detection.line_front_end.photo_consistency import (
+    AGREES_SDS,
+    LIGHT_SHARE,
+)
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["exposures"]
@@ -19,11 +23,11 @@ __all__ = ["exposures"]
 SAMPLES = 6
 # So far beside a segment, px, its own edge is over.
 BESIDE_PX = 5.0
-MEDIAN_OF_NORMAL = 0.6745
 # Medians of rows and columns in turn settle quickly.
 STEPS = 10
-# A view is as bright as usual unless it differs by so many standard errors.
-SURE_SDS = 3.0
+# Pictures were exposed differently if so many times as many places agree when that is allowed for:
+# 2.6 where a camera did so, .8 to 1.1 where light and shadow of a thing made medians differ.
+BETTER = 1.5
 
 
 def exposures(segments: FloatArray, use: NDArray[np.bool_], views: Sequence[View]) -> FloatArray:
@@ -35,21 +39,22 @@ def exposures(segments: FloatArray, use: NDArray[np.bool_], views: Sequence[View
     """
     levels = _log_levels(segments, use, views)
     levels = levels[np.isfinite(levels).sum(axis=1) > 1]
-    seen = np.isfinite(levels).sum(axis=0)
-    told = seen > 0
-    if not told.any():
+    shown = np.isfinite(levels).any(axis=0)
+    if not shown.any():
         return np.ones(len(views))
-    brighter, spread = np.zeros((2, len(views)))
+    brighter = np.zeros(len(views))
     for _ in range(STEPS):
         surface = np.nanmedian(levels - brighter, axis=1, keepdims=True)
-        apart = (levels - surface)[:, told]
-        middle = np.nanmedian(apart, axis=0)
-        spread[told] = np.nanmedian(np.abs(apart - middle), axis=0) / MEDIAN_OF_NORMAL
-        brighter[told] = middle - np.median(middle)
-    # The samples along one side of a segment show one surface. Of a median the error is larger than
-    # that of a mean by the root of half of pi.
-    error = np.sqrt(np.pi / 2 * SAMPLES / np.maximum(seen, 1)) * spread
-    return np.exp(np.where(np.abs(brighter) > SURE_SDS * error, brighter, 0.0))
+        middle = np.nanmedian((levels - surface)[:, shown], axis=0)
+        brighter[shown] = middle - np.median(middle)
+    better = _agreeing(levels - brighter) > BETTER * _agreeing(levels)
+    return np.exp(brighter) if better else np.ones(len(views))
+
+
+def _agreeing(levels: FloatArray) -> int:
+    # How many levels (m, V) are those of their surface, but for what light changes with the view.
+    apart = np.abs(levels - np.nanmedian(levels, axis=1, keepdims=True))
+    return int((apart < AGREES_SDS * LIGHT_SHARE).sum())
 
 
 def _log_levels(segments: FloatArray, use: NDArray[np.bool_], views: Sequence[View]) -> FloatArray:

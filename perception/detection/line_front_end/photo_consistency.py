@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.edge_maps import Gradient, working_noise
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["Agreement", "GreyLevels", "Levels", "agreement"]
+__all__ = ["AGREES_SDS", "LIGHT_SHARE", "Agreement", "GreyLevels", "Levels", "agreement"]
 
 # Probability that a view does not see the surface, though it faces it: something is before it.
 HIDDEN = 0.3
