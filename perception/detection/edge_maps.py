@@ -10,6 +10,7 @@ from facetlog.perception.detection.picture_noise import noise_sd
 from facetlog.perception.types import FloatArray, Image
 
 __all__ = [
+    "GRADIENT_SIGMA",
     "ORIENTATION_BINS",
     "EdgeMap",
     "Gradient",

@@ -18,8 +18,9 @@ __all__ = ["SUPPORTED", "LineCloud", "reconstruct_lines", "segments_matched", "s
 
 # A view supports a segment when it shows this share of it.
 SUPPORTED = 0.6
-# Support by this many distinct views: the two that made the candidate prove nothing.
-MIN_SUPPORT = 3.0
+# Support by this many distinct views, for the two that made the candidate prove nothing; or, of
+# views from a narrow arc, by more than two and this share of all.
+MIN_SUPPORT, TOO_FEW, NEARLY_ALL = 3.0, 2.0, 0.8
 # Candidates are screened on this many distinct views before all are asked.
 SCREEN_VIEWS = 10
 # Cameras stand near enough to see the object: depths beyond this many distances are background.
@@ -62,13 +63,14 @@ def reconstruct_lines(
     segments: Sequence[FloatArray],
     graph: ViewGraph,
 ) -> LineCloud:
-    """The 3-D segments that at least MIN_SUPPORT distinct views show."""
+    """The 3-D segments that MIN_SUPPORT distinct views show, or nearly all of fewer."""
     pixel = graph.distance / float(np.median([v.camera.fx for v in views]))
     candidates, owners = _screened_candidates(views, maps, segments, graph)
     cover = coverage(candidates, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
     score = (np.nan_to_num(cover) ** 2 * graph.weight).sum(axis=1)
-    keep = np.logical_and(at_least(support, MIN_SUPPORT), _best_of_an_owner(score, owners))
+    least = float(np.clip(NEARLY_ALL * graph.weight.sum(), TOO_FEW, MIN_SUPPORT))
+    keep = np.logical_and(at_least(support, least), _best_of_an_owner(score, owners))
     candidates, cover, score = candidates[keep], cover[keep], score[keep]
 
     score = score * np.sqrt(_lengths(candidates))
@@ -78,7 +80,7 @@ def reconstruct_lines(
     fitted, end_covs, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
     cover = coverage(fitted, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
-    good = at_least(support, MIN_SUPPORT) & (rms < MAX_RMS_PX)
+    good = at_least(support, least) & (rms < MAX_RMS_PX)
     fitted, end_covs, support, rms = fitted[good], end_covs[good], support[good], rms[good]
     chosen = _merge(fitted, support * np.sqrt(_lengths(fitted)), apart, MERGE_FITTED_PX)
     return LineCloud(fitted[chosen], end_covs[chosen], support[chosen], rms[chosen], pixel)

@@ -13,8 +13,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.edge_maps import Gradient, working_noise
-from facetlog.perception.types import FloatArray, View
+from facetlog.perception.detection.edge_maps import GRADIENT_SIGMA, Gradient, working_noise
+from facetlog.perception.types import FloatArray, Image, View
 
 __all__ = ["AGREES_SDS", "LIGHT_SHARE", "Agreement", "GreyLevels", "Levels", "agreement"]
 
@@ -32,6 +32,12 @@ FREE_LEVEL = float(np.log(20.0))
 TRIED_VIEWS = 8
 # A view agrees when its level is within this many standard deviations.
 AGREES_SDS = 3.0
+# Noise of twice what light changes of a middle grey leaves single pixels of a few views evidence
+# enough.
+NOISE_BORNE = 2 * LIGHT_SHARE * 128
+# A Gaussian of so many px divides the noise of pixels by 2 √π times as much; of fewer px than
+# LEAST_SIGMA it hardly averages.
+AVERAGING, LEAST_SIGMA = float(2 * np.sqrt(np.pi)), 0.5
 BLOCK = 512
 
 
@@ -67,14 +73,13 @@ class GreyLevels:
         gradients: Sequence[Gradient],
         exposure: FloatArray | None = None,
     ) -> None:
-        self._images = [view.image for view in views]
+        smooth = [_averaged(view.image) for view in views]
+        self._images = [image for image, _ in smooth]
         self._gradients = gradients
         even = np.ones(len(views)) if exposure is None else exposure
         self._exposure = even.astype(np.float32)
-        self._noise = np.array([working_noise(view.image) for view in views], dtype=np.float32)
-        self._chance = np.array(
-            [_density(v.image, noise) for v, noise in zip(views, self._noise, strict=True)]
-        )
+        self._noise = np.array([noise for _, noise in smooth], dtype=np.float32)
+        self._chance = np.array([_density(image, noise) for image, noise in smooth])
 
     def read(
         self, views: NDArray[np.intp], uv: NDArray[np.floating], seen: NDArray[np.bool_]
@@ -127,6 +132,17 @@ def agreement(levels: Levels, weight: FloatArray) -> Agreement:
     agrees = seen & (np.abs(grey - chosen) * inverse < AGREES_SDS)
     ratio = np.where(np.isfinite(best), best, 0.0) - FREE_LEVEL
     return Agreement(ratio.reshape(shape[1:]), agrees.reshape(shape))
+
+
+def _averaged(image: Image) -> tuple[Image, float]:
+    # The picture averaged over so many pixels that its noise no longer hides what is alike, but
+    # over no more than edges are; and the noise left in it. Narrow faces suffer from it.
+    noise = working_noise(image)
+    sigma = min(noise / (AVERAGING * NOISE_BORNE), GRADIENT_SIGMA)
+    if sigma < LEAST_SIGMA:
+        return image, noise
+    smooth = cv2.GaussianBlur(image, (0, 0), sigma)
+    return np.asarray(smooth, dtype=np.uint8), noise / (AVERAGING * sigma)
 
 
 def _density(image: NDArray[np.uint8], noise: float) -> NDArray[np.float32]:

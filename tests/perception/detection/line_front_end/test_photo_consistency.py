@@ -12,7 +12,7 @@ from facetlog.perception.detection.line_front_end.photo_consistency import (
     agreement,
 )
 from facetlog.perception.types import FloatArray
-from tests.perception.detection.drawings import flat, half_plane, project, view
+from tests.perception.detection.drawings import flat, half_plane, project, view, with_noise
 from tests.perception.detection.line_front_end.block_rig import block_rig
 
 
@@ -129,3 +129,14 @@ def test_points_of_a_face_agree_and_points_before_it_do_not() -> None:
 
     assert np.median(ratio(on_it)) > 10
     assert np.median(ratio(on_it + np.array([0.0, 0.0, 5.0]))) < 3
+
+
+def test_noise_that_would_hide_what_is_alike_is_averaged_away() -> None:
+    uv = np.stack(np.meshgrid(np.arange(10.0, 70.0), np.arange(10.0, 50.0)))[:, None]
+    seen = np.ones(uv.shape[1:], np.bool_)
+    for noise, left in ((4.0, 4.0), (15.0, 5.1), (30.0, 8.5)):
+        pictures = [view(with_noise(flat(), noise))]
+        found = GreyLevels(pictures, [edge_map(pictures[0].image)])
+        read = found.read(np.array([0]), uv, seen)
+        assert read.level.std() == pytest.approx(left, rel=0.15)
+        assert np.median(read.sd) == pytest.approx(read.level.std(), rel=0.4)
