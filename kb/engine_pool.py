@@ -4,7 +4,7 @@ Every request runs on a worker, a thread with an attached Prolog engine, and an 
 its worker until it is exhausted or closed. The caller only waits, so a signal reaches Python at
 once; the worker is then interrupted by thread_signal/2. One more worker, the keeper, starts
 SWI-Prolog and delivers those interrupts. A worker that does not react, since it is inside a
-builtin written in C, is given up and replaced; it comes back when the builtin ends.
+builtin written in C, is given up; so is, in the end, each that was interrupted.
 """
 
 import atexit
@@ -53,6 +53,7 @@ class _Job:
     )
     # True asks for the next reply, False closes.
     wishes: "queue.SimpleQueue[bool]" = field(default_factory=queue.SimpleQueue)
+    interrupted: bool = False
 
 
 class _Worker:
@@ -305,7 +306,10 @@ class EnginePool:
         with self._lock:
             ended = self._busy.pop(worker, None)
             due = self._due(ended.number) if ended is not None else []
-            if self._closed or (len(self._idle) >= IDLE_KEPT and not due):
+            # An interrupt in the wrong instant leaves the limit of inferences of its question
+            # behind, and no later one would get farther: SWI-Prolog keeps the lower of two.
+            spoilt = ended is not None and ended.interrupted
+            if self._closed or spoilt or (len(self._idle) >= IDLE_KEPT and not due):
                 worker.jobs.put(None)
             else:
                 self._idle.append(worker)
@@ -341,7 +345,11 @@ class EnginePool:
         return False
 
     def interrupt(self, worker: _Worker, job: _Job, why: str) -> None:
-        """Makes Prolog leave this job; nothing happens if the worker has left it already."""
+        """Makes Prolog leave this job; nothing happens if the worker has left it already.
+
+        The worker serves no other job after this one.
+        """
+        job.interrupted = True
         note = _Job(0, "interrupt", f"interrupt({worker.prolog_thread},{job.number},{why})")
         self._keeper.jobs.put(note)
 

@@ -50,8 +50,12 @@ candidate(canary, _, [Flags, Operators, Predicates, Threads]) :-
 condition(canary, alive, "it sings", _, _, all([])).
 
 flags(Text) :-
-    findall(Flag=Value, ( current_prolog_flag(Flag, Value), Flag \\== stack_limit ), Flags),
+    findall(Flag=Value, ( current_prolog_flag(Flag, Value), \\+ of_the_thread(Flag) ), Flags),
     said(Flags, Text).
+
+% These differ between the threads that serve questions.
+of_the_thread(stack_limit).
+of_the_thread(system_thread_id).
 
 operators(Text) :-
     findall(op(P, T, M:N),

@@ -111,6 +111,23 @@ def test_time_is_limited(base: KnowledgeBase) -> None:
     assert usable(base)
 
 
+def test_the_thread_of_an_interrupted_question_serves_no_other(base: KnowledgeBase) -> None:
+    # Prolog may have kept what the interrupted question had left of its inferences.
+    served: list[threading.Thread] = []
+
+    def noted() -> bool:
+        served.append(threading.current_thread())
+        return True
+
+    base.define("noted", 0, noted)
+    with pytest.raises(EngineError, match="time limit"):
+        list(base.query(f"noted, {ENDLESS}", limits=Limits(seconds=0.2, inferences=10**15)))
+    for _ in range(6):
+        assert list(base.query("noted"))
+    assert served[0] not in served[1:]
+    assert len(served) == 7
+
+
 def test_only_prologs_own_time_counts(base: KnowledgeBase) -> None:
     answers = base.query("between(1, 3000, X)", limits=Limits(seconds=0.3))
     assert next(answers) == (1,)
