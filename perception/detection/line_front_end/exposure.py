@@ -1,4 +1,4 @@
-"""How much brighter each picture is than the others, told by what lies beside 3-D segments.
+"""How much brighter each picture is than the others, by what lies beside 3-D segments.
 
 A camera that exposes each picture by what it sees shows one surface at another level in each.
 """
@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.line_front_end.half_planes import CLEAR_PX
 from facetlog.perception.detection.line_front_end.line_support import (
     project_points,
     segment_samples,
@@ -21,8 +22,6 @@ from facetlog.perception.types import FloatArray, View
 __all__ = ["exposures"]
 
 SAMPLES = 6
-# So far beside a segment, px, its own edge is over.
-BESIDE_PX = 5.0
 # Medians of rows and columns in turn settle quickly.
 STEPS = 10
 # Pictures were exposed differently if so many times as many places agree when that is allowed for:
@@ -66,7 +65,7 @@ def _log_levels(segments: FloatArray, use: NDArray[np.bool_], views: Sequence[Vi
         along = uv[:, -1] - uv[:, 0]
         across = np.stack([-along[:, 1], along[:, 0]], axis=1)
         across /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
-        off = BESIDE_PX * np.array([-1.0, 1.0])[:, None, None, None]
+        off = CLEAR_PX * np.array([-1.0, 1.0])[:, None, None, None]
         at = np.rint(uv + off * across[:, None])
         seen = ((at >= 0) & (at < view.image.shape[::-1])).all(axis=-1)
         seen &= (depth > 0) & use[:, k, None]
