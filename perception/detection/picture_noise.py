@@ -5,7 +5,10 @@ import numpy as np
 
 from facetlog.perception.types import Image
 
-__all__ = ["noise_sd"]
+__all__ = ["MIN_NOISE_SD", "noise_sd", "working_noise"]
+
+# A picture without noise (rendered, saturated) still has rounding, whose single steps are no edges.
+MIN_NOISE_SD = 1.5
 
 
 def noise_sd(image: Image) -> float:
@@ -23,3 +26,8 @@ def noise_sd(image: Image) -> float:
     median = np.searchsorted(np.cumsum(count, dtype=np.int64), response.size // 2, side="right")
     # sd of the response is 6 sd of the noise; a Gaussian's median magnitude is .6745 sd.
     return float(median) / (6.0 * 0.6745)
+
+
+def working_noise(image: Image) -> float:
+    """The picture's noise in grey levels that thresholds follow, MIN_NOISE_SD at least."""
+    return max(noise_sd(image), MIN_NOISE_SD)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from facetlog.perception.detection.edge_maps import working_noise
+from facetlog.perception.detection.picture_noise import working_noise
 from facetlog.perception.types import FloatArray, Track, View
 
 __all__ = ["at_working_size", "in_own_pixels", "segment_noise"]

@@ -13,7 +13,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.edge_maps import gradient
+from facetlog.perception.detection.gradients import gradient
 from facetlog.perception.detection.line_front_end.face_evidence import inner_points
 from facetlog.perception.detection.line_front_end.line_support import (
     project_points,

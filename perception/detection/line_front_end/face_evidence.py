@@ -49,18 +49,21 @@ FAINT_PRICE = float(np.log(1e3))
 # where there is none, there is no border either.
 GOES_ON_SHARE, GOES_ON_RATIO, GOES_ON_AS_INSIDE = 0.8, float(np.log(20.0)), 0.5
 PRINT_WORTH = 0.5
+# What shows a face is the ground if that explains more than a third of it better.
+MOST_GROUND = 1 / 3
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FaceEvidence:
     """The views' evidence for an outline seen from one side.
 
-    `inside`: mean log-likelihood ratio over its area; `consistent`: share of its area where it is
-    above 0; `sides`: summed log-likelihood ratio of its sides; `coverage`: share of the sides that
-    lie on edges, where nothing hides them; `shown` (V,): views that show it; `share`: these among
-    the views that face it and see it, by weight; `points` (n, 3) of its inside.
+    `ratio` (n,): log-likelihood ratio at the `points` (n, 3) of its inside, and `inside` its mean;
+    `consistent`: share of its area where it is above 0; `sides`: summed log-likelihood ratio of its
+    sides; `coverage`: share of the sides that lie on edges, where nothing hides them; `shown` (V,):
+    views that show it; `share`: these among the views that face it and see it, by weight.
     """
 
+    ratio: FloatArray
     inside: float
     consistent: float
     sides: float
@@ -73,6 +76,7 @@ class FaceEvidence:
 @dataclass(frozen=True, eq=False, slots=True)
 class _Inside:
     # What `FaceEvidence` has of an outline's inside, and the views (v,) that show it.
+    ratio: FloatArray
     inside: float
     consistent: float
     share: float
@@ -100,11 +104,18 @@ class FaceJudge:
         found = self._inside(corners, normal, taken)
         if found is None:
             return None
-        ratio, coverage = self._along(found, corners, normal, taken)
+        sides, coverage = self._along(found, corners, normal, taken)
         shown = np.zeros(len(self._weight), dtype=np.bool_)
         shown[found.showing] = True
         return FaceEvidence(
-            found.inside, found.consistent, ratio, coverage, shown, found.share, found.points
+            found.ratio,
+            found.inside,
+            found.consistent,
+            sides,
+            coverage,
+            shown,
+            found.share,
+            found.points,
         )
 
     def agrees_inside(
@@ -133,23 +144,34 @@ class FaceJudge:
             return None
         if inside < MIN_INSIDE or consistent < MIN_CONSISTENT:
             return None
-        return _Inside(inside, consistent, share, views[shows], points)
+        return _Inside(result.ratio, inside, consistent, share, views[shows], points)
 
-    def shows_ground(self, evidence: FaceEvidence) -> bool:
-        """Whether the pixels that show a face rather show the ground, as all views have it.
+    def shows_ground(self, evidence: FaceEvidence, taken: Sequence[NDArray[np.uint8]]) -> bool:
+        """Whether the pixels that show a face rather show the ground behind it.
 
-        A pattern of the ground repeats itself: some views see one tile where others see the next.
+        A pattern of the ground repeats itself: some views see one tile where others see the next;
+        and one sees through between legs. So each view's pixels are compared with the ground that
+        they would show, whose level the other views tell. Where face and ground look alike to the
+        views, for they nearly touch, nothing is told. `taken` as in `RegionFinder.outlines`.
         """
         ground = self._ground
         if ground is None:
             return False
-        everyone = np.arange(len(self._weight))
-        ratios = []
-        for k in np.nonzero(evidence.shown)[0]:
-            points, meets = ground.behind(self._witnesses.centres[k], evidence.points)
-            found, _ = self._witnesses.agree(everyone, points)
-            ratios.append(np.where(found.agrees[k] & meets, found.ratio, 0.0).mean())
-        return bool(np.mean(ratios) > evidence.inside)
+        witnesses, weight = self._witnesses, self._weight
+        everyone, showing = np.arange(len(weight)), np.nonzero(evidence.shown)[0]
+        of_face, _ = project_to_views(witnesses.projections[showing], evidence.points)
+        by_ground, apart = np.zeros((2, len(evidence.points)))
+        for k in showing.tolist():
+            points, meets = ground.behind(witnesses.centres[k], evidence.points)
+            found, _ = witnesses.agree(everyone[everyone != k], points, taken)
+            ratio = witnesses.known_surface(k, points, found.level)
+            by_ground += weight[k] * np.where(meets & (found.ratio > 0), ratio, 0.0)
+            of_ground, _ = project_to_views(witnesses.projections[showing], points)
+            off = np.linalg.norm(of_ground - of_face, axis=-1)
+            apart += np.median(off, axis=0) > CLEAR_PX
+        told = apart > len(showing) / 2
+        rather = by_ground[told] > evidence.ratio[told]
+        return bool(told.any() and rather.mean() > MOST_GROUND)
 
     def _widths(self, views: NDArray[np.intp], corners: FloatArray) -> FloatArray:
         # How broad a polygon (k, 3) looks in the chosen views (v,), px: a sliver's width.

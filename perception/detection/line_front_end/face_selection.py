@@ -197,7 +197,7 @@ class _Selection:
             if best.after == len(self._faces):
                 plain = self._simplest(best)
                 shown = plain.evidence.coverage >= MIN_FINAL
-                if shown and not self._judge.shows_ground(plain.evidence):
+                if shown and not self._judge.shows_ground(plain.evidence, self._taken):
                     self._accept(plain)
                 continue
             again = self._judged(best.corners, best.normal, best.plane, moved=best.moved)
@@ -206,7 +206,8 @@ class _Selection:
                 continue
             plane = best.plane
             side = float(np.sign(best.normal @ self._planes[plane].normal))
-            if searched[plane, side] < len(self._faces):
+            # A plane that still waits in the queue is looked over when its turn comes.
+            if searched.get((plane, side), len(self._faces)) < len(self._faces):
                 searched[plane, side] = len(self._faces)
                 self._search(plane, side)
         return tuple(self._faces)

@@ -13,10 +13,19 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.edge_maps import GRADIENT_SIGMA, Gradient, working_noise
+from facetlog.perception.detection.gradients import GRADIENT_SIGMA, Gradient
+from facetlog.perception.detection.picture_noise import working_noise
 from facetlog.perception.types import FloatArray, Image, View
 
-__all__ = ["AGREES_SDS", "LIGHT_SHARE", "Agreement", "GreyLevels", "Levels", "agreement"]
+__all__ = [
+    "AGREES_SDS",
+    "LIGHT_SHARE",
+    "Agreement",
+    "GreyLevels",
+    "Levels",
+    "agreement",
+    "known_surface_ratio",
+]
 
 # Probability that a view does not see the surface, though it faces it: something is before it.
 HIDDEN = 0.3
@@ -54,10 +63,13 @@ class Levels:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Agreement:
-    """`ratio` (...): log-likelihood ratio of a surface against chance; `agrees` (V, ...)."""
+    """`ratio` (...): log-likelihood ratio of a surface against chance; `agrees` (V, ...); `level`
+    (...) of the surface: the mean of those that agree.
+    """
 
     ratio: FloatArray
     agrees: NDArray[np.bool_]
+    level: NDArray[np.float32]
 
 
 class GreyLevels:
@@ -131,7 +143,20 @@ def agreement(levels: Levels, weight: FloatArray) -> Agreement:
         chosen[part] = np.take_along_axis(trial, most, axis=0)[0]
     agrees = seen & (np.abs(grey - chosen) * inverse < AGREES_SDS)
     ratio = np.where(np.isfinite(best), best, 0.0) - FREE_LEVEL
-    return Agreement(ratio.reshape(shape[1:]), agrees.reshape(shape))
+    mean = np.where(agrees, grey, 0).sum(axis=0) / np.maximum(agrees.sum(axis=0), 1)
+    surface = np.asarray(mean, dtype=np.float32).reshape(shape[1:])
+    return Agreement(ratio.reshape(shape[1:]), agrees.reshape(shape), surface)
+
+
+def known_surface_ratio(levels: Levels, surface: NDArray[np.float32]) -> FloatArray:
+    """Log-likelihood ratio (V, ...) of levels (V, ...) of a surface of known level (...) against
+    chance; 0 where a view does not see the point.
+    """
+    off = (levels.level - surface) / levels.sd
+    density = np.exp(-0.5 * off**2) / (np.sqrt(2 * np.pi) * levels.sd)
+    ratio = np.log(HIDDEN + (1 - HIDDEN) * density / levels.chance)
+    known: FloatArray = np.where(np.isfinite(levels.level), ratio, 0.0)
+    return known
 
 
 def _averaged(image: Image) -> tuple[Image, float]:

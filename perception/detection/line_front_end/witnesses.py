@@ -9,7 +9,9 @@ from facetlog.perception.detection.line_front_end.line_support import project_to
 from facetlog.perception.detection.line_front_end.photo_consistency import (
     Agreement,
     GreyLevels,
+    Levels,
     agreement,
+    known_surface_ratio,
 )
 from facetlog.perception.types import FloatArray, View
 
@@ -49,11 +51,27 @@ class Witnesses:
         A view does not see what is outside its picture, or falls on its `taken` pixels (V pictures
         of 0 and 1), which show something else.
         """
+        levels, seen = self._read(views, points, taken)
+        return agreement(levels, self.weight[views]), seen
+
+    def known_surface(
+        self, view: int, points: FloatArray, surface: NDArray[np.float32]
+    ) -> FloatArray:
+        """Log-likelihood ratio (n,) that a view shows a surface of that level at points (n, 3)."""
+        levels, _ = self._read(np.array([view]), points, None)
+        ratio: FloatArray = known_surface_ratio(levels, surface)[0]
+        return ratio
+
+    def _read(
+        self,
+        views: NDArray[np.intp],
+        points: FloatArray,
+        taken: Sequence[NDArray[np.uint8]] | None,
+    ) -> tuple[Levels, NDArray[np.bool_]]:
         uv, depth = project_to_views(self.projections[views], points)
         inner = (uv > BORDER_PX) & (uv < self._sizes[views, None] - 1 - BORDER_PX)
         seen = (depth > 0) & inner.all(axis=-1)
         if taken is not None:
             column, row = np.where(seen[..., None], np.rint(uv), 0).astype(np.intp).T
             seen &= np.array([taken[k][row[:, n], column[:, n]] == 0 for n, k in enumerate(views)])
-        levels = self._levels.read(views, uv.transpose(2, 0, 1), seen)
-        return agreement(levels, self.weight[views]), seen
+        return self._levels.read(views, uv.transpose(2, 0, 1), seen), seen

@@ -6,12 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from facetlog.perception.detection.edge_maps import (
-    MIN_NOISE_SD,
     ORIENTATION_BINS,
     direction_bits,
     edge_map,
-    working_noise,
 )
+from facetlog.perception.detection.picture_noise import MIN_NOISE_SD, working_noise
 from tests.perception.detection.drawings import along, flat, half_plane, polygon, with_noise
 
 MIDDLE = np.array([159.3, 120.2])
@@ -56,6 +55,15 @@ def test_the_mask_reaches_as_far_as_it_says(angle: float) -> None:
     for places, share in ((near, 1.0), (far, 0.0)):
         u, v = np.rint(places).astype(int).T
         assert (edges.mask[v, u] != 0).mean() == share
+
+
+@pytest.mark.parametrize("angle", ANGLES[:4])
+def test_faint_edges_of_a_noisy_picture_have_their_bits(angle: float) -> None:
+    faint = half_plane(angle, MIDDLE, low=100, high=110)
+    mask = edge_map(with_noise(faint, 5.0)).mask
+    u, v = np.rint(along(angle, MIDDLE)).astype(int).T
+    own = (mask[v, u] & direction_bits(np.full(len(u), angle))) != 0
+    assert own.mean() > 0.8
 
 
 def test_gradients_point_from_dark_to_bright() -> None:

@@ -47,6 +47,17 @@ def test_faint_sides_of_a_clean_picture_are_found() -> None:
     assert min(shares(polygon(QUADRANGLE, low=100, high=118))) > 0.9
 
 
+@pytest.mark.parametrize(("sd", "contrast"), [(5.0, 10.0), (10.0, 25.0), (20.0, 60.0)])
+def test_faint_sides_of_a_noisy_picture_are_found(sd: float, contrast: float) -> None:
+    faint = polygon(QUADRANGLE, low=100, high=100 + contrast)
+    for seed in range(3):
+        assert np.mean(shares(with_noise(faint, sd, seed))) > 0.75
+
+
+def test_no_side_is_found_at_two_scales_of_a_noisy_picture() -> None:
+    assert len(detect_segments(with_noise(polygon(QUADRANGLE), 5.0))) <= 6
+
+
 @pytest.mark.parametrize(
     ("low", "high"), [(200.0, 250.0), (5.0, 40.0), (0.0, 255.0), (20.0, 200.0)]
 )

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from facetlog.perception.detection.edge_maps import working_noise
+from facetlog.perception.detection.picture_noise import working_noise
 from facetlog.perception.detection.working_size import at_working_size, in_own_pixels, segment_noise
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import Camera, Image, Observation, Track, View

@@ -136,8 +136,9 @@ def test_a_patch_that_shows_the_floor_behind_it_is_the_ground_and_a_face_is_not(
     top, normal = rig.top
     found = judge(rig).judge(top, normal, rig.untaken)
     assert found is not None
-    assert not judge(rig).shows_ground(found)
-    assert judge(tiled(rig)).shows_ground(replace(found, inside=6.0))
+    assert not judge(rig).shows_ground(found, rig.untaken)
+    weak = replace(found, ratio=np.full(len(found.points), 6.0))
+    assert judge(tiled(rig)).shows_ground(weak, rig.untaken)
 
 
 @pytest.mark.parametrize("scale", [0.2, 1.0, 30.0])
