@@ -15,12 +15,9 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.gradients import gradient
 from facetlog.perception.detection.line_front_end.face_evidence import inner_points
-from facetlog.perception.detection.line_front_end.line_support import (
-    project_points,
-    project_to_views,
-)
-from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels, agreement
-from facetlog.perception.detection.line_front_end.witnesses import MIN_FACING_SINE
+from facetlog.perception.detection.line_front_end.line_support import project_points
+from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.witnesses import MIN_FACING_SINE, Witnesses
 from facetlog.perception.flat_faces import part_above, plane_axes
 from facetlog.perception.scene import Face, FaceSight, Scene, SightLines
 from facetlog.perception.types import FloatArray, View
@@ -35,6 +32,9 @@ WITNESSES = 24
 # A surface this much nearer than another, in lengths of a pixel there, is before it: a corner is
 # known to about one.
 BEFORE_PX = 3.0
+# Nearer to the ground's horizon than this, px, nothing ends on it: one px is a tenth of the way
+# there, and all of it where the ground was found a little tilted.
+HORIZON_PX = 10.0
 # A face that reaches past the camera is looked at from this share of its reach on.
 NEAREST = 1e-3
 
@@ -59,7 +59,8 @@ def with_sights(
     beside views almost like it. `ground` as in `TrackedFaces`.
     """
     surfaces = [_surface(face, scene.points) for face in scene.faces]
-    levels = _Levels(views, np.array(weight))
+    levels = GreyLevels(views, [gradient(view.image) for view in views])
+    witnesses = Witnesses(views, levels, np.array(weight))
     looks = [_Look.at(surface, len(views)) for surface in surfaces]
     observed: list[list[FloatArray]] = [[] for _ in views]
     for vertex in scene.vertices:
@@ -73,11 +74,11 @@ def with_sights(
             look.through(k, eye, number)
         met = _first_met(eye, ground)
         corners = np.reshape(observed[k], (-1, 3))
-        shown = levels.agree(met, _witnesses(k, len(views)))[0]
+        shown = _shown(witnesses, met, _asked_with(k, len(views)))[0]
         ends = np.concatenate([met[shown], corners[eye.in_sight(corners)]])
         if len(ends):
             lines.append(SightLines(eye.centre, ends, k))
-    faces = tuple(look.face(levels) for look in looks)
+    faces = tuple(look.face(witnesses) for look in looks)
     return replace(scene, faces=faces, sights=tuple(lines))
 
 
@@ -91,33 +92,16 @@ def _surface(face: Face, vertices: FloatArray) -> _Surface:
     return _Surface(face, rings, points)
 
 
-class _Levels:
-    """Whether pictures agree on points of surfaces."""
-
-    def __init__(self, views: Sequence[View], weight: FloatArray) -> None:
-        self._projections = np.array([view.projection for view in views])
-        self._sizes = np.array([view.image.shape[::-1] for view in views])
-        self._weight = weight
-        self._levels = GreyLevels(views, [gradient(view.image) for view in views])
-
-    def agree(
-        self,
-        points: FloatArray,
-        views: NDArray[np.intp],
-        within: NDArray[np.bool_] | None = None,
-    ) -> NDArray[np.bool_]:
-        """Which of the views (v,) show the surface at points (n, 3): (v, n).
-
-        `within` (v, n) are the views that have nothing else before it, as far as is known.
-        """
-        uv, depth = project_to_views(self._projections[views], points)
-        seen = np.logical_and(depth > 0, _in_picture(uv, self._sizes[views, None]))
-        if within is not None:
-            seen &= within
-        found = agreement(
-            self._levels.read(views, uv.transpose(2, 0, 1), seen), self._weight[views]
-        )
-        return found.agrees & (found.ratio > 0)
+def _shown(
+    witnesses: Witnesses,
+    points: FloatArray,
+    views: NDArray[np.intp],
+    clear: NDArray[np.bool_] | None = None,
+) -> NDArray[np.bool_]:
+    # Which of the views (v,) show the surface at points (n, 3): (v, n). `clear` (v, n) are those
+    # that have nothing else before it, as far as is known.
+    found, _ = witnesses.agree(views, points, clear=clear)
+    return found.agrees & (found.ratio > 0)
 
 
 class _Eye:
@@ -224,13 +208,13 @@ class _Look:
         limit = depth[on] - BEFORE_PX * eye.pixel(depth[on])
         self.hider[view, on] = np.where(others.min(axis=0) < limit, others.argmin(axis=0), -1)
 
-    def face(self, levels: _Levels) -> Face:
+    def face(self, witnesses: Witnesses) -> Face:
         """The face with what each view before it shows of it."""
         face, points = self.surface.face, self.surface.points
         if not len(points):
             return face
         clear = self.before[:, None] & self.inside & (self.hider < 0)
-        shown = levels.agree(points, np.arange(len(clear)), clear)
+        shown = _shown(witnesses, points, np.arange(len(clear)), clear)
         sights = tuple(
             FaceSight(
                 k,
@@ -247,7 +231,7 @@ class _Look:
         return replace(face, coverage=float(shown.any(axis=0).mean()), sights=sights)
 
 
-def _witnesses(view: int, count: int) -> NDArray[np.intp]:
+def _asked_with(view: int, count: int) -> NDArray[np.intp]:
     # A view, and evenly among the others so many that more would hardly change anything.
     others = np.delete(np.arange(count), view)
     chosen = np.linspace(0, len(others) - 1, min(WITNESSES, len(others))).round().astype(np.intp)
@@ -263,7 +247,8 @@ def _first_met(eye: _Eye, ground: tuple[FloatArray, float] | None) -> FloatArray
         drop = rays @ normal
         with np.errstate(divide="ignore"):
             floor = (height - eye.centre @ normal) / drop
-        depth = np.minimum(depth, np.where(floor > 0, floor, np.inf))
+        steep = np.abs(drop) * eye.view.camera.fx > HORIZON_PX * np.linalg.norm(rays, axis=1)
+        depth = np.minimum(depth, np.where((floor > 0) & steep, floor, np.inf))
     met = np.isfinite(depth)
     ends: FloatArray = eye.centre + depth[met, None] * rays[met]
     return ends

@@ -45,20 +45,21 @@ class Witnesses:
         views: NDArray[np.intp],
         points: FloatArray,
         taken: Sequence[NDArray[np.uint8]] | None = None,
+        clear: NDArray[np.bool_] | None = None,
     ) -> tuple[Agreement, NDArray[np.bool_]]:
         """How the chosen views (v,) agree on points (n, 3), and which they see (v, n).
 
-        A view does not see what is outside its picture, or falls on its `taken` pixels (V pictures
-        of 0 and 1), which show something else.
+        A view does not see what is outside its picture, falls on its `taken` pixels (V pictures
+        of 0 and 1), which show something else, or is not `clear` (v, n) of other things.
         """
-        levels, seen = self._read(views, points, taken)
+        levels, seen = self._read(views, points, taken, clear)
         return agreement(levels, self.weight[views]), seen
 
     def known_surface(
         self, view: int, points: FloatArray, surface: NDArray[np.float32]
     ) -> FloatArray:
         """Log-likelihood ratio (n,) that a view shows a surface of that level at points (n, 3)."""
-        levels, _ = self._read(np.array([view]), points, None)
+        levels, _ = self._read(np.array([view]), points)
         ratio: FloatArray = known_surface_ratio(levels, surface)[0]
         return ratio
 
@@ -66,11 +67,14 @@ class Witnesses:
         self,
         views: NDArray[np.intp],
         points: FloatArray,
-        taken: Sequence[NDArray[np.uint8]] | None,
+        taken: Sequence[NDArray[np.uint8]] | None = None,
+        clear: NDArray[np.bool_] | None = None,
     ) -> tuple[Levels, NDArray[np.bool_]]:
         uv, depth = project_to_views(self.projections[views], points)
         inner = (uv > BORDER_PX) & (uv < self._sizes[views, None] - 1 - BORDER_PX)
         seen = (depth > 0) & inner.all(axis=-1)
+        if clear is not None:
+            seen &= clear
         if taken is not None:
             column, row = np.where(seen[..., None], np.rint(uv), 0).astype(np.intp).T
             seen &= np.array([taken[k][row[:, n], column[:, n]] == 0 for n, k in enumerate(views)])
