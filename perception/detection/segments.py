@@ -15,9 +15,9 @@ MIN_LENGTH = 0.025
 # LSD's `quant`, the error of a grey level that its gradient threshold allows for, over the noise:
 # its default of 2 levels is made for pictures with noise of about 2.
 QUANT_PER_NOISE = 1.0
-# The same over the noise that halving leaves: an edge then counts from 5 sd of LSD's gradient on,
-# as in an edge map. Its gradient is less noisy by .22 than ours, its threshold is `quant` over the
-# sine of 22.5°.
+# The same over the noise that halving leaves: what is 3 sd of LSD's gradient there counts, for LSD
+# wants many such in line. Its threshold is `quant` over the sine of 22.5°, and its gradient has .23
+# of the noise that CoarsePicture tells.
 QUANT_PER_COARSE_NOISE = 0.25
 # What lies so near to segments of finer scales, px of its own, is shown by them, and better.
 NEAR_PX = 3.0

@@ -141,6 +141,25 @@ def test_a_patch_that_shows_the_floor_behind_it_is_the_ground_and_a_face_is_not(
     assert judge(tiled(rig)).shows_ground(weak, rig.untaken)
 
 
+def faint(rig: Rig, share: float) -> Rig:
+    """The same views with so much of their contrast, and noise of 5 grey levels."""
+    rng = np.random.default_rng(0)
+    views = []
+    for view in rig.views:
+        grey = 128.0 + share * (view.image - 128.0) + rng.normal(0.0, 5.0, view.image.shape)
+        views.append(replace(view, image=np.clip(np.rint(grey), 0, 255).astype(np.uint8)))
+    return Rig(rig.solid, tuple(views))
+
+
+def test_no_side_of_a_faint_block_shows_the_ground() -> None:
+    rig = faint(block_rig(), 0.25)
+    judged = judge(rig)
+    found = [judged.judge(*rig.outward(loop), rig.untaken) for loop in rig.solid.faces]
+    shown = [evidence for evidence in found if evidence is not None]
+    assert len(shown) >= 4
+    assert not any(judged.shows_ground(evidence, rig.untaken) for evidence in shown)
+
+
 @pytest.mark.parametrize("scale", [0.2, 1.0, 30.0])
 def test_points_of_an_inside_are_spread_over_all_of_it(scale: float) -> None:
     ell = np.array([[0.0, 0, 1], [2, 0, 1], [2, 0.4, 1], [0.4, 0.4, 1], [0.4, 2, 1], [0, 2, 1]])
