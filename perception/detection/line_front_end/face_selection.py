@@ -35,6 +35,7 @@ from facetlog.perception.detection.line_front_end.outline_search import find_out
 from facetlog.perception.detection.line_front_end.parallelograms import parallelograms
 from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.plane_choice import (
+    ChosenPlane,
     choose_planes,
     plane_sds,
     same_plane,
@@ -164,10 +165,7 @@ class _Selection:
         self._witnesses = Witnesses(views, levels, graph.weight)
         self._judge = FaceJudge(self._witnesses, self._sides, ground)
         chosen = choose_planes(planes, cloud, worth, ground, self._beside, LEAST_PRICE)
-        self._chosen = chosen
-        self._planes = [c.plane for c in chosen]
-        self._spans = [cloud.segments[c.plane.lines] for c in chosen]
-        self._seen_from = [c.sides for c in chosen]
+        self._planes = list(chosen)
         self._finder = RegionFinder(
             views, levels, graph.weight, cloud.segments, ground, cloud.pixel
         )
@@ -182,7 +180,7 @@ class _Selection:
         return surface_beside(self._witnesses, plane.normal, lines, self._pixel)
 
     def run(self) -> tuple[SelectedFace, ...]:
-        for plane, chosen in enumerate(self._chosen):
+        for plane, chosen in enumerate(self._planes):
             self._push(chosen.promise - LEAST_PRICE, plane)
         searched: dict[tuple[int, float], int] = {}
         while self._queue:
@@ -205,7 +203,7 @@ class _Selection:
                 self._push(again.worth, again)
                 continue
             plane = best.plane
-            side = float(np.sign(best.normal @ self._planes[plane].normal))
+            side = float(np.sign(best.normal @ self._planes[plane].plane.normal))
             # A plane that still waits in the queue is looked over when its turn comes.
             if searched.get((plane, side), len(self._faces)) < len(self._faces):
                 searched[plane, side] = len(self._faces)
@@ -213,19 +211,19 @@ class _Selection:
         return tuple(self._faces)
 
     def _look_over(self, plane: int) -> None:
-        hypothesis = self._planes[plane]
+        hypothesis = self._planes[plane].plane
         # Print divides a face into regions; its own lines go all the way round.
         for outline in find_outlines(hypothesis, self._cloud, self._profiles):
             for normal in (outline.normal, -outline.normal):
                 corners = _counter_clockwise(outline.corners, normal)
                 self._propose(corners, normal, plane, moved=False)
         self._complete(plane)
-        for side in self._seen_from[plane]:
+        for side in self._planes[plane].sides:
             self._search(plane, side)
 
     def _complete(self, plane: int) -> None:
         # Two or three sides that meet propose the others, where the pictures show them best.
-        hypothesis = self._planes[plane]
+        hypothesis = self._planes[plane].plane
         near = ON_PLANE_PX * self._pixel
         known = [self._extents[hypothesis.lines]]
         for face in self._faces:
@@ -241,10 +239,10 @@ class _Selection:
         self._propose(moved, normal, plane, moved=True)
 
     def _search(self, plane: int, side: float) -> None:
-        hypothesis = self._planes[plane]
+        hypothesis = self._planes[plane].plane
         normal = side * hypothesis.normal
         for corners, rough in self._finder.outlines(
-            hypothesis, self._spans[plane], side, self._taken
+            hypothesis, self._planes[plane].spans, side, self._taken
         ):
             if rough:
                 self._propose_moved(corners, normal, plane)
@@ -315,7 +313,7 @@ class _Selection:
 
     def _accept(self, candidate: _Candidate) -> None:
         e = candidate.evidence
-        known = self._planes[candidate.plane]
+        known = self._planes[candidate.plane].plane
         sds = plane_sds(known, self._cloud, candidate.corners)
         face = SelectedFace(candidate.corners, candidate.normal, e.shown, e.coverage, e.points, sds)
         self._faces.append(face)
@@ -342,20 +340,17 @@ class _Selection:
             plane = PlaneHypothesis(
                 normal, distance, np.nonzero(away < ON_PLANE_PX * self._pixel)[0]
             )
-            same = (same_plane(plane, side, other, self._pixel) for other in self._planes)
+            same = (same_plane(plane, side, p.plane, self._pixel) for p in self._planes)
             number = next((k for k, is_it in enumerate(same) if is_it), len(self._planes))
             if number == len(self._planes):
-                self._planes.append(plane)
-                self._seen_from.append((1.0, -1.0))
-                self._spans.append(
-                    side + np.array([-0.5, 0.5])[:, None, None] * reach * face.normal
-                )
+                across = np.array([-0.5, 0.5])[:, None, None] * reach * face.normal
+                self._planes.append(ChosenPlane(plane, worth, (1.0, -1.0), side + across))
                 self._push(worth, number)
             self._propose_down(side, number)
 
     def _propose_down(self, side: FloatArray, number: int) -> None:
         # What is bounded above often stands on the ground.
-        normal = self._planes[number].normal
+        normal = self._planes[number].plane.normal
         if self._ground is not None:
             ring = self._ground.down_from(side, normal)
             if len(ring):

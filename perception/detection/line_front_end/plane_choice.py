@@ -34,11 +34,15 @@ OPEN_SLOPE, OPEN_PX = 0.05, 15.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ChosenPlane:
-    """A plane and what an outline of its lines is worth at most, seen from the `sides` (±1)."""
+    """A plane and what an outline of its lines is worth at most, seen from the `sides` (±1).
+
+    `spans` (n, 2, 3) are the segments that a face there is sought about.
+    """
 
     plane: PlaneHypothesis
     promise: float
     sides: tuple[float, ...]
+    spans: FloatArray
 
 
 def choose_planes(
@@ -79,7 +83,8 @@ def choose_planes(
         if now > known:
             heapq.heappush(queue, (now, k))
         elif -now > least:
-            chosen.append(ChosenPlane(distinct[k], float(worth[lines[k]].sum()), sides[k]))
+            spans = cloud.segments[distinct[k].lines]
+            chosen.append(ChosenPlane(distinct[k], float(worth[lines[k]].sum()), sides[k], spans))
             left[lines[k]] *= PASSED_ON
     return tuple(chosen)
 
