@@ -152,7 +152,7 @@ class FaceJudge:
         A pattern of the ground repeats itself: some views see one tile where others see the next;
         and one sees through between legs. So each view's pixels are compared with the ground that
         they would show, whose level the other views tell. Where face and ground look alike to the
-        views, for they nearly touch, nothing is told. `taken` as in `RegionFinder.outlines`.
+        views, for they nearly touch, neither is preferred. `taken` as in `RegionFinder.outlines`.
         """
         ground = self._ground
         if ground is None:
@@ -169,9 +169,9 @@ class FaceJudge:
             of_ground, _ = project_to_views(witnesses.projections[showing], points)
             off = np.linalg.norm(of_ground - of_face, axis=-1)
             apart += np.median(off, axis=0) > CLEAR_PX
-        told = apart > len(showing) / 2
-        rather = by_ground[told] > evidence.ratio[told]
-        return bool(told.any() and rather.mean() > MOST_GROUND)
+        distinct = apart > len(showing) / 2
+        rather = by_ground[distinct] > evidence.ratio[distinct]
+        return bool(distinct.any() and rather.mean() > MOST_GROUND)
 
     def _widths(self, views: NDArray[np.intp], corners: FloatArray) -> FloatArray:
         # How broad a polygon (k, 3) looks in the chosen views (v,), px: a sliver's width.

@@ -33,7 +33,7 @@ def test_noise_alone_is_hardly_grain(sd: float) -> None:
 
 
 @pytest.mark.parametrize("sd", [3.0, 5.0])
-def test_grain_is_told_from_noise(sd: float) -> None:
+def test_grain_is_measured_apart_from_noise(sd: float) -> None:
     (plain,) = coarse_pictures(large(sd), sd)
     (textured,) = coarse_pictures(large(sd, grain=10.0), sd)
     assert textured.noise == plain.noise
