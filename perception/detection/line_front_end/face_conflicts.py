@@ -2,11 +2,12 @@
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_basis
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MAX_BLOCKED", "alike", "blocked_share", "overlap"]
+__all__ = ["MAX_BLOCKED", "alike", "blocked", "overlap"]
 
 # Overlap of two coplanar faces, as a share of the smaller.
 MAX_OVERLAP = 0.15
@@ -41,29 +42,30 @@ def alike(one: FloatArray, other: FloatArray, normal: FloatArray) -> bool:
     return bool(a.intersection(b).area > ALIKE * a.union(b).area)
 
 
-def blocked_share(
+def blocked(
     corners: FloatArray,
     normal: FloatArray,
     targets: FloatArray,
     centres: FloatArray,
-    margin: float,
-) -> float:
-    """Share of the sight lines from centres (c, 3) to targets (s, 3) that a polygon (k, 3) blocks.
+    margin: float = 0.0,
+) -> NDArray[np.bool_]:
+    """Which sight lines (c, s) from centres (c, 3) to targets (s, 3) a polygon (k, 3) blocks.
 
     Lines that pass within `margin` of its outline, or end within it of its plane, go free.
     """
     offset = normal @ corners.mean(axis=0)
     before = centres @ normal - offset  # (c,)
     behind = targets @ normal - offset  # (s,)
-    crosses = (before[:, None] * behind < 0) & (np.abs(behind) > margin)
+    crosses: NDArray[np.bool_] = (before[:, None] * behind < 0) & (np.abs(behind) > margin)
     if not crosses.any():
-        return 0.0
+        return crosses
     t = before[:, None] / np.where(crosses, before[:, None] - behind, 1.0)
     at = centres[:, None] + t[..., None] * (targets - centres[:, None])
     inner = _in_plane(corners, normal).buffer(-margin)
+    shapely.prepare(inner)
     flat = at @ plane_basis(normal)
-    inside = shapely.contains_xy(inner, flat[..., 0], flat[..., 1]) & crosses
-    return float(inside.mean())
+    crosses &= shapely.contains_xy(inner, flat[..., 0], flat[..., 1])
+    return crosses
 
 
 def _in_plane(corners: FloatArray, normal: FloatArray) -> shapely.Geometry:

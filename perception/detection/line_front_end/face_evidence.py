@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.line_front_end.face_conflicts import blocked
 from facetlog.perception.detection.line_front_end.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.half_planes import (
     CLEAR_PX,
@@ -146,32 +147,34 @@ class FaceJudge:
             return None
         return _Inside(result.ratio, inside, consistent, share, views[shows], points)
 
-    def shows_ground(self, evidence: FaceEvidence, taken: Sequence[NDArray[np.uint8]]) -> bool:
-        """Whether the pixels that show a face rather show the ground behind it.
+    def shows_ground(
+        self,
+        corners: FloatArray,
+        normal: FloatArray,
+        evidence: FaceEvidence,
+        taken: Sequence[NDArray[np.uint8]],
+    ) -> bool:
+        """Whether the pixels that show a face (k, 3) rather show the ground behind it.
 
         A pattern of the ground repeats itself: some views see one tile where others see the next;
         and one sees through between legs. So each view's pixels are compared with the ground that
-        they would show, whose level the other views tell. Where face and ground look alike to the
-        views, for they nearly touch, neither is preferred. `taken` as in `RegionFinder.outlines`.
+        they would show, whose level those other views tell that see it past the face. The face's
+        own `evidence` and `taken` as in `judge`.
         """
         ground = self._ground
         if ground is None:
             return False
         witnesses, weight = self._witnesses, self._weight
         everyone, showing = np.arange(len(weight)), np.nonzero(evidence.shown)[0]
-        of_face, _ = project_to_views(witnesses.projections[showing], evidence.points)
-        by_ground, apart = np.zeros((2, len(evidence.points)))
+        by_ground = np.zeros(len(evidence.points))
         for k in showing.tolist():
             points, meets = ground.behind(witnesses.centres[k], evidence.points)
-            found, _ = witnesses.agree(everyone[everyone != k], points, taken)
+            others = everyone[everyone != k]
+            past = ~blocked(corners, normal, points, witnesses.centres[others])
+            found, _ = witnesses.agree(others, points, taken, past)
             ratio = witnesses.known_surface(k, points, found.level)
             by_ground += weight[k] * np.where(meets & (found.ratio > 0), ratio, 0.0)
-            of_ground, _ = project_to_views(witnesses.projections[showing], points)
-            off = np.linalg.norm(of_ground - of_face, axis=-1)
-            apart += np.median(off, axis=0) > CLEAR_PX
-        distinct = apart > len(showing) / 2
-        rather = by_ground[distinct] > evidence.ratio[distinct]
-        return bool(distinct.any() and rather.mean() > MOST_GROUND)
+        return bool((by_ground > evidence.ratio).mean() > MOST_GROUND)
 
     def _widths(self, views: NDArray[np.intp], corners: FloatArray) -> FloatArray:
         # How broad a polygon (k, 3) looks in the chosen views (v,), px: a sliver's width.

@@ -19,7 +19,7 @@ from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.line_front_end.face_conflicts import (
     MAX_BLOCKED,
     alike,
-    blocked_share,
+    blocked,
     overlap,
 )
 from facetlog.perception.detection.line_front_end.face_evidence import FaceEvidence, FaceJudge
@@ -195,7 +195,9 @@ class _Selection:
             if best.after == len(self._faces):
                 plain = self._simplest(best)
                 shown = plain.evidence.coverage >= MIN_FINAL
-                if shown and not self._judge.shows_ground(plain.evidence, self._taken):
+                if shown and not self._judge.shows_ground(
+                    plain.corners, plain.normal, plain.evidence, self._taken
+                ):
                     self._accept(plain)
                 continue
             again = self._judged(best.corners, best.normal, best.plane, moved=best.moved)
@@ -369,7 +371,8 @@ class _Selection:
         if overlap(corners, normal, face.corners, face.normal, near):
             return True
         centres, free = self._centres[face.shown], FREE_PX * self._pixel
-        return blocked_share(corners, normal, face.seen, centres, free) > MAX_BLOCKED
+        hides = blocked(corners, normal, face.seen, centres, free)
+        return bool(hides.mean() > MAX_BLOCKED)
 
 
 def _counter_clockwise(corners: FloatArray, normal: FloatArray) -> FloatArray:

@@ -7,7 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.behind_face import lies_inside, stands_behind
-from facetlog.perception.detection.line_front_end.face_conflicts import MAX_BLOCKED, blocked_share
+from facetlog.perception.detection.line_front_end.face_conflicts import MAX_BLOCKED, blocked
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.line_extent import (
@@ -66,7 +66,7 @@ def find_loose_edges(
     for k in np.nonzero(keep & belongs)[0].tolist():
         targets = segment_samples(extents[k : k + 1], SIGHT_SAMPLES)[0]
         shares = (
-            blocked_share(f.corners, f.normal, targets, centres[seen[k]], margin) for f in faces
+            blocked(f.corners, f.normal, targets, centres[seen[k]], margin).mean() for f in faces
         )
         keep[k] = max(shares) <= MAX_BLOCKED
     chosen = np.nonzero(keep & belongs)[0]

@@ -102,8 +102,9 @@ class Rig:
 
 
 @cache
-def block_rig() -> Rig:
-    """A block of 10 x 8 x 6 in, its faces of different greys, without noise."""
+def block_rig(arc_deg: float = 360.0) -> Rig:
+    """A block of 10 x 8 x 6 in, its faces of different greys, without noise, seen all round it or
+    from an arc."""
     block = placed(cuboid(10.0, 8.0, 6.0), 0.0, 0.0, yaw=0.4)
     ups = [float(np.ptp(block.vertices[list(face), 2])) for face in block.faces]
     # Level faces are brightest; upright ones take two greys in turn round the block.
@@ -118,6 +119,7 @@ def block_rig() -> Rig:
         sided=0.0,
         exposure=1.0,
     )
-    poses = ring_poses([0.0, 0.0, 3.0], DISTANCE, (14.0, 20.0), VIEWS)
+    around = round(VIEWS * 360.0 / arc_deg)
+    poses = ring_poses([0.0, 0.0, 3.0], DISTANCE, (14.0, 20.0), around)[:VIEWS]
     views = views_of(world, poses, CAMERA, noise_sd=0.0, blur_px=1.0)
     return Rig(solid_truth(world), views)

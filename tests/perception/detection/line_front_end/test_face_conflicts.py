@@ -5,7 +5,7 @@ import pytest
 
 from facetlog.perception.detection.line_front_end.face_conflicts import (
     alike,
-    blocked_share,
+    blocked,
     overlap,
 )
 
@@ -16,16 +16,16 @@ SQUARE = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
 def test_a_face_hides_what_lies_behind_it_and_not_its_own_plane() -> None:
     centres = np.array([[5.0, 5.0, 30.0]])
     inside = SQUARE.mean(axis=0, keepdims=True)
-    assert blocked_share(SQUARE, UP, inside - 3.0 * UP, centres, 0.1) == 1.0
-    assert blocked_share(SQUARE, UP, inside, centres, 0.1) == 0.0
-    assert blocked_share(SQUARE, UP, inside + 3.0 * UP, centres, 0.1) == 0.0
+    assert blocked(SQUARE, UP, inside - 3.0 * UP, centres, 0.1).all()
+    assert not blocked(SQUARE, UP, inside, centres, 0.1).any()
+    assert not blocked(SQUARE, UP, inside + 3.0 * UP, centres, 0.1).any()
 
 
 def test_what_passes_beside_a_face_or_close_to_its_rim_goes_free() -> None:
     centres = np.array([[9.95, 5.0, 30.0]])
     under = np.array([[9.95, 5.0, -3.0]])
-    assert blocked_share(SQUARE, UP, under, centres, 0.1) == 0.0
-    assert blocked_share(SQUARE, UP, under, centres, 0.01) == 1.0
+    assert not blocked(SQUARE, UP, under, centres, 0.1).any()
+    assert blocked(SQUARE, UP, under, centres, 0.01).all()
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 from facetlog.perception.detection.edge_maps import EdgeMap
-from facetlog.perception.detection.line_front_end.face_evidence import FaceJudge, inner_points
+from facetlog.perception.detection.line_front_end.face_evidence import (
+    FaceEvidence,
+    FaceJudge,
+    inner_points,
+)
 from facetlog.perception.detection.line_front_end.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.line_support import project_points
 from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
@@ -136,9 +140,9 @@ def test_a_patch_that_shows_the_floor_behind_it_is_the_ground_and_a_face_is_not(
     top, normal = rig.top
     found = judge(rig).judge(top, normal, rig.untaken)
     assert found is not None
-    assert not judge(rig).shows_ground(found, rig.untaken)
+    assert not judge(rig).shows_ground(top, normal, found, rig.untaken)
     weak = replace(found, ratio=np.full(len(found.points), 6.0))
-    assert judge(tiled(rig)).shows_ground(weak, rig.untaken)
+    assert judge(tiled(rig)).shows_ground(top, normal, weak, rig.untaken)
 
 
 def faint(rig: Rig, share: float) -> Rig:
@@ -153,11 +157,32 @@ def faint(rig: Rig, share: float) -> Rig:
 
 def test_no_side_of_a_faint_block_shows_the_ground() -> None:
     rig = faint(block_rig(), 0.25)
+    assert shown_and_ground(rig) == (5, 0)
+
+
+def shown_and_ground(rig: Rig) -> tuple[int, int]:
+    """How many true faces the views show, and how many of these are said to show the ground."""
     judged = judge(rig)
-    found = [judged.judge(*rig.outward(loop), rig.untaken) for loop in rig.solid.faces]
-    shown = [evidence for evidence in found if evidence is not None]
-    assert len(shown) >= 4
-    assert not any(judged.shows_ground(evidence, rig.untaken) for evidence in shown)
+    faces = [rig.outward(loop) for loop in rig.solid.faces]
+    found = [(face, judged.judge(*face, rig.untaken)) for face in faces]
+    shown = [(face, evidence) for face, evidence in found if evidence is not None]
+    ground = [judged.shows_ground(*face, evidence, rig.untaken) for face, evidence in shown]
+    return len(shown), sum(ground)
+
+
+def test_faces_that_all_views_see_from_one_side_are_no_ground() -> None:
+    # Where the ground would be, all of them show the face.
+    assert shown_and_ground(block_rig(45.0)) == (2, 0)
+
+
+def test_a_low_patch_that_only_near_views_show_is_the_ground_as_well() -> None:
+    # Views so near to each other see face and ground in one place alike; others see past it.
+    rig = tiled(block_rig())
+    patch = np.array([[-1.0, -1, 0.5], [1, -1, 0.5], [1, 1, 0.5], [-1, 1, 0.5]])
+    points, shown = inner_points(patch, UP), np.zeros(len(rig.views), np.bool_)
+    shown[:2] = True
+    weak = FaceEvidence(np.full(len(points), 3.0), 3.0, 1.0, 69.0, 0.8, shown, 1.0, points)
+    assert judge(rig).shows_ground(patch, UP, weak, rig.untaken)
 
 
 @pytest.mark.parametrize("scale", [0.2, 1.0, 30.0])
