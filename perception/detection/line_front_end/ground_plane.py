@@ -9,17 +9,19 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.plane_hypotheses import PlaneHypothesis
 from facetlog.perception.flat_faces import part_above
-from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["Ground", "find_ground"]
 
 # A point this near to the ground, px, lies on it.
 ON_GROUND_PX = 6.0
-# So little of the segments' likelihood may reach below the ground: that of lines by chance.
-MAX_BELOW = 0.05
+# So much of the segments' likelihood is that of lines by chance: these may lie below the ground, by
+# their length, or reach below the level that is taken for want of a plane.
+MAX_BELOW, MAX_REACH = 0.03, 0.05
 # A ground is level to this cosine, where up is known.
 LEVEL_COSINE = np.cos(np.radians(14.0))
+# Heights settle on their mean in few steps.
+STEPS = 10
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,28 +89,57 @@ def find_ground(
     """The plane of the likeliest lines that has all cameras and nearly all lines on one side.
 
     `worth` (n,) is the log-likelihood ratio of the cloud's lines: a line that is there by chance
-    has little. Of level planes where up is known; if none of them has lines, the level below which
-    hardly any line reaches. None where up is not known and no plane is below everything. `distance`
-    is what the views look at from, in the median.
+    has little. Where up is known it is a level plane, of lines that are level themselves; if none
+    is below everything, the level below which hardly any line reaches. None where up is not known
+    and no plane is below everything. `distance` is what the views look at from, in the median.
     """
     centres = np.array([v.pose.centre for v in views])
     margin = ON_GROUND_PX * cloud.pixel
-    likely = np.array([worth[plane.lines].sum() for plane in planes])
-    for plane in (planes[k] for k in descending(likely)):
-        side = np.sign(centres @ plane.normal - plane.distance)
+    candidates = [(plane.normal, plane.distance) for plane in planes]
+    if up is not None:
+        candidates += [(up, h) for h in _levels(cloud.segments, worth, up, margin)]
+    best: Ground | None = None
+    most = 0.0
+    for normal, height in candidates:
+        side = np.sign(centres @ normal - height)
         if abs(side.sum()) < len(views):
             continue
-        normal, height = side[0] * plane.normal, float(side[0] * plane.distance)
-        ground = Ground(normal, height, margin, centres, distance)
+        ground = Ground(side[0] * normal, float(side[0] * height), margin, centres, distance)
         if up is not None and ground.normal @ up < LEVEL_COSINE:
             continue
-        below = (ground.above(cloud.segments) < -margin).any(axis=1)
-        if worth[below].sum() <= MAX_BELOW * worth.sum():
-            return ground
+        above = ground.above(cloud.segments)
+        likely = float(worth[(np.abs(above) < margin).all(axis=1)].sum())
+        below = float(worth @ _share_below(above + margin))
+        if likely > most and below <= MAX_BELOW * worth.sum():
+            best, most = ground, likely
+    if best is not None:
+        return best
     if up is None or not len(cloud.segments):
         return None
     lowest = (cloud.segments @ up).min(axis=1)
     order = np.argsort(lowest, kind="stable")
-    below = np.cumsum(worth[order])
-    height = float(lowest[order][np.searchsorted(below, MAX_BELOW * below[-1])])
+    reach = np.cumsum(worth[order])
+    height = float(lowest[order][np.searchsorted(reach, MAX_REACH * reach[-1])])
     return Ground(np.array(up), height, margin, centres, distance)
+
+
+def _levels(segments: FloatArray, worth: FloatArray, up: FloatArray, margin: float) -> list[float]:
+    # Heights that level segments (n, 2, 3) crowd about: two sides of a foot tell the ground, and
+    # even one. Each segment's height moves to the mean of those near it (mean shift).
+    heights = segments @ up
+    level = (np.ptp(heights, axis=1) < margin) & (worth > 0)
+    middle, weight = heights[level].mean(axis=1), worth[level]
+    height = middle
+    for _ in range(STEPS):
+        near = np.abs(middle - height[:, None]) <= (1 + 1e-9) * margin
+        height = near @ (weight * middle) / (near @ weight)
+    found: list[float] = np.unique(height).tolist()
+    return found
+
+
+def _share_below(heights: FloatArray) -> FloatArray:
+    # Share of each segment (n,) below 0 by the heights of its ends (n, 2). That an upright one is
+    # followed a little below its foot lowers no ground.
+    low, high = heights.min(axis=1), heights.max(axis=1)
+    share: FloatArray = np.clip(-low / np.maximum(high - low, 1e-300), 0.0, 1.0)
+    return np.where(high <= 0, 1.0, share)

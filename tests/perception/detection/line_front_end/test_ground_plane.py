@@ -65,6 +65,26 @@ def test_without_lines_on_it_the_ground_is_where_the_lowest_segments_end() -> No
     np.testing.assert_allclose(ground.height, 0.02, atol=1e-6)
 
 
+def test_two_sides_of_a_foot_tell_the_ground_though_an_upright_is_followed_below_it() -> None:
+    # Two lines that meet make no plane of their own.
+    foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0.001]]])
+    upright = np.array([[[0.4, -0.4, -0.1], [0.4, -0.4, 0.7]]])
+    lines = cloud(grid(0.7, 0.4), foot, upright)
+    worth = np.array([10.0] * 10 + [20.0, 20.0, 30.0])
+    ground = find_ground(planes(lines), lines, worth, VIEWS, DISTANCE, UP)
+    assert ground is not None
+    np.testing.assert_allclose(ground.height, 0.0, atol=1e-3)
+
+
+def test_the_rim_of_a_seat_is_not_the_ground_of_thin_legs() -> None:
+    legs = np.array([[[x, 0.0, 0.0], [x, 0.0, 0.7]] for x in (-0.4, 0.4)])
+    lines = cloud(grid(0.7, 0.4), legs)
+    worth = np.array([100.0] * 10 + [50.0, 50.0])
+    ground = find_ground(planes(lines), lines, worth, VIEWS, DISTANCE, UP)
+    assert ground is not None
+    np.testing.assert_allclose(ground.height, 0.0, atol=1e-6)
+
+
 def test_a_line_that_is_there_by_chance_does_not_lower_the_ground() -> None:
     foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0]]])
     chance = np.array([[[-0.3, 0.5, -0.5], [0.2, 0.6, -0.5]]])
