@@ -12,10 +12,14 @@ __all__ = [
     "Estimate",
     "FlatFace",
     "cross",
+    "crossing",
     "part_above",
     "plane_axes",
     "vector_area",
 ]
+
+# Two sides meet in a corner when they cross at more than this sine; else one goes on as the other.
+CROSSING_SINE = 0.15
 
 
 class Estimate(NamedTuple):
@@ -117,3 +121,17 @@ def part_above(corners: FloatArray, heights: FloatArray) -> FloatArray:
         if (h < 0) != (after < 0):
             kept.append(p + h / (h - after) * (q - p))
     return np.array(kept).reshape(-1, 3)
+
+
+def crossing(one: tuple[FloatArray, ...], other: tuple[FloatArray, ...]) -> FloatArray | None:
+    """Where two lines cross (2,), each a point (2,) and a direction (2,); None if nearly parallel.
+
+    >>> crossing((np.zeros(2), np.array([1.0, 0])), (np.array([3.0, 1]), np.array([0, 1.0])))
+    array([3., 0.])
+    """
+    (a, u), (b, v) = one, other
+    sine = float(u[0] * v[1] - u[1] * v[0])
+    if abs(sine) <= CROSSING_SINE * np.hypot(*u) * np.hypot(*v):
+        return None
+    d = b - a
+    return np.asarray(a + (d[0] * v[1] - d[1] * v[0]) / sine * u)

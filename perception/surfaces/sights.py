@@ -14,10 +14,13 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.gradients import gradient
-from facetlog.perception.detection.line_front_end.face_evidence import inner_points
-from facetlog.perception.detection.line_front_end.line_support import project_points
-from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
-from facetlog.perception.detection.line_front_end.witnesses import MIN_FACING_SINE, Witnesses
+from facetlog.perception.detection.line_front_end.evidence.face_evidence import inner_points
+from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.evidence.witnesses import (
+    MIN_FACING_SINE,
+    Witnesses,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.flat_faces import part_above, plane_axes
 from facetlog.perception.scene import Face, FaceSight, Scene, SightLines
 from facetlog.perception.types import FloatArray, View

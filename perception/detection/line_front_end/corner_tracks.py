@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
-from facetlog.perception.detection.line_front_end.line_support import project_points
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.line_front_end.side_fit import SideFits
 from facetlog.perception.ties import ascending
 from facetlog.perception.types import FloatArray, Observation, Track, View

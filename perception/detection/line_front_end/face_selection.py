@@ -16,41 +16,47 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap
-from facetlog.perception.detection.line_front_end.face_conflicts import (
+from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
     alike,
     blocked,
     overlap,
 )
-from facetlog.perception.detection.line_front_end.face_evidence import FaceEvidence, FaceJudge
-from facetlog.perception.detection.line_front_end.ground_plane import Ground
-from facetlog.perception.detection.line_front_end.half_planes import surface_beside
-from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
-from facetlog.perception.detection.line_front_end.line_extent import (
-    LineProfiles,
-    covered_extents,
+from facetlog.perception.detection.line_front_end.evidence.face_evidence import (
+    FaceEvidence,
+    FaceJudge,
 )
-from facetlog.perception.detection.line_front_end.line_support import project_points
-from facetlog.perception.detection.line_front_end.outline_search import find_outlines
-from facetlog.perception.detection.line_front_end.parallelograms import parallelograms
-from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
-from facetlog.perception.detection.line_front_end.plane_choice import (
+from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
+from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
+from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
+from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
+from facetlog.perception.detection.line_front_end.outlines.parallelograms import parallelograms
+from facetlog.perception.detection.line_front_end.outlines.plane_regions import (
+    ON_PLANE_PX,
+    RegionFinder,
+)
+from facetlog.perception.detection.line_front_end.outlines.region_outline import (
+    without_short_sides,
+    without_straight_corners,
+)
+from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     ChosenPlane,
     choose_planes,
     plane_sds,
     same_plane,
 )
-from facetlog.perception.detection.line_front_end.plane_hypotheses import (
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
     PlaneHypothesis,
     plane_basis,
 )
-from facetlog.perception.detection.line_front_end.plane_regions import ON_PLANE_PX, RegionFinder
-from facetlog.perception.detection.line_front_end.region_outline import (
-    without_short_sides,
-    without_straight_corners,
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
+    LineProfiles,
+    covered_extents,
 )
-from facetlog.perception.detection.line_front_end.side_evidence import MOVES_PX, SideJudge
-from facetlog.perception.detection.line_front_end.witnesses import Witnesses
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.view_graph import ViewGraph
 from facetlog.perception.flat_faces import vector_area
 from facetlog.perception.ties import largest

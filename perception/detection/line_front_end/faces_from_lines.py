@@ -14,21 +14,23 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
     track_corners,
     track_ends,
 )
-from facetlog.perception.detection.line_front_end.exposure import exposures
+from facetlog.perception.detection.line_front_end.evidence.exposure import exposures
+from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.face_selection import select_faces
-from facetlog.perception.detection.line_front_end.ground_plane import find_ground
-from facetlog.perception.detection.line_front_end.line_cloud import shown_lines
-from facetlog.perception.detection.line_front_end.line_extent import line_profiles
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
-from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
-from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_hypotheses
-from facetlog.perception.detection.line_front_end.pose_consistency import check_consistency
-from facetlog.perception.detection.line_front_end.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.side_fit import fit_sides
-from facetlog.perception.detection.line_front_end.view_judgement import (
+from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_hypotheses
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
+from facetlog.perception.detection.line_front_end.segments_3d.line_extent import line_profiles
+from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
+    check_consistency,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.view_judgement import (
     contradicting_views,
     without_them,
 )
+from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.tracked_faces import FacePlane, TrackedFace, TrackedFaces
 from facetlog.perception.detection.view_graph import view_graph

@@ -7,15 +7,18 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.behind_face import lies_inside, stands_behind
-from facetlog.perception.detection.line_front_end.face_conflicts import MAX_BLOCKED, blocked
+from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
+    MAX_BLOCKED,
+    blocked,
+)
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
-from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
-from facetlog.perception.detection.line_front_end.line_extent import (
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
     LineProfiles,
     covered_extents,
 )
-from facetlog.perception.detection.line_front_end.line_support import segment_samples
-from facetlog.perception.detection.line_front_end.plane_hypotheses import plane_basis
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["find_loose_edges"]

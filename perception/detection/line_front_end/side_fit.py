@@ -13,8 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap
-from facetlog.perception.detection.line_front_end.line_refine import STEP_PX, peak, read_edges
-from facetlog.perception.detection.line_front_end.line_support import project_points
+from facetlog.perception.detection.line_front_end.segments_3d.line_refine import (
+    STEP_PX,
+    peak,
+    read_edges,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.types import FloatArray, Image, View
 
 __all__ = ["SideFits", "fit_sides"]

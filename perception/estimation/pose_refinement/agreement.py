@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap
-from facetlog.perception.detection.line_front_end.line_support import project_points
-from facetlog.perception.detection.line_front_end.pose_consistency import explained_share
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
+from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
+    explained_share,
+)
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.estimation.pose_refinement.fitting import fitted, lines_of, smaller
 from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews, align

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.line_front_end.line_cloud import shown_lines
-from facetlog.perception.detection.line_front_end.pose_consistency import explained_share
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
+from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
+    explained_share,
+)
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews, align
 from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, SinglePoses

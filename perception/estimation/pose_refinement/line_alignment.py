@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap
-from facetlog.perception.detection.line_front_end.line_refine import (
+from facetlog.perception.detection.line_front_end.segments_3d.line_refine import (
     READINGS_A_VIEW,
     across_basis,
     ends_jacobian,
     point_jacobian,
     read_edges,
 )
-from facetlog.perception.detection.line_front_end.line_support import segment_samples
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, SinglePoses, moved
 from facetlog.perception.types import FloatArray, Pose, View
 

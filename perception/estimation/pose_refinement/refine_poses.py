@@ -12,9 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from facetlog.perception.detection.line_front_end.line_cloud import SUPPORTED
-from facetlog.perception.detection.line_front_end.line_support import coverage
-from facetlog.perception.detection.line_front_end.pose_consistency import explained_share
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import SUPPORTED
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import coverage
+from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
+    explained_share,
+)
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.detection.working_size import at_working_size, segment_noise
 from facetlog.perception.estimation.pose_refinement.fitting import (

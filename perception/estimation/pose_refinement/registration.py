@@ -8,7 +8,10 @@ them is taken.
 
 import numpy as np
 
-from facetlog.perception.detection.line_front_end.line_support import coverage, project_points
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
+    coverage,
+    project_points,
+)
 from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews, align_one
 from facetlog.perception.types import FloatArray
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.perception.detection.line_front_end.line_cloud import (
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import (
     MERGE_VIEWS,
     SCREEN_VIEWS,
     _distinct_views,

@@ -2,8 +2,12 @@
 
 import numpy as np
 
-from facetlog.perception.detection.line_front_end.line_extent import MARGIN, SAMPLES, LineProfiles
-from facetlog.perception.detection.line_front_end.plane_hypotheses import PlaneHypothesis
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
+from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
+    MARGIN,
+    SAMPLES,
+    LineProfiles,
+)
 from facetlog.perception.types import FloatArray
 
 PIXEL = 0.01

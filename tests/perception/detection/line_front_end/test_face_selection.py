@@ -5,16 +5,16 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace, select_faces
-from facetlog.perception.detection.line_front_end.ground_plane import find_ground
-from facetlog.perception.detection.line_front_end.line_cloud import LineCloud
-from facetlog.perception.detection.line_front_end.line_extent import line_profiles
-from facetlog.perception.detection.line_front_end.photo_consistency import GreyLevels
-from facetlog.perception.detection.line_front_end.plane_hypotheses import (
+from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
     PlaneHypothesis,
     plane_hypotheses,
 )
-from facetlog.perception.detection.line_front_end.side_evidence import SideJudge
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.segments_3d.line_extent import line_profiles
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 
 from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.line_front_end.line_cloud import shown_lines
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
 from facetlog.perception.types import View

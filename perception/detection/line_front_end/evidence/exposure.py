@@ -1,0 +1,75 @@
+"""How much brighter each picture is than the others, by what lies beside 3-D segments.
+
+A camera that exposes each picture by what it sees shows one surface at another level in each.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.evidence.half_planes import CLEAR_PX
+from facetlog.perception.detection.line_front_end.evidence.photo_consistency import (
+    AGREES_SDS,
+    LIGHT_SHARE,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
+    project_points,
+    segment_samples,
+)
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["exposures"]
+
+SAMPLES = 6
+# Medians of rows and columns in turn settle quickly.
+STEPS = 10
+# Pictures were exposed differently if so many times as many places agree when that is allowed for:
+# 2.6 where a camera did so, .97 to 1.11 on 30 sets where none did.
+BETTER = 1.5
+
+
+def exposures(segments: FloatArray, use: NDArray[np.bool_], views: Sequence[View]) -> FloatArray:
+    """By which factor (V,) each view is brighter than usual.
+
+    Of 3-D segments (n, 2, 3), `use` (n, V) tells which view shows which. Medians over places beside
+    them and over views in turn (Tukey's median polish): of a segment at a border one side is
+    background, another in each view, which makes these brighter as often as darker.
+    """
+    levels = _log_levels(segments, use, views)
+    levels = levels[np.isfinite(levels).sum(axis=1) > 1]
+    shown = np.isfinite(levels).any(axis=0)
+    if not shown.any():
+        return np.ones(len(views))
+    brighter = np.zeros(len(views))
+    for _ in range(STEPS):
+        surface = np.nanmedian(levels - brighter, axis=1, keepdims=True)
+        middle = np.nanmedian((levels - surface)[:, shown], axis=0)
+        brighter[shown] = middle - np.median(middle)
+    better = _agreeing(levels - brighter) > BETTER * _agreeing(levels)
+    return np.exp(brighter) if better else np.ones(len(views))
+
+
+def _agreeing(levels: FloatArray) -> int:
+    # How many levels (m, V) are those of their surface, but for what light changes with the view.
+    apart = np.abs(levels - np.nanmedian(levels, axis=1, keepdims=True))
+    return int((apart < AGREES_SDS * LIGHT_SHARE).sum())
+
+
+def _log_levels(segments: FloatArray, use: NDArray[np.bool_], views: Sequence[View]) -> FloatArray:
+    # Logarithms (m, V) of the levels at places to either side of the segments; NaN where not seen.
+    points = segment_samples(segments, SAMPLES)
+    found = np.full((2, *points.shape[:2], len(views)), np.nan)
+    for k, view in enumerate(views):
+        uv, depth = project_points(view.projection, points)
+        along = uv[:, -1] - uv[:, 0]
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1)
+        across /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-9)
+        off = CLEAR_PX * np.array([-1.0, 1.0])[:, None, None, None]
+        at = np.rint(uv + off * across[:, None])
+        seen = ((at >= 0) & (at < view.image.shape[::-1])).all(axis=-1)
+        seen &= (depth > 0) & use[:, k, None]
+        column, row = at[seen].astype(np.intp).T
+        # A black pixel has no logarithm.
+        found[seen, k] = np.log(np.maximum(view.image[row, column], 1))
+    return found.reshape(-1, len(views))

@@ -1,0 +1,72 @@
+"""Which faces cannot both be: they share a part of one plane, or one hides what is seen."""
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
+from facetlog.perception.types import FloatArray
+
+__all__ = ["MAX_BLOCKED", "alike", "blocked", "overlap"]
+
+# Overlap of two coplanar faces, as a share of the smaller.
+MAX_OVERLAP = 0.15
+# Two outlines of one plane are alike when they share this much of what they cover together.
+ALIKE = 0.85
+# Two planes are one within this angle, and as near as the caller says.
+SAME_PLANE_COSINE = np.cos(np.radians(10.0))
+# Share of the sight lines to what was seen that a face may block.
+MAX_BLOCKED = 0.25
+
+
+def overlap(
+    corners: FloatArray,
+    normal: FloatArray,
+    others: FloatArray,
+    other_normal: FloatArray,
+    near: float,
+) -> bool:
+    """Whether a polygon (k, 3) covers part of another (l, 3) whose plane is not farther off."""
+    if abs(normal @ other_normal) < SAME_PLANE_COSINE:
+        return False
+    apart = np.abs((corners - others.mean(axis=0)) @ other_normal)
+    if apart.min() > near:
+        return False
+    a, b = _in_plane(corners, other_normal), _in_plane(others, other_normal)
+    return bool(a.intersection(b).area > MAX_OVERLAP * min(a.area, b.area))
+
+
+def alike(one: FloatArray, other: FloatArray, normal: FloatArray) -> bool:
+    """Whether two polygons (k, 3) of one plane cover nearly the same of it."""
+    a, b = _in_plane(one, normal), _in_plane(other, normal)
+    return bool(a.intersection(b).area > ALIKE * a.union(b).area)
+
+
+def blocked(
+    corners: FloatArray,
+    normal: FloatArray,
+    targets: FloatArray,
+    centres: FloatArray,
+    margin: float = 0.0,
+) -> NDArray[np.bool_]:
+    """Which sight lines (c, s) from centres (c, 3) to targets (s, 3) a polygon (k, 3) blocks.
+
+    Lines that pass within `margin` of its outline, or end within it of its plane, go free.
+    """
+    offset = normal @ corners.mean(axis=0)
+    before = centres @ normal - offset  # (c,)
+    behind = targets @ normal - offset  # (s,)
+    crosses: NDArray[np.bool_] = (before[:, None] * behind < 0) & (np.abs(behind) > margin)
+    if not crosses.any():
+        return crosses
+    t = before[:, None] / np.where(crosses, before[:, None] - behind, 1.0)
+    at = centres[:, None] + t[..., None] * (targets - centres[:, None])
+    inner = _in_plane(corners, normal).buffer(-margin)
+    shapely.prepare(inner)
+    flat = at @ plane_basis(normal)
+    crosses &= shapely.contains_xy(inner, flat[..., 0], flat[..., 1])
+    return crosses
+
+
+def _in_plane(corners: FloatArray, normal: FloatArray) -> shapely.Geometry:
+    return shapely.Polygon(corners @ plane_basis(normal)).buffer(0)

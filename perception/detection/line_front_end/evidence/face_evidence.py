@@ -1,0 +1,254 @@
+"""What the views say of an outline together: its inside by their agreement, its sides by edges.
+
+Views that something hides are left out, and of the others the parts that something hides.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.evidence.face_conflicts import blocked
+from facetlog.perception.detection.line_front_end.evidence.half_planes import (
+    CLEAR_PX,
+    MIN_CONSISTENT,
+    MIN_INSIDE,
+    MIN_WEIGHT,
+)
+from facetlog.perception.detection.line_front_end.evidence.side_evidence import (
+    BESIDE_PX,
+    SAMPLES,
+    SideJudge,
+)
+from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
+from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
+    project_to_views,
+    segment_samples,
+)
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.ties import largest
+from facetlog.perception.types import FloatArray
+
+__all__ = ["FaceEvidence", "FaceJudge", "inner_points"]
+
+# Least share of the views that could see a face and do show it.
+MIN_SHARE = 0.5
+# About so many points inside an outline are compared, and no fewer than this.
+INNER_POINTS, MIN_INNER = 60, 8
+# A view shows the face when it agrees at this share of the points that it sees, and sees so many.
+AGREES_SHARE, SEEN_SHARE = 0.5, 0.4
+# A view that sees a face less broad than this, px, says nothing of its sides: the edges beside one
+# of them, by which it is judged, are the other.
+MIN_WIDTH_PX = BESIDE_PX[-2]
+# Of true sides some are too faint for any view: so much speaks against a side at most.
+FAINT_PRICE = float(np.log(1e3))
+# A surface goes on beyond a side where most of what lies there agrees at odds of 20 to 1, and half
+# as well as the inside does. An edge within a surface may be print: it is worth half a border, and
+# where there is none, there is no border either.
+GOES_ON_SHARE, GOES_ON_RATIO, GOES_ON_AS_INSIDE = 0.8, float(np.log(20.0)), 0.5
+PRINT_WORTH = 0.5
+# What shows a face is the ground if that explains more than a third of it better.
+MOST_GROUND = 1 / 3
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FaceEvidence:
+    """The views' evidence for an outline seen from one side.
+
+    `ratio` (n,): log-likelihood ratio at the `points` (n, 3) of its inside, and `inside` its mean;
+    `consistent`: share of its area where it is above 0; `sides`: summed log-likelihood ratio of its
+    sides; `coverage`: share of the sides that lie on edges, where nothing hides them; `shown` (V,):
+    views that show it; `share`: these among the views that face it and see it, by weight.
+    """
+
+    ratio: FloatArray
+    inside: float
+    consistent: float
+    sides: float
+    coverage: float
+    shown: NDArray[np.bool_]
+    share: float
+    points: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Inside:
+    # What `FaceEvidence` has of an outline's inside, and the views (v,) that show it.
+    ratio: FloatArray
+    inside: float
+    consistent: float
+    share: float
+    showing: NDArray[np.intp]
+    points: FloatArray
+
+
+class FaceJudge:
+    """Judges outlines by all views."""
+
+    def __init__(self, witnesses: Witnesses, sides: SideJudge, ground: Ground | None) -> None:
+        self._witnesses = witnesses
+        self._weight = witnesses.weight
+        self._sides = sides
+        self._ground = ground
+
+    def judge(
+        self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
+    ) -> FaceEvidence | None:
+        """Evidence for a polygon (k, 3) seen from the side that its normal points to.
+
+        None where too few views face it, or its inside speaks against it. `taken` as in
+        `RegionFinder.outlines`.
+        """
+        found = self._inside(corners, normal, taken)
+        if found is None:
+            return None
+        sides, coverage = self._along(found, corners, normal, taken)
+        shown = np.zeros(len(self._weight), dtype=np.bool_)
+        shown[found.showing] = True
+        return FaceEvidence(
+            found.ratio,
+            found.inside,
+            found.consistent,
+            sides,
+            coverage,
+            shown,
+            found.share,
+            found.points,
+        )
+
+    def agrees_inside(
+        self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
+    ) -> bool:
+        """Whether the inside of a polygon (k, 3) is a surface, wherever its sides are."""
+        return self._inside(corners, normal, taken) is not None
+
+    def _inside(
+        self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
+    ) -> _Inside | None:
+        views = self._witnesses.facing(corners.mean(axis=0), normal)
+        views = views[self._widths(views, corners) > MIN_WIDTH_PX]
+        weight = self._weight[views]
+        if weight.sum() < MIN_WEIGHT:
+            return None
+        points = inner_points(corners, normal)
+        if len(points) < MIN_INNER:
+            return None
+        result, seen = self._witnesses.agree(views, points, taken)
+        in_sight = seen.mean(axis=1) > SEEN_SHARE
+        shows = in_sight & (result.agrees.sum(axis=1) > AGREES_SHARE * seen.sum(axis=1))
+        share = float(weight[shows].sum() / max(weight[in_sight].sum(), 1e-300))
+        inside, consistent = float(result.ratio.mean()), float((result.ratio > 0).mean())
+        if weight[shows].sum() < MIN_WEIGHT or share < MIN_SHARE:
+            return None
+        if inside < MIN_INSIDE or consistent < MIN_CONSISTENT:
+            return None
+        return _Inside(result.ratio, inside, consistent, share, views[shows], points)
+
+    def shows_ground(
+        self,
+        corners: FloatArray,
+        normal: FloatArray,
+        evidence: FaceEvidence,
+        taken: Sequence[NDArray[np.uint8]],
+    ) -> bool:
+        """Whether the pixels that show a face (k, 3) rather show the ground behind it.
+
+        A pattern of the ground repeats itself: some views see one tile where others see the next;
+        and one sees through between legs. So each view's pixels are compared with the ground that
+        they would show, whose level those other views tell that see it past the face. The face's
+        own `evidence` and `taken` as in `judge`.
+        """
+        ground = self._ground
+        if ground is None:
+            return False
+        witnesses, weight = self._witnesses, self._weight
+        everyone, showing = np.arange(len(weight)), np.nonzero(evidence.shown)[0]
+        by_ground = np.zeros(len(evidence.points))
+        for k in showing.tolist():
+            points, meets = ground.behind(witnesses.centres[k], evidence.points)
+            others = everyone[everyone != k]
+            past = ~blocked(corners, normal, points, witnesses.centres[others])
+            found, _ = witnesses.agree(others, points, taken, past)
+            ratio = witnesses.known_surface(k, points, found.level)
+            by_ground += weight[k] * np.where(meets & (found.ratio > 0), ratio, 0.0)
+        return bool((by_ground > evidence.ratio).mean() > MOST_GROUND)
+
+    def _widths(self, views: NDArray[np.intp], corners: FloatArray) -> FloatArray:
+        # How broad a polygon (k, 3) looks in the chosen views (v,), px: a sliver's width.
+        uv, depth = project_to_views(self._witnesses.projections[views], corners)
+        following = np.roll(uv, -1, axis=1)
+        twice = uv[..., 0] * following[..., 1] - uv[..., 1] * following[..., 0]
+        round_it = np.linalg.norm(following - uv, axis=-1).sum(axis=1)
+        width: FloatArray = np.abs(twice.sum(axis=1)) / np.maximum(round_it, 1e-300)
+        return np.where((depth > 0).all(axis=1), width, np.inf)
+
+    def _along(
+        self,
+        found: _Inside,
+        corners: FloatArray,
+        normal: FloatArray,
+        taken: Sequence[NDArray[np.uint8]],
+    ) -> tuple[float, float]:
+        # The sides' summed ratio and their coverage.
+        views = found.showing
+        sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+        length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
+        # Where the inside next to a side is hidden, or taken by another face, so is the side.
+        within, seen = self._witnesses.agree(
+            views, self._beside(views, sides, normal, CLEAR_PX), taken
+        )
+        bare = within.agrees | (seen & (within.ratio <= 0))
+        edges = self._sides.evidence(views, sides, bare.reshape(len(views), len(sides), SAMPLES))
+
+        beyond = self._beside(views, sides, normal, -CLEAR_PX)
+        surface, _ = self._witnesses.agree(views, beyond, taken)
+        same = surface.ratio > max(GOES_ON_RATIO, GOES_ON_AS_INSIDE * found.inside)
+        if self._ground is not None:
+            same &= self._ground.above(beyond) > 0
+        goes_on = same.reshape(len(sides), SAMPLES).mean(axis=1) > GOES_ON_SHARE
+
+        weight = self._weight[views]
+        ratio = weight @ edges.ratio
+        printed = np.where(ratio > 0, PRINT_WORTH * ratio, ratio)
+        ratio = np.where(goes_on, printed, np.maximum(ratio, -FAINT_PRICE))
+        hit = float(weight @ edges.found.sum(axis=2) @ length)
+        possible = float(weight @ edges.there.sum(axis=2) @ length)
+        return float(ratio.sum()), hit / max(possible, 1e-300)
+
+    def _beside(
+        self, views: NDArray[np.intp], sides: FloatArray, normal: FloatArray, inward_px: float
+    ) -> FloatArray:
+        # Points (k * SAMPLES, 3) of the plane beside sides (k, 2, 3), so many px of the chosen
+        # views' inwards.
+        inward = np.cross(normal, sides[:, 1] - sides[:, 0])
+        inward /= np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-300)
+        away = np.linalg.norm(self._witnesses.centres[views] - sides[:, 0].mean(axis=0), axis=1)
+        step = inward_px * float(np.median(away)) / self._witnesses.focal
+        points: FloatArray = segment_samples(sides, SAMPLES) + step * inward[:, None]
+        return points.reshape(-1, 3)
+
+
+def inner_points(corners: FloatArray, normal: FloatArray) -> FloatArray:
+    """About INNER_POINTS points (n, 3) spread evenly over the inside of a flat polygon (k, 3)."""
+    # Along the longest side: the world's frame plays no part.
+    along = np.roll(corners, -1, axis=0) - corners
+    length = np.linalg.norm(along, axis=1)
+    if not length.any():
+        return np.zeros((0, 3))
+    basis = plane_axes(normal, along[largest(length)]).T
+    polygon = shapely.Polygon(corners @ basis).buffer(0)
+    if polygon.is_empty:
+        return np.zeros((0, 3))
+    low, high = np.array(polygon.bounds).reshape(2, 2)
+    # A thin or winding outline fills little of its box: the finer the lattice must be.
+    filled = polygon.area / max(float(np.prod(high - low)), 1e-300)
+    count = int(np.ceil(np.sqrt(INNER_POINTS / np.clip(filled, 0.01, 1.0))))
+    steps = (np.arange(count) + 0.5) / count
+    grid = low + np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2) * (high - low)
+    shapely.prepare(polygon)
+    inside = grid[shapely.contains_xy(polygon, grid)]
+    points: FloatArray = normal * float(normal @ corners.mean(axis=0)) + inside @ basis.T
+    return points

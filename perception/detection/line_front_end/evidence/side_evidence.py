@@ -1,0 +1,150 @@
+"""Sides of outlines by the edges of all views: how likely they are, and where they run.
+
+A log-likelihood ratio weighs each hit against the density of edges of its direction right beside
+the side: on a carpet a hit says little.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.edge_maps import EdgeMap, direction_bits
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
+    project_to_views,
+    segment_samples,
+)
+from facetlog.perception.flat_faces import crossing
+from facetlog.perception.ties import ascending, largest
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["BESIDE_PX", "MOVES_PX", "SAMPLES", "SideEvidence", "SideJudge"]
+
+SAMPLES = 12
+# Samples nearer together than this, px, hit or miss together: an edge is dilated by 2 px.
+INDEPENDENT_PX = 8.0
+# Probability that a true side is found at a place where the view shows the face.
+HIT = 0.85
+# How far beside a side the density of edges is measured, px, and its range.
+BESIDE_PX = (-11.0, -7.0, 7.0, 11.0)
+CHANCE_RANGE = (0.02, 0.7)
+# A side is sought so far from where a region ends, px at either end: an edge reaches 2 px. The
+# smallest move stands first, for of equally good ones it is taken.
+STEPS_PX = 3.0 * np.arange(-3, 4)
+MOVES_PX = np.stack(np.meshgrid(STEPS_PX, STEPS_PX), axis=-1).reshape(-1, 2)
+MOVES_PX = MOVES_PX[ascending((MOVES_PX**2).sum(axis=1))]
+# A side is placed by so many views, evenly from those that face it.
+MAX_VIEWS = 12
+# Two sides meet where they cross, and not farther off than this, px.
+MAX_OFF_PX = 27.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SideEvidence:
+    """Samples (v, k, m) of k sides in v views: `found` on an edge, `there` to be seen.
+
+    `ratio` (v, k) is the log-likelihood ratio of each side in each view.
+    """
+
+    found: NDArray[np.bool_]
+    there: NDArray[np.bool_]
+    ratio: FloatArray
+
+
+class SideJudge:
+    """Judges sides by the views' edges; `weight` (V,) is how much each view counts."""
+
+    def __init__(self, views: Sequence[View], maps: Sequence[EdgeMap], weight: FloatArray) -> None:
+        self._projections = np.array([view.projection for view in views])
+        self._sizes = np.array([view.image.shape[::-1] for view in views])
+        self._maps = maps
+        self._weight = weight
+
+    def worth(self, segments: FloatArray) -> FloatArray:
+        """Log-likelihood ratio (n,) of segments (n, 2, 3) as sides, over the views in favour."""
+        ratio = self.evidence(np.arange(len(self._maps)), segments).ratio
+        worth: FloatArray = self._weight @ np.maximum(ratio, 0.0)
+        return worth
+
+    def evidence(
+        self, views: NDArray[np.intp], sides: FloatArray, bare: NDArray[np.bool_] | None = None
+    ) -> SideEvidence:
+        """What the chosen views (v,) say of sides (k, 2, 3).
+
+        `bare` (v, k, SAMPLES) are the samples that nothing hides, all of them if it is None.
+        """
+        hit, inside, reach = self._hits(views, sides, (0.0, *BESIDE_PX))
+        found, there = hit[0], inside[0]
+        if bare is not None:
+            found, there = found & bare, there & bare
+        # As if one sample more had been half a hit: few samples never make a chance of 0 or 1.
+        beside = (hit[1:].sum(axis=(0, 3)) + 0.5) / (inside[1:].sum(axis=(0, 3)) + 1.0)
+        chance = np.clip(beside, *CHANCE_RANGE)[..., None]
+        ratio = np.where(found, np.log(HIT / chance), np.log((1 - HIT) / (1 - chance)))
+        # The samples stand for all of a side, however long: cut in two it says the same.
+        return SideEvidence(found, there, (ratio * there).mean(axis=2) * (reach / INDEPENDENT_PX))
+
+    def onto_edges(
+        self, views: NDArray[np.intp], corners: FloatArray, normal: FloatArray, pixel: float
+    ) -> FloatArray:
+        """A polygon (k, 3) with each side where most edges of the chosen views (v,) run.
+
+        It stays as it is where its sides then cross one another.
+        """
+        if len(views) > MAX_VIEWS:
+            views = views[np.linspace(0, len(views) - 1, MAX_VIEWS).round().astype(int)]
+        basis = plane_basis(normal)
+        flat = corners @ basis
+        along = np.roll(flat, -1, axis=0) - flat
+        length = np.linalg.norm(along, axis=1, keepdims=True)
+        if not len(views) or not length.all():
+            return corners
+        across = np.stack([-along[:, 1], along[:, 0]], axis=1) / length
+        ends = np.stack([flat, flat + along], axis=1)
+        moved = ends[:, None] + MOVES_PX[:, :, None] * pixel * across[:, None, None]
+        foot = normal * float(normal @ corners.mean(axis=0))
+        hit, _, _ = self._hits(views, (moved @ basis.T + foot).reshape(-1, 2, 3), (0.0,))
+        score = (self._weight[views] @ hit[0].sum(axis=2)).reshape(len(corners), -1)
+        best = np.array([largest(row) for row in score])
+        placed = _meetings(moved[np.arange(len(corners)), best], MAX_OFF_PX * pixel)
+        ring: FloatArray = placed @ basis.T + foot
+        return ring if shapely.Polygon(placed).is_valid else corners
+
+    def _hits(
+        self, views: NDArray[np.intp], sides: FloatArray, beside: Sequence[float]
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], FloatArray]:
+        # Which samples (b, v, k, m), so many px beside the sides (k, 2, 3), lie on an edge of the
+        # side's direction, and which in the picture; the sides' lengths (v, k), px.
+        samples = segment_samples(sides, SAMPLES)
+        shape = (len(views), len(sides), SAMPLES)
+        flat, depth = project_to_views(self._projections[views], samples.reshape(-1, 3))
+        uv = flat.reshape(*shape, 2)
+        along = uv[:, :, -1] - uv[:, :, 0]
+        reach = np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-9)
+        across = np.stack([-along[..., 1], along[..., 0]], axis=-1) / reach[..., None]
+        bits = direction_bits(np.arctan2(along[..., 1], along[..., 0]))[..., None]
+
+        off = np.array(beside)[:, None, None, None, None]
+        at = np.rint(uv + off * across[:, :, None])
+        inside = ((at >= 0) & (at < self._sizes[views, None, None])).all(axis=-1)
+        inside &= (depth > 0).reshape(shape)
+        column, row = np.where(inside[..., None], at, 0).astype(np.intp).transpose(4, 0, 1, 2, 3)
+        hit = np.empty(inside.shape, dtype=np.bool_)
+        for n, k in enumerate(views.tolist()):
+            hit[:, n] = (self._maps[k].mask[row[:, n], column[:, n]] & bits[n]) != 0
+        return hit & inside, inside, reach
+
+
+def _meetings(sides: FloatArray, most: float) -> FloatArray:
+    # Where each side (k, 2, 2) meets the one before it, (k, 2); between their ends where they do
+    # not cross, or farther off than `most`.
+    placed = np.empty((len(sides), 2))
+    for k, (before, after) in enumerate(zip(np.roll(sides, 1, axis=0), sides, strict=True)):
+        between = (before[1] + after[0]) / 2
+        meeting = crossing((before[0], before[1] - before[0]), (after[0], after[1] - after[0]))
+        near = meeting is not None and np.linalg.norm(meeting - between) < most
+        placed[k] = meeting if near else between
+    return placed

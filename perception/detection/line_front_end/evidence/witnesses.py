@@ -1,0 +1,81 @@
+"""The views as witnesses: do they show one and the same surface at points of the scene?"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.evidence.photo_consistency import (
+    Agreement,
+    GreyLevels,
+    Levels,
+    agreement,
+    known_surface_ratio,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_to_views
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["MIN_FACING_SINE", "Witnesses"]
+
+# A view counts when it looks at a plane by more than this sine.
+MIN_FACING_SINE = 0.15
+# A view reads no level nearer to the picture's border than this, px.
+BORDER_PX = 1
+
+
+class Witnesses:
+    """Views with their grey levels; `weight` (V,) is how much each counts beside views like it."""
+
+    def __init__(self, views: Sequence[View], levels: GreyLevels, weight: FloatArray) -> None:
+        self.projections = np.array([view.projection for view in views])
+        self.centres = np.array([view.pose.centre for view in views])
+        self.weight = weight
+        self.focal = float(np.median([view.camera.fx for view in views]))
+        self._sizes = np.array([view.image.shape[::-1] for view in views])
+        self._levels = levels
+
+    def facing(self, middle: FloatArray, normal: FloatArray) -> NDArray[np.intp]:
+        """The views (v,) before a plane through a point (3,) that do not see it edge-on."""
+        rays = self.centres - middle
+        before = rays @ normal > MIN_FACING_SINE * np.linalg.norm(rays, axis=1)
+        return np.nonzero(before)[0]
+
+    def agree(
+        self,
+        views: NDArray[np.intp],
+        points: FloatArray,
+        taken: Sequence[NDArray[np.uint8]] | None = None,
+        clear: NDArray[np.bool_] | None = None,
+    ) -> tuple[Agreement, NDArray[np.bool_]]:
+        """How the chosen views (v,) agree on points (n, 3), and which they see (v, n).
+
+        A view does not see what is outside its picture, falls on its `taken` pixels (V pictures
+        of 0 and 1), which show something else, or is not `clear` (v, n) of other things.
+        """
+        levels, seen = self._read(views, points, taken, clear)
+        return agreement(levels, self.weight[views]), seen
+
+    def known_surface(
+        self, view: int, points: FloatArray, surface: NDArray[np.float32]
+    ) -> FloatArray:
+        """Log-likelihood ratio (n,) that a view shows a surface of that level at points (n, 3)."""
+        levels, _ = self._read(np.array([view]), points)
+        ratio: FloatArray = known_surface_ratio(levels, surface)[0]
+        return ratio
+
+    def _read(
+        self,
+        views: NDArray[np.intp],
+        points: FloatArray,
+        taken: Sequence[NDArray[np.uint8]] | None = None,
+        clear: NDArray[np.bool_] | None = None,
+    ) -> tuple[Levels, NDArray[np.bool_]]:
+        uv, depth = project_to_views(self.projections[views], points)
+        inner = (uv > BORDER_PX) & (uv < self._sizes[views, None] - 1 - BORDER_PX)
+        seen = (depth > 0) & inner.all(axis=-1)
+        if clear is not None:
+            seen &= clear
+        if taken is not None:
+            column, row = np.where(seen[..., None], np.rint(uv), 0).astype(np.intp).T
+            seen &= np.array([taken[k][row[:, n], column[:, n]] == 0 for n, k in enumerate(views)])
+        return self._levels.read(views, uv.transpose(2, 0, 1), seen), seen

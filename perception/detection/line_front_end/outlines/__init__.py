@@ -1,0 +1,1 @@
+"""Outlines on a plane that may be faces."""

@@ -1,0 +1,1 @@
+"""Planes through 3-D segments, and the ground among them."""

@@ -1,0 +1,132 @@
+"""Which plane hypotheses are worth a search: each edge bounds two faces, not a dozen.
+
+A line speaks for a plane only where the pictures agree, right beside it, that the plane is there.
+"""
+
+import heapq
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
+    PlaneHypothesis,
+    plane_basis,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.ties import descending
+from facetlog.perception.types import FloatArray
+
+__all__ = ["ChosenPlane", "choose_planes", "plane_sds", "same_plane"]
+
+# Two hypotheses are one plane within this angle where their lines lie this near, px, by this share.
+SAME_COSINE = np.cos(np.radians(4.0))
+SAME_PX, SAME_SHARE = 3.0, 0.9
+# What a line is still worth to the next plane.
+PASSED_ON = 0.5
+# Standard deviation px of a line beyond its ends' covariance: edges are dilated by 2 px where it is
+# sought. A plane that lines leave open is known to this slope and px.
+LINE_SD_PX = 1.0
+OPEN_SLOPE, OPEN_PX = 0.05, 15.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ChosenPlane:
+    """A plane and what an outline of its lines is worth at most, seen from the `sides` (±1).
+
+    `spans` (n, 2, 3) are the segments that a face there is sought about.
+    """
+
+    plane: PlaneHypothesis
+    promise: float
+    sides: tuple[float, ...]
+    spans: FloatArray
+
+
+def choose_planes(
+    planes: Sequence[PlaneHypothesis],
+    cloud: LineCloud,
+    worth: FloatArray,
+    ground: Ground | None,
+    surface: Callable[[PlaneHypothesis], NDArray[np.bool_]],
+    least: float,
+) -> tuple[ChosenPlane, ...]:
+    """Planes that may hold a face, the one that promises most first.
+
+    `worth` (n,) is the log-likelihood ratio of the cloud's lines as sides of faces. Planes that are
+    one are taken once. Each line is worth half as much to the next plane as to the one before, and
+    nothing where it lies on the ground or the plane beside it is no `surface` (2, its lines) from
+    either of its sides: a plane worth less than `least` is left out.
+    """
+    if ground is not None:
+        low = ground.holds(cloud.segments.reshape(-1, 3)).reshape(-1, 2).all(axis=1)
+        worth = np.where(low, 0.0, worth)
+    distinct = _distinct(planes, cloud)
+    left = worth.copy()
+    lines = [plane.lines for plane in distinct]
+    sides: dict[int, tuple[float, ...]] = {}
+    queue = [(-float(worth[on].sum()), k) for k, on in enumerate(lines)]
+    heapq.heapify(queue)
+    chosen = []
+    while queue and -queue[0][0] > least:
+        known, k = heapq.heappop(queue)
+        if k not in sides:
+            beside = surface(distinct[k])
+            seen_from = zip((1.0, -1.0), beside @ worth[lines[k]], strict=True)
+            sides[k] = tuple(side for side, promise in seen_from if promise > least)
+            lines[k] = lines[k][beside.any(axis=0)]
+        now = -float(left[lines[k]].sum())
+        if not sides[k]:
+            continue
+        if now > known:
+            heapq.heappush(queue, (now, k))
+        elif -now > least:
+            spans = cloud.segments[distinct[k].lines]
+            chosen.append(ChosenPlane(distinct[k], float(worth[lines[k]].sum()), sides[k], spans))
+            left[lines[k]] *= PASSED_ON
+    return tuple(chosen)
+
+
+def _distinct(planes: Sequence[PlaneHypothesis], cloud: LineCloud) -> list[PlaneHypothesis]:
+    # Of the planes that are one, the one with most support.
+    length = np.linalg.norm(cloud.segments[:, 1] - cloud.segments[:, 0], axis=1)
+    support = cloud.support * length
+    normals = np.array([plane.normal for plane in planes]).reshape(-1, 3)
+    kept: list[int] = []
+    for best in descending(np.array([support[p.lines].sum() for p in planes])).tolist():
+        ends = cloud.segments[planes[best].lines].reshape(-1, 3)
+        alike = np.nonzero(np.abs(normals[kept] @ normals[best]) >= SAME_COSINE)[0]
+        others = (planes[kept[k]] for k in alike)
+        if not any(same_plane(planes[best], ends, other, cloud.pixel) for other in others):
+            kept.append(best)
+    return [planes[k] for k in kept]
+
+
+def same_plane(
+    plane: PlaneHypothesis, points: FloatArray, other: PlaneHypothesis, pixel: float
+) -> bool:
+    """Whether two planes are one, over points (n, 3) of the first."""
+    if abs(plane.normal @ other.normal) < SAME_COSINE:
+        return False
+    near = np.abs(points @ other.normal - other.distance) < SAME_PX * pixel
+    return bool(near.mean() > SAME_SHARE)
+
+
+def plane_sds(plane: PlaneHypothesis, cloud: LineCloud, points: FloatArray) -> FloatArray:
+    """Standard deviation (k,) of a plane at points (k, 3) of it, as its lines know it."""
+    basis, middle = plane_basis(plane.normal), points.mean(axis=0)
+
+    def design(x: FloatArray) -> FloatArray:
+        return np.column_stack([(x - middle) @ basis, np.ones(len(x))])
+
+    ends = design(cloud.segments[plane.lines].reshape(-1, 3))
+    covs = cloud.end_covs[plane.lines].reshape(-1, 3, 3)
+    variance = np.einsum("i,nij,j->n", plane.normal, covs, plane.normal)
+    variance += (LINE_SD_PX * cloud.pixel) ** 2
+    prior = np.diag([OPEN_SLOPE, OPEN_SLOPE, OPEN_PX * cloud.pixel]) ** 2
+    cov = np.linalg.inv(np.linalg.inv(prior) + (ends.T / variance) @ ends)
+    there = design(points)
+    sds: FloatArray = np.sqrt(np.einsum("ki,ij,kj->k", there, cov, there))
+    return sds

@@ -1,0 +1,1 @@
+"""3-D segments that many views support."""

@@ -1,0 +1,191 @@
+"""The 3-D segments of a scene: candidates of many view pairs, kept by support, merged, fitted."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.edge_maps import EdgeMap
+from facetlog.perception.detection.line_front_end.segments_3d.line_candidates import (
+    candidate_segments,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.line_refine import refine_segments
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
+    coverage,
+    project_points,
+)
+from facetlog.perception.detection.view_graph import ViewGraph, view_graph
+from facetlog.perception.ties import TIE, at_least, descending, ranks
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["SUPPORTED", "LineCloud", "reconstruct_lines", "segments_matched", "shown_lines"]
+
+# A view supports a segment when it shows this share of it.
+SUPPORTED = 0.6
+# Support by this many distinct views, for the two that made the candidate prove nothing; or, of
+# views from a narrow arc, by more than two and this share of all.
+MIN_SUPPORT, TOO_FEW, NEARLY_ALL = 3.0, 2.0, 0.8
+# Candidates are screened on this many distinct views before all are asked.
+SCREEN_VIEWS = 10
+# Cameras stand near enough to see the object: depths beyond this many distances are background.
+MAX_DEPTH = 4.0
+# The longest segments of a view take part in matching; all views' edges give support.
+MAX_SEGMENTS = 250
+# That bounds the time, of which fewer pairs of views than this leave some for more segments.
+FULL_PAIRS = 24
+# Matches of one segment in one other view that are looked at in all views.
+BEST_OF_PAIR = 4
+# 3-D segments kept in the end, the best supported ones: bounds the time on cluttered scenes.
+MAX_LINES = 600
+# A candidate with this share of the best score is as good: scores carry noise.
+NEARLY_BEST = 0.97
+# Two candidates are one line when they lie within this many px of each other in these views.
+MERGE_PX = 3.0
+MERGE_VIEWS = 5
+# Finer, after the fit.
+MERGE_FITTED_PX = 1.5
+# Beyond this rms residual the "line" is a contour that slides over a curved surface, or chance.
+MAX_RMS_PX = 1.5
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class LineCloud:
+    """3-D segments (n, 2, 3), the covariance of their ends across themselves (n, 2, 3, 3), their
+    support (n,) in distinct views, rms residual px (n,).
+    """
+
+    segments: FloatArray
+    end_covs: FloatArray
+    support: FloatArray
+    rms: FloatArray
+    pixel: float  # length of one pixel at the focus, in the world's unit
+
+
+def reconstruct_lines(
+    views: Sequence[View],
+    maps: Sequence[EdgeMap],
+    segments: Sequence[FloatArray],
+    graph: ViewGraph,
+) -> LineCloud:
+    """The 3-D segments that MIN_SUPPORT distinct views show, or nearly all of fewer."""
+    pixel = graph.distance / float(np.median([v.camera.fx for v in views]))
+    candidates, owners = _screened_candidates(views, maps, segments, graph)
+    cover = coverage(candidates, views, maps)
+    support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
+    score = (np.nan_to_num(cover) ** 2 * graph.weight).sum(axis=1)
+    least = float(np.clip(NEARLY_ALL * graph.weight.sum(), TOO_FEW, MIN_SUPPORT))
+    keep = np.logical_and(at_least(support, least), _best_of_an_owner(score, owners))
+    candidates, cover, score = candidates[keep], cover[keep], score[keep]
+
+    score = score * np.sqrt(_lengths(candidates))
+    apart = [views[k] for k in _distinct_views(graph.weight, MERGE_VIEWS)]
+    chosen = _merge(candidates, score, apart, MERGE_PX)
+    use = np.nan_to_num(cover[chosen]) > SUPPORTED
+    fitted, end_covs, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
+    cover = coverage(fitted, views, maps)
+    support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
+    good = at_least(support, least) & (rms < MAX_RMS_PX)
+    fitted, end_covs, support, rms = fitted[good], end_covs[good], support[good], rms[good]
+    chosen = _merge(fitted, support * np.sqrt(_lengths(fitted)), apart, MERGE_FITTED_PX)
+    return LineCloud(fitted[chosen], end_covs[chosen], support[chosen], rms[chosen], pixel)
+
+
+def shown_lines(
+    views: Sequence[View], maps: Sequence[EdgeMap], segments: Sequence[FloatArray]
+) -> tuple[LineCloud, NDArray[np.bool_]]:
+    """The 3-D segments of the views, n of them, and which view shows which (n, V)."""
+    cloud = reconstruct_lines(views, maps, segments, view_graph(views))
+    return cloud, np.nan_to_num(coverage(cloud.segments, views, maps)) > SUPPORTED
+
+
+def segments_matched(pairs: int) -> int:
+    """How many segments of a view are matched, so that as many are compared as of FULL_PAIRS.
+
+    >>> segments_matched(40), segments_matched(3)
+    (250, 707)
+    """
+    return int(MAX_SEGMENTS * np.sqrt(max(FULL_PAIRS / max(pairs, 1), 1.0)))
+
+
+def _screened_candidates(
+    views: Sequence[View],
+    maps: Sequence[EdgeMap],
+    segments: Sequence[FloatArray],
+    graph: ViewGraph,
+) -> tuple[FloatArray, NDArray[np.intp]]:
+    # Candidates (n, 2, 3) that some third view supports, and the numbers (n, 2) of the 2-D
+    # segments, counted through all views, that made each.
+    first_number = np.cumsum([0, *map(len, segments)])
+    found, owners = [np.zeros((0, 2, 3))], [np.zeros((0, 2), dtype=np.intp)]
+    screen = _distinct_views(graph.weight, SCREEN_VIEWS)
+    most = segments_matched(len(graph.pairs))
+    for i, j in graph.pairs:
+        c, made_of = candidate_segments(views[i], segments[i][:most], views[j], segments[j][:most])
+        near = np.linalg.norm(c.mean(axis=1) - graph.focus, axis=1) < MAX_DEPTH * graph.distance
+        c, made_of = c[near], made_of[near]
+        others = [k for k in screen if k not in (i, j)]
+        seen = coverage(c, [views[k] for k in others], [maps[k] for k in others], samples=6)
+        promise = (np.nan_to_num(seen) ** 2).sum(axis=1)
+        keep = np.logical_and(
+            (np.nan_to_num(seen) > SUPPORTED).any(axis=1), _among_best(promise, made_of)
+        )
+        found.append(c[keep])
+        owners.append(made_of[keep] + first_number[[i, j]])
+    return np.concatenate(found), np.concatenate(owners)
+
+
+def _among_best(promise: FloatArray, made_of: NDArray[np.intp]) -> NDArray[np.bool_]:
+    # Of all that one view's segment could be with the other view's, the few most promising.
+    kept = np.ones(len(promise), np.bool_)
+    for owner in made_of.T:
+        order = np.lexsort((ranks(-promise), owner))
+        first = np.searchsorted(owner[order], owner[order])
+        kept[order] &= np.arange(len(order)) - first < BEST_OF_PAIR
+    return kept
+
+
+def _best_of_an_owner(score: FloatArray, owners: NDArray[np.intp]) -> NDArray[np.bool_]:
+    # A 2-D segment shows one 3-D segment: the best of those that it could. A candidate stays if
+    # it is the best one of both of its segments, or nearly.
+    best = np.zeros(owners.max(initial=-1) + 1)
+    np.maximum.at(best, owners.ravel(), np.repeat(score, 2))
+    nearly: NDArray[np.bool_] = score >= NEARLY_BEST * best[owners].max(axis=1)
+    return nearly
+
+
+def _distinct_views(weight: FloatArray, count: int) -> list[int]:
+    # Evenly through the cumulated weight: crowded views are passed over. A view whose weight ends
+    # just where one is wanted, as of many equal weights, counts as reaching it.
+    position = np.cumsum(weight) / weight.sum()
+    wanted = (np.arange(count) + 0.5) / count
+    return sorted({int(np.searchsorted(position, w - TIE)) for w in wanted})
+
+
+def _lengths(segments: FloatArray) -> FloatArray:
+    lengths: FloatArray = np.linalg.norm(segments[:, 1] - segments[:, 0], axis=1)
+    return lengths
+
+
+def _merge(
+    segments: FloatArray, score: FloatArray, views: Sequence[View], tolerance_px: float
+) -> NDArray[np.intp]:
+    # Greedy: the best stays, those that lie on its line in all of these views, and mostly beside
+    # it, go. In pictures, not in space: where the views hardly differ, depth is hardly known.
+    uv = np.stack([project_points(v.projection, segments)[0] for v in views], axis=1)
+    left = descending(score)
+    chosen: list[int] = []
+    while len(left) and len(chosen) < MAX_LINES:
+        best, left = left[0], left[1:]
+        chosen.append(int(best))
+        along = uv[best, :, 1] - uv[best, :, 0]
+        length = np.maximum(np.hypot(along[:, 0], along[:, 1]), 1e-9)
+        unit = along / length[:, None]
+        relative = uv[left] - uv[best, :, :1]  # (n, views, ends, 2)
+        off = relative[..., 0] * unit[:, None, 1] - relative[..., 1] * unit[:, None, 0]
+        near = (np.abs(off) < tolerance_px).all(axis=(1, 2))
+        t = np.sort((relative * unit[:, None]).sum(axis=-1), axis=-1)
+        overlap = np.minimum(t[..., 1], length) - np.maximum(t[..., 0], 0.0)
+        beside = (overlap > 0.5 * (t[..., 1] - t[..., 0])).all(axis=1)
+        left = left[~(near & beside)]
+    return np.array(chosen, dtype=np.intp)

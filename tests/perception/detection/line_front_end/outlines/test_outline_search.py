@@ -1,0 +1,141 @@
+"""Closed outlines among exact lines."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facetlog.perception.detection.line_front_end.outlines.outline_search import (
+    KEEP,
+    MIN_SIDE_PX,
+    find_outlines,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.robot.rendering.views import random_similarity
+from tests.perception.detection.line_front_end.ideal_lines import (
+    HEXAGON,
+    L_SHAPE,
+    PENTAGON,
+    PIXEL,
+    SQUARE,
+    TRIANGLE,
+    exact_ends,
+    exact_profiles,
+    placed,
+    plane_of,
+    same_ring,
+    sides_of,
+)
+
+SHAPES = {
+    "square": SQUARE,
+    "triangle": TRIANGLE,
+    "pentagon": PENTAGON,
+    "hexagon": HEXAGON,
+    "L": L_SHAPE,
+}
+
+
+def outlines_of(corners, segments=None, covered=None, pixel=PIXEL):
+    segments = sides_of(corners) if segments is None else segments
+    plane = plane_of(corners, len(segments))
+    return find_outlines(plane, cloud(segments, pixel), exact_profiles(segments, covered))
+
+
+def cloud(segments, pixel=PIXEL):
+    count = len(segments)
+    return LineCloud(segments, exact_ends(segments), np.ones(count), np.zeros(count), pixel)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@settings(max_examples=8, deadline=None)
+@given(seed=st.integers(0, 10_000), scale=st.sampled_from([1e-3, 1.0, 1e3]))
+def test_the_outline_of_exact_sides_comes_first(shape: str, seed: int, scale: float) -> None:
+    rotation = random_similarity(np.random.default_rng(seed)).rotation
+    corners = placed(SHAPES[shape], rotation, scale)
+    best = outlines_of(corners, pixel=PIXEL * scale)[0]
+    assert same_ring(best.corners, corners, 1e-6 * scale)
+    assert sorted(best.lines) == list(range(len(corners)))
+    np.testing.assert_allclose(best.coverage, 1.0, atol=1e-6)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_side_i_runs_on_its_line_from_corner_i(shape: str) -> None:
+    corners = placed(SHAPES[shape], np.eye(3))
+    segments = sides_of(corners)
+    for outline in outlines_of(corners):
+        for i, line in enumerate(outline.lines):
+            a, b = segments[line]
+            unit = (b - a) / np.linalg.norm(b - a)
+            for corner in (outline.corners[i], np.roll(outline.corners, -1, axis=0)[i]):
+                assert np.linalg.norm(np.cross(corner - a, unit)) < 1e-9
+
+
+def test_the_order_of_the_lines_does_not_matter() -> None:
+    corners = placed(L_SHAPE, np.eye(3))
+    order = np.array([4, 1, 5, 0, 3, 2])
+    best = outlines_of(corners, sides_of(corners)[order])[0]
+    assert same_ring(best.corners, corners)
+
+
+def test_sides_that_stop_short_of_their_corner_still_meet() -> None:
+    corners = placed(SQUARE, np.eye(3))
+    segments = sides_of(corners)
+    middle = segments.mean(axis=1, keepdims=True)
+    best = outlines_of(corners, middle + 0.85 * (segments - middle))[0]
+    assert same_ring(best.corners, corners)
+    np.testing.assert_allclose(best.coverage, 0.85, atol=0.01)
+
+
+def test_a_printed_line_does_not_halve_a_face() -> None:
+    corners = placed(SQUARE, np.eye(3))
+    print_line = placed(np.array([[0.0, 0.5], [1.0, 0.5]]), np.eye(3))
+    best = outlines_of(corners, np.concatenate([sides_of(corners), print_line[None]]))[0]
+    assert same_ring(best.corners, corners)
+
+
+def test_an_l_is_not_taken_for_its_rectangle() -> None:
+    corners = placed(L_SHAPE, np.eye(3))
+    best, *others = outlines_of(corners)
+    assert len(best.lines) == 6
+    assert all(o.worth < best.worth for o in others)
+
+
+def test_an_outline_with_a_side_missing_is_none() -> None:
+    corners = placed(SQUARE, np.eye(3))
+    assert outlines_of(corners, covered=np.array([1.0, 0.3, 1.0, 1.0])) == ()
+    assert len(outlines_of(corners, covered=np.array([1.0, 0.7, 1.0, 0.8]))) == 1
+
+
+def test_slivers_are_rejected() -> None:
+    thin = SQUARE * [1.0, 0.9 * MIN_SIDE_PX * PIXEL]
+    assert outlines_of(placed(thin, np.eye(3))) == ()
+    assert len(outlines_of(placed(SQUARE * [1.0, 1.3 * MIN_SIDE_PX * PIXEL], np.eye(3)))) == 1
+    # A long flat triangle has no short side, and yet no width.
+    assert outlines_of(placed(np.array([[0.0, 0], [2, 0], [1, 0.08]]), np.eye(3))) == ()
+
+
+def test_crossing_sides_are_no_outline() -> None:
+    bow_tie = placed(SQUARE[[0, 2, 1, 3]], np.eye(3))
+    segments = sides_of(bow_tie)
+    plane = plane_of(placed(SQUARE, np.eye(3)), 4)
+    found = find_outlines(plane, cloud(segments), exact_profiles(segments))
+    assert all(len(o.lines) == 3 for o in found)  # its two triangles at most
+
+
+def test_few_are_kept_and_the_worthiest_first() -> None:
+    grid = [[[0.0, k / 4], [1.0, k / 4]] for k in range(5)]
+    grid += [[[k / 4, 0.0], [k / 4, 1.0]] for k in range(5)]
+    segments = np.array([placed(np.array(line), np.eye(3)) for line in grid])
+    corners = placed(SQUARE, np.eye(3))
+    found = outlines_of(corners, segments)
+    assert len(found) == KEEP
+    assert same_ring(found[0].corners, corners)
+    worth = [o.worth for o in found]
+    assert worth == sorted(worth, reverse=True)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_fewer_than_three_lines_enclose_nothing(count: int) -> None:
+    corners = placed(SQUARE, np.eye(3))
+    assert outlines_of(corners, sides_of(corners)[:count]) == ()

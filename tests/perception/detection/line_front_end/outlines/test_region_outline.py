@@ -1,0 +1,160 @@
+"""Borders of regions as polygons, their sides on lines where there are any."""
+
+import cv2
+import numpy as np
+import pytest
+import shapely
+
+from facetlog.perception.detection.line_front_end.outlines.region_outline import (
+    border,
+    outline_polygon,
+    rough_polygons,
+    without_short_sides,
+    without_straight_corners,
+)
+from facetlog.perception.types import FloatArray
+
+SIZE = 120
+
+
+def filled(corners: FloatArray) -> FloatArray:
+    """The border of the cells whose middles lie in a polygon (k, 2)."""
+    x, y = np.meshgrid(np.arange(SIZE) + 0.5, np.arange(SIZE) + 0.5)
+    inside = shapely.contains_xy(shapely.Polygon(corners), x, y)
+    return border(inside.astype(np.uint8))
+
+
+def sides(corners: FloatArray) -> FloatArray:
+    return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+
+
+SHAPES = {
+    "square": [[20, 20], [100, 25], [95, 100], [15, 95]],
+    "triangle": [[20, 20], [100, 30], [50, 100]],
+    "ell": [[20, 20], [100, 20], [100, 60], [60, 60], [60, 100], [20, 100]],
+    "thin": [[10, 50], [110, 58], [110, 66], [10, 58]],
+    "frame with legs": [
+        [10, 90],
+        [110, 90],
+        [110, 20],
+        [95, 20],
+        [95, 75],
+        [25, 75],
+        [25, 20],
+        [10, 20],
+    ],
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_region_between_lines_has_its_corners_where_they_cross(name: str) -> None:
+    true = np.array(SHAPES[name], dtype=float)
+    if shapely.Polygon(true).exterior.is_ccw is False:
+        true = true[::-1]
+    found = outline_polygon(filled(true), sides(true))
+    assert found is not None
+    assert len(found) == len(true)
+    away = np.linalg.norm(found[:, None] - true[None], axis=-1).min(axis=0)
+    assert away.max() < 0.1
+
+
+def test_lines_that_cover_part_of_a_side_are_enough() -> None:
+    true = np.array(SHAPES["square"], dtype=float)
+    pieces = sides(true)
+    middle = pieces.mean(axis=1, keepdims=True)
+    found = outline_polygon(filled(true), middle + 0.7 * (pieces - middle))
+    assert found is not None
+    assert np.linalg.norm(found[:, None] - true[None], axis=-1).min(axis=0).max() < 0.5
+
+
+@pytest.mark.parametrize("lines", [[], [0, 1, 2]])
+def test_a_side_without_a_line_follows_the_region(lines: list[int]) -> None:
+    true = np.array(SHAPES["square"], dtype=float)
+    found = outline_polygon(filled(true), sides(true)[lines].reshape(-1, 2, 2))
+    assert found is not None
+    overlap = shapely.Polygon(found).symmetric_difference(shapely.Polygon(true)).area
+    assert overlap < 0.06 * shapely.Polygon(true).area
+
+
+def test_a_disc_becomes_a_polygon_of_many_sides_though_chords_lie_on_its_rim() -> None:
+    turn = np.linspace(0, 2 * np.pi, 73)[:-1]
+    rim = 60 + 45 * np.stack([np.cos(turn), np.sin(turn)], axis=1)
+    chords = sides(rim[::6])
+    found = outline_polygon(filled(rim), chords)
+    assert found is not None
+    assert 8 <= len(found) <= 40
+    disc = shapely.Polygon(rim)
+    assert shapely.Polygon(found).symmetric_difference(disc).area < 0.06 * disc.area
+
+
+def test_outlines_run_counter_clockwise() -> None:
+    for corners in SHAPES.values():
+        found = outline_polygon(filled(np.array(corners, dtype=float)), np.zeros((0, 2, 2)))
+        assert found is not None
+        assert shapely.LinearRing(found).is_ccw
+
+
+def test_a_speck_is_no_outline() -> None:
+    cells = np.zeros((SIZE, SIZE), np.uint8)
+    cv2.circle(cells, (5, 5), 0, 1, -1)
+    assert outline_polygon(border(cells), np.zeros((0, 2, 2))) is None
+
+
+def test_a_frayed_border_has_a_rough_polygon_of_few_sides() -> None:
+    true = np.array(SHAPES["square"], dtype=float)
+    rng = np.random.default_rng(0)
+    x, y = np.meshgrid(np.arange(SIZE) + 0.5, np.arange(SIZE) + 0.5)
+    inside = shapely.contains_xy(shapely.Polygon(true), x, y).astype(np.uint8)
+    for at in np.argwhere(cv2.morphologyEx(inside, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8))):
+        if rng.uniform() < 0.15:
+            cv2.circle(inside, (int(at[1]), int(at[0])), 2, int(rng.integers(2)), cv2.FILLED)
+    ring = border(inside)
+    rough = list(rough_polygons(ring, 40))
+    assert min(len(corners) for corners in rough) <= 5
+    sizes = [len(corners) for corners in rough]
+    assert sizes == sorted(set(sizes), reverse=True)
+    for corners in rough:
+        polygon = shapely.Polygon(corners)
+        both = polygon.intersection(shapely.Polygon(true)).area
+        assert both / polygon.union(shapely.Polygon(true)).area > 0.85
+
+
+def test_a_polygon_is_rough_only_with_fewer_sides_than_there_are() -> None:
+    ring = filled(np.array(SHAPES["square"], dtype=float))
+    assert list(rough_polygons(ring, 4)) == []
+
+
+def test_a_blunt_corner_becomes_the_crossing_of_its_sides() -> None:
+    blunt = np.array([[0.0, 0], [97, 0], [100, 3], [100, 100], [0, 100]])
+    sharp = without_short_sides(blunt, 5.0)
+    assert len(sharp) == 4
+    true = np.array([[0.0, 0], [100, 0], [100, 100], [0, 100]])
+    assert np.linalg.norm(sharp[:, None] - true[None], axis=-1).min(axis=1).max() < 1e-9
+    np.testing.assert_array_equal(without_short_sides(blunt, 4.0), blunt)
+
+
+def test_a_kink_in_a_straight_side_goes_and_a_triangle_stays() -> None:
+    kinked = np.array([[0.0, 0], [50, 0], [52, 0.2], [100, 0], [50, 90]])
+    assert len(without_short_sides(kinked, 4.0)) == 4
+    small = np.array([[0.0, 0], [1, 0], [0, 1]])
+    np.testing.assert_array_equal(without_short_sides(small, 4.0), small)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+@pytest.mark.parametrize("first", range(3))
+def test_long_sides_stay_whichever_corner_comes_first(name: str, first: int) -> None:
+    corners = np.roll(np.array(SHAPES[name], dtype=float), first, axis=0)
+    np.testing.assert_array_equal(without_short_sides(corners, 4.0), corners)
+
+
+def test_a_corner_within_a_straight_side_is_none() -> None:
+    true = np.array(SHAPES["square"], dtype=float)
+    split = np.insert(true, 1, (true[0] + 2 * true[1]) / 3 + [0.0, 0.3], axis=0)
+    np.testing.assert_array_equal(without_straight_corners(split, 1.0), true)
+    np.testing.assert_array_equal(without_straight_corners(split, 0.1), split)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_corners_that_turn_stay(name: str) -> None:
+    corners = np.array(SHAPES[name], dtype=float)
+    np.testing.assert_array_equal(without_straight_corners(corners, 1.0), corners)

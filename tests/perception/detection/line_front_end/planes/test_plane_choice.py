@@ -1,0 +1,102 @@
+"""Which plane hypotheses are worth a search."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
+from facetlog.perception.detection.line_front_end.planes.plane_choice import (
+    choose_planes,
+    plane_sds,
+    same_plane,
+)
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.types import FloatArray
+from tests.perception.detection.line_front_end.ideal_lines import exact_ends
+
+PIXEL = 0.01
+UP = np.array([0.0, 0.0, 1.0])
+CORNERS = np.array([[0.0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]])
+SQUARE = np.stack([CORNERS, np.roll(CORNERS, -1, axis=0)], axis=1)
+
+
+def cloud(segments: FloatArray) -> LineCloud:
+    count = len(segments)
+    return LineCloud(segments, exact_ends(segments), np.ones(count), np.zeros(count), PIXEL)
+
+
+def level(height: float, lines: int) -> PlaneHypothesis:
+    return PlaneHypothesis(UP, height, np.arange(lines))
+
+
+def surface(plane: PlaneHypothesis) -> NDArray[np.bool_]:
+    return np.ones((2, len(plane.lines)), np.bool_)
+
+
+def test_a_plane_that_is_there_twice_is_taken_once() -> None:
+    tilted = PlaneHypothesis(np.array([0.0, np.sin(0.01), np.cos(0.01)]), 1.0, np.arange(3))
+    (only,) = choose_planes(
+        (level(1.0, 4), tilted), cloud(SQUARE), np.full(4, 9.0), None, surface, 1
+    )
+    assert only.promise == 36.0
+    assert only.sides == (1.0, -1.0)
+    assert len(only.plane.lines) == 4
+
+
+def test_planes_through_the_same_lines_are_worth_less_and_less() -> None:
+    # Twelve planes round one line, each with a short line of its own.
+    axis = np.array([[[0.0, 0, 0], [0, 0, 1]]])
+    turns = np.linspace(0, np.pi, 12, endpoint=False)
+    own = np.array([[[0.5 * np.cos(t), 0.5 * np.sin(t), 0.2]] * 2 for t in turns])
+    own[:, 1, 2] = 0.3
+    planes = [
+        PlaneHypothesis(np.array([-np.sin(t), np.cos(t), 0.0]), 0.0, np.array([0, k + 1]))
+        for k, t in enumerate(turns)
+    ]
+    worth = np.array([100.0, *np.full(12, 5.0)])
+    lines = cloud(np.concatenate([axis, own]))
+    chosen = choose_planes(planes, lines, worth, None, surface, 16.0)
+    assert 3 <= len(chosen) <= 5
+    np.testing.assert_allclose([c.promise for c in chosen], 105.0)
+
+
+def test_lines_on_the_ground_are_worth_nothing() -> None:
+    low = SQUARE - UP
+    ground = Ground(UP, 0.0, 6 * PIXEL, np.array([[0.0, -3.0, 2.0]]), 3.0)
+    worth = np.full(4, 50.0)
+    assert len(choose_planes((level(1.0, 4),), cloud(SQUARE), worth, ground, surface, 16.0)) == 1
+    assert choose_planes((level(0.0, 4),), cloud(low), worth, ground, surface, 16.0) == ()
+
+
+def test_no_planes_are_none() -> None:
+    assert choose_planes((), cloud(SQUARE), np.ones(4), None, surface, 1.0) == ()
+
+
+def test_lines_speak_only_for_a_plane_that_is_a_surface_beside_them() -> None:
+    def from_above_at_two(plane: PlaneHypothesis) -> NDArray[np.bool_]:
+        return np.array([[True, True, False, False], [False] * 4])
+
+    worth = np.full(4, 10.0)
+    (plane,) = choose_planes((level(1.0, 4),), cloud(SQUARE), worth, None, from_above_at_two, 16.0)
+    assert plane.promise == 20.0
+    assert plane.sides == (1.0,)
+    assert not choose_planes((level(1.0, 4),), cloud(SQUARE), worth, None, from_above_at_two, 25.0)
+
+
+def test_a_plane_is_known_near_its_lines_and_hardly_far_from_them() -> None:
+    near, far = np.array([[0.5, 0.5, 1.0]]), np.array([[9.0, 0.5, 1.0]])
+    four, one = level(1.0, 4), PlaneHypothesis(UP, 1.0, np.array([0]))
+    lines = cloud(SQUARE)
+    assert plane_sds(four, lines, near)[0] < PIXEL
+    assert plane_sds(four, lines, far)[0] > 5 * plane_sds(four, lines, near)[0]
+    assert plane_sds(one, lines, CORNERS)[2] > 3 * plane_sds(four, lines, CORNERS)[2]
+    none = PlaneHypothesis(UP, 1.0, np.zeros(0, np.intp))
+    assert np.isfinite(plane_sds(none, lines, CORNERS)).all()
+
+
+def test_planes_are_one_by_angle_and_by_distance_at_their_points() -> None:
+    one = level(1.0, 4)
+    assert same_plane(one, CORNERS, level(1.0 + PIXEL, 4), PIXEL)
+    assert not same_plane(one, CORNERS, level(1.0 + 5 * PIXEL, 4), PIXEL)
+    steep = PlaneHypothesis(np.array([1.0, 0.0, 0.0]), 0.0, np.arange(4))
+    assert not same_plane(one, CORNERS, steep, PIXEL)

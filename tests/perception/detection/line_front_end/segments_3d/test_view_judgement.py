@@ -1,0 +1,92 @@
+"""Views that contradict the others are found by what the others explain of their edges."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from facetlog.perception.detection.line_front_end.segments_3d.view_judgement import (
+    Contradiction,
+    contradicting_views,
+    without_them,
+)
+from facetlog.perception.detection.segments import detect_segments
+from facetlog.perception.detection.tracked_faces import TrackedFaces
+from facetlog.perception.types import Pose, View
+from tests.perception.detection.line_front_end.block_rig import block_rig
+
+RIG = block_rig()
+
+
+def judged(views: Sequence[View]) -> tuple[Contradiction, ...]:
+    found = [detect_segments(v.image) for v in views]
+    weight = np.ones(len(views))
+    return contradicting_views(RIG.edges, RIG.shown_edges[:, : len(views)], weight, views, found)
+
+
+def turned(view: View, degrees: float) -> View:
+    turn = Rotation.from_rotvec(np.radians(degrees) * np.array([0.6, 0.8, 0.0])).as_matrix()
+    return replace(view, pose=Pose(view.pose.rotation @ turn, view.pose.centre))
+
+
+def with_view(k: int, view: View) -> tuple[View, ...]:
+    return (*RIG.views[:k], view, *RIG.views[k + 1 :])
+
+
+def test_right_views_do_not_contradict_each_other() -> None:
+    assert judged(RIG.views) == ()
+
+
+@pytest.mark.parametrize("k", [0, 4, 9])
+@pytest.mark.parametrize("degrees", [3.0, 20.0, 180.0])
+def test_a_gross_pose_is_found_with_what_little_it_explains(k: int, degrees: float) -> None:
+    (wrong,) = judged(with_view(k, turned(RIG.views[k], degrees)))
+    assert wrong.view == k
+    assert wrong.explained < 0.3 < 0.7 < wrong.usual
+
+
+def test_the_picture_of_another_pose_is_found() -> None:
+    (wrong,) = judged(with_view(2, replace(RIG.views[2], image=RIG.views[6].image)))
+    assert wrong.view == 2
+
+
+def test_a_hair_of_a_turn_is_no_contradiction() -> None:
+    assert judged(with_view(3, turned(RIG.views[3], 0.05))) == ()
+
+
+def test_a_picture_without_edges_is_not_judged() -> None:
+    empty = replace(RIG.views[5], image=np.full_like(RIG.views[5].image, 90))
+    assert judged(with_view(5, empty)) == ()
+
+
+def test_of_a_few_views_none_is_called_wrong() -> None:
+    views = with_view(1, turned(RIG.views[1], 20.0))[:5]
+    assert judged(views) == ()
+
+
+def test_without_segments_in_space_none_is_called_wrong() -> None:
+    found = [detect_segments(v.image) for v in RIG.views]
+    none = np.zeros((0, len(RIG.views)), np.bool_)
+    assert contradicting_views(np.zeros((0, 2, 3)), none, np.ones(10), RIG.views, found) == ()
+
+
+def test_what_the_rest_shows_comes_with_the_numbers_of_the_views_used() -> None:
+    handed: list[Sequence[int]] = []
+
+    def track(kept: Sequence[int]) -> TrackedFaces:
+        handed.append(kept)
+        # Of the rest one more is left out, the third.
+        return TrackedFaces((), (), (0.5,) * 4, warnings=("of the rest",), used=(0, 1, 3, 4))
+
+    views = RIG.views[:6]
+    tracked = without_them([Contradiction(2, 0.04, 0.9)], views, track)
+    assert handed == [[0, 1, 3, 4, 5]]
+    assert tracked.used == (0, 1, 4, 5)
+    assert tracked.weight == (0.5,) * 4
+    first, last = tracked.warnings
+    assert first.startswith(f"{views[2].name}: ")
+    assert "4% of its straight edges" in first
+    assert "usual are 90%" in first
+    assert last == "of the rest"
