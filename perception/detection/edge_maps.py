@@ -24,7 +24,8 @@ class EdgeMap(Gradient):
     """A gradient with its noise, and the oriented mask (H, W) of the edges in it.
 
     Bit k of a mask pixel is set if an edge within `reach_px` runs in the direction
-    [k, k + 1) · 180° / 16 (direction of the edge, not of its gradient).
+    [k, k + 1) · 180° / 16 (direction of the edge, not of its gradient). Of an edge that only a
+    coarser scale shows half a pixel of that scale counts, if that is more.
     """
 
     gradient_noise: float
@@ -40,16 +41,18 @@ def edge_map(image: Image, reach_px: float | None = None) -> EdgeMap:
     """
     slope, noise = gradient(image), working_noise(image)
     reach = max(2.0, 0.0025 * float(np.hypot(*image.shape))) if reach_px is None else reach_px
-    mask = _oriented_mask(slope, noise, reach)
+    mask = _widened(_oriented_edges(slope, noise), reach)
     for coarse in coarse_pictures(image, noise):
         unrest = float(np.hypot(coarse.noise, coarse.grain))
-        faint = _oriented_mask(coarse.slope, unrest, reach / coarse.factor)
-        whole = cv2.resize(faint, image.shape[::-1], interpolation=cv2.INTER_NEAREST)
-        mask |= np.asarray(whole, dtype=np.uint16)
+        # Pixel k of a picture reduced by f stands at f k, and for half of what lies between two.
+        faint = np.zeros(image.shape, np.uint16)
+        faint[:: coarse.factor, :: coarse.factor] = _oriented_edges(coarse.slope, unrest)
+        mask |= _widened(faint, max(reach, coarse.factor / 2))
     return EdgeMap(slope.gx, slope.gy, noise * GRADIENT_NOISE, mask, reach)
 
 
-def _oriented_mask(slope: Gradient, noise: float, reach: float) -> NDArray[np.uint16]:
+def _oriented_edges(slope: Gradient, noise: float) -> NDArray[np.uint16]:
+    # The bit of its direction at each pixel of an edge.
     # Canny wants 16-bit integers: 8 for each sd of the gradient's noise are exact enough.
     unit, limit = np.float32(8.0 / (noise * GRADIENT_NOISE)), np.float32(32767.0 / 1.5)
     dx = np.clip(slope.gx * unit, -limit, limit).astype(np.int16)
@@ -59,15 +62,19 @@ def _oriented_mask(slope: Gradient, noise: float, reach: float) -> NDArray[np.ui
     # The edge runs at right angles to its gradient.
     direction = np.arctan2(slope.gx[rows, cols], -slope.gy[rows, cols]) % np.pi
     bins = np.minimum((direction * (ORIENTATION_BINS / np.pi)).astype(int), ORIENTATION_BINS - 1)
-    size = 2 * round(reach) + 1
     sparse = np.zeros(edges.shape, np.uint16)
     sparse[rows, cols] = np.uint16(1) << bins.astype(np.uint16)
+    return sparse
+
+
+def _widened(sparse: NDArray[np.uint16], reach: float) -> NDArray[np.uint16]:
+    size = 2 * round(reach) + 1
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
-    mask = np.zeros(edges.shape, np.uint16)
+    mask = np.zeros_like(sparse)
     # A dilation of all bits at once: the picture, moved to each place of the disc.
     for down, across in np.argwhere(disc) - size // 2:
-        into, of = _shifted(down, edges.shape[0]), _shifted(-down, edges.shape[0])
-        beside, at = _shifted(across, edges.shape[1]), _shifted(-across, edges.shape[1])
+        into, of = _shifted(down, mask.shape[0]), _shifted(-down, mask.shape[0])
+        beside, at = _shifted(across, mask.shape[1]), _shifted(-across, mask.shape[1])
         mask[into, beside] |= sparse[of, at]
     return mask
 

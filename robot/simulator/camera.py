@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
+from facetlog.one_thread import ONE_THREAD
 from facetlog.robot.simulator.camera_process import opening_message, viewpoints_message
 from facetlog.robot.simulator.exposure import smear_px
 from facetlog.robot.simulator.live import LiveSimulation
@@ -30,7 +31,6 @@ RESTART_PAUSE = 1.0
 ENDING = 2.0
 # -P: nothing is imported from the folder that the user happens to be in.
 DARKROOM = (sys.executable, "-P", "-m", "facetlog.robot.simulator.camera_process")
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 _LOG = logging.getLogger(__name__)
 

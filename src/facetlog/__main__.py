@@ -1,7 +1,10 @@
 """Where the program starts: `facetlog` and `python -m facetlog`."""
 
+import os
 import sys
 from typing import NoReturn
+
+from facetlog.one_thread import ONE_THREAD
 
 __all__ = ["INTERRUPTED", "run"]
 
@@ -10,6 +13,8 @@ INTERRUPTED = 130  # 128 + the signal's number
 
 def run() -> NoReturn:
     """Runs the command line; Ctrl-C ends it quietly even while it is still being loaded."""
+    for name in ONE_THREAD:
+        os.environ.setdefault(name, "1")
     try:
         from facetlog.cli import main
 

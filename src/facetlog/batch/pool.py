@@ -25,6 +25,7 @@ from facetlog.batch.rows import TOOK_LONGER, error_row
 from facetlog.batch.settings import Item, Settings
 from facetlog.batch.worker import Word
 from facetlog.errors import EngineError, InputError, RuleSyntaxError
+from facetlog.one_thread import ONE_THREAD
 
 __all__ = ["Answer", "Pool", "Task"]
 
@@ -44,9 +45,6 @@ LOOKED_SECONDS = 0.05
 
 # -P: nothing is imported from the folder that the user happens to be in.
 WORKER = (sys.executable, "-P", "-m", "facetlog.batch.worker")
-
-# One thread a worker: there are as many workers as cores.
-ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS")
 
 
 @dataclass(frozen=True, slots=True)
