@@ -39,7 +39,8 @@ class CoarsePicture:
 
 
 def coarse_pictures(image: Image, noise: float) -> list[CoarsePicture]:
-    """The picture halved until noise of that sd, grey levels, is down to a clean picture's.
+    """The picture halved until noise of that sd, grey levels, is down to a clean picture's, but
+    three times at most.
 
     None of a clean picture.
     """

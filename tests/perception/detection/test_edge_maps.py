@@ -100,3 +100,19 @@ def test_a_direction_has_its_bin_and_both_neighbours(direction: float) -> None:
 def test_level_edges_are_neighbours_whichever_way_they_tip() -> None:
     down, up = direction_bits(np.radians([1.0, -1.0]))
     assert int(down & up).bit_count() == 2
+
+
+@pytest.mark.parametrize(("sd", "scale"), [(5.0, 2), (8.0, 4), (14.0, 8)])
+@pytest.mark.parametrize("column", [160, 161, 163, 166])
+def test_edges_that_only_coarser_scales_show_stand_where_they_are(
+    sd: float, scale: int, column: int
+) -> None:
+    step = np.full((240, 320), 120.0)
+    step[:, column:] += 1.3 * sd
+    noisy = np.rint(step + np.random.default_rng(column).normal(0.0, sd, step.shape))
+    mask = edge_map(noisy.astype(np.uint8), reach_px=2.0).mask
+    upright = (mask & direction_bits(np.array(np.pi / 2))) > 0
+    marked = np.nonzero(upright.mean(axis=0) > 0.4)[0]
+    assert len(marked) > 0
+    # In the mean at the step, between the pixels `column` - 1 and `column`.
+    assert abs(marked.mean() - (column - 0.5)) < scale / 2

@@ -17,6 +17,7 @@ from facetlog.perception.detection.line_front_end.evidence.half_planes import (
     MIN_INSIDE,
     MIN_WEIGHT,
 )
+from facetlog.perception.detection.line_front_end.evidence.photo_consistency import FREE_LEVEL
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import (
     BESIDE_PX,
     SAMPLES,
@@ -58,14 +59,13 @@ MOST_GROUND = 1 / 3
 class FaceEvidence:
     """The views' evidence for an outline seen from one side.
 
-    `ratio` (n,): log-likelihood ratio at the `points` (n, 3) of its inside, and `inside` its mean;
-    `consistent`: share of its area where it is above 0; `sides`: summed log-likelihood ratio of its
-    sides; `coverage`: share of the sides that lie on edges, where nothing hides them; `shown` (V,):
-    views that show it; `share`: these among the views that face it and see it, by weight.
+    `ratio` (n,): log-likelihood ratio at the `points` (n, 3) of its inside; `consistent`: share of
+    its area where it is above 0; `sides`: summed log-likelihood ratio of its sides; `coverage`:
+    share of the sides that lie on edges, where nothing hides them; `shown` (V,): views that show
+    it; `share`: these among the views that face it and see it, by weight.
     """
 
     ratio: FloatArray
-    inside: float
     consistent: float
     sides: float
     coverage: float
@@ -110,7 +110,6 @@ class FaceJudge:
         shown[found.showing] = True
         return FaceEvidence(
             found.ratio,
-            found.inside,
             found.consistent,
             sides,
             coverage,
@@ -158,23 +157,26 @@ class FaceJudge:
 
         A pattern of the ground repeats itself: some views see one tile where others see the next;
         and one sees through between legs. So each view's pixels are compared with the ground that
-        they would show, whose level those other views tell that see it past the face. The face's
-        own `evidence` and `taken` as in `judge`.
+        they would show, whose level those other views tell that see it past the face; or all
+        others, for a price, since they may see the face there. The face's own `evidence` and
+        `taken` as in `judge`.
         """
         ground = self._ground
         if ground is None:
             return False
         witnesses, weight = self._witnesses, self._weight
         everyone, showing = np.arange(len(weight)), np.nonzero(evidence.shown)[0]
-        by_ground = np.zeros(len(evidence.points))
+        by_ground = np.zeros((2, len(evidence.points)))
         for k in showing.tolist():
             points, meets = ground.behind(witnesses.centres[k], evidence.points)
             others = everyone[everyone != k]
             past = ~blocked(corners, normal, points, witnesses.centres[others])
-            found, _ = witnesses.agree(others, points, taken, past)
-            ratio = witnesses.known_surface(k, points, found.level)
-            by_ground += weight[k] * np.where(meets & (found.ratio > 0), ratio, 0.0)
-        return bool((by_ground > evidence.ratio).mean() > MOST_GROUND)
+            for total, clear in zip(by_ground, (past, None), strict=True):
+                found, _ = witnesses.agree(others, points, taken, clear)
+                ratio = witnesses.known_surface(k, points, found.level)
+                total += weight[k] * np.where(meets & (found.ratio > 0), ratio, 0.0)
+        best = np.maximum(by_ground[0], by_ground[1] - FREE_LEVEL)
+        return bool((best > evidence.ratio).mean() > MOST_GROUND)
 
     def _widths(self, views: NDArray[np.intp], corners: FloatArray) -> FloatArray:
         # How broad a polygon (k, 3) looks in the chosen views (v,), px: a sliver's width.

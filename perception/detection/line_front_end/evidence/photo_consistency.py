@@ -19,6 +19,7 @@ from facetlog.perception.types import FloatArray, Image, View
 
 __all__ = [
     "AGREES_SDS",
+    "FREE_LEVEL",
     "LIGHT_SHARE",
     "Agreement",
     "GreyLevels",

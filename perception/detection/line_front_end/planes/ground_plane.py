@@ -15,8 +15,8 @@ __all__ = ["Ground", "find_ground"]
 
 # A point this near to the ground, px, lies on it.
 ON_GROUND_PX = 6.0
-# So much of the segments' likelihood is that of lines by chance: these may lie below the ground, by
-# their length, or reach below the level that is taken for want of a plane.
+# So much of the segments' likelihood is that of lines by chance. It may lie below the ground, that
+# of a segment spread over its length; or, for want of a plane, belong to those that reach below.
 MAX_BELOW, MAX_REACH = 0.03, 0.05
 # A ground is level to this cosine, where up is known.
 LEVEL_COSINE = np.cos(np.radians(14.0))

@@ -105,7 +105,8 @@ def without_them(
     rest = track(kept)
     warnings = (
         f"{views[c.view].name}: pose and picture contradict the other views, left out: "
-        f"{c.explained:.0%} of its straight edges agree with theirs, usual are {c.usual:.0%}"
+        f"{c.explained:.0%} of its straight edges agree with theirs, usual are {c.usual:.0%}; "
+        "check that the pose is this picture's"
         for c in wrong
     )
     used = kept if rest.used is None else [kept[k] for k in rest.used]

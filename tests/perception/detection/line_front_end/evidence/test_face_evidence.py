@@ -181,7 +181,15 @@ def test_a_low_patch_that_only_near_views_show_is_the_ground_as_well() -> None:
     patch = np.array([[-1.0, -1, 0.5], [1, -1, 0.5], [1, 1, 0.5], [-1, 1, 0.5]])
     points, shown = inner_points(patch, UP), np.zeros(len(rig.views), np.bool_)
     shown[:2] = True
-    weak = FaceEvidence(np.full(len(points), 3.0), 3.0, 1.0, 69.0, 0.8, shown, 1.0, points)
+    weak = FaceEvidence(np.full(len(points), 3.0), 1.0, 69.0, 0.8, shown, 1.0, points)
+    assert judge(rig).shows_ground(patch, UP, weak, rig.untaken)
+
+
+def test_a_broad_patch_just_above_the_floor_is_the_ground_though_no_view_sees_past_it() -> None:
+    rig = tiled(block_rig())
+    patch = np.array([[-4.0, -4, 0.2], [4, -4, 0.2], [4, 4, 0.2], [-4, 4, 0.2]])
+    points, shown = inner_points(patch, UP), np.ones(len(rig.views), np.bool_)
+    weak = FaceEvidence(np.full(len(points), 4.0), 1.0, 69.0, 0.8, shown, 1.0, points)
     assert judge(rig).shows_ground(patch, UP, weak, rig.untaken)
 
 
