@@ -17,7 +17,9 @@ __all__ = ["Ground", "find_ground"]
 ON_GROUND_PX = 6.0
 # So much of the segments' likelihood is that of lines by chance. It may lie below the ground, that
 # of a segment spread over its length; or, for want of a plane, belong to those that reach below.
-MAX_BELOW, MAX_REACH = 0.03, 0.05
+MAX_BELOW = 0.05
+# And the ground has so many times as much on it as lies below: a seat's rim above legs has not.
+ON_TO_BELOW = 2.0
 # A ground is level to this cosine, where up is known.
 LEVEL_COSINE = np.cos(np.radians(14.0))
 # Heights settle on their mean in few steps.
@@ -110,7 +112,8 @@ def find_ground(
         above = ground.above(cloud.segments)
         likely = float(worth[(np.abs(above) < margin).all(axis=1)].sum())
         below = float(worth @ _share_below(above + margin))
-        if likely > most and below <= MAX_BELOW * worth.sum():
+        chance = min(MAX_BELOW * worth.sum(), likely / ON_TO_BELOW)
+        if likely > most and below <= chance:
             best, most = ground, likely
     if best is not None:
         return best
@@ -119,7 +122,7 @@ def find_ground(
     lowest = (cloud.segments @ up).min(axis=1)
     order = np.argsort(lowest, kind="stable")
     reach = np.cumsum(worth[order])
-    height = float(lowest[order][np.searchsorted(reach, MAX_REACH * reach[-1])])
+    height = float(lowest[order][np.searchsorted(reach, MAX_BELOW * reach[-1])])
     return Ground(np.array(up), height, margin, centres, distance)
 
 

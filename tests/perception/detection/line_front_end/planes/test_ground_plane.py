@@ -85,6 +85,17 @@ def test_the_rim_of_a_seat_is_not_the_ground_of_thin_legs() -> None:
     np.testing.assert_allclose(ground.height, 0.0, atol=1e-6)
 
 
+def test_a_chance_line_below_few_lines_is_not_the_ground() -> None:
+    # Of few lines one is more than a few per cent; two sides of a foot are more than one line.
+    foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0]]])
+    chance = np.array([[[-0.3, 0.5, -0.3], [0.2, 0.6, -0.3]]])
+    lines = cloud(grid(0.7, 0.4), foot, chance)
+    worth = np.array([7.0] * 10 + [10.0, 10.0, 4.0])
+    ground = find_ground(planes(lines), lines, worth, VIEWS, DISTANCE, UP)
+    assert ground is not None
+    np.testing.assert_allclose(ground.height, 0.0, atol=1e-3)
+
+
 def test_a_line_that_is_there_by_chance_does_not_lower_the_ground() -> None:
     foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0]]])
     chance = np.array([[[-0.3, 0.5, -0.5], [0.2, 0.6, -0.5]]])
