@@ -39,8 +39,7 @@ class CoarsePicture:
 
 
 def coarse_pictures(image: Image, noise: float) -> list[CoarsePicture]:
-    """The picture halved until noise of that sd, grey levels, is down to a clean picture's, but
-    three times at most.
+    """The picture halved, three times at most, until noise of that sd is a clean one's.
 
     None of a clean picture.
     """
