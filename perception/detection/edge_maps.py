@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.coarse_pictures import coarse_pictures
 from facetlog.perception.detection.gradients import GRADIENT_NOISE, Gradient, gradient
-from facetlog.perception.detection.picture_noise import working_noise
+from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Image
 
 __all__ = ["ORIENTATION_BINS", "EdgeMap", "direction_bits", "edge_map"]
@@ -17,6 +17,9 @@ __all__ = ["ORIENTATION_BINS", "EdgeMap", "direction_bits", "edge_map"]
 ORIENTATION_BINS = 16
 # Hysteresis thresholds in standard deviations of the gradient's own noise.
 LOW_SD, HIGH_SD = 3.0, 5.0
+# The gradient's noise in a picture that was enlarged so many times (cubic) over that in one that
+# was not, of the same white noise before. From the filters.
+ENLARGED = {1: 1.0, 2: 1.75, 4: 1.78}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,16 +36,20 @@ class EdgeMap(Gradient):
     reach_px: float
 
 
-def edge_map(image: Image, reach_px: float | None = None) -> EdgeMap:
-    """Gradients and oriented edge mask of one grey picture.
+def edge_map(
+    image: Image, reach_px: float | None = None, own_noise: Noise | None = None
+) -> EdgeMap:
+    """Gradients and oriented edge mask of one grey picture, whose own pixels may tell its noise.
 
     The mask's edges reach so far, or as far as right poses may leave them off. Those of a noisy
     picture are joined by what only its coarser scales show.
     """
-    slope, noise = gradient(image), working_noise(image)
+    slope = gradient(image)
+    white = working_noise(image) if own_noise is None else own_noise
+    noise = ENLARGED[white.factor] * white.sd
     reach = max(2.0, 0.0025 * float(np.hypot(*image.shape))) if reach_px is None else reach_px
     mask = _widened(_oriented_edges(slope, noise), reach)
-    for coarse in coarse_pictures(image, noise):
+    for coarse in coarse_pictures(image, white):
         unrest = float(np.hypot(coarse.noise, coarse.grain))
         # Pixel k of a picture reduced by f stands at f k, and for half of what lies between two.
         faint = np.zeros(image.shape, np.uint16)

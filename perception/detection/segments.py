@@ -5,7 +5,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.coarse_pictures import coarse_pictures
-from facetlog.perception.detection.picture_noise import working_noise
+from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Image
 
 __all__ = ["detect_segments"]
@@ -15,6 +15,8 @@ MIN_LENGTH = 0.025
 # LSD's `quant`, the error of a grey level that its gradient threshold allows for, over the noise:
 # its default of 2 levels is made for pictures with noise of about 2.
 QUANT_PER_NOISE = 1.0
+# Its gradient's noise in a picture that was enlarged so many times, over that in one that was not.
+ENLARGED = {1: 1.0, 2: 1.5, 4: 1.3}
 # The same over the noise that halving leaves: what is 3 sd of LSD's gradient there counts, for LSD
 # wants many such in line. Its threshold is `quant` over the sine of 22.5°, and its gradient has .23
 # of the noise that CoarsePicture tells.
@@ -24,25 +26,25 @@ NEAR_PX = 3.0
 SAMPLES = 12
 
 
-def detect_segments(image: Image, noise: float | None = None) -> FloatArray:
+def detect_segments(image: Image, noise: Noise | None = None) -> FloatArray:
     """Segments (n, 4) as u0, v0, u1, v1 in px, longest first; all of some length.
 
     LSD's gradient threshold follows the picture's noise, so that faint edges of a clean picture
     are found and the noise of a poor one is not; fainter ones of a noisy picture are found at
-    coarser scales. `noise`, in grey levels, is for pictures whose own pixels do not tell it
-    (working_size.py).
+    coarser scales. `noise` is for pictures whose own pixels do not tell it (working_size.py).
     """
     if noise is None:
         noise = working_noise(image)
-    segments = _detected(image, QUANT_PER_NOISE * noise)
+    fine = QUANT_PER_NOISE * ENLARGED[noise.factor] * noise.sd
+    segments = _detected(image, fine)
     coarser = coarse_pictures(image, noise)
     if not coarser:
         half = np.asarray(cv2.pyrDown(image), dtype=np.uint8)
-        segments = np.vstack([segments, 2.0 * _detected(half, QUANT_PER_NOISE * noise)])
+        segments = np.vstack([segments, 2.0 * _detected(half, fine)])
     for coarse in coarser:
         quant = float(np.hypot(QUANT_PER_COARSE_NOISE * coarse.noise, coarse.grain))
         # Pixel k of a picture halved n times sits at pixel 2ⁿ k of the whole one.
-        new = coarse.factor * _detected(coarse.image, min(QUANT_PER_NOISE * noise, quant))
+        new = coarse.factor * _detected(coarse.image, min(fine, quant))
         shown = _shown(new, segments, NEAR_PX * coarse.factor, image.shape)
         segments = np.vstack([segments, new[~shown]])
     length = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1])

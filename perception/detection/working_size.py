@@ -1,27 +1,25 @@
 """Small pictures enlarged: what segments, masks and merging need is a number of pixels.
 
 Between the pixels of a small picture an enlarged one is smooth: it looks ten times less noisy than
-it is. So its noise is that of the small one, as gradients feel it once it is enlarged.
+it is. So its noise is that of the small one.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
 
-from facetlog.perception.detection.picture_noise import working_noise
+from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Track, View
 
-__all__ = ["at_working_size", "in_own_pixels", "segment_noise"]
+__all__ = ["at_working_size", "in_own_pixels", "working_noises"]
 
 # The distances in pixels of this front end suit pictures with a diagonal of 600 px and more. The
 # cube of 100 px in 640 x 480 is lost at half that size and found again when it is doubled.
 MIN_DIAGONAL_PX = 600.0
 # More only spreads the blur.
 MAX_FACTOR = 4
-# The segment detector's gradient of white noise that was enlarged by such a factor, over that of
-# the same noise in a picture that was not.
-NOISE_GAIN = {1: 1.0, 2: 1.5, 4: 1.3}
 
 
 def at_working_size(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[int, ...]]:
@@ -30,9 +28,10 @@ def at_working_size(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[int,
     return tuple(map(_enlarged, views, factors)), factors
 
 
-def segment_noise(view: View, factor: int) -> float:
-    """The noise in grey levels by which segments are detected in a view once it is enlarged."""
-    return NOISE_GAIN[factor] * working_noise(view.image)
+def working_noises(views: Sequence[View], factors: Sequence[int]) -> tuple[Noise, ...]:
+    """The noise of views that were enlarged by such factors, from the views as they were."""
+    pairs = zip(views, factors, strict=True)
+    return tuple(replace(working_noise(view.image), factor=factor) for view, factor in pairs)
 
 
 def _factor(view: View) -> int:

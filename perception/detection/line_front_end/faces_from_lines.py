@@ -31,13 +31,14 @@ from facetlog.perception.detection.line_front_end.segments_3d.view_judgement imp
     without_them,
 )
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
+from facetlog.perception.detection.picture_noise import Noise
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.tracked_faces import FacePlane, TrackedFace, TrackedFaces
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.detection.working_size import (
     at_working_size,
     in_own_pixels,
-    segment_noise,
+    working_noises,
 )
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, View
@@ -55,9 +56,11 @@ Agree: TypeAlias = Callable[
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Pictures:
-    # The views at working size, by which factors they were enlarged, and what was found in each.
+    # The views at working size, by which factors they were enlarged, their noise before that, and
+    # what was found in each.
     views: tuple[View, ...]
     factors: tuple[int, ...]
+    noises: tuple[Noise, ...]
     maps: tuple[EdgeMap, ...]
     segments: tuple[FloatArray, ...]
 
@@ -68,6 +71,7 @@ class _Pictures:
         return _Pictures(
             those(self.views),
             those(self.factors),
+            those(self.noises),
             those(self.maps),
             those(self.segments),
         )
@@ -88,12 +92,13 @@ def line_front_end(
     working, factors = at_working_size(views)
     with clock.step("features"):
         maps, segments = [], []
-        for k, (view, factor) in enumerate(zip(views, factors, strict=True)):
+        noises = working_noises(views, factors)
+        for k, noise in enumerate(noises):
             if progress is not None:
                 progress("features", k, len(views))
-            maps.append(edge_map(working[k].image))
-            segments.append(detect_segments(working[k].image, segment_noise(view, factor)))
-    pictures = _Pictures(working, factors, tuple(maps), tuple(segments))
+            maps.append(edge_map(working[k].image, own_noise=noise))
+            segments.append(detect_segments(working[k].image, noise))
+    pictures = _Pictures(working, factors, noises, tuple(maps), tuple(segments))
     return _tracked(pictures, up, clock, agree)
 
 
@@ -121,7 +126,8 @@ def _tracked(
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
         worth = SideJudge(views, maps, graph.weight).worth(cloud.segments)
         ground = find_ground(planes, cloud, worth, views, graph.distance, up)
-        levels = GreyLevels(views, maps, exposures(cloud.segments, use, views))
+        exposure = exposures(cloud.segments, use, views)
+        levels = GreyLevels(views, maps, exposure, pictures.noises)
         faces = select_faces(planes, cloud, worth, views, maps, graph, profiles, ground, levels)
     weight = tuple(float(w) for w in graph.weight)
     level = None if ground is None else (ground.normal, ground.height)

@@ -12,6 +12,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
     explained_share,
 )
+from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.estimation.pose_refinement.line_alignment import DriftingViews, align
 from facetlog.perception.estimation.pose_refinement.pose_chain import PoseChain, SinglePoses
@@ -32,12 +33,14 @@ def drifting_views(
     views: Sequence[View],
     chain: PoseChain | SinglePoses,
     reach_px: float | None = None,
-    noise: Sequence[float | None] | None = None,
+    noises: Sequence[Noise] | None = None,
 ) -> DriftingViews:
-    """The views with their edges and segments; `reach_px` as of `edge_map`, `noise` of segments."""
-    maps = tuple(edge_map(view.image, reach_px) for view in views)
-    noise = noise or [None] * len(views)
-    segments = tuple(detect_segments(v.image, n) for v, n in zip(views, noise, strict=True))
+    """The views with their edges and segments; `reach_px`, `noises` as of `edge_map`."""
+    own = noises or [working_noise(view.image) for view in views]
+    maps = tuple(edge_map(v.image, reach_px, n) for v, n in zip(views, own, strict=True))
+    own = noises or [working_noise(view.image) for view in views]
+    maps = tuple(edge_map(v.image, reach_px, n) for v, n in zip(views, own, strict=True))
+    segments = tuple(detect_segments(v.image, n) for v, n in zip(views, own, strict=True))
     return DriftingViews(tuple(views), maps, segments, chain)
 
 

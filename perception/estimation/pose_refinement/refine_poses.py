@@ -18,7 +18,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency i
     explained_share,
 )
 from facetlog.perception.detection.view_graph import view_graph
-from facetlog.perception.detection.working_size import at_working_size, segment_noise
+from facetlog.perception.detection.working_size import at_working_size, working_noises
 from facetlog.perception.estimation.pose_refinement.fitting import (
     drifting_views,
     fitted,
@@ -82,8 +82,7 @@ def refined_views(
     working, factors = at_working_size(views)
     graph = view_graph(working)
     chain = pose_chain([v.pose for v in views], covariances, graph.focus, graph.distance)
-    noise = [segment_noise(view, factor) for view, factor in zip(views, factors, strict=True)]
-    full = drifting_views(working, chain, noise=noise)
+    full = drifting_views(working, chain, noises=working_noises(views, factors))
     given = np.zeros((len(views), 6))
     before = lines_of(full, given).explained
     twists, segments = _first_twists(working, full)

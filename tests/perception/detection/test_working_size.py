@@ -6,8 +6,15 @@ import cv2
 import numpy as np
 import pytest
 
-from facetlog.perception.detection.picture_noise import working_noise
-from facetlog.perception.detection.working_size import at_working_size, in_own_pixels, segment_noise
+from facetlog.perception.detection.coarse_pictures import coarse_pictures
+from facetlog.perception.detection.edge_maps import edge_map
+from facetlog.perception.detection.gradients import gradient
+from facetlog.perception.detection.segments import ENLARGED
+from facetlog.perception.detection.working_size import (
+    at_working_size,
+    in_own_pixels,
+    working_noises,
+)
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import Camera, Image, Observation, Track, View
 from facetlog.robot.rendering.worlds import make_world
@@ -50,23 +57,49 @@ def test_each_picture_is_enlarged_as_it_needs() -> None:
     assert factors == (1, 2, 4)
 
 
+def _noisy(factor: int, sd: float) -> View:
+    random = np.random.default_rng(0)
+    image = random.normal(128, sd, (480 // factor, 640 // factor)).clip(0, 255).astype(np.uint8)
+    return replace(tour("block", 0)[0], image=image, camera=_camera(image))
+
+
+def _felt(image: Image) -> float:
+    # The detector smooths by .75 px, shrinks to .8 and takes differences of 2 x 2 pixels.
+    smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), 0.75)
+    g = cv2.resize(smooth, None, fx=0.8, fy=0.8, interpolation=cv2.INTER_LINEAR)
+    return float((g[:-1, 1:] + g[1:, 1:] - g[:-1, :-1] - g[1:, :-1]).std())
+
+
 @pytest.mark.parametrize("factor", [2, 4])
 def test_an_enlarged_picture_is_as_noisy_as_the_detector_feels_it(factor: int) -> None:
-    random = np.random.default_rng(0)
-    noisy = random.normal(128, 10, (480 // factor, 640 // factor)).clip(0, 255).astype(np.uint8)
-    small = replace(tour("block", 0)[0], image=noisy, camera=_camera(noisy))
+    (large,), _ = at_working_size([_noisy(factor, 10.0)])
+    assert ENLARGED[factor] == pytest.approx(_felt(large.image) / _felt(_noisy(1, 10.0).image), 0.1)
+
+
+@pytest.mark.parametrize("factor", [2, 4])
+def test_the_gradients_of_an_enlarged_picture_are_as_noisy_as_its_noise_says(factor: int) -> None:
+    small = _noisy(factor, 10.0)
     (large,), factors = at_working_size([small])
-    assert factors == (factor,)
+    (noise,) = working_noises([small], factors)
+    assert noise.sd == pytest.approx(10.0, rel=0.05)
+    edges = edge_map(large.image, own_noise=noise)
+    assert edges.gradient_noise == pytest.approx(_spread(large.image), rel=0.1)
+    for coarse in coarse_pictures(large.image, noise):
+        assert coarse.grain < 0.35 * coarse.noise
 
-    def slope(image: Image) -> float:
-        # The detector smooths by .75 px, shrinks to .8 and takes differences of 2 x 2 pixels.
-        smooth = cv2.GaussianBlur(image.astype(np.float32), (0, 0), 0.75)
-        g = cv2.resize(smooth, None, fx=0.8, fy=0.8, interpolation=cv2.INTER_LINEAR)
-        return float((g[:-1, 1:] + g[1:, 1:] - g[:-1, :-1] - g[1:, :-1]).std())
 
-    usual = random.normal(128, 10, (480, 640)).clip(0, 255).astype(np.uint8)
-    expected = working_noise(usual) * slope(large.image) / slope(usual)
-    assert segment_noise(small, factor) == pytest.approx(expected, rel=0.1)
+def _spread(image: Image) -> float:
+    slope = gradient(image)
+    return float(np.stack([slope.gx, slope.gy]).std())
+
+
+@pytest.mark.parametrize("sd", [3.0, 10.0, 20.0])
+@pytest.mark.parametrize("factor", [2, 4])
+def test_an_enlarged_picture_of_noise_has_hardly_an_edge(factor: int, sd: float) -> None:
+    small = _noisy(factor, sd)
+    (large,), factors = at_working_size([small])
+    (noise,) = working_noises([small], factors)
+    assert (edge_map(large.image, own_noise=noise).mask != 0).mean() < 0.01
 
 
 def test_the_block_is_found_in_pictures_of_half_the_size() -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.gradients import GRADIENT_SIGMA, Gradient
-from facetlog.perception.detection.picture_noise import working_noise
+from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Image, View
 
 __all__ = [
@@ -77,7 +77,8 @@ class GreyLevels:
     """The pictures of a set of views, ready to be asked for levels at any points.
 
     `exposure` (V,) is by which factor each view is brighter than usual: levels are freed of it.
-    None stands for views that are all as bright.
+    None stands for views that are all as bright. `noises` are for pictures whose own pixels do not
+    tell them (working_size.py).
     """
 
     def __init__(
@@ -85,8 +86,10 @@ class GreyLevels:
         views: Sequence[View],
         gradients: Sequence[Gradient],
         exposure: FloatArray | None = None,
+        noises: Sequence[Noise] | None = None,
     ) -> None:
-        smooth = [_averaged(view.image) for view in views]
+        own = noises or [working_noise(view.image) for view in views]
+        smooth = [_averaged(view.image, noise) for view, noise in zip(views, own, strict=True)]
         self._images = [image for image, _ in smooth]
         self._gradients = gradients
         even = np.ones(len(views)) if exposure is None else exposure
@@ -160,14 +163,14 @@ def known_surface_ratio(levels: Levels, surface: NDArray[np.float32]) -> FloatAr
     return known
 
 
-def _averaged(image: Image) -> tuple[Image, float]:
+def _averaged(image: Image, own: Noise) -> tuple[Image, float]:
     # The picture averaged over so many pixels that its noise no longer hides what is alike, but
     # over no more than edges are; and the noise left in it. Narrow faces suffer from it.
-    noise = working_noise(image)
+    noise = own.sd
     sigma = min(noise / (AVERAGING * NOISE_BORNE), GRADIENT_SIGMA)
     if sigma < LEAST_SIGMA:
         return image, noise
-    smooth = cv2.GaussianBlur(image, (0, 0), sigma)
+    smooth = cv2.GaussianBlur(image, (0, 0), own.factor * sigma)
     return np.asarray(smooth, dtype=np.uint8), noise / (AVERAGING * sigma)
 
 
