@@ -11,7 +11,14 @@ from itertools import chain
 import numpy as np
 from numpy.typing import ArrayLike
 
-from facetlog.perception.types import FloatArray, Observation, Pose, PositionLabel, frozen
+from facetlog.perception.types import (
+    FloatArray,
+    LensError,
+    Observation,
+    Pose,
+    PositionLabel,
+    frozen,
+)
 
 __all__ = [
     "Body",
@@ -187,8 +194,9 @@ class Scene:
     otherwise the scale is unknown and only ratios mean something. Edges need not bound a face.
     `patches` are surface that is not flat. Without `bodies` the objects are found from what
     touches what (things.py); each face, edge and patch is of one body at most. `poses` are those of
-    the views as they were adjusted to what all of them show; a scene file does not keep them.
-    `sights` say which space is known to be free.
+    the views as they were adjusted to what all of them show, and `lenses` what their lenses were
+    found to be off by, empty where they are as stated; a scene file does not keep them. `sights`
+    say which space is known to be free.
     """
 
     name: str
@@ -202,6 +210,7 @@ class Scene:
     patches: tuple[Patch, ...] = ()
     bodies: tuple[Body, ...] = ()
     poses: tuple[Pose, ...] = ()
+    lenses: tuple[LensError, ...] = ()
     sights: tuple[SightLines, ...] = ()
 
     def __post_init__(self) -> None:

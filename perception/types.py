@@ -7,7 +7,7 @@ they cannot be written to anyway.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 
@@ -20,6 +20,7 @@ __all__ = [
     "Camera",
     "FloatArray",
     "Image",
+    "LensError",
     "Observation",
     "Pose",
     "PoseErrorKind",
@@ -86,6 +87,10 @@ class Camera:
     def matrix(self) -> FloatArray:
         """Intrinsic matrix K, (3, 3)."""
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+    def zoomed(self, factor: float) -> "Camera":
+        """The camera with so many times the focal length."""
+        return replace(self, fx=factor * self.fx, fy=factor * self.fy)
 
     def resized(self, width: int, height: int) -> "Camera":
         """The camera of the same picture brought to another size."""
@@ -161,6 +166,19 @@ class PoseErrors:
         """Those of the chosen poses (indices)."""
         poses = tuple(self.poses[k] for k in chosen)
         return PoseErrors(poses, self.covariances[list(chosen)], self.kind)
+
+
+@dataclass(frozen=True, slots=True)
+class LensError:
+    """What a lens was found to be beyond what is stated of it, and to which standard deviations.
+
+    It has `focal` times the focal length, and bends rays outwards by `radial` r² (OpenCV's k1).
+    """
+
+    focal: float
+    radial: float
+    focal_sd: float
+    radial_sd: float
 
 
 @dataclass(frozen=True, eq=False)

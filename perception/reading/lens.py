@@ -70,7 +70,7 @@ class Lens:
         for _ in range(ZOOM_STEPS):
             middle = (low + high) / 2
             low, high = (low, middle) if self._covered(middle) else (middle, high)
-        return self._zoomed(high)
+        return self.camera.zoomed(high)
 
     def undistort(self, image: Image) -> Image:
         """The picture that `pinhole` would have taken, (H, W) uint8; bicubic interpolation.
@@ -96,10 +96,6 @@ class Lens:
                 image, map_u, map_v, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE
             )
         return result
-
-    def _zoomed(self, zoom: float) -> Camera:
-        c = self.camera
-        return Camera(c.width, c.height, c.fx * zoom, c.fy * zoom, c.cx, c.cy)
 
     def _distorted(self, pixels: FloatArray, pinhole: Camera) -> FloatArray:
         """Where the lens puts what a pinhole sees at pixels (..., 2): pixels (..., 2)."""
@@ -128,7 +124,7 @@ class Lens:
 
     def _covered(self, zoom: float) -> bool:
         """Whether at this zoom all pixels come from within the picture, and from one place each."""
-        camera = self._zoomed(zoom)
+        camera = self.camera.zoomed(zoom)
         right, bottom = camera.width - 1.0, camera.height - 1.0
         u, v = np.linspace(0, right, RIM_SAMPLES), np.linspace(0, bottom, RIM_SAMPLES)
         rim = np.concatenate(

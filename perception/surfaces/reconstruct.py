@@ -1,13 +1,19 @@
 """Views into a scene: a front end finds and tracks the faces, the filters give their geometry."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 from facetlog.perception.detection.block_front_end.faces_of_block import block_front_end
 from facetlog.perception.detection.line_front_end.faces_from_lines import line_front_end
 from facetlog.perception.detection.picture_faults import usable_views
 from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.detection.view_graph import view_graph
+from facetlog.perception.estimation.lens_correction import (
+    corrected,
+    lens_warnings,
+    together,
+)
 from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
 from facetlog.perception.scene import Scene, Vertex
 from facetlog.perception.step_clock import StepClock
@@ -16,6 +22,8 @@ from facetlog.perception.surfaces.sights import with_sights
 from facetlog.perception.types import FloatArray, PoseErrors, View
 
 __all__ = ["reconstruct"]
+
+Progress: TypeAlias = Callable[[str, int, int], None]
 
 NO_FACE = (
     "no face was found in {count} views: a face needs straight edges that at least three views "
@@ -34,7 +42,7 @@ def reconstruct(
     errors: PoseErrors | None = None,
     front_end: str = "lines",
     sd_limit: float | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Progress | None = None,
     clock: StepClock | None = None,
 ) -> Scene:
     """The scene that the views show; InconsistentViewsError if their poses contradict them.
@@ -44,31 +52,84 @@ def reconstruct(
     standard deviation is below. `up` and `metric` are what is known of the world frame, `errors`
     are those that are stated of the views' poses. Pictures that show nothing are named and left
     out; InputError where too few are left. Observations are in pixels of the pictures as stored,
-    freed of lens distortion.
+    freed of lens distortion. Lenses that the pictures show to be other than stated are corrected by
+    what they show, with a warning.
     """
-    clock = clock or StepClock()
-    given = views
-    with clock.step("pictures"):
-        views, left_out = usable_views(given)
-    if front_end == "lines":
-        tracked = line_front_end(views, up, clock, progress, in_agreement)
-    else:
-        tracked = _paper_front_end(views, up, clock, progress)
-    if tracked.used is not None:
-        views = tuple(views[k] for k in tracked.used)
+    method = _Method(name, up, metric, front_end, sd_limit, progress, clock or StepClock())
+    with method.clock.step("pictures"):
+        usable, left_out = usable_views(views)
     if errors is not None:
-        kept = {id(view) for view in views}
-        errors = errors.of([k for k, view in enumerate(given) if id(view) in kept])
+        kept = {id(view) for view in usable}
+        errors = errors.of([k for k, view in enumerate(views) if id(view) in kept])
+    scene, used = _seen(usable, errors, method)
+    if scene.lenses:
+        scene, used = _seen_anew(scene, used, usable, errors, method)
+    no_face = () if scene.faces else (NO_FACE.format(count=len(usable)),)
+    vertices = tuple(_in_stored_pixels(vertex, used) for vertex in scene.vertices)
+    return replace(scene, vertices=vertices, warnings=(*left_out, *scene.warnings, *no_face))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Method:
+    # As of `reconstruct`.
+    name: str
+    up: FloatArray | None
+    metric: bool
+    front_end: str
+    sd_limit: float | None
+    progress: Progress | None
+    clock: StepClock
+
+
+def _seen(
+    views: Sequence[View], errors: PoseErrors | None, method: _Method, *, lens_is_off: bool = False
+) -> tuple[Scene, tuple[View, ...]]:
+    """The scene and the views that it was found in, which do not contradict one another."""
+    up, clock = method.up, method.clock
+    if method.front_end == "lines":
+        tracked = line_front_end(views, up, clock, method.progress, in_agreement)
+    else:
+        tracked = _paper_front_end(views, up, clock, method.progress)
+    used = tuple(views)
+    if tracked.used is not None:
+        used = tuple(views[k] for k in tracked.used)
+        errors = None if errors is None else errors.of(tracked.used)
     with clock.step("vertices and planes"):
         scene = assemble(
-            tracked, views, name=name, up=up, metric=metric, sd_limit=sd_limit, errors=errors
+            tracked,
+            used,
+            name=method.name,
+            up=up,
+            metric=method.metric,
+            sd_limit=method.sd_limit,
+            errors=errors,
+            lens_is_off=lens_is_off,
         )
     with clock.step("sights"):
-        placed = [replace(v, pose=pose) for v, pose in zip(views, scene.poses, strict=True)]
-        scene = with_sights(scene, placed, tracked.weight, tracked.ground)
-    no_face = () if scene.faces else (NO_FACE.format(count=len(views)),)
-    vertices = tuple(_in_stored_pixels(vertex, views) for vertex in scene.vertices)
-    return replace(scene, vertices=vertices, warnings=(*left_out, *scene.warnings, *no_face))
+        placed = [replace(v, pose=pose) for v, pose in zip(used, scene.poses, strict=True)]
+        return with_sights(scene, placed, tracked.weight, tracked.ground), used
+
+
+def _seen_anew(
+    scene: Scene,
+    used: Sequence[View],
+    views: Sequence[View],
+    errors: PoseErrors | None,
+    method: _Method,
+) -> tuple[Scene, tuple[View, ...]]:
+    """The same from views corrected by what their lenses were found to be off by.
+
+    Through lenses that are not as stated straight edges are bent, and faces seen in part.
+    """
+    of_camera = {view.camera: e for view, e in zip(used, scene.lenses, strict=True)}
+    better = [corrected(v, of_camera[v.camera]) if v.camera in of_camera else v for v in views]
+    again, used_again = _seen(better, errors, method, lens_is_off=True)
+    given = {view.name: view for view in views}
+    lenses = tuple(of_camera[given[view.name].camera] for view in used_again)
+    if again.lenses:
+        lenses = tuple(together(a, b) for a, b in zip(lenses, again.lenses, strict=True))
+    said = lens_warnings([given[view.name] for view in used_again], lenses)
+    return replace(again, lenses=lenses, warnings=(*said, *again.warnings)), used_again
 
 
 def _in_stored_pixels(vertex: Vertex, views: Sequence[View]) -> Vertex:
@@ -80,7 +141,7 @@ def _paper_front_end(
     views: Sequence[View],
     up: FloatArray | None,
     clock: StepClock,
-    progress: Callable[[str, int, int], None] | None,
+    progress: Progress | None,
 ) -> TrackedFaces:
     def report(done: int, total: int) -> None:
         if progress is not None:

@@ -34,11 +34,13 @@ def assemble(
     metric: bool,
     sd_limit: float | None = None,
     errors: PoseErrors | None = None,
+    lens_is_off: bool = False,
 ) -> Scene:
     """The scene of the tracked faces; tracks without a point and faces without a plane drop out.
 
     Poses are never exact: they are adjusted together with the corners of the faces, by what is
-    stated of their `errors` and what the residuals show beyond that (bundle_adjustment/). All else
+    stated of their `errors` and what the residuals show beyond that (bundle_adjustment/); so are
+    lenses that the residuals show to be off, or that are known to be. All else
     is estimated at the adjusted poses, and all covariances have what these are off. With `sd_limit`
     a vertex takes its observations in the order of the views until its largest standard
     deviation is below; vertices that never get there are named in a warning.
@@ -49,7 +51,7 @@ def assemble(
     corners = np.unique([k for face in tracked.faces for k in face.outline]).astype(np.intp)
     if not len(corners):
         corners = np.arange(len(tracks))
-    placed = adjusted_points(seen.rows(corners), views, errors)
+    placed = adjusted_points(seen.rows(corners), views, errors, lens_is_off)
 
     few = placed.used.sum(axis=1) < MIN_FIXED
     corner = {int(k): n for n, k in enumerate(corners)}
@@ -122,6 +124,7 @@ def assemble(
         metric=metric,
         warnings=tuple(warnings),
         poses=tuple(v.pose for v in found.views),
+        lenses=() if found.adjusted is None else found.adjusted.lens_errors,
     )
 
 

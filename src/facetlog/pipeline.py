@@ -71,10 +71,14 @@ class Recognised:
 
     @property
     def placed_views(self) -> "tuple[View, ...]":
-        """The views at the poses at which the scene was found; as given where it has none."""
+        """The views with the poses and lenses with which the scene was found; as given where it
+        has none."""
+        from facetlog.perception.estimation.lens_correction import corrected
+
         poses = dict(zip(self.scene.views, self.scene.poses, strict=False))
-        views = self.view_set.views
-        return tuple(replace(view, pose=poses.get(view.name, view.pose)) for view in views)
+        lenses = dict(zip(self.scene.views, self.scene.lenses, strict=False))
+        placed = [replace(v, pose=poses.get(v.name, v.pose)) for v in self.view_set.views]
+        return tuple(corrected(v, lenses[v.name]) if v.name in lenses else v for v in placed)
 
 
 def views_from(

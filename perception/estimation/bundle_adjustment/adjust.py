@@ -1,7 +1,7 @@
-"""Bundle adjustment: the most likely poses and points together, and honest covariances.
+"""Bundle adjustment: the most likely poses, lenses and points together, with honest covariances.
 
-How far the poses may be off, and how far pixels beyond their own covariance, is what makes the
-residuals most likely (error_sizes.py); so poses and points are fitted and sizes estimated in turn.
+How far poses and lenses may be off, and pixels beyond their own covariance, is what makes the
+residuals most likely (error_sizes.py); so all is fitted and sizes estimated in turn.
 The prior of the poses holds the gauge: what no picture tells, as the place of the whole in the
 world, stays with the mean of the poses given.
 """
@@ -15,8 +15,13 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from facetlog.perception.estimation.bundle_adjustment.error_sizes import (
     EXACT,
     LEAST_PX,
+    LENS_SD,
     Sizes,
     likely_sizes,
+)
+from facetlog.perception.estimation.bundle_adjustment.lens_unknowns import (
+    LENS_UNKNOWNS,
+    lenses_of,
 )
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import (
     Linear,
@@ -27,8 +32,8 @@ from facetlog.perception.estimation.bundle_adjustment.normal_equations import (
     linear,
     reduced,
 )
-from facetlog.perception.estimation.bundle_adjustment.pose_prior import PosePrior, pose_prior
-from facetlog.perception.types import FloatArray, Pose, PoseErrors, View
+from facetlog.perception.estimation.bundle_adjustment.pose_prior import Prior, prior_of
+from facetlog.perception.types import FloatArray, LensError, Pose, PoseErrors, View
 
 __all__ = ["Adjusted", "adjust"]
 
@@ -36,6 +41,8 @@ MAX_STEPS = 30
 CONVERGED = 0.1
 """Sum of squares: a step that lowers it by less ends the iteration, for the next one would lower it
 by a fraction of that."""
+SHORTEST_STEP = 1e-3
+"""Of the whole one: along its direction the sum falls at first."""
 ROUNDS = 5
 """At most, of unknowns fitted and sizes estimated in turn: from far off both are wrong at first."""
 
@@ -44,10 +51,11 @@ ROUNDS = 5
 class Adjusted:
     """Poses (V), points (n, 3) and their covariances (n, 3, 3) with the poses' own in them.
 
-    `sizes` are those of the pixels' noise beyond their covariances and of the poses' own error;
-    `residual` (V,) is the root mean square of each view's residuals in px, NaN where it shows no
-    point. `twists` (V, 6) have brought the views there. The rest, of it what pixels and prior know
-    of all twists (6 V, 6 V each), is for `errors_at`.
+    `lens` (C, 2) are the unknowns of the cameras (lens_unknowns.py). `sizes` are those of the
+    pixels' noise beyond their covariances and of the poses' and lenses' own error; `residual` (V,)
+    is the root mean square of each view's residuals in px, NaN where it shows no point. `twists`
+    (V, 6) have brought the views there. The rest, of it what pixels and prior know of all twists
+    and lenses (m, m each, m = 6 V + 2 C), is for `errors_at`.
     """
 
     poses: tuple[Pose, ...]
@@ -56,9 +64,30 @@ class Adjusted:
     sizes: Sizes
     residual: FloatArray
     twists: FloatArray
+    lens: FloatArray
     problem: Problem
     of_pixels: FloatArray
     of_prior: FloatArray
+
+    @property
+    def views(self) -> tuple[View, ...]:
+        """The views with the poses and the focal lengths found."""
+        focal = 1.0 + self.problem.lenses.of_views(self.lens)[:, 0]
+        placed = zip(self.problem.views, self.poses, focal.tolist(), strict=True)
+        return tuple(replace(v, pose=p, camera=v.camera.zoomed(f)) for v, p, f in placed)
+
+    def freed(self, tracks: Tracks) -> Tracks:
+        """The tracks as pinholes would show them: without the radial distortion found."""
+        return replace(tracks, uv=self.problem.lenses.freed(self.lens, tracks.uv))
+
+    @property
+    def lens_errors(self) -> tuple[LensError, ...]:
+        """What each view's lens was found to be off by; none where they are as stated."""
+        if self.sizes.lens_sd == EXACT or not self.lens.size:
+            return ()
+        variances = np.diagonal(np.linalg.inv(self.of_pixels + self.of_prior))
+        sds = np.sqrt(variances[-self.lens.size :]).reshape(self.lens.shape)
+        return self.problem.lenses.errors(self.lens, sds)
 
     def errors_at(
         self, tracks: Tracks, points: FloatArray, factor: float = 1.0
@@ -66,15 +95,16 @@ class Adjusted:
         """Those of points (m, 3) estimated from tracks at the adjusted poses: own and shared.
 
         Errors of points i and j have the covariance δij own_i + shared_iᵀ shared_j, with `own`
-        (m, 3, 3) of the pixels and `shared` (m, 6 V, 3) of the poses, where the pixels' variances
-        are `factor` times what they are given as. Every track must be used in two views.
+        (m, 3, 3) of the pixels and `shared` (m, 6 V + 2 C, 3) of poses and lenses, where the
+        pixels' variances are `factor` times what they are given as. Every track must be used in two
+        views.
         """
         views = zip(self.problem.views, self.poses, strict=True)
         placed = tuple(replace(view, pose=pose) for view, pose in views)
         here = replace(self.problem, tracks=tracks, views=placed)
-        at = linear(here, State(np.zeros((len(placed), 6)), points))
+        at = linear(here, State(np.zeros((len(placed), 6)), points, self.lens))
         both = self.of_pixels / factor + self.of_prior
-        return _errors(reduced(tracks, at, self.sizes.extra_px), both, factor)
+        return _errors(reduced(here, at, self.sizes.extra_px), both, factor)
 
 
 def adjust(
@@ -85,34 +115,44 @@ def adjust(
     extra_px: float = 1.0,
     near: Adjusted | None = None,
     least_px: float = LEAST_PX,
+    lens_is_off: bool = False,
 ) -> Adjusted:
     """The most likely poses and points of the tracks, from the views' poses and `points` (n, 3).
 
     `errors` are those that are stated of the poses; beyond them poses err independently by a size
     that the residuals tell. `extra_px` is the noise that pixels seem to have at the views' poses;
     `near` was found from much the same tracks; `least_px` is the least noise that they have beyond
-    their own. Every point must be used in two views.
+    their own. With `lens_is_off` it is known that the lenses' intrinsics are none that were
+    calibrated; else the residuals tell that too. Every point must be used in two views.
     """
     about = points.mean(axis=0) if near is None else near.problem.about
     centres = np.array([v.pose.centre for v in views])
     distance = float(np.median(np.linalg.norm(centres - about, axis=1)))
-    problem = Problem(tracks, tuple(views), about, np.repeat([1.0, distance], 3))
-    prior = pose_prior([v.pose for v in views], errors, about, distance)
+    lenses = lenses_of(views)
+    problem = Problem(tracks, tuple(views), lenses, about, np.repeat([1.0, distance], 3))
+    unknowns = LENS_UNKNOWNS * lenses.count
+    prior = prior_of([v.pose for v in views], errors, about, distance, unknowns)
+    lens_sds = (LENS_SD,) if lens_is_off else (EXACT, LENS_SD)
     weighted = prior.weighted(tracks.weight)
+    given = State(np.zeros((len(views), 6)), points, np.zeros((lenses.count, LENS_UNKNOWNS)))
     if near is None:
         # What the residuals show may be the pixels' or the poses': both may take it at first.
         focal = float(np.median([v.camera.fx for v in views]))
-        sizes = Sizes(max(extra_px, LEAST_PX), max(extra_px / focal, EXACT))
-        state = _fitted(problem, weighted, State(np.zeros((len(views), 6)), points), sizes)
-        sizes = likely_sizes(problem, prior, state, least_px)
+        sizes = Sizes(max(extra_px, LEAST_PX), max(extra_px / focal, EXACT), lens_sds[0])
+        state = given
     else:
-        state = State(near.twists, points)
         sizes = replace(near.sizes, extra_px=max(near.sizes.extra_px, least_px))
+        state = State(near.twists, points, near.lens)
     for _ in range(ROUNDS):
         state = _fitted(problem, weighted, state, sizes)
-        before, sizes = sizes, likely_sizes(problem, prior, state, least_px, sizes)
+        before, sizes = sizes, likely_sizes(problem, prior, state, least_px, sizes, lens_sds)
         if sizes == before:
             break
+        if sizes.lens_sd > before.lens_sd:
+            # Poses that made up for the lens lie far up a narrow valley; with the noise that pixels
+            # seem to have at first it is wide.
+            rough = replace(sizes, extra_px=max(extra_px, sizes.extra_px))
+            state = _fitted(problem, weighted, given, rough)
     return _result(problem, weighted, state, sizes)
 
 
@@ -128,54 +168,66 @@ class _Normal:
 def _normal(
     problem: Problem,
     at: Linear,
-    twists: FloatArray,
-    prior: PosePrior,
+    state: State,
+    prior: Prior,
     belief: FloatArray,
     px: float,
 ) -> _Normal:
-    pixels = reduced(problem.tracks, at, px)
-    off = (twists - prior.mean).ravel()
+    pixels = reduced(problem, at, px)
+    off = prior.off(state.twists, state.lens)
     push = belief @ off
     cost = pixels.cost + float(off @ push)
     return _Normal(pixels, cost, pixels.matrix + belief, pixels.gradient - push)
 
 
-def _fitted(problem: Problem, prior: PosePrior, state: State, sizes: Sizes) -> State:
-    """Gauss-Newton, damped where a step does not help (Levenberg-Marquardt)."""
-    belief, _ = prior.precision(sizes.pose_sd)
+def _fitted(problem: Problem, prior: Prior, state: State, sizes: Sizes) -> State:
+    """Gauss-Newton, with shorter steps where a whole one does not help."""
+    belief, _ = prior.precision(sizes.pose_sd, sizes.lens_sd)
 
     def normal(there: State, at: Linear) -> _Normal:
-        return _normal(problem, at, there.twists, prior, belief, sizes.extra_px)
+        return _normal(problem, at, there, prior, belief, sizes.extra_px)
 
     here = normal(state, linear(problem, state))
-    damping = 0.0
     for _ in range(MAX_STEPS):
-        trial = _step(here, state, damping)
-        at = linear(problem, trial)
-        there = normal(trial, at) if at.in_front else None
-        if there is None or there.cost > here.cost + CONVERGED:
-            damping = max(10 * damping, 1e-3)
-            continue
-        gained = here.cost - there.cost
-        state, here, damping = trial, there, damping / 10 if damping > 1e-6 else 0.0
+        step, length, gained = _step(here, state), 1.0, 0.0
+        while length > SHORTEST_STEP:
+            trial = _moved(state, step, length)
+            at = linear(problem, trial)
+            if at.in_front:
+                there = normal(trial, at)
+                if there.cost < here.cost:
+                    gained = here.cost - there.cost
+                    state, here = trial, there
+                    break
+            length /= 2
         if gained < CONVERGED:
             break
     return state
 
 
-def _step(normal: _Normal, state: State, damping: float) -> State:
-    lhs = normal.matrix + damping * np.diag(np.diagonal(normal.matrix))
-    twist = cho_solve(cho_factor(lhs, lower=True, check_finite=False), normal.gradient)
+def _step(normal: _Normal, state: State) -> State:
+    # By how much all unknowns change.
+    factor = cho_factor(normal.matrix, lower=True, check_finite=False)
+    step = cho_solve(factor, normal.gradient)
     pixels = normal.pixels
-    white = (pixels.pull.ravel() - pixels.coupling.T @ twist).reshape(-1, 3) / (1.0 + damping)
-    points = state.points + np.einsum("nba,nb->na", pixels.of_points, white)
-    return State(state.twists + twist.reshape(-1, 6), points)
+    white = (pixels.pull.ravel() - pixels.coupling.T @ step).reshape(-1, 3)
+    points = np.einsum("nba,nb->na", pixels.of_points, white)
+    twists, lens = np.split(step, [state.twists.size])
+    return State(twists.reshape(state.twists.shape), points, lens.reshape(state.lens.shape))
 
 
-def _result(problem: Problem, prior: PosePrior, state: State, sizes: Sizes) -> Adjusted:
+def _moved(state: State, step: State, length: float) -> State:
+    return State(
+        state.twists + length * step.twists,
+        state.points + length * step.points,
+        state.lens + length * step.lens,
+    )
+
+
+def _result(problem: Problem, prior: Prior, state: State, sizes: Sizes) -> Adjusted:
     at = linear(problem, state)
-    pixels = reduced(problem.tracks, at, sizes.extra_px)
-    belief, _ = prior.precision(sizes.pose_sd)
+    pixels = reduced(problem, at, sizes.extra_px)
+    belief, _ = prior.precision(sizes.pose_sd, sizes.lens_sd)
     seen = problem.tracks.used.sum(axis=0)
     square = np.where(seen > 0, (at.residual**2).sum(axis=(0, 2)) / 2, np.nan)
     own, shared = _errors(pixels, pixels.matrix + belief)
@@ -186,6 +238,7 @@ def _result(problem: Problem, prior: PosePrior, state: State, sizes: Sizes) -> A
         sizes,
         np.sqrt(square / np.maximum(seen, 1)),
         state.twists,
+        state.lens,
         problem,
         pixels.matrix,
         belief,

@@ -32,7 +32,7 @@ CHOICES = 2
 
 @dataclass(frozen=True, eq=False, slots=True)
 class AdjustedPoints:
-    """Views at their adjusted poses; points (n, 3), covs (n, 3, 3), used (n, V), ok (n,).
+    """Views adjusted in pose and focal length; points (n, 3), covs (n, 3, 3), used (n, V), ok (n,).
 
     As of `estimate_points`, the poses' errors included, and `shape_covs` (n, 3, 3) without what
     moves all points alike (common_motion.py); `extra_px` is the noise of pixels beyond
@@ -52,13 +52,17 @@ class AdjustedPoints:
 
 
 def adjusted_points(
-    tracks: Tracks, views: Sequence[View], errors: PoseErrors | None = None
+    tracks: Tracks,
+    views: Sequence[View],
+    errors: PoseErrors | None = None,
+    lens_is_off: bool = False,
 ) -> AdjustedPoints:
     """The points of tracks whose `used` says what was seen; not adjusted where these are too few.
 
-    `errors` are those that are stated of the views' poses. Residuals weighed by what the corners
-    say of themselves show too little where the surest of them are off by more than they say; so the
-    noise of pixels is at least what their residuals show unweighed (pose_noise.py).
+    `errors` are those that are stated of the views' poses; `lens_is_off` as of `adjust`. Residuals
+    weighed by what the corners say of themselves show too little where the surest of them are off
+    by more than they say; so the noise of pixels is at least what their residuals show unweighed
+    (pose_noise.py).
     """
     extra_px = _pose_noise_px(tracks, views)
     found = _estimated(tracks, views, extra_px)
@@ -70,23 +74,26 @@ def adjusted_points(
         if len(chosen) < LEAST_POINTS:
             break
         of_chosen = replace(tracks, used=used).rows(chosen)
-        done = adjust(of_chosen, views, found.points[chosen], errors, extra_px, done, least_px)
-        placed = tuple(replace(v, pose=p) for v, p in zip(views, done.poses, strict=True))
-        found = _estimated(tracks, placed, done.sizes.extra_px)
+        start = found.points[chosen]
+        done = adjust(of_chosen, views, start, errors, extra_px, done, least_px, lens_is_off)
+        straight = done.freed(tracks)
+        found = _estimated(straight, done.views, done.sizes.extra_px)
         before, used = used, found.used
         if choice and (used == before).all():
             break
-        least_px = max(_pose_noise_px(tracks, placed), LEAST_PX)
+        least_px = max(_pose_noise_px(straight, done.views), LEAST_PX)
+    straight = tracks if done is None else done.freed(tracks)
     projections = np.array([v.projection for v in found.views])
     groups = view_groups(np.array([v.pose.centre for v in found.views]))
     noise = tracks.noise(found.extra_px)
-    factor = shared_error_factor(tracks.uv, noise, found.used, projections, found.covs, groups)
+    factor = shared_error_factor(straight.uv, noise, found.used, projections, found.covs, groups)
     return _honest(tracks, replace(found, factor=factor, adjusted=done))
 
 
 def points_at(tracks: Tracks, at: AdjustedPoints) -> AdjustedPoints:
     """The points of tracks where the poses stay as they were adjusted, with what these are off."""
-    found = _estimated(tracks, at.views, at.extra_px)
+    straight = tracks if at.adjusted is None else at.adjusted.freed(tracks)
+    found = _estimated(straight, at.views, at.extra_px)
     return _honest(tracks, replace(found, factor=at.factor, adjusted=at.adjusted))
 
 

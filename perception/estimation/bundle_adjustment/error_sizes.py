@@ -1,10 +1,12 @@
-"""How far poses and pixels are off beyond what is stated of them, as the residuals tell it.
+"""How far poses, lenses and pixels are off beyond what is stated, as the residuals tell it.
 
-Both sizes are the most likely ones, with twists and points integrated out about the best of them
+The sizes are the most likely ones, with all unknowns integrated out about the best of them
 (Laplace's approximation; variance components, empirical Bayes). Exact poses thus stay as they are.
+A lens is as it is stated, or off by any usual error, whichever is more likely.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -17,10 +19,10 @@ from facetlog.perception.estimation.bundle_adjustment.normal_equations import (
     linear,
     reduced,
 )
-from facetlog.perception.estimation.bundle_adjustment.pose_prior import PosePrior
+from facetlog.perception.estimation.bundle_adjustment.pose_prior import Prior
 from facetlog.perception.types import FloatArray
 
-__all__ = ["EXACT", "LEAST_PX", "Sizes", "likely_sizes"]
+__all__ = ["EXACT", "LEAST_PX", "LENS_SD", "Sizes", "likely_sizes"]
 
 MOST_VIEWS = 24
 """That tell the sizes: their number cubed is what each size tried costs."""
@@ -29,6 +31,11 @@ WORTH = 0.1
 EXACT = np.radians(1e-3)
 """The size of the poses' error that no picture shows, radians: a hundredth of a pixel."""
 POSE_SDS = (EXACT, np.radians(0.03), np.radians(0.3), np.radians(2.0))
+LENS_SD = 0.05
+"""Of focal lengths, as shares, and radial factors that are off: what maker's data and pictures'
+headers leave. Pictures that tell them tell them far better."""
+LENS_PRICE = 2 * float(np.log(1000.0))
+"""Of deviance: less than one in a thousand right lenses may seem wrong by chance."""
 LEAST_PX = 0.01
 """Of extra noise: no picture shows less."""
 EXTRA_PX = (LEAST_PX, 0.1, 0.5, 2.0)
@@ -40,58 +47,75 @@ known to a fifth is as good as known."""
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Standard deviations: the pixels' beyond their own (px), the poses' own error (radians)."""
+    """Standard deviations: the pixels' beyond their own (px), the poses' own error (radians), and
+    of what lenses are off by (shares)."""
 
     extra_px: float
     pose_sd: float
+    lens_sd: float = EXACT
 
 
 def likely_sizes(
     problem: Problem,
-    prior: PosePrior,
+    prior: Prior,
     state: State,
     least_px: float = LEAST_PX,
     near: Sizes | None = None,
+    lens_sds: Sequence[float] = (EXACT, LENS_SD),
 ) -> Sizes:
-    """The most likely sizes at a state; where some are known to be near, from these on."""
+    """The most likely sizes at a state; where some are known to be near, from these on.
+
+    The lenses' is one of `lens_sds`, of which the first needs no evidence.
+    """
     problem, prior, state = _some(problem, prior, state)
-    at = linear(problem, state)
+    at, off = linear(problem, state), prior.off(state.twists, state.lens)
     of_pixels: dict[float, Reduced] = {}
-    of_poses: dict[float, tuple[FloatArray, float]] = {}
+    of_prior: dict[tuple[float, float], tuple[FloatArray, float]] = {}
     known: dict[Sizes, float] = {}
 
     def deviance(tried: Sizes) -> float:
         if tried.extra_px not in of_pixels:
-            of_pixels[tried.extra_px] = reduced(problem.tracks, at, tried.extra_px)
-        if tried.pose_sd not in of_poses:
-            of_poses[tried.pose_sd] = prior.precision(tried.pose_sd)
+            of_pixels[tried.extra_px] = reduced(problem, at, tried.extra_px)
+        beyond = tried.pose_sd, tried.lens_sd
+        if beyond not in of_prior:
+            of_prior[beyond] = prior.precision(*beyond)
         if tried not in known:
-            pixels, (belief, log_det) = of_pixels[tried.extra_px], of_poses[tried.pose_sd]
-            known[tried] = _deviance(pixels, state.twists - prior.mean, belief, log_det)
+            pixels, (belief, log_det) = of_pixels[tried.extra_px], of_prior[beyond]
+            price = 0.0 if tried.lens_sd == lens_sds[0] else LENS_PRICE
+            known[tried] = price + _deviance(pixels, off, belief, log_det)
         return known[tried]
 
-    # All pairs: both explain the same residuals, and one at a time would not get across.
-    first = [Sizes(max(px, least_px), sd) for px in EXTRA_PX for sd in POSE_SDS]
-    best = near or min(first, key=deviance)
-    for factor in FACTORS:
-        while True:
-            px, sd = best.extra_px, best.pose_sd
-            tried = [Sizes(max(px * f, least_px), sd) for f in (1 / factor, factor)]
-            tried += [Sizes(px, max(sd * f, EXACT)) for f in (1 / factor, factor)]
-            better = min(tried, key=deviance)
-            if deviance(better) >= deviance(best) - WORTH:
-                break
-            best = better
-    return best
+    def improved(best: Sizes) -> Sizes:
+        for factor in FACTORS:
+            while True:
+                px, sd = best.extra_px, best.pose_sd
+                steps = (1 / factor, factor)
+                tried = [replace(best, extra_px=max(px * f, least_px)) for f in steps]
+                tried += [replace(best, pose_sd=max(sd * f, EXACT)) for f in steps]
+                better = min(tried, key=deviance)
+                if deviance(better) >= deviance(best) - WORTH:
+                    break
+                best = better
+        return best
+
+    # Pixels and poses together: both explain the same residuals, and one at a time would not get
+    # across. A lens as stated is tried first: where nothing tells them apart it is right.
+    found = []
+    for lens_sd in lens_sds:
+        first = [Sizes(max(px, least_px), sd, lens_sd) for px in EXTRA_PX for sd in POSE_SDS]
+        if near is not None:
+            first.append(replace(near, lens_sd=lens_sd))
+        found.append(improved(min(first, key=deviance)))
+    return min(found, key=deviance)
 
 
 def _deviance(pixels: Reduced, off: FloatArray, belief: FloatArray, log_det: float) -> float:
     """-2 log of the likelihood of the sizes, all else integrated out about the state.
 
-    `off` (V, 6) is how far the twists are from the prior's mean.
+    `off` (m,) is how far the unknowns but the points are from the prior's mean.
     """
-    push = belief @ off.ravel()
-    value = pixels.cost + float(off.ravel() @ push)
+    push = belief @ off
+    value = pixels.cost + float(off @ push)
     value += pixels.log_noise + log_det
     value -= float((pixels.pull**2).sum())
     value -= 2 * float(np.log(np.diagonal(pixels.of_points, axis1=1, axis2=2)).sum())
@@ -101,7 +125,7 @@ def _deviance(pixels: Reduced, off: FloatArray, belief: FloatArray, log_det: flo
     return value + 2 * float(np.log(np.diagonal(factor)).sum())
 
 
-def _some(problem: Problem, prior: PosePrior, state: State) -> tuple[Problem, PosePrior, State]:
+def _some(problem: Problem, prior: Prior, state: State) -> tuple[Problem, Prior, State]:
     # No more than MOST_VIEWS of the views, all of weight 1: sizes are those of single views.
     count = len(problem.views)
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_VIEWS)).round().astype(np.intp))
@@ -110,5 +134,7 @@ def _some(problem: Problem, prior: PosePrior, state: State) -> tuple[Problem, Po
     uv, cov = problem.tracks.uv[rows][:, chosen], problem.tracks.cov[rows][:, chosen]
     tracks = Tracks(uv, cov, used[rows], np.ones(len(chosen)))
     views = tuple(problem.views[k] for k in chosen.tolist())
-    part = Problem(tracks, views, problem.about, problem.unit)
-    return part, prior.some(chosen), State(state.twists[chosen], state.points[rows])
+    lenses = problem.lenses.some(chosen.tolist())
+    part = Problem(tracks, views, lenses, problem.about, problem.unit)
+    there = State(state.twists[chosen], state.points[rows], state.lens)
+    return part, prior.some(chosen), there

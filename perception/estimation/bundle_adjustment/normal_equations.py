@@ -1,9 +1,9 @@
 """The normal equations of poses and points, with the points eliminated (Schur complement).
 
 Unknown are a twist a view (turn and shift about one point, pose_chain.py; shifts in units of the
-cameras' distance) and three numbers a point. What is solved has six rows a view, however many
-points there are (Triggs et al. 2000, section 6). Residuals far beyond the noise have a Cauchy
-weight, so that a wrong match has no say.
+cameras' distance), two numbers a camera (lens_unknowns.py) and three a point. What is solved has
+six rows a view and two a camera, however many points there are (Triggs et al. 2000, section 6).
+Residuals far beyond the noise have a Cauchy weight, so that a wrong match has no say.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from facetlog.perception.estimation.bundle_adjustment.lens_unknowns import (
+    LENS_UNKNOWNS,
+    Lenses,
+)
 from facetlog.perception.estimation.bundle_adjustment.pose_prior import block_diagonal
 from facetlog.perception.estimation.pose_refinement.pose_chain import moved
 from facetlog.perception.types import FloatArray, Pose, View
@@ -48,10 +52,11 @@ class Tracks:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class State:
-    """Twists (V, 6) and points (n, 3)."""
+    """Twists (V, 6), points (n, 3) and the cameras' unknowns (C, 2)."""
 
     twists: FloatArray
     points: FloatArray
+    lens: FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -60,6 +65,7 @@ class Problem:
 
     tracks: Tracks
     views: tuple[View, ...]
+    lenses: Lenses
     about: FloatArray
     unit: FloatArray
 
@@ -83,14 +89,15 @@ class Problem:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Linear:
-    """Residuals (n, V, 2) in px and the pixels' derivatives by twists and points at a state.
+    """Residuals (n, V, 2) in px and the pixels' derivatives by the unknowns at a state.
 
-    `by_twist` (n, V, 2, 6), `by_point` (n, V, 2, 3); zero where a track is not used. `in_front`
-    says that each point lies before the cameras that show it.
+    `by_twist` (n, V, 2, 6), `by_lens` (n, V, 2, 2), `by_point` (n, V, 2, 3); zero where a track is
+    not used. `in_front` says that each point lies before the cameras that show it.
     """
 
     residual: FloatArray
     by_twist: FloatArray
+    by_lens: FloatArray
     by_point: FloatArray
     in_front: bool
 
@@ -106,21 +113,24 @@ def linear(problem: Problem, state: State) -> Linear:
     uv = np.where(used[..., None], h[..., :2] / depth[..., None], 0.0)
     by_point = projections[None, :, :2, :3] - uv[..., None] * projections[None, :, 2:, :3]
     by_point = by_point * np.where(used, 1.0 / depth, 0.0)[..., None, None]
+    uv, by_pixel, by_lens = problem.lenses.seen(state.lens, uv)
+    by_point = by_pixel @ by_point
+    by_lens = np.where(used[..., None, None], by_lens, 0.0)
     # A camera's twist moves the world the other way (line_alignment.py).
     arm = (state.points - problem.about)[:, None, None, :]
     by_twist = np.concatenate([_cross(by_point, arm), -by_point], axis=-1) * problem.unit
     residual = np.where(used[..., None], problem.tracks.uv - uv, 0.0)
-    return Linear(residual, by_twist, by_point, in_front)
+    return Linear(residual, by_twist, by_lens, by_point, in_front)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Reduced:
-    """What the pixels alone say of the twists, with the points eliminated.
+    """What the pixels alone say of twists and lenses, with the points eliminated.
 
-    `matrix` (6 V, 6 V) and `gradient` (6 V,) are the normal equations; `cost` the robust sum of
-    squares and `log_noise` the log determinant of the noise. Points are whitened: `of_points`
-    (n, 3, 3) is the inverse of the factor of their information, `coupling` (6 V, 3 n) and
-    `pull` (n, 3) are what they have in common with the twists, and their gradient.
+    `matrix` (m, m) and `gradient` (m,), m = 6 V + 2 C, are the normal equations; `cost` the robust
+    sum of squares and `log_noise` the log determinant of the noise. Points are whitened:
+    `of_points` (n, 3, 3) is the inverse of the factor of their information, `coupling` (m, 3 n) and
+    `pull` (n, 3) are what they have in common with the others, and their gradient.
     """
 
     cost: float
@@ -132,23 +142,25 @@ class Reduced:
     pull: FloatArray
 
 
-def reduced(tracks: Tracks, at: Linear, extra_px: float) -> Reduced:
+def reduced(problem: Problem, at: Linear, extra_px: float) -> Reduced:
     """The normal equations where the pixels have a noise of `extra_px` beyond their own."""
+    tracks, lenses = problem.tracks, problem.lenses
     noise = tracks.noise(extra_px)
     a = np.sqrt(noise[..., 0, 0])
     b = noise[..., 0, 1] / a
     c = np.sqrt(noise[..., 1, 1] - b**2)
-    # In units of the noise, rows (…, 2, 10): derivatives by point and by twist, and residual.
-    rows = np.concatenate([at.by_point, at.by_twist, at.residual[..., None]], axis=-1)
+    # In units of the noise, rows (…, 2, 12): derivatives by point, twist and lens, and residual.
+    parts = [at.by_point, at.by_twist, at.by_lens, at.residual[..., None]]
+    rows = np.concatenate(parts, axis=-1)
     rows[..., 0, :] /= a[..., None]
     rows[..., 1, :] -= b[..., None] * rows[..., 0, :]
     rows[..., 1, :] /= c[..., None]
-    square = (rows[..., 9] ** 2).sum(axis=-1)
+    square = (rows[..., -1] ** 2).sum(axis=-1)
     share = 1.0 + square / ROBUST_SD**2
     cost = ROBUST_SD**2 * float(np.log(share)[tracks.used].sum())
     log_noise = 2 * float(np.log(a * c)[tracks.used].sum())
     rows /= np.sqrt(share)[..., None, None]
-    by_point, by_twist, residual = rows[..., :3], rows[..., 3:9], rows[..., 9]
+    by_point, by_view, residual = rows[..., :3], rows[..., 3:-1], rows[..., -1]
 
     count, views = tracks.used.shape
     of_point = by_point.reshape(count, 2 * views, 3)
@@ -158,22 +170,40 @@ def reduced(tracks: Tracks, at: Linear, extra_px: float) -> Reduced:
     of_point = of_point @ factor.transpose(0, 2, 1)
     pull = (of_point.transpose(0, 2, 1) @ residual.reshape(count, -1, 1))[..., 0]
     white = of_point.reshape(count, views, 2, 3).transpose(1, 0, 2, 3)
-    across = by_twist.transpose(1, 0, 2, 3)
+    across = by_view.transpose(1, 0, 2, 3)
     both = across[:, :, 0, :, None] * white[:, :, 0, None]
     both += across[:, :, 1, :, None] * white[:, :, 1, None]
-    coupling = both.transpose(0, 2, 1, 3).reshape(6 * views, 3 * count)
-    columns = across.reshape(views, 2 * count, 6)
+    coupling = _gathered(lenses, both.transpose(0, 2, 1, 3).reshape(views, -1, 3 * count))
+    columns = across.reshape(views, 2 * count, -1)
     of_views = columns.transpose(0, 2, 1) @ columns
     gradient = columns.transpose(0, 2, 1) @ residual.transpose(1, 0, 2).reshape(views, -1, 1)
     return Reduced(
         cost,
         log_noise,
-        block_diagonal(of_views) - coupling @ coupling.T,
-        gradient.ravel() - coupling @ pull.ravel(),
+        _whole(lenses, of_views) - coupling @ coupling.T,
+        _gathered(lenses, gradient)[:, 0] - coupling @ pull.ravel(),
         coupling,
         factor,
         pull,
     )
+
+
+def _gathered(lenses: Lenses, rows: FloatArray) -> FloatArray:
+    # Of each view's rows (V, 8, k) those of its twist, and below them those of the cameras, which
+    # are sums over their views: (6 V + 2 C, k).
+    of_lenses = lenses.of_cameras(rows[:, -LENS_UNKNOWNS:])
+    k = rows.shape[-1]
+    return np.vstack([rows[:, :-LENS_UNKNOWNS].reshape(-1, k), of_lenses.reshape(-1, k)])
+
+
+def _whole(lenses: Lenses, blocks: FloatArray) -> FloatArray:
+    # Of each view's block (V, 8, 8) the matrix of all unknowns (6 V + 2 C, 6 V + 2 C).
+    views, size = len(blocks), blocks.shape[1] - LENS_UNKNOWNS
+    between = np.einsum("vc,vtl->vtcl", lenses.member, blocks[:, :size, size:])
+    between = between.reshape(views * size, -1)
+    of_cameras = block_diagonal(lenses.of_cameras(blocks[:, size:, size:]))
+    of_views = block_diagonal(blocks[:, :size, :size])
+    return np.block([[of_views, between], [between.T, of_cameras]])
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:

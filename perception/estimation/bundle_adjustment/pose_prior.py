@@ -1,7 +1,7 @@
-"""What is believed of poses before the points have their say: a normal density of their twists.
+"""What is believed of poses and lenses before the points have their say: a normal density.
 
 A pose is off by what its file states, each pose on its own or in a chain as odometry's, and beyond
-that by an error of its own whose size the residuals tell (error_sizes.py).
+that by an error of its own whose size the residuals tell (error_sizes.py); so it is with lenses.
 """
 
 from collections.abc import Sequence
@@ -14,46 +14,62 @@ from scipy.spatial.transform import Rotation
 from facetlog.perception.estimation.pose_refinement.pose_chain import added, of_twist
 from facetlog.perception.types import FloatArray, Pose, PoseErrorKind, PoseErrors
 
-__all__ = ["PosePrior", "block_diagonal", "pose_prior"]
+__all__ = ["Prior", "block_diagonal", "prior_of"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PosePrior:
-    """A normal density of twists (V, 6), shifts in units of the cameras' distance.
+class Prior:
+    """A normal density of twists (V, 6), shifts in units of the cameras' distance, and of lenses.
 
     `mean` (V, 6) is where the poses as stated lie from those that the twists move. `own` (V, 6, 6)
     are covariances of an error of one radian of each pose on its own, `stated` (V, 6, 6) those of
-    the errors that are stated, or `chain` (6 V, 6 V) those of all poses together.
+    the errors that are stated, or `chain` (6 V, 6 V) those of all poses together. `unknowns` of
+    lenses are about 0.
     """
 
     mean: FloatArray
     own: FloatArray
     stated: FloatArray
+    unknowns: int
     chain: FloatArray | None = None
 
-    def precision(self, own_sd: float) -> tuple[FloatArray, float]:
-        """The inverse (6 V, 6 V) of the covariance, and the covariance's log determinant."""
+    def precision(self, own_sd: float, lens_sd: float) -> tuple[FloatArray, float]:
+        """The inverse (m, m) of the covariance, m = 6 V + unknowns, and its log determinant."""
         covs = self.stated + own_sd**2 * self.own
         whole = covs if self.chain is None else (self.chain + block_diagonal(covs))[None]
         inverse = np.asarray(np.linalg.inv(whole), dtype=np.float64)
         log_det = float(np.linalg.slogdet(whole)[1].sum())
-        return block_diagonal((inverse + inverse.transpose(0, 2, 1)) / 2), log_det
+        of_poses = block_diagonal((inverse + inverse.transpose(0, 2, 1)) / 2)
+        belief = np.zeros((len(of_poses) + self.unknowns,) * 2)
+        belief[: len(of_poses), : len(of_poses)] = of_poses
+        lenses = np.arange(len(of_poses), len(belief))
+        belief[lenses, lenses] = 1.0 / lens_sd**2
+        return belief, log_det + 2 * self.unknowns * float(np.log(lens_sd))
 
-    def weighted(self, weight: FloatArray) -> "PosePrior":
+    def off(self, twists: FloatArray, lens: FloatArray) -> FloatArray:
+        """How far twists (V, 6) and the lenses' unknowns (C, 2) are from the mean, (m,)."""
+        return np.concatenate([(twists - self.mean).ravel(), lens.ravel()])
+
+    def weighted(self, weight: FloatArray) -> "Prior":
         """The same where views almost alike share their own errors (each 1 / weight as large)."""
         return replace(self, own=self.own / weight[:, None, None])
 
-    def some(self, chosen: NDArray[np.intp]) -> "PosePrior":
+    def some(self, chosen: NDArray[np.intp]) -> "Prior":
         """That of the chosen views (indices) alone."""
         rows = (6 * chosen[:, None] + np.arange(6)).ravel()
         chain = None if self.chain is None else self.chain[np.ix_(rows, rows)]
-        return PosePrior(self.mean[chosen], self.own[chosen], self.stated[chosen], chain)
+        own, stated = self.own[chosen], self.stated[chosen]
+        return Prior(self.mean[chosen], own, stated, self.unknowns, chain)
 
 
-def pose_prior(
-    poses: Sequence[Pose], errors: PoseErrors | None, about: FloatArray, distance: float
-) -> PosePrior:
-    """The prior of the twists about a point (3,) that move these poses, V of them.
+def prior_of(
+    poses: Sequence[Pose],
+    errors: PoseErrors | None,
+    about: FloatArray,
+    distance: float,
+    unknowns: int = 0,
+) -> Prior:
+    """The prior of the twists about a point (3,) that move these poses, and of lenses' unknowns.
 
     An own error is as large in place as in turn, as seen from the cameras: by the same angle at
     this distance.
@@ -64,13 +80,13 @@ def pose_prior(
     own = np.array([of_twist(pose, by_angle, about) for pose in poses]) / scale
     nothing = np.zeros_like(own)
     if errors is None:
-        return PosePrior(np.zeros((len(poses), 6)), own, nothing)
+        return Prior(np.zeros((len(poses), 6)), own, nothing, unknowns)
     mean = np.array([_twist(p, q, about) for p, q in zip(poses, errors.poses, strict=True)]) / unit
     pairs = zip(poses, errors.covariances, strict=True)
     stated = np.array([of_twist(pose, cov, about) for pose, cov in pairs]) / scale
     if errors.kind is PoseErrorKind.INDEPENDENT:
-        return PosePrior(mean, own, stated)
-    return PosePrior(mean, own, nothing, _chained(stated))
+        return Prior(mean, own, stated, unknowns)
+    return Prior(mean, own, nothing, unknowns, _chained(stated))
 
 
 def block_diagonal(blocks: FloatArray) -> FloatArray:
