@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InconsistentViewsError, InputError
+from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.reconstruct import reconstruct
@@ -49,6 +50,29 @@ def loops(scene: Scene, frame: Similarity | None = None) -> set[frozenset[int]]:
     true = TRUE if frame is None else frame.scale * TRUE @ frame.rotation.T + frame.shift
     owner = np.linalg.norm(scene.points[:, None] - true[None], axis=-1).argmin(axis=1)
     return {frozenset(int(owner[v]) for v in f.outline) for f in scene.faces}
+
+
+@pytest.mark.parametrize("front_end", FRONT_ENDS)
+def test_a_wrong_focal_length_is_named_and_the_right_one_used(front_end: str) -> None:
+    views = tuple(replace(v, camera=v.camera.zoomed(0.95)) for v in tour("block"))
+    scene = scene_of(views, front_end)
+    assert len(scene.vertices) == 8
+    assert rms(scene) < 0.1
+    focal = views[0].camera.fx / 0.95
+    assert all(e.focal == pytest.approx(1 / 0.95, rel=2e-3) for e in scene.lenses)
+    (said,) = scene.warnings
+    assert f"focal length of {focal:.0f}."[:-2] in said
+    assert scene.views == tuple(v.name for v in views)
+
+
+def test_what_a_bent_lens_shows_is_seen_straight() -> None:
+    lens = Lens(tour("block")[0].camera, Distortion.POLYNOMIAL, (0.2, 0.0, 0.0, 0.0))
+    # Straight pictures of a pinhole that are bent the other way show what such a lens does.
+    bent = tuple(replace(v, image=lens.undistort(v.image)) for v in tour("block"))
+    scene = scene_of(bent, "lines")
+    assert len(scene.vertices) == 8
+    assert rms(scene) < 0.1
+    assert scene.lenses[0].radial == pytest.approx(-0.2, abs=0.05)
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)

@@ -99,6 +99,52 @@ def test_the_residuals_of_adjusted_views_are_the_pixels_noise() -> None:
     assert np.median(adjusted(1, 0.3, 0.005).residual) == pytest.approx(expected, rel=0.3)
 
 
+def through(tracks: Tracks, radial: float) -> Tracks:
+    """The same seen by a lens with a radial distortion."""
+    off = tracks.uv - [CAMERA.cx, CAMERA.cy]
+    r2 = ((off / CAMERA.fx) ** 2).sum(axis=-1)
+    return replace(tracks, uv=tracks.uv + off * (radial * r2)[..., None])
+
+
+@pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (0.1, 0.001), (1.0, 0.01)])
+def test_a_lens_as_stated_is_left_alone(degrees: float, metres: float) -> None:
+    found = [adjusted(seed, degrees, metres) for seed in range(12)]
+    assert not any(f.lens_errors for f in found)
+
+
+@pytest.mark.parametrize(("degrees", "metres"), [(0.0, 0.0), (0.1, 0.001), (1.0, 0.01)])
+@pytest.mark.parametrize(("stated", "radial"), [(0.9, 0.0), (1.1, 0.0), (0.98, 0.0), (1.0, -0.1)])
+def test_a_wrong_lens_is_found_whatever_the_poses(
+    stated: float, radial: float, degrees: float, metres: float
+) -> None:
+    off_by, shapes = [], []
+    for seed in range(3):
+        views = off(ring(), seed, degrees, metres)
+        wrong = tuple(replace(v, camera=v.camera.zoomed(stated)) for v in views)
+        start = CORNERS + np.random.default_rng([seed, 3]).normal(0.0, 0.003, CORNERS.shape)
+        found = adjust(through(tracks_of(ring(), seed), radial), wrong, start)
+        error = found.lens_errors[0]
+        off_by += [
+            (error.focal * stated - 1.0) / (stated * error.focal_sd),
+            (error.radial - radial) / error.radial_sd,
+        ]
+        shapes.append(shape_rms(found.points))
+        assert error.focal_sd < 0.002
+    assert np.abs(off_by).max() < 3.5
+    assert max(shapes) < 1e-3
+
+
+def test_a_lens_that_nobody_calibrated_is_in_the_covariances() -> None:
+    tracks, views = tracks_of(ring(), 2), ring()
+    sure = adjusted_points(tracks, views)
+    unsure = adjusted_points(tracks, views, lens_is_off=True)
+    assert unsure.adjusted is not None
+    assert len(unsure.adjusted.lens_errors) == len(views)
+    size = [np.sqrt(np.trace(found.covs, axis1=1, axis2=2)).mean() for found in (sure, unsure)]
+    assert size[1] > 1.5 * size[0]
+    assert nees(unsure.points, unsure.covs) < 1.5
+
+
 def test_the_mean_of_the_poses_given_holds_the_gauge() -> None:
     views = off(ring(), 4, 0.3, 0.005)
     found = adjust(tracks_of(ring(), 4), views, CORNERS)
