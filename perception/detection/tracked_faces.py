@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from facetlog.perception.types import FloatArray, Track
 
-__all__ = ["FacePlane", "TrackedFace", "TrackedFaces"]
+__all__ = ["Completion", "FacePlane", "TrackedFace", "TrackedFaces"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -20,12 +20,26 @@ class FacePlane:
 class TrackedFace:
     """A face as a loop of tracks (indices), counter-clockwise seen from outside.
 
-    `support` in [0, 1] is that of `Face`. `plane` is where the front end has it, if it knows.
+    `support` in [0, 1] is that of `Face`. `plane` is where the front end has it, if it knows; no
+    view shows a face that is `implied`.
     """
 
     outline: tuple[int, ...]
     support: float = 1.0
     plane: FacePlane | None = None
+    implied: bool = False
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Completion:
+    """A track that may be seen too little for a point: it lies off another by `offset` (3,), to a
+    standard deviation of `sd` along each axis.
+    """
+
+    track: int
+    beside: int
+    offset: FloatArray
+    sd: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +48,8 @@ class TrackedFaces:
 
     `weight` has one number in (0, 1] for each view: how much it counts beside views almost like
     it. `edges` are straight edges between tracks that bound no face. `stand_ins` are the first
-    tracks once more, where the faces' outlines have them, for those that the pictures do not fix.
+    tracks once more, where the faces' outlines have them, for those that the pictures do not fix;
+    `completions` say where the last resort has them.
     `used` are the views (indices) of which all this speaks, in whose order it numbers views: all
     where it is None. `ground` is the plane that everything stands on, where there is one: a normal
     (3,) to the cameras' side, and the height along it.
@@ -45,6 +60,7 @@ class TrackedFaces:
     weight: tuple[float, ...]
     edges: tuple[tuple[int, int], ...] = ()
     stand_ins: tuple[Track, ...] = ()
+    completions: tuple[Completion, ...] = ()
     warnings: tuple[str, ...] = ()
     used: tuple[int, ...] | None = None
     ground: tuple[FloatArray, float] | None = None

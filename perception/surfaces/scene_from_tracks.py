@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.tracked_faces import FacePlane, TrackedFaces
+from facetlog.perception.detection.tracked_faces import Completion, FacePlane, TrackedFaces
 from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
     AdjustedPoints,
     adjusted_points,
@@ -14,7 +14,7 @@ from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import Tracks
 from facetlog.perception.estimation.plane_filter import fit_plane
 from facetlog.perception.estimation.point_filter import estimate_point
-from facetlog.perception.scene import Edge, Face, Scene, Vertex
+from facetlog.perception.scene import Edge, Evidence, Face, Scene, Vertex
 from facetlog.perception.types import FloatArray, Observation, PoseErrors, Track, View
 
 __all__ = ["assemble"]
@@ -67,6 +67,8 @@ def assemble(
     for face in tracked.faces:
         if face.plane is not None:
             _onto(face.plane, list(face.outline), found)
+    for c in tracked.completions:
+        _complete(c, found)
     points, covs, used, ok = found.points, found.covs, found.used, found.ok
     cov = found.factor * seen.noise(found.extra_px)
 
@@ -95,6 +97,7 @@ def assemble(
     )
     faces: list[Face] = []
     support: dict[tuple[int, int], float] = {}
+    measured: set[tuple[int, int]] = set()
     for face in tracked.faces:
         if not all(k in number for k in face.outline):
             continue
@@ -107,18 +110,26 @@ def assemble(
         # Newell's normal: the loop runs counter-clockwise about the outward side.
         newell = np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
         plane = fit.plane if newell @ fit.plane.normal > 0 else fit.plane.flipped()
-        faces.append(Face(loop, plane, support=face.support))
+        evidence = Evidence.IMPLIED if face.implied else Evidence.MEASURED
+        faces.append(Face(loop, plane, support=face.support, evidence=evidence))
         for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
             side = (min(a, b), max(a, b))
             support[side] = max(support.get(side, 0.0), face.support)
+            if not face.implied:
+                measured.add(side)
     for a, b in tracked.edges:
         if a in number and b in number:
-            support.setdefault((min(number[a], number[b]), max(number[a], number[b])), 1.0)
+            side = (min(number[a], number[b]), max(number[a], number[b]))
+            support.setdefault(side, 1.0)
+            measured.add(side)
     return Scene(
         name=name,
         views=tuple(v.name for v in views),
         vertices=vertices,
-        edges=tuple(Edge(a, b, s) for (a, b), s in sorted(support.items())),
+        edges=tuple(
+            Edge(*side, s, Evidence.MEASURED if side in measured else Evidence.IMPLIED)
+            for side, s in sorted(support.items())
+        ),
         faces=tuple(faces),
         up=up,
         metric=metric,
@@ -147,6 +158,16 @@ def _onto(plane: FacePlane, corners: Sequence[int], found: AdjustedPoints) -> No
         gain = across / (across @ normal + sds**2)[:, None]
         covs[corners] -= gain[:, :, None] * across[:, None]
     found.points[corners] += gain * (height - found.points[corners] @ normal)[:, None]
+
+
+def _complete(completion: Completion, found: AdjustedPoints) -> None:
+    # Where the pictures show a corner too little, what its face's neighbours say of it.
+    new, beside = completion.track, completion.beside
+    if found.ok[beside] and not found.ok[new]:
+        found.points[new] = found.points[beside] + completion.offset
+        for covs in (found.covs, found.shape_covs):
+            covs[new] = covs[beside] + completion.sd**2 * np.eye(3)
+        found.ok[new] = True
 
 
 def _stop_at(sd_limit: float, uv: FloatArray, cov: FloatArray, found: AdjustedPoints) -> int:

@@ -9,10 +9,18 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.line_front_end.side_fit import SideFits
+from facetlog.perception.detection.tracked_faces import Completion
 from facetlog.perception.ties import ascending
 from facetlog.perception.types import FloatArray, Observation, Track, View
 
-__all__ = ["Corners", "merge_corners", "outlined_tracks", "track_corners", "track_ends"]
+__all__ = [
+    "Corners",
+    "completed_corners",
+    "merge_corners",
+    "outlined_tracks",
+    "track_corners",
+    "track_ends",
+]
 
 # Corners of two faces are one vertex within this many px, and this share of a side that ends there,
 # and within so many of either's plane.
@@ -127,6 +135,29 @@ def outlined_tracks(
         placed = [(k, *project_points(views[k].projection, point)) for k in seen]
         tracks.append(Track(tuple(Observation(k, uv, cov) for k, uv, depth in placed if depth > 0)))
     return tuple(tracks)
+
+
+def completed_corners(
+    corners: Corners, faces: Sequence[SelectedFace], pixel: float
+) -> tuple[Completion, ...]:
+    """Where the corners lie that only faces have whose plane nothing but their neighbours tells.
+
+    Each beside a corner of a neighbour, as well known as an outline is; `pixel` as before.
+    """
+    known = {
+        v for loop, f in zip(corners.loops, faces, strict=True) if f.sds is not None for v in loop
+    }
+    found: dict[int, Completion] = {}
+    for loop in corners.loops:
+        for vertex, before, after in zip(
+            loop, loop[-1:] + loop[:-1], loop[1:] + loop[:1], strict=True
+        ):
+            beside = [v for v in (before, after) if v in known]
+            if vertex not in known and beside:
+                offset = corners.points[vertex] - corners.points[beside[0]]
+                sd = OUTLINE_SD_PX * pixel
+                found.setdefault(vertex, Completion(vertex, beside[0], offset, sd))
+    return tuple(found.values())
 
 
 def track_ends(

@@ -15,7 +15,6 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
     alike,
@@ -27,7 +26,6 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     FaceJudge,
 )
 from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
-from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
 from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
@@ -57,7 +55,6 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     covered_extents,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.detection.view_graph import ViewGraph
 from facetlog.perception.flat_faces import vector_area
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray, View
@@ -99,7 +96,8 @@ class SelectedFace:
     """An outline judged a face, its corners counter-clockwise seen from the side that views see.
 
     `shown` (V,) tells which views show it; `support` is the share of its sides on edges in those,
-    `seen` (n, 3) are points of its inside; to `sds` (k,) its plane is known at each corner.
+    `seen` (n, 3) are points of its inside; to `sds` (k,) its plane is known at each corner, where
+    it is known by itself.
     """
 
     corners: FloatArray
@@ -107,7 +105,7 @@ class SelectedFace:
     shown: NDArray[np.bool_]
     support: float
     seen: FloatArray
-    sds: FloatArray
+    sds: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -133,18 +131,17 @@ def select_faces(
     cloud: LineCloud,
     worth: FloatArray,
     views: Sequence[View],
-    maps: Sequence[EdgeMap],
-    graph: ViewGraph,
     profiles: LineProfiles,
     ground: Ground | None,
-    levels: GreyLevels,
-) -> tuple[SelectedFace, ...]:
-    """Faces on the planes, the best first; none of them is the ground.
+    witnesses: Witnesses,
+    sides: SideJudge,
+) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
+    """Faces on the planes, the best first, and in each view the pixels (H, W) that they explain, 1.
 
-    Of the cloud's lines `worth` (n,) is their log-likelihood ratio, and `profiles` say how far they
-    are covered.
+    None of them is the ground. Of the cloud's lines `worth` (n,) is their log-likelihood ratio, and
+    `profiles` say how far they are covered.
     """
-    return _Selection(planes, cloud, worth, views, maps, graph, profiles, ground, levels).run()
+    return _Selection(planes, cloud, worth, views, profiles, ground, witnesses, sides).run()
 
 
 class _Selection:
@@ -154,26 +151,24 @@ class _Selection:
         cloud: LineCloud,
         worth: FloatArray,
         views: Sequence[View],
-        maps: Sequence[EdgeMap],
-        graph: ViewGraph,
         profiles: LineProfiles,
         ground: Ground | None,
-        levels: GreyLevels,
+        witnesses: Witnesses,
+        sides: SideJudge,
     ) -> None:
         self._cloud = cloud
         self._profiles = profiles
         self._extents = covered_extents(cloud.segments, profiles)
         self._views = views
-        self._centres = np.array([view.pose.centre for view in views])
         self._pixel = cloud.pixel
-        self._sides = SideJudge(views, maps, graph.weight)
+        self._sides = sides
         self._ground = ground
-        self._witnesses = Witnesses(views, levels, graph.weight)
+        self._witnesses = witnesses
         self._judge = FaceJudge(self._witnesses, self._sides, ground)
         chosen = choose_planes(planes, cloud, worth, ground, self._beside, LEAST_PRICE)
         self._planes = list(chosen)
         self._finder = RegionFinder(
-            views, levels, graph.weight, cloud.segments, ground, cloud.pixel
+            views, witnesses.levels, witnesses.weight, cloud.segments, ground, cloud.pixel
         )
         self._taken = [np.zeros(view.image.shape, dtype=np.uint8) for view in views]
         self._faces: list[SelectedFace] = []
@@ -185,7 +180,7 @@ class _Selection:
         lines = self._cloud.segments[plane.lines]
         return surface_beside(self._witnesses, plane.normal, lines, self._pixel)
 
-    def run(self) -> tuple[SelectedFace, ...]:
+    def run(self) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
         for plane, chosen in enumerate(self._planes):
             self._push(chosen.promise - LEAST_PRICE, plane)
         searched: dict[tuple[int, float], int] = {}
@@ -216,7 +211,7 @@ class _Selection:
             if searched.get((plane, side), len(self._faces)) < len(self._faces):
                 searched[plane, side] = len(self._faces)
                 self._search(plane, side)
-        return tuple(self._faces)
+        return tuple(self._faces), tuple(self._taken)
 
     def _look_over(self, plane: int) -> None:
         hypothesis = self._planes[plane].plane
@@ -376,7 +371,7 @@ class _Selection:
         near = SAME_PLANE_PX * self._pixel
         if overlap(corners, normal, face.corners, face.normal, near):
             return True
-        centres, free = self._centres[face.shown], FREE_PX * self._pixel
+        centres, free = self._witnesses.centres[face.shown], FREE_PX * self._pixel
         hides = blocked(corners, normal, face.seen, centres, free)
         return bool(hides.mean() > MAX_BLOCKED)
 

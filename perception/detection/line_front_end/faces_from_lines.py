@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
 from facetlog.perception.detection.line_front_end.corner_tracks import (
+    completed_corners,
     merge_corners,
     outlined_tracks,
     track_corners,
@@ -17,8 +18,10 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
 from facetlog.perception.detection.line_front_end.evidence.exposure import exposures
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.face_selection import select_faces
+from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
+from facetlog.perception.detection.line_front_end.face_selection import SelectedFace, select_faces
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
+from facetlog.perception.detection.line_front_end.neighbouring_faces import neighbouring_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_hypotheses
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
@@ -124,11 +127,16 @@ def _tracked(
     with clock.step("faces"):
         planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
-        worth = SideJudge(views, maps, graph.weight).worth(cloud.segments)
+        side_judge = SideJudge(views, maps, graph.weight)
+        worth = side_judge.worth(cloud.segments)
         ground = find_ground(planes, cloud, worth, views, graph.distance, up)
         exposure = exposures(cloud.segments, use, views)
         levels = GreyLevels(views, maps, exposure, pictures.noises)
-        faces = select_faces(planes, cloud, worth, views, maps, graph, profiles, ground, levels)
+        witnesses = Witnesses(views, levels, graph.weight)
+        faces, taken = select_faces(
+            planes, cloud, worth, views, profiles, ground, witnesses, side_judge
+        )
+        faces += neighbouring_faces(faces, witnesses, side_judge, taken, ground, cloud.pixel)
     weight = tuple(float(w) for w in graph.weight)
     level = None if ground is None else (ground.normal, ground.height)
     if not faces:
@@ -145,12 +153,17 @@ def _tracked(
         tracks = track_corners(corners, views, [f.part(0, count) for f in fits])
         outlined = outlined_tracks(corners, shown, views)
         ends = track_ends(loose, use[of_cloud], views, [f.part(count, len(sides)) for f in fits])
-    tracked = tuple(
-        TrackedFace(loop, f.support, FacePlane(f.normal, float(f.normal @ f.corners[0]), f.sds))
-        for loop, f in zip(corners.loops, faces, strict=True)
-    )
+    tracked = tuple(map(_tracked_face, corners.loops, faces))
     first = len(tracks)
     edges = tuple((first + 2 * k, first + 2 * k + 1) for k in range(len(loose)))
     own = tuple(in_own_pixels(track, pictures.factors) for track in (*tracks, *ends))
     stand_ins = tuple(in_own_pixels(track, pictures.factors) for track in outlined)
-    return TrackedFaces(own, tracked, weight, edges, stand_ins, ground=level)
+    completions = completed_corners(corners, faces, cloud.pixel)
+    return TrackedFaces(own, tracked, weight, edges, stand_ins, completions, ground=level)
+
+
+def _tracked_face(loop: tuple[int, ...], face: SelectedFace) -> TrackedFace:
+    plane = None
+    if face.sds is not None:
+        plane = FacePlane(face.normal, float(face.normal @ face.corners[0]), face.sds)
+    return TrackedFace(loop, face.support, plane, implied=not face.shown.any())

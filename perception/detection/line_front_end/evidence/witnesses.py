@@ -32,7 +32,7 @@ class Witnesses:
         self.weight = weight
         self.focal = float(np.median([view.camera.fx for view in views]))
         self._sizes = np.array([view.image.shape[::-1] for view in views])
-        self._levels = levels
+        self.levels = levels
 
     def facing(self, middle: FloatArray, normal: FloatArray) -> NDArray[np.intp]:
         """The views (v,) before a plane through a point (3,) that do not see it edge-on."""
@@ -78,4 +78,4 @@ class Witnesses:
         if taken is not None:
             column, row = np.where(seen[..., None], np.rint(uv), 0).astype(np.intp).T
             seen &= np.array([taken[k][row[:, n], column[:, n]] == 0 for n, k in enumerate(views)])
-        return self._levels.read(views, uv.transpose(2, 0, 1), seen), seen
+        return self.levels.read(views, uv.transpose(2, 0, 1), seen), seen

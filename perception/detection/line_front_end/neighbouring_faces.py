@@ -1,0 +1,199 @@
+"""Faces that found ones propose beside them, where too few views see a face to compare.
+
+A face is found where views agree on what it shows; a side that one view sees, or none, is not. But
+where two faces meet along a side, what lies between their next sides is most likely the third face
+of a corner; and what is bounded above often stands on the ground. Where a view or two see such a
+face, its own edges must be there; where it is hidden from all that it is turned to, it is implied,
+and no more. What no view is turned to is not proposed: a table has no bottom.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
+    MAX_BLOCKED,
+    blocked,
+    overlap,
+)
+from facetlog.perception.detection.line_front_end.evidence.face_evidence import (
+    SEEN_SHARE,
+    inner_points,
+)
+from facetlog.perception.detection.line_front_end.evidence.half_planes import MIN_WEIGHT
+from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
+from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
+from facetlog.perception.detection.line_front_end.face_selection import (
+    FREE_PX,
+    MIN_COVERAGE,
+    SAME_PLANE_PX,
+    SelectedFace,
+)
+from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
+from facetlog.perception.flat_faces import vector_area
+from facetlog.perception.ties import descending
+from facetlog.perception.types import FloatArray
+
+__all__ = ["neighbouring_faces"]
+
+# Two faces share a side whose ends lie so near together, px: as near as corners become one.
+SHARED_PX = 8.0
+# Three or more distinct views of a face have had their say of it.
+JUDGED_WEIGHT = 3.0
+# Three sides propose the fourth: with so many of them on found faces a face is there unseen.
+ENOUGH_KNOWN = 3
+# Less than one in a thousand scenes may show edges so by chance.
+CHANCE_PRICE = float(np.log(1000.0))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Proposal:
+    ring: FloatArray  # (4, 3), counter-clockwise seen from outside
+    normal: FloatArray  # (3,) outwards
+    known: NDArray[np.bool_]  # (4,) which of its sides are those of found faces
+
+
+def neighbouring_faces(
+    faces: Sequence[SelectedFace],
+    witnesses: Witnesses,
+    sides: SideJudge,
+    taken: Sequence[NDArray[np.uint8]],
+    ground: Ground | None,
+    pixel: float,
+) -> tuple[SelectedFace, ...]:
+    """The faces that found ones propose, those whose edges are shown the most clearly first.
+
+    Of those that are implied no view shows anything. `taken` are the pixels that found faces
+    explain, V pictures of 0 and 1; `pixel` is a pixel's length at the usual distance.
+    """
+    proposals = [
+        p
+        for p in _proposals(faces, ground, pixel)
+        if not (ground is not None and ground.holds(p.ring).all())
+        and _is_free(p, faces, witnesses, pixel)
+    ]
+    price = CHANCE_PRICE + float(np.log(max(len(proposals), 1)))
+    found = [_judged(p, witnesses, sides, taken, price) for p in proposals]
+    judged = [each for each in found if each is not None]
+    kept: list[SelectedFace] = []
+    near = SAME_PLANE_PX * pixel
+    for k in descending(np.array([worth for _, worth in judged])):
+        face = judged[k][0]
+        if not any(overlap(face.corners, face.normal, o.corners, o.normal, near) for o in kept):
+            kept.append(face)
+    return tuple(kept)
+
+
+def _proposals(
+    faces: Sequence[SelectedFace], ground: Ground | None, pixel: float
+) -> Iterator[_Proposal]:
+    near = SHARED_PX * pixel
+    for face in faces:
+        ring = face.corners
+        for k, end in enumerate(ring):
+            start, before, after = ring[k - 1], ring[k - 2], ring[(k + 1) % len(ring)]
+            others = [f.corners for f in faces if f is not face]
+            if any(_shared(other, start, end, near) is not None for other in others):
+                continue
+            for at, beyond in ((start, before), (end, after)):
+                for other in others:
+                    arm = _shared(other, at, beyond, near)
+                    if arm is not None:
+                        yield _proposal(start, end, arm, arm, faces, near)
+            drop = _drop(start, end, ground)
+            if drop is not None:
+                yield _proposal(start, end, *drop, faces, near)
+
+
+def _shared(
+    corners: FloatArray, at: FloatArray, beyond: FloatArray, near: float
+) -> FloatArray | None:
+    # Where a polygon has a side from one point to the other: its next side from the first, (3,).
+    for way in (corners, corners[::-1]):
+        ahead = np.roll(way, -1, axis=0)
+        apart = np.maximum(np.linalg.norm(way - at, axis=1), np.linalg.norm(ahead - beyond, axis=1))
+        k = int(apart.argmin())
+        if apart[k] < near:
+            return np.asarray(way[k - 1] - way[k])
+    return None
+
+
+def _drop(
+    start: FloatArray, end: FloatArray, ground: Ground | None
+) -> tuple[FloatArray, FloatArray] | None:
+    # From both ends of a side down to the ground.
+    if ground is None:
+        return None
+    across = np.cross(end - start, ground.normal)
+    size = float(np.linalg.norm(across))
+    if not size:
+        return None
+    ring = ground.down_from(np.array([start, end]), across / size)
+    return (ring[3] - start, ring[2] - end) if len(ring) else None
+
+
+def _proposal(
+    start: FloatArray,
+    end: FloatArray,
+    from_start: FloatArray,
+    from_end: FloatArray,
+    faces: Sequence[SelectedFace],
+    near: float,
+) -> _Proposal:
+    # A face turns clockwise about what lies beyond its own sides: there the thing bulges.
+    ring = np.array([end, start, start + from_start, end + from_end])
+    normal = vector_area(ring)
+    known = [
+        any(_shared(f.corners, a, b, near) is not None for f in faces)
+        for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True)
+    ]
+    return _Proposal(ring, normal / np.linalg.norm(normal), np.array(known))
+
+
+def _is_free(
+    proposal: _Proposal, faces: Sequence[SelectedFace], witnesses: Witnesses, pixel: float
+) -> bool:
+    # It lies on no found face and hides none from the views that show it.
+    ring, normal = proposal.ring, proposal.normal
+    for f in faces:
+        if overlap(ring, normal, f.corners, f.normal, SAME_PLANE_PX * pixel):
+            return False
+        centres = witnesses.centres[f.shown]
+        hides = blocked(ring, normal, f.seen, centres, FREE_PX * pixel)
+        if hides.sum() > MAX_BLOCKED * hides.size:
+            return False
+    return True
+
+
+def _judged(
+    proposal: _Proposal,
+    witnesses: Witnesses,
+    sides: SideJudge,
+    taken: Sequence[NDArray[np.uint8]],
+    price: float,
+) -> tuple[SelectedFace, float] | None:
+    # The face, if the views that it is turned to do not speak against it, and what for it.
+    ring, normal = proposal.ring, proposal.normal
+    points = inner_points(ring, normal)
+    views = witnesses.facing(ring.mean(axis=0), normal)
+    if not len(views) or not len(points):
+        return None
+    result, seen = witnesses.agree(views, points, taken)
+    views = views[seen.mean(axis=1) > SEEN_SHARE]
+    shown = np.zeros(len(witnesses.weight), dtype=np.bool_)
+    shown[views] = True
+    if not len(views):
+        implied = SelectedFace(ring, normal, shown, 0.0, points)
+        return (implied, 0.0) if proposal.known.sum() >= ENOUGH_KNOWN else None
+    weight = float(witnesses.weight[views].sum())
+    if weight >= JUDGED_WEIGHT or (weight >= MIN_WEIGHT and result.ratio.mean() < 0):
+        return None
+    evidence = sides.evidence(views, np.stack([ring, np.roll(ring, -1, axis=0)], axis=1))
+    new = ~proposal.known if not proposal.known.all() else proposal.known
+    hit = evidence.found.sum(axis=(0, 2)) / np.maximum(evidence.there.sum(axis=(0, 2)), 1)
+    worth = float((witnesses.weight[views] @ evidence.ratio)[new].sum())
+    if (hit[new] < MIN_COVERAGE).any() or worth < price:
+        return None
+    return SelectedFace(ring, normal, shown, float(hit.mean()), points), worth
