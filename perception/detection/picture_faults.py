@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from facetlog.errors import InputError
 from facetlog.perception.detection.picture_noise import noise_sd
+from facetlog.perception.first_names import named
+from facetlog.perception.reading.picture_file import LEAST_SIDE_PX
 from facetlog.perception.types import FloatArray, Image, View
 
-__all__ = ["blur_px", "named", "nothing_shown", "usable_views"]
+__all__ = ["blur_px", "nothing_shown", "usable_views"]
 
-LEAST_SIDE_PX = 9
-"""What the filters that find edges span."""
 DARK, BRIGHT = 40.0, 215.0
 """Grey levels of an empty picture, below which it is called black and above which saturated."""
 ENDS = (0.001, 0.999)
@@ -42,7 +42,6 @@ so far out only motion or a lens out of focus brings a picture."""
 MUCH = 2.0
 """A blur less than so many times the others' costs little: its edges are just less sure."""
 MEDIAN_OF_NORMAL = 0.6745
-NAMED = 3
 
 
 def usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[str, ...]]:
@@ -137,13 +136,3 @@ def _too_many_empty(views: Sequence[View], empty: dict[int, str]) -> str:
         f"{which} {kind} ({named([views[k].name for k in empty])}): "
         "check the files, exposure and lens cap"
     )
-
-
-def named(names: Sequence[str]) -> str:
-    """The first names and how many more there are.
-
-    >>> named(["a.png", "b.png", "c.png", "d.png", "e.png"])
-    'a.png, b.png, c.png and 2 more'
-    """
-    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
-    return ", ".join(names[:NAMED]) + more

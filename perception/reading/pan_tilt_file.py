@@ -12,6 +12,7 @@ import io
 import math
 import tomllib
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -118,7 +119,8 @@ def _picture(
         pose = pan_tilt_pose(x * scale, y * scale, z * scale, *angles)
     except CalibrationError as exc:
         raise CalibrationError(f"{where}: {exc}") from exc
-    return PosedPicture(name, path.parent / name, intrinsics, pose)
+    of_picture = replace(intrinsics, where=f"{where} ({name!r:.80})")
+    return PosedPicture(name, path.parent / name, of_picture, pose)
 
 
 def _finite(text: str, key: str, where: str) -> float:

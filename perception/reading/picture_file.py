@@ -17,7 +17,7 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.types import Image
 
-__all__ = ["read_picture"]
+__all__ = ["LEAST_SIDE_PX", "read_picture"]
 
 KINDS = "JPEG, PNG, TIFF, BMP, WebP or PNM"
 # Neither turned by EXIF (poses and intrinsics belong to the picture as stored) nor in colour.
@@ -25,12 +25,14 @@ DECODE_FLAGS = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_OR
 # Of 16 bits the upper 8 are used: pictures of up to 12 bits that were not brought to their range
 # would be black.
 LEAST_OF_16_BITS = 1 << 12
+LEAST_SIDE_PX = 9
+"""What the filters that find edges span: a smaller picture shows none."""
 # What libjpeg says of a picture that has all its markers but not all its data.
 DAMAGE = b"Corrupt JPEG data"
 
 
 def read_picture(path: Path) -> Image:
-    """The picture as stored, grey, (H, W) uint8; InputError if missing, damaged or none at all."""
+    """The picture as stored, grey, (H, W) uint8; InputError if missing, damaged, tiny or none."""
     try:
         if path.exists() and not path.is_file():
             raise InputError(f"{path} is not a file: give the picture itself")
@@ -49,6 +51,12 @@ def read_picture(path: Path) -> Image:
     decoded, chatter = _decode(data)
     if decoded is None or DAMAGE in chatter:
         raise InputError(f"picture {path} is damaged: copy it again from its source")
+    height, width = decoded.shape
+    if min(height, width) < LEAST_SIDE_PX:
+        raise InputError(
+            f"picture {path} is {width} x {height} px, too small to show anything: "
+            "copy it again from its source"
+        )
     image = _eight_bits(decoded, path)
     image.setflags(write=False)
     return image
@@ -68,7 +76,7 @@ def _eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:
     brightest = int(decoded.max(initial=0))
     if 0 < brightest < LEAST_OF_16_BITS:
         raise InputError(
-            f"picture {path} has 16 bits, yet no level above {brightest}: "
+            f"picture {path} has 16 bits, yet no level above {LEAST_OF_16_BITS - 1}: "
             "write it with 8 bits, or with levels up to 65535"
         )
     return np.ascontiguousarray(np.asarray(decoded) // 256, dtype=np.uint8)

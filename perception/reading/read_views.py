@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.reading.left_out import LeftOut, lines_of
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.pan_tilt_file import CAMERA_FILE, COLUMNS, read_pan_tilt
 from facetlog.perception.reading.picture_file import read_picture
@@ -32,10 +33,11 @@ SAME_PLACE = 1e-9
 class ViewSet:
     """The views of one set, what it is called, and what is known of its world.
 
-    `problems` has one line for each picture that could not be read and was left out. `up` is a
-    unit vector or None, `metric` says that lengths are metres. `source` is the poses file, None
-    for views that come from no file. `pose_errors` are those of the poses, where the file states
-    the covariance of each; they keep the poses of the file, whatever becomes of the views'.
+    `problems` has one line for each kind of fault for which pictures were left out; how many they
+    are is `left_out`. `up` is a unit vector or None, `metric` says that lengths are metres.
+    `source` is the poses file, None for views that come from no file. `pose_errors` are those of
+    the poses, where the file states the covariance of each; they keep the poses of the file,
+    whatever becomes of the views'.
     """
 
     name: str
@@ -45,6 +47,7 @@ class ViewSet:
     metric: bool = False
     source: Path | None = None
     pose_errors: PoseErrors | None = None
+    left_out: int = 0
 
 
 def read_views(
@@ -79,17 +82,17 @@ def read_views(
     _check_names(file.pictures, source)
     views: list[View] = []
     used: list[PosedPicture] = []
-    problems: list[str] = []
+    left_out: list[LeftOut] = []
     lenses: dict[Lens, Lens] = {}  # one set-up of the undistortion for all pictures of a lens
     for done, picture in enumerate(file.pictures, start=1):
         try:
             image = read_picture(picture.path)
         except InputError as exc:
-            problems.append(str(exc))
+            left_out.append(LeftOut(picture.name, str(exc), str(picture.path)))
         else:
             width, height = image.shape[1], image.shape[0]
             if fault := picture.intrinsics.size_fault(width, height):
-                problems.append(fault)
+                left_out.append(LeftOut(picture.name, fault, picture.intrinsics.where))
             else:
                 lens = picture.intrinsics.lens(width, height)
                 lens = lenses.setdefault(lens, lens)
@@ -100,17 +103,19 @@ def read_views(
     odd = _odd_sizes(used, views, source)
     views = [view for k, view in enumerate(views) if k not in odd]
     covariances = [picture.covariance for k, picture in enumerate(used) if k not in odd]
-    problems += odd.values()
+    left_out += odd.values()
     if len(views) < LEAST_VIEWS:
-        raise InputError(_too_few(source, len(views), problems))
+        raise InputError(_too_few(source, len(views), left_out))
     _check_places(views, source)
     name = source.resolve().parent.name or "views"  # "/" has no name
     stated = [cov for cov in covariances if cov is not None]
     errors = None
     if len(stated) == len(views):
         errors = PoseErrors(tuple(v.pose for v in views), np.array(stated), file.error_kind)
-    said = tuple(f"{problem}; left out" for problem in problems)
-    return ViewSet(name, tuple(views), said, file.up, file.metric, source, errors)
+    said = lines_of(left_out)
+    return ViewSet(
+        name, tuple(views), said, file.up, file.metric, source, errors, left_out=len(left_out)
+    )
 
 
 def _poses_path(path: Path) -> Path:
@@ -165,8 +170,8 @@ def _check_names(pictures: Sequence[PosedPicture], source: Path) -> None:
 
 def _odd_sizes(
     pictures: Sequence[PosedPicture], views: Sequence[View], source: Path
-) -> dict[int, str]:
-    """Which pictures are not of the size of most that their camera took, and a line about each.
+) -> dict[int, LeftOut]:
+    """Which pictures are not of the size of most that their camera took.
 
     Only of cameras that are written in pixels and do not say of what size their pictures are.
     CalibrationError where most of one camera are of no one size.
@@ -175,7 +180,7 @@ def _odd_sizes(
     for k, picture in enumerate(pictures):
         if picture.intrinsics.suits_one_size:
             of_camera.setdefault(replace(picture.intrinsics, where=""), []).append(k)
-    odd: dict[int, str] = {}
+    odd: dict[int, LeftOut] = {}
     for same in of_camera.values():
         sizes = [views[k].stored_size for k in same]
         (usual, count), *_ = Counter(sizes).most_common()
@@ -186,19 +191,21 @@ def _odd_sizes(
             )
         for k, (width, height) in zip(same, sizes, strict=True):
             if (width, height) != usual:
-                odd[k] = (
-                    f"{pictures[k].intrinsics.where}: the picture is {width} x {height}, most of "
-                    f"its camera are {usual[0]} x {usual[1]}: give it a camera of its own"
+                where = pictures[k].intrinsics.where
+                line = (
+                    f"{where}: the picture is {width} x {height}, most of its camera are "
+                    f"{usual[0]} x {usual[1]}: give it a camera of its own"
                 )
+                odd[k] = LeftOut(pictures[k].name, line, where)
     return odd
 
 
-def _too_few(source: Path, usable: int, problems: Sequence[str]) -> str:
+def _too_few(source: Path, usable: int, left_out: Sequence[LeftOut]) -> str:
     count = f"{source}: {usable or 'no'} usable {'view' if usable == 1 else 'views'}"
-    if not problems:
+    if not left_out:
         return f"{count}: give at least {LEAST_VIEWS}, from different places"
-    more = f" (and {len(problems) - 1} more)" if len(problems) > 1 else ""
-    return f"{count}, {LEAST_VIEWS} are needed: {problems[0]}{more}"
+    more = f" (and {len(left_out) - 1} more)" if len(left_out) > 1 else ""
+    return f"{count}, {LEAST_VIEWS} are needed: {left_out[0].line}{more}"
 
 
 def _check_places(views: Sequence[View], source: Path) -> None:

@@ -267,7 +267,6 @@ def _write_other_size(folder: Path, k: int, size: tuple[int, int]) -> None:
         ((40, 32), "use the pictures at the size"),
         ((32, 48), "the way round that the camera was calibrated"),
         ((24, 16), r"0\.5 times the size, scale the camera"),
-        ((1, 1), "use the pictures at the size"),
     ],
 )
 def test_a_picture_that_is_not_of_its_cameras_size_is_named_and_left_out(
@@ -282,6 +281,38 @@ def test_a_picture_that_is_not_of_its_cameras_size_is_named_and_left_out(
         rf"frame 3 .*{size[0]} x {size[1]}, its camera says 48 x 32.*{remedy}", problem
     )
     assert problem.endswith("left out")
+
+
+def test_a_picture_of_one_pixel_is_none_whatever_its_camera(tmp_path: Path) -> None:
+    folder = write_transforms(tmp_path, transforms(4), 4)
+    _write_other_size(folder, 2, (1, 1))
+    found = read_views(folder)
+    assert len(found.views) == 3
+    (problem,) = found.problems
+    assert f"{folder / 'images' / '2.png'} is 1 x 1 px, too small to show anything" in problem
+    assert "scale the camera" not in problem
+
+
+def test_a_picture_of_a_tour_that_is_not_of_its_cameras_size_is_named(tmp_path: Path) -> None:
+    row = "2.png,9,0,10,10,-90,0\n"
+    folder = write_tour(tmp_path, POSES + row)
+    cv2.imwrite(str(folder / "2.png"), np.asarray(cv2.resize(picture(2), (40, 32))))
+    (problem,) = read_views(folder).problems
+    assert "poses.csv:5 ('2.png'): the picture is 40 x 32, its camera says 48 x 32" in problem
+
+
+def test_a_fault_that_many_pictures_have_is_one_line(tmp_path: Path) -> None:
+    folder = write_transforms(tmp_path, transforms(14), 14)
+    for k in range(12):
+        path = folder / "images" / f"{k}.png"
+        cv2.imwrite(str(path), picture(k).astype(np.uint16) << 2)
+    found = read_views(folder)
+    assert (len(found.views), found.left_out) == (2, 12)
+    (problem,) = found.problems
+    assert "0.png has 16 bits, yet no level above 4095: write it with 8 bits" in problem
+    assert problem.endswith(
+        "left out, and so are images/1.png, images/2.png, images/3.png and 8 more"
+    )
 
 
 def test_pictures_that_are_all_of_another_size_are_an_error(tmp_path: Path) -> None:

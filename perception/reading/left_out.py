@@ -1,0 +1,36 @@
+"""Pictures of a poses file that cannot be used: one line for each kind of fault, however many."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from facetlog.perception.first_names import named
+
+__all__ = ["LeftOut", "lines_of"]
+
+
+@dataclass(frozen=True, slots=True)
+class LeftOut:
+    """A picture's name, the line that says what is wrong with it, and its `place` in that line."""
+
+    name: str
+    line: str
+    place: str
+
+
+def lines_of(left_out: Iterable[LeftOut]) -> tuple[str, ...]:
+    """What is wrong with the first picture of each kind, and which others it is wrong with, too.
+
+    >>> lines_of(LeftOut(f"{k}.png", f"picture a/{k}.png is cut off", f"a/{k}.png") for k in "123")
+    ('picture a/1.png is cut off; left out, and so are 2.png, 3.png',)
+    """
+    kinds: dict[str, list[LeftOut]] = {}
+    for picture in left_out:
+        kinds.setdefault(picture.line.replace(picture.place, ""), []).append(picture)
+    return tuple(
+        _line(first, [picture.name for picture in rest]) for first, *rest in kinds.values()
+    )
+
+
+def _line(first: LeftOut, others: list[str]) -> str:
+    same = f", and so {'are' if len(others) > 1 else 'is'} {named(others)}" if others else ""
+    return f"{first.line}; left out{same}"
