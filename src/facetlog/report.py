@@ -30,8 +30,10 @@ def verdicts_json(found: Recognised) -> str:
 def verdicts_text(found: Recognised) -> str:
     """The same for a reader: what is there and why, and what each other model lacks."""
     scene = found.scene
+    used, given = len(scene.views), len(found.view_set.views) + found.view_set.left_out
+    views = many(given, "view")
     seen = (
-        many(len(found.view_set.views), "view"),
+        views if used == given else f"{used} of {views}",
         many(len(scene.faces), "face"),
         many(len(scene.edges), "edge"),
         many(len(scene.vertices), "vertex", "vertices"),

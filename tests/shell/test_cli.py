@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -13,6 +14,7 @@ from facetlog import __version__
 from facetlog.cli import main
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.types import Camera, Pose, View
 
 
 def _views(folder: Path, count: int = 3, *, levels: tuple[int, int] = (60, 120)) -> Path:
@@ -112,6 +114,20 @@ def test_the_demo_judges_by_models_of_ones_own(
     )
     assert main(["demo", "--models", str(model)]) == 0
     assert "t1 is a thing_with_faces (100%)" in capsys.readouterr().out
+
+
+def test_the_heading_says_how_many_of_the_views_were_used(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    image = np.zeros((48, 64), np.uint8)
+    camera, pose = Camera(64, 48, 60.0, 60.0, 31.5, 23.5), Pose(np.eye(3), np.zeros(3))
+    views = tuple(View(f"{k}.png", image, camera, pose) for k in range(3))
+    view_set = ViewSet("block", views, left_out=1)
+    scene = replace(cuboid(), views=("0.png", "2.png"), poses=(pose, pose))
+    monkeypatch.setattr("facetlog.cli.simulated_views", lambda *_, **__: view_set)
+    monkeypatch.setattr("facetlog.pipeline.reconstruct_views", lambda *_, **__: scene)
+    main(["demo"])
+    assert capsys.readouterr().out.startswith("cuboid: 2 of 4 views, 6 faces, ")
 
 
 def test_interruption_is_quiet(
