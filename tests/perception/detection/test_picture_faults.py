@@ -9,6 +9,7 @@ import pytest
 from facetlog.errors import InputError
 from facetlog.perception.detection.picture_faults import blur_px, nothing_shown, usable_views
 from facetlog.perception.types import Camera, Image, Pose, View
+from tests.rendered import tour
 
 CAMERA = Camera(320, 240, 300.0, 300.0, 159.5, 119.5)
 
@@ -96,8 +97,39 @@ def test_a_picture_much_more_blurred_than_the_others_is_named_and_left_out() -> 
     assert warning.startswith("3.png: blurred by up to 3.5 px, the other pictures by 0.9")
 
 
-def test_pictures_that_are_all_blurred_stay() -> None:
+def test_pictures_that_are_all_blurred_are_named_and_stay() -> None:
     views = views_of(*(step(4.0, seed=k) for k in range(8)))
+    left, (warning,) = usable_views(views)
+    assert left == views
+    assert warning.startswith("all 8 pictures are blurred by about 3.")
+    assert "focus the lens" in warning
+
+
+def test_where_most_pictures_are_blurred_these_are_named_and_all_stay() -> None:
+    views = views_of(*(step(1.0 if k < 3 else 4.0, seed=k) for k in range(10)))
+    left, (warning,) = usable_views(views)
+    assert left == views
+    assert warning.startswith("7 of 10 pictures are blurred by about 3.")
+    assert "(3.png, 4.png, 5.png and 4 more)" in warning
+
+
+@pytest.mark.parametrize("world", ["block", "table", "stool"])
+def test_sharp_pictures_of_a_tour_are_not_called_blurred(world: str) -> None:
+    assert usable_views(tour(world))[1] == ()
+
+
+def test_a_tour_out_of_focus_is_called_blurred() -> None:
+    soft = [
+        replace(v, image=np.asarray(cv2.GaussianBlur(v.image, (0, 0), 2.0), dtype=np.uint8))
+        for v in tour("table")
+    ]
+    (warning,) = usable_views(soft)[1]
+    assert warning.startswith("all 24 pictures are blurred by about 1.")
+
+
+def test_of_pictures_without_an_edge_no_blur_is_told() -> None:
+    ramp = np.linspace(60, 120, 320) + np.random.default_rng(0).normal(0, 2, (240, 320))
+    views = views_of(*[np.rint(ramp).astype(np.uint8)] * 8)
     assert usable_views(views) == (views, ())
 
 
