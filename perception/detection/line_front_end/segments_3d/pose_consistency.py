@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import MIN_SUPPORT
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
+from facetlog.perception.first_names import named
 from facetlog.perception.ties import at_least
 from facetlog.perception.types import FloatArray, View
 
@@ -36,12 +37,22 @@ def explained_share(
 
     `supported` (m, V) tells which 3-D segments are seen in which view. 1 where there are none.
     """
+    explained, total = _lengths(segments_3d, supported, views, segments_2d).sum(axis=0)
+    return float(explained / total) if total else 1.0
+
+
+def _lengths(
+    segments_3d: FloatArray,
+    supported: NDArray[np.bool_],
+    views: Sequence[View],
+    segments_2d: Sequence[FloatArray],
+) -> FloatArray:
+    # Of each view the length that is explained, and of all its segments (V, 2).
     lengths = [
         explained_length(segments_3d[supported[:, k]], view, found)
         for k, (view, found) in enumerate(zip(views, segments_2d, strict=True))
     ]
-    explained, total = np.array(lengths).reshape(-1, 2).sum(axis=0)
-    return float(explained / total) if total else 1.0
+    return np.array(lengths).reshape(-1, 2)
 
 
 def explained_length(segments_3d: FloatArray, view: View, found: FloatArray) -> tuple[float, float]:
@@ -78,12 +89,16 @@ def check_consistency(
     if len(views) < MIN_VIEWS or not at_least(weight.sum(), MIN_SUPPORT):
         return
     diagonal = float(np.mean([np.hypot(*v.image.shape) for v in views]))
-    length = sum(float(np.hypot(*(s[:, 2:] - s[:, :2]).T).sum()) for s in segments_2d)
-    if length < MIN_LENGTH * diagonal * len(views):
+    explained, total = _lengths(segments_3d, supported, views, segments_2d).T
+    if total.sum() < MIN_LENGTH * diagonal * len(views):
         return
-    share = explained_share(segments_3d, supported, views, segments_2d)
+    share = explained.sum() / total.sum()
     if share < MIN_EXPLAINED:
+        shares = explained / np.maximum(total, 1.0)
+        least = [k for k in np.argsort(shares, kind="stable") if shares[k] < MIN_EXPLAINED]
         raise InconsistentViewsError(
             f"pictures and poses contradict each other: only {share:.0%} of the straight edges "
-            f"agree between the {len(views)} views; check that each picture has its own pose"
+            f"agree between the {len(views)} views, least in "
+            f"{named([views[k].name for k in least])}; "
+            "check that each picture has its own pose"
         )

@@ -41,6 +41,16 @@ def test_segments_without_any_line_in_space_are_reported() -> None:
         check_consistency(NO_SEGMENTS, none, ALL, rig.views, found)
 
 
+def test_views_that_agree_with_no_other_are_named_first() -> None:
+    rig = block_rig()
+    found = [detect_segments(v.image) for v in rig.views]
+    shown = rig.shown_edges.copy()
+    shown[:, 2:] = False
+    names = ", ".join(v.name for v in rig.views[2:5])
+    with pytest.raises(InconsistentViewsError, match=f"least in {names} and 5 more; check"):
+        check_consistency(rig.edges, shown, ALL, rig.views, found)
+
+
 def test_pictures_with_hardly_a_segment_contradict_nothing() -> None:
     rig = block_rig()
     none = np.zeros((0, len(rig.views)), np.bool_)
