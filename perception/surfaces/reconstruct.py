@@ -4,9 +4,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.block_front_end.faces_of_block import block_front_end
 from facetlog.perception.detection.line_front_end.faces_from_lines import line_front_end
 from facetlog.perception.detection.picture_faults import usable_views
+from facetlog.perception.detection.same_pictures import same_pictures
 from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.estimation.lens_correction import (
@@ -59,15 +61,20 @@ def reconstruct(
     method = _Method(name, up, metric, front_end, sd_limit, progress, clock or StepClock())
     with method.clock.step("pictures"):
         usable, left_out = usable_views(views)
+        of_pictures = (*left_out, *same_pictures(usable))
     if errors is not None:
         kept = {id(view) for view in usable}
         errors = errors.of([k for k, view in enumerate(views) if id(view) in kept])
-    scene, used = _seen(usable, errors, method)
-    if scene.lenses:
-        scene, used = _seen_anew(scene, used, usable, errors, method)
+    try:
+        scene, used = _seen(usable, errors, method)
+        if scene.lenses:
+            scene, used = _seen_anew(scene, used, usable, errors, method)
+    except InconsistentViewsError as exc:
+        # What is wrong with the pictures may be why poses contradict them.
+        raise InconsistentViewsError("; ".join((*of_pictures, str(exc)))) from exc
     no_face = () if scene.faces else (NO_FACE.format(count=len(usable)),)
     vertices = tuple(_in_stored_pixels(vertex, used) for vertex in scene.vertices)
-    return replace(scene, vertices=vertices, warnings=(*left_out, *scene.warnings, *no_face))
+    return replace(scene, vertices=vertices, warnings=(*of_pictures, *scene.warnings, *no_face))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -162,6 +162,24 @@ def test_a_black_picture_is_named_and_the_rest_used() -> None:
     assert scene.warnings == (f"{first.name}: black, left out",)
 
 
+def test_one_picture_at_all_poses_is_named_as_what_contradicts_them() -> None:
+    first = tour("block")[0]
+    views = tuple(replace(v, image=first.image) for v in tour("block"))
+    with pytest.raises(
+        InconsistentViewsError, match=r"all 24 pictures .* one and the same"
+    ) as said:
+        scene_of(views, "lines")
+    assert "\n" not in str(said.value)
+
+
+def test_a_picture_at_a_second_pose_is_named() -> None:
+    views = tour("block")
+    again = replace(views[5], image=views[4].image)
+    scene = scene_of((*views[:5], again, *views[6:]), "lines")
+    assert rms(scene) < 0.1
+    assert scene.warnings[0].startswith(f"{views[4].name}, {again.name}: one and the same picture")
+
+
 def _a_thousand_times_off(pose: Pose) -> Pose:
     return Pose(pose.rotation, 1000.0 * pose.centre)
 
