@@ -21,6 +21,7 @@ from facetlog.perception.scene import Scene, Vertex
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_from_tracks import assemble
 from facetlog.perception.surfaces.sights import with_sights
+from facetlog.perception.surfaces.view_directions import looking_apart, one_direction
 from facetlog.perception.types import FloatArray, PoseErrors, View
 
 __all__ = ["reconstruct"]
@@ -70,11 +71,15 @@ def reconstruct(
         if scene.lenses:
             scene, used = _seen_anew(scene, used, usable, errors, method)
     except InconsistentViewsError as exc:
-        # What is wrong with the pictures may be why poses contradict them.
-        raise InconsistentViewsError("; ".join((*of_pictures, str(exc)))) from exc
-    no_face = () if scene.faces else (NO_FACE.format(count=len(usable)),)
+        # What is wrong with pictures or places may be why they contradict one another.
+        causes = (*of_pictures, *one_direction(usable), *looking_apart(usable))
+        raise InconsistentViewsError("; ".join((*causes, str(exc)))) from exc
+    corners = sorted({k for face in scene.faces for k in face.outline})
+    of_views = one_direction(used, scene.points[corners])
+    if not scene.faces:
+        of_views = (*of_views, *looking_apart(used), NO_FACE.format(count=len(usable)))
     vertices = tuple(_in_stored_pixels(vertex, used) for vertex in scene.vertices)
-    return replace(scene, vertices=vertices, warnings=(*of_pictures, *scene.warnings, *no_face))
+    return replace(scene, vertices=vertices, warnings=(*of_pictures, *scene.warnings, *of_views))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
