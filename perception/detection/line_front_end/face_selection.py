@@ -7,7 +7,7 @@ planes are searched again. What remains unexplained decides on the next.
 
 import heapq
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 
 import cv2
@@ -20,6 +20,7 @@ from facetlog.perception.detection.line_front_end.evidence.face_conflicts import
     alike,
     blocked,
     overlap,
+    touch,
 )
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import (
     FaceEvidence,
@@ -40,6 +41,7 @@ from facetlog.perception.detection.line_front_end.outlines.region_outline import
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.plane_choice import (
+    OPEN_SLOPE,
     ChosenPlane,
     choose_planes,
     plane_sds,
@@ -48,6 +50,11 @@ from facetlog.perception.detection.line_front_end.planes.plane_choice import (
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
     PlaneHypothesis,
     plane_basis,
+)
+from facetlog.perception.detection.line_front_end.planes.square_planes import (
+    SQUARE_SLOPE,
+    seen_on_plane,
+    square_normals,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
@@ -82,6 +89,8 @@ MIN_SIZE_PX = 6.0
 STILL_WORTH = 0.6
 # Coplanar faces lie this near to one plane, px.
 SAME_PLANE_PX = 8.0
+# Faces touch within so many px: about as near as their corners become one.
+TOUCH_PX = 8.0
 # Lines that pass this near to a face's outline or end this near to its plane, px, go free.
 FREE_PX = 4.0
 # A face has a neighbour at each side that is so much of its way round: curves have none.
@@ -116,6 +125,7 @@ class _Candidate:
     plane: int  # number of the hypothesis
     moved: bool  # its sides were moved onto edges
     after: int  # how many faces there were when it was judged
+    square: bool = False  # to what was found before it
 
     @property
     def worth(self) -> float:
@@ -194,7 +204,7 @@ class _Selection:
             if any(self._contradicts(best, f) for f in self._faces[best.after :]):
                 continue
             if best.after == len(self._faces):
-                plain = self._simplest(best)
+                plain = self._square(self._simplest(best))
                 shown = plain.evidence.coverage >= MIN_FINAL
                 if shown and not self._judge.shows_ground(
                     plain.corners, plain.normal, plain.evidence, self._taken
@@ -295,6 +305,24 @@ class _Selection:
             candidate = best
         return candidate
 
+    def _square(self, candidate: _Candidate) -> _Candidate:
+        # Of planes that are worth as much the one square to the ground and to the faces that it
+        # touches: another thing may stand askew.
+        near = TOUCH_PX * self._pixel
+        known = [] if self._ground is None else [self._ground.normal]
+        known += [f.normal for f in self._faces if touch(candidate.corners, f.corners, near)]
+        plane = self._planes[candidate.plane].plane
+        centre = self._witnesses.centres[candidate.evidence.shown].mean(axis=0)
+        for normal in square_normals(candidate.normal, known):
+            ring = seen_on_plane(candidate.corners, plane, normal, self._cloud, centre)
+            views = self._witnesses.facing(ring.mean(axis=0), normal)
+            moved = self._sides.onto_edges(views, ring, normal, self._pixel)
+            for corners in (ring, moved):
+                again = self._judged(corners, normal, candidate.plane, moved=candidate.moved)
+                if again is not None and again.worth >= AS_WORTH * candidate.worth:
+                    return replace(again, square=True)
+        return candidate
+
     def _plainest(self, best: _Candidate) -> _Candidate:
         # Of outlines of nearly the same region and worth the one with fewest corners: print beside
         # a border gives edges enough for any notch.
@@ -317,7 +345,8 @@ class _Selection:
     def _accept(self, candidate: _Candidate) -> None:
         e = candidate.evidence
         known = self._planes[candidate.plane].plane
-        sds = plane_sds(known, self._cloud, candidate.corners)
+        slope = SQUARE_SLOPE if candidate.square else OPEN_SLOPE
+        sds = plane_sds(known, self._cloud, candidate.corners, slope)
         face = SelectedFace(candidate.corners, candidate.normal, e.shown, e.coverage, e.points, sds)
         self._faces.append(face)
         for k in np.nonzero(e.shown)[0].tolist():

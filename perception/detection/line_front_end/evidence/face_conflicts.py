@@ -1,4 +1,5 @@
-"""Which faces cannot both be: they share a part of one plane, or one hides what is seen."""
+"""Which faces cannot both be: they share a part of one plane, or one hides what is seen; and which
+touch one another."""
 
 import numpy as np
 import shapely
@@ -7,7 +8,7 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MAX_BLOCKED", "alike", "blocked", "overlap"]
+__all__ = ["MAX_BLOCKED", "alike", "blocked", "overlap", "touch"]
 
 # Overlap of two coplanar faces, as a share of the smaller.
 MAX_OVERLAP = 0.15
@@ -66,6 +67,21 @@ def blocked(
     flat = at @ plane_basis(normal)
     crosses &= shapely.contains_xy(inner, flat[..., 0], flat[..., 1])
     return crosses
+
+
+def touch(one: FloatArray, other: FloatArray, near: float) -> bool:
+    """Whether a corner of one of two polygons (k, 3), (l, 3) lies nearer than that to the other's
+    sides."""
+    return bool(min(_from_sides(one, other), _from_sides(other, one)) < near)
+
+
+def _from_sides(points: FloatArray, corners: FloatArray) -> float:
+    # How near the nearest of the points (n, 3) is to a side of a polygon (k, 3).
+    along = np.roll(corners, -1, axis=0) - corners
+    off = points[:, None] - corners
+    square = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
+    share = np.clip((off * along).sum(axis=2) / square, 0.0, 1.0)
+    return float(np.linalg.norm(off - share[..., None] * along, axis=2).min())
 
 
 def _in_plane(corners: FloatArray, normal: FloatArray) -> shapely.Geometry:

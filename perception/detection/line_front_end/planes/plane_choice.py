@@ -19,7 +19,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["ChosenPlane", "choose_planes", "plane_sds", "same_plane"]
+__all__ = ["OPEN_SLOPE", "ChosenPlane", "choose_planes", "plane_sds", "same_plane"]
 
 # Two hypotheses are one plane within this angle where their lines lie this near, px, by this share.
 SAME_COSINE = np.cos(np.radians(4.0))
@@ -114,8 +114,13 @@ def same_plane(
     return bool(near.mean() > SAME_SHARE)
 
 
-def plane_sds(plane: PlaneHypothesis, cloud: LineCloud, points: FloatArray) -> FloatArray:
-    """Standard deviation (k,) of a plane at points (k, 3) of it, as its lines know it."""
+def plane_sds(
+    plane: PlaneHypothesis, cloud: LineCloud, points: FloatArray, slope: float
+) -> FloatArray:
+    """Standard deviation (k,) of a plane at points (k, 3) of it, as its lines know it.
+
+    What they leave open is known to a `slope` (OPEN_SLOPE where nothing else tells it).
+    """
     basis, middle = plane_basis(plane.normal), points.mean(axis=0)
 
     def design(x: FloatArray) -> FloatArray:
@@ -125,7 +130,7 @@ def plane_sds(plane: PlaneHypothesis, cloud: LineCloud, points: FloatArray) -> F
     covs = cloud.end_covs[plane.lines].reshape(-1, 3, 3)
     variance = np.einsum("i,nij,j->n", plane.normal, covs, plane.normal)
     variance += (LINE_SD_PX * cloud.pixel) ** 2
-    prior = np.diag([OPEN_SLOPE, OPEN_SLOPE, OPEN_PX * cloud.pixel]) ** 2
+    prior = np.diag([slope, slope, OPEN_PX * cloud.pixel]) ** 2
     cov = np.linalg.inv(np.linalg.inv(prior) + (ends.T / variance) @ ends)
     there = design(points)
     sds: FloatArray = np.sqrt(np.einsum("ki,ij,kj->k", there, cov, there))

@@ -7,6 +7,7 @@ import pytest
 
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
+from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace, select_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
@@ -40,10 +41,12 @@ def selected(
     graph = view_graph(rig.views)
     use = np.ones((len(segments), len(rig.views)), np.bool_)
     profiles = line_profiles(segments, rig.views, rig.maps, use, graph.weight)
-    worth = SideJudge(rig.views, rig.maps, graph.weight).worth(segments)
+    sides = SideJudge(rig.views, rig.maps, graph.weight)
+    worth = sides.worth(segments)
     ground = find_ground(found, lines, worth, rig.views, graph.distance, up)
-    levels = GreyLevels(rig.views, rig.maps)
-    return select_faces(found, lines, worth, rig.views, rig.maps, graph, profiles, ground, levels)
+    witnesses = Witnesses(rig.views, GreyLevels(rig.views, rig.maps), graph.weight)
+    faces, _ = select_faces(found, lines, worth, rig.views, profiles, ground, witnesses, sides)
+    return faces
 
 
 @pytest.mark.parametrize("up", [UP, None])

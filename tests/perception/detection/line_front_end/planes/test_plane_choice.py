@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.plane_choice import (
+    OPEN_SLOPE,
     choose_planes,
     plane_sds,
     same_plane,
@@ -87,11 +88,16 @@ def test_a_plane_is_known_near_its_lines_and_hardly_far_from_them() -> None:
     near, far = np.array([[0.5, 0.5, 1.0]]), np.array([[9.0, 0.5, 1.0]])
     four, one = level(1.0, 4), PlaneHypothesis(UP, 1.0, np.array([0]))
     lines = cloud(SQUARE)
-    assert plane_sds(four, lines, near)[0] < PIXEL
-    assert plane_sds(four, lines, far)[0] > 5 * plane_sds(four, lines, near)[0]
-    assert plane_sds(one, lines, CORNERS)[2] > 3 * plane_sds(four, lines, CORNERS)[2]
+
+    def sds(plane: PlaneHypothesis, points: FloatArray, slope: float = OPEN_SLOPE) -> FloatArray:
+        return plane_sds(plane, lines, points, slope)
+
+    assert sds(four, near)[0] < PIXEL
+    assert sds(four, far)[0] > 5 * sds(four, near)[0]
+    assert sds(one, CORNERS)[2] > 3 * sds(four, CORNERS)[2]
+    assert sds(one, CORNERS, OPEN_SLOPE / 10)[2] < sds(one, CORNERS)[2] / 3
     none = PlaneHypothesis(UP, 1.0, np.zeros(0, np.intp))
-    assert np.isfinite(plane_sds(none, lines, CORNERS)).all()
+    assert np.isfinite(sds(none, CORNERS)).all()
 
 
 def test_planes_are_one_by_angle_and_by_distance_at_their_points() -> None:
