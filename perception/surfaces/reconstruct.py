@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from facetlog.errors import InconsistentViewsError
-from facetlog.perception.detection.block_front_end.faces_of_block import block_front_end
 from facetlog.perception.detection.line_front_end.faces_from_lines import line_front_end
 from facetlog.perception.detection.picture_faults import usable_views
 from facetlog.perception.detection.same_pictures import same_pictures
@@ -156,6 +155,9 @@ def _paper_front_end(
     clock: StepClock,
     progress: Progress | None,
 ) -> TrackedFaces:
+    # Not at the top: it needs parts of scipy that take longer to load than a small set to be seen.
+    from facetlog.perception.detection.block_front_end.faces_of_block import block_front_end
+
     def report(done: int, total: int) -> None:
         if progress is not None:
             progress("features", done, total)
