@@ -1,12 +1,13 @@
 """Where a picture has edges, and which way they run: gradients and an oriented edge mask."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.coarse_pictures import coarse_pictures
+from facetlog.perception.detection.coarse_pictures import CoarsePicture, coarse_pictures
 from facetlog.perception.detection.gradients import GRADIENT_NOISE, Gradient, gradient
 from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Image
@@ -37,19 +38,22 @@ class EdgeMap(Gradient):
 
 
 def edge_map(
-    image: Image, reach_px: float | None = None, own_noise: Noise | None = None
+    image: Image,
+    reach_px: float | None = None,
+    own_noise: Noise | None = None,
+    coarser: Sequence[CoarsePicture] | None = None,
 ) -> EdgeMap:
     """Gradients and oriented edge mask of one grey picture, whose own pixels may tell its noise.
 
     The mask's edges reach so far, or as far as right poses may leave them off. Those of a noisy
-    picture are joined by what only its coarser scales show.
+    picture are joined by what only its coarser scales show; who has these already hands them over.
     """
     slope = gradient(image)
     white = working_noise(image) if own_noise is None else own_noise
     noise = ENLARGED[white.factor] * white.sd
     reach = max(2.0, 0.0025 * float(np.hypot(*image.shape))) if reach_px is None else reach_px
     mask = _widened(_oriented_edges(slope, noise), reach)
-    for coarse in coarse_pictures(image, white):
+    for coarse in coarse_pictures(image, white) if coarser is None else coarser:
         unrest = float(np.hypot(coarse.noise, coarse.grain))
         # Pixel k of a picture reduced by f stands at f k, and for half of what lies between two.
         faint = np.zeros(image.shape, np.uint16)

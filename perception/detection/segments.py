@@ -1,10 +1,12 @@
 """Straight segments of one picture (LSD, Grompone von Gioi et al. 2012), noise-normalised."""
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.coarse_pictures import coarse_pictures
+from facetlog.perception.detection.coarse_pictures import CoarsePicture, coarse_pictures
 from facetlog.perception.detection.picture_noise import Noise, working_noise
 from facetlog.perception.types import FloatArray, Image
 
@@ -26,18 +28,22 @@ NEAR_PX = 3.0
 SAMPLES = 12
 
 
-def detect_segments(image: Image, noise: Noise | None = None) -> FloatArray:
+def detect_segments(
+    image: Image, noise: Noise | None = None, coarser: Sequence[CoarsePicture] | None = None
+) -> FloatArray:
     """Segments (n, 4) as u0, v0, u1, v1 in px, longest first; all of some length.
 
     LSD's gradient threshold follows the picture's noise, so that faint edges of a clean picture
     are found and the noise of a poor one is not; fainter ones of a noisy picture are found at
-    coarser scales. `noise` is for pictures whose own pixels do not tell it (working_size.py).
+    coarser scales, which who has them already hands over. `noise` is for pictures whose own pixels
+    do not tell it (working_size.py).
     """
     if noise is None:
         noise = working_noise(image)
     fine = QUANT_PER_NOISE * ENLARGED[noise.factor] * noise.sd
     segments = _detected(image, fine)
-    coarser = coarse_pictures(image, noise)
+    if coarser is None:
+        coarser = coarse_pictures(image, noise)
     if not coarser:
         half = np.asarray(cv2.pyrDown(image), dtype=np.uint8)
         segments = np.vstack([segments, 2.0 * _detected(half, fine)])

@@ -7,6 +7,7 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.coarse_pictures import coarse_pictures
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
 from facetlog.perception.detection.line_front_end.corner_tracks import (
     completed_corners,
@@ -99,8 +100,10 @@ def line_front_end(
         for k, noise in enumerate(noises):
             if progress is not None:
                 progress("features", k, len(views))
-            maps.append(edge_map(working[k].image, own_noise=noise))
-            segments.append(detect_segments(working[k].image, noise))
+            image = working[k].image
+            coarser = coarse_pictures(image, noise)
+            maps.append(edge_map(image, own_noise=noise, coarser=coarser))
+            segments.append(detect_segments(image, noise, coarser))
     pictures = _Pictures(working, factors, noises, tuple(maps), tuple(segments))
     return _tracked(pictures, up, clock, agree)
 

@@ -7,6 +7,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.coarse_pictures import coarse_pictures
 from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
@@ -36,12 +37,12 @@ def drifting_views(
     noises: Sequence[Noise] | None = None,
 ) -> DriftingViews:
     """The views with their edges and segments; `reach_px`, `noises` as of `edge_map`."""
-    own = noises or [working_noise(view.image) for view in views]
-    maps = tuple(edge_map(v.image, reach_px, n) for v, n in zip(views, own, strict=True))
-    own = noises or [working_noise(view.image) for view in views]
-    maps = tuple(edge_map(v.image, reach_px, n) for v, n in zip(views, own, strict=True))
-    segments = tuple(detect_segments(v.image, n) for v, n in zip(views, own, strict=True))
-    return DriftingViews(tuple(views), maps, segments, chain)
+    maps, segments = [], []
+    for view, noise in zip(views, noises or (working_noise(v.image) for v in views), strict=True):
+        coarser = coarse_pictures(view.image, noise)
+        maps.append(edge_map(view.image, reach_px, noise, coarser))
+        segments.append(detect_segments(view.image, noise, coarser))
+    return DriftingViews(tuple(views), tuple(maps), tuple(segments), chain)
 
 
 def smaller(drifting: DriftingViews, share: float, reach_px: float | None = None) -> DriftingViews:
