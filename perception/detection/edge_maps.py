@@ -52,13 +52,13 @@ def edge_map(
     white = working_noise(image) if own_noise is None else own_noise
     noise = ENLARGED[white.factor] * white.sd
     reach = max(2.0, 0.0025 * float(np.hypot(*image.shape))) if reach_px is None else reach_px
-    mask = _widened(_oriented_edges(slope, noise), reach)
+    sparse = {reach: _oriented_edges(slope, noise)}
     for coarse in coarse_pictures(image, white) if coarser is None else coarser:
         unrest = float(np.hypot(coarse.noise, coarse.grain))
         # Pixel k of a picture reduced by f stands at f k, and for half of what lies between two.
-        faint = np.zeros(image.shape, np.uint16)
-        faint[:: coarse.factor, :: coarse.factor] = _oriented_edges(coarse.slope, unrest)
-        mask |= _widened(faint, max(reach, coarse.factor / 2))
+        faint = sparse.setdefault(max(reach, coarse.factor / 2), np.zeros(image.shape, np.uint16))
+        faint[:: coarse.factor, :: coarse.factor] |= _oriented_edges(coarse.slope, unrest)
+    mask = np.bitwise_or.reduce([_widened(edges, far) for far, edges in sparse.items()])
     return EdgeMap(slope.gx, slope.gy, noise * GRADIENT_NOISE, mask, reach)
 
 
