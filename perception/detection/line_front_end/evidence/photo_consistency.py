@@ -90,8 +90,9 @@ class GreyLevels:
     ) -> None:
         own = noises or [working_noise(view.image) for view in views]
         smooth = [_averaged(view.image, noise) for view, noise in zip(views, own, strict=True)]
-        self._images = [image for image, _ in smooth]
-        self._gradients = gradients
+        self._widths = np.array([view.image.shape[1] for view in views], dtype=np.int32)
+        self._greys = [image.ravel() for image, _ in smooth]
+        self._slopes = [(slope.gx.ravel(), slope.gy.ravel()) for slope in gradients]
         even = np.ones(len(views)) if exposure is None else exposure
         self._exposure = even.astype(np.float32)
         self._noise = np.array([noise for _, noise in smooth], dtype=np.float32)
@@ -101,17 +102,19 @@ class GreyLevels:
         self, views: NDArray[np.intp], uv: NDArray[np.floating], seen: NDArray[np.bool_]
     ) -> Levels:
         """Levels at pixels (2, v, ...) of the chosen views (v,), where `seen` (v, ...)."""
-        level, slope = np.empty((2, *seen.shape), dtype=np.float32)
-        for n, k in enumerate(views.tolist()):
-            image, slopes = self._images[k], self._gradients[k]
-            column, row = np.where(seen[n], np.rint(uv[:, n]), 0).astype(np.int32)
-            at = row * image.shape[1] + column
-            level[n] = image.ravel()[at]
-            slope[n] = np.hypot(slopes.gx.ravel()[at], slopes.gy.ravel()[at])
         by_view = (-1, *[1] * (seen.ndim - 1))
+        column, row = np.where(seen, np.rint(uv), 0).astype(np.int32)
+        at = row * self._widths[views].reshape(by_view) + column
+        grey = np.empty(seen.shape, dtype=np.uint8)
+        slope = np.empty(seen.shape, dtype=np.float32)
+        for n, k in enumerate(views.tolist()):
+            gx, gy = self._slopes[k]
+            grey[n] = self._greys[k].take(at[n])
+            slope[n] = np.hypot(gx.take(at[n]), gy.take(at[n]))
+        level = grey.astype(np.float32)
         noise = self._noise[views].reshape(by_view)
         sd = np.sqrt(noise**2 + (LIGHT_SHARE * level) ** 2 + (PLACE_PX * slope) ** 2)
-        chance = self._chance[views.reshape(by_view), level.astype(np.uint8)]
+        chance = self._chance[views.reshape(by_view), grey]
         by = self._exposure[views].reshape(by_view)
         freed = np.asarray(np.where(seen, level, np.nan) / by, dtype=np.float32)
         return Levels(freed, sd / by, chance * by)
