@@ -68,8 +68,8 @@ from facetlog.perception.types import FloatArray, View
 
 __all__ = ["SelectedFace", "select_faces"]
 
-# Least coverage of the sides of a candidate, and of a face when it is as plain as may be.
-MIN_COVERAGE, MIN_FINAL = 0.6, 0.75
+# Least coverage of the sides of a face when it is as plain as may be.
+MIN_FINAL = 0.75
 # Each side is chosen among some twenty, a moved one among its moves besides, on one of up to a
 # thousand planes: so much the sides must speak for an outline before it is as likely as the best of
 # those that chance offers, and so much more that it is less than one face in a thousand scenes.
@@ -131,9 +131,13 @@ class _Candidate:
     def worth(self) -> float:
         # The sides' ratio, less where part of the inside or some of the views speak against it.
         e = self.evidence
-        price = MOVED_PRICE if self.moved else SIDE_PRICE
-        sides = e.sides - PLANE_PRICE - price * len(self.corners)
+        sides = e.sides - _price(self.corners, moved=self.moved)
         return sides * (4 * e.consistent - 3) * float(np.sqrt(e.share))
+
+
+def _price(corners: FloatArray, *, moved: bool) -> float:
+    # What the sides of an outline must be worth.
+    return PLANE_PRICE + (MOVED_PRICE if moved else SIDE_PRICE) * len(corners)
 
 
 def select_faces(
@@ -285,8 +289,8 @@ class _Selection:
         size = np.sqrt(shapely.Polygon(corners @ plane_basis(normal)).area)
         if size < MIN_SIZE_PX * self._pixel:
             return None
-        e = self._judge.judge(corners, normal, self._taken)
-        if e is None or e.coverage < MIN_COVERAGE:
+        e = self._judge.judge(corners, normal, self._taken, _price(corners, moved=moved))
+        if e is None:
             return None
         candidate = _Candidate(corners, normal, e, plane, moved, len(self._faces))
         return candidate if candidate.worth > 0 else None

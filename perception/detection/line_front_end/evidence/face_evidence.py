@@ -35,8 +35,8 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["FaceEvidence", "FaceJudge", "inner_points"]
 
-# Least share of the views that could see a face and do show it.
-MIN_SHARE = 0.5
+# Least share of the views that could see a face and do show it, and of its sides on edges.
+MIN_SHARE, MIN_COVERAGE = 0.5, 0.6
 # About so many points inside an outline are compared, and no fewer than this.
 INNER_POINTS, MIN_INNER = 60, 8
 # A view shows the face when it agrees at this share of the points that it sees, and sees so many.
@@ -95,17 +95,22 @@ class FaceJudge:
         self._ground = ground
 
     def judge(
-        self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
+        self,
+        corners: FloatArray,
+        normal: FloatArray,
+        taken: Sequence[NDArray[np.uint8]],
+        least: float = -np.inf,
     ) -> FaceEvidence | None:
         """Evidence for a polygon (k, 3) seen from the side that its normal points to.
 
-        None where too few views face it, or its inside speaks against it. `taken` as in
-        `RegionFinder.outlines`.
+        None where too few views face it, its inside speaks against it, too little of its sides is
+        covered, or these cannot be worth more than `least`. `taken` as in `RegionFinder.outlines`.
         """
         found = self._inside(corners, normal, taken)
-        if found is None:
+        along = None if found is None else self._along(found, corners, normal, taken, least)
+        if found is None or along is None:
             return None
-        sides, coverage = self._along(found, corners, normal, taken)
+        sides, coverage = along
         shown = np.zeros(len(self._weight), dtype=np.bool_)
         shown[found.showing] = True
         return FaceEvidence(
@@ -193,8 +198,9 @@ class FaceJudge:
         corners: FloatArray,
         normal: FloatArray,
         taken: Sequence[NDArray[np.uint8]],
-    ) -> tuple[float, float]:
-        # The sides' summed ratio and their coverage.
+        least: float,
+    ) -> tuple[float, float] | None:
+        # The sides' summed ratio and their coverage; None as of `judge`.
         views = found.showing
         sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
         length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
@@ -204,6 +210,15 @@ class FaceJudge:
         )
         bare = within.agrees | (seen & (within.ratio <= 0))
         edges = self._sides.evidence(views, sides, bare.reshape(len(views), len(sides), SAMPLES))
+        weight = self._weight[views]
+        hit = float(weight @ edges.found.sum(axis=2) @ length)
+        possible = float(weight @ edges.there.sum(axis=2) @ length)
+        coverage = hit / max(possible, 1e-300)
+        ratio = weight @ edges.ratio
+        faint = np.maximum(ratio, -FAINT_PRICE)
+        # What lies beyond can only speak against a side: most outlines are refused without it.
+        if coverage < MIN_COVERAGE or faint.sum() <= least:
+            return None
 
         beyond = self._beside(views, sides, normal, -CLEAR_PX)
         surface, _ = self._witnesses.agree(views, beyond, taken)
@@ -212,13 +227,8 @@ class FaceJudge:
             same &= self._ground.above(beyond) > 0
         goes_on = same.reshape(len(sides), SAMPLES).mean(axis=1) > GOES_ON_SHARE
 
-        weight = self._weight[views]
-        ratio = weight @ edges.ratio
         printed = np.where(ratio > 0, PRINT_WORTH * ratio, ratio)
-        ratio = np.where(goes_on, printed, np.maximum(ratio, -FAINT_PRICE))
-        hit = float(weight @ edges.found.sum(axis=2) @ length)
-        possible = float(weight @ edges.there.sum(axis=2) @ length)
-        return float(ratio.sum()), hit / max(possible, 1e-300)
+        return float(np.where(goes_on, printed, faint).sum()), coverage
 
     def _beside(
         self, views: NDArray[np.intp], sides: FloatArray, normal: FloatArray, inward_px: float
