@@ -141,9 +141,15 @@ def agreement(levels: Levels, weight: FloatArray) -> Agreement:
     for first in range(0, grey.shape[1], BLOCK):
         part = slice(first, first + BLOCK)
         trial = grey[tried, part]  # (t, n)
-        off = (grey[:, part] - trial[:, None]) * inverse[:, part]
-        likely = HIDDEN + strength[:, part] * np.exp(np.float32(-0.5) * off * off)
-        ratio = np.einsum("tvn,vn->tn", np.log(likely), counts[:, part])
+        off = grey[:, part] - trial[:, None]
+        off *= inverse[:, part]
+        likely = np.float32(-0.5) * off
+        likely *= off
+        np.exp(likely, out=likely)
+        likely *= strength[:, part]
+        likely += np.float32(HIDDEN)
+        np.log(likely, out=likely)
+        ratio = np.einsum("tvn,vn->tn", likely, counts[:, part])
         ratio[trial < 0] = -np.inf
         most = ratio.argmax(axis=0)[None]
         best[part] = np.take_along_axis(ratio, most, axis=0)[0]

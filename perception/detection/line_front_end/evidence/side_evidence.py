@@ -120,22 +120,23 @@ class SideJudge:
         # side's direction, and which in the picture; the sides' lengths (v, k), px.
         samples = segment_samples(sides, SAMPLES)
         shape = (len(views), len(sides), SAMPLES)
-        flat, depth = project_to_views(self._projections[views], samples.reshape(-1, 3))
-        uv = flat.reshape(*shape, 2)
-        along = uv[:, :, -1] - uv[:, :, 0]
-        reach = np.maximum(np.hypot(along[..., 0], along[..., 1]), 1e-9)
-        across = np.stack([-along[..., 1], along[..., 0]], axis=-1) / reach[..., None]
-        bits = direction_bits(np.arctan2(along[..., 1], along[..., 0]))[..., None]
+        uv, depth = project_to_views(self._projections[views], samples.reshape(-1, 3))
+        # Across and down apart: numpy is slow where the last axis holds but two.
+        u, v = (uv[..., axis].reshape(shape) for axis in (0, 1))
+        du, dv = u[..., -1:] - u[..., :1], v[..., -1:] - v[..., :1]
+        reach = np.maximum(np.hypot(du, dv), 1e-9)
+        bits = direction_bits(np.arctan2(dv, du))
 
-        off = np.array(beside)[:, None, None, None, None]
-        at = np.rint(uv + off * across[:, :, None])
-        inside = ((at >= 0) & (at < self._sizes[views, None, None])).all(axis=-1)
+        off = np.array(beside)[:, None, None, None]
+        column, row = np.rint(u + off * (-dv / reach)), np.rint(v + off * (du / reach))
+        width, height = self._sizes[views].T[:, :, None, None]
+        inside = (column >= 0) & (column < width) & (row >= 0) & (row < height)
         inside &= (depth > 0).reshape(shape)
-        column, row = np.where(inside[..., None], at, 0).astype(np.intp).transpose(4, 0, 1, 2, 3)
+        at = np.where(inside, row * width + column, 0).astype(np.intp)
         hit = np.empty(inside.shape, dtype=np.bool_)
         for n, k in enumerate(views.tolist()):
-            hit[:, n] = (self._maps[k].mask[row[:, n], column[:, n]] & bits[n]) != 0
-        return hit & inside, inside, reach
+            hit[:, n] = (self._maps[k].mask.take(at[:, n]) & bits[n]) != 0
+        return hit & inside, inside, reach[..., 0]
 
 
 def _meetings(sides: FloatArray, most: float) -> FloatArray:

@@ -71,11 +71,13 @@ class Witnesses:
         clear: NDArray[np.bool_] | None = None,
     ) -> tuple[Levels, NDArray[np.bool_]]:
         uv, depth = project_to_views(self.projections[views], points)
-        inner = (uv > BORDER_PX) & (uv < self._sizes[views, None] - 1 - BORDER_PX)
-        seen = (depth > 0) & inner.all(axis=-1)
+        u, v = uv.transpose(2, 0, 1)
+        width, height = self._sizes[views].T[:, :, None]
+        seen = (depth > 0) & (u > BORDER_PX) & (u < width - 1 - BORDER_PX)
+        seen &= (v > BORDER_PX) & (v < height - 1 - BORDER_PX)
         if clear is not None:
             seen &= clear
         if taken is not None:
-            column, row = np.where(seen[..., None], np.rint(uv), 0).astype(np.intp).T
-            seen &= np.array([taken[k][row[:, n], column[:, n]] == 0 for n, k in enumerate(views)])
-        return self.levels.read(views, uv.transpose(2, 0, 1), seen), seen
+            at = np.where(seen, np.rint(v) * width + np.rint(u), 0).astype(np.intp)
+            seen &= np.array([taken[k].take(at[n]) == 0 for n, k in enumerate(views)])
+        return self.levels.read(views, np.stack([u, v]), seen), seen
