@@ -176,8 +176,8 @@ class FaceJudge:
             points, meets = ground.behind(witnesses.centres[k], evidence.points)
             others = everyone[everyone != k]
             past = ~blocked(corners, normal, points, witnesses.centres[others])
-            for total, clear in zip(by_ground, (past, None), strict=True):
-                found, _ = witnesses.agree(others, points, taken, clear)
+            agreements = witnesses.agree_if_clear(others, points, taken, past)
+            for total, found in zip(by_ground, agreements, strict=True):
                 ratio = witnesses.known_surface(k, points, found.level)
                 total += weight[k] * np.where(meets & (found.ratio > 0), ratio, 0.0)
         best = np.maximum(by_ground[0], by_ground[1] - FREE_LEVEL)

@@ -61,6 +61,11 @@ class Levels:
     sd: NDArray[np.float32]
     chance: NDArray[np.float32]
 
+    def where(self, clear: NDArray[np.bool_]) -> "Levels":
+        """The same of those points (V, ...) only that are clear."""
+        level = np.where(clear, self.level, np.float32(np.nan))
+        return Levels(level, self.sd, self.chance)
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Agreement:

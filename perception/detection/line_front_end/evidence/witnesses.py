@@ -52,8 +52,22 @@ class Witnesses:
         A view does not see what is outside its picture, falls on its `taken` pixels (V pictures
         of 0 and 1), which show something else, or is not `clear` (v, n) of other things.
         """
-        levels, seen = self._read(views, points, taken, clear)
+        levels, seen = self._read(views, points, taken)
+        if clear is not None:
+            levels, seen = levels.where(clear), seen & clear
         return agreement(levels, self.weight[views]), seen
+
+    def agree_if_clear(
+        self,
+        views: NDArray[np.intp],
+        points: FloatArray,
+        taken: Sequence[NDArray[np.uint8]],
+        clear: NDArray[np.bool_],
+    ) -> tuple[Agreement, Agreement]:
+        """`agree` of the views that are clear of other things, and of all of them."""
+        levels, _ = self._read(views, points, taken)
+        weight = self.weight[views]
+        return agreement(levels.where(clear), weight), agreement(levels, weight)
 
     def known_surface(
         self, view: int, points: FloatArray, surface: NDArray[np.float32]
@@ -68,15 +82,12 @@ class Witnesses:
         views: NDArray[np.intp],
         points: FloatArray,
         taken: Sequence[NDArray[np.uint8]] | None = None,
-        clear: NDArray[np.bool_] | None = None,
     ) -> tuple[Levels, NDArray[np.bool_]]:
         uv, depth = project_to_views(self.projections[views], points)
         u, v = uv.transpose(2, 0, 1)
         width, height = self._sizes[views].T[:, :, None]
         seen = (depth > 0) & (u > BORDER_PX) & (u < width - 1 - BORDER_PX)
         seen &= (v > BORDER_PX) & (v < height - 1 - BORDER_PX)
-        if clear is not None:
-            seen &= clear
         if taken is not None:
             at = np.where(seen, np.rint(v) * width + np.rint(u), 0).astype(np.intp)
             seen &= np.array([taken[k].take(at[n]) == 0 for n, k in enumerate(views)])
