@@ -376,8 +376,8 @@ class _Selection:
             plane = PlaneHypothesis(
                 normal, distance, np.nonzero(away < ON_PLANE_PX * self._pixel)[0]
             )
-            same = (same_plane(plane, side, p.plane, self._pixel) for p in self._planes)
-            number = next((k for k, is_it in enumerate(same) if is_it), len(self._planes))
+            same = same_plane(plane, side, [p.plane for p in self._planes], self._pixel)
+            number = int(same.argmax()) if same.any() else len(self._planes)
             if number == len(self._planes):
                 across = np.array([-0.5, 0.5])[:, None, None] * reach * face.normal
                 self._planes.append(ChosenPlane(plane, worth, (1.0, -1.0), side + across))

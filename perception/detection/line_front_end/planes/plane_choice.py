@@ -93,25 +93,24 @@ def _distinct(planes: Sequence[PlaneHypothesis], cloud: LineCloud) -> list[Plane
     # Of the planes that are one, the one with most support.
     length = np.linalg.norm(cloud.segments[:, 1] - cloud.segments[:, 0], axis=1)
     support = cloud.support * length
-    normals = np.array([plane.normal for plane in planes]).reshape(-1, 3)
-    kept: list[int] = []
+    kept: list[PlaneHypothesis] = []
     for best in descending(np.array([support[p.lines].sum() for p in planes])).tolist():
         ends = cloud.segments[planes[best].lines].reshape(-1, 3)
-        alike = np.nonzero(np.abs(normals[kept] @ normals[best]) >= SAME_COSINE)[0]
-        others = (planes[kept[k]] for k in alike)
-        if not any(same_plane(planes[best], ends, other, cloud.pixel) for other in others):
-            kept.append(best)
-    return [planes[k] for k in kept]
+        if not same_plane(planes[best], ends, kept, cloud.pixel).any():
+            kept.append(planes[best])
+    return kept
 
 
 def same_plane(
-    plane: PlaneHypothesis, points: FloatArray, other: PlaneHypothesis, pixel: float
-) -> bool:
-    """Whether two planes are one, over points (n, 3) of the first."""
-    if abs(plane.normal @ other.normal) < SAME_COSINE:
-        return False
-    near = np.abs(points @ other.normal - other.distance) < SAME_PX * pixel
-    return bool(near.mean() > SAME_SHARE)
+    plane: PlaneHypothesis, points: FloatArray, others: Sequence[PlaneHypothesis], pixel: float
+) -> NDArray[np.bool_]:
+    """Which other planes (m,) are one with a plane, over points (n, 3) of it."""
+    normals = np.array([other.normal for other in others]).reshape(-1, 3)
+    same: NDArray[np.bool_] = np.abs(normals @ plane.normal) >= SAME_COSINE
+    alike = np.nonzero(same)[0]
+    away = points @ normals[alike].T - [others[k].distance for k in alike.tolist()]
+    same[alike] = (np.abs(away) < SAME_PX * pixel).mean(axis=0) > SAME_SHARE
+    return same
 
 
 def plane_sds(

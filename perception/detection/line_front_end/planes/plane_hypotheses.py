@@ -54,18 +54,21 @@ def plane_hypotheses(
     distance = np.einsum("pk,pk->p", normal, middle)
     on = _on_planes(segments, end_covs, normal, distance, pixel)
     worth = on @ (support * length)
-    left = [p for p in descending(worth) if on[p].sum() >= MIN_LINES]
+    count = on.sum(axis=1)
     planes: list[PlaneHypothesis] = []
-    used: list[NDArray[np.bool_]] = []
-    for p in left:
-        if any(on[p, first[p]] and u[first[p]] and u[second[p]] for u in used) and any(
-            (on[p] & u).sum() >= SAME_SHARE * on[p].sum() for u in used
-        ):
+    used = np.zeros(
+        (0, len(segments))
+    )  # 1 where a segment lies on a plane, to count what is shared
+    for p in descending(worth):
+        if count[p] < MIN_LINES:
+            continue
+        pair = on[p, first[p]] and (used[:, first[p]] * used[:, second[p]]).any()
+        if pair and (used @ on[p]).max() >= SAME_SHARE * count[p]:
             continue
         fit, members = _fit(segments, end_covs, on[p], pixel)
         if members.sum() >= MIN_LINES:
             planes.append(PlaneHypothesis(fit[:3], float(fit[3]), np.nonzero(members)[0]))
-            used.append(members)
+            used = np.concatenate([used, members[None]])
     return tuple(planes)
 
 
@@ -77,11 +80,12 @@ def _on_planes(
     pixel: float,
 ) -> NDArray[np.bool_]:
     # (planes, segments): whether both ends are as near to the plane as they are known.
-    away = np.abs(np.einsum("pk,nek->pne", normal, segments) - distance[:, None, None])
-    variance = np.einsum("pk,nekl,pl->pne", normal, end_covs, normal, optimize=True)
+    away = np.abs(normal @ segments.reshape(-1, 3).T - distance[:, None])
+    squares = (normal[:, :, None] * normal[:, None]).reshape(-1, 9)
+    variance = squares @ end_covs.reshape(-1, 9).T
     limit = np.hypot(ON_PLANE_PX * pixel, SDS * np.sqrt(np.maximum(variance, 0.0)))
-    near: NDArray[np.bool_] = (away < np.minimum(limit, MAX_OFF_PX * pixel)).all(axis=-1)
-    return near
+    near = away < np.minimum(limit, MAX_OFF_PX * pixel)
+    return near[:, 0::2] & near[:, 1::2]
 
 
 def _meeting_pairs(

@@ -41,15 +41,12 @@ def hits(view: View, edges: EdgeMap, samples: FloatArray) -> tuple[NDArray[np.bo
     """Which samples (n, m, 3) lie on an edge of their own direction, and which are in view."""
     uv, depth = project_points(view.projection, samples)
     height, width = view.image.shape
-    column = np.rint(uv[..., 0]).astype(np.int64)
-    row = np.rint(uv[..., 1]).astype(np.int64)
+    column, row = np.rint(uv[..., 0]), np.rint(uv[..., 1])
     inside = (depth > 0) & (column >= 0) & (column < width) & (row >= 0) & (row < height)
     along = uv[:, -1] - uv[:, 0]
     bits = direction_bits(np.arctan2(along[:, 1], along[:, 0]))
-    found = np.zeros(inside.shape, np.bool_)
-    at = edges.mask[row[inside], column[inside]]
-    found[inside] = (at & np.broadcast_to(bits[:, None], inside.shape)[inside]) != 0
-    return found, inside
+    at = np.where(inside, row * width + column, 0).astype(np.intp)
+    return inside & ((edges.mask.take(at) & bits[:, None]) != 0), inside
 
 
 def coverage(

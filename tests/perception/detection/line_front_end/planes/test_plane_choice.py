@@ -102,7 +102,7 @@ def test_a_plane_is_known_near_its_lines_and_hardly_far_from_them() -> None:
 
 def test_planes_are_one_by_angle_and_by_distance_at_their_points() -> None:
     one = level(1.0, 4)
-    assert same_plane(one, CORNERS, level(1.0 + PIXEL, 4), PIXEL)
-    assert not same_plane(one, CORNERS, level(1.0 + 5 * PIXEL, 4), PIXEL)
     steep = PlaneHypothesis(np.array([1.0, 0.0, 0.0]), 0.0, np.arange(4))
-    assert not same_plane(one, CORNERS, steep, PIXEL)
+    others = [level(1.0 + PIXEL, 4), level(1.0 + 5 * PIXEL, 4), steep]
+    assert same_plane(one, CORNERS, others, PIXEL).tolist() == [True, False, False]
+    assert not len(same_plane(one, CORNERS, [], PIXEL))
