@@ -29,7 +29,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
     project_to_views,
     segment_samples,
 )
-from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.flat_faces import cross, plane_axes
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
@@ -205,9 +205,8 @@ class FaceJudge:
         sides = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
         length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
         # Where the inside next to a side is hidden, or taken by another face, so is the side.
-        within, seen = self._witnesses.agree(
-            views, self._beside(views, sides, normal, CLEAR_PX), taken
-        )
+        samples, inwards = self._inwards(views, sides, normal)
+        within, seen = self._witnesses.agree(views, (samples + inwards).reshape(-1, 3), taken)
         bare = within.agrees | (seen & (within.ratio <= 0))
         edges = self._sides.evidence(views, sides, bare.reshape(len(views), len(sides), SAMPLES))
         weight = self._weight[views]
@@ -220,7 +219,7 @@ class FaceJudge:
         if coverage < MIN_COVERAGE or faint.sum() <= least:
             return None
 
-        beyond = self._beside(views, sides, normal, -CLEAR_PX)
+        beyond = (samples - inwards).reshape(-1, 3)
         surface, _ = self._witnesses.agree(views, beyond, taken)
         same = surface.ratio > max(GOES_ON_RATIO, GOES_ON_AS_INSIDE * found.inside)
         if self._ground is not None:
@@ -230,17 +229,16 @@ class FaceJudge:
         printed = np.where(ratio > 0, PRINT_WORTH * ratio, ratio)
         return float(np.where(goes_on, printed, faint).sum()), coverage
 
-    def _beside(
-        self, views: NDArray[np.intp], sides: FloatArray, normal: FloatArray, inward_px: float
-    ) -> FloatArray:
-        # Points (k * SAMPLES, 3) of the plane beside sides (k, 2, 3), so many px of the chosen
-        # views' inwards.
-        inward = np.cross(normal, sides[:, 1] - sides[:, 0])
+    def _inwards(
+        self, views: NDArray[np.intp], sides: FloatArray, normal: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        # Points (k, SAMPLES, 3) of sides (k, 2, 3), and the way inwards (k, 1, 3) to where, seen
+        # from the chosen views, their edges are over.
+        inward = cross(normal, sides[:, 1] - sides[:, 0])
         inward /= np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-300)
         away = np.linalg.norm(self._witnesses.centres[views] - sides[:, 0].mean(axis=0), axis=1)
-        step = inward_px * float(np.median(away)) / self._witnesses.focal
-        points: FloatArray = segment_samples(sides, SAMPLES) + step * inward[:, None]
-        return points.reshape(-1, 3)
+        step = CLEAR_PX * float(np.median(away)) / self._witnesses.focal
+        return segment_samples(sides, SAMPLES), step * inward[:, None]
 
 
 def inner_points(corners: FloatArray, normal: FloatArray) -> FloatArray:

@@ -140,7 +140,7 @@ def agreement(levels: Levels, weight: FloatArray) -> Agreement:
     chance = levels.chance.reshape(grey.shape)
     strength = np.float32((1 - HIDDEN) / np.sqrt(2 * np.pi)) * inverse / chance
     counts = weight.astype(np.float32)[:, None] * seen
-    tried = np.unique(np.linspace(0, len(grey) - 1, TRIED_VIEWS).round().astype(int))
+    tried = np.linspace(0, len(grey) - 1, min(len(grey), TRIED_VIEWS)).round().astype(int)
     best, chosen = np.empty((2, grey.shape[1]), dtype=np.float32)
     # So many points at a time stay in the processor's cache.
     for first in range(0, grey.shape[1], BLOCK):
@@ -156,9 +156,8 @@ def agreement(levels: Levels, weight: FloatArray) -> Agreement:
         np.log(likely, out=likely)
         ratio = np.einsum("tvn,vn->tn", likely, counts[:, part])
         ratio[trial < 0] = -np.inf
-        most = ratio.argmax(axis=0)[None]
-        best[part] = np.take_along_axis(ratio, most, axis=0)[0]
-        chosen[part] = np.take_along_axis(trial, most, axis=0)[0]
+        most = ratio.argmax(axis=0), np.arange(trial.shape[1])
+        best[part], chosen[part] = ratio[most], trial[most]
     agrees = seen & (np.abs(grey - chosen) * inverse < AGREES_SDS)
     ratio = np.where(np.isfinite(best), best, 0.0) - FREE_LEVEL
     mean = np.where(agrees, grey, 0).sum(axis=0) / np.maximum(agrees.sum(axis=0), 1)

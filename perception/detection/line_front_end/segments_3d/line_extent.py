@@ -89,6 +89,8 @@ def covered_extents(segments: FloatArray, profiles: LineProfiles) -> FloatArray:
         walking = np.ones(len(segments), np.bool_)
         for _ in range(WALK_STEPS):
             walking &= profiles.mean(line, place, place + 2 * step) >= MIN_COVERAGE
+            if not walking.any():
+                break
             place = np.where(walking, place + step, place)
         ends.append(profiles.origin + place[:, None] * profiles.direction)
     return np.stack(ends, axis=1)
