@@ -51,16 +51,20 @@ def largest(*keys: FloatArray) -> int:
     >>> largest(np.array([0.3, 0.1 + 0.2, 0.1]))
     0
     """
-    return int(descending(*keys)[0])
+    if len(keys) > 1:
+        return int(descending(*keys)[0])
+    # Needs no order: this is asked thousands of times.
+    (values,) = keys
+    return int((values >= values.max() - TIE * np.abs(values).max()).argmax())
 
 
-def at_least(values: FloatArray, limit: float) -> NDArray[np.bool_]:
-    """Whether values (n,) reach a limit, be it but for rounding.
+def at_least(values: FloatArray, limit: float | FloatArray) -> NDArray[np.bool_]:
+    """Whether values (...) reach a limit, one for all or one each, be it but for rounding.
 
     >>> at_least(np.array([3 * (0.1 + 0.2), 0.8]), 0.9 + 1e-15).tolist()
     [True, False]
     """
-    reach: NDArray[np.bool_] = values >= limit - TIE * abs(limit)
+    reach: NDArray[np.bool_] = values >= limit - TIE * np.abs(limit)
     return reach
 
 

@@ -18,7 +18,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_support impor
     segment_samples,
 )
 from facetlog.perception.flat_faces import crossing
-from facetlog.perception.ties import ascending, largest
+from facetlog.perception.ties import ascending, at_least
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["BESIDE_PX", "MOVES_PX", "SAMPLES", "SideEvidence", "SideJudge"]
@@ -108,7 +108,7 @@ class SideJudge:
         foot = normal * float(normal @ corners.mean(axis=0))
         hit, _, _ = self._hits(views, (moved @ basis.T + foot).reshape(-1, 2, 3), (0.0,))
         score = (self._weight[views] @ hit[0].sum(axis=2)).reshape(len(corners), -1)
-        best = np.array([largest(row) for row in score])
+        best = at_least(score, score.max(axis=1, keepdims=True)).argmax(axis=1)
         placed = _meetings(moved[np.arange(len(corners)), best], MAX_OFF_PX * pixel)
         ring: FloatArray = placed @ basis.T + foot
         return ring if shapely.Polygon(placed).is_valid else corners

@@ -10,7 +10,7 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import crossing
-from facetlog.perception.ties import ascending
+from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
 __all__ = [
@@ -93,7 +93,7 @@ def without_short_sides(corners: FloatArray, least: float) -> FloatArray:
     """
     while len(corners) > 3:
         length = np.linalg.norm(np.roll(corners, -1, axis=0) - corners, axis=1)
-        k = ascending(length)[0]
+        k = largest(-length)
         if length[k] >= least:
             break
         a, b, c, d = np.roll(corners, 1 - k, axis=0)[:4]
@@ -113,7 +113,7 @@ def without_straight_corners(corners: FloatArray, least: float) -> FloatArray:
         past, to = after - before, corners - before
         length = np.maximum(np.linalg.norm(past, axis=1), 1e-300)
         off = np.abs(past[:, 0] * to[:, 1] - past[:, 1] * to[:, 0]) / length
-        k = ascending(off)[0]
+        k = largest(-off)
         if off[k] >= least:
             break
         corners = np.delete(corners, k, axis=0)
@@ -160,7 +160,7 @@ def _sides(ring: FloatArray, lines: FloatArray) -> list[_Side]:
             sides += [
                 _Side(np.array(ends), -1)
                 for ends in pairwise(points)
-                if np.linalg.norm(ends[1] - ends[0]) > MIN_SIDE_CELLS
+                if np.hypot(*(ends[1] - ends[0])) > MIN_SIDE_CELLS
             ]
     joined = [s for k, s in enumerate(sides) if s.line < 0 or s.line != sides[k - 1].line]
     return joined if len(joined) > 1 else sides[:1]
@@ -191,8 +191,8 @@ def _corner(before: _Side, after: _Side, ring: FloatArray) -> FloatArray:
     # Where the two sides cross, if that is near the border; else the border's point between them.
     one, other = ((s.ends[0], s.ends[1] - s.ends[0]) for s in (before, after))
     at = crossing(one, other)
-    if at is not None and np.linalg.norm(ring - at, axis=1).min() < MAX_OFF_CELLS:
+    if at is not None and np.hypot(*(ring - at).T).min() < MAX_OFF_CELLS:
         return at
-    gaps = [(float(np.linalg.norm(p - q)), (p + q) / 2) for p in before.ends for q in after.ends]
+    gaps = [(float(np.hypot(*(p - q))), (p + q) / 2) for p in before.ends for q in after.ends]
     between = min(gaps, key=lambda gap: gap[0])[1]
-    return np.asarray(ring[np.linalg.norm(ring - between, axis=1).argmin()])
+    return np.asarray(ring[np.hypot(*(ring - between).T).argmin()])
