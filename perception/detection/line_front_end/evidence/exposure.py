@@ -45,7 +45,10 @@ def exposures(segments: FloatArray, use: NDArray[np.bool_], views: Sequence[View
     for _ in range(STEPS):
         surface = np.nanmedian(levels - brighter, axis=1, keepdims=True)
         middle = np.nanmedian((levels - surface)[:, shown], axis=0)
+        before = brighter[shown]
         brighter[shown] = middle - np.median(middle)
+        if (brighter[shown] == before).all():
+            break
     better = _agreeing(levels - brighter) > BETTER * _agreeing(levels)
     return np.exp(brighter) if better else np.ones(len(views))
 

@@ -76,20 +76,27 @@ class _Grid:
         columns, rows = np.maximum(np.ceil((high - low) / step), 1).astype(int)
         return cls(plane.normal * plane.distance, basis, low, step, (int(rows), int(columns)))
 
-    def pixels(self, view: View) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-        """Pixels (2, rows, columns) of the cells in a view, and which are in the picture."""
+    def pixels(
+        self, projections: FloatArray, sizes: NDArray[np.intp]
+    ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+        """Pixels (2, v, rows, columns) of the cells in views, and which are in the picture.
+
+        `projections` (v, 3, 4) and `sizes` (v, 2), width and height, are those of the views.
+        """
         x = (self.low[0] + (np.arange(self.shape[1]) + 0.5) * self.step).astype(np.float32)
         y = (self.low[1] + (np.arange(self.shape[0])[:, None] + 0.5) * self.step).astype(np.float32)
-        h = view.projection[:, :3] @ np.column_stack([self.basis, self.origin])
-        h[:, 2] += view.projection[:, 3]
-        u, v, depth = (a * x + (b * y + c) for a, b, c in h.astype(np.float32))
+        h = projections[:, :, :3] @ np.column_stack([self.basis, self.origin])
+        h[:, :, 2] += projections[:, :, 3]
+        a, b, c = h.astype(np.float32).transpose(2, 1, 0)[..., None, None]
+        at = a * x + (b * y + c)  # (3, v, rows, columns)
+        uv, depth = at[:2], at[2]
         before = depth > 0
         np.copyto(depth, np.inf, where=~before)
-        u /= depth
-        v /= depth
-        height, width = view.image.shape
+        uv /= depth
+        u, v = uv
+        width, height = sizes.T[:, :, None, None]
         inside = before & (u > 1) & (u < width - 2) & (v > 1) & (v < height - 2)
-        return np.stack([u, v]), inside
+        return uv, inside
 
     def cells(self, points: FloatArray) -> FloatArray:
         """Points (..., 3) of the plane in cells (x, y), the first cell's middle at 0."""
@@ -114,7 +121,8 @@ class RegionFinder:
         ground: Ground | None,
         pixel: float,
     ) -> None:
-        self._views = views
+        self._projections = np.array([view.projection for view in views])
+        self._sizes = np.array([view.image.shape[::-1] for view in views])
         self._centres = np.array([view.pose.centre for view in views])
         self._levels = levels
         self._weight = weight
@@ -225,13 +233,11 @@ class RegionFinder:
         several = np.nonzero(facing)[0]
         if len(several) > MAX_VIEWS:
             several = several[np.linspace(0, len(several) - 1, MAX_VIEWS).round().astype(int)]
-        placed = [grid.pixels(self._views[k]) for k in several.tolist()]
-        chosen = [n for n, (_, seen) in enumerate(placed) if seen.any()]
-        if len(chosen) < MIN_VIEWS:
+        uv, seen = grid.pixels(self._projections[several], self._sizes[several])
+        chosen = seen.any(axis=(1, 2))
+        if chosen.sum() < MIN_VIEWS:
             return None
-        several = several[chosen]
-        uv = np.stack([placed[n][0] for n in chosen], axis=1)
-        seen = np.stack([placed[n][1] for n in chosen])
+        several, uv, seen = several[chosen], uv[:, chosen], seen[chosen]
         for n, k in enumerate(several.tolist()):
             if taken[k].any():
                 seen[n] &= cv2.remap(taken[k], uv[0, n], uv[1, n], cv2.INTER_NEAREST) == 0
