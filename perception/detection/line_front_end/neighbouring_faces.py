@@ -19,6 +19,7 @@ from facetlog.perception.detection.line_front_end.evidence.face_conflicts import
     overlap,
 )
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import (
+    MIN_COVERAGE,
     SEEN_SHARE,
     inner_points,
 )
@@ -27,7 +28,6 @@ from facetlog.perception.detection.line_front_end.evidence.side_evidence import 
 from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.face_selection import (
     FREE_PX,
-    MIN_COVERAGE,
     SAME_PLANE_PX,
     SelectedFace,
 )
