@@ -53,6 +53,7 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 )
 from facetlog.perception.detection.line_front_end.planes.square_planes import (
     SQUARE_SLOPE,
+    is_square,
     seen_on_plane,
     square_normals,
 )
@@ -318,6 +319,8 @@ class _Selection:
         plane = self._planes[candidate.plane].plane
         centre = self._witnesses.centres[candidate.evidence.shown].mean(axis=0)
         for normal in square_normals(candidate.normal, known):
+            if is_square(candidate.normal, normal):
+                return replace(candidate, square=True)
             ring = seen_on_plane(candidate.corners, plane, normal, self._cloud, centre)
             views = self._witnesses.facing(ring.mean(axis=0), normal)
             moved = self._sides.onto_edges(views, ring, normal, self._pixel)

@@ -12,7 +12,7 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.types import FloatArray
 
-__all__ = ["SQUARE_SLOPE", "seen_on_plane", "square_normals"]
+__all__ = ["SQUARE_SLOPE", "is_square", "seen_on_plane", "square_normals"]
 
 # A plane may have been chosen so far off that a square one is meant: it is only what is tried.
 NEAR_SINE, NEAR_COSINE = float(np.sin(np.radians(15.0))), float(np.cos(np.radians(15.0)))
@@ -42,6 +42,11 @@ def square_normals(normal: FloatArray, known: Sequence[FloatArray]) -> Iterator[
             break
     rest = normal - (normal @ first) * first
     yield rest / np.linalg.norm(rest)
+
+
+def is_square(normal: FloatArray, wanted: FloatArray) -> bool:
+    """Whether a normal is as near to a square one as things are built."""
+    return bool(np.linalg.norm(np.cross(normal, wanted)) < SQUARE_SLOPE)
 
 
 def seen_on_plane(
