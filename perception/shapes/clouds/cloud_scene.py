@@ -1,11 +1,14 @@
 """Point clouds into scenes."""
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_regions import cloud_regions
+from facetlog.perception.shapes.clouds.scan_sights import scan_sights
 from facetlog.perception.shapes.regions.scene_from_regions import assemble_scene
 
 __all__ = ["scene_of_cloud"]
@@ -20,13 +23,14 @@ def scene_of_cloud(
     scene's warnings say so, or it is unknown. `whole` says that the surface is known from all
     sides; without it that is judged from the cloud: wherever one looks from, some of it must be
     hidden behind other surface, as of points all over a solid, but not of a view from one side.
+    Where the file says from where points were seen, the scene has lines of sight.
     """
     direction = None
     if up is not None:
         direction = np.array(up, dtype=np.float64)
         direction = direction / np.linalg.norm(direction)
     found = cloud_regions(cloud, up=direction)
-    return assemble_scene(
+    scene = assemble_scene(
         cloud.name,
         found.regions,
         found.rest,
@@ -35,3 +39,4 @@ def scene_of_cloud(
         whole=found.whole if whole is None else whole,
         warnings=found.warnings,
     )
+    return replace(scene, sights=scan_sights(cloud))
