@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from facetlog.perception.first_names import named
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.types import Camera, Image, LensError, StoredPicture, View
 
@@ -12,8 +13,8 @@ __all__ = ["corrected", "lens_warnings", "together"]
 
 WELL_KNOWN = 0.01
 """A focal length known to a hundredth leaves lengths as well known."""
-SURE_SDS = 2.0
-NAMED = 3
+SURE_SDS = 3.0
+"""Beyond so many standard deviations a lens is surely another: it is named."""
 
 
 def corrected(view: View, error: LensError) -> View:
@@ -42,41 +43,39 @@ def together(first: LensError, beyond: LensError) -> LensError:
 
 def lens_warnings(views: Sequence[View], errors: Sequence[LensError]) -> tuple[str, ...]:
     """What is to be said of the lenses of these views, which are as given; of each camera once."""
-    cameras: dict[tuple[Camera, LensError], list[str]] = {}
+    cameras: dict[tuple[Camera, LensError], list[View]] = {}
     for view, error in zip(views, errors, strict=True):
-        if error.focal_sd > 0:
-            cameras.setdefault((view.camera, error), []).append(view.name)
+        cameras.setdefault((view.camera, error), []).append(view)
     found = []
-    for (camera, error), names in cameras.items():
-        more = ", …" if len(names) > NAMED else ""
-        whose = "" if len(cameras) == 1 else f" of {', '.join(names[:NAMED])}{more}"
-        found.append(_warning(camera.fx * _scale(views, names[0]), error, whose))
+    for (_, error), taken in cameras.items():
+        shown = _shown(error, taken[0].camera.fx * float(taken[0].enlargement[0]))
+        if not shown:
+            continue
+        whose = "" if len(cameras) == 1 else f" of {named([view.name for view in taken])}"
+        uncertain = error.focal_sd > WELL_KNOWN * error.focal
+        used = "lengths are known no better than that" if uncertain else "this was used"
+        found.append(
+            f"the lens{whose} is not as stated: the pictures show {' and '.join(shown)}; "
+            f"{used}: calibrate the camera"
+        )
     return tuple(found)
+
+
+def _shown(error: LensError, given: float) -> list[str]:
+    # What of a lens is surely not as stated, with a focal length of so many px.
+    shown = []
+    found, sd = error.focal * given, error.focal_sd * given
+    if abs(error.focal - 1.0) > SURE_SDS * error.focal_sd > 0:
+        digits = max(0, 1 - int(np.floor(np.log10(max(sd, 1e-3)))))
+        shown.append(
+            f"a focal length of {found:.{digits}f} ± {sd:.{digits}f} px ({given:.{digits}f} px is "
+            "given)"
+        )
+    if abs(error.radial) > SURE_SDS * error.radial_sd > 0:
+        shown.append(f"a radial distortion k1 of {error.radial:.3f} ± {error.radial_sd:.3f} beyond")
+    return shown
 
 
 def _lens(camera: Camera, error: LensError) -> Lens:
     radial = (error.radial, 0.0, 0.0, 0.0)
     return Lens(camera.zoomed(error.focal), Distortion.POLYNOMIAL, radial)
-
-
-def _scale(views: Sequence[View], name: str) -> float:
-    return float(next(v for v in views if v.name == name).enlargement[0])
-
-
-def _warning(given: float, error: LensError, whose: str) -> str:
-    found, sd = error.focal * given, error.focal_sd * given
-    digits = max(0, 1 - int(np.floor(np.log10(max(sd, 1e-3)))))
-    parts = []
-    if abs(error.focal - 1.0) > SURE_SDS * error.focal_sd:
-        parts.append(
-            f"a focal length of {found:.{digits}f} ± {sd:.{digits}f} px ({given:.{digits}f} px is "
-            "given)"
-        )
-    if abs(error.radial) > SURE_SDS * error.radial_sd:
-        parts.append(f"a radial distortion k1 of {error.radial:.3f} ± {error.radial_sd:.3f} beyond")
-    shown = " and ".join(parts) or "that it is another one"
-    uncertain = error.focal_sd > WELL_KNOWN * error.focal
-    used = "lengths are known no better than that" if uncertain else "this was used"
-    return (
-        f"the lens{whose} is not as stated: the pictures show {shown}; {used}: calibrate the camera"
-    )

@@ -69,9 +69,13 @@ def test_a_focal_length_that_pictures_hardly_tell_is_said_to_be_so() -> None:
 def test_of_two_cameras_the_wrong_one_is_named() -> None:
     views = tour("block", 0)[:6]
     mixed = [replace(v, camera=v.camera.zoomed(1.5)) if k > 3 else v for k, v in enumerate(views)]
-    right = LensError(1.0, 0.0, 0.0, 0.0)
-    said = lens_warnings(mixed, [right] * 4 + [LONGER] * 2)
-    assert len(said) == 1
-    other = lens_warnings(mixed, [LONGER] * 4 + [replace(LONGER, focal=0.9)] * 2)
-    assert f"of {views[0].name}, {views[1].name}, {views[2].name}, …" in other[0]
-    assert f"of {views[4].name}, {views[5].name} is" in other[1]
+    right = LensError(1.0005, 0.001, 0.001, 0.002)
+    (said,) = lens_warnings(mixed, [right] * 4 + [LONGER] * 2)
+    assert f"of {views[4].name}, {views[5].name} is not as stated" in said
+    one, other = lens_warnings(mixed, [LONGER] * 4 + [replace(LONGER, focal=0.9)] * 2)
+    assert f"of {views[0].name}, {views[1].name}, {views[2].name} and 1 more is" in one
+    assert f"of {views[4].name}" in other
+
+
+def test_a_camera_without_unknowns_is_not_spoken_of() -> None:
+    assert lens_warnings(tour("block", 0)[:1], [LensError(1.0, 0.0, 0.0, 0.0)]) == ()
