@@ -194,8 +194,8 @@ class Scene:
     otherwise the scale is unknown and only ratios mean something. Edges need not bound a face.
     `patches` are surface that is not flat. Without `bodies` the objects are found from what
     touches what (things.py); each face, edge and patch is of one body at most. `poses` are those of
-    the views as they were adjusted to what all of them show, and `lenses` what their lenses were
-    found to be off by, empty where they are as stated; a scene file does not keep them. `sights`
+    the views as they were adjusted to what all of them show, and `lenses` by what their views were
+    corrected, empty where lenses are as stated; a scene file does not keep them. `sights`
     say which space is known to be free.
     """
 

@@ -1,6 +1,6 @@
 """Views into a scene: a front end finds and tracks the faces, the filters give their geometry."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -21,9 +21,14 @@ from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_from_tracks import assemble
 from facetlog.perception.surfaces.sights import with_sights
 from facetlog.perception.surfaces.view_directions import looking_apart, one_direction
-from facetlog.perception.types import FloatArray, PoseErrors, View
+from facetlog.perception.types import Camera, FloatArray, LensError, PoseErrors, View
 
 __all__ = ["reconstruct"]
+
+AS_STATED = LensError(1.0, 0.0, 0.0, 0.0)
+LENS_PASSES = 3
+# A focal length so little off, as a share, shows faces where they are: by a pixel at most.
+NEAR_FOCAL = 0.005
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 
@@ -66,13 +71,14 @@ def reconstruct(
         kept = {id(view) for view in usable}
         errors = errors.of([k for k, view in enumerate(views) if id(view) in kept])
     try:
-        scene, used = _seen(usable, errors, method)
+        scene, chosen = _seen(usable, errors, method)
         if scene.lenses:
-            scene, used = _seen_anew(scene, used, usable, errors, method)
+            scene, chosen = _seen_anew(scene, chosen, usable, errors, method)
     except InconsistentViewsError as exc:
         # What is wrong with pictures or places may be why they contradict one another.
         causes = (*of_pictures, *one_direction(usable), *looking_apart(usable))
         raise InconsistentViewsError("; ".join((*causes, str(exc)))) from exc
+    used = [usable[k] for k in chosen]
     corners = sorted({k for face in scene.faces for k in face.outline})
     of_views = one_direction(used, scene.points[corners])
     if not scene.faces:
@@ -95,17 +101,15 @@ class _Method:
 
 def _seen(
     views: Sequence[View], errors: PoseErrors | None, method: _Method, *, lens_is_off: bool = False
-) -> tuple[Scene, tuple[View, ...]]:
-    """The scene and the views that it was found in, which do not contradict one another."""
+) -> tuple[Scene, tuple[int, ...]]:
+    """The scene, and the views (indices) that it was found in: they agree with one another."""
     up, clock = method.up, method.clock
     if method.front_end == "lines":
         tracked = line_front_end(views, up, clock, method.progress, in_agreement)
     else:
         tracked = _paper_front_end(views, up, clock, method.progress)
-    used = tuple(views)
-    if tracked.used is not None:
-        used = tuple(views[k] for k in tracked.used)
-        errors = None if errors is None else errors.of(tracked.used)
+    chosen = tuple(range(len(views))) if tracked.used is None else tracked.used
+    used = [views[k] for k in chosen]
     with clock.step("vertices and planes"):
         scene = assemble(
             tracked,
@@ -114,34 +118,46 @@ def _seen(
             up=up,
             metric=method.metric,
             sd_limit=method.sd_limit,
-            errors=errors,
+            errors=None if errors is None else errors.of(chosen),
             lens_is_off=lens_is_off,
         )
     with clock.step("sights"):
         placed = [replace(v, pose=pose) for v, pose in zip(used, scene.poses, strict=True)]
-        return with_sights(scene, placed, tracked.weight, tracked.ground), used
+        return with_sights(scene, placed, tracked.weight, tracked.ground), chosen
 
 
 def _seen_anew(
     scene: Scene,
-    used: Sequence[View],
+    chosen: Sequence[int],
     views: Sequence[View],
     errors: PoseErrors | None,
     method: _Method,
-) -> tuple[Scene, tuple[View, ...]]:
+) -> tuple[Scene, tuple[int, ...]]:
     """The same from views corrected by what their lenses were found to be off by.
 
-    Through lenses that are not as stated straight edges are bent, and faces seen in part.
+    Through a lens that is not as stated faces are seen in part, and in wrong places: what is far
+    off is found in steps.
     """
-    of_camera = {view.camera: e for view, e in zip(used, scene.lenses, strict=True)}
-    better = [corrected(v, of_camera[v.camera]) if v.camera in of_camera else v for v in views]
-    again, used_again = _seen(better, errors, method, lens_is_off=True)
-    given = {view.name: view for view in views}
-    lenses = tuple(of_camera[given[view.name].camera] for view in used_again)
-    if again.lenses:
-        lenses = tuple(together(a, b) for a, b in zip(lenses, again.lenses, strict=True))
-    said = lens_warnings([given[view.name] for view in used_again], lenses)
-    return replace(again, lenses=lenses, warnings=(*said, *again.warnings)), used_again
+    known: dict[Camera, LensError] = {}
+    for _ in range(LENS_PASSES):
+        known |= _totals(known, scene, chosen, views)
+        better = [corrected(v, known.get(v.camera, AS_STATED)) for v in views]
+        scene, chosen = _seen(better, errors, method, lens_is_off=True)
+        if all(abs(lens.focal - 1.0) < NEAR_FOCAL for lens in scene.lenses):
+            break
+    found = known | _totals(known, scene, chosen, views)
+    used = [views[k] for k in chosen]
+    said = lens_warnings(used, [found.get(view.camera, AS_STATED) for view in used])
+    lenses = tuple(known.get(view.camera, AS_STATED) for view in used)
+    return replace(scene, lenses=lenses, warnings=(*said, *scene.warnings)), tuple(chosen)
+
+
+def _totals(
+    known: Mapping[Camera, LensError], scene: Scene, chosen: Sequence[int], views: Sequence[View]
+) -> dict[Camera, LensError]:
+    # What the lenses of a scene's cameras are off by, known before and found beyond that.
+    beyond = {views[k].camera: e for k, e in zip(chosen, scene.lenses, strict=False)}
+    return {c: together(known[c], e) if c in known else e for c, e in beyond.items()}
 
 
 def _in_stored_pixels(vertex: Vertex, views: Sequence[View]) -> Vertex:

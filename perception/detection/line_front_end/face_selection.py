@@ -90,6 +90,8 @@ MIN_SIZE_PX = 6.0
 STILL_WORTH = 0.6
 # Coplanar faces lie this near to one plane, px.
 SAME_PLANE_PX = 8.0
+# A plane is not turned by more than its lines leave open at any corner.
+KNOWN_SDS = 3.0
 # Faces touch within so many px: about as near as their corners become one.
 TOUCH_PX = 8.0
 # Lines that pass this near to a face's outline or end this near to its plane, px, go free.
@@ -311,17 +313,21 @@ class _Selection:
         return candidate
 
     def _square(self, candidate: _Candidate) -> _Candidate:
-        # Of planes that are worth as much the one square to the ground and to the faces that it
-        # touches: another thing may stand askew.
+        # Where its lines leave a plane open, of those worth as much the one that is square to the
+        # ground and to the faces that it touches: another thing may stand askew.
         near = TOUCH_PX * self._pixel
         known = [] if self._ground is None else [self._ground.normal]
         known += [f.normal for f in self._faces if touch(candidate.corners, f.corners, near)]
         plane = self._planes[candidate.plane].plane
+        sds = plane_sds(plane, self._cloud, candidate.corners, OPEN_SLOPE)
         centre = self._witnesses.centres[candidate.evidence.shown].mean(axis=0)
         for normal in square_normals(candidate.normal, known):
             if is_square(candidate.normal, normal):
                 return replace(candidate, square=True)
             ring = seen_on_plane(candidate.corners, plane, normal, self._cloud, centre)
+            moved_by = np.abs((ring - candidate.corners) @ candidate.normal)
+            if (moved_by > KNOWN_SDS * sds).any():
+                continue
             views = self._witnesses.facing(ring.mean(axis=0), normal)
             moved = self._sides.onto_edges(views, ring, normal, self._pixel)
             for corners in (ring, moved):

@@ -19,11 +19,15 @@ def scan_sights(cloud: Cloud) -> tuple[SightLines, ...]:
     if cloud.seen_from is None:
         return ()
     known = np.isfinite(cloud.seen_from).all(axis=1)
+    if not known.any():
+        return ()
     points = cloud.points[known]
     places, of_place = np.unique(cloud.seen_from[known], axis=0, return_inverse=True)
+    order = np.argsort(of_place.ravel(), kind="stable")
+    starts = np.searchsorted(of_place.ravel()[order], np.arange(1, len(places)))
     found = []
-    for k, place in enumerate(places):
-        seen = points[of_place.ravel() == k]
+    for place, rows in zip(places, np.split(order, starts), strict=True):
+        seen = points[rows]
         rays = seen - place
         away = np.linalg.norm(rays, axis=1)
         ahead = away > 0

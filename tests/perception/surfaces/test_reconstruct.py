@@ -15,6 +15,7 @@ from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.types import Camera, FloatArray, Pose, StoredPicture, View
 from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled, views_of
+from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
 from facetlog.robot.tour import tour_camera, tour_poses
 from tests.rendered import solid_truth, tour
@@ -271,3 +272,48 @@ def test_steps_are_timed_and_progress_is_reported(front_end: str) -> None:
     )
     assert "vertices and planes" in {step.name for step in clock.times}
     assert {total for _, _, total in calls} == {3}
+
+
+def sheared(degrees: float) -> World:
+    """The block with its plan pushed out of square."""
+    world = make_world("block")
+    (solid,) = world.solids
+    middle = solid.vertices.mean(axis=0)
+    push = np.eye(3)
+    push[0, 1] = np.tan(np.radians(degrees))
+    return replace(
+        world, solids=(replace(solid, vertices=middle + (solid.vertices - middle) @ push.T),)
+    )
+
+
+@pytest.mark.parametrize("degrees", [4.0, 8.0])
+def test_a_block_out_of_square_is_not_made_square(degrees: float) -> None:
+    world = sheared(degrees)
+    views = views_of(world, tour_poses(), tour_camera(), seed=0)
+    scene = scene_of(views, "lines")
+    true = np.array(solid_truth(world).vertices)
+    away = np.linalg.norm(scene.points[:, None] - true[None], axis=-1)
+    assert len(scene.faces) == 5
+    assert away.min(axis=1).max() < 0.1
+
+
+def test_views_left_out_for_another_lens_are_taken_when_it_is_corrected() -> None:
+    # Most views have a focal length a fifth too short; the others, which are right, do not agree
+    # with them before that is known.
+    views = tuple(
+        replace(v, camera=v.camera.zoomed(0.78)) if k % 8 else v
+        for k, v in enumerate(tour("block"))
+    )
+    scene = scene_of(views, "lines")
+    assert rms(scene) < 0.1
+    focal = {v.name: v.camera.fx for v in views}
+    true = tour("block")[0].camera.fx
+    for name, lens in zip(scene.views, scene.lenses, strict=True):
+        assert lens.focal * focal[name] == pytest.approx(true, rel=0.01)
+
+
+def test_a_lens_far_off_is_found_in_steps() -> None:
+    views = tuple(replace(v, camera=v.camera.zoomed(0.7)) for v in tour("block", 0))
+    scene = scene_of(views, "lines")
+    true = np.array(solid_truth(make_world("block", 0)).vertices)
+    assert rms(scene, true) < 0.1
