@@ -72,7 +72,7 @@ def _shown(error: LensError, given: float) -> list[str]:
             "given)"
         )
     if abs(error.radial) > SURE_SDS * error.radial_sd > 0:
-        shown.append(f"a radial distortion k1 of {error.radial:.3f} ± {error.radial_sd:.3f} beyond")
+        shown.append(f"a radial distortion k1 of {error.radial:.3f} ± {error.radial_sd:.3f} more")
     return shown
 
 

@@ -35,7 +35,7 @@ Progress: TypeAlias = Callable[[str, int, int], None]
 NO_FACE = (
     "no face was found in {count} views: a face needs straight edges that at least three views "
     "from different places show whole; eight or more views round the thing are a good start. If "
-    "these show such edges, check poses and focal length: off by a third, nothing agrees"
+    "these show such edges, check poses and focal length: far off, nothing agrees"
 )
 # With fewer vertices a view than this there is too little to ask whether the poses are wrong.
 MIN_VERTICES = 2.0
