@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
+from facetlog.perception.detection.line_front_end.face_selection import TOUCH_PX, SelectedFace
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.line_front_end.side_fit import SideFits
 from facetlog.perception.detection.tracked_faces import Completion
@@ -22,9 +22,8 @@ __all__ = [
     "track_ends",
 ]
 
-# Corners of two faces are one vertex within this many px, and this share of a side that ends there,
-# and within so many of either's plane.
-MERGE_PX = 8.0
+# Corners of two faces that touch are one vertex within this share of a side that ends there, and
+# within so many px of either's plane.
 MERGE_SHARE = 0.25
 ON_PLANE_PX = 4.0
 # How well the end of an edge is known that no other edge ends, px.
@@ -78,7 +77,7 @@ def merge_corners(faces: Sequence[SelectedFace], pixel: float) -> Corners:
     owner = np.repeat(np.arange(len(faces)), [len(f.corners) for f in faces])
     sides = [np.linalg.norm(f.corners - np.roll(f.corners, -1, axis=0), axis=1) for f in faces]
     shorter = np.concatenate([np.minimum(side, np.roll(side, 1)) for side in sides])
-    limit = np.minimum(MERGE_PX * pixel, MERGE_SHARE * shorter)
+    limit = np.minimum(TOUCH_PX * pixel, MERGE_SHARE * shorter)
     apart = np.linalg.norm(points[:, None] - points[None], axis=-1)
     # A vertex that two faces share lies on both planes.
     normals = np.array([f.normal for f in faces])

@@ -92,7 +92,7 @@ STILL_WORTH = 0.6
 SAME_PLANE_PX = 8.0
 # A plane is not turned by more than its lines leave open at any corner.
 KNOWN_SDS = 3.0
-# Faces touch within so many px: about as near as their corners become one.
+# Faces touch within so many px, and their corners become one.
 TOUCH_PX = 8.0
 # Lines that pass this near to a face's outline or end this near to its plane, px, go free.
 FREE_PX = 4.0

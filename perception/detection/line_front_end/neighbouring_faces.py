@@ -29,6 +29,7 @@ from facetlog.perception.detection.line_front_end.evidence.witnesses import Witn
 from facetlog.perception.detection.line_front_end.face_selection import (
     FREE_PX,
     SAME_PLANE_PX,
+    TOUCH_PX,
     SelectedFace,
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
@@ -38,8 +39,6 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["neighbouring_faces"]
 
-# Two faces share a side whose ends lie so near together, px: as near as corners become one.
-SHARED_PX = 8.0
 # Three or more distinct views of a face have had their say of it.
 JUDGED_WEIGHT = 3.0
 # Three sides propose the fourth: with so many of them on found faces a face is there unseen.
@@ -89,7 +88,7 @@ def neighbouring_faces(
 def _proposals(
     faces: Sequence[SelectedFace], ground: Ground | None, pixel: float
 ) -> Iterator[_Proposal]:
-    near = SHARED_PX * pixel
+    near = TOUCH_PX * pixel
     for face in faces:
         ring = face.corners
         for k, end in enumerate(ring):
