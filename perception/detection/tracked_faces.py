@@ -1,6 +1,7 @@
 """What a front end hands over: vertices tracked through the views, and the loops they form."""
 
 from dataclasses import dataclass
+from itertools import chain
 
 from facetlog.perception.types import FloatArray, Track
 
@@ -9,7 +10,7 @@ __all__ = ["Completion", "FacePlane", "TrackedFace", "TrackedFaces"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FacePlane:
-    """normal · x = height, known to `sds` (k,) at each corner of the face's outline."""
+    """normal · x = height, known to `sds` (k,) at each corner of the face (TrackedFace.corners)."""
 
     normal: FloatArray
     height: float
@@ -18,7 +19,7 @@ class FacePlane:
 
 @dataclass(frozen=True, slots=True)
 class TrackedFace:
-    """A face as a loop of tracks (indices), counter-clockwise seen from outside.
+    """A face as a loop of tracks (indices), counter-clockwise seen from outside; holes clockwise.
 
     `support` in [0, 1] is that of `Face`. `plane` is where the front end has it, if it knows; no
     view shows a face that is `implied`.
@@ -28,6 +29,12 @@ class TrackedFace:
     support: float = 1.0
     plane: FacePlane | None = None
     implied: bool = False
+    holes: tuple[tuple[int, ...], ...] = ()
+
+    @property
+    def corners(self) -> tuple[int, ...]:
+        """The tracks of the outline, then those of the holes."""
+        return tuple(chain(self.outline, *self.holes))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

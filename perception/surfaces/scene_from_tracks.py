@@ -1,8 +1,10 @@
 """Tracks and loops into a scene: vertices by the filter, faces by the plane filter, edges."""
 
 from collections.abc import Sequence
+from itertools import chain
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.tracked_faces import Completion, FacePlane, TrackedFaces
@@ -14,6 +16,7 @@ from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import Tracks
 from facetlog.perception.estimation.plane_filter import fit_plane
 from facetlog.perception.estimation.point_filter import estimate_point
+from facetlog.perception.flat_faces import plane_axes, vector_area
 from facetlog.perception.scene import Edge, Evidence, Face, Scene, Vertex
 from facetlog.perception.types import FloatArray, Observation, PoseErrors, Track, View
 
@@ -48,7 +51,7 @@ def assemble(
     tracks = list(tracked.tracks)
     seen = _as_arrays(tracks, tracked.weight)
     # The ends of loose edges are hardly known along them: their residuals say nothing of the poses.
-    corners = np.unique([k for face in tracked.faces for k in face.outline]).astype(np.intp)
+    corners = np.unique([k for face in tracked.faces for k in face.corners]).astype(np.intp)
     if not len(corners):
         corners = np.arange(len(tracks))
     placed = adjusted_points(seen.rows(corners), views, errors, lens_is_off)
@@ -57,7 +60,7 @@ def assemble(
     corner = {int(k): n for n, k in enumerate(corners)}
     for face in tracked.faces:
         if face.plane is not None:
-            rows = [corner[k] for k in face.outline]
+            rows = [corner[k] for k in face.corners]
             few[rows] |= _off(face.plane, placed.points[rows], placed.covs[rows])
     refused = [k for k in corners[few].tolist() if k < len(tracked.stand_ins)]
     for k in refused:
@@ -66,7 +69,7 @@ def assemble(
     found = points_at(seen, placed)
     for face in tracked.faces:
         if face.plane is not None:
-            _onto(face.plane, list(face.outline), found)
+            _onto(face.plane, list(face.corners), found)
     for c in tracked.completions:
         _complete(c, found)
     points, covs, used, ok = found.points, found.covs, found.used, found.ok
@@ -108,11 +111,14 @@ def assemble(
         if not fit:
             continue
         # Newell's normal: the loop runs counter-clockwise about the outward side.
-        newell = np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
+        newell = vector_area(ring)
         plane = fit.plane if newell @ fit.plane.normal > 0 else fit.plane.flipped()
         evidence = Evidence.IMPLIED if face.implied else Evidence.MEASURED
-        faces.append(Face(loop, plane, support=face.support, evidence=evidence))
-        for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
+        inner = [tuple(number[k] for k in h) for h in face.holes if all(k in number for k in h)]
+        holes = _sound_holes(loop, inner, plane.normal, vertices)
+        faces.append(Face(loop, plane, holes, face.support, evidence=evidence))
+        rings = (loop, *holes)
+        for a, b in chain.from_iterable(zip(r, r[1:] + r[:1], strict=True) for r in rings):
             side = (min(a, b), max(a, b))
             support[side] = max(support.get(side, 0.0), face.support)
             if not face.implied:
@@ -137,6 +143,27 @@ def assemble(
         poses=tuple(v.pose for v in found.views),
         lenses=() if found.adjusted is None else found.adjusted.lens_errors,
     )
+
+
+def _sound_holes(
+    outline: tuple[int, ...],
+    holes: Sequence[tuple[int, ...]],
+    normal: FloatArray,
+    vertices: Sequence[Vertex],
+) -> tuple[tuple[int, ...], ...]:
+    # The holes that lie within the outline, apart from one another, now that their corners are
+    # estimated one by one.
+    corners = np.array([vertices[k].point for k in outline])
+    axes = plane_axes(normal, corners[1] - corners[0])
+    kept: list[tuple[int, ...]] = []
+    flat: list[FloatArray] = []
+    for hole in holes:
+        ring = np.array([vertices[k].point for k in hole]) @ axes.T
+        polygon = shapely.Polygon(corners @ axes.T, [*flat, ring])
+        if polygon.is_valid and not shapely.is_ccw(shapely.LinearRing(ring)):
+            kept.append(hole)
+            flat.append(ring)
+    return tuple(kept)
 
 
 def _off(plane: FacePlane, points: FloatArray, covs: FloatArray) -> NDArray[np.bool_]:

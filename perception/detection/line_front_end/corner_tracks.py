@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,20 +41,22 @@ MIN_SPREAD = 1 - np.cos(np.radians(15.0))
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Corners:
-    """Vertices (n, 3) that faces share, and each face's loop of them."""
+    """Vertices (n, 3) that faces share, each face's loop of them, and the loops of its holes."""
 
     points: FloatArray
     loops: tuple[tuple[int, ...], ...]
+    holes: tuple[tuple[tuple[int, ...], ...], ...]
+
+    @property
+    def rings(self) -> tuple[tuple[int, tuple[int, ...]], ...]:
+        """All loops, outlines and holes, each with the number of its face."""
+        of_faces = enumerate(zip(self.loops, self.holes, strict=True))
+        return tuple((k, ring) for k, (loop, holes) in of_faces for ring in (loop, *holes))
 
     @property
     def sides(self) -> tuple[tuple[int, int], ...]:
         """All different sides, as (smaller, larger) vertex."""
-        pairs = {
-            (min(a, b), max(a, b))
-            for loop in self.loops
-            for a, b in zip(loop, loop[1:] + loop[:1], strict=True)
-        }
-        return tuple(sorted(pairs))
+        return tuple(sorted({side for _, ring in self.rings for side in _sides(ring)}))
 
     @property
     def segments(self) -> FloatArray:
@@ -65,17 +68,22 @@ class Corners:
         """Which views show which side (n, V): those that show one of its faces (faces, V)."""
         number = {side: k for k, side in enumerate(self.sides)}
         visible = np.zeros((len(number), shown.shape[1]), np.bool_)
-        for loop, seen in zip(self.loops, shown, strict=True):
-            for a, b in zip(loop, loop[1:] + loop[:1], strict=True):
-                visible[number[min(a, b), max(a, b)]] |= seen
+        for face, ring in self.rings:
+            for side in _sides(ring):
+                visible[number[side]] |= shown[face]
         return visible
+
+
+def _sides(ring: tuple[int, ...]) -> list[tuple[int, int]]:
+    return [(min(a, b), max(a, b)) for a, b in zip(ring, ring[1:] + ring[:1], strict=True)]
 
 
 def merge_corners(faces: Sequence[SelectedFace], pixel: float) -> Corners:
     """Corners of different faces that lie together become one vertex, nearest pairs first."""
-    points = np.concatenate([f.corners for f in faces])
-    owner = np.repeat(np.arange(len(faces)), [len(f.corners) for f in faces])
-    sides = [np.linalg.norm(f.corners - np.roll(f.corners, -1, axis=0), axis=1) for f in faces]
+    rings = [(k, ring) for k, f in enumerate(faces) for ring in (f.corners, *f.holes)]
+    points = np.concatenate([ring for _, ring in rings])
+    owner = np.repeat([k for k, _ in rings], [len(ring) for _, ring in rings])
+    sides = [np.linalg.norm(ring - np.roll(ring, -1, axis=0), axis=1) for _, ring in rings]
     shorter = np.concatenate([np.minimum(side, np.roll(side, 1)) for side in sides])
     limit = np.minimum(TOUCH_PX * pixel, MERGE_SHARE * shorter)
     apart = np.linalg.norm(points[:, None] - points[None], axis=-1)
@@ -93,9 +101,10 @@ def merge_corners(faces: Sequence[SelectedFace], pixel: float) -> Corners:
             group[group == b] = a
     _, vertex = np.unique(group, return_inverse=True)
     merged = np.array([points[vertex == k].mean(axis=0) for k in range(vertex.max() + 1)])
-    ends = np.cumsum([len(f.corners) for f in faces])[:-1]
-    loops = tuple(tuple(int(v) for v in part) for part in np.split(vertex, ends))
-    return Corners(merged, loops)
+    ends = np.cumsum([len(ring) for _, ring in rings])[:-1]
+    numbered = iter(tuple(int(v) for v in part) for part in np.split(vertex, ends))
+    of_faces = [tuple(islice(numbered, 1 + len(f.holes))) for f in faces]
+    return Corners(merged, tuple(r[0] for r in of_faces), tuple(r[1:] for r in of_faces))
 
 
 def track_corners(
@@ -128,7 +137,7 @@ def outlined_tracks(
     """
     tracks = []
     for vertex, point in enumerate(corners.points):
-        faces = [k for k, loop in enumerate(corners.loops) if vertex in loop]
+        faces = [face for face, ring in corners.rings if vertex in ring]
         seen = np.nonzero(shown[faces].any(axis=0))[0].tolist()
         cov = OUTLINE_SD_PX**2 * len(seen) * np.eye(2)
         placed = [(k, *project_points(views[k].projection, point)) for k in seen]
@@ -143,9 +152,7 @@ def completed_corners(
 
     Each beside a corner of a neighbour, as well known as an outline is; `pixel` as before.
     """
-    known = {
-        v for loop, f in zip(corners.loops, faces, strict=True) if f.sds is not None for v in loop
-    }
+    known = {v for face, ring in corners.rings if faces[face].sds is not None for v in ring}
     found: dict[int, Completion] = {}
     for loop in corners.loops:
         for vertex, before, after in zip(

@@ -19,6 +19,7 @@ from facetlog.perception.detection.line_front_end.evidence.face_conflicts import
     MAX_BLOCKED,
     alike,
     blocked,
+    lies_within,
     overlap,
     touch,
 )
@@ -27,8 +28,10 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     FaceJudge,
 )
 from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
+from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
 from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
+from facetlog.perception.detection.line_front_end.hole_search import HoleFinder
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
 from facetlog.perception.detection.line_front_end.outlines.parallelograms import parallelograms
 from facetlog.perception.detection.line_front_end.outlines.plane_regions import (
@@ -108,8 +111,8 @@ class SelectedFace:
     """An outline judged a face, its corners counter-clockwise seen from the side that views see.
 
     `shown` (V,) tells which views show it; `support` is the share of its sides on edges in those,
-    `seen` (n, 3) are points of its inside; to `sds` (k,) its plane is known at each corner, where
-    it is known by itself.
+    `seen` (n, 3) are points of its inside; `holes` (k, 3) run clockwise. To `sds` its plane is
+    known at each corner, then at those of the holes, where it is known by itself.
     """
 
     corners: FloatArray
@@ -118,6 +121,7 @@ class SelectedFace:
     support: float
     seen: FloatArray
     sds: FloatArray | None = None
+    holes: tuple[FloatArray, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -182,6 +186,10 @@ class _Selection:
         self._ground = ground
         self._witnesses = witnesses
         self._judge = FaceJudge(self._witnesses, self._sides, ground)
+        self._behind = LinesBehind(
+            witnesses, sides, self._extents, cloud.end_covs.mean(axis=1), cloud.pixel
+        )
+        self._holes = HoleFinder(witnesses, sides, cloud, profiles, self._behind)
         chosen = choose_planes(planes, cloud, worth, ground, self._beside, LEAST_PRICE)
         self._planes = list(chosen)
         self._finder = RegionFinder(
@@ -359,14 +367,22 @@ class _Selection:
         e = candidate.evidence
         known = self._planes[candidate.plane].plane
         slope = SQUARE_SLOPE if candidate.square else OPEN_SLOPE
-        sds = plane_sds(known, self._cloud, candidate.corners, slope)
-        face = SelectedFace(candidate.corners, candidate.normal, e.shown, e.coverage, e.points, sds)
+        corners, normal = candidate.corners, candidate.normal
+        flat = PlaneHypothesis(normal, float(normal @ corners[0]), known.lines)
+        holes = self._holes.holes(corners, flat, e.shown, self._taken)
+        if self._behind.seen_through(corners, normal, np.nonzero(e.shown)[0], holes):
+            return
+        rings = np.concatenate([corners, *holes])
+        sds = plane_sds(known, self._cloud, rings, slope)
+        seen = e.points[~lies_within(holes, normal, e.points)]
+        face = SelectedFace(corners, normal, e.shown, e.coverage, seen, sds, holes)
         self._faces.append(face)
         for k in np.nonzero(e.shown)[0].tolist():
-            uv, depth = project_points(self._views[k].projection, face.corners)
-            if (depth > 0).all():
+            projection = self._views[k].projection
+            drawn = [project_points(projection, ring) for ring in (corners, *holes)]
+            if all((depth > 0).all() for _, depth in drawn):
                 filled = np.zeros_like(self._taken[k])
-                cv2.fillPoly(filled, [np.rint(uv).astype(np.int32)], 1)
+                cv2.fillPoly(filled, [np.rint(uv).astype(np.int32) for uv, _ in drawn], 1)
                 taken = cv2.bitwise_or(self._taken[k], cv2.erode(filled, RIM))
                 closed = cv2.morphologyEx(taken, cv2.MORPH_CLOSE, BETWEEN)
                 self._taken[k] = np.asarray(closed, dtype=np.uint8)
@@ -408,7 +424,8 @@ class _Selection:
                 self._propose_moved(corners, outwards, plane)
 
     def _contradicts(self, candidate: _Candidate, face: SelectedFace) -> bool:
-        # They overlap in one plane, or the candidate hides the face from views that show it.
+        # They overlap in one plane, where holes are no surface either; or the candidate hides the
+        # face from views that show it.
         corners, normal = candidate.corners, candidate.normal
         near = SAME_PLANE_PX * self._pixel
         if overlap(corners, normal, face.corners, face.normal, near):

@@ -156,7 +156,7 @@ def _tracked(
         tracks = track_corners(corners, views, [f.part(0, count) for f in fits])
         outlined = outlined_tracks(corners, shown, views)
         ends = track_ends(loose, use[of_cloud], views, [f.part(count, len(sides)) for f in fits])
-    tracked = tuple(map(_tracked_face, corners.loops, faces))
+    tracked = tuple(map(_tracked_face, corners.loops, corners.holes, faces))
     first = len(tracks)
     edges = tuple((first + 2 * k, first + 2 * k + 1) for k in range(len(loose)))
     own = tuple(in_own_pixels(track, pictures.factors) for track in (*tracks, *ends))
@@ -165,8 +165,11 @@ def _tracked(
     return TrackedFaces(own, tracked, weight, edges, stand_ins, completions, ground=level)
 
 
-def _tracked_face(loop: tuple[int, ...], face: SelectedFace) -> TrackedFace:
+def _tracked_face(
+    loop: tuple[int, ...], holes: tuple[tuple[int, ...], ...], face: SelectedFace
+) -> TrackedFace:
     plane = None
     if face.sds is not None:
         plane = FacePlane(face.normal, float(face.normal @ face.corners[0]), face.sds)
-    return TrackedFace(loop, face.support, plane, implied=not face.shown.any())
+    implied = not face.shown.any()
+    return TrackedFace(loop, face.support, plane, implied=implied, holes=holes)

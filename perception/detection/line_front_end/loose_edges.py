@@ -69,7 +69,8 @@ def find_loose_edges(
     for k in np.nonzero(keep & belongs)[0].tolist():
         targets = segment_samples(extents[k : k + 1], SIGHT_SAMPLES)[0]
         shares = (
-            blocked(f.corners, f.normal, targets, centres[seen[k]], margin).mean() for f in faces
+            blocked(f.corners, f.normal, targets, centres[seen[k]], margin, f.holes).mean()
+            for f in faces
         )
         keep[k] = max(shares) <= MAX_BLOCKED
     chosen = np.nonzero(keep & belongs)[0]

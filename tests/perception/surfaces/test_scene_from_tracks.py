@@ -320,3 +320,46 @@ def test_a_limit_out_of_reach_is_said() -> None:
     views = cameras()
     (warning,) = scene_of(tracked(views), views, sd_limit=1e-6).warnings
     assert "8 of 8 vertices" in warning
+
+
+def with_hole(views: tuple[View, ...], low: float, high: float) -> TrackedFaces:
+    """The block with a square hole in its top, from `low` to `high` along both sides."""
+    found = tracked(views)
+    (top,) = (
+        k for k, f in enumerate(found.faces) if (BLOCK.vertices[list(f.outline), 2] > 0).all()
+    )
+    square = np.array([[low, low, 6.0], [low, high, 6.0], [high, high, 6.0], [high, low, 6.0]])
+    tracks = []
+    for point in square:
+        seen = []
+        for k, view in enumerate(views):
+            h = view.projection @ np.append(point, 1.0)
+            seen.append(Observation(k, h[:2] / h[2], PIXEL_SD**2 * np.eye(2)))
+        tracks.append(Track(tuple(seen)))
+    first = len(found.tracks)
+    holed = replace(found.faces[top], holes=(tuple(range(first, first + 4)),))
+    faces = (*found.faces[:top], holed, *found.faces[top + 1 :])
+    return replace(found, tracks=(*found.tracks, *tracks), faces=faces)
+
+
+def test_a_hole_comes_with_its_face_and_has_edges_of_its_own() -> None:
+    views = cameras()
+    scene = scene_of(with_hole(views, -2.0, 2.0), views)
+    (hole,) = [ring for f in scene.faces for ring in f.holes]
+    assert len(scene.edges) == 12 + 4
+    np.testing.assert_allclose(np.abs(scene.points[list(hole), :2]), 2.0, atol=0.02)
+
+
+def test_a_hole_that_reaches_beyond_its_face_is_none() -> None:
+    views = cameras()
+    scene = scene_of(with_hole(views, 2.0, 7.0), views)
+    assert len(scene.faces) == 5
+    assert not any(f.holes for f in scene.faces)
+
+
+def test_a_hole_of_which_a_corner_is_not_seen_is_none() -> None:
+    views = cameras()
+    found = with_hole(views, -2.0, 2.0)
+    scene = scene_of(replace(found, tracks=(*found.tracks[:-1], Track(()))), views)
+    assert len(scene.faces) == 5
+    assert not any(f.holes for f in scene.faces)

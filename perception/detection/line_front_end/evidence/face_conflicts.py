@@ -1,6 +1,8 @@
 """Which faces cannot both be: they share a part of one plane, or one hides what is seen; and which
 touch one another."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -8,7 +10,7 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MAX_BLOCKED", "alike", "blocked", "overlap", "touch"]
+__all__ = ["MAX_BLOCKED", "alike", "blocked", "lies_within", "overlap", "touch"]
 
 # Overlap of two coplanar faces, as a share of the smaller.
 MAX_OVERLAP = 0.15
@@ -49,10 +51,12 @@ def blocked(
     targets: FloatArray,
     centres: FloatArray,
     margin: float = 0.0,
+    holes: Sequence[FloatArray] = (),
 ) -> NDArray[np.bool_]:
     """Which sight lines (c, s) from centres (c, 3) to targets (s, 3) a polygon (k, 3) blocks.
 
-    Lines that pass within `margin` of its outline, or end within it of its plane, go free.
+    Lines that pass within `margin` of its outline, or end within it of its plane, or go through one
+    of its `holes` (m, 3), go free.
     """
     offset = normal @ corners.mean(axis=0)
     before = centres @ normal - offset  # (c,)
@@ -62,7 +66,7 @@ def blocked(
         return crosses
     t = before[:, None] / np.where(crosses, before[:, None] - behind, 1.0)
     at = centres[:, None] + t[..., None] * (targets - centres[:, None])
-    inner = _in_plane(corners, normal).buffer(-margin)
+    inner = _in_plane(corners, normal, holes).buffer(-margin)
     shapely.prepare(inner)
     flat = at @ plane_basis(normal)
     crosses &= shapely.contains_xy(inner, flat[..., 0], flat[..., 1])
@@ -84,5 +88,19 @@ def _from_sides(points: FloatArray, corners: FloatArray) -> float:
     return float(np.linalg.norm(off - share[..., None] * along, axis=2).min())
 
 
-def _in_plane(corners: FloatArray, normal: FloatArray) -> shapely.Geometry:
-    return shapely.Polygon(corners @ plane_basis(normal)).buffer(0)
+def lies_within(
+    rings: Sequence[FloatArray], normal: FloatArray, points: FloatArray
+) -> NDArray[np.bool_]:
+    """Which points (n, 3) of a plane lie within one of its polygons (k, 3)."""
+    flat = points @ plane_basis(normal)
+    within = np.zeros(len(points), dtype=np.bool_)
+    for ring in rings:
+        within |= shapely.contains_xy(_in_plane(ring, normal), flat[:, 0], flat[:, 1])
+    return within
+
+
+def _in_plane(
+    corners: FloatArray, normal: FloatArray, holes: Sequence[FloatArray] = ()
+) -> shapely.Geometry:
+    basis = plane_basis(normal)
+    return shapely.Polygon(corners @ basis, [hole @ basis for hole in holes]).buffer(0)

@@ -1,7 +1,6 @@
 """Regions of a plane on which the pictures agree: each is what a face may be."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -12,6 +11,16 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
     agreement,
 )
 from facetlog.perception.detection.line_front_end.evidence.witnesses import MIN_FACING_SINE
+from facetlog.perception.detection.line_front_end.outlines.plane_grid import (
+    COARSE_PX,
+    CROSS,
+    FINE_PX,
+    MAX_CELLS,
+    MIN_COARSE,
+    MIN_FINE,
+    PlaneGrid,
+    connected_regions,
+)
 from facetlog.perception.detection.line_front_end.outlines.region_outline import (
     MAX_SIDES,
     border,
@@ -32,81 +41,19 @@ MIN_VIEWS = 3
 MAX_VIEWS = 24
 # A cell is of a surface at odds of 20 to 1.
 MIN_RATIO = float(np.log(20.0))
-# Sides of a cell, px, when the plane is looked over and when its regions are outlined; of a large
-# plane not more cells than this along a side.
-COARSE_PX, FINE_PX = 8.0, 2.0
-MAX_CELLS = 170
 # The plane is looked at round its lines, by this share of their extent and px; where a region goes
 # on beyond, so is this share more, up to so many times.
 MARGIN_SHARE, MARGIN_PX = 0.15, 10.0
 GROWTH_SHARE, GROWTHS = 0.4, 3
 # A segment this near to the plane, px, may bound a region.
 ON_PLANE_PX = 3.0
-# Fewer cells than this, at the coarse and the fine step, are no region.
-MIN_COARSE, MIN_FINE = 3, 64
 # Lines bound a region beyond their ends by so many cells: corners are where edges fade.
 BEYOND_CELLS = 2.0
 # Two regions are one when they share this much of the larger.
 SAME_SHARE = 0.97
 # A plane is level, and the ground cuts it nowhere, when its normal is this near to the ground's.
 LEVEL_SINE = 0.1
-CROSS = np.ones((3, 3), dtype=np.uint8)
 SUBPIXEL_BITS = 4
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Grid:
-    # Cells of a plane: cell (row, column) has its middle at low + (column + ½, row + ½) · step,
-    # measured along `basis` (3, 2) from `origin` (3,).
-    origin: FloatArray
-    basis: FloatArray
-    low: FloatArray
-    step: float
-    shape: tuple[int, int]
-
-    @classmethod
-    def over(
-        cls,
-        plane: PlaneHypothesis,
-        basis: FloatArray,
-        low: FloatArray,
-        high: FloatArray,
-        step: float,
-    ) -> "_Grid":
-        columns, rows = np.maximum(np.ceil((high - low) / step), 1).astype(int)
-        return cls(plane.normal * plane.distance, basis, low, step, (int(rows), int(columns)))
-
-    def pixels(
-        self, projections: FloatArray, sizes: NDArray[np.intp]
-    ) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
-        """Pixels (2, v, rows, columns) of the cells in views, and which are in the picture.
-
-        `projections` (v, 3, 4) and `sizes` (v, 2), width and height, are those of the views.
-        """
-        x = (self.low[0] + (np.arange(self.shape[1]) + 0.5) * self.step).astype(np.float32)
-        y = (self.low[1] + (np.arange(self.shape[0])[:, None] + 0.5) * self.step).astype(np.float32)
-        h = projections[:, :, :3] @ np.column_stack([self.basis, self.origin])
-        h[:, :, 2] += projections[:, :, 3]
-        a, b, c = h.astype(np.float32).transpose(2, 1, 0)[..., None, None]
-        at = a * x + (b * y + c)  # (3, v, rows, columns)
-        uv, depth = at[:2], at[2]
-        before = depth > 0
-        np.copyto(depth, np.inf, where=~before)
-        uv /= depth
-        u, v = uv
-        width, height = sizes.T[:, :, None, None]
-        inside = before & (u > 1) & (u < width - 2) & (v > 1) & (v < height - 2)
-        return uv, inside
-
-    def cells(self, points: FloatArray) -> FloatArray:
-        """Points (..., 3) of the plane in cells (x, y), the first cell's middle at 0."""
-        cells: FloatArray = ((points - self.origin) @ self.basis - self.low) / self.step - 0.5
-        return cells
-
-    def points(self, cells: FloatArray) -> FloatArray:
-        """The inverse, for `border`'s coordinates: cell middles at ½."""
-        points: FloatArray = self.origin + (self.low + cells * self.step) @ self.basis.T
-        return points
 
 
 class RegionFinder:
@@ -149,7 +96,7 @@ class RegionFinder:
             return
         basis, low, high = extent
         step = max(FINE_PX * self._pixel, float((high - low).max()) / MAX_CELLS)
-        grid = _Grid.over(plane, basis, low, high, step)
+        grid = PlaneGrid.over(plane, basis, low, high, step)
         agrees = self._agrees(grid, plane, side, taken)
         if agrees is None:
             return
@@ -160,7 +107,7 @@ class RegionFinder:
         sides = [*lines, *self._ground_line(grid)]
         found: list[NDArray[np.uint8]] = []
         for cut in (True, False):
-            for region in _regions(agrees & (walls == 0) if cut else agrees, MIN_FINE):
+            for region in connected_regions(agrees & (walls == 0) if cut else agrees, MIN_FINE):
                 if cut:  # back to the lines that cut it out
                     grown = cv2.dilate(region, CROSS) > 0
                     region = (grown & ((agrees > 0) | (walls > 0))).astype(np.uint8)
@@ -196,11 +143,11 @@ class RegionFinder:
         low, high = low - margin, high + margin
         for growth in range(GROWTHS + 1):
             step = max(COARSE_PX * self._pixel, 4 * float((high - low).max()) / MAX_CELLS)
-            grid = _Grid.over(plane, basis, low, high, step)
+            grid = PlaneGrid.over(plane, basis, low, high, step)
             agrees = self._agrees(grid, plane, side, taken)
             if agrees is None:
                 return None
-            regions = list(_regions(agrees, MIN_COARSE))
+            regions = list(connected_regions(agrees, MIN_COARSE))
             if not regions:
                 return None
             shown = np.any(regions, axis=0)
@@ -222,7 +169,7 @@ class RegionFinder:
 
     def _agrees(
         self,
-        grid: _Grid,
+        grid: PlaneGrid,
         plane: PlaneHypothesis,
         side: float,
         taken: Sequence[NDArray[np.uint8]],
@@ -249,7 +196,7 @@ class RegionFinder:
             agrees &= self._ground.above(points) > -self._ground.margin / 4
         return agrees.astype(np.uint8)
 
-    def _ground_line(self, grid: _Grid) -> Iterator[FloatArray]:
+    def _ground_line(self, grid: PlaneGrid) -> Iterator[FloatArray]:
         # Where the plane meets the ground is a border too, in cells (2, 2).
         if self._ground is None:
             return
@@ -263,22 +210,6 @@ class RegionFinder:
         foot = middle - slope * height / size**2
         along = np.array([-slope[1], slope[0]]) / size * high.max()
         yield (np.stack([foot - along, foot + along]) - grid.low) / grid.step - 0.5
-
-
-def _regions(cells: NDArray[np.uint8], least: int) -> Iterator[NDArray[np.uint8]]:
-    # Connected regions of cells, thin bridges left out, the largest first.
-    opened = (
-        cv2.morphologyEx(cells.astype(np.uint8), cv2.MORPH_OPEN, CROSS)
-        if least > MIN_COARSE
-        else cells
-    )
-    _, labels, stats, _ = cv2.connectedComponentsWithStats(
-        np.asarray(opened, dtype=np.uint8), connectivity=4
-    )
-    areas = stats[1:, cv2.CC_STAT_AREA]
-    for k in np.argsort(-areas, kind="stable"):
-        if areas[k] >= least:
-            yield (labels == k + 1).astype(np.uint8)
 
 
 def _filled(region: NDArray[np.uint8]) -> NDArray[np.uint8]:

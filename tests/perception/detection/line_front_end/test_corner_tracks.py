@@ -1,5 +1,7 @@
 """Corners measured in each view, and how honest their covariance is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -28,7 +30,7 @@ def seen_faces(rig: Rig) -> tuple[Corners, FloatArray]:
     """The true corners, the loops of faces that are seen, and which view shows which."""
     chosen = rig.shown_faces.any(axis=1)
     loops = tuple(f for f, seen in zip(rig.solid.faces, chosen, strict=True) if seen)
-    return Corners(rig.points, loops), rig.shown_faces[chosen]
+    return Corners(rig.points, loops, ((),) * len(loops)), rig.shown_faces[chosen]
 
 
 def tracks_of(corners: Corners, shown: FloatArray, rig: Rig) -> tuple[Track, ...]:
@@ -79,9 +81,8 @@ def test_a_corner_slightly_off_is_measured_where_it_is() -> None:
     rig = block_rig()
     corners, shown = seen_faces(rig)
     rng = np.random.default_rng(0)
-    moved = Corners(
-        corners.points + 0.7 * rig.pixel * rng.uniform(-1, 1, corners.points.shape), corners.loops
-    )
+    off = 0.7 * rig.pixel * rng.uniform(-1, 1, corners.points.shape)
+    moved = replace(corners, points=corners.points + off)
     distance = [
         np.linalg.norm(o.uv - project(rig.views[o.view], point))
         for point, track in zip(rig.points, tracks_of(moved, shown, rig), strict=True)
@@ -159,8 +160,23 @@ def test_merging_does_not_depend_on_the_unit(scale: float) -> None:
     np.testing.assert_allclose(other.points, scale * one.points)
 
 
+def test_the_corners_of_a_hole_stay_apart_from_those_of_its_face() -> None:
+    square = np.array([[0.0, 0, 0], [40, 0, 0], [40, 40, 0], [0, 40, 0]])
+    hole = np.array([[2.0, 2, 0], [2, 38, 0], [38, 38, 0], [38, 2, 0]])
+    framed = replace(face(square), holes=(hole,))
+    beside = face(np.array([[0.0, 0, 0], [0, 0, 20], [40, 0, 20], [40, 0, 0]]))
+    corners = merge_corners([framed, beside], 1.0)
+    assert [len(loop) for loop in corners.loops] == [4, 4]
+    ((ring,), nothing) = corners.holes
+    assert nothing == ()
+    np.testing.assert_allclose(corners.points[list(ring)], hole)
+    assert not set(ring) & set(corners.loops[0])
+    assert len(set(corners.loops[0]) & set(corners.loops[1])) == 2
+    assert len(corners.sides) == 4 + 4 + 3
+
+
 def test_sides_are_named_once() -> None:
-    corners = Corners(np.zeros((5, 3)), ((0, 1, 2, 3), (3, 2, 4)))
+    corners = Corners(np.zeros((5, 3)), ((0, 1, 2, 3), (3, 2, 4)), ((), ()))
     assert corners.sides == ((0, 1), (0, 3), (1, 2), (2, 3), (2, 4), (3, 4))
 
 

@@ -3,10 +3,14 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from facetlog.perception.detection.edge_maps import edge_map
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import SUPPORTED
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import coverage
 from facetlog.perception.detection.line_front_end.segments_3d.view_judgement import (
     Contradiction,
     contradicting_views,
@@ -22,8 +26,8 @@ RIG = block_rig()
 
 def judged(views: Sequence[View]) -> tuple[Contradiction, ...]:
     found = [detect_segments(v.image) for v in views]
-    weight = np.ones(len(views))
-    return contradicting_views(RIG.edges, RIG.shown_edges[:, : len(views)], weight, views, found)
+    shown = np.nan_to_num(coverage(RIG.edges, views, [edge_map(v.image) for v in views]))
+    return contradicting_views(RIG.edges, shown > SUPPORTED, np.ones(len(views)), views, found)
 
 
 def turned(view: View, degrees: float) -> View:
@@ -54,6 +58,13 @@ def test_the_picture_of_another_pose_is_found() -> None:
 
 def test_a_hair_of_a_turn_is_no_contradiction() -> None:
     assert judged(with_view(3, turned(RIG.views[3], 0.05))) == ()
+
+
+def test_a_right_view_with_many_edges_of_its_own_is_no_contradiction() -> None:
+    image = RIG.views[3].image.copy()
+    for row in range(6, 60, 6):
+        cv2.line(image, (0, row), (319, row + row % 4), 90, 2)
+    assert judged(with_view(3, replace(RIG.views[3], image=image))) == ()
 
 
 def test_a_picture_without_edges_is_not_judged() -> None:

@@ -1,0 +1,217 @@
+"""Holes in faces: inside its outline, where the views that show a face disagree.
+
+Through a hole each view sees another place. On a surface views disagree where it shines, and where
+something stands before it; but that hides from the views beyond it what lies beside its foot, while
+round a hole the face is surface up to the rim, and the rim has edges in its plane.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.evidence.face_evidence import MIN_COVERAGE
+from facetlog.perception.detection.line_front_end.evidence.half_planes import (
+    CLEAR_PX,
+    MIN_CONSISTENT,
+    MIN_WEIGHT,
+)
+from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
+from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
+from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
+from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
+from facetlog.perception.detection.line_front_end.outlines.plane_grid import (
+    COARSE_PX,
+    FINE_PX,
+    MAX_CELLS,
+    MIN_COARSE,
+    MIN_FINE,
+    PlaneGrid,
+    connected_regions,
+)
+from facetlog.perception.detection.line_front_end.outlines.region_outline import (
+    MAX_SIDES,
+    border,
+    outline_polygon,
+    rough_polygons,
+)
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.segments_3d.line_extent import LineProfiles
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.ties import descending, largest
+from facetlog.perception.types import FloatArray
+
+__all__ = ["HoleFinder", "differs_more"]
+
+# A place is none of the surface at odds of 20 to 1.
+MIN_RATIO = float(np.log(20.0))
+# How often views disagree elsewhere on the face settles in few steps.
+STEPS = 10
+# Each side is one of some twenty, and of its moves; less than one face in a thousand may have a
+# hole by chance.
+SIDE_PRICE, CHANCE_PRICE = float(np.log(20.0 * len(MOVES_PX))), float(np.log(1000.0))
+# Fewer cells than this in a hole or beside its rim tell nothing.
+MIN_CELLS = 8
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Cells:
+    # A face in cells: its outline there, the middles (n, 2) of those within, and which (n,) of them
+    # are no surface.
+    grid: PlaneGrid
+    outline: shapely.Geometry
+    middles: FloatArray
+    missing: NDArray[np.bool_]
+
+    def regions(self, least: int) -> Iterator[NDArray[np.uint8]]:
+        """Regions (rows, columns) of cells that are no surface."""
+        drawn = np.zeros(self.grid.shape, dtype=np.uint8)
+        column, row = self.middles[self.missing].astype(np.intp).T
+        drawn[row, column] = 1
+        return connected_regions(drawn, least)
+
+
+class HoleFinder:
+    """Finds holes in faces; `pixel` is a pixel's length at the focus."""
+
+    def __init__(
+        self,
+        witnesses: Witnesses,
+        sides: SideJudge,
+        cloud: LineCloud,
+        profiles: LineProfiles,
+        behind: LinesBehind,
+    ) -> None:
+        self._witnesses = witnesses
+        self._sides = sides
+        self._cloud = cloud
+        self._profiles = profiles
+        self._behind = behind
+        self._pixel = cloud.pixel
+
+    def holes(
+        self,
+        corners: FloatArray,
+        plane: PlaneHypothesis,
+        shown: NDArray[np.bool_],
+        taken: Sequence[NDArray[np.uint8]],
+    ) -> tuple[FloatArray, ...]:
+        """Corners (k, 3) of the holes in a face (n, 3) that views `shown` (V,) show, each clockwise
+        seen from the side that the plane's normal points to.
+
+        `taken` says of each view which of its pixels show a face that was found before.
+        """
+        views = np.nonzero(shown)[0]
+        if not any(
+            True for _ in self._look(corners, plane, views, taken, COARSE_PX).regions(MIN_COARSE)
+        ):
+            return ()
+        cells = self._look(corners, plane, views, taken, FINE_PX)
+        rings = list(self._rings(cells, plane, views))
+        worth = np.array([self._worth(ring, cells, plane.normal, views) for ring in rings])
+        chosen: list[shapely.Polygon] = []
+        holes = []
+        for k in descending(worth):
+            flat = shapely.Polygon(cells.grid.cells(rings[k]))
+            if worth[k] > 0 and not any(flat.intersects(other) for other in chosen):
+                chosen.append(flat)
+                holes.append(rings[k][::-1].copy())
+        return tuple(holes)
+
+    def _look(
+        self,
+        corners: FloatArray,
+        plane: PlaneHypothesis,
+        views: NDArray[np.intp],
+        taken: Sequence[NDArray[np.uint8]],
+        cell_px: float,
+    ) -> _Cells:
+        # Cells along the longest side: the world's frame plays no part.
+        along = np.roll(corners, -1, axis=0) - corners
+        basis = plane_axes(plane.normal, along[largest(np.linalg.norm(along, axis=1))]).T
+        flat = (corners - plane.normal * plane.distance) @ basis
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        step = max(cell_px * self._pixel, float((high - low).max()) / MAX_CELLS)
+        grid = PlaneGrid.over(plane, basis, low, high, step)
+        outline = shapely.Polygon(grid.cells(corners) + 0.5).buffer(0)
+        middles = np.argwhere(np.ones(grid.shape))[:, ::-1] + 0.5
+        middles = middles[shapely.contains_xy(outline, middles)]
+        found, seen = self._witnesses.agree(views, grid.points(middles), taken)
+        weight = self._witnesses.weight[views]
+        missing = differs_more(weight @ seen, weight @ (seen & ~found.agrees))
+        return _Cells(grid, outline, middles, missing)
+
+    def _rings(
+        self, cells: _Cells, plane: PlaneHypothesis, views: NDArray[np.intp]
+    ) -> Iterator[FloatArray]:
+        # Outlines of lines, and those of regions of cells that are no surface.
+        grid = cells.grid
+        for outline in find_outlines(plane, self._cloud, self._profiles):
+            flat = grid.cells(outline.corners) + 0.5
+            yield grid.points(flat if shapely.is_ccw(shapely.LinearRing(flat)) else flat[::-1])
+        lines = grid.cells(self._cloud.segments[plane.lines]) + 0.5
+        for region in cells.regions(MIN_FINE):
+            ring = border(region)
+            corners = outline_polygon(ring, lines)
+            if corners is not None:
+                yield grid.points(corners)
+            for rough in rough_polygons(ring, MAX_SIDES if corners is None else len(corners)):
+                about = grid.points(rough)
+                yield self._sides.onto_edges(views, about, plane.normal, self._pixel)
+
+    def _worth(
+        self, ring: FloatArray, cells: _Cells, normal: FloatArray, views: NDArray[np.intp]
+    ) -> float:
+        # What speaks for a hole by its edges, 0 where what lies in or beside it speaks against it.
+        # A plain floor behind looks the same to all views: lines tell there.
+        polygon = shapely.Polygon(cells.grid.cells(ring) + 0.5)
+        clear = CLEAR_PX * self._pixel / cells.grid.step
+        if not (polygon.is_valid and cells.outline.buffer(-clear).contains(polygon)):
+            return 0.0
+        away = shapely.distance(polygon, shapely.points(cells.middles))
+        within, beside = away == 0, (away > clear) & (away < 2 * clear)
+        if within.sum() < MIN_CELLS or beside.sum() < MIN_CELLS:
+            return 0.0
+        if cells.missing[beside].mean() > 1 - MIN_CONSISTENT:
+            return 0.0
+        if cells.missing[within].mean() < MIN_CONSISTENT and not self._behind.seen_through(
+            ring, normal, views
+        ):
+            return 0.0
+        sides = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
+        edges = self._sides.evidence(views, sides)
+        hit = edges.found.sum() / max(edges.there.sum(), 1)
+        if hit < MIN_COVERAGE:
+            return 0.0
+        ratio = float((self._witnesses.weight[views] @ edges.ratio).sum())
+        return max(ratio - SIDE_PRICE * len(ring) - CHANCE_PRICE, 0.0)
+
+
+def differs_more(count: FloatArray, apart: FloatArray) -> NDArray[np.bool_]:
+    """At which places (n,) more views disagree than elsewhere, of `count` views `apart` many.
+
+    How often they do elsewhere is the share of all but those places. One view alone may have met a
+    reflection.
+    """
+    more = np.zeros(len(count), dtype=np.bool_)
+    rate = 1.0 / (count.sum() + 2.0)
+    share = apart / np.maximum(count, 1e-300)
+    for _ in range(STEPS):
+        ratio = _times_log(apart, share / rate) + _times_log(
+            count - apart, (1 - share) / (1 - rate)
+        )
+        again = (ratio > MIN_RATIO) & (share > rate) & (apart >= MIN_WEIGHT)
+        if (again == more).all():
+            break
+        more = again
+        rate = (apart[~more].sum() + 1.0) / (count[~more].sum() + 2.0)
+    return more
+
+
+def _times_log(factor: FloatArray, of: FloatArray) -> FloatArray:
+    # factor · log(of), 0 where the factor is.
+    product: FloatArray = factor * np.log(np.where(factor > 0, of, 1.0))
+    return product

@@ -1,0 +1,139 @@
+"""Holes in the faces of pictures, and openings that are no faces."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from facetlog.perception.detection.line_front_end.hole_search import differs_more
+from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.reconstruct import reconstruct
+from facetlog.perception.surfaces.scene_checks import scene_faults
+from facetlog.perception.surfaces.scene_file import read_scene, write_scene
+from facetlog.perception.types import FloatArray
+from facetlog.robot.rendering.solids import Part, cuboid, joined, placed, printed, slab
+from facetlog.robot.rendering.texture import Pattern, Texture
+from facetlog.robot.rendering.views import views_of
+from facetlog.robot.rendering.world import Floor, Solid, World
+from facetlog.robot.tour import ring_poses
+from tests.perception.detection.line_front_end.block_rig import CAMERA
+
+UP = np.array([0.0, 0.0, 1.0])
+VIEWS = 12
+SIZE = (10.0, 8.0, 5.0)
+HOLE = (-2.5, -2.0, 2.5, 2.0)
+# The side of a cell of which regions are outlined, inches: 2 px.
+CELL = 0.17
+
+
+def with_hole(depth: float, hole: tuple[float, float, float, float] = HOLE) -> Solid:
+    """A block with a well in its top; as deep as the block is high, it goes through."""
+    length, width, height = SIZE
+    x0, y0, x1, y1 = hole
+    low, x, y = height - depth, length / 2, width / 2
+    parts: list[Part] = [
+        slab((-x, -y, low), (length, y0 + y, depth)),
+        slab((-x, y1, low), (length, y - y1, depth)),
+        slab((-x, y0, low), (x0 + x, y1 - y0, depth), without=("front", "back")),
+        slab((x1, y0, low), (x - x1, y1 - y0, depth), without=("front", "back")),
+    ]
+    if low > 0:
+        parts.append(slab((-x, -y, 0.0), (length, width, low)))
+    return joined("block with a hole", parts)
+
+
+def with_block_on_it(height: float) -> Solid:
+    top = slab((-2.5, -2.0, SIZE[2]), (5.0, 4.0, height), without=("bottom",))
+    return joined("pile", [slab((-5.0, -4.0, 0.0), SIZE), top])
+
+
+THINGS = {
+    "well": lambda: with_hole(2.0),
+    "deep": lambda: with_hole(5.0),
+    "tray": lambda: with_hole(4.5, (-4.7, -3.7, 4.7, 3.7)),
+    "low": lambda: with_block_on_it(1.0),
+    "coin": lambda: with_block_on_it(0.2),
+    "tall": lambda: with_block_on_it(3.0),
+    "plain": lambda: cuboid(*SIZE),
+    "printed": lambda: printed(cuboid(*SIZE), 3),
+}
+
+
+@cache
+def scene(name: str) -> Scene:
+    floor = Floor(0.3, Texture(Pattern.TILES, 5, 45.0, 0.35))
+    world = World((placed(THINGS[name](), 0.0, 0.0, yaw=0.4),), floor, np.array([1.0, 0.6, 2.0]))
+    poses = ring_poses([0.0, 0.0, 3.0], 26.0, (16.0, 22.0), VIEWS)
+    return reconstruct(views_of(world, poses, CAMERA, seed=1, noise_sd=3.0), name=name, up=UP)
+
+
+def holes(found: Scene) -> list[FloatArray]:
+    return [found.points[list(hole)] for face in found.faces for hole in face.holes]
+
+
+def level_at(found: Scene, height: float) -> list[float]:
+    """Heights of the level faces near one."""
+    levels = [
+        float(found.points[list(face.outline), 2].mean())
+        for face in found.faces
+        if face.plane.normal @ UP > 0.9
+    ]
+    return [z for z in levels if abs(z - height) < 0.3]
+
+
+@pytest.mark.parametrize("name", ["well", "deep"])
+def test_a_hole_is_found_where_it_is(name: str) -> None:
+    (hole,) = holes(scene(name))
+    turn = np.array([[np.cos(0.4), np.sin(0.4)], [-np.sin(0.4), np.cos(0.4)]])
+    x0, y0, x1, y1 = HOLE
+    true = np.array([[x0, y0], [x0, y1], [x1, y1], [x1, y0]])
+    at = hole[:, :2] @ turn.T
+    apart = np.linalg.norm(at[:, None] - true, axis=2)
+    assert len(hole) == 4
+    assert apart.min(axis=0).max() < CELL
+    np.testing.assert_allclose(hole[:, 2], SIZE[2], atol=CELL)
+
+
+def test_a_hole_is_no_face_of_its_own_and_the_scene_is_sound() -> None:
+    found = scene("well")
+    assert len(level_at(found, SIZE[2])) == 1
+    assert not list(scene_faults(found))
+    runs = {(min(e.start, e.end), max(e.start, e.end)) for e in found.edges}
+    (ring,) = [hole for face in found.faces for hole in face.holes]
+    assert {tuple(sorted(side)) for side in zip(ring, ring[1:] + ring[:1], strict=True)} <= runs
+
+
+def test_holes_are_kept_by_the_scene_file(tmp_path) -> None:
+    write_scene(scene("well"), tmp_path / "scene.json")
+    again = read_scene(tmp_path / "scene.json")
+    assert [f.holes for f in again.faces] == [f.holes for f in scene("well").faces]
+
+
+@pytest.mark.parametrize("name", ["low", "coin", "tall", "plain", "printed"])
+def test_what_stands_on_a_face_or_is_printed_on_it_is_no_hole(name: str) -> None:
+    assert len(scene(name).faces) >= 5
+    assert not holes(scene(name))
+
+
+def test_the_mouth_of_an_open_box_is_no_face() -> None:
+    found = scene("tray")
+    assert not level_at(found, SIZE[2])
+    assert len(found.faces) >= 4
+    assert len(level_at(scene("plain"), SIZE[2])) == 1
+
+
+def test_where_views_differ_more_than_elsewhere() -> None:
+    count = np.full(200, 10.0)
+    apart = np.zeros(200)
+    assert not differs_more(count, apart).any()
+    apart[::7] = 1.0  # here and there one does
+    assert not differs_more(count, apart).any()
+    apart[40:60] = 6.0
+    more = differs_more(count, apart)
+    assert more[40:60].all()
+    assert more.sum() == 20
+
+
+def test_where_no_view_sees_anything_none_differs() -> None:
+    assert not differs_more(np.zeros(5), np.zeros(5)).any()
+    assert differs_more(np.zeros(0), np.zeros(0)).shape == (0,)
