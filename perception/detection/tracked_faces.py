@@ -3,9 +3,12 @@
 from dataclasses import dataclass
 from itertools import chain
 
+import numpy as np
+from numpy.typing import NDArray
+
 from facetlog.perception.types import FloatArray, Track
 
-__all__ = ["Completion", "FacePlane", "TrackedFace", "TrackedFaces"]
+__all__ = ["Completion", "FacePlane", "Landmarks", "TrackedFace", "TrackedFaces"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -49,6 +52,14 @@ class Completion:
     sd: float
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Landmarks:
+    """Points (n, 3) of surfaces that views show, of faces or not; `seen` (n, V) tells which do."""
+
+    points: FloatArray
+    seen: NDArray[np.bool_]
+
+
 @dataclass(frozen=True, slots=True)
 class TrackedFaces:
     """All tracks and faces of a set of views, in pixels of their pictures.
@@ -59,7 +70,7 @@ class TrackedFaces:
     `completions` say where the last resort has them.
     `used` are the views (indices) of which all this speaks, in whose order it numbers views: all
     where it is None. `ground` is the plane that everything stands on, where there is one: a normal
-    (3,) to the cameras' side, and the height along it.
+    (3,) to the cameras' side, and the height along it. `landmarks` are what else the views show.
     """
 
     tracks: tuple[Track, ...]
@@ -71,3 +82,4 @@ class TrackedFaces:
     warnings: tuple[str, ...] = ()
     used: tuple[int, ...] | None = None
     ground: tuple[FloatArray, float] | None = None
+    landmarks: Landmarks | None = None

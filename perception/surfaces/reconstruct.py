@@ -123,7 +123,8 @@ def _seen(
         )
     with clock.step("sights"):
         placed = [replace(v, pose=pose) for v, pose in zip(used, scene.poses, strict=True)]
-        return with_sights(scene, placed, tracked.weight, tracked.ground), chosen
+        seen = with_sights(scene, placed, tracked.weight, tracked.ground, tracked.landmarks)
+    return seen, chosen
 
 
 def _seen_anew(

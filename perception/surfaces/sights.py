@@ -1,8 +1,8 @@
 """What each view saw: of every face how much, hidden by which, and how far it looked.
 
 A line of sight ends where a picture agrees with the others on the surface that it meets first: a
-face of the scene, or the ground. What was seen from somewhere has nothing before it; a later step
-decides from that which space is free.
+face of the scene, or the ground; and on the edges that a view shows, of whatever they are. What was
+seen from somewhere has nothing before it; a later step decides from that which space is free.
 """
 
 from collections.abc import Sequence
@@ -21,6 +21,7 @@ from facetlog.perception.detection.line_front_end.evidence.witnesses import (
     Witnesses,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
+from facetlog.perception.detection.tracked_faces import Landmarks
 from facetlog.perception.flat_faces import part_above, plane_axes
 from facetlog.perception.scene import Face, FaceSight, Scene, SightLines
 from facetlog.perception.types import FloatArray, View
@@ -55,11 +56,12 @@ def with_sights(
     views: Sequence[View],
     weight: Sequence[float],
     ground: tuple[FloatArray, float] | None,
+    landmarks: Landmarks | None = None,
 ) -> Scene:
     """The scene with what each of its views saw of the faces, and with its lines of sight.
 
     `views` are those of the scene, at the poses at which it was found, each with its `weight`
-    beside views almost like it. `ground` as in `TrackedFaces`.
+    beside views almost like it. `ground` and `landmarks` as in `TrackedFaces`.
     """
     surfaces = [_surface(face, scene.points) for face in scene.faces]
     levels = GreyLevels(views, [gradient(view.image) for view in views])
@@ -79,6 +81,10 @@ def with_sights(
         corners = np.reshape(observed[k], (-1, 3))
         shown = _shown(witnesses, met, _asked_with(k, len(views)))[0]
         ends = np.concatenate([met[shown], corners[eye.in_sight(corners)]])
+        if landmarks is not None:
+            ends = np.concatenate(
+                [ends, eye.where_none_ends(ends, landmarks.points[landmarks.seen[:, k]])]
+            )
         if len(ends):
             lines.append(SightLines(eye.centre, ends, k))
     faces = tuple(look.face(witnesses) for look in looks)
@@ -117,7 +123,7 @@ class _Eye:
         self._surfaces = surfaces
         self._masks = [self._drawn(surface) for surface in surfaces]
         camera = view.camera
-        step = camera.width / ACROSS
+        self._step = step = camera.width / ACROSS
         rows = np.arange(step / 2, camera.height, step) - 0.5
         columns = np.arange(step / 2, camera.width, step) - 0.5
         self.lattice = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
@@ -150,6 +156,21 @@ class _Eye:
         nearest = self.depths(uv[seen]).min(axis=0, initial=np.inf)
         seen[seen] = nearest > depth[seen] - BEFORE_PX * self.pixel(depth[seen])
         return seen
+
+    def where_none_ends(self, ends: FloatArray, points: FloatArray) -> FloatArray:
+        """Of points (n, 3) in sight one in each cell of the lattice without an end (m, 3)."""
+        points = points[self.in_sight(points)]
+        _, first = np.unique(self._cells(points), axis=0, return_index=True)
+        points = points[np.sort(first)]
+        known = set(map(tuple, self._cells(ends).tolist()))
+        free = [tuple(cell) not in known for cell in self._cells(points).tolist()]
+        chosen: FloatArray = points[np.array(free, dtype=np.bool_)]
+        return chosen
+
+    def _cells(self, points: FloatArray) -> NDArray[np.intp]:
+        # Columns and rows (n, 2) of the lattice in which points before the view lie.
+        uv, _ = project_points(self.view.projection, points)
+        return np.floor((uv + 0.5) / self._step).astype(np.intp)
 
     def pixel(self, depth: FloatArray) -> FloatArray:
         """The length of a pixel so far forward."""

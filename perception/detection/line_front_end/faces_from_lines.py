@@ -26,7 +26,11 @@ from facetlog.perception.detection.line_front_end.neighbouring_faces import neig
 from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_hypotheses
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
-from facetlog.perception.detection.line_front_end.segments_3d.line_extent import line_profiles
+from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
+    covered_extents,
+    line_profiles,
+)
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.detection.line_front_end.segments_3d.pose_consistency import (
     check_consistency,
 )
@@ -37,7 +41,12 @@ from facetlog.perception.detection.line_front_end.segments_3d.view_judgement imp
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.detection.picture_noise import Noise
 from facetlog.perception.detection.segments import detect_segments
-from facetlog.perception.detection.tracked_faces import FacePlane, TrackedFace, TrackedFaces
+from facetlog.perception.detection.tracked_faces import (
+    FacePlane,
+    Landmarks,
+    TrackedFace,
+    TrackedFaces,
+)
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.detection.working_size import (
     at_working_size,
@@ -48,6 +57,9 @@ from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["line_front_end"]
+
+# Places along a 3-D segment to which the views that show it see.
+SIGHT_SAMPLES = 12
 
 T = TypeVar("T")
 Agree: TypeAlias = Callable[
@@ -142,9 +154,11 @@ def _tracked(
         faces += neighbouring_faces(faces, witnesses, side_judge, taken, ground, cloud.pixel)
     weight = tuple(float(w) for w in graph.weight)
     level = None if ground is None else (ground.normal, ground.height)
+    places = segment_samples(covered_extents(cloud.segments, profiles), SIGHT_SAMPLES)
+    landmarks = Landmarks(places.reshape(-1, 3), np.repeat(use, SIGHT_SAMPLES, axis=0))
     if not faces:
         check_consistency(cloud.segments, use, graph.weight, views, segments)
-        return TrackedFaces((), (), weight, ground=level)
+        return TrackedFaces((), (), weight, ground=level, landmarks=landmarks)
     with clock.step("corner tracks"):
         corners = merge_corners(faces, cloud.pixel)
         shown = np.array([f.shown for f in faces])
@@ -162,7 +176,16 @@ def _tracked(
     own = tuple(in_own_pixels(track, pictures.factors) for track in (*tracks, *ends))
     stand_ins = tuple(in_own_pixels(track, pictures.factors) for track in outlined)
     completions = completed_corners(corners, faces, cloud.pixel)
-    return TrackedFaces(own, tracked, weight, edges, stand_ins, completions, ground=level)
+    return TrackedFaces(
+        own,
+        tracked,
+        weight,
+        edges,
+        stand_ins,
+        completions,
+        ground=level,
+        landmarks=landmarks,
+    )
 
 
 def _tracked_face(

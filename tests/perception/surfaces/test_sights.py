@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from facetlog.perception.detection.tracked_faces import Landmarks
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron
 from facetlog.perception.surfaces.reconstruct import reconstruct
@@ -79,7 +80,7 @@ def square(distance: float, low: float, high: float) -> FloatArray:
     )
 
 
-def seen(*squares: FloatArray) -> Scene:
+def seen(*squares: FloatArray, landmarks: Landmarks | None = None) -> Scene:
     """What three views of noise from one place, a little apart, show of squares."""
     loops = [list(range(4 * n, 4 * n + 4)) for n in range(len(squares))]
     places = [np.array([x, 0.0, 0.0]) for x in (-0.001, 0.0, 0.001)]
@@ -91,7 +92,7 @@ def seen(*squares: FloatArray) -> Scene:
     observations = tuple(Observation(k, np.zeros(2), np.eye(2)) for k in range(3))
     vertices = tuple(replace(vertex, observations=observations) for vertex in scene.vertices)
     named = replace(scene, vertices=vertices, views=tuple(view.name for view in views))
-    return with_sights(named, views, (1.0,) * 3, None)
+    return with_sights(named, views, (1.0,) * 3, None, landmarks)
 
 
 def test_what_hides_a_face_is_named_with_its_share() -> None:
@@ -112,6 +113,30 @@ def test_sight_lines_go_to_the_vertices_that_no_face_hides() -> None:
         assert [0.5, 0.5, 1.5] in ends
         # Matched by mistake: the nearer square is before it.
         assert [0.6, 0.6, 3.0] not in ends
+
+
+def test_sight_lines_end_on_what_a_view_shows_that_is_no_face() -> None:
+    post = np.array([[-0.2, 0.01 * k, 1.0] for k in range(-4, 5)])
+    hidden = np.array([[0.5, 0.5, 3.0]])
+    points = np.concatenate([post, hidden])
+    by_two = np.tile([True, False, True], (len(points), 1))
+    scene = seen(square(1.5, 0.0, 0.5), landmarks=Landmarks(points, by_two))
+    ends = {line.view: line.ends.round(6).tolist() for line in scene.sights}
+    for view in (0, 2):
+        found = [p for p in post.tolist() if np.round(p, 6).tolist() in ends[view]]
+        # Close together they are one line of sight.
+        assert 0 < len(found) < len(post)
+        assert hidden[0].tolist() not in ends[view]
+    assert not any(end[2] == 1.0 for end in ends[1])
+
+
+def test_what_a_camera_sees_of_a_thing_without_a_face_ends_its_sight_lines() -> None:
+    ends = np.concatenate(
+        [line.ends for line in reconstruct(tour("chair"), name="x", up=UP).sights]
+    )
+    (top,) = (np.array(s.vertices)[:, 2].max() for s in make_world("chair").truth.solids[:1])
+    # To the upper edge of its back, and not beyond.
+    assert top - 0.3 < ends[:, 2].max() < top + 0.3
 
 
 def test_what_lies_beyond_the_pictures_border_is_told_apart() -> None:
