@@ -15,9 +15,12 @@ __all__ = ["LinesBehind"]
 
 # A line is behind a plane by so many px at least, and by so many standard deviations.
 BEHIND_PX, BEHIND_SDS = 6.0, 3.0
-# Log-likelihood ratio of all lines together from which on one sees them: outlines of about as much
-# are faces, and of a thousand scenes less than one may lose a face by chance.
-LEAST_RATIO = float(np.log(1e9))
+# Probability that one does not see a line through an outline that is no face: most lines behind a
+# thing are hidden by more than one of its faces.
+HIDDEN = 0.8
+# Log-likelihood ratio of all lines together from which on one sees through: less than one of a
+# thousand faces of a thousand scenes may be lost by chance.
+LEAST_RATIO = float(np.log(1000.0 * 1000.0))
 
 
 class LinesBehind:
@@ -64,4 +67,6 @@ class LinesBehind:
         through = crosses.reshape(len(views), len(lines), SAMPLES) & behind[lines]
         # Seen whole or not at all: the ratio is the mean over the samples there, for all the line.
         ratio = self._sides.evidence(views, self._segments[lines], through).ratio
-        return float((self._witnesses.weight[views] @ ratio).sum()) > LEAST_RATIO
+        of_lines = self._witnesses.weight[views] @ ratio
+        seen = np.logaddexp(np.log(HIDDEN), np.log(1 - HIDDEN) + of_lines)
+        return float(seen.sum()) > LEAST_RATIO
