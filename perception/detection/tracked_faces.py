@@ -13,11 +13,15 @@ __all__ = ["Completion", "FacePlane", "Landmarks", "TrackedFace", "TrackedFaces"
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FacePlane:
-    """normal · x = height, known to `sds` (k,) at each corner of the face (TrackedFace.corners)."""
+    """normal · x = height, where `cov` (k, k) is that of its errors at the face's corners
+    (TrackedFace.corners).
+
+    A plane is off as a whole, shifted and tilted: corners near together share its error.
+    """
 
     normal: FloatArray
     height: float
-    sds: FloatArray
+    cov: FloatArray
 
 
 @dataclass(frozen=True, slots=True)

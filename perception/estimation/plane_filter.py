@@ -35,6 +35,7 @@ __all__ = [
     "plain_plane_recursion",
     "plane_from_chart",
     "plane_measurement",
+    "with_common_errors",
 ]
 
 # Standard deviation of the fresh S0 on slopes and on the offset over the points' spread: slopes
@@ -221,6 +222,25 @@ def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
     if np.sqrt(np.linalg.eigvalsh(plane.cov[:3, :3])[2]) > MAX_TILT_SD:
         return NoPlane(PlaneFailure.UNCERTAIN)
     return PlaneFit(plane, chart, chi2, len(x) - 3)
+
+
+def with_common_errors(plane: Plane, points: ArrayLike, cov: ArrayLike) -> Plane:
+    """The plane through points (n, 3) that are off it with a joint covariance (n, n), in length².
+
+    Points that know a plane only together, as those of one fit do, err together: `fit_plane` would
+    take their mean for far better known than any of them.
+    """
+    x, cov = np.asarray(points, dtype=np.float64), np.asarray(cov, dtype=np.float64)
+    middle = x.mean(axis=0)
+    axes = np.linalg.svd(plane.normal[None])[2][1:]
+    # e = a u + b v + c at (u, v) along the plane's axes from the middle, by least squares
+    solve = np.linalg.pinv(np.column_stack([(x - middle) @ axes.T, np.ones(len(x))]))
+    # with t = a axes[0] + b axes[1]: normal' = normal - t; offset' = offset + t · middle - c
+    J = np.zeros((4, 3))
+    J[:3, :2] = -axes.T
+    J[3] = [*(axes @ middle), -1.0]
+    J = J @ solve
+    return Plane(plane.normal, plane.offset, J @ cov @ J.T)
 
 
 def _cost(x: FloatArray, noise: FloatArray, at: FloatArray) -> float:

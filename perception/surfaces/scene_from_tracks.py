@@ -1,12 +1,14 @@
 """Tracks and loops into a scene: vertices by the filter, faces by the plane filter, edges."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import chain
 
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_to_views
 from facetlog.perception.detection.tracked_faces import Completion, FacePlane, TrackedFaces
 from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
     AdjustedPoints,
@@ -14,7 +16,7 @@ from facetlog.perception.estimation.bundle_adjustment.adjusted_points import (
     points_at,
 )
 from facetlog.perception.estimation.bundle_adjustment.normal_equations import Tracks
-from facetlog.perception.estimation.plane_filter import fit_plane
+from facetlog.perception.estimation.plane_filter import fit_plane, with_common_errors
 from facetlog.perception.estimation.point_filter import estimate_point
 from facetlog.perception.flat_faces import plane_axes, vector_area
 from facetlog.perception.scene import Edge, Evidence, Face, Scene, Vertex
@@ -25,7 +27,7 @@ __all__ = ["assemble"]
 # A vertex needs this many views in which its sides fix it, and lies on its faces' planes within so
 # many standard deviations; else its outline's place stands in.
 MIN_FIXED = 3
-OFF_SDS = 5.0
+OFF_SDS = 3.0
 
 
 def assemble(
@@ -58,18 +60,21 @@ def assemble(
 
     few = placed.used.sum(axis=1) < MIN_FIXED
     corner = {int(k): n for n, k in enumerate(corners)}
-    for face in tracked.faces:
-        if face.plane is not None:
+    moved_px = _moved_px(placed, views)
+    planes = [_known_worse(face.plane, moved_px) for face in tracked.faces]
+    for face, known in zip(tracked.faces, planes, strict=True):
+        if known is not None:
             rows = [corner[k] for k in face.corners]
-            few[rows] |= _off(face.plane, placed.points[rows], placed.covs[rows])
+            few[rows] |= _off(known, placed.points[rows], placed.covs[rows])
     refused = [k for k in corners[few].tolist() if k < len(tracked.stand_ins)]
     for k in refused:
         tracks[k] = tracked.stand_ins[k]
     seen = _as_arrays(tracks, tracked.weight)
     found = points_at(seen, placed)
-    for face in tracked.faces:
-        if face.plane is not None:
-            _onto(face.plane, list(face.corners), found)
+    off = [
+        None if known is None else _onto(known, face.corners, found)
+        for face, known in zip(tracked.faces, planes, strict=True)
+    ]
     for c in tracked.completions:
         _complete(c, found)
     points, covs, used, ok = found.points, found.covs, found.used, found.ok
@@ -101,7 +106,7 @@ def assemble(
     faces: list[Face] = []
     support: dict[tuple[int, int], float] = {}
     measured: set[tuple[int, int]] = set()
-    for face in tracked.faces:
+    for face, off_plane in zip(tracked.faces, off, strict=True):
         if not all(k in number for k in face.outline):
             continue
         loop = tuple(number[k] for k in face.outline)
@@ -110,9 +115,13 @@ def assemble(
         fit = fit_plane(ring, found.shape_covs[list(face.outline)])
         if not fit:
             continue
+        plane = fit.plane
+        if off_plane is not None:
+            of_outline = off_plane[: len(loop), : len(loop)]
+            plane = with_common_errors(plane, ring, of_outline)
         # Newell's normal: the loop runs counter-clockwise about the outward side.
-        newell = vector_area(ring)
-        plane = fit.plane if newell @ fit.plane.normal > 0 else fit.plane.flipped()
+        if vector_area(ring) @ plane.normal < 0:
+            plane = plane.flipped()
         evidence = Evidence.IMPLIED if face.implied else Evidence.MEASURED
         inner = [tuple(number[k] for k in h) for h in face.holes if all(k in number for k in h)]
         holes = _sound_holes(loop, inner, plane.normal, vertices)
@@ -166,25 +175,58 @@ def _sound_holes(
     return tuple(kept)
 
 
+def _moved_px(placed: AdjustedPoints, views: Sequence[View]) -> float:
+    # By how much the adjustment of the poses moved what the views show of the corners, rms.
+    before, after = (
+        project_to_views(np.array([v.projection for v in these]), placed.points)
+        for these in (views, placed.views)
+    )
+    both = placed.used.T & (before[1] > 0) & (after[1] > 0)
+    moved = ((after[0] - before[0]) ** 2).sum(axis=2)[both]
+    return float(np.sqrt(moved.mean())) if moved.size else 0.0
+
+
+def _known_worse(plane: FacePlane | None, moved_px: float) -> FacePlane | None:
+    # The front end found the plane at the views' poses before, by lines that it took to be known to
+    # a pixel.
+    if plane is None:
+        return None
+    return replace(plane, cov=plane.cov * (1.0 + moved_px**2))
+
+
 def _off(plane: FacePlane, points: FloatArray, covs: FloatArray) -> NDArray[np.bool_]:
     # Which corners (n, 3) of a face are farther from its plane than both are known.
-    normal, height, sds = plane.normal, plane.height, plane.sds
-    variance = np.einsum("i,nij,j->n", normal, covs, normal)
-    apart: NDArray[np.bool_] = np.abs(points @ normal - height) > OFF_SDS * np.sqrt(
-        sds**2 + variance
-    )
+    normal, height = plane.normal, plane.height
+    variance = np.einsum("i,nij,j->n", normal, covs, normal) + np.diagonal(plane.cov)
+    apart: NDArray[np.bool_] = np.abs(points @ normal - height) > OFF_SDS * np.sqrt(variance)
     return apart
 
 
-def _onto(plane: FacePlane, corners: Sequence[int], found: AdjustedPoints) -> None:
-    # Kalman's update of a face's corners by its plane: those that the pictures hardly fix across
-    # it come to lie on it, the others stay.
-    normal, height, sds = plane.normal, plane.height, plane.sds
-    for covs in (found.shape_covs, found.covs):
-        across = covs[corners] @ normal
-        gain = across / (across @ normal + sds**2)[:, None]
-        covs[corners] -= gain[:, :, None] * across[:, None]
-    found.points[corners] += gain * (height - found.points[corners] @ normal)[:, None]
+def _onto(plane: FacePlane, of_face: Sequence[int], found: AdjustedPoints) -> FloatArray:
+    # Kalman's update of a face's corners by its plane, which all of them have in common: they come
+    # to lie on one that is shifted and tilted as far as they and it are known. Returns the
+    # covariance (k, k) of how far that plane may still be off at the corners that have a point.
+    ok = found.ok[list(of_face)]
+    corners, cov = np.array(of_face)[ok], plane.cov[np.ix_(ok, ok)]
+    apart = plane.height - found.points[corners] @ plane.normal
+    _, weight = _pulled(found.shape_covs, corners, plane.normal, cov)
+    gain, _ = _pulled(found.covs, corners, plane.normal, cov)
+    found.points[corners] += np.einsum("kxj,j->kx", gain, apart)
+    left: FloatArray = cov - cov @ weight @ cov
+    return left
+
+
+def _pulled(
+    covs: FloatArray, corners: NDArray[np.intp], normal: FloatArray, plane_cov: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    # Updates the corners' covariances (3, 3) in place. Returns the gain (k, 3, k) and the inverse
+    # (k, k) of the covariance of how far corners and plane are apart.
+    across = covs[corners] @ normal
+    weight = np.asarray(np.linalg.inv(plane_cov + np.diag(across @ normal)), dtype=np.float64)
+    gain: FloatArray = across[:, :, None] * weight[:, None]
+    own = np.einsum("kxk->kx", gain)
+    covs[corners] -= own[:, :, None] * across[:, None]
+    return gain, weight
 
 
 def _complete(completion: Completion, found: AdjustedPoints) -> None:

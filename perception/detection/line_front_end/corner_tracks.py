@@ -152,7 +152,7 @@ def completed_corners(
 
     Each beside a corner of a neighbour, as well known as an outline is; `pixel` as before.
     """
-    known = {v for face, ring in corners.rings if faces[face].sds is not None for v in ring}
+    known = {v for face, ring in corners.rings if faces[face].plane_cov is not None for v in ring}
     found: dict[int, Completion] = {}
     for loop in corners.loops:
         for vertex, before, after in zip(

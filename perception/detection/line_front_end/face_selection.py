@@ -47,7 +47,7 @@ from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     OPEN_SLOPE,
     ChosenPlane,
     choose_planes,
-    plane_sds,
+    plane_cov,
     same_plane,
 )
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
@@ -111,8 +111,8 @@ class SelectedFace:
     """An outline judged a face, its corners counter-clockwise seen from the side that views see.
 
     `shown` (V,) tells which views show it; `support` is the share of its sides on edges in those,
-    `seen` (n, 3) are points of its inside; `holes` (k, 3) run clockwise. To `sds` its plane is
-    known at each corner, then at those of the holes, where it is known by itself.
+    `seen` (n, 3) are points of its inside; `holes` (k, 3) run clockwise. `plane_cov` says how far
+    its plane may be off at its corners, then at those of the holes, where it is known by itself.
     """
 
     corners: FloatArray
@@ -120,7 +120,7 @@ class SelectedFace:
     shown: NDArray[np.bool_]
     support: float
     seen: FloatArray
-    sds: FloatArray | None = None
+    plane_cov: FloatArray | None = None
     holes: tuple[FloatArray, ...] = ()
 
 
@@ -327,7 +327,8 @@ class _Selection:
         known = [] if self._ground is None else [self._ground.normal]
         known += [f.normal for f in self._faces if touch(candidate.corners, f.corners, near)]
         plane = self._planes[candidate.plane].plane
-        sds = plane_sds(plane, self._cloud, candidate.corners, OPEN_SLOPE)
+        cov = plane_cov(plane, self._cloud, candidate.corners, OPEN_SLOPE)
+        sds = np.sqrt(np.diagonal(cov))
         centre = self._witnesses.centres[candidate.evidence.shown].mean(axis=0)
         for normal in square_normals(candidate.normal, known):
             if is_square(candidate.normal, normal):
@@ -373,9 +374,9 @@ class _Selection:
         if self._behind.seen_through(corners, normal, np.nonzero(e.shown)[0], holes):
             return
         rings = np.concatenate([corners, *holes])
-        sds = plane_sds(known, self._cloud, rings, slope)
+        cov = plane_cov(known, self._cloud, rings, slope)
         seen = e.points[~lies_within(holes, normal, e.points)]
-        face = SelectedFace(corners, normal, e.shown, e.coverage, seen, sds, holes)
+        face = SelectedFace(corners, normal, e.shown, e.coverage, seen, cov, holes)
         self._faces.append(face)
         for k in np.nonzero(e.shown)[0].tolist():
             projection = self._views[k].projection

@@ -192,7 +192,7 @@ def _tracked_face(
     loop: tuple[int, ...], holes: tuple[tuple[int, ...], ...], face: SelectedFace
 ) -> TrackedFace:
     plane = None
-    if face.sds is not None:
-        plane = FacePlane(face.normal, float(face.normal @ face.corners[0]), face.sds)
+    if face.plane_cov is not None:
+        plane = FacePlane(face.normal, float(face.normal @ face.corners[0]), face.plane_cov)
     implied = not face.shown.any()
     return TrackedFace(loop, face.support, plane, implied=implied, holes=holes)

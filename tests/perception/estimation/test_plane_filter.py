@@ -17,6 +17,7 @@ from facetlog.perception.estimation.plane_filter import (
     plain_plane_recursion,
     plane_from_chart,
     plane_measurement,
+    with_common_errors,
 )
 from facetlog.perception.scene import Plane
 from tests.perception.rigs import rotation
@@ -236,6 +237,25 @@ def test_points_vaguer_than_their_spread_give_no_plane():
     points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0.0]])
     covs = np.tile(np.diag([1e-6, 1e-6, 0.25]), (4, 1, 1))
     assert fit_plane(points, covs).reason is PlaneFailure.UNCERTAIN
+
+
+def test_a_common_shift_is_no_tilt_and_as_large_as_at_any_point():
+    rng, normal, middle = np.random.default_rng(8), np.array([0.48, 0.6, 0.64]), np.arange(3.0)
+    points = _on_plane(rng, normal, middle=middle)
+    fit = fit_plane(points, [SD**2 * np.eye(3)] * len(points))
+    plane = with_common_errors(fit.plane, points, SD**2 * np.ones((len(points),) * 2))
+    np.testing.assert_allclose(plane.cov[:3, :3], 0.0, atol=1e-12)
+    assert plane.cov[3, 3] == pytest.approx(SD**2)
+    np.testing.assert_array_equal(plane.normal, fit.plane.normal)
+
+
+@pytest.mark.parametrize("middle", [(0.0, 0.0, 0.0), (5.0, -3.0, 8.0)])
+def test_errors_apart_at_each_point_leave_the_covariance_of_the_fit(middle):
+    rng = np.random.default_rng(9)
+    points = _on_plane(rng, np.array([0.48, 0.6, 0.64]), middle=middle)
+    fit = fit_plane(points, [SD**2 * np.eye(3)] * len(points))
+    plane = with_common_errors(fit.plane, points, SD**2 * np.eye(len(points)))
+    np.testing.assert_allclose(plane.cov, fit.plane.cov, atol=1e-3 * fit.plane.cov[3, 3])
 
 
 def test_best_chart_keeps_slopes_at_most_one():

@@ -229,11 +229,12 @@ def test_an_observation_that_disagrees_is_left_out() -> None:
     assert vertex_errors(scene)[0] < 0.05
 
 
-def with_its_top_known(found: TrackedFaces, sd: float) -> TrackedFaces:
-    """The same, the plane of the block's top known beside its corners."""
+def with_its_top_known(found: TrackedFaces, sd: float, correlation: float = 0.0) -> TrackedFaces:
+    """The same, the plane of the block's top known beside its corners, which share its error."""
     up, height = np.array([0.0, 0.0, 1.0]), 6.0
+    cov = sd**2 * (correlation * np.ones((4, 4)) + (1 - correlation) * np.eye(4))
     known = [
-        replace(face, plane=FacePlane(up, height, np.full(len(face.outline), sd)))
+        replace(face, plane=FacePlane(up, height, cov))
         if (BLOCK.vertices[list(face.outline), 2] == height).all()
         else face
         for face in found.faces
@@ -274,6 +275,30 @@ def test_a_corner_that_is_hardly_known_comes_to_lie_on_its_faces_plane() -> None
     assert known.vertices[dim].cov[2, 2] < 0.03**2 < free.vertices[dim].cov[2, 2]
     others = np.arange(len(BLOCK.vertices)) != dim
     np.testing.assert_allclose(known.points[others], free.points[others], atol=0.01)
+
+
+def test_a_face_whose_plane_is_shifted_and_not_tilted_is_as_level_as_its_plane() -> None:
+    # Its corners are noisy, the shift of its plane is known worse: they say it, and no tilt.
+    views = cameras()
+    found = tracked(views, sd=2.0)
+    top = np.flatnonzero(BLOCK.vertices[:, 2] == 6.0)
+    free = scene_of(found, views)
+    shifted = scene_of(with_its_top_known(found, 0.5, 0.9999), views)
+    assert np.ptp(shifted.points[top, 2]) < 0.3 * np.ptp(free.points[top, 2])
+    (face,) = (f for f in shifted.faces if set(f.outline) == set(top.tolist()))
+    (before,) = (f for f in free.faces if set(f.outline) == set(top.tolist()))
+    tilt = [np.sqrt(np.linalg.eigvalsh(f.plane.cov[:3, :3])[2]) for f in (face, before)]
+    assert tilt[0] < 0.3 * tilt[1]
+
+
+def test_a_corner_without_a_point_keeps_no_other_from_its_plane() -> None:
+    views = cameras()
+    found = with_its_top_known(tracked(views), 0.02)
+    lost = int(np.argmax(BLOCK.vertices[:, 2]))
+    tracks = [t if k != lost else Track(t.observations[:1]) for k, t in enumerate(found.tracks)]
+    scene = scene_of(replace(found, tracks=tuple(tracks)), views)
+    kept = np.delete(BLOCK.vertices, lost, axis=0)
+    np.testing.assert_allclose(scene.points, kept, atol=0.05)
 
 
 def test_labels_and_warnings_are_handed_on() -> None:

@@ -19,7 +19,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
-__all__ = ["OPEN_SLOPE", "ChosenPlane", "choose_planes", "plane_sds", "same_plane"]
+__all__ = ["OPEN_SLOPE", "ChosenPlane", "choose_planes", "plane_cov", "same_plane"]
 
 # Two hypotheses are one plane within this angle where their lines lie this near, px, by this share.
 SAME_COSINE = np.cos(np.radians(4.0))
@@ -113,10 +113,10 @@ def same_plane(
     return same
 
 
-def plane_sds(
+def plane_cov(
     plane: PlaneHypothesis, cloud: LineCloud, points: FloatArray, slope: float
 ) -> FloatArray:
-    """Standard deviation (k,) of a plane at points (k, 3) of it, as its lines know it.
+    """Covariance (k, k) of how far a plane is off at points (k, 3) of it, as its lines know it.
 
     What they leave open is known to a `slope` (OPEN_SLOPE where nothing else tells it).
     """
@@ -132,5 +132,5 @@ def plane_sds(
     prior = np.diag([slope, slope, OPEN_PX * cloud.pixel]) ** 2
     cov = np.linalg.inv(np.linalg.inv(prior) + (ends.T / variance) @ ends)
     there = design(points)
-    sds: FloatArray = np.sqrt(np.einsum("ki,ij,kj->k", there, cov, there))
-    return sds
+    at_points: FloatArray = there @ cov @ there.T
+    return at_points

@@ -75,7 +75,7 @@ def test_a_side_that_one_view_shows_is_a_face_by_its_edges() -> None:
     assert len(faces) == 1
     assert faces[0].shown.tolist() == [True]
     assert faces[0].support > 0.9
-    assert faces[0].sds is None
+    assert faces[0].plane_cov is None
 
 
 def test_what_is_bounded_above_may_stand_on_the_ground() -> None:

@@ -7,7 +7,7 @@ from facetlog.perception.detection.line_front_end.planes.ground_plane import Gro
 from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     OPEN_SLOPE,
     choose_planes,
-    plane_sds,
+    plane_cov,
     same_plane,
 )
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
@@ -90,7 +90,7 @@ def test_a_plane_is_known_near_its_lines_and_hardly_far_from_them() -> None:
     lines = cloud(SQUARE)
 
     def sds(plane: PlaneHypothesis, points: FloatArray, slope: float = OPEN_SLOPE) -> FloatArray:
-        return plane_sds(plane, lines, points, slope)
+        return np.sqrt(np.diagonal(plane_cov(plane, lines, points, slope)))
 
     assert sds(four, near)[0] < PIXEL
     assert sds(four, far)[0] > 5 * sds(four, near)[0]
@@ -98,6 +98,17 @@ def test_a_plane_is_known_near_its_lines_and_hardly_far_from_them() -> None:
     assert sds(one, CORNERS, OPEN_SLOPE / 10)[2] < sds(one, CORNERS)[2] / 3
     none = PlaneHypothesis(UP, 1.0, np.zeros(0, np.intp))
     assert np.isfinite(sds(none, CORNERS)).all()
+
+
+def test_corners_near_together_share_the_error_of_a_plane() -> None:
+    # A board's rim of two lines, ten pixels wide: it may be shifted, and is hardly tilted.
+    rim = np.array([[[0.0, 0, 1], [1, 0, 1]], [[0.0, 0.1, 1], [1, 0.1, 1]]])
+    slope = np.tan(np.radians(0.5))
+    cov = plane_cov(level(1.0, 2), cloud(rim), rim.reshape(-1, 3), slope)
+    sds = np.sqrt(np.diagonal(cov))
+    across = np.sqrt(cov[0, 0] + cov[2, 2] - 2 * cov[0, 2])
+    assert (sds > 0.3 * PIXEL).all()
+    assert across < 1.01 * slope * 0.1 < 0.2 * sds.min()
 
 
 def test_planes_are_one_by_angle_and_by_distance_at_their_points() -> None:
