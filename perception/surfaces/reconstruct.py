@@ -16,6 +16,7 @@ from facetlog.perception.estimation.lens_correction import (
     together,
 )
 from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
+from facetlog.perception.estimation.print_triangulation import triangulated
 from facetlog.perception.scene import Scene, Vertex
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_from_tracks import assemble
@@ -105,7 +106,7 @@ def _seen(
     """The scene, and the views (indices) that it was found in: they agree with one another."""
     up, clock = method.up, method.clock
     if method.front_end == "lines":
-        tracked = line_front_end(views, up, clock, method.progress, in_agreement)
+        tracked = line_front_end(views, up, clock, method.progress, in_agreement, triangulated)
     else:
         tracked = _paper_front_end(views, up, clock, method.progress)
     chosen = tuple(range(len(views))) if tracked.used is None else tracked.used

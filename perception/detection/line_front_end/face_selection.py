@@ -28,6 +28,7 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     FaceJudge,
 )
 from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
+from facetlog.perception.detection.line_front_end.evidence.print_likeness import surface_between
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
 from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
@@ -54,12 +55,15 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
     PlaneHypothesis,
     plane_basis,
 )
+from facetlog.perception.detection.line_front_end.planes.print_choice import with_print_planes
+from facetlog.perception.detection.line_front_end.planes.print_planes import PrintPlane
 from facetlog.perception.detection.line_front_end.planes.square_planes import (
     SQUARE_SLOPE,
     is_square,
     seen_on_plane,
     square_normals,
 )
+from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
     LineProfiles,
@@ -113,6 +117,7 @@ class SelectedFace:
     `shown` (V,) tells which views show it; `support` is the share of its sides on edges in those,
     `seen` (n, 3) are points of its inside; `holes` (k, 3) run clockwise. `plane_cov` says how far
     its plane may be off at its corners, then at those of the holes, where it is known by itself.
+    Where it has no edges its outline is only how far it is known to reach.
     """
 
     corners: FloatArray
@@ -122,6 +127,7 @@ class SelectedFace:
     seen: FloatArray
     plane_cov: FloatArray | None = None
     holes: tuple[FloatArray, ...] = ()
+    has_edges: bool = True
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -156,13 +162,18 @@ def select_faces(
     ground: Ground | None,
     witnesses: Witnesses,
     sides: SideJudge,
+    prints: PrintPoints | None = None,
+    patches: Sequence[PrintPlane] = (),
 ) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
     """Faces on the planes, the best first, and in each view the pixels (H, W) that they explain, 1.
 
     None of them is the ground. Of the cloud's lines `worth` (n,) is their log-likelihood ratio, and
-    `profiles` say how far they are covered.
+    `profiles` say how far they are covered. The `patches` of points of print propose planes, too.
     """
-    return _Selection(planes, cloud, worth, views, profiles, ground, witnesses, sides).run()
+    selection = _Selection(planes, cloud, worth, views, profiles, ground, witnesses, sides)
+    if prints is not None:
+        selection.add_planes_of_print(patches, prints)
+    return selection.run()
 
 
 class _Selection:
@@ -204,6 +215,14 @@ class _Selection:
     def _beside(self, plane: PlaneHypothesis) -> NDArray[np.bool_]:
         lines = self._cloud.segments[plane.lines]
         return surface_beside(self._witnesses, plane.normal, lines, self._pixel)
+
+    def add_planes_of_print(self, patches: Sequence[PrintPlane], prints: PrintPoints) -> None:
+        """Look over the planes of print, too."""
+
+        def surface(normal: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
+            return surface_between(self._witnesses, self._views, normal, points, self._pixel)
+
+        self._planes = list(with_print_planes(self._planes, patches, prints, self._cloud, surface))
 
     def run(self) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
         for plane, chosen in enumerate(self._planes):

@@ -25,6 +25,13 @@ from facetlog.perception.detection.line_front_end.loose_edges import find_loose_
 from facetlog.perception.detection.line_front_end.neighbouring_faces import neighbouring_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_hypotheses
+from facetlog.perception.detection.line_front_end.planes.print_planes import print_planes
+from facetlog.perception.detection.line_front_end.points_3d.print_points import (
+    PrintPoints,
+    Triangulate,
+    print_points,
+)
+from facetlog.perception.detection.line_front_end.print_faces import print_faces
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
     covered_extents,
@@ -99,11 +106,13 @@ def line_front_end(
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
     agree: Agree | None = None,
+    triangulate: Triangulate | None = None,
 ) -> TrackedFaces:
     """Faces with their corners tracked through the views, found by lines first.
 
     `agree` brings views whose poses are off to where their segments agree, so that what belongs
-    together is found; the tracks are pixels, and nothing else comes of these poses.
+    together is found; the tracks are pixels, and nothing else comes of these poses. `triangulate`
+    makes points of print of what may show them: they propose planes, and faces without edges.
     """
     working, factors = at_working_size(views)
     with clock.step("features"):
@@ -117,11 +126,15 @@ def line_front_end(
             maps.append(edge_map(image, own_noise=noise, coarser=coarser))
             segments.append(detect_segments(image, noise, coarser))
     pictures = _Pictures(working, factors, noises, tuple(maps), tuple(segments))
-    return _tracked(pictures, up, clock, agree)
+    return _tracked(pictures, up, clock, agree, triangulate)
 
 
 def _tracked(
-    pictures: _Pictures, up: FloatArray | None, clock: StepClock, agree: Agree | None
+    pictures: _Pictures,
+    up: FloatArray | None,
+    clock: StepClock,
+    agree: Agree | None,
+    triangulate: Triangulate | None,
 ) -> TrackedFaces:
     views, maps, segments = pictures.views, pictures.maps, pictures.segments
     with clock.step("3-D segments"):
@@ -137,8 +150,14 @@ def _tracked(
         wrong = contradicting_views(cloud.segments, use, graph.weight, views, segments)
     if wrong:
         return without_them(
-            wrong, views, lambda kept: _tracked(pictures.only(kept), up, clock, agree)
+            wrong,
+            views,
+            lambda kept: _tracked(pictures.only(kept), up, clock, agree, triangulate),
         )
+    prints = PrintPoints.none(len(views))
+    if triangulate is not None:
+        with clock.step("points of print"):
+            prints = print_points(views, maps, graph, cloud.pixel, triangulate)
     with clock.step("faces"):
         planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
@@ -148,10 +167,14 @@ def _tracked(
         exposure = exposures(cloud.segments, use, views)
         levels = GreyLevels(views, maps, exposure, pictures.noises)
         witnesses = Witnesses(views, levels, graph.weight)
+        if ground is not None:
+            prints = prints.take(~ground.holds(prints.points))
+        patches = print_planes(prints, cloud.pixel)
         faces, taken = select_faces(
-            planes, cloud, worth, views, profiles, ground, witnesses, side_judge
+            planes, cloud, worth, views, profiles, ground, witnesses, side_judge, prints, patches
         )
         faces += neighbouring_faces(faces, witnesses, side_judge, taken, ground, cloud.pixel)
+        faces += print_faces(patches, prints, faces, views, witnesses, taken, ground, cloud)
     weight = tuple(float(w) for w in graph.weight)
     level = None if ground is None else (ground.normal, ground.height)
     places = segment_samples(covered_extents(cloud.segments, profiles), SIGHT_SAMPLES)
@@ -164,7 +187,8 @@ def _tracked(
         shown = np.array([f.shown for f in faces])
         loose, of_cloud = find_loose_edges(cloud, profiles, faces, corners.loops, views, use)
         sides = np.concatenate([corners.segments, loose])
-        visible = np.concatenate([corners.sides_shown(shown), use[of_cloud]])
+        bounded = shown & np.array([f.has_edges for f in faces])[:, None]
+        visible = np.concatenate([corners.sides_shown(bounded), use[of_cloud]])
         fits = fit_sides(sides, visible, views, maps)
         count = len(corners.sides)
         tracks = track_corners(corners, views, [f.part(0, count) for f in fits])

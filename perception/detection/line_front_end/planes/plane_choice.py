@@ -116,7 +116,8 @@ def same_plane(
 def plane_cov(
     plane: PlaneHypothesis, cloud: LineCloud, points: FloatArray, slope: float
 ) -> FloatArray:
-    """Covariance (k, k) of how far a plane is off at points (k, 3) of it, as its lines know it.
+    """Covariance (k, k) of how far a plane is off at points (k, 3) of it, as its lines and print
+    know it.
 
     What they leave open is known to a `slope` (OPEN_SLOPE where nothing else tells it).
     """
@@ -125,12 +126,13 @@ def plane_cov(
     def design(x: FloatArray) -> FloatArray:
         return np.column_stack([(x - middle) @ basis, np.ones(len(x))])
 
-    ends = design(cloud.segments[plane.lines].reshape(-1, 3))
+    known = design(np.concatenate([cloud.segments[plane.lines].reshape(-1, 3), plane.prints]))
     covs = cloud.end_covs[plane.lines].reshape(-1, 3, 3)
     variance = np.einsum("i,nij,j->n", plane.normal, covs, plane.normal)
     variance += (LINE_SD_PX * cloud.pixel) ** 2
+    variance = np.concatenate([variance, plane.print_variance])
     prior = np.diag([slope, slope, OPEN_PX * cloud.pixel]) ** 2
-    cov = np.linalg.inv(np.linalg.inv(prior) + (ends.T / variance) @ ends)
+    cov = np.linalg.inv(np.linalg.inv(prior) + (known.T / variance) @ known)
     there = design(points)
     at_points: FloatArray = there @ cov @ there.T
     return at_points

@@ -1,6 +1,6 @@
 """Planes that several 3-D segments share: seeded by segments that meet, fitted to all on them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,11 +27,17 @@ SAME_SHARE = 0.7
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlaneHypothesis:
-    """Plane normal · x = distance and the indices of the segments that lie on it."""
+    """Plane normal · x = distance and the indices of the segments that lie on it.
+
+    `prints` (m, 3) are points of print that are known to lie on it, each with this variance (m,)
+    across it.
+    """
 
     normal: FloatArray
     distance: float
     lines: NDArray[np.intp]
+    prints: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    print_variance: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 def plane_hypotheses(

@@ -1,0 +1,84 @@
+"""Planes of print beside those of lines: what both tell is one plane, better known by both."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.planes.plane_choice import (
+    ChosenPlane,
+    same_plane,
+)
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
+from facetlog.perception.detection.line_front_end.planes.print_planes import (
+    PrintPlane,
+    patch_box,
+)
+from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.ties import largest
+from facetlog.perception.types import FloatArray
+
+__all__ = ["as_hypothesis", "with_print_planes"]
+
+# A segment whose ends are this near to a plane, px, may bound a face there.
+ON_PLANE_PX = 3.0
+
+
+def with_print_planes(
+    chosen: Sequence[ChosenPlane],
+    patches: Sequence[PrintPlane],
+    prints: PrintPoints,
+    cloud: LineCloud,
+    surface: Callable[[FloatArray, FloatArray], NDArray[np.bool_]],
+) -> tuple[ChosenPlane, ...]:
+    """The planes chosen by lines and then those of patches of print that are none of them.
+
+    `surface` says of a normal and n points whether the plane is surface round each (2, n), as seen
+    from its front and its back: only those speak for the patch. A plane of lines with print on it
+    is as well known as both tell.
+    """
+    planes = list(chosen)
+    for patch in patches:
+        shown = surface(patch.normal, prints.points[patch.points])
+        promise = shown @ patch.ratio
+        sides = tuple(s for s, w in zip((1.0, -1.0), promise, strict=True) if w > patch.price)
+        if not sides:
+            continue
+        speak = shown.any(axis=0)
+        own = as_hypothesis(
+            replace(patch, points=patch.points[speak], ratio=patch.ratio[speak]), prints, cloud
+        )
+        same = same_plane(own, own.prints, [c.plane for c in planes], cloud.pixel)
+        for k in np.flatnonzero(same).tolist():
+            known = planes[k].plane
+            both = replace(
+                known,
+                prints=np.concatenate([known.prints, own.prints]),
+                print_variance=np.concatenate([known.print_variance, own.print_variance]),
+            )
+            planes[k] = replace(planes[k], plane=both)
+        if not same.any():
+            planes.append(ChosenPlane(own, float(promise.max()), sides, _box(own, cloud)))
+    return tuple(planes)
+
+
+def as_hypothesis(patch: PrintPlane, prints: PrintPoints, cloud: LineCloud) -> PlaneHypothesis:
+    """The plane of a patch, with its points and the segments that lie on it."""
+    off = np.abs(cloud.segments @ patch.normal - patch.distance).max(axis=1, initial=0.0)
+    lines = np.flatnonzero(off < ON_PLANE_PX * cloud.pixel)
+    covs = prints.covs[patch.points]
+    variance = np.einsum("k,nkl,l->n", patch.normal, covs, patch.normal) + cloud.pixel**2
+    points = prints.points[patch.points]
+    return PlaneHypothesis(patch.normal, patch.distance, lines, points, variance)
+
+
+def _box(plane: PlaneHypothesis, cloud: LineCloud) -> FloatArray:
+    # What bounds a face runs along or across its longest line, if it has any.
+    lines = cloud.segments[plane.lines]
+    along = lines[:, 1] - lines[:, 0]
+    if not len(lines):
+        return patch_box(plane.prints, plane.normal, None)
+    longest = along[largest(np.linalg.norm(along, axis=1))]
+    return patch_box(plane.prints, plane.normal, longest)

@@ -1,0 +1,194 @@
+"""Planes through points of print: seeded by neighbours, judged against what chance offers.
+
+A label, a book's cover, boards of wood or a wall of stones show points by the dozen and hardly a
+straight line that two views agree on; where they lie on one plane, a face may be there.
+"""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
+from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.ties import descending, largest
+from facetlog.perception.types import FloatArray
+
+__all__ = ["PrintPlane", "patch_box", "print_planes"]
+
+# Three points of each plane are a point and two of so many neighbours; so many points, evenly from
+# all, seed planes.
+NEIGHBOURS, SEEDS = 8, 100
+# Any three points make a plane: it must be likelier than the best that so many choices offer by
+# chance, and once more so that it is less than one plane in a thousand scenes.
+SCENES = float(np.log(1000.0))
+# A point lies on a plane within so many standard deviations.
+SDS = 3.0
+# Shares of the points that may lie on a plane: the likeliest is taken.
+SHARES = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8])
+# Planes that are looked at closely, of those with most points; and how often each is fitted anew.
+BEST, FITS = 8, 3
+# A plane is known by three points; fewer than so many more prove nothing, whatever they say.
+MIN_POINTS = 6
+# Print is one patch as far as its gaps are no wider than once in a thousand by chance: of points as
+# dense as the upper quartile's third neighbours tell, a disc of √(log 1000 / 3) their distance.
+THIRD, QUARTILE, GAP = 3, 0.75, float(np.sqrt(np.log(1000.0) / 3.0))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PrintPlane:
+    """Plane normal · x = distance; the numbers (m,) of the points that are one patch on it.
+
+    `ratio` (m,) is each point's log-likelihood ratio against one that lies anywhere, and `price`
+    what their sum must exceed, or it may be chance.
+    """
+
+    normal: FloatArray
+    distance: float
+    points: NDArray[np.intp]
+    ratio: FloatArray
+    price: float
+
+
+def print_planes(prints: PrintPoints, pixel: float) -> tuple[PrintPlane, ...]:
+    """Patches of points on planes, those of the likeliest plane first.
+
+    `pixel` is a pixel's length at the object: nothing is taken to be flatter than that.
+    """
+    count = len(prints.points)
+    if count < MIN_POINTS:
+        return ()
+    price = 3 * float(np.log(count)) + SCENES
+    scene = _Scene.of(prints, pixel)
+    normal, distance = _seeds(prints.points)
+    gain = scene.gain(normal, distance)
+    left = np.ones(count, dtype=np.bool_)
+    found: list[PrintPlane] = []
+    while left.sum() >= MIN_POINTS:
+        best = descending(gain[left].sum(axis=0, dtype=np.float64))[:BEST]
+        fits = [scene.fitted(left & (gain[:, k] > 0), left, normal[k]) for k in best]
+        worths = np.array([fit.worth for fit in fits])
+        if not len(worths) or worths.max() < price:
+            break
+        plane = fits[largest(worths)]
+        for patch in _patches(prints.points, plane):
+            ratio = plane.ratio[patch]
+            if len(patch) >= MIN_POINTS and ratio.sum() > price:
+                found.append(PrintPlane(plane.normal, plane.distance, patch, ratio, price))
+        left &= ~plane.on
+    return tuple(found)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Fit:
+    # A plane, the points (n,) on it, the log-likelihood ratio (n,) of each, and the sum of all.
+    normal: FloatArray
+    distance: float
+    on: NDArray[np.bool_]
+    ratio: FloatArray
+    worth: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Scene:
+    # Points (n, 3), their covariances (n, 3, 3), over which length they spread, and the pixel.
+    points: FloatArray
+    covs: FloatArray
+    spread: float
+    pixel: float
+
+    @classmethod
+    def of(cls, prints: PrintPoints, pixel: float) -> "_Scene":
+        away = np.linalg.norm(prints.points - np.median(prints.points, axis=0), axis=1)
+        # Half of what is spread evenly over a length lies within a quarter of it from the middle.
+        return cls(prints.points, prints.covs, 4.0 * float(np.median(away)), pixel)
+
+    def gain(self, normal: FloatArray, distance: FloatArray) -> NDArray[np.float32]:
+        """Log-likelihood (n, p), over that of chance, of the points on planes; 0 where not on."""
+        squares = (normal[:, :, None] * normal[:, None]).reshape(-1, 9)
+        # Single precision is enough to choose what is looked at closely.
+        variance = (self.covs.reshape(-1, 9) @ squares.T + self.pixel**2).astype(np.float32)
+        chi2 = (self.points @ normal.T - distance).astype(np.float32) ** 2 / variance
+        density = np.float32(2.0 * np.log(self.spread / np.sqrt(2 * np.pi))) - np.log(variance)
+        gain = np.float32(0.5) * (density - chi2)
+        return np.where((chi2 < SDS**2) & (gain > 0), gain, np.float32(0.0))
+
+    def fitted(self, on: NDArray[np.bool_], left: NDArray[np.bool_], normal: FloatArray) -> _Fit:
+        """The plane fitted to the points on it (n,), which change with it, of those left (n,)."""
+        distance = 0.0
+        nothing = np.zeros(len(on))
+        for _ in range(FITS):
+            if on.sum() < MIN_POINTS:
+                return _Fit(normal, distance, on, nothing, -np.inf)
+            normal, distance = self._plane(on, normal)
+            variance = self.variance(normal)
+            off = self.points @ normal - distance
+            on = left & (off**2 < SDS**2 * variance)
+        density = np.exp(-0.5 * off**2 / variance) / np.sqrt(2 * np.pi * variance) * self.spread
+        # Of the points left a share lies on the plane, the others anywhere.
+        ratios = np.log1p(SHARES[:, None] * (density - 1.0))
+        ratios[:, ~left] = 0.0
+        best = largest(ratios.sum(axis=1))
+        return _Fit(normal, distance, on, ratios[best], float(ratios[best].sum()))
+
+    def variance(self, normal: FloatArray) -> FloatArray:
+        """Of the points (n,) across a plane."""
+        across: FloatArray = np.einsum("k,nkl,l->n", normal, self.covs, normal)
+        return across + self.pixel**2
+
+    def _plane(self, on: NDArray[np.bool_], normal: FloatArray) -> tuple[FloatArray, float]:
+        # Total least squares, each point by its variance across the plane before.
+        weight = 1.0 / self.variance(normal)[on]
+        points = self.points[on]
+        centre = weight @ points / weight.sum()
+        _, _, vt = np.linalg.svd((points - centre) * np.sqrt(weight)[:, None], full_matrices=False)
+        return vt[2], float(vt[2] @ centre)
+
+
+def _seeds(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    # Normals (p, 3) and distances (p,) of planes through a point and two of its neighbours.
+    seeds = np.linspace(0, len(points) - 1, min(len(points), SEEDS)).round().astype(np.intp)
+    apart = np.linalg.norm(points[seeds, None] - points, axis=-1)
+    near = np.argsort(apart, axis=1, kind="stable")[:, 1 : NEIGHBOURS + 1]
+    one, other = np.array(list(combinations(range(near.shape[1]), 2))).T
+    first = np.repeat(points[seeds, None], len(one), axis=1)
+    normal = np.cross(points[near[:, one]] - first, points[near[:, other]] - first).reshape(-1, 3)
+    size = np.linalg.norm(normal, axis=1)
+    sound = size > 0
+    normal = normal[sound] / size[sound, None]
+    return normal, np.einsum("pk,pk->p", normal, first.reshape(-1, 3)[sound])
+
+
+def _patches(points: FloatArray, plane: _Fit) -> list[NDArray[np.intp]]:
+    # The points on a plane, those together that no wide gap parts; the first point's patch first.
+    on = np.flatnonzero(plane.on)
+    flat = points[on] @ plane_basis(plane.normal)
+    apart = np.linalg.norm(flat[:, None] - flat, axis=-1)
+    third = np.sort(apart, axis=1)[:, min(THIRD, len(on) - 1)]
+    gap = GAP * float(np.quantile(third, QUARTILE))
+    count, label = connected_components(apart <= gap, directed=False)
+    return [on[label == k] for k in range(count)]
+
+
+def patch_box(points: FloatArray, normal: FloatArray, along: FloatArray | None) -> FloatArray:
+    """The sides (4, 2, 3) of a rectangle of the plane through points (n, 3) that holds them.
+
+    It runs `along` (3,) a direction of the plane, or else is the smallest.
+    """
+    height = float((points @ normal).mean())
+    if along is None:
+        basis = plane_basis(normal)
+        corners = cv2.boxPoints(cv2.minAreaRect((points @ basis).astype(np.float32)))
+        ring = np.asarray(corners, dtype=np.float64) @ basis.T
+    else:
+        basis = plane_axes(normal, along).T
+        flat = points @ basis
+        (left, low), (right, high) = flat.min(axis=0), flat.max(axis=0)
+        box = np.array([[left, low], [right, low], [right, high], [left, high]])
+        ring = box @ basis.T
+    ring += height * normal
+    return np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)

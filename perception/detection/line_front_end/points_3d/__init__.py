@@ -1,0 +1,1 @@
+"""Points of print: features of texture matched over the views and triangulated."""

@@ -1,0 +1,93 @@
+"""Features that show one and the same point: matched between pairs of views, linked to chains."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from facetlog.perception.detection.line_front_end.points_3d.print_features import (
+    APART_PX,
+    PrintFeatures,
+)
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["CORNER_SD_PX", "MIN_CHAIN", "feature_chains", "matched_features"]
+
+# Standard deviation of a corner's place, px: print seen from elsewhere is another picture, whose
+# corner lies elsewhere by a share of the window.
+CORNER_SD_PX = 0.7
+# A match lies this near to the epipolar line, in standard deviations of both corners.
+LINE_SDS = 3.0
+# Patches are alike from this correlation on: of two that have nothing in common, each of some
+# twenty independent samples, it is 1 / √20 on average, and once in 300 as much as this.
+MIN_LIKENESS = 0.6
+# The next like elsewhere on the line must be so much farther off (Lowe 2004).
+RATIO = 0.85
+# Two views of a point prove nothing: a match by chance always meets one of the two.
+MIN_CHAIN = 3
+
+
+def feature_chains(
+    features: Mapping[int, PrintFeatures],
+    views: Sequence[View],
+    pairs: Sequence[tuple[int, int]],
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Pixels (n, V, 2) of what may be n points, and which views show them (n, V).
+
+    `features` are those of the views (by their number) that the `pairs` name. Of a chain with two
+    features of one view neither counts: they are not the same point.
+    """
+    numbers = sorted(features)
+    counts = [len(features[k].uv) for k in numbers]
+    first = dict(zip(numbers, np.cumsum([0, *counts[:-1]]).tolist(), strict=True))
+    links = [np.zeros((0, 2), dtype=np.intp)]
+    for i, j in pairs:
+        found = matched_features(features[i], features[j], views[i], views[j])
+        links.append(found + np.array([first[i], first[j]]))
+    a, b = np.concatenate(links).T
+    total = sum(counts)
+    graph = coo_array((np.ones(len(a), dtype=np.bool_), (a, b)), shape=(total, total))
+    chains, label = connected_components(graph, directed=False)
+    owner = np.repeat(np.array(numbers, dtype=np.intp), counts)
+    often = np.zeros((chains, len(views)), dtype=np.intp)
+    np.add.at(often, (label, owner), 1)
+    kept = np.nonzero((often == 1).sum(axis=1) >= MIN_CHAIN)[0]
+    uv = np.zeros((chains, len(views), 2))
+    if total:
+        uv[label, owner] = np.concatenate([features[k].uv for k in numbers])
+    return uv[kept], often[kept] == 1
+
+
+def matched_features(
+    one: PrintFeatures, other: PrintFeatures, view: View, other_view: View
+) -> NDArray[np.intp]:
+    """Pairs (m, 2) of features of two views that are each other's likest on the epipolar line."""
+    if not len(one.uv) or not len(other.uv):
+        return np.zeros((0, 2), dtype=np.intp)
+    lines = np.column_stack([one.uv, np.ones(len(one.uv))]) @ _epipolar(view, other_view).T
+    lines /= np.maximum(np.hypot(lines[:, 0], lines[:, 1]), 1e-300)[:, None]
+    off = lines.astype(np.float32) @ np.vstack([other.uv.T, np.ones(len(other.uv))]).astype(
+        np.float32
+    )
+    near = np.abs(off) < LINE_SDS * np.sqrt(2) * CORNER_SD_PX
+    likeness = np.where(near, one.patches @ other.patches.T, np.float32(-1.0))
+    rows = np.arange(len(one.uv))
+    best = likeness.argmax(axis=1)
+    alike = likeness[rows, best]
+    mutual = likeness.argmax(axis=0)[best] == rows
+    likely = np.nonzero(mutual & (alike > MIN_LIKENESS))[0]
+    rest = likeness[likely]
+    apart = np.abs(other.uv[best[likely], None] - other.uv).max(axis=-1) > APART_PX
+    second = np.where(apart, rest, np.float32(-1.0)).max(axis=1)
+    # Of unit vectors |a - b|² = 2 - 2 a·b.
+    clear = 1.0 - alike[likely] < RATIO**2 * (1.0 - second)
+    return np.stack([likely[clear], best[likely[clear]]], axis=1)
+
+
+def _epipolar(view: View, other: View) -> FloatArray:
+    # F (3, 3): a pixel of the first view has the line F (u, v, 1) in the other one.
+    onto = other.projection[:, :3] @ np.linalg.inv(view.projection[:, :3])
+    x, y, z = other.projection @ np.append(view.pose.centre, 1.0)
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) @ onto

@@ -1,0 +1,29 @@
+"""Points of print from the features that may show them: what the views agree on."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
+from facetlog.perception.estimation.point_consensus import agreeing_views
+from facetlog.perception.estimation.point_views import Cameras, Sightings
+from facetlog.perception.estimation.symmetric_matrices import unpacked
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["triangulated"]
+
+
+def triangulated(
+    views: Sequence[View], uv: FloatArray, sd_px: float, seen: NDArray[np.bool_]
+) -> PrintPoints:
+    """The points before the cameras on which three views and more agree, by the views that do.
+
+    `uv` (n, V, 2) are pixels with this standard deviation, where `seen` (n, V).
+    """
+    cameras = Cameras.of([view.projection for view in views])
+    cov = np.broadcast_to(sd_px**2 * np.eye(2), (*seen.shape, 2, 2))
+    agreed = agreeing_views(cameras, Sightings.of(cameras, uv, cov, seen))
+    rows = np.flatnonzero(agreed.stands & ~agreed.behind)
+    points = cameras.origin + cameras.scale * agreed.points[rows]
+    return PrintPoints(points, cameras.scale**2 * unpacked(agreed.covs[rows]), agreed.masks[rows])
