@@ -28,7 +28,6 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     FaceJudge,
 )
 from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
-from facetlog.perception.detection.line_front_end.evidence.print_likeness import surface_between
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
 from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
@@ -218,11 +217,7 @@ class _Selection:
 
     def add_planes_of_print(self, patches: Sequence[PrintPlane], prints: PrintPoints) -> None:
         """Look over the planes of print, too."""
-
-        def surface(normal: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
-            return surface_between(self._witnesses, self._views, normal, points, self._pixel)
-
-        self._planes = list(with_print_planes(self._planes, patches, prints, self._cloud, surface))
+        self._planes = list(with_print_planes(self._planes, patches, prints, self._cloud))
 
     def run(self) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
         for plane, chosen in enumerate(self._planes):

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TypeAlias, TypeVar
 
 import numpy as np
@@ -18,6 +19,7 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
 )
 from facetlog.perception.detection.line_front_end.evidence.exposure import exposures
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.evidence.print_likeness import surface_between
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace, select_faces
@@ -25,7 +27,10 @@ from facetlog.perception.detection.line_front_end.loose_edges import find_loose_
 from facetlog.perception.detection.line_front_end.neighbouring_faces import neighbouring_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_hypotheses
-from facetlog.perception.detection.line_front_end.planes.print_planes import print_planes
+from facetlog.perception.detection.line_front_end.planes.print_planes import (
+    print_planes,
+    shown_patches,
+)
 from facetlog.perception.detection.line_front_end.points_3d.print_points import (
     PrintPoints,
     Triangulate,
@@ -169,7 +174,8 @@ def _tracked(
         witnesses = Witnesses(views, levels, graph.weight)
         if ground is not None:
             prints = prints.take(~ground.holds(prints.points))
-        patches = print_planes(prints, cloud.pixel)
+        surface = partial(surface_between, witnesses, views, cloud.pixel)
+        patches = shown_patches(print_planes(prints, cloud.pixel), prints, surface)
         faces, taken = select_faces(
             planes, cloud, worth, views, profiles, ground, witnesses, side_judge, prints, patches
         )

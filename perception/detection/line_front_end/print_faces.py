@@ -75,7 +75,7 @@ def print_faces(
     pixels that found faces explain, V pictures of 0 and 1.
     """
     found: list[SelectedFace] = []
-    for k in descending(np.array([float(patch.ratio.sum()) for patch in patches])):
+    for k in descending(np.array([patch.worth for patch in patches])):
         ring = _hull(prints.points[patches[k].points], patches[k].normal, cloud.pixel)
         if shapely.Polygon(ring @ plane_basis(patches[k].normal)).area < (
             MIN_AREA_PX * cloud.pixel**2
@@ -84,7 +84,7 @@ def print_faces(
         if ground is not None and ground.holds(ring).all():
             continue
         plane = as_hypothesis(patches[k], prints, cloud)
-        for normal in (plane.normal, -plane.normal):
+        for normal in (side * plane.normal for side in patches[k].sides):
             corners = ring if vector_area(ring) @ normal > 0 else ring[::-1].copy()
             if any(
                 _contradicts(corners, normal, f, witnesses, cloud.pixel) for f in (*faces, *found)

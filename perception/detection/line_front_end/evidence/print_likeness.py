@@ -76,9 +76,9 @@ def print_likeness(
 def surface_between(
     witnesses: Witnesses,
     views: Sequence[View],
+    pixel: float,
     normal: FloatArray,
     points: FloatArray,
-    pixel: float,
 ) -> NDArray[np.bool_]:
     """Whether a plane is surface between each of its points (n, 3) and the next ones: (2, n).
 

@@ -1,10 +1,9 @@
 """Planes of print beside those of lines: what both tell is one plane, better known by both."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     ChosenPlane,
@@ -31,25 +30,14 @@ def with_print_planes(
     patches: Sequence[PrintPlane],
     prints: PrintPoints,
     cloud: LineCloud,
-    surface: Callable[[FloatArray, FloatArray], NDArray[np.bool_]],
 ) -> tuple[ChosenPlane, ...]:
     """The planes chosen by lines and then those of patches of print that are none of them.
 
-    `surface` says of a normal and n points whether the plane is surface round each (2, n), as seen
-    from its front and its back: only those speak for the patch. A plane of lines with print on it
-    is as well known as both tell.
+    A plane of lines with print on it is as well known as both tell.
     """
     planes = list(chosen)
     for patch in patches:
-        shown = surface(patch.normal, prints.points[patch.points])
-        promise = shown @ patch.ratio
-        sides = tuple(s for s, w in zip((1.0, -1.0), promise, strict=True) if w > patch.price)
-        if not sides:
-            continue
-        speak = shown.any(axis=0)
-        own = as_hypothesis(
-            replace(patch, points=patch.points[speak], ratio=patch.ratio[speak]), prints, cloud
-        )
+        own = as_hypothesis(patch, prints, cloud)
         same = same_plane(own, own.prints, [c.plane for c in planes], cloud.pixel)
         for k in np.flatnonzero(same).tolist():
             known = planes[k].plane
@@ -60,7 +48,7 @@ def with_print_planes(
             )
             planes[k] = replace(planes[k], plane=both)
         if not same.any():
-            planes.append(ChosenPlane(own, float(promise.max()), sides, _box(own, cloud)))
+            planes.append(ChosenPlane(own, patch.worth, patch.sides, _box(own, cloud)))
     return tuple(planes)
 
 

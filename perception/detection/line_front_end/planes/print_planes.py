@@ -4,7 +4,8 @@ A label, a book's cover, boards of wood or a wall of stones show points by the d
 straight line that two views agree on; where they lie on one plane, a face may be there.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import cv2
@@ -18,7 +19,7 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.ties import descending, largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PrintPlane", "patch_box", "print_planes"]
+__all__ = ["PrintPlane", "patch_box", "print_planes", "shown_patches"]
 
 # Three points of each plane are a point and two of so many neighbours; so many points, evenly from
 # all, seed planes.
@@ -44,7 +45,7 @@ class PrintPlane:
     """Plane normal · x = distance; the numbers (m,) of the points that are one patch on it.
 
     `ratio` (m,) is each point's log-likelihood ratio against one that lies anywhere, and `price`
-    what their sum must exceed, or it may be chance.
+    what their sum must exceed, or it may be chance. It is seen from its `sides` (±1).
     """
 
     normal: FloatArray
@@ -52,6 +53,12 @@ class PrintPlane:
     points: NDArray[np.intp]
     ratio: FloatArray
     price: float
+    sides: tuple[float, ...] = (1.0, -1.0)
+
+    @property
+    def worth(self) -> float:
+        """The log-likelihood ratio of the patch."""
+        return float(self.ratio.sum())
 
 
 def print_planes(prints: PrintPoints, pixel: float) -> tuple[PrintPlane, ...]:
@@ -80,6 +87,29 @@ def print_planes(prints: PrintPoints, pixel: float) -> tuple[PrintPlane, ...]:
             if len(patch) >= MIN_POINTS and ratio.sum() > price:
                 found.append(PrintPlane(plane.normal, plane.distance, patch, ratio, price))
         left &= ~plane.on
+    return tuple(found)
+
+
+def shown_patches(
+    patches: Sequence[PrintPlane],
+    prints: PrintPoints,
+    surface: Callable[[FloatArray, FloatArray], NDArray[np.bool_]],
+) -> tuple[PrintPlane, ...]:
+    """The patches that are surface, of each what is.
+
+    `surface` says of a normal and n points whether the plane is surface round each (2, n), as seen
+    from its front and its back: only those speak for a patch, and from that side.
+    """
+    found = []
+    for patch in patches:
+        shown = surface(patch.normal, prints.points[patch.points])
+        sides = [worth > patch.price for worth in shown @ patch.ratio]
+        on = shown[sides].any(axis=0)
+        if on.any():
+            seen_from = tuple(side for side, may in zip((1.0, -1.0), sides, strict=True) if may)
+            found.append(
+                replace(patch, points=patch.points[on], ratio=patch.ratio[on], sides=seen_from)
+            )
     return tuple(found)
 
 
