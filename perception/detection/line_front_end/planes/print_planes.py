@@ -72,6 +72,8 @@ def print_planes(prints: PrintPoints, pixel: float) -> tuple[PrintPlane, ...]:
     price = 3 * float(np.log(count)) + SCENES
     scene = _Scene.of(prints, pixel)
     normal, distance = _seeds(prints.points)
+    if not scene.spread or not len(normal):
+        return ()
     gain = scene.gain(normal, distance)
     left = np.ones(count, dtype=np.bool_)
     found: list[PrintPlane] = []
@@ -83,7 +85,7 @@ def print_planes(prints: PrintPoints, pixel: float) -> tuple[PrintPlane, ...]:
             break
         plane = fits[largest(worths)]
         for patch in _patches(prints.points, plane):
-            ratio = plane.ratio[patch]
+            ratio = scene.ratio(plane, patch, int(left.sum()))
             if len(patch) >= MIN_POINTS and ratio.sum() > price:
                 found.append(PrintPlane(plane.normal, plane.distance, patch, ratio, price))
         left &= ~plane.on
@@ -115,11 +117,10 @@ def shown_patches(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Fit:
-    # A plane, the points (n,) on it, the log-likelihood ratio (n,) of each, and the sum of all.
+    # A plane, the points (n,) on it, and how likely it is against points that lie anywhere.
     normal: FloatArray
     distance: float
     on: NDArray[np.bool_]
-    ratio: FloatArray
     worth: float
 
 
@@ -134,8 +135,8 @@ class _Scene:
     @classmethod
     def of(cls, prints: PrintPoints, pixel: float) -> "_Scene":
         away = np.linalg.norm(prints.points - np.median(prints.points, axis=0), axis=1)
-        # Half of what is spread evenly over a length lies within a quarter of it from the middle.
-        return cls(prints.points, prints.covs, 4.0 * float(np.median(away)), pixel)
+        # Half of what fills a cube lies within half of its side from the middle, or nearly.
+        return cls(prints.points, prints.covs, 2.0 * float(np.median(away)), pixel)
 
     def gain(self, normal: FloatArray, distance: FloatArray) -> NDArray[np.float32]:
         """Log-likelihood (n, p), over that of chance, of the points on planes; 0 where not on."""
@@ -150,20 +151,34 @@ class _Scene:
     def fitted(self, on: NDArray[np.bool_], left: NDArray[np.bool_], normal: FloatArray) -> _Fit:
         """The plane fitted to the points on it (n,), which change with it, of those left (n,)."""
         distance = 0.0
-        nothing = np.zeros(len(on))
         for _ in range(FITS):
             if on.sum() < MIN_POINTS:
-                return _Fit(normal, distance, on, nothing, -np.inf)
+                return _Fit(normal, distance, on, -np.inf)
             normal, distance = self._plane(on, normal)
-            variance = self.variance(normal)
             off = self.points @ normal - distance
-            on = left & (off**2 < SDS**2 * variance)
-        density = np.exp(-0.5 * off**2 / variance) / np.sqrt(2 * np.pi * variance) * self.spread
-        # Of the points left a share lies on the plane, the others anywhere.
-        ratios = np.log1p(SHARES[:, None] * (density - 1.0))
-        ratios[:, ~left] = 0.0
-        best = largest(ratios.sum(axis=1))
-        return _Fit(normal, distance, on, ratios[best], float(ratios[best].sum()))
+            on = left & (off**2 < SDS**2 * self.variance(normal))
+        density = self._density(normal, distance)[left]
+        # A share of the points left lies on the plane, the others anywhere.
+        worths = np.log1p(SHARES[:, None] * (density - 1.0)).sum(axis=1)
+        return _Fit(normal, distance, on, float(worths.max()))
+
+    def ratio(self, plane: _Fit, patch: NDArray[np.intp], left: int) -> FloatArray:
+        """What each point (m,) of a patch says for it, of so many points that it may be among.
+
+        That the others lie anywhere costs a little, which all of the patch's points bear.
+        """
+        share = len(patch) / (left + 1)
+        density = self._density(plane.normal, plane.distance)[patch]
+        others = (left - len(patch)) * np.log1p(-share) / len(patch)
+        ratio: FloatArray = np.log1p(share * (density - 1.0)) + others
+        return ratio
+
+    def _density(self, normal: FloatArray, distance: float) -> FloatArray:
+        # Of the points (n,) across a plane, over that of chance.
+        variance = self.variance(normal)
+        off = self.points @ normal - distance
+        density = np.exp(-0.5 * off**2 / variance) / np.sqrt(2 * np.pi * variance)
+        return np.asarray(self.spread * density)
 
     def variance(self, normal: FloatArray) -> FloatArray:
         """Of the points (n,) across a plane."""

@@ -78,8 +78,10 @@ def matched_features(
     alike = likeness[rows, best]
     mutual = likeness.argmax(axis=0)[best] == rows
     likely = np.nonzero(mutual & (alike > MIN_LIKENESS))[0]
-    rest = likeness[likely]
-    apart = np.abs(other.uv[best[likely], None] - other.uv).max(axis=-1) > APART_PX
+    rest, places = likeness[likely], other.uv.astype(np.float32)
+    there = places[best[likely]]
+    apart = np.abs(there[:, :1] - places[:, 0]) > APART_PX
+    apart |= np.abs(there[:, 1:] - places[:, 1]) > APART_PX
     second = np.where(apart, rest, np.float32(-1.0)).max(axis=1)
     # Of unit vectors |a - b|² = 2 - 2 a·b.
     clear = 1.0 - alike[likely] < RATIO**2 * (1.0 - second)

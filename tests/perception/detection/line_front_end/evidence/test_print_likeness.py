@@ -1,0 +1,59 @@
+"""Whether pictures show one and the same print at places of a plane."""
+
+import numpy as np
+
+from facetlog.perception.detection.line_front_end.evidence.print_likeness import (
+    MIN_LIKENESS,
+    print_likeness,
+    surface_between,
+)
+from facetlog.perception.types import FloatArray
+from tests.perception.detection.line_front_end.printed_disc import (
+    HEIGHT,
+    RADIUS,
+    PrintedRig,
+    printed_rig,
+    rig_of,
+    ring,
+)
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def inside(count: int, height: float = HEIGHT) -> FloatArray:
+    rng = np.random.default_rng(0)
+    return np.column_stack([rng.uniform(-0.5, 0.5, (count, 2)) * RADIUS, np.full(count, height)])
+
+
+def likeness(rig: PrintedRig, points: FloatArray) -> FloatArray:
+    return print_likeness(rig.views, np.arange(len(rig.views)), points, UP, rig.pixel)
+
+
+def test_print_is_alike_on_its_plane() -> None:
+    assert (likeness(printed_rig(), inside(40)) > 0.8).all()
+
+
+def test_print_is_not_alike_off_its_plane() -> None:
+    assert (likeness(printed_rig(), inside(40, HEIGHT + 1.0)) < MIN_LIKENESS).mean() > 0.9
+
+
+def test_different_print_is_not_alike() -> None:
+    rig = rig_of(ring(6, 60.0), range(6))
+    assert (likeness(rig, inside(40)) < MIN_LIKENESS).all()
+
+
+def test_places_out_of_view_are_not_alike() -> None:
+    assert not likeness(printed_rig(), inside(5) + np.array([100.0, 0.0, 0.0])).any()
+
+
+def test_print_is_surface_as_seen_from_above_only() -> None:
+    rig = printed_rig()
+    front, back = surface_between(rig.witnesses, rig.views, rig.pixel, UP, inside(40))
+    assert front.mean() > 0.9
+    assert not back.any()
+
+
+def test_there_is_no_surface_in_the_air() -> None:
+    rig = printed_rig()
+    found = surface_between(rig.witnesses, rig.views, rig.pixel, UP, inside(40, HEIGHT + 1.0))
+    assert found.mean() < 0.1

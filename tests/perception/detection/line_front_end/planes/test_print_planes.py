@@ -1,0 +1,166 @@
+"""Planes through points of print."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.detection.line_front_end.planes.plane_choice import (
+    OPEN_SLOPE,
+    ChosenPlane,
+    plane_sds,
+)
+from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
+from facetlog.perception.detection.line_front_end.planes.print_choice import (
+    as_hypothesis,
+    with_print_planes,
+)
+from facetlog.perception.detection.line_front_end.planes.print_planes import (
+    patch_box,
+    print_planes,
+    shown_patches,
+)
+from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
+from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.types import FloatArray
+from tests.perception.detection.line_front_end.printed_disc import HEIGHT, printed_rig
+
+PIXEL = 0.01
+SD = 0.01
+
+
+def cloud_of(segments: FloatArray, pixel: float = PIXEL) -> LineCloud:
+    count = len(segments)
+    covs = np.zeros((count, 2, 3, 3))
+    return LineCloud(segments, covs, np.full(count, 3.0), np.zeros(count), pixel)
+
+
+NO_LINES = cloud_of(np.zeros((0, 2, 3)))
+
+
+def prints_of(points: FloatArray) -> PrintPoints:
+    covs = np.broadcast_to(SD**2 * np.eye(3), (len(points), 3, 3)).copy()
+    return PrintPoints(points, covs, np.ones((len(points), 4), np.bool_))
+
+
+def scattered(rng: np.random.Generator, count: int) -> FloatArray:
+    return rng.uniform(-1, 1, (count, 3))
+
+
+def level(rng: np.random.Generator, count: int, height: float, size: float = 0.5) -> FloatArray:
+    flat = rng.uniform(-size, size, (count, 2))
+    return np.column_stack([flat, height + SD * rng.normal(size=count)])
+
+
+def test_points_on_a_plane_among_others_are_a_patch() -> None:
+    rng = np.random.default_rng(0)
+    points = np.concatenate([scattered(rng, 60), level(rng, 40, 0.3)])
+    (patch,) = print_planes(prints_of(points), PIXEL)
+    assert abs(patch.normal[2]) > 0.999
+    assert abs(abs(patch.distance) - 0.3) < 0.01
+    assert (patch.points >= 60).sum() > 35
+    assert (patch.points < 60).sum() < 4
+    assert patch.worth > patch.price
+
+
+def test_points_anywhere_are_no_patch() -> None:
+    for seed in range(10):
+        points = scattered(np.random.default_rng(seed), 150)
+        assert print_planes(prints_of(points), PIXEL) == ()
+
+
+def test_few_points_are_no_patch() -> None:
+    rng = np.random.default_rng(0)
+    for count in (0, 1, 3, 5):
+        assert print_planes(prints_of(level(rng, count, 0.0)), PIXEL) == ()
+
+
+def test_points_on_a_line_or_in_a_place_raise_nothing() -> None:
+    line = np.linspace(0, 1, 20)[:, None] * np.array([1.0, 2.0, 3.0])
+    print_planes(prints_of(line), PIXEL)
+    print_planes(prints_of(np.zeros((20, 3))), PIXEL)
+
+
+def test_print_on_two_things_of_one_height_is_two_patches() -> None:
+    rng = np.random.default_rng(1)
+    apart = level(rng, 60, 0.0, 0.2) + np.array([[3.0, 0.0, 0.0]])
+    points = np.concatenate([level(rng, 60, 0.0, 0.2), apart, scattered(rng, 30)])
+    first, second = print_planes(prints_of(points), PIXEL)
+    sides = [np.sign(points[patch.points, 0].mean() - 1.5) for patch in (first, second)]
+    assert sorted(sides) == [-1.0, 1.0]
+
+
+def test_the_unit_of_length_and_the_frame_change_no_patch() -> None:
+    rng = np.random.default_rng(2)
+    points = np.concatenate([scattered(rng, 50), level(rng, 40, 0.3)])
+    turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
+    (patch,) = print_planes(prints_of(points), PIXEL)
+    moved = PrintPoints(
+        1000 * points @ turn.T + 7.0, prints_of(points).covs * 1e6, np.ones((90, 4), np.bool_)
+    )
+    (other,) = print_planes(moved, 1000 * PIXEL)
+    np.testing.assert_array_equal(patch.points, other.points)
+    assert abs(abs((turn @ patch.normal) @ other.normal) - 1) < 1e-9
+
+
+def test_only_what_is_surface_speaks_for_a_patch() -> None:
+    rng = np.random.default_rng(3)
+    prints = prints_of(np.concatenate([level(rng, 40, 0.0), scattered(rng, 20)]))
+    patches = print_planes(prints, PIXEL)
+
+    def left_half_from_above(normal: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
+        front = (points[:, 0] < 0) & (normal[2] > 0)
+        back = (points[:, 0] < 0) & (normal[2] < 0)
+        return np.stack([front, back])
+
+    (half,) = shown_patches(patches, prints, left_half_from_above)
+    assert (prints.points[half.points, 0] < 0).all()
+    assert half.sides == (float(np.sign(half.normal[2])),)
+
+    def nowhere(normal: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
+        return np.zeros((2, len(points)), np.bool_)
+
+    assert shown_patches(patches, prints, nowhere) == ()
+
+
+def test_a_printed_plane_without_any_line_is_proposed() -> None:
+    rig = printed_rig()
+    patches = print_planes(rig.prints, rig.pixel)
+    chosen = with_print_planes((), patches[:1], rig.prints, cloud_of(NO_LINES.segments, rig.pixel))
+    (plane,) = chosen
+    assert abs(plane.plane.normal[2]) > 0.9999
+    assert abs(abs(plane.plane.distance) - HEIGHT) < rig.pixel
+    assert plane.spans.shape == (4, 2, 3)
+
+
+def test_a_plane_that_lines_know_is_not_taken_twice_but_known_better() -> None:
+    rng = np.random.default_rng(4)
+    prints = prints_of(level(rng, 60, 0.0))
+    rail = np.array([[[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0]]])
+    lines = cloud_of(rail)
+    known = PlaneHypothesis(np.array([0.0, 0.0, 1.0]), 0.0, np.arange(1))
+    given = ChosenPlane(known, 50.0, (1.0,), rail)
+    (both,) = with_print_planes((given,), print_planes(prints, PIXEL), prints, lines)
+    far = np.array([[0.0, 0.5, 0.0]])
+    before, after = (
+        plane_sds(p, lines, np.concatenate([rail[0], far]), OPEN_SLOPE)[-1]
+        for p in (known, both.plane)
+    )
+    assert after < before / 3
+    assert both.promise == given.promise
+
+
+def test_a_hypothesis_has_the_lines_on_it() -> None:
+    rng = np.random.default_rng(5)
+    prints = prints_of(level(rng, 60, 0.0))
+    lines = cloud_of(np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 0, 1.0]]]))
+    (patch,) = print_planes(prints, PIXEL)
+    assert as_hypothesis(patch, prints, lines).lines.tolist() == [0]
+
+
+def test_a_box_holds_its_points() -> None:
+    points = level(np.random.default_rng(6), 30, 0.0) * np.array([1.0, 2.0, 0.0])
+    for along in (None, np.array([1.0, 1.0, 0.0])):
+        sides = patch_box(points, np.array([0.0, 0.0, 1.0]), along)
+        for start, end in sides:
+            inward = np.cross([0.0, 0.0, 1.0], end - start)
+            off = (points - start) @ inward
+            assert (off > -1e-5).all() or (off < 1e-5).all()
