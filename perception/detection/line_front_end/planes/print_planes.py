@@ -84,6 +84,8 @@ def print_planes(prints: PrintPoints, pixel: float) -> tuple[PrintPlane, ...]:
         if not len(worths) or worths.max() < price:
             break
         plane = fits[largest(worths)]
+        if not plane.on.any():
+            break
         for patch in _patches(prints.points, plane):
             ratio = scene.ratio(plane, patch, int(left.sum()))
             if len(patch) >= MIN_POINTS and ratio.sum() > price:
@@ -153,7 +155,7 @@ class _Scene:
         distance = 0.0
         for _ in range(FITS):
             if on.sum() < MIN_POINTS:
-                return _Fit(normal, distance, on, -np.inf)
+                return _Fit(normal, distance, on, 0.0)
             normal, distance = self._plane(on, normal)
             off = self.points @ normal - distance
             on = left & (off**2 < SDS**2 * self.variance(normal))
