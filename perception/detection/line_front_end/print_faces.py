@@ -41,7 +41,7 @@ from facetlog.perception.detection.line_front_end.outlines.region_outline import
     without_straight_corners,
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
-from facetlog.perception.detection.line_front_end.planes.plane_choice import OPEN_SLOPE, plane_sds
+from facetlog.perception.detection.line_front_end.planes.plane_choice import OPEN_SLOPE, plane_cov
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.detection.line_front_end.planes.print_choice import as_hypothesis
 from facetlog.perception.detection.line_front_end.planes.print_planes import PrintPlane
@@ -93,9 +93,9 @@ def print_faces(
             inside = inner_points(corners, normal)
             shown = _showing(inside, normal, views, witnesses, taken, cloud.pixel)
             if shown.any():
-                sds = plane_sds(plane, cloud, corners, OPEN_SLOPE)
+                cov = plane_cov(plane, cloud, corners, OPEN_SLOPE)
                 found.append(
-                    SelectedFace(corners, normal, shown, 0.0, inside, sds, has_edges=False)
+                    SelectedFace(corners, normal, shown, 0.0, inside, cov, has_edges=False)
                 )
     return tuple(found)
 
