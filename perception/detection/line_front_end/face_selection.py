@@ -7,7 +7,7 @@ planes are searched again. What remains unexplained decides on the next.
 
 import heapq
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import count
 
 import cv2
@@ -15,21 +15,27 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from facetlog.perception.detection.line_front_end.candidates import (
+    LEAST_PRICE,
+    Candidate,
+    price,
+    simplest,
+    square,
+    tidy,
+)
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
-    alike,
     blocked,
     lies_within,
     overlap,
     touch,
 )
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import (
-    FaceEvidence,
     FaceJudge,
 )
 from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
-from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
+from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
 from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.hole_search import HoleFinder
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
@@ -37,10 +43,6 @@ from facetlog.perception.detection.line_front_end.outlines.parallelograms import
 from facetlog.perception.detection.line_front_end.outlines.plane_regions import (
     ON_PLANE_PX,
     RegionFinder,
-)
-from facetlog.perception.detection.line_front_end.outlines.region_outline import (
-    without_short_sides,
-    without_straight_corners,
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.plane_choice import (
@@ -58,9 +60,6 @@ from facetlog.perception.detection.line_front_end.planes.print_choice import wit
 from facetlog.perception.detection.line_front_end.planes.print_planes import PrintPlane
 from facetlog.perception.detection.line_front_end.planes.square_planes import (
     SQUARE_SLOPE,
-    is_square,
-    seen_on_plane,
-    square_normals,
 )
 from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
@@ -70,34 +69,18 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.flat_faces import vector_area
-from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["SelectedFace", "select_faces"]
 
 # Least coverage of the sides of a face when it is as plain as may be.
 MIN_FINAL = 0.75
-# Each side is chosen among some twenty, a moved one among its moves besides, on one of up to a
-# thousand planes: so much the sides must speak for an outline before it is as likely as the best of
-# those that chance offers, and so much more that it is less than one face in a thousand scenes.
-SIDE_PRICE, MOVED_PRICE = float(np.log(20.0)), float(np.log(20.0 * len(MOVES_PX)))
-PLANE_PRICE = float(np.log(1000.0 * 1000.0))
-LEAST_PRICE = PLANE_PRICE + 3 * SIDE_PRICE  # of a triangle
-# A shorter side, px, is where two others meet: corners are blunt. A corner nearer to the line past
-# it than an edge is wide, px, is none.
-MIN_SIDE_PX, MIN_TURN_PX = 4.0, 1.0
-# Worths are as good as equal from this share on: three standard deviations of some 200 samples.
-AS_WORTH = 0.85
-# Of an outline with more corners none is tried without: it is a curve.
-MAX_SIMPLIFIED = 16
 # Smaller faces (root of the area, px) are below what edges can bound.
 MIN_SIZE_PX = 6.0
 # A candidate that loses so much of its worth to the faces before it has its plane searched again.
 STILL_WORTH = 0.6
 # Coplanar faces lie this near to one plane, px.
 SAME_PLANE_PX = 8.0
-# A plane is not turned by more than its lines leave open at any corner.
-KNOWN_SDS = 3.0
 # Faces touch within so many px, and their corners become one.
 TOUCH_PX = 8.0
 # Lines that pass this near to a face's outline or end this near to its plane, px, go free.
@@ -127,29 +110,6 @@ class SelectedFace:
     plane_cov: FloatArray | None = None
     holes: tuple[FloatArray, ...] = ()
     has_edges: bool = True
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Candidate:
-    corners: FloatArray
-    normal: FloatArray
-    evidence: FaceEvidence
-    plane: int  # number of the hypothesis
-    moved: bool  # its sides were moved onto edges
-    after: int  # how many faces there were when it was judged
-    square: bool = False  # to what was found before it
-
-    @property
-    def worth(self) -> float:
-        # The sides' ratio, less where part of the inside or some of the views speak against it.
-        e = self.evidence
-        sides = e.sides - _price(self.corners, moved=self.moved)
-        return sides * (4 * e.consistent - 3) * float(np.sqrt(e.share))
-
-
-def _price(corners: FloatArray, *, moved: bool) -> float:
-    # What the sides of an outline must be worth.
-    return PLANE_PRICE + (MOVED_PRICE if moved else SIDE_PRICE) * len(corners)
 
 
 def select_faces(
@@ -209,7 +169,7 @@ class _Selection:
         self._faces: list[SelectedFace] = []
         self._number = count()
         # Outlines by their worth, and numbers of planes by what an outline there could be worth.
-        self._queue: list[tuple[float, int, _Candidate | int]] = []
+        self._queue: list[tuple[float, int, Candidate | int]] = []
 
     def _beside(self, plane: PlaneHypothesis) -> NDArray[np.bool_]:
         lines = self._cloud.segments[plane.lines]
@@ -233,12 +193,11 @@ class _Selection:
             if any(self._contradicts(best, f) for f in self._faces[best.after :]):
                 continue
             if best.after == len(self._faces):
-                plain = self._square(self._simplest(best))
-                shown = plain.evidence.coverage >= MIN_FINAL
-                if shown and not self._judge.shows_ground(
-                    plain.corners, plain.normal, plain.evidence, self._taken
-                ):
-                    self._accept(plain)
+                plain = self._plain(best)
+                if self._is_face(plain) and not self._accepted(plain):
+                    rest = self._trimmed(plain)
+                    if rest is not None and self._is_face(rest):
+                        self._accepted(rest)
                 continue
             again = self._judged(best.corners, best.normal, best.plane, moved=best.moved)
             if again is not None and again.worth >= -STILL_WORTH * worth:
@@ -296,97 +255,80 @@ class _Selection:
             corners = self._ground.clipped(corners)
             if len(corners) < 3 or self._ground.holds(corners).all():
                 return
-        basis = plane_basis(normal)
-        flat = without_short_sides(corners @ basis, MIN_SIDE_PX * self._pixel)
-        flat = without_straight_corners(flat, MIN_TURN_PX * self._pixel)
-        corners = flat @ basis.T + normal * float(normal @ corners[0])
+        corners = tidy(corners, normal, self._pixel)
         found = self._judged(corners, normal, plane, moved=moved)
         if found is not None and not any(self._contradicts(found, f) for f in self._faces):
             self._push(found.worth, found)
 
-    def _push(self, worth: float, what: "_Candidate | int") -> None:
+    def _push(self, worth: float, what: "Candidate | int") -> None:
         # Faces of a ring that are worth the same but for rounding come in the order given.
         heapq.heappush(self._queue, (-round(worth, 6), next(self._number), what))
 
     def _judged(
         self, corners: FloatArray, normal: FloatArray, plane: int, *, moved: bool
-    ) -> _Candidate | None:
+    ) -> Candidate | None:
         size = np.sqrt(shapely.Polygon(corners @ plane_basis(normal)).area)
         if size < MIN_SIZE_PX * self._pixel:
             return None
-        e = self._judge.judge(corners, normal, self._taken, _price(corners, moved=moved))
+        e = self._judge.judge(corners, normal, self._taken, price(corners, moved=moved))
         if e is None:
             return None
-        candidate = _Candidate(corners, normal, e, plane, moved, len(self._faces))
+        candidate = Candidate(corners, normal, e, plane, moved, len(self._faces))
         return candidate if candidate.worth > 0 else None
 
-    def _simplest(self, candidate: _Candidate) -> _Candidate:
-        # Without the corners that make it worth less: regions grow spurs along their lines.
-        candidate = self._plainest(candidate)
-        while 3 < len(candidate.corners) <= MAX_SIMPLIFIED:
-            c = candidate
-            fewer = [np.delete(c.corners, k, axis=0) for k in range(len(c.corners))]
-            judged = [self._judged(f, c.normal, c.plane, moved=c.moved) for f in fewer]
-            worths = np.array([0.0 if j is None else j.worth for j in judged])
-            best = judged[largest(worths)]
-            if best is None or best.worth <= c.worth:
-                break
-            candidate = best
-        return candidate
-
-    def _square(self, candidate: _Candidate) -> _Candidate:
-        # Where its lines leave a plane open, of those worth as much the one that is square to the
-        # ground and to the faces that it touches: another thing may stand askew.
+    def _known_normals(self, candidate: Candidate) -> list[FloatArray]:
+        # Of the ground and the faces that it touches.
         near = TOUCH_PX * self._pixel
         known = [] if self._ground is None else [self._ground.normal]
-        known += [f.normal for f in self._faces if touch(candidate.corners, f.corners, near)]
-        plane = self._planes[candidate.plane].plane
-        cov = plane_cov(plane, self._cloud, candidate.corners, OPEN_SLOPE)
-        sds = np.sqrt(np.diagonal(cov))
-        centre = self._witnesses.centres[candidate.evidence.shown].mean(axis=0)
-        for normal in square_normals(candidate.normal, known):
-            if is_square(candidate.normal, normal):
-                return replace(candidate, square=True)
-            ring = seen_on_plane(candidate.corners, plane, normal, self._cloud, centre)
-            moved_by = np.abs((ring - candidate.corners) @ candidate.normal)
-            if (moved_by > KNOWN_SDS * sds).any():
-                continue
-            views = self._witnesses.facing(ring.mean(axis=0), normal)
-            moved = self._sides.onto_edges(views, ring, normal, self._pixel)
-            for corners in (ring, moved):
-                again = self._judged(corners, normal, candidate.plane, moved=candidate.moved)
-                if again is not None and again.worth >= AS_WORTH * candidate.worth:
-                    return replace(again, square=True)
-        return candidate
+        return known + [f.normal for f in self._faces if touch(candidate.corners, f.corners, near)]
 
-    def _plainest(self, best: _Candidate) -> _Candidate:
-        # Of outlines of nearly the same region and worth the one with fewest corners: print beside
-        # a border gives edges enough for any notch.
-        plainer = [
-            c
-            for _, _, c in sorted(self._queue, key=lambda entry: entry[:2])
-            if isinstance(c, _Candidate)
-            and c.plane == best.plane
-            and c.normal @ best.normal > 0
-            and len(c.corners) < len(best.corners)
-            and c.worth >= AS_WORTH * best.worth
-            and alike(c.corners, best.corners, best.normal)
-        ]
-        for c in sorted(plainer, key=lambda c: len(c.corners)):
-            again = self._judged(c.corners, c.normal, c.plane, moved=c.moved)
-            if again is not None and again.worth >= AS_WORTH * best.worth:
-                return again
-        return best
+    def _plain(self, best: Candidate) -> Candidate:
+        # In the plainest form, square to what is known.
+        queued = (c for _, _, c in sorted(self._queue, key=lambda entry: entry[:2]))
+        plain = simplest(best, [c for c in queued if isinstance(c, Candidate)], self._instead)
+        return square(
+            plain,
+            self._known_normals(plain),
+            self._planes[plain.plane].plane,
+            self._cloud,
+            self._witnesses,
+            self._sides,
+            self._instead,
+        )
 
-    def _accept(self, candidate: _Candidate) -> None:
+    def _instead(self, corners: FloatArray, candidate: Candidate) -> Candidate | None:
+        return self._judged(corners, candidate.normal, candidate.plane, moved=candidate.moved)
+
+    def _is_face(self, candidate: Candidate) -> bool:
+        # Most of its sides are there, and its pixels do not rather show the ground.
         e = candidate.evidence
+        return e.coverage >= MIN_FINAL and not self._judge.shows_ground(
+            candidate.corners, candidate.normal, e, self._taken
+        )
+
+    def _trimmed(self, candidate: Candidate) -> Candidate | None:
+        # What is left of a face that is seen through, without its openings.
+        ring = self._holes.trimmed(
+            candidate.corners, self._flat(candidate), candidate.evidence.shown, self._taken
+        )
+        if ring is None:
+            return None
+        return self._instead(tidy(ring, candidate.normal, self._pixel), candidate)
+
+    def _flat(self, candidate: Candidate) -> PlaneHypothesis:
+        # Its plane, which may have been turned since its lines proposed it.
+        normal, lines = candidate.normal, self._planes[candidate.plane].plane.lines
+        return PlaneHypothesis(normal, float(normal @ candidate.corners[0]), lines)
+
+    def _accepted(self, candidate: Candidate) -> bool:
+        # Not if one sees lines through it beside its holes.
+        e = candidate.evidence
+        corners, normal = candidate.corners, candidate.normal
+        holes = self._holes.holes(corners, self._flat(candidate), e.shown, self._taken)
+        if self._behind.seen_through(corners, normal, np.nonzero(e.shown)[0], holes):
+            return False
         known = self._planes[candidate.plane].plane
         slope = SQUARE_SLOPE if candidate.square else OPEN_SLOPE
-        corners, normal = candidate.corners, candidate.normal
-        flat = PlaneHypothesis(normal, float(normal @ corners[0]), known.lines)
-        holes = self._holes.holes(corners, flat, e.shown, self._taken)
-        if self._behind.seen_through(corners, normal, np.nonzero(e.shown)[0], holes):
-            return
         rings = np.concatenate([corners, *holes])
         cov = plane_cov(known, self._cloud, rings, slope)
         seen = e.points[~lies_within(holes, normal, e.points)]
@@ -402,6 +344,7 @@ class _Selection:
                 closed = cv2.morphologyEx(taken, cv2.MORPH_CLOSE, BETWEEN)
                 self._taken[k] = np.asarray(closed, dtype=np.uint8)
         self._propose_neighbours(face, candidate.worth)
+        return True
 
     def _propose_neighbours(self, face: SelectedFace, worth: float) -> None:
         # Most things have right angles: a plane through each side across the face.
@@ -438,7 +381,7 @@ class _Selection:
             if self._judge.agrees_inside(corners, outwards, self._taken):
                 self._propose_moved(corners, outwards, plane)
 
-    def _contradicts(self, candidate: _Candidate, face: SelectedFace) -> bool:
+    def _contradicts(self, candidate: Candidate, face: SelectedFace) -> bool:
         # They overlap in one plane, where holes are no surface either; or the candidate hides the
         # face from views that show it.
         corners, normal = candidate.corners, candidate.normal

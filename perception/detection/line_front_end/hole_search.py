@@ -18,7 +18,10 @@ from facetlog.perception.detection.line_front_end.evidence.half_planes import (
     MIN_CONSISTENT,
     MIN_WEIGHT,
 )
-from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
+from facetlog.perception.detection.line_front_end.evidence.see_through import (
+    LEAST_RATIO,
+    LinesBehind,
+)
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
 from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
@@ -55,6 +58,8 @@ STEPS = 10
 SIDE_PRICE, CHANCE_PRICE = float(np.log(20.0 * len(MOVES_PX))), float(np.log(1000.0))
 # Fewer cells than this in a hole or beside its rim tell nothing.
 MIN_CELLS = 8
+# Four legs have three openings between them; when they are cut out one looks once more.
+MOST_OPENINGS = 3 + 1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -105,9 +110,8 @@ class HoleFinder:
         `taken` says of each view which of its pixels show a face that was found before.
         """
         views = np.nonzero(shown)[0]
-        if not any(
-            True for _ in self._look(corners, plane, views, taken, COARSE_PX).regions(MIN_COARSE)
-        ):
+        coarse = self._look(corners, plane, views, taken, COARSE_PX)
+        if next(coarse.regions(MIN_COARSE), None) is None:
             return ()
         cells = self._look(corners, plane, views, taken, FINE_PX)
         rings = list(self._rings(cells, plane, views))
@@ -120,6 +124,38 @@ class HoleFinder:
                 chosen.append(flat)
                 holes.append(rings[k][::-1].copy())
         return tuple(holes)
+
+    def trimmed(
+        self,
+        corners: FloatArray,
+        plane: PlaneHypothesis,
+        shown: NDArray[np.bool_],
+        taken: Sequence[NDArray[np.uint8]],
+    ) -> FloatArray | None:
+        """What is left (k, 3) of a polygon (n, 3) that is seen through without the openings at its
+        rim, such as those between legs; None where something else is seen through, too.
+        """
+        views = np.nonzero(shown)[0]
+        cells = self._look(corners, plane, views, taken, FINE_PX)
+        grid, left = cells.grid, _largest(cells.outline)
+        rings = [grid.cells(ring) + 0.5 for ring in self._rings(cells, plane, views)]
+        openings = [shapely.Polygon(ring).buffer(0) for ring in rings]
+
+        def ratio(part: shapely.Polygon) -> float:
+            ring = grid.points(shapely.get_coordinates(part.exterior)[:-1])
+            return self._behind.ratio(ring, plane.normal, views)
+
+        for _ in range(MOST_OPENINGS):
+            if left is None or left.interiors:
+                return None
+            if ratio(left) <= LEAST_RATIO:
+                ring = shapely.geometry.polygon.orient(left).exterior
+                return grid.points(shapely.get_coordinates(ring)[:-1])
+            cuts = [(_largest(left & each), _largest(left - each)) for each in openings]
+            seen = [(ratio(piece), rest) for piece, rest in cuts if piece and rest]
+            best = max(seen, key=lambda cut: round(cut[0], 6), default=(0.0, None))
+            left = best[1] if best[0] > 0 else None
+        return None
 
     def _look(
         self,
@@ -188,6 +224,11 @@ class HoleFinder:
             return 0.0
         ratio = float((self._witnesses.weight[views] @ edges.ratio).sum())
         return max(ratio - SIDE_PRICE * len(ring) - CHANCE_PRICE, 0.0)
+
+
+def _largest(shape: shapely.Geometry) -> shapely.Polygon | None:
+    parts = [p for p in getattr(shape, "geoms", [shape]) if p.geom_type == "Polygon" and p.area > 0]
+    return max(parts, key=lambda part: part.area) if parts else None
 
 
 def differs_more(count: FloatArray, apart: FloatArray) -> NDArray[np.bool_]:

@@ -11,7 +11,7 @@ from facetlog.perception.detection.line_front_end.evidence.witnesses import Witn
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LinesBehind"]
+__all__ = ["LEAST_RATIO", "LinesBehind"]
 
 # A line is behind a plane by so many px at least, and by so many standard deviations.
 BEHIND_PX, BEHIND_SDS = 6.0, 3.0
@@ -50,7 +50,17 @@ class LinesBehind:
         views: NDArray[np.intp],
         holes: Sequence[FloatArray] = (),
     ) -> bool:
-        """Whether the chosen views (v,) see lines through a polygon (k, 3).
+        """Whether the chosen views (v,) see lines through a polygon (k, 3)."""
+        return self.ratio(corners, normal, views, holes) > LEAST_RATIO
+
+    def ratio(
+        self,
+        corners: FloatArray,
+        normal: FloatArray,
+        views: NDArray[np.intp],
+        holes: Sequence[FloatArray] = (),
+    ) -> float:
+        """Log-likelihood ratio that the chosen views (v,) see lines through a polygon (k, 3).
 
         What they see past it or through its `holes` says nothing.
         """
@@ -60,7 +70,7 @@ class LinesBehind:
         behind = depth > deep[:, None]
         lines = np.nonzero(behind.any(axis=1))[0]
         if not len(lines):
-            return False
+            return 0.0
         targets = self._samples[lines].reshape(-1, 3)
         centres = self._witnesses.centres[views]
         crosses = blocked(corners, normal, targets, centres, BEHIND_PX * self._pixel, holes)
@@ -69,4 +79,4 @@ class LinesBehind:
         ratio = self._sides.evidence(views, self._segments[lines], through).ratio
         of_lines = self._witnesses.weight[views] @ ratio
         seen = np.logaddexp(np.log(HIDDEN), np.log(1 - HIDDEN) + of_lines)
-        return float(seen.sum()) > LEAST_RATIO
+        return float(seen.sum())

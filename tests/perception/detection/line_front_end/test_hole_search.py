@@ -4,8 +4,10 @@ from functools import cache
 
 import numpy as np
 import pytest
+import shapely
 
 from facetlog.perception.detection.line_front_end.hole_search import differs_more
+from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.surfaces.scene_checks import scene_faults
@@ -47,7 +49,20 @@ def with_block_on_it(height: float) -> Solid:
     return joined("pile", [slab((-5.0, -4.0, 0.0), SIZE), top])
 
 
+def bench() -> Solid:
+    """A board on two panels: its long sides are outlines with an opening between the panels."""
+    return joined(
+        "bench",
+        [
+            slab((-5.0, -2.0, 4.0), (10.0, 4.0, 1.5)),
+            slab((-5.0, -2.0, 0.0), (1.5, 4.0, 4.0), without=("top",)),
+            slab((3.5, -2.0, 0.0), (1.5, 4.0, 4.0), without=("top",)),
+        ],
+    )
+
+
 THINGS = {
+    "bench": bench,
     "well": lambda: with_hole(2.0),
     "deep": lambda: with_hole(5.0),
     "tray": lambda: with_hole(4.5, (-4.7, -3.7, 4.7, 3.7)),
@@ -120,6 +135,21 @@ def test_the_mouth_of_an_open_box_is_no_face() -> None:
     assert not level_at(found, SIZE[2])
     assert len(found.faces) >= 4
     assert len(level_at(scene("plain"), SIZE[2])) == 1
+
+
+def test_the_side_of_a_bench_goes_round_the_opening_between_its_panels() -> None:
+    found = scene("bench")
+    assert not holes(found)
+    across = np.array([-np.sin(0.4), np.cos(0.4), 0.0])
+    sides = [face for face in found.faces if abs(face.plane.normal @ across) > 0.99]
+    assert len(sides) == 2
+    for side in sides:
+        axes = plane_axes(side.plane.normal, UP)
+        outline = shapely.Polygon(found.points[list(side.outline)] @ axes.T)
+        points = [np.array([x, 0.0, z]) @ axes.T for x, z in ((0.0, 1.5), (0.0, 4.7))]
+        opening, board = (outline.contains(shapely.Point(point)) for point in points)
+        assert board
+        assert not opening
 
 
 def test_where_views_differ_more_than_elsewhere() -> None:

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     OPEN_SLOPE,
     ChosenPlane,
-    plane_sds,
+    plane_cov,
 )
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
 from facetlog.perception.detection.line_front_end.planes.print_choice import (
@@ -141,7 +141,7 @@ def test_a_plane_that_lines_know_is_not_taken_twice_but_known_better() -> None:
     (both,) = with_print_planes((given,), print_planes(prints, PIXEL), prints, lines)
     far = np.array([[0.0, 0.5, 0.0]])
     before, after = (
-        plane_sds(p, lines, np.concatenate([rail[0], far]), OPEN_SLOPE)[-1]
+        plane_cov(p, lines, np.concatenate([rail[0], far]), OPEN_SLOPE)[-1, -1]
         for p in (known, both.plane)
     )
     assert after < before / 3
