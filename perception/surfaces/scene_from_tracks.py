@@ -62,16 +62,21 @@ def assemble(
     corner = {int(k): n for n, k in enumerate(corners)}
     moved_px = _moved_px(placed, views)
     planes = [_known_worse(face.plane, moved_px) for face in tracked.faces]
+    # A corner that lies on one of its faces is right, however far off the other ones are: a thin
+    # face beside a broad one says little.
+    of_planes, on = np.zeros((2, len(corners)), dtype=np.bool_)
     for face, known in zip(tracked.faces, planes, strict=True):
         if known is not None:
             rows = [corner[k] for k in face.corners]
-            few[rows] |= _off(known, placed.points[rows], placed.covs[rows])
+            of_planes[rows] = True
+            on[rows] |= ~_off(known, placed.points[rows], placed.covs[rows])
+    few |= of_planes & ~on
     refused = [k for k in corners[few].tolist() if k < len(tracked.stand_ins)]
     for k in refused:
         tracks[k] = tracked.stand_ins[k]
     seen = _as_arrays(tracks, tracked.weight)
     found = points_at(seen, placed)
-    off = [
+    left_open = [
         None if known is None else _onto(known, face.corners, found)
         for face, known in zip(tracked.faces, planes, strict=True)
     ]
@@ -106,7 +111,7 @@ def assemble(
     faces: list[Face] = []
     support: dict[tuple[int, int], float] = {}
     measured: set[tuple[int, int]] = set()
-    for face, off_plane in zip(tracked.faces, off, strict=True):
+    for face, off_plane in zip(tracked.faces, left_open, strict=True):
         if not all(k in number for k in face.outline):
             continue
         loop = tuple(number[k] for k in face.outline)

@@ -259,6 +259,26 @@ def test_a_corner_off_its_faces_plane_stands_where_the_outline_has_it() -> None:
     assert vertex_errors(scene_of(with_its_top_known(found, 5.0), views))[wrong] > 0.8
 
 
+def test_a_corner_on_one_of_its_faces_is_not_refused_for_another_that_is_off() -> None:
+    views = cameras()
+    found = with_its_top_known(replace(tracked(views), stand_ins=tracked(views).tracks), 0.05)
+    side = next(k for k, f in enumerate(found.faces) if f.plane is None)
+    corners = BLOCK.vertices[list(found.faces[side].outline)]
+    normal = np.cross(corners[1] - corners[0], corners[2] - corners[1])
+    normal = normal / np.linalg.norm(normal)
+    wrong = FacePlane(normal, float(normal @ corners[0]) + 0.5, 0.05**2 * np.eye(len(corners)))
+    faces = list(found.faces)
+    faces[side] = replace(faces[side], plane=wrong)
+    # The stand-ins of all corners would be 2 px off.
+    moved = tuple(
+        Track(tuple(replace(o, uv=o.uv + 2.0) for o in track.observations))
+        for track in found.stand_ins
+    )
+    scene = scene_of(replace(found, faces=tuple(faces), stand_ins=moved), views)
+    top = np.flatnonzero(BLOCK.vertices[:, 2] == 6.0)
+    assert vertex_errors(scene)[top].max() < 0.06
+
+
 def test_a_corner_that_is_hardly_known_comes_to_lie_on_its_faces_plane() -> None:
     views = cameras()
     right = tracked(views)
