@@ -142,7 +142,7 @@ def assemble(
             side = (min(number[a], number[b]), max(number[a], number[b]))
             support.setdefault(side, 1.0)
             measured.add(side)
-    return Scene(
+    scene = Scene(
         name=name,
         views=tuple(v.name for v in views),
         vertices=vertices,
@@ -156,6 +156,29 @@ def assemble(
         warnings=tuple(warnings),
         poses=tuple(v.pose for v in found.views),
         lenses=() if found.adjusted is None else found.adjusted.lens_errors,
+    )
+    return _without_unused(scene)
+
+
+def _without_unused(scene: Scene) -> Scene:
+    # Vertices of faces and holes that dropped out are nobody's.
+    rings = [ring for face in scene.faces for ring in (face.outline, *face.holes)]
+    used = sorted(
+        {k for ring in rings for k in ring} | {k for e in scene.edges for k in (e.start, e.end)}
+    )
+    new = {k: n for n, k in enumerate(used)}
+    return replace(
+        scene,
+        vertices=tuple(scene.vertices[k] for k in used),
+        edges=tuple(replace(e, start=new[e.start], end=new[e.end]) for e in scene.edges),
+        faces=tuple(
+            replace(
+                face,
+                outline=tuple(new[k] for k in face.outline),
+                holes=tuple(tuple(new[k] for k in hole) for hole in face.holes),
+            )
+            for face in scene.faces
+        ),
     )
 
 

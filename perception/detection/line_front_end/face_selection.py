@@ -7,7 +7,7 @@ planes are searched again. What remains unexplained decides on the next.
 
 import heapq
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import count
 
 import cv2
@@ -25,6 +25,7 @@ from facetlog.perception.detection.line_front_end.candidates import (
 )
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
+    alike,
     blocked,
     lies_within,
     overlap,
@@ -97,9 +98,9 @@ class SelectedFace:
     """An outline judged a face, its corners counter-clockwise seen from the side that views see.
 
     `shown` (V,) tells which views show it; `support` is the share of its sides on edges in those,
-    `seen` (n, 3) are points of its inside; `holes` (k, 3) run clockwise. `plane_cov` says how far
-    its plane may be off at its corners, then at those of the holes, where it is known by itself.
-    Where it has no edges its outline is only how far it is known to reach.
+    `seen` (n, 3) are points of its inside, none in its `holes` (k, 3), which run clockwise.
+    `plane_cov` says how far its plane may be off at its corners, then at those of the holes, where
+    it is known by itself. Where it has no edges its outline is only how far it is known to reach.
     """
 
     corners: FloatArray
@@ -167,6 +168,7 @@ class _Selection:
         )
         self._taken = [np.zeros(view.image.shape, dtype=np.uint8) for view in views]
         self._faces: list[SelectedFace] = []
+        self._seen_through: list[Candidate] = []
         self._number = count()
         # Outlines by their worth, and numbers of planes by what an outline there could be worth.
         self._queue: list[tuple[float, int, Candidate | int]] = []
@@ -192,9 +194,12 @@ class _Selection:
                 continue
             if any(self._contradicts(best, f) for f in self._faces[best.after :]):
                 continue
+            if any(_alike(best, other) for other in self._seen_through):
+                continue
             if best.after == len(self._faces):
                 plain = self._plain(best)
                 if self._is_face(plain) and not self._accepted(plain):
+                    self._seen_through.append(plain)
                     rest = self._trimmed(plain)
                     if rest is not None and self._is_face(rest):
                         self._accepted(rest)
@@ -313,7 +318,8 @@ class _Selection:
         )
         if ring is None:
             return None
-        return self._instead(tidy(ring, candidate.normal, self._pixel), candidate)
+        rest = self._instead(tidy(ring, candidate.normal, self._pixel), candidate)
+        return None if rest is None else replace(rest, square=candidate.square)
 
     def _flat(self, candidate: Candidate) -> PlaneHypothesis:
         # Its plane, which may have been turned since its lines proposed it.
@@ -324,8 +330,11 @@ class _Selection:
         # Not if one sees lines through it beside its holes.
         e = candidate.evidence
         corners, normal = candidate.corners, candidate.normal
-        holes = self._holes.holes(corners, self._flat(candidate), e.shown, self._taken)
-        if self._behind.seen_through(corners, normal, np.nonzero(e.shown)[0], holes):
+        flat = self._flat(candidate)
+        holes = self._holes.holes(corners, flat, e.shown, self._taken)
+        if self._behind.seen_through(
+            corners, normal, np.nonzero(e.shown)[0], holes
+        ) and not self._holes.is_mostly_closed(corners, flat, e.shown, self._taken):
             return False
         known = self._planes[candidate.plane].plane
         slope = SQUARE_SLOPE if candidate.square else OPEN_SLOPE
@@ -390,7 +399,13 @@ class _Selection:
             return True
         centres, free = self._witnesses.centres[face.shown], FREE_PX * self._pixel
         hides = blocked(corners, normal, face.seen, centres, free)
-        return bool(hides.mean() > MAX_BLOCKED)
+        return bool(hides.sum() > MAX_BLOCKED * hides.size)
+
+
+def _alike(one: Candidate, other: Candidate) -> bool:
+    if one.plane != other.plane or one.normal @ other.normal <= 0:
+        return False
+    return alike(one.corners, other.corners, one.normal)
 
 
 def _counter_clockwise(corners: FloatArray, normal: FloatArray) -> FloatArray:

@@ -184,7 +184,10 @@ def _tracked(
     weight = tuple(float(w) for w in graph.weight)
     level = None if ground is None else (ground.normal, ground.height)
     places = segment_samples(covered_extents(cloud.segments, profiles), SIGHT_SAMPLES)
-    landmarks = Landmarks(places.reshape(-1, 3), np.repeat(use, SIGHT_SAMPLES, axis=0))
+    landmarks = Landmarks(
+        np.concatenate([places.reshape(-1, 3), prints.points]),
+        np.concatenate([np.repeat(use, SIGHT_SAMPLES, axis=0), prints.seen]),
+    )
     if not faces:
         check_consistency(cloud.segments, use, graph.weight, views, segments)
         return TrackedFaces((), (), weight, ground=level, landmarks=landmarks)

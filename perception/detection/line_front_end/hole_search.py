@@ -58,6 +58,9 @@ STEPS = 10
 SIDE_PRICE, CHANCE_PRICE = float(np.log(20.0 * len(MOVES_PX))), float(np.log(1000.0))
 # Fewer cells than this in a hole or beside its rim tell nothing.
 MIN_CELLS = 8
+# A surface shines where one number of each view leaves no more of what the views differ by: glossy
+# labels leave .00 to .05, the plain walls of a shaft, each of them one grey to a view, .10 to .21.
+SHINES = 0.07
 # Four legs have three openings between them; when they are cut out one looks once more.
 MOST_OPENINGS = 3 + 1
 
@@ -80,7 +83,7 @@ class _Cells:
 
 
 class HoleFinder:
-    """Finds holes in faces; `pixel` is a pixel's length at the focus."""
+    """Finds holes in faces and openings at their rims."""
 
     def __init__(
         self,
@@ -115,7 +118,7 @@ class HoleFinder:
             return ()
         cells = self._look(corners, plane, views, taken, FINE_PX)
         rings = list(self._rings(cells, plane, views))
-        worth = np.array([self._worth(ring, cells, plane.normal, views) for ring in rings])
+        worth = np.array([self._worth(ring, cells, plane.normal, views, taken) for ring in rings])
         chosen: list[shapely.Polygon] = []
         holes = []
         for k in descending(worth):
@@ -124,6 +127,27 @@ class HoleFinder:
                 chosen.append(flat)
                 holes.append(rings[k][::-1].copy())
         return tuple(holes)
+
+    def is_mostly_closed(
+        self,
+        corners: FloatArray,
+        plane: PlaneHypothesis,
+        shown: NDArray[np.bool_],
+        taken: Sequence[NDArray[np.uint8]],
+    ) -> bool:
+        """Whether a polygon (n, 3) is seen through at one place only, a quarter of it at most.
+
+        That place has no rim that the pictures show: the rest is a face all the same.
+        """
+        views = np.nonzero(shown)[0]
+        cells = self._look(corners, plane, views, taken, FINE_PX)
+        for ring in self._rings(cells, plane, views):
+            opening = shapely.Polygon(cells.grid.cells(ring) + 0.5).buffer(0)
+            if opening.area <= (1 - MIN_CONSISTENT) * cells.outline.area and not (
+                self._behind.seen_through(corners, plane.normal, views, (ring[::-1],))
+            ):
+                return True
+        return False
 
     def trimmed(
         self,
@@ -199,7 +223,12 @@ class HoleFinder:
                 yield self._sides.onto_edges(views, about, plane.normal, self._pixel)
 
     def _worth(
-        self, ring: FloatArray, cells: _Cells, normal: FloatArray, views: NDArray[np.intp]
+        self,
+        ring: FloatArray,
+        cells: _Cells,
+        normal: FloatArray,
+        views: NDArray[np.intp],
+        taken: Sequence[NDArray[np.uint8]],
     ) -> float:
         # What speaks for a hole by its edges, 0 where what lies in or beside it speaks against it.
         # A plain floor behind looks the same to all views: lines tell there.
@@ -217,13 +246,25 @@ class HoleFinder:
             ring, normal, views
         ):
             return 0.0
+        if self._shines(cells.grid.points(cells.middles[within]), views, taken):
+            return 0.0
         sides = np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)
         edges = self._sides.evidence(views, sides)
-        hit = edges.found.sum() / max(edges.there.sum(), 1)
-        if hit < MIN_COVERAGE:
+        hit = edges.found.sum(axis=(0, 2)) / np.maximum(edges.there.sum(axis=(0, 2)), 1)
+        if (hit < MIN_COVERAGE).any():
             return 0.0
         ratio = float((self._witnesses.weight[views] @ edges.ratio).sum())
         return max(ratio - SIDE_PRICE * len(ring) - CHANCE_PRICE, 0.0)
+
+    def _shines(
+        self, points: FloatArray, views: NDArray[np.intp], taken: Sequence[NDArray[np.uint8]]
+    ) -> bool:
+        # Whether what views differ by is mostly how bright all of it is to each: a glossy label.
+        weight = self._witnesses.weight[views]
+        found, seen = self._witnesses.agree(views, points, taken)
+        even = self._witnesses.agree_evened(views, points, taken)
+        apart, left = (float((weight @ (seen & ~a.agrees)).sum()) for a in (found, even))
+        return left < SHINES * apart
 
 
 def _largest(shape: shapely.Geometry) -> shapely.Polygon | None:

@@ -1,6 +1,7 @@
 """The views as witnesses: do they show one and the same surface at points of the scene?"""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,20 @@ class Witnesses:
         if clear is not None:
             levels, seen = levels.where(clear), seen & clear
         return agreement(levels, self.weight[views]), seen
+
+    def agree_evened(
+        self, views: NDArray[np.intp], points: FloatArray, taken: Sequence[NDArray[np.uint8]]
+    ) -> Agreement:
+        """`agree` if each view showed the points (n, 3) as bright in the median as all views do.
+
+        What gloss adds to a smooth surface is alike all over it.
+        """
+        levels, seen = self._read(views, points, taken)
+        there = seen.any(axis=1)
+        usual = np.zeros((len(views), 1), dtype=np.float32)
+        usual[there] = np.nanmedian(levels.level[there], axis=1, keepdims=True)
+        even = levels.level - usual + np.median(usual[there]) if there.any() else levels.level
+        return agreement(replace(levels, level=even), self.weight[views])
 
     def agree_if_clear(
         self,

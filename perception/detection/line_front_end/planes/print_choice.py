@@ -1,7 +1,6 @@
-"""Planes of print beside those of lines: what both tell is one plane, better known by both."""
+"""Planes of print beside those of lines: those that no lines tell."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -31,23 +30,11 @@ def with_print_planes(
     prints: PrintPoints,
     cloud: LineCloud,
 ) -> tuple[ChosenPlane, ...]:
-    """The planes chosen by lines and then those of patches of print that are none of them.
-
-    A plane of lines with print on it is as well known as both tell.
-    """
+    """The planes chosen by lines and then those of patches of print that are none of them."""
     planes = list(chosen)
     for patch in patches:
         own = as_hypothesis(patch, prints, cloud)
-        same = same_plane(own, own.prints, [c.plane for c in planes], cloud.pixel)
-        for k in np.flatnonzero(same).tolist():
-            known = planes[k].plane
-            both = replace(
-                known,
-                prints=np.concatenate([known.prints, own.prints]),
-                print_variance=np.concatenate([known.print_variance, own.print_variance]),
-            )
-            planes[k] = replace(planes[k], plane=both)
-        if not same.any():
+        if not same_plane(own, own.prints, [c.plane for c in planes], cloud.pixel).any():
             planes.append(ChosenPlane(own, patch.worth, patch.sides, _box(own, cloud)))
     return tuple(planes)
 

@@ -88,7 +88,9 @@ def print_planes(prints: PrintPoints, pixel: float) -> tuple[PrintPlane, ...]:
             break
         for patch in _patches(prints.points, plane):
             ratio = scene.ratio(plane, patch, int(left.sum()))
-            if len(patch) >= MIN_POINTS and ratio.sum() > price:
+            if len(patch) < MIN_POINTS or ratio.sum() <= price:
+                continue
+            if not scene.bends(plane.normal, patch):
                 found.append(PrintPlane(plane.normal, plane.distance, patch, ratio, price))
         left &= ~plane.on
     return tuple(found)
@@ -174,6 +176,18 @@ class _Scene:
         others = (left - len(patch)) * np.log1p(-share) / len(patch)
         ratio: FloatArray = np.log1p(share * (density - 1.0)) + others
         return ratio
+
+    def bends(self, normal: FloatArray, patch: NDArray[np.intp]) -> bool:
+        """Whether a paraboloid is so much likelier for the points (m,) of a patch than a plane."""
+        points = self.points[patch]
+        flat = (points - points.mean(axis=0)) @ plane_basis(normal)
+        flat /= max(float(np.abs(flat).max()), 1e-300)
+        u, v = flat.T
+        weight = 1.0 / np.sqrt(self.variance(normal)[patch])
+        bent = np.column_stack([np.ones(len(u)), u, v, u * u, u * v, v * v]) * weight[:, None]
+        off = points @ normal * weight
+        left = [off - a @ np.linalg.lstsq(a, off, rcond=None)[0] for a in (bent[:, :3], bent)]
+        return bool(left[0] @ left[0] - left[1] @ left[1] > 2 * SCENES)
 
     def _density(self, normal: FloatArray, distance: float) -> FloatArray:
         # Of the points (n,) across a plane, over that of chance.

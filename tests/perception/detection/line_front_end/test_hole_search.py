@@ -1,7 +1,9 @@
 """Holes in the faces of pictures, and openings that are no faces."""
 
+from dataclasses import replace
 from functools import cache
 
+import cv2
 import numpy as np
 import pytest
 import shapely
@@ -12,7 +14,7 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.surfaces.scene_checks import scene_faults
 from facetlog.perception.surfaces.scene_file import read_scene, write_scene
-from facetlog.perception.types import FloatArray
+from facetlog.perception.types import FloatArray, View
 from facetlog.robot.rendering.solids import Part, cuboid, joined, placed, printed, slab
 from facetlog.robot.rendering.texture import Pattern, Texture
 from facetlog.robot.rendering.views import views_of
@@ -74,12 +76,31 @@ THINGS = {
 }
 
 
-@cache
-def scene(name: str) -> Scene:
+def views(name: str) -> tuple[View, ...]:
     floor = Floor(0.3, Texture(Pattern.TILES, 5, 45.0, 0.35))
     world = World((placed(THINGS[name](), 0.0, 0.0, yaw=0.4),), floor, np.array([1.0, 0.6, 2.0]))
     poses = ring_poses([0.0, 0.0, 3.0], 26.0, (16.0, 22.0), VIEWS)
-    return reconstruct(views_of(world, poses, CAMERA, seed=1, noise_sd=3.0), name=name, up=UP)
+    return views_of(world, poses, CAMERA, seed=1, noise_sd=3.0)
+
+
+@cache
+def scene(name: str) -> Scene:
+    return reconstruct(views(name), name=name, up=UP)
+
+
+def with_glossy_label(view: View) -> View:
+    """The view with a label on the top of the block that is brighter from one side."""
+    x0, y0, x1, y1 = HOLE
+    turn = np.array([[np.cos(0.4), -np.sin(0.4)], [np.sin(0.4), np.cos(0.4)]])
+    label = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]) @ turn.T
+    h = np.column_stack([label, np.full(4, SIZE[2]), np.ones(4)]) @ view.projection.T
+    mask = np.zeros_like(view.image)
+    uv = np.rint(16 * h[:, :2] / h[:, 2:]).astype(np.int32)
+    cv2.fillPoly(mask, [uv], 255, cv2.LINE_AA, 4)
+    side = float(np.arctan2(view.pose.centre[1], view.pose.centre[0]))
+    grey = 80.0 + 90.0 * np.exp(-(((side - 1.0 + np.pi) % (2 * np.pi) - np.pi) ** 2))
+    share = mask / 255.0
+    return replace(view, image=np.rint(view.image * (1 - share) + grey * share).astype(np.uint8))
 
 
 def holes(found: Scene) -> list[FloatArray]:
@@ -128,6 +149,13 @@ def test_holes_are_kept_by_the_scene_file(tmp_path) -> None:
 def test_what_stands_on_a_face_or_is_printed_on_it_is_no_hole(name: str) -> None:
     assert len(scene(name).faces) >= 5
     assert not holes(scene(name))
+
+
+def test_a_glossy_label_is_no_hole() -> None:
+    shown = tuple(map(with_glossy_label, views("plain")))
+    found = reconstruct(shown, name="label", up=UP)
+    assert level_at(found, SIZE[2])
+    assert not holes(found)
 
 
 def test_the_mouth_of_an_open_box_is_no_face() -> None:
