@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MAX_BLOCKED", "alike", "blocked", "lies_within", "overlap", "touch"]
+__all__ = ["MAX_BLOCKED", "alike", "blocked", "lies_within", "overlap", "touch", "well_within"]
 
 # Overlap of two coplanar faces, as a share of the smaller.
 MAX_OVERLAP = 0.15
@@ -66,11 +66,24 @@ def blocked(
         return crosses
     t = before[:, None] / np.where(crosses, before[:, None] - behind, 1.0)
     at = centres[:, None] + t[..., None] * (targets - centres[:, None])
+    crosses &= well_within(corners, normal, at, margin, holes)
+    return crosses
+
+
+def well_within(
+    corners: FloatArray,
+    normal: FloatArray,
+    points: FloatArray,
+    margin: float,
+    holes: Sequence[FloatArray] = (),
+) -> NDArray[np.bool_]:
+    """Which points (..., 3), seen across it, lie in a polygon (k, 3) farther than `margin` from its
+    outline and its `holes` (m, 3)."""
     inner = _in_plane(corners, normal, holes).buffer(-margin)
     shapely.prepare(inner)
-    flat = at @ plane_basis(normal)
-    crosses &= shapely.contains_xy(inner, flat[..., 0], flat[..., 1])
-    return crosses
+    flat = points @ plane_basis(normal)
+    within: NDArray[np.bool_] = shapely.contains_xy(inner, flat[..., 0], flat[..., 1])
+    return within
 
 
 def touch(one: FloatArray, other: FloatArray, near: float) -> bool:
