@@ -105,10 +105,9 @@ def lies_within(
     rings: Sequence[FloatArray], normal: FloatArray, points: FloatArray
 ) -> NDArray[np.bool_]:
     """Which points (n, 3) of a plane lie within one of its polygons (k, 3)."""
-    flat = points @ plane_basis(normal)
     within = np.zeros(len(points), dtype=np.bool_)
     for ring in rings:
-        within |= shapely.contains_xy(_in_plane(ring, normal), flat[:, 0], flat[:, 1])
+        within |= well_within(ring, normal, points, 0.0)
     return within
 
 

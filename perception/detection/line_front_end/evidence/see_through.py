@@ -26,7 +26,7 @@ LEAST_RATIO = float(np.log(1000.0 * 1000.0))
 
 
 class LinesBehind:
-    """3-D segments (n, 2, 3) as witnesses; `sds` (n, 3, 3) are the covariances of their places,
+    """3-D segments (n, 2, 3) as witnesses; `covs` (n, 3, 3) are the covariances of their places,
     `pixel` is a pixel's length at the focus.
     """
 
