@@ -5,10 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
-    blocked,
-    well_within,
-)
+from facetlog.perception.detection.line_front_end.evidence.face_conflicts import blocked
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SAMPLES, SideJudge
 from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
@@ -44,6 +41,8 @@ class LinesBehind:
         self._samples = segment_samples(segments, SAMPLES)
         self._covs = covs
         self._pixel = pixel
+        # A line was chosen among as many depths as edges tell apart, and pays for that.
+        self._price = float(np.log(sides.edges_abreast))
 
     def seen_through(
         self,
@@ -64,8 +63,8 @@ class LinesBehind:
     ) -> float:
         """Log-likelihood ratio that the chosen views (v,) see lines through a polygon (k, 3).
 
-        What they see past it or through its `holes` says nothing. Lines on it within its outline
-        are print, which speaks for a surface: glossy wood shows what it mirrors behind it, too.
+        What they see past it or through its `holes` says nothing, and nor does what is rather print
+        on it.
         """
         sd = np.sqrt(np.maximum(np.einsum("i,nij,j->n", normal, self._covs, normal), 0.0))
         deep = BEHIND_PX * self._pixel
@@ -75,20 +74,42 @@ class LinesBehind:
         if not len(lines):
             return 0.0
         targets = self._samples[lines].reshape(-1, 3)
-        centres = self._witnesses.centres[views]
-        crosses = blocked(corners, normal, targets, centres, deep, holes)
+        crosses = blocked(corners, normal, targets, self._witnesses.centres[views], deep, holes)
         through = crosses.reshape(len(views), len(lines), SAMPLES) & behind[lines]
-        seen = self._of(views, lines, through)
-        on = np.nonzero((np.abs(depth) < deep).all(axis=1))[0]
-        within = well_within(corners, normal, self._samples[on], deep, holes)
-        printed = self._of(views, on, np.broadcast_to(within, (len(views), *within.shape)))
-        return float(seen.sum() - np.maximum(printed, 0.0).sum())
+        ratio = self._witnesses.weight[views, None] * (
+            self._sides.evidence(views, self._segments[lines], through).ratio
+        )
+        if self._paid(ratio) > LEAST_RATIO:
+            height = float(normal @ corners.mean(axis=0))
+            ratio[self._is_print(views, lines, through, ratio, normal, height)] = 0.0
+        return self._paid(ratio)
 
-    def _of(
-        self, views: NDArray[np.intp], lines: NDArray[np.intp], bare: NDArray[np.bool_]
-    ) -> FloatArray:
-        # Log-likelihood ratio of lines (l,), seen whole or not at all: it is the mean over the
-        # samples that are `bare` (v, l, SAMPLES), for all of a line.
-        ratio = self._sides.evidence(views, self._segments[lines], bare).ratio
-        of_lines: FloatArray = self._witnesses.weight[views] @ ratio
-        return of_lines
+    def _paid(self, ratio: FloatArray) -> float:
+        # What the lines' ratio (v, l) is worth. A line that is hidden says that there is surface
+        # before it, and nothing of the place where another one is seen.
+        return float(np.maximum(ratio.sum(axis=0) - self._price, 0.0).sum())
+
+    def _is_print(
+        self,
+        views: NDArray[np.intp],
+        lines: NDArray[np.intp],
+        through: NDArray[np.bool_],
+        ratio: FloatArray,
+        normal: FloatArray,
+        height: float,
+    ) -> NDArray[np.bool_]:
+        # Which hits (v, l) are rather print on the plane: where a view sees the edge there, those
+        # other views see edges that see the line behind elsewhere. Grain offers lines at any depth.
+        printed = np.zeros(ratio.shape, dtype=np.bool_)
+        for k, centre in enumerate(self._witnesses.centres[views]):
+            rays = self._segments[lines] - centre
+            hits = np.nonzero((ratio[k] > 0) & (rays @ normal < 0).all(axis=1))[0]
+            others = np.delete(views, k)
+            if not len(hits) or not len(others):
+                continue
+            rays = rays[hits]
+            drawn = centre + ((height - normal @ centre) / (rays @ normal))[..., None] * rays
+            apart = self._sides.apart(others, drawn, self._segments[lines[hits]])
+            found = self._sides.evidence(others, drawn, apart & through[k, hits]).ratio
+            printed[k, hits] = self._witnesses.weight[others] @ found > 0
+        return printed

@@ -28,6 +28,8 @@ SAMPLES = 12
 INDEPENDENT_PX = 8.0
 # Probability that a true side is found at a place where the view shows the face.
 HIT = 0.85
+# An edge is as good as widened by its reach, and its place is known to as much.
+APART = 2.0
 # How far beside a side the density of edges is measured, px, and its range.
 BESIDE_PX = (-11.0, -7.0, 7.0, 11.0)
 CHANCE_RANGE = (0.02, 0.7)
@@ -63,6 +65,13 @@ class SideJudge:
         self._maps = maps
         self._weight = weight
 
+    @property
+    def edges_abreast(self) -> float:
+        """How many edges of one direction a picture could show apart, at most."""
+        sizes = np.hypot(*self._sizes.T)
+        reach = np.array([edges.reach_px for edges in self._maps])
+        return float((sizes / (2.0 * reach + 1.0)).max())
+
     def worth(self, segments: FloatArray) -> FloatArray:
         """Log-likelihood ratio (n,) of segments (n, 2, 3) as sides, over the views in favour."""
         ratio = self.evidence(np.arange(len(self._maps)), segments).ratio
@@ -86,6 +95,26 @@ class SideJudge:
         ratio = np.where(found, np.log(HIT / chance), np.log((1 - HIT) / (1 - chance)))
         # The samples stand for all of a side, however long: cut in two it says the same.
         return SideEvidence(found, there, (ratio * there).mean(axis=2) * (reach / INDEPENDENT_PX))
+
+    def apart(
+        self, views: NDArray[np.intp], sides: FloatArray, others: FloatArray
+    ) -> NDArray[np.bool_]:
+        """Which samples (v, k, SAMPLES) of sides (k, 2, 3) no edge of the others' (k, 2, 3) meets.
+
+        The chosen views (v,) see them that far from the other side's line.
+        """
+        shape = (len(views), len(sides), SAMPLES, 2)
+        samples = segment_samples(sides, SAMPLES).reshape(-1, 3)
+        uv, _ = project_to_views(self._projections[views], samples)
+        ends, _ = project_to_views(self._projections[views], others.reshape(-1, 3))
+        ends = ends.reshape(len(views), len(sides), 2, 2)
+        start, along = ends[:, :, :1], ends[:, :, 1:] - ends[:, :, :1]
+        off = uv.reshape(shape) - start
+        across = np.abs(along[..., 0] * off[..., 1] - along[..., 1] * off[..., 0])
+        length = np.maximum(np.linalg.norm(along, axis=-1), 1e-9)
+        reach = np.array([self._maps[k].reach_px for k in views.tolist()])
+        away: NDArray[np.bool_] = across / length > APART * reach[:, None, None]
+        return away
 
     def onto_edges(
         self, views: NDArray[np.intp], corners: FloatArray, normal: FloatArray, pixel: float
