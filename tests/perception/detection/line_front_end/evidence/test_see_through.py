@@ -64,7 +64,7 @@ def test_a_line_that_no_view_sees_is_hidden_by_a_surface() -> None:
 
 
 def test_a_surface_before_one_line_is_none_before_another() -> None:
-    hidden = [BEHIND + [0.0, y, 0.0] for y in (-3.0, -2.0, 2.0, 3.0)]
+    hidden = [BEHIND + np.array([0.0, y, 0.0]) for y in (-3.0, -2.0, 2.0, 3.0)]
     assert seen_through(drawn([BEHIND]), behind=[BEHIND, *hidden])
 
 
