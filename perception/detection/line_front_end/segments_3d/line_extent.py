@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import hits
+from facetlog.perception.ties import at_least
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["LineProfiles", "covered_extents", "line_profiles"]
@@ -88,7 +89,7 @@ def covered_extents(segments: FloatArray, profiles: LineProfiles) -> FloatArray:
         step = sign * 1.5 * length / WALK_STEPS
         walking = np.ones(len(segments), np.bool_)
         for _ in range(WALK_STEPS):
-            walking &= profiles.mean(line, place, place + 2 * step) >= MIN_COVERAGE
+            walking &= at_least(profiles.mean(line, place, place + 2 * step), MIN_COVERAGE)
             if not walking.any():
                 break
             place = np.where(walking, place + step, place)
