@@ -14,11 +14,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
 from benchmarks.calibration_scenes import KINDS, truth
 from benchmarks.common import Cell, Report, Row, Settings, Table, command
+from benchmarks.polygons import Polygon
 from benchmarks.recognition import Run, counted, in_metres, recognised, tour_views
 from facetlog.perception.types import FloatArray, View
 from facetlog.pipeline import FrontEnd
@@ -26,7 +26,7 @@ from facetlog.robot.rendering.rays import first_hits, seen_by
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import INCH, make_world
 
-__all__ = ["NAME", "Areas", "Polygon", "Surface", "areas", "main", "measure", "true_surface"]
+__all__ = ["NAME", "Areas", "Surface", "areas", "main", "measure", "true_surface"]
 
 NAME = "accuracy_worlds"
 SEEDS = 20
@@ -39,46 +39,6 @@ OFFSET, MARGIN, TURN = 0.01, 0.005, float(np.radians(3.0))
 TRUE_MARGIN, TRUE_TURN = 0.02, float(np.radians(5.0))
 # A face on the floor that is also within the offset of true surface is ground up to this height.
 ON_GROUND = 0.002
-SAMPLES = 400  # of a face, about
-
-BoolArray = NDArray[np.bool_]
-
-
-class Polygon:
-    """A flat face in space: its loop of corners (n, 3), its unit normal (3,) and its area."""
-
-    def __init__(self, corners: FloatArray) -> None:
-        arms = corners - corners[0]
-        total = np.cross(arms, np.roll(arms, -1, axis=0)).sum(axis=0)
-        self.normal = total / np.linalg.norm(total)
-        across = np.cross(self.normal, np.eye(3)[int(np.argmin(np.abs(self.normal)))])
-        across /= np.linalg.norm(across)
-        self._axes = np.array([across, np.cross(self.normal, across)])
-        self._middle = corners.mean(axis=0)
-        self._outline = shapely.Polygon((corners - self._middle) @ self._axes.T).buffer(0.0)
-        self.area = float(self._outline.area)
-
-    def samples(self) -> FloatArray:
-        """Points (n, 3) evenly over the face."""
-        low, high = np.reshape(self._outline.bounds, (2, 2))
-        # As many cells along the shorter side as cells that are square have, but two at least.
-        cell = np.sqrt(self.area / SAMPLES)
-        steps = np.maximum(np.ceil((high - low) / cell).astype(int), 2)
-        cells = np.stack(np.meshgrid(*map(np.arange, steps), indexing="ij"), axis=-1)
-        flat = low + (high - low) * (cells.reshape(-1, 2) + 0.5) / steps
-        inside = flat[shapely.contains_xy(self._outline, flat)]
-        return np.asarray(self._middle + inside @ self._axes)
-
-    def covers(
-        self, points: FloatArray, normals: FloatArray, *, offset: float, margin: float, turn: float
-    ) -> BoolArray:
-        """Which points (n, 3) of surfaces with these normals (n, 3) lie on the face."""
-        arms = points - self._middle
-        near = (np.abs(arms @ self.normal) < offset) & (
-            np.abs(normals @ self.normal) > np.cos(turn)
-        )
-        near[near] = shapely.contains_xy(self._outline.buffer(margin), arms[near] @ self._axes.T)
-        return np.asarray(near)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

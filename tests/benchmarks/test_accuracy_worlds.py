@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.accuracy_worlds import Polygon, Surface, areas, true_surface
+from benchmarks.accuracy_worlds import Surface, areas, true_surface
+from benchmarks.polygons import Polygon
 from facetlog.perception.types import FloatArray, View
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
