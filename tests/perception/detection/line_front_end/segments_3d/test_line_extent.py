@@ -118,6 +118,6 @@ def test_a_piece_grows_to_where_its_edge_ends(low: float, high: float) -> None:
 def test_where_half_of_the_views_see_a_line_rounding_does_not_end_it() -> None:
     # Three of six views, all of one weight, cover it half: to the last digit or not.
     segment = np.array([[[0.25, 0.0, 0.0], [0.75, 0.0, 0.0]]])
-    half = [covered_extents(segment, profile(np.full(SAMPLES, c))) for c in (0.5, 0.5 - 1e-15)]
-    np.testing.assert_allclose(half[0], half[1], atol=1e-12)
+    half = [covered_extents(segment, profile(np.full(SAMPLES, c))) for c in (0.5, 0.5 - 1e-12)]
+    np.testing.assert_allclose(half[0], half[1], atol=1e-9)
     assert np.ptp(half[0][0, :, 0]) > 1.0
