@@ -1,9 +1,10 @@
 """docs/benchmarks.md: the reports that are kept, as a page to read."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import cast
 
 from benchmarks.common import Cell, shown
+from benchmarks.wanted import wanted_rows
 
 __all__ = ["benchmarks_page"]
 
@@ -15,6 +16,11 @@ names the command that repeats it alone (from the top of the repository, with th
 Python). Seeds are fixed, so that all but times come out again on the same libraries. The reports
 as JSON are in benchmarks/results.
 """
+EYES = """\
+## The eyes: what is wanted and what is measured
+
+From the reports below; several values of one row stand in the order of its words.
+"""
 MACHINE_FIRST = ("cores", "processor", "memory GB", "system")
 
 Plain = Mapping[str, object]
@@ -23,7 +29,11 @@ Plain = Mapping[str, object]
 def benchmarks_page(reports: Iterable[tuple[str, Plain]]) -> str:
     """The page, from the question and the report (as JSON has it) of each benchmark."""
     lines = [HEAD]
-    for question, report in reports:
+    kept = tuple(reports)
+    rows = wanted_rows({str(report["benchmark"]): report for _, report in kept})
+    if rows:
+        lines.extend((EYES, *_table(rows), ""))
+    for question, report in kept:
         lines.extend(_section(question, report))
     return "\n".join(lines)
 
@@ -54,7 +64,7 @@ def _section(question: str, report: Plain) -> Iterator[str]:
     yield ""
 
 
-def _table(rows: list[Mapping[str, Cell]]) -> Iterator[str]:
+def _table(rows: Sequence[Mapping[str, Cell]]) -> Iterator[str]:
     yield f"| {' | '.join(rows[0])} |"
     yield f"| {' | '.join('---' for _ in rows[0])} |"
     for row in rows:
