@@ -48,7 +48,8 @@ SCALE = 1000.0
 POSE_NOISE_DEG = 0.3
 # What is asked of the cube.
 LEAST_EDGES, MEDIAN_ERROR, WORST_ERROR, SQUARE_DEG = 7, 0.03, 0.10, 15.0
-# A found face covers a true one that near to it, and is one of its own from that share of it on.
+# A found face covers what it is turned by so little to, and off by such a share of the extent; a
+# face is large from such a share of the largest true one on.
 TURN, OFFSET, LARGE = np.radians(3.0), 0.05, 0.05
 NEAR_PX = 3.0
 # A face with no more than this share of its area on the thing is something else.
@@ -93,12 +94,14 @@ def measure(settings: Settings) -> Report:
     """All sets, as they are and changed."""
     rows: list[Row] = []
     faces: list[Row] = []
-    hashes: dict[str, Cell] = {}
+    folders: dict[str, Path] = {}
+    for name in (*SETS, BUILDING):
+        there = data_set("images", name)
+        if isinstance(there, str):
+            return Report(NAME, skipped=there)
+        folders[name] = there
     for name in SETS:
-        folder = data_set("images", name)
-        if isinstance(folder, str):
-            return Report(NAME, skipped=folder)
-        hashes[name] = tree_hash(folder)
+        folder = folders[name]
         shape, view_set = true_shape(folder), read_views(folder)
         seeds = settings.seeds(SEEDS)
         for case, variants in _cases(view_set, seeds, everything=name == CUBE):
@@ -106,21 +109,17 @@ def measure(settings: Settings) -> Report:
             rows.append({"set": name, "case": case, **_row(found, asked=name == CUBE)})
             if case == AS_IT_IS:
                 faces.append({"set": name, **_of_faces(found[0], view_set, shape)})
-    folder = data_set("images", BUILDING)
-    if isinstance(folder, str):
-        return Report(NAME, skipped=folder)
-    hashes[BUILDING] = tree_hash(folder)
     return Report(
         NAME,
         (
             Table("Front end: lines", tuple(rows)),
             Table("True faces that cameras look at", tuple(faces)),
-            Table("Published points of a building", (_of_building(folder),)),
+            Table("Published points of a building", (_of_building(folders[BUILDING]),)),
         ),
         {
             "seeds": settings.number(SEEDS),
             "first seed": settings.first,
-            **{f"{n} sha256": h for n, h in hashes.items()},
+            **{f"{name} sha256": tree_hash(folder) for name, folder in folders.items()},
         },
         (
             "Of several runs: the worst of all, the median of the medians, the range of the rest.",
@@ -223,12 +222,6 @@ def _range(counts: Sequence[int]) -> str:
     return f"{low}" if low == high else f"{low}–{high}"
 
 
-main = command(NAME, __doc__, measure)
-
-if __name__ == "__main__":
-    main(None)
-
-
 def _of_faces(found: Found, view_set: ViewSet, shape: Shape) -> dict[str, Cell]:
     centres = np.array([view.pose.centre for view in view_set.views])
     true = [Polygon(shape.vertices[list(shape.faces[k])]) for k in shape.seen_faces(centres)]
@@ -282,3 +275,9 @@ def _of_building(folder: Path) -> Row:
         "on their planes": round(float(on.mean()), 3),
         "within their outlines": round(float(within.mean()), 3),
     }
+
+
+main = command(NAME, __doc__, measure)
+
+if __name__ == "__main__":
+    main(None)

@@ -19,7 +19,7 @@ as JSON are in benchmarks/results.
 EYES = """\
 ## The eyes: what is wanted and what is measured
 
-From the reports below; several values of one row stand in the order of its words.
+From the reports below, each of the code that it names.
 """
 MACHINE_FIRST = ("cores", "processor", "memory GB", "system")
 

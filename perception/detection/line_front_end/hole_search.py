@@ -19,7 +19,7 @@ from facetlog.perception.detection.line_front_end.evidence.half_planes import (
     MIN_WEIGHT,
 )
 from facetlog.perception.detection.line_front_end.evidence.see_through import (
-    LEAST_RATIO,
+    LEAST_WORTH,
     LinesBehind,
 )
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
@@ -163,18 +163,18 @@ class HoleFinder:
         grid, left = cells.grid, _largest(cells.outline)
         openings = [opening for _, opening in self._openings(cells, plane, views)]
 
-        def ratio(part: shapely.Polygon) -> float:
+        def worth(part: shapely.Polygon) -> float:
             ring = grid.points(shapely.get_coordinates(part.exterior)[:-1])
-            return self._behind.ratio(ring, plane.normal, views)
+            return self._behind.worth(ring, plane.normal, views)
 
         for _ in range(MOST_OPENINGS):
             if left is None or left.interiors:
                 return None
-            if ratio(left) <= LEAST_RATIO:
+            if worth(left) <= LEAST_WORTH:
                 ring = shapely.geometry.polygon.orient(left).exterior
                 return grid.points(shapely.get_coordinates(ring)[:-1])
             cuts = [(_largest(left & each), _largest(left - each)) for each in openings]
-            seen = [(ratio(piece), rest) for piece, rest in cuts if piece and rest]
+            seen = [(worth(piece), rest) for piece, rest in cuts if piece and rest]
             best = max(seen, key=lambda cut: round(cut[0], 6), default=(0.0, None))
             left = best[1] if best[0] > 0 else None
         return None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MAX_BLOCKED", "alike", "blocked", "lies_within", "overlap", "touch", "well_within"]
+__all__ = ["MAX_BLOCKED", "alike", "blocked", "lies_within", "overlap", "touch"]
 
 # Overlap of two coplanar faces, as a share of the smaller.
 MAX_OVERLAP = 0.15
@@ -66,24 +66,8 @@ def blocked(
         return crosses
     t = before[:, None] / np.where(crosses, before[:, None] - behind, 1.0)
     at = centres[:, None] + t[..., None] * (targets - centres[:, None])
-    crosses &= well_within(corners, normal, at, margin, holes)
+    crosses &= _well_within(corners, normal, at, margin, holes)
     return crosses
-
-
-def well_within(
-    corners: FloatArray,
-    normal: FloatArray,
-    points: FloatArray,
-    margin: float,
-    holes: Sequence[FloatArray] = (),
-) -> NDArray[np.bool_]:
-    """Which points (..., 3), seen across it, lie in a polygon (k, 3) farther than `margin` from its
-    outline and its `holes` (m, 3)."""
-    inner = _in_plane(corners, normal, holes).buffer(-margin)
-    shapely.prepare(inner)
-    flat = points @ plane_basis(normal)
-    within: NDArray[np.bool_] = shapely.contains_xy(inner, flat[..., 0], flat[..., 1])
-    return within
 
 
 def touch(one: FloatArray, other: FloatArray, near: float) -> bool:
@@ -107,7 +91,7 @@ def lies_within(
     """Which points (n, 3) of a plane lie within one of its polygons (k, 3)."""
     within = np.zeros(len(points), dtype=np.bool_)
     for ring in rings:
-        within |= well_within(ring, normal, points, 0.0)
+        within |= _well_within(ring, normal, points, 0.0)
     return within
 
 
@@ -116,3 +100,19 @@ def _in_plane(
 ) -> shapely.Geometry:
     basis = plane_basis(normal)
     return shapely.Polygon(corners @ basis, [hole @ basis for hole in holes]).buffer(0)
+
+
+def _well_within(
+    corners: FloatArray,
+    normal: FloatArray,
+    points: FloatArray,
+    margin: float,
+    holes: Sequence[FloatArray] = (),
+) -> NDArray[np.bool_]:
+    # Which points (..., 3), seen across it, lie in a polygon (k, 3) farther than `margin` from its
+    # outline and its `holes` (m, 3).
+    inner = _in_plane(corners, normal, holes).buffer(-margin)
+    shapely.prepare(inner)
+    flat = points @ plane_basis(normal)
+    within: NDArray[np.bool_] = shapely.contains_xy(inner, flat[..., 0], flat[..., 1])
+    return within

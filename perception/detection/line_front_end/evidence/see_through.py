@@ -11,15 +11,15 @@ from facetlog.perception.detection.line_front_end.evidence.witnesses import Witn
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_RATIO", "LinesBehind"]
+__all__ = ["LEAST_WORTH", "LinesBehind"]
 
 # A line is behind a plane by so many px at least, which are so many standard deviations of its
 # depth: along the way that cameras moved a line's depth is hardly known, and errors of poses put
 # print there far behind its own face.
 BEHIND_PX, BEHIND_SDS = 6.0, 3.0
-# Log-likelihood ratio of all lines together from which on one sees through: less than one of a
-# thousand faces of a thousand scenes may be lost by chance.
-LEAST_RATIO = float(np.log(1000.0 * 1000.0))
+# One sees through from so much on that all lines together are worth: a line of chance that is worth
+# it alone is one in a million.
+LEAST_WORTH = float(np.log(1000.0 * 1000.0))
 
 
 class LinesBehind:
@@ -52,19 +52,21 @@ class LinesBehind:
         holes: Sequence[FloatArray] = (),
     ) -> bool:
         """Whether the chosen views (v,) see lines through a polygon (k, 3)."""
-        return self.ratio(corners, normal, views, holes) > LEAST_RATIO
+        return self.worth(corners, normal, views, holes) > LEAST_WORTH
 
-    def ratio(
+    def worth(
         self,
         corners: FloatArray,
         normal: FloatArray,
         views: NDArray[np.intp],
         holes: Sequence[FloatArray] = (),
     ) -> float:
-        """Log-likelihood ratio that the chosen views (v,) see lines through a polygon (k, 3).
+        """How much all lines are worth that the chosen views (v,) see through a polygon (k, 3).
 
-        What they see past it or through its `holes` says nothing, and nor does what is rather print
-        on it.
+        Each is worth its log-likelihood ratio less its price, and no less than 0: a line that is
+        hidden says that there is surface before it, and nothing of the place where another one is
+        seen. What views see past the polygon or through its `holes` says nothing, and nor does what
+        is rather print on it, as far as other views tell.
         """
         sd = np.sqrt(np.maximum(np.einsum("i,nij,j->n", normal, self._covs, normal), 0.0))
         deep = BEHIND_PX * self._pixel
@@ -79,14 +81,10 @@ class LinesBehind:
         ratio = self._witnesses.weight[views, None] * (
             self._sides.evidence(views, self._segments[lines], through).ratio
         )
-        if self._paid(ratio) > LEAST_RATIO:
-            height = float(normal @ corners.mean(axis=0))
-            ratio[self._is_print(views, lines, through, ratio, normal, height)] = 0.0
-        return self._paid(ratio)
-
-    def _paid(self, ratio: FloatArray) -> float:
-        # What the lines' ratio (v, l) is worth. A line that is hidden says that there is surface
-        # before it, and nothing of the place where another one is seen.
+        worth_it = ratio.sum(axis=0) > self._price
+        lines, through, ratio = lines[worth_it], through[:, worth_it], ratio[:, worth_it]
+        height = float(normal @ corners.mean(axis=0))
+        ratio[self._is_print(views, lines, through, ratio, normal, height)] = 0.0
         return float(np.maximum(ratio.sum(axis=0) - self._price, 0.0).sum())
 
     def _is_print(

@@ -68,9 +68,9 @@ class SideJudge:
     @property
     def edges_abreast(self) -> float:
         """How many edges of one direction a picture could show apart, at most."""
-        sizes = np.hypot(*self._sizes.T)
+        sizes = np.linalg.norm(self._sizes.reshape(-1, 2), axis=1)
         reach = np.array([edges.reach_px for edges in self._maps])
-        return float((sizes / (2.0 * reach + 1.0)).max())
+        return float((sizes / (2.0 * reach + 1.0)).max(initial=1.0))
 
     def worth(self, segments: FloatArray) -> FloatArray:
         """Log-likelihood ratio (n,) of segments (n, 2, 3) as sides, over the views in favour."""
@@ -101,20 +101,21 @@ class SideJudge:
     ) -> NDArray[np.bool_]:
         """Which samples (v, k, SAMPLES) of sides (k, 2, 3) no edge of the others' (k, 2, 3) meets.
 
-        The chosen views (v,) see them that far from the other side's line.
+        The chosen views (v,) see them that far from the line of the other side, before them.
         """
         shape = (len(views), len(sides), SAMPLES, 2)
         samples = segment_samples(sides, SAMPLES).reshape(-1, 3)
         uv, _ = project_to_views(self._projections[views], samples)
-        ends, _ = project_to_views(self._projections[views], others.reshape(-1, 3))
+        ends, depth = project_to_views(self._projections[views], others.reshape(-1, 3))
         ends = ends.reshape(len(views), len(sides), 2, 2)
+        before = (depth.reshape(len(views), len(sides), 2) > 0).all(axis=2, keepdims=True)
         start, along = ends[:, :, :1], ends[:, :, 1:] - ends[:, :, :1]
         off = uv.reshape(shape) - start
         across = np.abs(along[..., 0] * off[..., 1] - along[..., 1] * off[..., 0])
         length = np.maximum(np.linalg.norm(along, axis=-1), 1e-9)
         reach = np.array([self._maps[k].reach_px for k in views.tolist()])
         away: NDArray[np.bool_] = across / length > APART * reach[:, None, None]
-        return away
+        return away & before
 
     def onto_edges(
         self, views: NDArray[np.intp], corners: FloatArray, normal: FloatArray, pixel: float

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
+import pytest
 
 from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
@@ -47,12 +48,16 @@ def seen_through(
     holes: Sequence[FloatArray] = (),
     behind: Sequence[FloatArray] = (BEHIND,),
 ) -> bool:
+    everyone = np.arange(len(views))
+    return lines_behind(views, behind).seen_through(SQUARE, UP, everyone, holes)
+
+
+def lines_behind(views: Sequence[View], behind: Sequence[FloatArray]) -> LinesBehind:
     maps, weight = [edge_map(v.image) for v in views], np.ones(len(views))
     witnesses = Witnesses(views, GreyLevels(views, maps), weight)
     exact = 1e-6 * np.tile(np.eye(3), (len(behind), 1, 1))
     sides = SideJudge(views, maps, weight)
-    lines = LinesBehind(witnesses, sides, np.array(behind), exact, PIXEL)
-    return lines.seen_through(SQUARE, UP, np.arange(len(views)), holes)
+    return LinesBehind(witnesses, sides, np.array(behind), exact, PIXEL)
 
 
 def test_one_sees_through_where_the_views_see_a_line_behind() -> None:
@@ -77,3 +82,28 @@ def test_print_that_all_views_see_makes_no_line_behind() -> None:
     # Grain: in each view one of its lines is where the line behind would be.
     grain = [seen_at(pose.centre) for pose in POSES]
     assert not seen_through(drawn(grain))
+
+
+def test_print_is_known_where_the_views_see_it_apart_from_the_line() -> None:
+    # So near behind that views side by side see it at the same place of the outline.
+    near = BEHIND * np.array([1.0, 1.0, 0.0]) - np.array([0.0, 0.0, 8.0 * PIXEL])
+    assert seen_through(drawn([near]), behind=[near])
+
+
+def test_a_line_before_the_outline_says_nothing() -> None:
+    before = BEHIND * np.array([1.0, 1.0, -1.0])
+    assert not seen_through(drawn([before]), behind=[before])
+
+
+def test_a_line_pays_for_its_choice_among_depths() -> None:
+    views = drawn([BEHIND])
+    maps, weight = [edge_map(v.image) for v in views], np.ones(len(views))
+    sides, everyone = SideJudge(views, maps, weight), np.arange(len(views))
+    ratio = float(sides.evidence(everyone, BEHIND[None]).ratio.sum())
+    worth = lines_behind(views, [BEHIND]).worth(SQUARE, UP, everyone)
+    assert worth == pytest.approx(ratio - np.log(400.0 / 5.0))
+
+
+def test_without_views_there_is_nothing_to_see() -> None:
+    none = np.zeros(0, dtype=np.intp)
+    assert lines_behind(drawn([BEHIND]), [BEHIND]).worth(SQUARE, UP, none) == 0.0
