@@ -51,6 +51,7 @@ LEAST_EDGES, MEDIAN_ERROR, WORST_ERROR, SQUARE_DEG = 7, 0.03, 0.10, 15.0
 # A found face covers what it is turned by so little to, and off by such a share of the extent; a
 # face is large from such a share of the largest true one on.
 TURN, OFFSET, LARGE = np.radians(3.0), 0.05, 0.05
+# A point lies on a plane that passes so near, px.
 NEAR_PX = 3.0
 # A face with no more than this share of its area on the thing is something else.
 OTHER_SHARE = 0.1

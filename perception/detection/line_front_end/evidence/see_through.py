@@ -61,7 +61,7 @@ class LinesBehind:
         views: NDArray[np.intp],
         holes: Sequence[FloatArray] = (),
     ) -> float:
-        """How much all lines are worth that the chosen views (v,) see through a polygon (k, 3).
+        """What all lines are worth that the chosen views (v,) see through a polygon (k, 3).
 
         Each is worth its log-likelihood ratio less its price, and no less than 0: a line that is
         hidden says that there is surface before it, and nothing of the place where another one is
@@ -96,8 +96,8 @@ class LinesBehind:
         normal: FloatArray,
         height: float,
     ) -> NDArray[np.bool_]:
-        # Which hits (v, l) are rather print on the plane: where a view sees the edge there, those
-        # other views see edges that see the line behind elsewhere. Grain offers lines at any depth.
+        # Which hits (v, l) are rather print on the plane: where the edge would lie on it, views that
+        # see the line behind elsewhere see an edge, too. Grain offers lines at any depth.
         printed = np.zeros(ratio.shape, dtype=np.bool_)
         for k, centre in enumerate(self._witnesses.centres[views]):
             rays = self._segments[lines] - centre

@@ -28,8 +28,8 @@ SAMPLES = 12
 INDEPENDENT_PX = 8.0
 # Probability that a true side is found at a place where the view shows the face.
 HIT = 0.85
-# An edge is as good as widened by its reach, and its place is known to as much.
-APART = 2.0
+# Two edges are apart from twice their reach on: so far poses may leave either of them off.
+APART_REACHES = 2.0
 # How far beside a side the density of edges is measured, px, and its range.
 BESIDE_PX = (-11.0, -7.0, 7.0, 11.0)
 CHANCE_RANGE = (0.02, 0.7)
@@ -99,9 +99,10 @@ class SideJudge:
     def apart(
         self, views: NDArray[np.intp], sides: FloatArray, others: FloatArray
     ) -> NDArray[np.bool_]:
-        """Which samples (v, k, SAMPLES) of sides (k, 2, 3) no edge of the others' (k, 2, 3) meets.
+        """Which samples (v, k, SAMPLES) of sides (k, 2, 3) the chosen views (v,) see beside others.
 
-        The chosen views (v,) see them that far from the line of the other side, before them.
+        Such a sample is too far from the line of the other side (k, 2, 3) for one edge to be both;
+        none is where that side is not all before the camera.
         """
         shape = (len(views), len(sides), SAMPLES, 2)
         samples = segment_samples(sides, SAMPLES).reshape(-1, 3)
@@ -114,7 +115,7 @@ class SideJudge:
         across = np.abs(along[..., 0] * off[..., 1] - along[..., 1] * off[..., 0])
         length = np.maximum(np.linalg.norm(along, axis=-1), 1e-9)
         reach = np.array([self._maps[k].reach_px for k in views.tolist()])
-        away: NDArray[np.bool_] = across / length > APART * reach[:, None, None]
+        away: NDArray[np.bool_] = across / length > APART_REACHES * reach[:, None, None]
         return away & before
 
     def onto_edges(
