@@ -96,8 +96,8 @@ class LinesBehind:
         normal: FloatArray,
         height: float,
     ) -> NDArray[np.bool_]:
-        # Which hits (v, l) are rather print on the plane: where the edge would lie on it, views that
-        # see the line behind elsewhere see an edge, too. Grain offers lines at any depth.
+        # Which hits (v, l) are rather print on the plane: where the edge would lie on it, views see
+        # an edge that see the line behind elsewhere. Grain offers lines at any depth.
         printed = np.zeros(ratio.shape, dtype=np.bool_)
         for k, centre in enumerate(self._witnesses.centres[views]):
             rays = self._segments[lines] - centre
