@@ -3,6 +3,9 @@
 Equations (1) to (5) of section 2. Names are the paper's: a is what is estimated, S its covariance,
 x a measurement with covariance Λ, M = ∂f/∂a, W the noise of f, K the gain. There is no motion: the
 estimated thing stands still, so the filter has no prediction step.
+
+One state is filtered by filterpy's ExtendedKalmanFilter (`step`), thousands at once by the same
+equations in numpy (`step_all`).
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -24,6 +27,7 @@ __all__ = [
     "recursion",
     "run",
     "step",
+    "step_all",
 ]
 
 
@@ -87,24 +91,41 @@ def linearise(
 def step(state: State, measured: Linearised) -> State:
     """The state after one measurement, equations (3) to (5).
 
-    S is taken in Joseph's form, which is (5) for the gain of (3) and, unlike (5) as printed, stays
-    symmetric and positive when rounding spoils the gain.
+    filterpy takes S in Joseph's form, which is (5) for the gain of (3) and, unlike (5) as printed,
+    stays symmetric and positive when rounding spoils the gain.
 
     >>> prior = State(np.zeros(1), np.eye(1))
     >>> after = step(prior, Linearised(np.array([2.0]), np.eye(1), np.eye(1)))
     >>> after.mean.tolist(), after.cov.tolist()
     ([1.0], [[0.5]])
     """
-    a, S = state.mean, state.cov
-    y, M, W = measured.y, measured.M, measured.W
+    # Not at the top: it loads parts of scipy that take longer than a small set of views.
+    from filterpy.kalman import ExtendedKalmanFilter
+
+    M = measured.M
+    ekf = ExtendedKalmanFilter(dim_x=state.mean.size, dim_z=measured.y.size)
+    ekf.x, ekf.P = state.mean.copy(), state.cov.copy()
+    # The implicit f(x, a) = 0 in filterpy's explicit form: z = y, h(a) = M a, R = W.
+    ekf.update(measured.y, HJacobian=lambda _: M, Hx=lambda a: M @ a, R=measured.W)
+    return State(ekf.x, (ekf.P + ekf.P.T) / 2)
+
+
+def step_all(
+    a: FloatArray, S: FloatArray, y: FloatArray, M: FloatArray, W: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """`step` for N states at once: estimates (N, n) and covariances (N, n, n) after a measurement
+    of each: y (N, p), M (N, p, n), W (N, p, p).
+    """
+    Mt = M.swapaxes(-1, -2)
     # (3)  K = S Mᵀ (W + M S Mᵀ)⁻¹
-    K = np.linalg.solve(W + M @ S @ M.T, M @ S).T
+    K = np.linalg.solve(W + M @ S @ Mt, M @ S).swapaxes(-1, -2)
     # (4)  a = a + K (y - M a)
-    a_next = a + K @ (y - M @ a)
+    innovation = y - (M @ a[..., None])[..., 0]
+    a_next = a + (K @ innovation[..., None])[..., 0]
     # (5)  S = (I - K M) S, as (I - K M) S (I - K M)ᵀ + K W Kᵀ
-    keep = np.eye(a.size) - K @ M
-    S_next = keep @ S @ keep.T + K @ W @ K.T
-    return State(a_next, (S_next + S_next.T) / 2)
+    keep = np.eye(a.shape[-1]) - K @ M
+    S_next = keep @ S @ keep.swapaxes(-1, -2) + K @ W @ K.swapaxes(-1, -2)
+    return a_next, (S_next + S_next.swapaxes(-1, -2)) / 2
 
 
 def innovation_chi2(state: State, measured: Linearised) -> float:

@@ -1,8 +1,7 @@
-"""The recursion of equations (1) to (5), against filterpy and its own algebra."""
+"""The recursion of equations (1) to (5): one state, many at once, and its own algebra."""
 
 import numpy as np
 import pytest
-from filterpy.kalman import ExtendedKalmanFilter
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,27 +14,40 @@ from facetlog.perception.estimation.ekf import (
     recursion,
     run,
     step,
+    step_all,
 )
 from facetlog.perception.estimation.point_filter import ray_measurement
 from tests.perception.rigs import pictured, ring
 
 
-def test_every_step_equals_filterpy():
+def test_every_step_is_the_equations_of_the_paper():
     rng = np.random.default_rng(1)
     projections = ring(12)
     _, uv, cov, _ = pictured(rng, 1, projections)
     measurements = [ray_measurement(uv[0, v], projections[v], cov[0, v]) for v in range(12)]
-    reference = ExtendedKalmanFilter(dim_x=3, dim_z=2)
-    reference.x, reference.P = np.zeros(3), 100.0 * np.eye(3)
-    states = recursion(State(np.zeros(3), 100.0 * np.eye(3)), measurements)
+    a, S = np.zeros(3), 100.0 * np.eye(3)
+    states = recursion(State(a, S), measurements)
     for measurement, state in zip(measurements, states, strict=True):
-        lin = measurement(reference.x)
-        # filterpy's explicit form: z = y, h(x) = M x, R = W
-        reference.update(
-            lin.y, lambda _, m: m, lambda x, m: m @ x, R=lin.W, args=lin.M, hx_args=lin.M
-        )
-        np.testing.assert_allclose(state.mean, reference.x, rtol=1e-9, atol=1e-12)
-        np.testing.assert_allclose(state.cov, reference.P, rtol=1e-7, atol=1e-14)
+        lin = measurement(a)
+        K = S @ lin.M.T @ np.linalg.inv(lin.W + lin.M @ S @ lin.M.T)
+        a, S = a + K @ (lin.y - lin.M @ a), (np.eye(3) - K @ lin.M) @ S
+        np.testing.assert_allclose(state.mean, a, rtol=1e-4, atol=1e-7)
+        np.testing.assert_allclose(state.cov, S, rtol=1e-4, atol=1e-9)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(1, 3))
+def test_many_steps_at_once_are_the_same_as_one_by_one(seed, n, p):
+    rng = np.random.default_rng(seed)
+    root, noise = rng.normal(size=(5, n, n)), rng.normal(size=(5, p, p))
+    a, S = rng.normal(size=(5, n)), root @ root.swapaxes(1, 2) + 1e-3 * np.eye(n)
+    y, M = rng.normal(size=(5, p)), rng.normal(size=(5, p, n))
+    W = noise @ noise.swapaxes(1, 2) + 1e-3 * np.eye(p)
+    means, covs = step_all(a, S, y, M, W)
+    for k in range(5):
+        one = step(State(a[k], S[k]), Linearised(y[k], M[k], W[k]))
+        scale = np.sqrt(np.trace(one.cov))
+        np.testing.assert_allclose(means[k], one.mean, rtol=1e-6, atol=1e-6 * scale)
+        np.testing.assert_allclose(covs[k], one.cov, rtol=1e-6, atol=1e-6 * scale**2)
 
 
 @given(st.integers(0, 2**32 - 1))
