@@ -25,6 +25,8 @@ NAMES = (
     "accuracy_poses",
     "accuracy_front_end",
     "accuracy_estimation",
+    "accuracy_recursion",
+    "accuracy_lines",
     "accuracy_planes",
     "accuracy_shapes",
     "time_demo",

@@ -1,0 +1,162 @@
+"""What lies on what: one estimator for lines of points, lines of lines, and planes of lines.
+
+Each of the paper's constructions (figures 4 to 6, after Ayache) says that a measured x lies on the
+estimated a, by equations that are linear in either: f(x, a) = M(x) a - y(x) = 0. `most_likely`
+fits all measurements at once, `updated` takes one more, both for many states side by side. M holds
+the noise of x, which biases a filter that takes it as measured; so x is moved first to where it
+most likely lies on a, x* = x - Λ Gᵀ W⁻¹ f, as equation (1) asks (x* there).
+"""
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.estimation.ekf import step_all
+from facetlog.perception.types import FloatArray
+
+__all__ = ["START_SD", "Incidence", "converted", "held_start", "most_likely", "solved", "updated"]
+
+T = TypeVar("T")
+
+# The passes end when none moves a state by more than this (unit: its own standard deviation).
+CONVERGED_SD = 1e-7
+MAX_PASSES = 50
+# A pass that makes the fit worse is halved at most so often.
+HALVINGS = 12
+# An update is made linear anew at what came of it, so often: the second time moves it by the square
+# of what the first one did, in units of how far the equations are straight.
+RELINEARISED = 3
+# Slopes (and places, as a share of the distance) less sure than this are too vague to make further
+# measurements linear at: what that leaves out goes with the square, 1/400 of what was measured.
+START_SD = 0.05
+# Measurements that are held for a start at most, which bounds what an update takes.
+MAX_HELD = 8
+
+
+@dataclass(frozen=True, slots=True)
+class Incidence:
+    """That x (..., m) lies on a (..., n), by p equations f = M(x) a - y(x).
+
+    `equations` takes x to M (..., p, n) and y (..., p); `by_measured` takes a to G = ∂f/∂x
+    (..., p, m), which x does not change.
+    """
+
+    equations: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    by_measured: Callable[[FloatArray], FloatArray]
+
+
+def solved(on: Incidence, x: FloatArray) -> FloatArray:
+    """a (..., n) that measurements x (..., V, m) come nearest to lying on, all weighed alike."""
+    M, y = on.equations(x)
+    rows = M.reshape(*M.shape[:-3], -1, M.shape[-1])
+    values = y.reshape(*y.shape[:-2], -1)
+    solution: FloatArray = (np.linalg.pinv(rows) @ values[..., None])[..., 0]
+    return solution
+
+
+def most_likely(
+    on: Incidence,
+    x: FloatArray,
+    noise: FloatArray,
+    start: FloatArray,
+    used: NDArray[np.bool_] | None = None,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Most likely a (N, n), covariance (N, n, n), chi-square (N,) of x (N, V, m), `used` (N, V).
+
+    `noise` (N, V, m, m) may be singular where the equations do not ask. Gauss-Newton from `start`
+    (N, n), every measurement made linear at one shared a: no order matters.
+    """
+    share = np.ones(x.shape[:2]) if used is None else used.astype(np.float64)
+    a = np.array(start)
+    information, pull, cost = _normal_equations(on, x, noise, a, share)
+    for _ in range(MAX_PASSES):
+        move = np.linalg.solve(information, pull[..., None])[..., 0]
+        if not (np.einsum("ni,nij,nj->n", move, information, move) > CONVERGED_SD**2).any():
+            break
+        for _ in range(HALVINGS):
+            worse = _normal_equations(on, x, noise, a + move, share)[2] > cost
+            if not worse.any():
+                break
+            move[worse] /= 2
+        a = a + move
+        information, pull, cost = _normal_equations(on, x, noise, a, share)
+    cov = np.linalg.inv(information)
+    return a, (cov + cov.swapaxes(-1, -2)) / 2, cost
+
+
+def updated(
+    on: Incidence, a: FloatArray, S: FloatArray, x: FloatArray, noise: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """a (N, n) and S (N, n, n) after one more measurement x (N, m), `noise` (N, m, m), of each.
+
+    The third value (N,) is the squared Mahalanobis length of the innovation, chi-square with p
+    degrees of freedom, by which a caller may refuse the update.
+    """
+    after, cov = a, S
+    for again in range(RELINEARISED):
+        y, M, W, _ = _linear(on, x, noise, after)
+        if not again:
+            innovation = y - (M @ a[..., None])[..., 0]
+            spread = W + M @ S @ M.swapaxes(-1, -2)
+            chi2 = np.einsum(
+                "np,np->n", innovation, np.linalg.solve(spread, innovation[..., None])[..., 0]
+            )
+        after, cov = step_all(a, S, y, M, W)
+    return after, cov, chi2
+
+
+def held_start(
+    fit: Callable[[int], T], count: int, sure: Callable[[T], bool]
+) -> tuple[T, int] | None:
+    """Where a recursion starts: the fit of the first measurements, and how many these are.
+
+    As many of `count` as make it sure, at most MAX_HELD; None if `fit` raises ValueError for all.
+    """
+    found: tuple[T, int] | None = None
+    for held in range(2, min(count, MAX_HELD) + 1):
+        with suppress(ValueError):
+            found = fit(held), held
+            if sure(found[0]):
+                break
+    return found
+
+
+def converted(
+    S: FloatArray, a: FloatArray, to: Callable[[FloatArray], FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Another description to(a) (k,) of an estimate a (n,), with its covariance (k, k) by first
+    order; the derivative is taken by complex steps, exact to rounding (Squire and Trapp 1998).
+    """
+    tiny = 1e-100
+    J = np.stack([to(a + 1j * tiny * e).imag / tiny for e in np.eye(len(a))], axis=-1)
+    return to(a), J @ S @ J.T
+
+
+def _linear(
+    on: Incidence, x: FloatArray, noise: FloatArray, a: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    # y, M and W of the filter at a, with x moved onto a; and f at x as measured.
+    G = on.by_measured(a)
+    along = noise @ G.swapaxes(-1, -2)
+    W = G @ along
+    M, y = on.equations(x)
+    f = (M @ a[..., None])[..., 0] - y
+    moved = x - (along @ np.linalg.solve(W, f[..., None]))[..., 0]
+    M, _ = on.equations(moved)
+    return (M @ a[..., None])[..., 0] - f, M, W, f
+
+
+def _normal_equations(
+    on: Incidence, x: FloatArray, noise: FloatArray, a: FloatArray, share: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    # Σ Mᵀ W⁻¹ M, -Σ Mᵀ W⁻¹ f, and the chi-square.
+    each = np.broadcast_to(a[:, None], (*x.shape[:2], a.shape[-1]))
+    _, M, W, f = _linear(on, x, noise, each)
+    weighted = np.linalg.solve(W, M) * share[..., None, None]
+    information = np.einsum("nvpi,nvpj->nij", M, weighted)
+    cost = np.einsum("nv,nvp,nvp->n", share, f, np.linalg.solve(W, f[..., None])[..., 0])
+    return information, -np.einsum("nvpi,nvp->ni", weighted, f), cost

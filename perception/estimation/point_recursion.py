@@ -1,0 +1,112 @@
+"""Points view by view: each view updates them once, in time that does not grow with the views.
+
+The paper's recursion (section 4.1) from a start that is no guess: a point's first views are held
+until they fix it well enough to make further ones linear at it (`estimate_points`, which also
+leaves out what does not agree); from then on each view is one step of the filter. What a view says
+against a point is gated by the innovation.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import chdtri
+
+from facetlog.perception.estimation.lines.incidence import START_SD, Incidence, updated
+from facetlog.perception.estimation.point_filter import estimate_points
+from facetlog.perception.types import FloatArray
+
+__all__ = ["PointFilters", "seen_at"]
+
+BoolArray = NDArray[np.bool_]
+
+# Views that are held for a start, the last ones: they bound what a view may take.
+HELD = 8
+# An innovation that chance makes larger once in so many is of something else.
+GATE = float(chdtri(2, 1e-5))
+
+
+def seen_at(projection: FloatArray) -> Incidence:
+    """That points (..., 3) are seen at pixels (..., 2) by views with projections (..., 3, 4).
+
+    The paper's f = (t1 - u t3) a + t14 - u t34, and the same of v. Pixels moved onto the estimate
+    are its projection, which makes this the filter of the pixels themselves.
+    """
+
+    def equations(uv: FloatArray) -> tuple[FloatArray, FloatArray]:
+        T = projection[..., :2, :] - uv[..., None] * projection[..., 2:, :]
+        return T[..., :3], -T[..., 3]
+
+    def by_pixel(a: FloatArray) -> FloatArray:
+        # (10)  ∂f/∂x = -(t3 a + t34) I
+        depth = (projection[..., 2, :3] * a).sum(axis=-1) + projection[..., 2, 3]
+        G: FloatArray = -depth[..., None, None] * np.eye(2)
+        return G
+
+    return Incidence(equations, by_pixel)
+
+
+class PointFilters:
+    """n points, each with its filter. Points (n, 3) and covariances (n, 3, 3), in the unit of the
+    projections, are NaN where `known` (n,) is false: not seen well enough yet.
+
+    `views` (n,) is how many views each point took, the held ones of its start included.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.points: FloatArray = np.full((count, 3), np.nan)
+        self.covs: FloatArray = np.full((count, 3, 3), np.nan)
+        self.known: BoolArray = np.zeros(count, np.bool_)
+        self.views: NDArray[np.intp] = np.zeros(count, np.intp)
+        self._projections: list[FloatArray] = []
+        self._held: list[tuple[FloatArray, FloatArray, BoolArray]] = []
+
+    def add(
+        self, projection: ArrayLike, uv: ArrayLike, cov: ArrayLike, seen: ArrayLike
+    ) -> BoolArray:
+        """Takes one more view, and returns which points (n,) it contradicts, and did not change.
+
+        `projection` (3, 4); pixels `uv` (n, 2) and `cov` (n, 2, 2) where `seen` (n,).
+        """
+        P = np.array(projection, dtype=np.float64)
+        pixels, noise = np.array(uv, dtype=np.float64), np.array(cov, dtype=np.float64)
+        here = np.array(seen, dtype=np.bool_)
+        refused = np.zeros(len(self.points), np.bool_)
+        old = np.flatnonzero(here & self.known)
+        refused[old] = ~self._update(old, P, pixels[old], noise[old])
+        self._projections = [*self._projections, P][-HELD:]
+        self._held = [*self._held, (pixels, noise, here & ~self.known)][-HELD:]
+        self._start()
+        return refused
+
+    def _update(
+        self, rows: NDArray[np.intp], P: FloatArray, uv: FloatArray, noise: FloatArray
+    ) -> BoolArray:
+        # Which of some known points take a view, after that they have.
+        if not len(rows):
+            return np.zeros(0, np.bool_)
+        after, covs, chi2 = updated(seen_at(P), self.points[rows], self.covs[rows], uv, noise)
+        good: BoolArray = chi2 <= GATE
+        self.points[rows[good]], self.covs[rows[good]] = after[good], covs[good]
+        self.views[rows[good]] += 1
+        return good
+
+    def _start(self) -> None:
+        # Those that this view showed, of which the held views know enough.
+        asked = np.flatnonzero(self._held[-1][2])
+        if not len(asked) or len(self._held) < 2:
+            return
+        uv, noise = (np.stack([h[k][asked] for h in self._held], axis=1) for k in (0, 1))
+        seen: BoolArray = np.stack([h[2][asked] for h in self._held], axis=1)
+        P = np.array(self._projections)
+        points, covs, used, ok = estimate_points(uv, noise, seen, P)
+        pinholes = -np.linalg.solve(P[:, :, :3], P[:, :, 3:])[..., 0]
+        away = np.linalg.norm(points[:, None] - pinholes, axis=-1).min(axis=1)
+        with np.errstate(invalid="ignore"):
+            sure = ok & (np.trace(covs, axis1=1, axis2=2) <= (START_SD * away) ** 2)
+        new = asked[sure]
+        self.points[new], self.covs[new] = points[sure], covs[sure]
+        self.known[new] = True
+        self.views[new] = used[sure].sum(axis=1)
+        # Two views that agree too little to be a start by themselves may both be right.
+        for h, (view, left_out) in enumerate(zip(P, (seen & ~used)[sure].T, strict=True)):
+            rows = np.flatnonzero(left_out)
+            self._update(new[rows], view, uv[sure][rows, h], noise[sure][rows, h])
