@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from facetlog.perception.ties import farthest_points, largest
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["ViewGraph", "view_graph"]
+__all__ = ["ViewGraph", "view_graph", "view_motion"]
 
 # Two views count as two only as far as the picture of the object moved between them, px: less
 # than this, and a thing that stands still in the picture looks rigid with everything.
@@ -41,6 +41,14 @@ class ViewGraph:
     distance: float
     weight: FloatArray
     pairs: tuple[tuple[int, int], ...]
+
+
+def view_motion(views: Sequence[View]) -> FloatArray:
+    """By how many px the picture of what the views look at differs between each two, (V, V)."""
+    centres = np.array([v.pose.centre for v in views])
+    focus = _focus(centres, np.array([v.pose.rotation[:, 2] for v in views]))
+    distance = float(np.median(np.linalg.norm(focus - centres, axis=1)))
+    return _picture_motion(views, focus, 0.1 * distance)
 
 
 def view_graph(views: Sequence[View]) -> ViewGraph:

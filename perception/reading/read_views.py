@@ -18,7 +18,7 @@ from facetlog.perception.reading.poses_file import Intrinsics, PosedPicture, Pos
 from facetlog.perception.reading.transforms_file import read_transforms
 from facetlog.perception.types import FloatArray, PoseErrors, View
 
-__all__ = ["ViewSet", "read_views"]
+__all__ = ["ViewSet", "poses_path", "read_poses", "read_views"]
 
 TRANSFORMS_FILE = "transforms.json"
 POSES_FILE = "poses.csv"
@@ -77,8 +77,8 @@ def read_views(
     CalibrationError
         A camera or pose is missing or impossible, or all views were taken from one place.
     """
-    source = _poses_path(Path(path))
-    file = _read_poses(source, unit)
+    source = poses_path(Path(path))
+    file = read_poses(source, unit)
     _check_names(file.pictures, source)
     views: list[View] = []
     used: list[PosedPicture] = []
@@ -118,7 +118,7 @@ def read_views(
     )
 
 
-def _poses_path(path: Path) -> Path:
+def poses_path(path: Path) -> Path:
     """The poses file that a path given by the user means."""
     try:
         if path.is_dir():
@@ -151,7 +151,7 @@ def _poses_in(folder: Path) -> Path:
     return tour[0]
 
 
-def _read_poses(source: Path, unit: str | None) -> PosesFile:
+def read_poses(source: Path, unit: str | None) -> PosesFile:
     if source.suffix.lower() == ".json":
         return read_transforms(source, unit=unit)
     if source.suffix.lower() == ".csv":

@@ -121,7 +121,7 @@ def _seen(
             sd_limit=method.sd_limit,
             errors=None if errors is None else errors.of(chosen),
             lens_is_off=lens_is_off,
-        )
+        ).scene
     with clock.step("sights"):
         placed = [replace(v, pose=pose) for v, pose in zip(used, scene.poses, strict=True)]
         seen = with_sights(scene, placed, tracked.weight, tracked.ground, tracked.landmarks)

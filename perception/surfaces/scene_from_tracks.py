@@ -1,7 +1,7 @@
 """Tracks and loops into a scene: vertices by the filter, faces by the plane filter, edges."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
@@ -22,12 +22,23 @@ from facetlog.perception.flat_faces import plane_axes, vector_area
 from facetlog.perception.scene import Edge, Evidence, Face, Scene, Vertex
 from facetlog.perception.types import FloatArray, Observation, PoseErrors, Track, View
 
-__all__ = ["assemble"]
+__all__ = ["Assembled", "assemble"]
 
 # A vertex needs this many views in which its sides fix it, and lies on its faces' planes within so
 # many standard deviations; else its outline's place stands in.
 MIN_FIXED = 3
 OFF_SDS = 3.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Assembled:
+    """A scene, and how much less sure its views are than their pixels say: `factor` times a
+    variance to which `extra_px` was added (AdjustedPoints).
+    """
+
+    scene: Scene
+    extra_px: float
+    factor: float
 
 
 def assemble(
@@ -40,7 +51,7 @@ def assemble(
     sd_limit: float | None = None,
     errors: PoseErrors | None = None,
     lens_is_off: bool = False,
-) -> Scene:
+) -> Assembled:
     """The scene of the tracked faces; tracks without a point and faces without a plane drop out.
 
     Poses are never exact: they are adjusted together with the corners of the faces, by what is
@@ -157,7 +168,7 @@ def assemble(
         poses=tuple(v.pose for v in found.views),
         lenses=() if found.adjusted is None else found.adjusted.lens_errors,
     )
-    return _without_unused(scene)
+    return Assembled(_without_unused(scene), found.extra_px, found.factor)
 
 
 def _without_unused(scene: Scene) -> Scene:

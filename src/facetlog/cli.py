@@ -37,6 +37,7 @@ from facetlog.pipeline import (
     views_from,
     write_scene_file,
 )
+from facetlog.stream import Goal, Stop
 from facetlog.terminal import show_times, showing_progress, warn
 
 if TYPE_CHECKING:
@@ -52,6 +53,9 @@ app = typer.Typer(
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
+
+# How long a followed folder may stay as it is, s: a robot drives to its next place in less.
+FOLLOW_TIMEOUT_S = 30.0
 
 Views = Annotated[
     Path,
@@ -120,8 +124,45 @@ def recognize_command(
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
     keep_poses: KeepPoses = False,
+    follow: Annotated[
+        bool, typer.Option("--follow", help="Take views as they come; a verdict after each.")
+    ] = False,
+    until: Annotated[
+        str | None,
+        typer.Option("--until", metavar="GOAL", help='End at it, as "table >= 90%"; --follow.'),
+    ] = None,
+    max_views: Annotated[
+        int | None, typer.Option("--max-views", metavar="N", min=1, help="End there; --follow.")
+    ] = None,
+    timeout: Annotated[
+        float | None,
+        typer.Option("--timeout", metavar="S", min=0.0, help="End without a new view; --follow."),
+    ] = None,
+    no_polish: Annotated[
+        bool, typer.Option("--no-polish", help="Leave out the joint adjustment; --follow.")
+    ] = False,
 ) -> int:
     """Says what is there, and why. Exit code 0: a model matches, 1: none does."""
+    if follow:
+        from facetlog.commands.follow import followed
+
+        if front_end is not FrontEnd.LINES:
+            raise InputError("--follow takes --front-end lines: the other needs all views at once")
+        goal = None if until is None else Goal.parse(until)
+        return followed(
+            views,
+            unit=unit,
+            timeout=FOLLOW_TIMEOUT_S if timeout is None else timeout,
+            models=tuple(models or ()),
+            trusted=trust,
+            crisp=crisp,
+            stop=Stop(goal, _method(front_end, sd_limit).sd_limit, max_views),
+            polish=not no_polish,
+            out=out,
+            as_json=as_json,
+        )
+    if until is not None or max_views is not None or timeout is not None or no_polish:
+        raise InputError("--until, --max-views, --timeout and --no-polish go with --follow")
     return _recognized(
         partial(views_from, views, unit=unit, keep_poses=keep_poses),
         models=models,

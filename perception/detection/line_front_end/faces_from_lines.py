@@ -68,7 +68,7 @@ from facetlog.perception.detection.working_size import (
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["line_front_end"]
+__all__ = ["Pictures", "line_front_end", "look_at", "tracked_faces"]
 
 # Places along a 3-D segment to which the views that show it see.
 SIGHT_SAMPLES = 12
@@ -83,25 +83,39 @@ Agree: TypeAlias = Callable[
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Pictures:
-    # The views at working size, by which factors they were enlarged, their noise before that, and
-    # what was found in each.
+class Pictures:
+    """Views at working size, by which factors they were enlarged, their noise before that, and the
+    edges and segments of each.
+    """
+
     views: tuple[View, ...]
     factors: tuple[int, ...]
     noises: tuple[Noise, ...]
     maps: tuple[EdgeMap, ...]
     segments: tuple[FloatArray, ...]
 
-    def only(self, kept: Sequence[int]) -> "_Pictures":
+    def only(self, kept: Sequence[int]) -> "Pictures":
+        """Some of them."""
+
         def those(all_: tuple[T, ...]) -> tuple[T, ...]:
             return tuple(all_[k] for k in kept)
 
-        return _Pictures(
+        return Pictures(
             those(self.views),
             those(self.factors),
             those(self.noises),
             those(self.maps),
             those(self.segments),
+        )
+
+    def and_then(self, others: "Pictures") -> "Pictures":
+        """These and others after them."""
+        return Pictures(
+            (*self.views, *others.views),
+            (*self.factors, *others.factors),
+            (*self.noises, *others.noises),
+            (*self.maps, *others.maps),
+            (*self.segments, *others.segments),
         )
 
 
@@ -119,6 +133,16 @@ def line_front_end(
     together is found; the tracks are pixels, and nothing else comes of these poses. `triangulate`
     makes points of print of what may show them: they propose planes, and faces without edges.
     """
+    pictures = look_at(views, clock, progress)
+    return tracked_faces(pictures, up, clock, agree, triangulate)
+
+
+def look_at(
+    views: Sequence[View],
+    clock: StepClock,
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Pictures:
+    """What each view shows by itself."""
     working, factors = at_working_size(views)
     with clock.step("features"):
         maps, segments = [], []
@@ -130,17 +154,17 @@ def line_front_end(
             coarser = coarse_pictures(image, noise)
             maps.append(edge_map(image, own_noise=noise, coarser=coarser))
             segments.append(detect_segments(image, noise, coarser))
-    pictures = _Pictures(working, factors, noises, tuple(maps), tuple(segments))
-    return _tracked(pictures, up, clock, agree, triangulate)
+    return Pictures(working, factors, noises, tuple(maps), tuple(segments))
 
 
-def _tracked(
-    pictures: _Pictures,
+def tracked_faces(
+    pictures: Pictures,
     up: FloatArray | None,
     clock: StepClock,
     agree: Agree | None,
     triangulate: Triangulate | None,
 ) -> TrackedFaces:
+    """`line_front_end` of views that were looked at."""
     views, maps, segments = pictures.views, pictures.maps, pictures.segments
     with clock.step("3-D segments"):
         cloud, use = shown_lines(views, maps, segments)
@@ -157,7 +181,7 @@ def _tracked(
         return without_them(
             wrong,
             views,
-            lambda kept: _tracked(pictures.only(kept), up, clock, agree, triangulate),
+            lambda kept: tracked_faces(pictures.only(kept), up, clock, agree, triangulate),
         )
     prints = PrintPoints.none(len(views))
     if triangulate is not None:

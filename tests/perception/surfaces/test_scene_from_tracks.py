@@ -65,7 +65,7 @@ def tracked(views: tuple[View, ...], seed: int = 0, sd: float = PIXEL_SD) -> Tra
 
 
 def scene_of(found: TrackedFaces, views: tuple[View, ...], **given: object) -> Scene:
-    return assemble(found, views, name="block", up=None, metric=False, **given)
+    return assemble(found, views, name="block", up=None, metric=False, **given).scene
 
 
 def arrays(found: TrackedFaces, views: tuple[View, ...]):
@@ -348,7 +348,7 @@ def test_nothing_tracked_is_an_empty_scene() -> None:
     views = cameras(3)
     up = np.array([0.0, 0.0, 1.0])
     nothing = TrackedFaces((), (), (1.0,) * 3)
-    scene = assemble(nothing, views, name="empty", up=up, metric=True)
+    scene = assemble(nothing, views, name="empty", up=up, metric=True).scene
     assert scene.vertices == scene.faces == scene.edges == ()
     assert scene.metric
     np.testing.assert_array_equal(scene.up, up)

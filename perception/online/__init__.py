@@ -1,0 +1,1 @@
+"""Views one at a time: what is known after each of them."""

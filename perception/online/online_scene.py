@@ -1,0 +1,196 @@
+"""A scene that views come to one at a time.
+
+Two loops, as in visual SLAM (Klein and Murray 2007): each view updates by the recursion what is
+known, in time that does not grow; and when the kept views (key_views.py) have become a third more
+or other, faces are searched anew in them, which takes as long as it does for so many views.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import chdtri
+
+from facetlog.errors import InconsistentViewsError
+from facetlog.perception.detection.line_front_end.faces_from_lines import look_at, tracked_faces
+from facetlog.perception.detection.picture_faults import nothing_shown
+from facetlog.perception.estimation.lines.incidence import updated
+from facetlog.perception.estimation.plane_filter import fit_plane
+from facetlog.perception.estimation.point_recursion import GATE, seen_at
+from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
+from facetlog.perception.estimation.print_triangulation import triangulated
+from facetlog.perception.online.corner_readings import CornerReadings, corner_readings
+from facetlog.perception.online.key_views import KeyViews
+from facetlog.perception.scene import Face, Scene
+from facetlog.perception.step_clock import StepClock
+from facetlog.perception.surfaces.scene_from_tracks import assemble
+from facetlog.perception.surfaces.sights import with_sights
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["OnlineScene", "Update"]
+
+# Faces are searched in three views and more, and again when so large a share of the kept views is
+# new: ten searches for the first 24 views, none while views are like those before.
+LEAST_VIEWS = 3
+NEW_SHARE = 1.0 / 3.0
+# Corners of two searches are one if their distance would come up by noise once in so many.
+SAME_CORNER = float(chdtri(3, 1e-5))
+# A view contradicts what is known when, of so many corners and more that it should show, it shows
+# less than half as large a share where they are as views usually do. (Of views at wrong poses 0 to
+# .3 of the usual share of segments agree, of right ones .7 and more: view_judgement.py.)
+LEAST_EXPECTED = 4
+OF_USUAL = 0.5
+LEAST_USUAL_VIEWS = 3
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Update:
+    """What a view came to: whether it was `used`, and what is to be said of it; whether faces were
+    searched, and how many corners it updated.
+    """
+
+    used: bool
+    problem: str = ""
+    searched: bool = False
+    corners: int = 0
+
+
+class OnlineScene:
+    """What is known after each of the views that are added."""
+
+    def __init__(
+        self,
+        *,
+        name: str,
+        up: FloatArray | None = None,
+        metric: bool = False,
+        clock: StepClock | None = None,
+    ) -> None:
+        self.scene: Scene | None = None
+        self._name, self._up, self._metric = name, up, metric
+        self.clock = clock or StepClock()
+        self._key = KeyViews()
+        self._searched = 0
+        self._extra_px, self._factor = 0.0, 1.0
+        self._touched: NDArray[np.bool_] = np.zeros(0, np.bool_)
+        # Of the views so far that should have shown enough corners: how many, and their shares.
+        self._asked, self._shares = 0, 0.0
+
+    def add(self, view: View) -> Update:
+        """What is known with one more view; a view that shows nothing or contradicts is named."""
+        if (fault := nothing_shown(view.image)) is not None:
+            return Update(False, f"{view.name}: {fault}")
+        looked = look_at([view], self.clock)
+        with self.clock.step("update"):
+            corners = 0
+            if self.scene is not None and self.scene.faces:
+                readings = corner_readings(self.scene, looked)
+                corners, problem = self._filter(view, readings)
+                if problem:
+                    return Update(False, problem)
+            self._key.add(view, looked)
+        due = max(1.0, NEW_SHARE * self._searched)
+        searched = len(self._key.views) >= LEAST_VIEWS and self._key.changes >= due
+        problem = self._search() if searched else ""
+        return Update(True, problem, searched, corners)
+
+    @property
+    def key_views(self) -> tuple[View, ...]:
+        """The views that are kept with their pictures."""
+        return self._key.views
+
+    def polish(self) -> None:
+        """Searches faces once more in the kept views, and adjusts these and all corners together.
+
+        If no view was let go the scene is then that of all views at once.
+        """
+        if len(self._key.views) >= LEAST_VIEWS:
+            self._search(anew=self._key.complete)
+
+    def _filter(self, view: View, readings: CornerReadings) -> tuple[int, str]:
+        scene = self.scene
+        expected = int(readings.expected.sum())
+        if scene is None or not expected:
+            return 0, ""
+        rows = np.flatnonzero(readings.seen)
+        noise = self._factor * (readings.cov[rows] + self._extra_px**2 * np.eye(2))
+        covs = np.array([v.cov for v in scene.vertices])
+        points, after, chi2 = updated(
+            seen_at(view.projection), scene.points[rows], covs[rows], readings.uv[rows], noise
+        )
+        good = chi2 <= GATE
+        if expected >= LEAST_EXPECTED:
+            share = float(good.sum()) / expected
+            if self._asked >= LEAST_USUAL_VIEWS and share < OF_USUAL * self._shares / self._asked:
+                return 0, (
+                    f"{view.name} contradicts the views before: of {expected} corners that it "
+                    f"should show {good.sum()} are there; not used, check its pose"
+                )
+            self._asked, self._shares = self._asked + 1, self._shares + share
+        vertices = list(scene.vertices)
+        for k, point, cov in zip(rows[good], points[good], after[good], strict=True):
+            vertices[k] = replace(vertices[k], point=point, cov=cov)
+        self._touched[rows[good]] = True
+        self.scene = _refitted(replace(scene, vertices=tuple(vertices)), self._touched)
+        return int(good.sum()), ""
+
+    def _search(self, *, anew: bool = False) -> str:
+        # `anew` keeps nothing of what the recursion made of the corners. Returns what is wrong with
+        # the views, if they contradict one another.
+        key, clock = self._key, self.clock
+        assert key.looked is not None  # noqa: S101
+        try:
+            tracked = tracked_faces(key.looked, self._up, clock, in_agreement, triangulated)
+        except InconsistentViewsError as exc:
+            return str(exc)
+        finally:
+            self._searched, key.changes = len(key.views), 0
+        used = [key.views[k] for k in tracked.used or range(len(key.views))]
+        with clock.step("vertices and planes"):
+            found = assemble(tracked, used, name=self._name, up=self._up, metric=self._metric)
+        scene = found.scene
+        with clock.step("sights"):
+            placed = [replace(v, pose=pose) for v, pose in zip(used, scene.poses, strict=True)]
+            scene = with_sights(scene, placed, tracked.weight, tracked.ground, tracked.landmarks)
+        self._extra_px, self._factor = found.extra_px, found.factor
+        self.scene, self._touched = _carried_over(None if anew else self.scene, scene)
+        return ""
+
+
+def _carried_over(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool_]]:
+    """The new scene with the corners of the old one where they are the same and surer."""
+    touched = np.zeros(len(new.vertices), np.bool_)
+    if old is None or not old.vertices or not new.vertices:
+        return new, touched
+    before, after = ([v.cov for v in s.vertices] for s in (old, new))
+    apart = new.points[:, None] - old.points[None]
+    spread = np.array(after)[:, None] + np.array(before)[None]
+    chi2 = np.einsum("mni,mni->mn", apart, np.linalg.solve(spread, apart[..., None])[..., 0])
+    vertices = list(new.vertices)
+    for k, row in enumerate(chi2):
+        same = int(row.argmin())
+        surer = np.trace(before[same]) < np.trace(after[k])
+        if row[same] <= SAME_CORNER and int(chi2[:, same].argmin()) == k and surer:
+            kept = old.vertices[same]
+            vertices[k] = replace(vertices[k], point=kept.point, cov=kept.cov)
+            touched[k] = True
+    return _refitted(replace(new, vertices=tuple(vertices)), touched), touched
+
+
+def _refitted(scene: Scene, touched: Sequence[bool] | NDArray[np.bool_]) -> Scene:
+    """The scene with the planes of the faces whose corners were updated."""
+    return replace(scene, faces=tuple(_face(scene, f, touched) for f in scene.faces))
+
+
+def _face(scene: Scene, face: Face, touched: Sequence[bool] | NDArray[np.bool_]) -> Face:
+    ring = list(face.outline)
+    if not any(touched[k] for k in ring):
+        return face
+    fit = fit_plane(scene.points[ring], np.array([scene.vertices[k].cov for k in ring]))
+    if not fit:
+        return face
+    plane = fit.plane
+    if plane.normal @ face.plane.normal < 0:
+        plane = plane.flipped()
+    return replace(face, plane=plane)

@@ -1,0 +1,102 @@
+"""Views of a folder that is being filled: each once its pose is written and its picture whole.
+
+Whoever fills it may write poses file and pictures in any order and in pieces: what cannot be read
+yet is tried again until nothing new came for a time.
+"""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from time import monotonic, sleep
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.lens import Lens
+from facetlog.perception.reading.picture_file import read_picture
+from facetlog.perception.reading.picture_of_view import picture_of_view
+from facetlog.perception.reading.poses_file import PosedPicture, PosesFile
+from facetlog.perception.reading.read_views import poses_path, read_poses
+from facetlog.perception.types import FloatArray, View
+
+__all__ = ["FollowedViews"]
+
+# How often the folder is looked at, s.
+POLL_S = 0.1
+
+
+class FollowedViews:
+    """The views of a folder or poses file (read_views.py), in the order in which they come.
+
+    Iterating reads no picture before it is asked for the next view, and ends when no new view came
+    for `timeout` seconds; `ended` says so then, and `problems` names the pictures that never became
+    readable, or the poses file that did not. `up` and `metric` are what the poses file says, from
+    the first view on. InputError if there was nothing to be read at all.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        *,
+        unit: str | None = None,
+        timeout: float,
+        clock: Callable[[], float] = monotonic,
+        wait: Callable[[float], None] = sleep,
+    ) -> None:
+        self.path, self.name = path, (path if path.is_dir() else path.parent).resolve().name
+        self.up: FloatArray | None = None
+        self.metric = False
+        self.problems: tuple[str, ...] = ()
+        self.ended = ""
+        self._unit, self._timeout, self._clock, self._wait = unit, timeout, clock, wait
+        self._file: PosesFile | None = None
+        self._stamp: tuple[int, int] | None = None
+        self._fault: InputError | None = None
+        self._taken: set[Path] = set()
+        self._lenses: dict[Lens, Lens] = {}
+
+    def __iter__(self) -> Iterator[View]:
+        last = self._clock()
+        waiting: dict[str, str] = {}
+        while True:
+            self._read_poses()
+            waiting = {}
+            for picture in self._file.pictures if self._file else ():
+                if picture.path in self._taken:
+                    continue
+                try:
+                    view = self._view(picture)
+                except InputError as exc:
+                    waiting[picture.name] = str(exc)
+                    continue
+                self._taken.add(picture.path)
+                yield view
+                last = self._clock()
+            if self._clock() - last >= self._timeout:
+                break
+            self._wait(POLL_S)
+        if self._fault is not None and self._file is None:
+            raise self._fault
+        broken = () if self._fault is None else (str(self._fault),)
+        self.problems = (*broken, *(f"{line}; left out" for line in waiting.values()))
+        self.ended = f"no new view came for {self._timeout:g} s"
+
+    def _read_poses(self) -> None:
+        # Keeps what was read before while the file is being written anew.
+        try:
+            source = poses_path(self.path)
+            about = source.stat()
+            stamp = (about.st_mtime_ns, about.st_size)
+            if stamp == self._stamp and self._fault is None:
+                return
+            self._file, self._stamp, self._fault = read_poses(source, self._unit), stamp, None
+            self.up, self.metric = self._file.up, self._file.metric
+        except InputError as exc:
+            self._fault = exc
+        except OSError as exc:  # gone between being found and being read
+            self._fault = InputError(f"{self.path} cannot be read: {exc}")
+
+    def _view(self, picture: PosedPicture) -> View:
+        image = read_picture(picture.path)
+        height, width = image.shape
+        if fault := picture.intrinsics.size_fault(width, height):
+            raise InputError(fault)
+        lens = picture.intrinsics.lens(width, height)
+        return picture_of_view(picture, image, self._lenses.setdefault(lens, lens))

@@ -1,0 +1,130 @@
+"""`facetlog recognize --follow`: a line for each view as it comes, and all of it at the end."""
+
+import json
+from itertools import chain
+from pathlib import Path
+
+import typer
+
+from facetlog.__main__ import INTERRUPTED
+from facetlog.commands.shared import NO, YES
+from facetlog.counted import many
+from facetlog.errors import InputError
+from facetlog.output_folder import check_replaceable
+from facetlog.perception.step_clock import StepClock
+from facetlog.pipeline import Recognised, open_models
+from facetlog.report import verdicts_text, write_report
+from facetlog.stream import Stop, StreamStep, steps
+from facetlog.terminal import note, one_line, show_times, warn
+
+__all__ = ["SCHEMA", "followed", "step_json", "step_line"]
+
+SCHEMA = "facetlog-stream/1"
+# Open verdicts that a line has room for.
+SHOWN = 2
+
+
+def step_line(step: StreamStep) -> str:
+    """What is known after a view, on one line."""
+    if step.recognition is None:
+        return f"{step.used:>4}  {one_line(step.view)}: {step.problem or 'nothing is known yet'}"
+    best = [f"{v.thing} is a {v.model} ({v.degree:.0%})" for v in step.recognition.best]
+    said = ["; ".join(best) or "no model matches"]
+    if step.largest_sd is not None:
+        unit = " m" if step.scene is not None and step.scene.metric else ""
+        said.append(f"sd ≤ {step.largest_sd:.2g}{unit}")
+    open_ = [v.summary for v in step.undecided]
+    if open_:
+        more = f" (and {len(open_) - SHOWN} more)" if len(open_) > SHOWN else ""
+        said.append(f"open: {'; '.join(open_[:SHOWN])}{more}")
+    if step.problem:
+        said.append(step.problem)
+    return f"{step.used:>4}  {one_line(step.view)}: {', '.join(said)}"
+
+
+def step_json(step: StreamStep) -> str:
+    """The same as one line of JSON; of the last step all verdicts with their proofs."""
+    found = step.recognition
+    document: dict[str, object] = {
+        "schema": SCHEMA,
+        "view": step.view or None,
+        "used": step.used,
+        "largest_sd": step.largest_sd,
+        "problem": step.problem or None,
+    }
+    if step.ended:
+        document["ended"] = step.ended
+        document["recognition"] = None if found is None else found.to_json()
+    elif found is not None:
+        document["verdicts"] = [
+            {"thing": v.thing, "model": v.model, "state": v.state.value, "degree": v.degree,
+             "degree_at_most": v.degree_at_most, "summary": v.summary}
+            for v in found.verdicts
+        ]  # fmt: skip
+    return json.dumps(document)
+
+
+def followed(
+    path: Path,
+    *,
+    unit: str | None,
+    timeout: float,
+    models: tuple[Path, ...],
+    trusted: bool,
+    crisp: bool,
+    stop: Stop,
+    polish: bool,
+    out: Path | None,
+    as_json: bool,
+) -> int:
+    """Recognises what a folder shows that is being filled; the exit code.
+
+    Ctrl-C ends it as a stop does, without a polish: what is known so far is said and written.
+    """
+    from facetlog.perception.online.online_scene import OnlineScene
+    from facetlog.perception.reading.follow_views import FollowedViews
+    from facetlog.perception.reading.read_views import ViewSet
+
+    if out is not None:
+        check_replaceable(out)
+    clock = StepClock()
+    source = FollowedViews(path, unit=unit, timeout=timeout)
+    last: StreamStep | None = None
+    interrupted = False
+    with open_models(models, trusted=trusted, crisp=crisp) as base:
+        views = iter(source)
+        first = next(views, None)
+        if first is None:
+            for line in source.problems:
+                warn(line)
+            raise InputError(f"{path}: {source.ended}")
+        online = OnlineScene(name=source.name, up=source.up, metric=source.metric, clock=clock)
+        shown = chain([first], views)
+        try:
+            for last in steps(online, shown, base=base, stop=stop, polish=polish):
+                if not last.ended:
+                    typer.echo(step_json(last) if as_json else step_line(last))
+        except KeyboardInterrupt:
+            interrupted = True
+    for line in source.problems:
+        warn(line)
+    if last is None:
+        return INTERRUPTED
+    note("interrupted; this is known so far" if interrupted else source.ended or last.ended)
+    show_times(clock)
+    if as_json and last.ended:
+        typer.echo(step_json(last))
+    if last.scene is None or last.recognition is None:
+        note(f"too little was seen in {many(last.used, 'view')} to say what is there")
+        return INTERRUPTED if interrupted else NO
+    for line in last.scene.warnings:
+        warn(line)
+    kept = ViewSet(source.name, online.key_views, up=source.up, metric=source.metric, source=path)
+    found = Recognised(kept, last.scene, last.facts, last.recognition, clock)
+    if out is not None:
+        write_report(out, found)
+    if not as_json:
+        typer.echo(verdicts_text(found))
+    if interrupted:
+        return INTERRUPTED
+    return YES if last.recognition.best else NO

@@ -1,0 +1,180 @@
+"""Recognition while views come: one view after the other, a verdict after each."""
+
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from facetlog.errors import InputError
+from facetlog.perception.step_clock import StepClock
+
+if TYPE_CHECKING:
+    from facetlog.kb.knowledge_base import KnowledgeBase
+    from facetlog.kb.verdict import Recognition, Verdict
+    from facetlog.perception.online.online_scene import OnlineScene
+    from facetlog.perception.scene import Scene
+    from facetlog.perception.types import FloatArray, View
+
+__all__ = ["Goal", "Stop", "StreamStep", "recognise_stream", "steps"]
+
+GOAL = re.compile(r"\s*([a-z]\w*)\s*>=\s*(\d+(?:\.\d+)?)\s*%\s*")
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """A model that is to hold to a degree (0 to 1) at least."""
+
+    model: str
+    degree: float
+
+    @classmethod
+    def parse(cls, text: str) -> "Goal":
+        """The goal of a text such as "table >= 90%"; InputError for another form.
+
+        >>> Goal.parse("table >= 90%")
+        Goal(model='table', degree=0.9)
+        """
+        match = GOAL.fullmatch(text)
+        if match is None or float(match[2]) > 100.0:
+            raise InputError(f'--until {text!r}: give a model and a degree, as "table >= 90%"')
+        return cls(match[1], float(match[2]) / 100.0)
+
+    def reached(self, recognition: "Recognition") -> bool:
+        """Whether something is of this model to the degree."""
+        return any(v.model == self.model and v.degree >= self.degree for v in recognition.best)
+
+
+@dataclass(frozen=True, slots=True)
+class Stop:
+    """When no further view is wanted: a goal is reached, the largest standard deviation (of the
+    scene's unit) is at most `sd_limit`, or so many views were used.
+    """
+
+    until: Goal | None = None
+    sd_limit: float | None = None
+    max_views: int | None = None
+
+    def reason(self, step: "StreamStep") -> str:
+        """Why to stop after a step; empty if not."""
+        found = step.recognition
+        if found is not None and self.until is not None and self.until.reached(found):
+            return f"{self.until.model} holds to {self.until.degree:.0%} at least"
+        sd = step.largest_sd
+        if sd is not None and self.sd_limit is not None and sd <= self.sd_limit:
+            return f"the largest standard deviation is below {self.sd_limit:g}"
+        if self.max_views is not None and step.used >= self.max_views:
+            return f"{self.max_views} views were used"
+        return ""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class StreamStep:
+    """What is known after a view.
+
+    `view` is its name, empty of the last step, in which what is in store was adjusted together;
+    `used` is how many views were used so far, `problem` why this one was not. Without scene and
+    recognition there was too little to see. `facts` are those that were judged. `ended` of the
+    last step says why no further view was read.
+    """
+
+    view: str
+    used: int
+    scene: "Scene | None" = None
+    facts: tuple[tuple[str | int | float, ...], ...] = ()
+    recognition: "Recognition | None" = None
+    problem: str = ""
+    ended: str = ""
+
+    @property
+    def largest_sd(self) -> float | None:
+        """The largest standard deviation of a vertex, in the scene's unit."""
+        import numpy as np
+
+        if self.scene is None or not self.scene.vertices:
+            return None
+        covs = np.array([vertex.cov for vertex in self.scene.vertices])
+        return float(np.sqrt(np.linalg.eigvalsh(covs)[:, -1].max()))
+
+    @property
+    def undecided(self) -> "tuple[Verdict, ...]":
+        """The verdicts that are open."""
+        from facetlog.kb.proof import State
+
+        if self.recognition is None:
+            return ()
+        return tuple(v for v in self.recognition.verdicts if v.state is State.UNKNOWN)
+
+
+def recognise_stream(
+    views: "Iterable[View]",
+    *,
+    name: str = "views",
+    up: "FloatArray | None" = None,
+    metric: bool = False,
+    base: "KnowledgeBase | None" = None,
+    stop: Stop | None = None,
+    polish: bool = True,
+    clock: StepClock | None = None,
+) -> Iterator[StreamStep]:
+    """A step after each view, and a last one, for which all that is in store is adjusted together
+    (without `polish` it is what the last view left).
+
+    Nothing is drawn from `views` beyond the view after which `stop` is reached, so they may be a
+    camera that has still to take them. `up`, `metric` as in `ViewSet`; judged by the models of
+    `base`, else by the built-in ones.
+    """
+    from facetlog.perception.online.online_scene import OnlineScene
+
+    online = OnlineScene(name=name, up=up, metric=metric, clock=clock)
+    yield from steps(online, views, base=base, stop=stop, polish=polish)
+
+
+def steps(
+    online: "OnlineScene",
+    views: "Iterable[View]",
+    *,
+    base: "KnowledgeBase | None" = None,
+    stop: Stop | None = None,
+    polish: bool = True,
+) -> Iterator[StreamStep]:
+    """`recognise_stream` into a scene that the caller holds."""
+    from facetlog.pipeline import open_models
+
+    ended = "there were no more views"
+    with ExitStack() as stack:
+        models = base or stack.enter_context(open_models())
+        used = 0
+        for view in views:
+            update = online.add(view)
+            used += update.used
+            step = _judged(models, online, view.name, used, problem=update.problem)
+            yield step
+            if reason := (stop or Stop()).reason(step):
+                ended = reason
+                break
+        if polish:
+            online.polish()
+        yield _judged(models, online, "", used, ended=ended)
+
+
+def _judged(
+    models: "KnowledgeBase",
+    online: "OnlineScene",
+    view: str,
+    used: int,
+    *,
+    problem: str = "",
+    ended: str = "",
+) -> StreamStep:
+    from facetlog.kb.recognize import judge_scene
+    from facetlog.perception.facts.all_facts import scene_facts
+
+    scene = online.scene
+    if scene is None:
+        return StreamStep(view, used, problem=problem, ended=ended)
+    with online.clock.step("facts"):
+        facts = tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
+    with online.clock.step("verdicts"):
+        found = judge_scene(models, scene.name, facts)
+    return StreamStep(view, used, scene, facts, found, problem, ended)

@@ -1,0 +1,107 @@
+"""Views one at a time: what is known after each, and what all at once come to beside it."""
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from facetlog.perception.detection.line_front_end.faces_from_lines import look_at
+from facetlog.perception.online.key_views import KEY_VIEWS, KeyViews
+from facetlog.perception.online.online_scene import OnlineScene
+from facetlog.perception.step_clock import StepClock
+from facetlog.perception.surfaces.reconstruct import reconstruct
+from facetlog.perception.types import Pose
+from facetlog.robot.rendering.worlds import make_world
+from tests.rendered import solid_truth, tour
+
+UP = np.array([0.0, 0.0, 1.0])
+VIEWS = 12
+
+
+@pytest.fixture(scope="module")
+def run():
+    """The online scene after twelve views, and the scene and update after each."""
+    online = OnlineScene(name="block", up=UP)
+    steps = []
+    for view in tour("block")[::2]:
+        update = online.add(view)
+        steps.append((update, online.scene))
+    return online, steps
+
+
+def _off(scene):
+    # Distances of the corners of the block's faces from the true ones, in.
+    true = np.array(solid_truth(make_world("block", 0)).vertices)
+    corners = sorted({k for face in scene.faces for k in face.outline})
+    apart = np.linalg.norm(scene.points[corners][:, None] - true[None], axis=-1)
+    return apart.min(axis=1)
+
+
+def test_three_views_show_faces_and_every_view_is_used(run):
+    _, steps = run
+    assert steps[1][1] is None
+    assert len(steps[2][1].faces) >= 2
+    assert all(update.used and not update.problem for update, _ in steps)
+
+
+def test_between_searches_each_view_makes_corners_surer(run):
+    _, steps = run
+    between = [k for k in range(3, VIEWS) if not steps[k][0].searched]
+    assert between
+    for k in between:
+        before, after = (steps[n][1] for n in (k - 1, k))
+        assert steps[k][0].corners >= 3
+        sds = [[np.trace(v.cov) for v in s.vertices] for s in (before, after)]
+        assert all(b <= a + 1e-12 for a, b in zip(*sds, strict=True))
+        assert sum(sds[1]) < sum(sds[0])
+
+
+def test_without_polish_corners_are_nearly_as_good_as_of_all_views_at_once(run):
+    _, steps = run
+    batch = reconstruct(tour("block")[::2], name="block", up=UP)
+    rms = [np.sqrt((_off(scene) ** 2).mean()) for scene in (steps[-1][1], batch)]
+    assert rms[0] < 1.5 * rms[1]
+
+
+def test_polished_it_is_the_scene_of_all_views_at_once():
+    views = tour("block")[::4]
+    online = OnlineScene(name="block", up=UP)
+    for view in views:
+        online.add(view)
+    online.polish()
+    batch = reconstruct(views, name="block", up=UP)
+    assert [f.outline for f in online.scene.faces] == [f.outline for f in batch.faces]
+    np.testing.assert_allclose(online.scene.points, batch.points, atol=1e-9)
+
+
+def test_a_view_with_a_wrong_pose_is_named_and_changes_nothing(run):
+    online, _ = run
+    scene = online.scene
+    view = tour("block")[1]
+    angle = np.radians(4.0)
+    about_up = cv2.Rodrigues(angle * UP)[0]
+    wrong = Pose(about_up @ view.pose.rotation, view.pose.centre)
+    update = online.add(replace(view, name="wrong.png", pose=wrong))
+    assert not update.used
+    assert update.problem.startswith("wrong.png contradicts")
+    assert online.scene is scene
+    assert online.add(view).used
+
+
+def test_a_picture_that_shows_nothing_is_named(run):
+    online, _ = run
+    view = tour("block")[0]
+    update = online.add(replace(view, name="dark.png", image=np.zeros_like(view.image)))
+    assert not update.used
+    assert update.problem.startswith("dark.png: ")
+
+
+def test_of_many_views_those_are_kept_that_differ_most():
+    views = tour("block")
+    key = KeyViews()
+    for view in [*views, *views[:4], *views[:4]]:
+        key.add(view, look_at([view], StepClock()))
+    assert len(key.views) == len(key.looked.views) == KEY_VIEWS
+    assert not key.complete
+    assert {v.name for v in key.views} == {v.name for v in views}

@@ -1,0 +1,116 @@
+"""`recognize --follow` and `recognise_stream`: a step for each view, and when no more is read."""
+
+import json
+
+import numpy as np
+import pytest
+
+from facetlog.cli import main
+from facetlog.errors import InputError
+from facetlog.pipeline import open_models
+from facetlog.robot.recording import Format
+from facetlog.robot.rendering.views import simulate
+from facetlog.robot.rendering.worlds import make_world
+from facetlog.robot.tour import tour_camera, tour_poses
+from facetlog.stream import Goal, Stop, recognise_stream
+from tests.rendered import tour
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def _block():
+    """Views of a block, with how many were drawn."""
+    drawn = []
+
+    def views():
+        for view in tour("block")[::2]:
+            drawn.append(view.name)
+            yield view
+
+    return views(), drawn
+
+
+def test_no_view_is_drawn_once_the_goal_is_reached():
+    views, drawn = _block()
+    with open_models() as base:
+        *steps, last = recognise_stream(
+            views, up=UP, base=base, stop=Stop(until=Goal("box", 0.9)), polish=False
+        )
+    assert len(drawn) == len(steps) == last.used < 12
+    assert [v.model for v in last.recognition.best] == ["box"]
+    assert "box holds to 90%" in last.ended
+    assert not any(Goal("box", 0.9).reached(s.recognition) for s in steps[2:-1])
+
+
+def test_limits_on_views_and_standard_deviation_end_it():
+    views, drawn = _block()
+    with open_models() as base:
+        *_, last = recognise_stream(views, up=UP, base=base, stop=Stop(max_views=2), polish=False)
+        assert (len(drawn), last.ended) == (2, "2 views were used")
+        assert last.recognition is None
+        views, drawn = _block()
+        *steps, last = recognise_stream(
+            views, up=UP, base=base, stop=Stop(sd_limit=0.05), polish=False
+        )
+    assert steps[-1].largest_sd <= 0.05
+    assert len(drawn) < 12
+    assert all(s.largest_sd is None or s.largest_sd > 0.05 for s in steps[:-1])
+
+
+def test_what_is_undecided_is_told():
+    views, _ = _block()
+    with open_models() as base:
+        steps = list(recognise_stream(views, up=UP, base=base, stop=Stop(max_views=3)))
+    assert {v.state.value for v in steps[2].undecided} <= {"unknown"}
+    assert steps[0].undecided == ()
+
+
+@pytest.mark.parametrize("text", ["table", "table > 90%", "table >= 900%", "Table >= 5%", ">= 9%"])
+def test_a_goal_of_another_form_is_refused(text):
+    with pytest.raises(InputError, match="table >= 90%"):
+        Goal.parse(text)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("views") / "block"
+    world = make_world("block", 0)
+    simulate(made, world, tour_poses()[:9:2], tour_camera(), layout=Format.PAN_TILT)
+    return made
+
+
+def test_a_folder_is_followed_line_by_line_and_written(folder, tmp_path, capsys):
+    code = main(
+        ["recognize", str(folder), "--follow", "--timeout", "0.2", "-o", str(tmp_path / "o")]
+    )
+    out, err = capsys.readouterr()
+    lines = out.splitlines()
+    assert [line.split()[0] for line in lines[:5]] == ["1", "2", "3", "4", "5"]
+    assert "sd ≤" in lines[4]
+    assert lines[5].startswith("block: 5 views")
+    assert "no new view came for 0.2 s" in err
+    assert code == 0
+    assert (tmp_path / "o" / "scene.json").is_file()
+
+
+def test_json_has_an_object_a_view_and_all_of_it_at_the_end(folder, capsys):
+    main(
+        ["recognize", str(folder), "--follow", "--until", "box >= 50%", "--timeout", "5", "--json"]
+    )
+    *views, last = map(json.loads, capsys.readouterr().out.splitlines())
+    assert [v["used"] for v in views] == list(range(1, len(views) + 1))
+    assert {v["schema"] for v in (*views, last)} == {"facetlog-stream/1"}
+    assert "box holds" in last["ended"]
+    assert last["recognition"]["verdicts"]
+
+
+def test_options_of_following_need_it(folder, capsys):
+    assert main(["recognize", str(folder), "--max-views", "3"]) == 2
+    assert "go with --follow" in capsys.readouterr().err
+    assert main(["recognize", str(folder), "--follow", "--front-end", "paper"]) == 2
+    assert "lines" in capsys.readouterr().err
+
+
+def test_a_followed_folder_that_is_not_there_is_one_line(tmp_path, capsys):
+    assert main(["recognize", str(tmp_path / "none"), "--follow", "--timeout", "0.1"]) == 2
+    assert "does not exist" in capsys.readouterr().err
