@@ -106,7 +106,7 @@ class OnlineScene:
         If no view was let go the scene is then that of all views at once.
         """
         if len(self._key.views) >= LEAST_VIEWS:
-            self._search(anew=self._key.complete)
+            self._search()
 
     def _filter(self, view: View, readings: CornerReadings) -> tuple[int, str]:
         scene = self.scene
@@ -135,9 +135,8 @@ class OnlineScene:
         self.scene = _refitted(replace(scene, vertices=tuple(vertices)), self._touched)
         return int(good.sum()), ""
 
-    def _search(self, *, anew: bool = False) -> str:
-        # `anew` keeps nothing of what the recursion made of the corners. Returns what is wrong with
-        # the views, if they contradict one another.
+    def _search(self) -> str:
+        # Returns what is wrong with the views, if they contradict one another.
         key, clock = self._key, self.clock
         assert key.looked is not None  # noqa: S101
         try:
@@ -154,7 +153,10 @@ class OnlineScene:
             placed = [replace(v, pose=pose) for v, pose in zip(used, scene.poses, strict=True)]
             scene = with_sights(scene, placed, tracked.weight, tracked.ground, tracked.landmarks)
         self._extra_px, self._factor = found.extra_px, found.factor
-        self.scene, self._touched = _carried_over(None if anew else self.scene, scene)
+        # Of views that are all kept the recursion knows nothing that they do not show: to take
+        # the surer of two estimates from the same views would be to take the one too sure.
+        old = None if key.complete else self.scene
+        self.scene, self._touched = _carried_over(old, scene)
         return ""
 
 
