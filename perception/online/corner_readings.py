@@ -22,15 +22,11 @@ PLACES = 5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CornerReadings:
-    """Pixels (n, 2) of the scene's vertices with covariances (n, 2, 2), where `seen` (n,).
-
-    `expected` (n,) are those of which two sides should be in sight.
-    """
+    """Pixels (n, 2) of the scene's vertices with covariances (n, 2, 2), where `seen` (n,)."""
 
     uv: FloatArray
     cov: FloatArray
     seen: NDArray[np.bool_]
-    expected: NDArray[np.bool_]
 
 
 def corner_readings(scene: Scene, looked: Pictures) -> CornerReadings:
@@ -41,7 +37,6 @@ def corner_readings(scene: Scene, looked: Pictures) -> CornerReadings:
         np.zeros((count, 2)),
         np.tile(np.eye(2), (count, 1, 1)),
         np.zeros(count, np.bool_),
-        np.zeros(count, np.bool_),
     )
     faces = [face for face in scene.faces if face.evidence is Evidence.MEASURED]
     if not faces:
@@ -51,8 +46,6 @@ def corner_readings(scene: Scene, looked: Pictures) -> CornerReadings:
     )
     turned = np.array([faces_camera(face, view) for face in faces])
     shown = corners.sides_shown(turned[:, None])[:, 0] & _in_sight(scene, corners.segments, view)
-    ends = np.bincount(np.array(corners.sides)[shown].ravel(), minlength=count)
-    readings.expected[:] = ends >= 2
     fits = fit_sides(corners.segments, shown[:, None], [view], [edges])
     for vertex, track in enumerate(track_corners(corners, [view], fits)):
         for seen in in_own_pixels(track, looked.factors).observations:

@@ -36,12 +36,8 @@ LEAST_VIEWS = 3
 NEW_SHARE = 1.0 / 3.0
 # Corners of two searches are one if their distance would come up by noise once in so many.
 SAME_CORNER = float(chdtri(3, 1e-5))
-# A view contradicts what is known when, of so many corners and more that it should show, it shows
-# less than half as large a share where they are as views usually do. (Of views at wrong poses 0 to
-# .3 of the usual share of segments agree, of right ones .7 and more: view_judgement.py.)
-LEAST_EXPECTED = 4
-OF_USUAL = 0.5
-LEAST_USUAL_VIEWS = 3
+# A view contradicts what is known when it has most of at least so many corners elsewhere.
+LEAST_READ = 4
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -74,8 +70,7 @@ class OnlineScene:
         self._searched = 0
         self._extra_px, self._factor = 0.0, 1.0
         self._touched: NDArray[np.bool_] = np.zeros(0, np.bool_)
-        # Of the views so far that should have shown enough corners: how many, and their shares.
-        self._asked, self._shares = 0, 0.0
+        self._named: set[str] = set()
 
     def add(self, view: View) -> Update:
         """What is known with one more view; a view that shows nothing or contradicts is named."""
@@ -100,34 +95,30 @@ class OnlineScene:
         """The views that are kept with their pictures."""
         return self._key.views
 
-    def polish(self) -> None:
+    def polish(self) -> str:
         """Searches faces once more in the kept views, and adjusts these and all corners together.
 
-        If no view was let go the scene is then that of all views at once.
+        If no view was let go the scene is then that of all views at once. Returns what is to be
+        said of the views, as `Update.problem`.
         """
-        if len(self._key.views) >= LEAST_VIEWS:
-            self._search()
+        return self._search() if len(self._key.views) >= LEAST_VIEWS else ""
 
     def _filter(self, view: View, readings: CornerReadings) -> tuple[int, str]:
         scene = self.scene
-        expected = int(readings.expected.sum())
-        if scene is None or not expected:
-            return 0, ""
         rows = np.flatnonzero(readings.seen)
+        if scene is None or not len(rows):
+            return 0, ""
         noise = self._factor * (readings.cov[rows] + self._extra_px**2 * np.eye(2))
         covs = np.array([v.cov for v in scene.vertices])
         points, after, chi2 = updated(
             seen_at(view.projection), scene.points[rows], covs[rows], readings.uv[rows], noise
         )
         good = chi2 <= GATE
-        if expected >= LEAST_EXPECTED:
-            share = float(good.sum()) / expected
-            if self._asked >= LEAST_USUAL_VIEWS and share < OF_USUAL * self._shares / self._asked:
-                return 0, (
-                    f"{view.name} contradicts the views before: of {expected} corners that it "
-                    f"should show {good.sum()} are there; not used, check its pose"
-                )
-            self._asked, self._shares = self._asked + 1, self._shares + share
+        if len(rows) >= LEAST_READ and 2 * good.sum() < len(rows):
+            return 0, (
+                f"{view.name} contradicts the views before: of {len(rows)} corners that it shows "
+                f"{good.sum()} are where they should be; not used, check its pose"
+            )
         vertices = list(scene.vertices)
         for k, point, cov in zip(rows[good], points[good], after[good], strict=True):
             vertices[k] = replace(vertices[k], point=point, cov=cov)
@@ -157,7 +148,10 @@ class OnlineScene:
         # the surer of two estimates from the same views would be to take the one too sure.
         old = None if key.complete else self.scene
         self.scene, self._touched = _carried_over(old, scene)
-        return ""
+        # Views that contradict the others are named when that is first seen.
+        new = [line for line in tracked.warnings if line not in self._named]
+        self._named.update(new)
+        return "; ".join(new)
 
 
 def _carried_over(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool_]]:

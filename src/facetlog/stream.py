@@ -153,9 +153,8 @@ def steps(
             if reason := (stop or Stop()).reason(step):
                 ended = reason
                 break
-        if polish:
-            online.polish()
-        yield _judged(models, online, "", used, ended=ended)
+        problem = online.polish() if polish else ""
+        yield _judged(models, online, "", used, problem=problem, ended=ended)
 
 
 def _judged(

@@ -112,6 +112,8 @@ def followed(
         return INTERRUPTED
     note("interrupted; this is known so far" if interrupted else source.ended or last.ended)
     show_times(clock)
+    if last.ended and last.problem:
+        warn(last.problem)
     if as_json and last.ended:
         typer.echo(step_json(last))
     if last.scene is None or last.recognition is None:

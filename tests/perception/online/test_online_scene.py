@@ -75,18 +75,30 @@ def test_polished_it_is_the_scene_of_all_views_at_once():
     np.testing.assert_allclose(online.scene.points, batch.points, atol=1e-9)
 
 
-def test_a_view_with_a_wrong_pose_is_named_and_changes_nothing(run):
-    online, _ = run
-    scene = online.scene
-    view = tour("block")[1]
+def test_a_view_with_a_wrong_pose_changes_no_corner_and_is_named():
+    views = list(tour("block")[::2])
     angle = np.radians(4.0)
     about_up = cv2.Rodrigues(angle * UP)[0]
-    wrong = Pose(about_up @ view.pose.rotation, view.pose.centre)
-    update = online.add(replace(view, name="wrong.png", pose=wrong))
+    pose = views[5].pose
+    wrong = replace(views[5], name="wrong.png", pose=Pose(about_up @ pose.rotation, pose.centre))
+    online = OnlineScene(name="block", up=UP)
+    problems = [online.add(view).problem for view in (*views[:7], wrong)]
+    problems.append(online.polish())
+    (said,) = filter(None, problems)
+    assert "wrong.png" in said
+    batch = reconstruct(views[:7], name="block", up=UP)
+    assert len(online.scene.faces) == len(batch.faces)
+    assert np.median(_off(online.scene)) < 0.1
+
+
+def test_a_view_that_has_the_corners_elsewhere_is_refused(run):
+    online, _ = run
+    scene, view = online.scene, tour("block")[0]
+    camera = replace(view.camera, cx=view.camera.cx + 2.0)
+    update = online.add(replace(view, name="shifted.png", camera=camera))
     assert not update.used
-    assert update.problem.startswith("wrong.png contradicts")
+    assert update.problem.startswith("shifted.png contradicts")
     assert online.scene is scene
-    assert online.add(view).used
 
 
 def test_a_picture_that_shows_nothing_is_named(run):
