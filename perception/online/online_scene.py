@@ -5,7 +5,6 @@ known, in time that does not grow; and when the kept views (key_views.py) have b
 or other, faces are searched anew in them, which takes as long as it does for so many views.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,7 +30,7 @@ from facetlog.perception.types import FloatArray, View
 __all__ = ["OnlineScene", "Update"]
 
 # Faces are searched in three views and more, and again when so large a share of the kept views is
-# new: ten searches for the first 24 views, none while views are like those before.
+# new: seven searches for the first 24 views, fewer when the views that are kept hardly change.
 LEAST_VIEWS = 3
 NEW_SHARE = 1.0 / 3.0
 # Corners of two searches are one if their distance would come up by noise once in so many.
@@ -129,14 +128,16 @@ class OnlineScene:
     def _search(self) -> str:
         # Returns what is wrong with the views, if they contradict one another.
         key, clock = self._key, self.clock
-        assert key.looked is not None  # noqa: S101
+        if key.looked is None:
+            return ""
         try:
             tracked = tracked_faces(key.looked, self._up, clock, in_agreement, triangulated)
         except InconsistentViewsError as exc:
             return str(exc)
         finally:
             self._searched, key.changes = len(key.views), 0
-        used = [key.views[k] for k in tracked.used or range(len(key.views))]
+        chosen = range(len(key.views)) if tracked.used is None else tracked.used
+        used = [key.views[k] for k in chosen]
         with clock.step("vertices and planes"):
             found = assemble(tracked, used, name=self._name, up=self._up, metric=self._metric)
         scene = found.scene
@@ -174,14 +175,14 @@ def _carried_over(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool
     return _refitted(replace(new, vertices=tuple(vertices)), touched), touched
 
 
-def _refitted(scene: Scene, touched: Sequence[bool] | NDArray[np.bool_]) -> Scene:
+def _refitted(scene: Scene, touched: NDArray[np.bool_]) -> Scene:
     """The scene with the planes of the faces whose corners were updated."""
     return replace(scene, faces=tuple(_face(scene, f, touched) for f in scene.faces))
 
 
-def _face(scene: Scene, face: Face, touched: Sequence[bool] | NDArray[np.bool_]) -> Face:
+def _face(scene: Scene, face: Face, touched: NDArray[np.bool_]) -> Face:
     ring = list(face.outline)
-    if not any(touched[k] for k in ring):
+    if not touched[ring].any():
         return face
     fit = fit_plane(scene.points[ring], np.array([scene.vertices[k].cov for k in ring]))
     if not fit:

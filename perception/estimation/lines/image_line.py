@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.lines.incidence import (
+    MAX_SLOPE,
     START_SD,
     Incidence,
     converted,
@@ -21,9 +22,6 @@ from facetlog.perception.estimation.plane_filter import Chart
 from facetlog.perception.types import FloatArray, frozen
 
 __all__ = ["ImageLine", "fit_image_line", "image_line_recursion"]
-
-# A line leaves its chart for the other one at this slope: at 1 it could go to and fro.
-MAX_SLOPE = 1.25
 
 
 @dataclass(frozen=True, eq=False, slots=True)

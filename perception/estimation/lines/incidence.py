@@ -13,12 +13,20 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from facetlog.perception.estimation.ekf import step_all
 from facetlog.perception.types import FloatArray
 
-__all__ = ["START_SD", "Incidence", "converted", "held_start", "most_likely", "solved", "updated"]
+__all__ = [
+    "MAX_SLOPE",
+    "START_SD",
+    "Incidence",
+    "converted",
+    "held_start",
+    "most_likely",
+    "solved",
+    "updated",
+]
 
 T = TypeVar("T")
 
@@ -33,6 +41,8 @@ RELINEARISED = 3
 # Slopes (and places, as a share of the distance) less sure than this are too vague to make further
 # measurements linear at: what that leaves out goes with the square, 1/400 of what was measured.
 START_SD = 0.05
+# A state leaves its chart for the best one at a slope beyond this: at 1 it could go to and fro.
+MAX_SLOPE = 1.25
 # Measurements that are held for a start at most, which bounds what an update takes.
 MAX_HELD = 8
 
@@ -63,27 +73,25 @@ def most_likely(
     x: FloatArray,
     noise: FloatArray,
     start: FloatArray,
-    used: NDArray[np.bool_] | None = None,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Most likely a (N, n), covariance (N, n, n), chi-square (N,) of x (N, V, m), `used` (N, V).
+    """Most likely a (N, n), covariance (N, n, n), chi-square (N,) of x (N, V, m).
 
     `noise` (N, V, m, m) may be singular where the equations do not ask. Gauss-Newton from `start`
     (N, n), every measurement made linear at one shared a: no order matters.
     """
-    share = np.ones(x.shape[:2]) if used is None else used.astype(np.float64)
     a = np.array(start)
-    information, pull, cost = _normal_equations(on, x, noise, a, share)
+    information, pull, cost = _normal_equations(on, x, noise, a)
     for _ in range(MAX_PASSES):
         move = np.linalg.solve(information, pull[..., None])[..., 0]
         if not (np.einsum("ni,nij,nj->n", move, information, move) > CONVERGED_SD**2).any():
             break
         for _ in range(HALVINGS):
-            worse = _normal_equations(on, x, noise, a + move, share)[2] > cost
+            worse = _normal_equations(on, x, noise, a + move)[2] > cost
             if not worse.any():
                 break
             move[worse] /= 2
         a = a + move
-        information, pull, cost = _normal_equations(on, x, noise, a, share)
+        information, pull, cost = _normal_equations(on, x, noise, a)
     cov = np.linalg.inv(information)
     return a, (cov + cov.swapaxes(-1, -2)) / 2, cost
 
@@ -151,12 +159,12 @@ def _linear(
 
 
 def _normal_equations(
-    on: Incidence, x: FloatArray, noise: FloatArray, a: FloatArray, share: FloatArray
+    on: Incidence, x: FloatArray, noise: FloatArray, a: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     # Σ Mᵀ W⁻¹ M, -Σ Mᵀ W⁻¹ f, and the chi-square.
     each = np.broadcast_to(a[:, None], (*x.shape[:2], a.shape[-1]))
     _, M, W, f = _linear(on, x, noise, each)
-    weighted = np.linalg.solve(W, M) * share[..., None, None]
+    weighted = np.linalg.solve(W, M)
     information = np.einsum("nvpi,nvpj->nij", M, weighted)
-    cost = np.einsum("nv,nvp,nvp->n", share, f, np.linalg.solve(W, f[..., None])[..., 0])
+    cost = np.einsum("nvp,nvp->n", f, np.linalg.solve(W, f[..., None])[..., 0])
     return information, -np.einsum("nvpi,nvp->ni", weighted, f), cost

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.lines.image_line import ImageLine
 from facetlog.perception.estimation.lines.incidence import (
+    MAX_SLOPE,
     START_SD,
     Incidence,
     converted,
@@ -39,10 +40,6 @@ __all__ = [
     "plane_of_lines",
     "plane_of_lines_recursion",
 ]
-
-# A line or plane leaves its chart for the best one when a slope is beyond this: at 1 it could go to
-# and fro.
-MAX_SLOPE = 1.25
 
 
 @dataclass(frozen=True, eq=False, slots=True)
