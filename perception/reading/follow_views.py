@@ -10,10 +10,10 @@ from time import monotonic, sleep
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.lens import Lens
-from facetlog.perception.reading.picture_file import read_picture
-from facetlog.perception.reading.picture_of_view import picture_of_view
+from facetlog.perception.reading.picture_of_view import picture_as_stored, picture_of_view
 from facetlog.perception.reading.poses_file import PosedPicture, PosesFile
 from facetlog.perception.reading.read_views import poses_path, read_poses
+from facetlog.perception.reading.video_file import VideoFrame, VideoFrames
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["FollowedViews"]
@@ -49,7 +49,8 @@ class FollowedViews:
         self._file: PosesFile | None = None
         self._stamp: tuple[int, int] | None = None
         self._fault: InputError | None = None
-        self._taken: set[Path] = set()
+        self._taken: set[tuple[Path, VideoFrame | None, str]] = set()
+        self._videos = VideoFrames()
         self._lenses: dict[Lens, Lens] = {}
 
     def __iter__(self) -> Iterator[View]:
@@ -59,14 +60,15 @@ class FollowedViews:
             self._read_poses()
             waiting = {}
             for picture in self._file.pictures if self._file else ():
-                if picture.path in self._taken:
+                key = picture.path, picture.frame, picture.name
+                if key in self._taken:
                     continue
                 try:
                     view = self._view(picture)
                 except InputError as exc:
                     waiting[picture.name] = str(exc)
                     continue
-                self._taken.add(picture.path)
+                self._taken.add(key)
                 yield view
                 last = self._clock()
             if self._clock() - last >= self._timeout:
@@ -75,7 +77,8 @@ class FollowedViews:
         if self._fault is not None and self._file is None:
             raise self._fault
         broken = () if self._fault is None else (str(self._fault),)
-        self.problems = (*broken, *(f"{line}; left out" for line in waiting.values()))
+        lines = [*map(str, self._file.faults if self._file else ()), *waiting.values()]
+        self.problems = (*broken, *(f"{line}; left out" for line in lines))
         self.ended = f"no new view came for {self._timeout:g} s"
 
     def _read_poses(self) -> None:
@@ -94,7 +97,7 @@ class FollowedViews:
             self._fault = InputError(f"{self.path} cannot be read: {exc}")
 
     def _view(self, picture: PosedPicture) -> View:
-        image = read_picture(picture.path)
+        image = picture_as_stored(picture, self._videos)
         height, width = image.shape
         if fault := picture.intrinsics.size_fault(width, height):
             raise InputError(fault)

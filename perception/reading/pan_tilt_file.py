@@ -13,6 +13,7 @@ import math
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from facetlog.perception.reading.poses_file import (
     PosedPicture,
     PosesFile,
     metres_per,
+    posed_pictures,
     read_intrinsics,
     read_text,
 )
@@ -47,10 +49,12 @@ def read_pan_tilt(path: Path, *, unit: str | None = None) -> PosesFile:
     fields = _camera_fields(camera_path)
     scale = _scale(fields, camera_path, unit)
     intrinsics = read_intrinsics(fields, NAMES, str(camera_path))
-    pictures = tuple(
-        _picture(row, path, f"{path}:{line}", intrinsics, scale or 1.0) for line, row in _rows(path)
+    pictures, faults = posed_pictures(
+        partial(_picture, row, path, f"{path}:{line}", intrinsics, scale or 1.0)
+        for line, row in _rows(path)
     )
-    return PosesFile(pictures, up=np.array([0.0, 0.0, 1.0]), metric=scale is not None)
+    up = np.array([0.0, 0.0, 1.0])
+    return PosesFile(pictures, up, metric=scale is not None, faults=faults)
 
 
 def _camera_fields(path: Path) -> Mapping[str, object]:

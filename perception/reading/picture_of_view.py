@@ -10,13 +10,15 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.picture_file import read_picture
 from facetlog.perception.reading.poses_file import PosedPicture
+from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import Image, StoredPicture, View
 
-__all__ = ["KEPT_DIAGONAL_PX", "picture_of_view"]
+__all__ = ["KEPT_DIAGONAL_PX", "picture_as_stored", "picture_of_view"]
 
 KEPT_DIAGONAL_PX = 1000.0
 """Larger pictures are reduced to it, as 800 x 600: a bound of cost alone. 12 bytes a pixel are kept
@@ -31,10 +33,24 @@ def picture_of_view(picture: PosedPicture, image: Image, lens: Lens) -> View:
         return View(picture.name, lens.undistort(image), lens.pinhole, picture.pose)
     size = max(round(share * width), 1), max(round(share * height), 1)
     reduced = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-    stored = StoredPicture(lens.pinhole, partial(_read, picture.path, lens))
+    if picture.frame is None:
+        read = partial(_read, picture.path, lens)
+    else:
+        read = partial(_unpacked, cv2.imencode(".png", image)[1], lens)
+    stored = StoredPicture(lens.pinhole, read)
     camera = lens.pinhole.resized(*size)
     return View(picture.name, lens.undistort(reduced), camera, picture.pose, stored)
 
 
+def picture_as_stored(picture: PosedPicture, videos: VideoFrames) -> Image:
+    """The picture of a file or video, (H, W); InputError if it cannot be had."""
+    return read_picture(picture.path) if picture.frame is None else videos.read(picture.frame)
+
+
 def _read(path: Path, lens: Lens) -> Image:
     return lens.undistort(read_picture(path))
+
+
+def _unpacked(png: NDArray[np.uint8], lens: Lens) -> Image:
+    # A video gives a frame once, and only in their order quickly: it is kept packed.
+    return lens.undistort(np.asarray(cv2.imdecode(png, cv2.IMREAD_GRAYSCALE), dtype=np.uint8))

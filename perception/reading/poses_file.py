@@ -1,12 +1,13 @@
 """What a poses file says before its pictures are read: intrinsics, poses, unit of length."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.lens import Distortion, Lens
+from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind
 
 __all__ = [
@@ -17,6 +18,7 @@ __all__ = [
     "PosesFile",
     "metres_per",
     "number",
+    "posed_pictures",
     "read_intrinsics",
     "read_text",
 ]
@@ -109,7 +111,8 @@ class Intrinsics:
 
 @dataclass(frozen=True, slots=True)
 class PosedPicture:
-    """One picture of a poses file: the name it has there, its path, camera and pose.
+    """One picture of a poses file: the name it has there, its file, camera and pose; `frame` where
+    that is a video.
 
     `covariance` (6, 6), if the file tells it: of the camera's place (world units) and of a turn
     about the world's axes (radians).
@@ -120,6 +123,7 @@ class PosedPicture:
     intrinsics: Intrinsics
     pose: Pose
     covariance: FloatArray | None = field(default=None, compare=False)
+    frame: VideoFrame | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -127,12 +131,28 @@ class PosesFile:
     """All pictures of a poses file; `up` unit vector or None, `metric` if lengths are metres.
 
     `error_kind` says how the errors hang together of which the pictures' covariances tell.
+    `faults` are of the pictures whose camera or pose cannot be.
     """
 
     pictures: tuple[PosedPicture, ...]
     up: FloatArray | None
     metric: bool
     error_kind: PoseErrorKind = PoseErrorKind.ODOMETRY
+    faults: tuple[InputError, ...] = ()
+
+
+def posed_pictures(
+    readers: Iterable[Callable[[], PosedPicture]],
+) -> tuple[tuple[PosedPicture, ...], tuple[InputError, ...]]:
+    """The pictures of which camera and pose can be read, and the faults of the others."""
+    pictures: list[PosedPicture] = []
+    faults: list[InputError] = []
+    for read in readers:
+        try:
+            pictures.append(read())
+        except InputError as exc:
+            faults.append(exc)
+    return tuple(pictures), tuple(faults)
 
 
 def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str) -> Intrinsics:

@@ -12,15 +12,16 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.left_out import LeftOut, lines_of
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.pan_tilt_file import CAMERA_FILE, COLUMNS, read_pan_tilt
-from facetlog.perception.reading.picture_file import read_picture
-from facetlog.perception.reading.picture_of_view import picture_of_view
+from facetlog.perception.reading.picture_of_view import picture_as_stored, picture_of_view
 from facetlog.perception.reading.poses_file import Intrinsics, PosedPicture, PosesFile
 from facetlog.perception.reading.transforms_file import read_transforms
+from facetlog.perception.reading.video_file import COUNTED, VideoFrames
 from facetlog.perception.types import FloatArray, PoseErrors, View
 
 __all__ = ["ViewSet", "poses_path", "read_poses", "read_views"]
 
 TRANSFORMS_FILE = "transforms.json"
+VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
 POSES_FILE = "poses.csv"
 LEAST_VIEWS = 2
 # Two camera centres are one place where they differ by less than this share of their largest
@@ -79,16 +80,20 @@ def read_views(
     """
     source = poses_path(Path(path))
     file = read_poses(source, unit)
+    if file.faults:
+        raise file.faults[0]
     _check_names(file.pictures, source)
     views: list[View] = []
     used: list[PosedPicture] = []
     left_out: list[LeftOut] = []
+    videos = VideoFrames()
     lenses: dict[Lens, Lens] = {}  # one set-up of the undistortion for all pictures of a lens
     for done, picture in enumerate(file.pictures, start=1):
         try:
-            image = read_picture(picture.path)
+            image = picture_as_stored(picture, videos)
         except InputError as exc:
-            left_out.append(LeftOut(picture.name, str(exc), str(picture.path)))
+            place = str(picture.frame or picture.path)
+            left_out.append(LeftOut(picture.name, str(exc), place))
         else:
             width, height = image.shape[1], image.shape[0]
             if fault := picture.intrinsics.size_fault(width, height):
@@ -156,13 +161,23 @@ def read_poses(source: Path, unit: str | None) -> PosesFile:
         return read_transforms(source, unit=unit)
     if source.suffix.lower() == ".csv":
         return read_pan_tilt(source, unit=unit)
-    raise InputError(f"{source} is no poses file: give a .json or .csv file, or its folder")
+    raise InputError(
+        f"{source} is no poses file: give a .json or .csv file, or its folder; of a video a "
+        f'{TRANSFORMS_FILE} with "video": "{source.name}" and a pose for each frame'
+        if source.suffix.lower() in VIDEO_KINDS
+        else f"{source} is no poses file: give a .json or .csv file, or its folder"
+    )
 
 
 def _check_names(pictures: Sequence[PosedPicture], source: Path) -> None:
     seen: set[str] = set()
     for picture in pictures:
-        place = os.path.normpath(picture.path)
+        if picture.frame is not None and picture.frame.number is None:
+            raise InputError(
+                f"{source}: camera {picture.frame} has one picture, now: follow it as it takes "
+                "one for each pose (recognize --follow)"
+            )
+        place = str(picture.frame or os.path.normpath(picture.path))
         if place in seen:
             raise InputError(f"{source}: picture {picture.name!r} has two poses: remove one")
         seen.add(place)

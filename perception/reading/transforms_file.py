@@ -7,11 +7,16 @@ far poses may be off. Four keys do, which other readers pass over: "unit", "up" 
 of the whole, and of a frame "covariance", 6 x 6 of x, y, z and of a rotation vector in the world
 frame, in radians. "pose_errors" is "odometry", as without it (errors add up from frame to frame),
 or "independent" (each frame has its own).
+
+"video", of the whole or of a frame, takes pictures from a video: a file beside this one, of which
+"frame" is the number (from 0; without it the frame's place in the list), or a camera, a device's
+number or a stream's address, which takes its picture when the frame is read.
 """
 
 import json
 import math
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,9 +27,11 @@ from facetlog.perception.reading.poses_file import (
     PosedPicture,
     PosesFile,
     metres_per,
+    posed_pictures,
     read_intrinsics,
     read_text,
 )
+from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import FloatArray, Pose, PoseErrorKind
 
 __all__ = ["read_transforms"]
@@ -58,12 +65,12 @@ def read_transforms(path: Path, *, unit: str | None = None) -> PosesFile:
     given = said if unit is None else unit
     where = f"{path}: unit" if unit is None else "--unit"
     scale = None if given is None else metres_per(given, where)
-    pictures = tuple(
-        _frame(frame, document, path, f"{path}: frame {index}", scale or 1.0)
-        for index, frame in enumerate(document["frames"], start=1)
+    pictures, faults = posed_pictures(
+        partial(_frame, frame, document, path, index, scale or 1.0)
+        for index, frame in enumerate(document["frames"])
     )
     kind = _error_kind(document.get("pose_errors"), path)
-    return PosesFile(pictures, _up(document.get("up"), path), scale is not None, kind)
+    return PosesFile(pictures, _up(document.get("up"), path), scale is not None, kind, faults)
 
 
 def _error_kind(said: object, path: Path) -> PoseErrorKind:
@@ -125,9 +132,12 @@ def _parse(path: Path) -> object:
 
 
 def _frame(
-    frame: object, document: Mapping[str, object], path: Path, where: str, scale: float
+    frame: object, document: Mapping[str, object], path: Path, index: int, scale: float
 ) -> PosedPicture:
-    name = frame.get("file_path") if isinstance(frame, dict) else None
+    where = f"{path}: frame {index + 1}"
+    entries = frame if isinstance(frame, dict) else {}
+    of_video = _video_frame(entries, document, path, index, where)
+    name = entries.get("file_path", of_video and of_video.name(index))
     if not isinstance(frame, dict) or not isinstance(name, str) or not name:
         raise InputError(f"{where}: no file_path: give the picture's path relative to this file")
     where = f"{where} ({name!r:.80})"
@@ -140,11 +150,35 @@ def _frame(
         raise CalibrationError(f"{where}: transform_matrix: {exc}") from exc
     return PosedPicture(
         name=name,
-        path=_picture_path(path.parent, name),
+        path=_picture_path(path.parent, name) if of_video is None else Path(of_video.source),
         intrinsics=read_intrinsics(fields, NAMES, where),
         pose=pose,
         covariance=_covariance(frame.get("covariance"), scale, where),
+        frame=of_video,
     )
+
+
+def _video_frame(
+    frame: Mapping[str, object],
+    document: Mapping[str, object],
+    path: Path,
+    index: int,
+    where: str,
+) -> VideoFrame | None:
+    """The frame of a video that a picture is, None if it is a file of its own."""
+    video = frame.get("video", document.get("video"))
+    if video is None:
+        return None
+    if type(video) is int and video >= 0:
+        return VideoFrame(str(video), None)
+    if not isinstance(video, str) or not video:
+        raise InputError(f"{where}: video is {video!r:.40}: give a file, a device or an address")
+    if "://" in video or video.startswith("/dev/"):
+        return VideoFrame(video, None)
+    number = frame.get("frame", index)
+    if type(number) is not int or number < 0:
+        raise InputError(f"{where}: frame is {number!r:.40}: give its number in the video, from 0")
+    return VideoFrame(str(path.parent / video), number)
 
 
 def _matrix(rows: object, where: str) -> FloatArray:

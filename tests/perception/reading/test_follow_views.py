@@ -100,6 +100,48 @@ def test_a_poses_file_that_breaks_later_leaves_what_was_read(tmp_path):
     assert "transforms.json" in source.problems[0]
 
 
+def test_a_frame_without_pose_is_named_and_left_out_alone(tmp_path):
+    _poses(tmp_path, 3)
+    for i in range(3):
+        _picture(tmp_path, i)
+    document = json.loads((tmp_path / "transforms.json").read_text())
+    del document["frames"][1]["transform_matrix"]
+    (tmp_path / "transforms.json").write_text(json.dumps(document))
+    source = _followed(tmp_path, Time())
+    assert [view.name for view in source] == ["0.png", "2.png"]
+    assert "frame 2 ('1.png'): transform_matrix is missing" in source.problems[0]
+
+
+def test_frames_of_a_video_come_as_it_and_its_poses_grow(tmp_path):
+    path = str(tmp_path / "walk.avi")
+    video = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"MJPG"), 10, (64, 48), False)
+    for i in range(6):
+        video.write(np.full((48, 64), 30 * i + 20, np.uint8))
+    video.release()
+    _poses(tmp_path, 2, video="walk.avi")
+    time = Time(lambda: _poses(tmp_path, 7, video="walk.avi"))
+    source = _followed(tmp_path, time)
+    views = list(source)
+    assert [round(float(view.image.mean()), -1) for view in views] == [20, 50, 80, 110, 140, 170]
+    assert "no whole frame 6" in source.problems[0]
+
+
+def test_a_frame_of_a_video_is_the_one_of_its_number(tmp_path):
+    path = str(tmp_path / "walk.avi")
+    video = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"MJPG"), 10, (64, 48), False)
+    for i in range(6):
+        video.write(np.full((48, 64), 30 * i + 20, np.uint8))
+    video.release()
+    frames = [
+        {"frame": n, "transform_matrix": np.eye(4).tolist() if n != 4 else None} for n in (5, 1, 4)
+    ]
+    document = {**CAMERA, "video": "walk.avi", "frames": frames}
+    (tmp_path / "transforms.json").write_text(json.dumps(document))
+    views = list(_followed(tmp_path, Time()))
+    assert [v.name for v in views] == ["walk.avi#5", "walk.avi#1"]
+    assert [round(float(v.image.mean()), -1) for v in views] == [170, 50]
+
+
 def test_a_folder_that_stays_empty_is_one_line(tmp_path):
     time = Time()
     with pytest.raises(InputError, match="has no poses"):

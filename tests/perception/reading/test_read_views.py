@@ -470,3 +470,13 @@ def test_json_nested_too_deep_is_refused(tmp_path: Path) -> None:
     (tmp_path / "transforms.json").write_text("[" * 100_000)
     with pytest.raises(InputError, match="too deep"):
         read_views(tmp_path)
+
+
+def test_a_camera_without_follow_and_a_video_without_poses_say_the_way_out(tmp_path):
+    document = transforms() | {"video": "http://127.0.0.1:1/stream.mjpg"}
+    write_transforms(tmp_path, document)
+    with pytest.raises(InputError, match="recognize --follow"):
+        read_views(tmp_path)
+    (tmp_path / "walk.mp4").write_bytes(b"")
+    with pytest.raises(InputError, match=r'with "video": "walk\.mp4" and a pose'):
+        read_views(tmp_path / "walk.mp4")

@@ -1,0 +1,125 @@
+"""Pictures out of a video: frames of a file by their numbers, or what a camera shows now."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.native_chatter import native_chatter
+from facetlog.perception.types import Image
+
+__all__ = ["COUNTED", "VideoFrame", "VideoFrames"]
+
+COUNTED = (".avi", ".mp4", ".m4v", ".mov")
+"""Kinds of files that state how many frames they have: of others the last one is never used."""
+
+
+@dataclass(frozen=True, slots=True)
+class VideoFrame:
+    """Frame `number` (from 0) of the video file `source`; without a number the picture that the
+    camera `source` (a device or the address of a stream) takes next.
+    """
+
+    source: str
+    number: int | None
+
+    def __str__(self) -> str:
+        return self.source if self.number is None else f"frame {self.number} of {self.source}"
+
+    def name(self, index: int) -> str:
+        """What messages call it: by its number, a camera's by the place of its pose."""
+        return f"{Path(self.source).name}#{index if self.number is None else self.number}"
+
+
+class VideoFrames:
+    """Reads frames; in rising order each is decoded once."""
+
+    def __init__(self) -> None:
+        self._source = ""
+        self._capture: cv2.VideoCapture | None = None
+        # The frame that comes next, and whether it is there.
+        self._next, self._there = 0, False
+        # Of files that ended: after how many frames, and how large they were then.
+        self._ended: dict[str, tuple[int, int]] = {}
+
+    def read(self, frame: VideoFrame) -> Image:
+        """The frame as stored, grey, (H, W) uint8; InputError if there is none (yet)."""
+        with native_chatter():
+            image = self._taken(frame) if frame.number is None else self._numbered(frame)
+        grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
+        found = np.ascontiguousarray(grey, dtype=np.uint8)
+        found.setflags(write=False)
+        return found
+
+    def _taken(self, frame: VideoFrame) -> cv2.typing.MatLike:
+        # Opened for each picture: one that waits in a queue shows where the camera was before.
+        camera = int(frame.source) if frame.source.isdecimal() else frame.source
+        capture = cv2.VideoCapture(camera)
+        try:
+            taken, image = capture.read()
+        finally:
+            capture.release()
+        if not taken:
+            raise InputError(f"camera {frame.source} gives no picture: is it connected and free?")
+        return image
+
+    def _numbered(self, frame: VideoFrame) -> cv2.typing.MatLike:
+        number, size = frame.number or 0, _size(frame.source)
+        count, size_then = self._ended.get(frame.source, (0, -1))
+        if size == size_then and number >= count:
+            raise _no_more(frame, count)
+        if self._capture is None or self._source != frame.source or self._next > number:
+            self.close()
+            self._capture, self._source, self._next = _opened(frame.source), frame.source, 0
+            self._there = self._capture.grab()
+        image: cv2.typing.MatLike = np.zeros(0)
+        while self._next <= number:
+            _, image = self._capture.retrieve() if self._there else (False, image)
+            whole, self._there = self._there, self._capture.grab()
+            stated = self._next + 1 == _stated_count(frame.source, self._capture)
+            # Of a file that was cut off the decoder makes up the rest of the last frame.
+            if not whole or not (self._there or stated):
+                self._ended[frame.source] = (self._next, size)
+                self.close()  # it would not find what is written afterwards
+                raise _no_more(frame, self._next)
+            self._next += 1
+        return image
+
+    def close(self) -> None:
+        """Lets go of the file."""
+        if self._capture is not None:
+            self._capture.release()
+        self._capture = None
+
+
+def _size(source: str) -> int:
+    try:
+        return Path(source).stat().st_size
+    except FileNotFoundError as exc:
+        raise InputError(f"video {source} is missing: put it there") from exc
+    except (OSError, ValueError) as exc:
+        raise InputError(f"video {source!r} cannot be read: {exc}") from exc
+
+
+def _opened(source: str) -> cv2.VideoCapture:
+    capture = cv2.VideoCapture(source, cv2.CAP_FFMPEG)
+    if not capture.isOpened():
+        raise InputError(f"{source} is no video that can be read, or its end was never written")
+    # Not turned by what the file says of it: poses and intrinsics belong to frames as stored.
+    capture.set(cv2.CAP_PROP_ORIENTATION_AUTO, 0)
+    return capture
+
+
+def _stated_count(source: str, capture: cv2.VideoCapture) -> int:
+    """How many frames the file says that it has; of other kinds OpenCV only guesses it."""
+    if Path(source).suffix.lower() not in COUNTED:
+        return 0
+    return round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+
+
+def _no_more(frame: VideoFrame, count: int) -> InputError:
+    return InputError(
+        f"{frame.source} has no whole frame {frame.number}: it ends, or is cut off, after {count}"
+    )
