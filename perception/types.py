@@ -185,7 +185,8 @@ class LensError:
 class View:
     """One grey picture (H, W) uint8 with its camera and pose; `name` is what messages call it.
 
-    `stored` is the picture itself where `image` is a reduced copy of it.
+    `stored` is the picture itself where `image` is a reduced copy of it. `pose_cov` (6, 6) is how
+    far the pose may be off, as in `PoseErrors`, where its source states it.
     """
 
     name: str
@@ -193,6 +194,7 @@ class View:
     camera: Camera
     pose: Pose
     stored: StoredPicture | None = None
+    pose_cov: FloatArray | None = None
 
     def __post_init__(self) -> None:
         if self.image.shape != (self.camera.height, self.camera.width):

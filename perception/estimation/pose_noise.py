@@ -1,12 +1,14 @@
-"""How far pixels are off beyond their own noise, as poses that are not exact leave them."""
+"""How far pixels are off beyond their own noise: as residuals show it of poses that are not exact,
+or as the covariance of a pose says.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.estimation.point_filter import estimate_points
-from facetlog.perception.types import FloatArray
+from facetlog.perception.types import FloatArray, View
 
-__all__ = ["pose_noise_px"]
+__all__ = ["pixel_covs", "pose_noise_px"]
 
 # Start of the search for the poses' own error: what real poses have, px.
 START_NOISE_PX = 1.0
@@ -35,3 +37,23 @@ def pose_noise_px(
     own = (np.trace(cov, axis1=2, axis2=3) / 2)[used]
     excess = np.median(square) / MEDIAN_OVER_MEAN - np.median(own)
     return float(np.sqrt(max(excess, 0.0)))
+
+
+def pixel_covs(view: View, points: FloatArray) -> FloatArray:
+    """Covariances (n, 2, 2), px², that the view's `pose_cov` gives the pixels of points (n, 3) in
+    front of it; 0 where nothing is stated. They are those of each point by itself.
+    """
+    if view.pose_cov is None:
+        return np.zeros((len(points), 2, 2))
+    to_camera = view.pose.rotation.T
+    apart = points - view.pose.centre
+    x, y, z = (apart @ to_camera.T).T
+    # R = exp(ω) R0, so that Rᵀ (p - c) changes by -Rᵀ dc + Rᵀ (p - c) x dω.
+    crossed = np.cross(apart[:, None], np.eye(3)).swapaxes(1, 2)
+    by_pose = np.concatenate([np.tile(-np.eye(3), (len(points), 1, 1)), crossed], axis=2)
+    by_place = np.zeros((len(points), 2, 3))
+    by_place[:, 0, 0], by_place[:, 0, 2] = view.camera.fx / z, -view.camera.fx * x / z**2
+    by_place[:, 1, 1], by_place[:, 1, 2] = view.camera.fy / z, -view.camera.fy * y / z**2
+    J = by_place @ to_camera @ by_pose
+    covs: FloatArray = J @ view.pose_cov @ J.swapaxes(1, 2)
+    return covs

@@ -17,15 +17,18 @@ from facetlog.perception.detection.picture_faults import nothing_shown
 from facetlog.perception.estimation.lines.incidence import updated
 from facetlog.perception.estimation.plane_filter import fit_plane
 from facetlog.perception.estimation.point_recursion import GATE, seen_at
+from facetlog.perception.estimation.pose_noise import pixel_covs
 from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
+from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 from facetlog.perception.estimation.print_triangulation import triangulated
 from facetlog.perception.online.corner_readings import CornerReadings, corner_readings
 from facetlog.perception.online.key_views import KeyViews
+from facetlog.perception.reading.read_views import ViewSet, stated_errors
 from facetlog.perception.scene import Face, Scene
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.surfaces.scene_from_tracks import assemble
-from facetlog.perception.surfaces.sights import with_sights
-from facetlog.perception.types import FloatArray, View
+from facetlog.perception.surfaces.reconstruct import reconstruct
+from facetlog.perception.surfaces.scene_of_faces import scene_of_faces
+from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
 __all__ = ["OnlineScene", "Update"]
 
@@ -60,10 +63,12 @@ class OnlineScene:
         name: str,
         up: FloatArray | None = None,
         metric: bool = False,
+        error_kind: PoseErrorKind = PoseErrorKind.ODOMETRY,
         clock: StepClock | None = None,
     ) -> None:
         self.scene: Scene | None = None
         self._name, self._up, self._metric = name, up, metric
+        self._error_kind = error_kind
         self.clock = clock or StepClock()
         self._key = KeyViews()
         self._searched = 0
@@ -95,12 +100,40 @@ class OnlineScene:
         return self._key.views
 
     def polish(self) -> str:
-        """Searches faces once more in the kept views, and adjusts these and all corners together.
+        """Reconstructs the kept views, which adjusts their poses, lenses and all corners together.
 
         If no view was let go the scene is then that of all views at once. Returns what is to be
         said of the views, as `Update.problem`.
         """
-        return self._search() if len(self._key.views) >= LEAST_VIEWS else ""
+        if len(self._key.views) < LEAST_VIEWS:
+            return ""
+        with self.clock.step("poses"):
+            kept = self._corrected()
+        try:
+            scene = reconstruct(
+                kept.views,
+                name=self._name,
+                up=self._up,
+                metric=self._metric,
+                errors=kept.pose_errors,
+                clock=self.clock,
+            )
+        except InconsistentViewsError as exc:
+            return str(exc)
+        self.scene, self._touched = _carried_over(self._before(), scene)
+        return "; ".join(kept.problems)
+
+    def _corrected(self) -> ViewSet:
+        """The kept views, their poses corrected where they were counted up."""
+        views = self._key.views
+        errors = stated_errors(views, self._error_kind)
+        kept = ViewSet(self._name, views, pose_errors=errors)
+        return kept if errors is None else with_refined_poses(kept)
+
+    def _before(self) -> Scene | None:
+        """The scene so far, where the recursion knows what the kept views do not show."""
+        # To take the surer of two estimates from the same views would be to take the one too sure.
+        return None if self._key.complete else self.scene
 
     def _filter(self, view: View, readings: CornerReadings) -> tuple[int, str]:
         scene = self.scene
@@ -108,6 +141,7 @@ class OnlineScene:
         if scene is None or not len(rows):
             return 0, ""
         noise = self._factor * (readings.cov[rows] + self._extra_px**2 * np.eye(2))
+        noise += pixel_covs(view, scene.points[rows])
         covs = np.array([v.cov for v in scene.vertices])
         points, after, chi2 = updated(
             seen_at(view.projection), scene.points[rows], covs[rows], readings.uv[rows], noise
@@ -136,19 +170,17 @@ class OnlineScene:
             return str(exc)
         finally:
             self._searched, key.changes = len(key.views), 0
-        chosen = range(len(key.views)) if tracked.used is None else tracked.used
-        used = [key.views[k] for k in chosen]
-        with clock.step("vertices and planes"):
-            found = assemble(tracked, used, name=self._name, up=self._up, metric=self._metric)
-        scene = found.scene
-        with clock.step("sights"):
-            placed = [replace(v, pose=pose) for v, pose in zip(used, scene.poses, strict=True)]
-            scene = with_sights(scene, placed, tracked.weight, tracked.ground, tracked.landmarks)
+        found, _ = scene_of_faces(
+            tracked,
+            key.views,
+            name=self._name,
+            up=self._up,
+            metric=self._metric,
+            clock=clock,
+            errors=stated_errors(key.views, self._error_kind),
+        )
         self._extra_px, self._factor = found.extra_px, found.factor
-        # Of views that are all kept the recursion knows nothing that they do not show: to take
-        # the surer of two estimates from the same views would be to take the one too sure.
-        old = None if key.complete else self.scene
-        self.scene, self._touched = _carried_over(old, scene)
+        self.scene, self._touched = _carried_over(self._before(), found.scene)
         # Views that contradict the others are named when that is first seen.
         new = [line for line in tracked.warnings if line not in self._named]
         self._named.update(new)

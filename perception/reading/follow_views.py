@@ -14,7 +14,7 @@ from facetlog.perception.reading.picture_of_view import picture_as_stored, pictu
 from facetlog.perception.reading.poses_file import PosedPicture, PosesFile
 from facetlog.perception.reading.read_views import poses_path, read_poses
 from facetlog.perception.reading.video_file import VideoFrame, VideoFrames
-from facetlog.perception.types import FloatArray, View
+from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
 __all__ = ["FollowedViews"]
 
@@ -27,8 +27,8 @@ class FollowedViews:
 
     Iterating reads no picture before it is asked for the next view, and ends when no new view came
     for `timeout` seconds; `ended` says so then, and `problems` names the pictures that never became
-    readable, or the poses file that did not. `up` and `metric` are what the poses file says, from
-    the first view on. InputError if there was nothing to be read at all.
+    readable, or the poses file that did not. `up`, `metric` and `error_kind` are what the poses
+    file says, from the first view on. InputError if there was nothing to be read at all.
     """
 
     def __init__(
@@ -43,6 +43,7 @@ class FollowedViews:
         self.path, self.name = path, (path if path.is_dir() else path.parent).resolve().name
         self.up: FloatArray | None = None
         self.metric = False
+        self.error_kind = PoseErrorKind.ODOMETRY
         self.problems: tuple[str, ...] = ()
         self.ended = ""
         self._unit, self._timeout, self._clock, self._wait = unit, timeout, clock, wait
@@ -91,6 +92,7 @@ class FollowedViews:
                 return
             self._file, self._stamp, self._fault = read_poses(source, self._unit), stamp, None
             self.up, self.metric = self._file.up, self._file.metric
+            self.error_kind = self._file.error_kind
         except InputError as exc:
             self._fault = exc
         except OSError as exc:  # gone between being found and being read

@@ -30,7 +30,8 @@ def picture_of_view(picture: PosedPicture, image: Image, lens: Lens) -> View:
     height, width = image.shape
     share = KEPT_DIAGONAL_PX / float(np.hypot(width, height))
     if share >= 1.0:
-        return View(picture.name, lens.undistort(image), lens.pinhole, picture.pose)
+        kept = lens.undistort(image)
+        return View(picture.name, kept, lens.pinhole, picture.pose, None, picture.covariance)
     size = max(round(share * width), 1), max(round(share * height), 1)
     reduced = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     if picture.frame is None:
@@ -39,7 +40,8 @@ def picture_of_view(picture: PosedPicture, image: Image, lens: Lens) -> View:
         read = partial(_unpacked, cv2.imencode(".png", image)[1], lens)
     stored = StoredPicture(lens.pinhole, read)
     camera = lens.pinhole.resized(*size)
-    return View(picture.name, lens.undistort(reduced), camera, picture.pose, stored)
+    kept = lens.undistort(reduced)
+    return View(picture.name, kept, camera, picture.pose, stored, picture.covariance)
 
 
 def picture_as_stored(picture: PosedPicture, videos: VideoFrames) -> Image:

@@ -16,9 +16,9 @@ from facetlog.perception.reading.picture_of_view import picture_as_stored, pictu
 from facetlog.perception.reading.poses_file import Intrinsics, PosedPicture, PosesFile
 from facetlog.perception.reading.transforms_file import read_transforms
 from facetlog.perception.reading.video_file import COUNTED, VideoFrames
-from facetlog.perception.types import FloatArray, PoseErrors, View
+from facetlog.perception.types import FloatArray, PoseErrorKind, PoseErrors, View
 
-__all__ = ["ViewSet", "poses_path", "read_poses", "read_views"]
+__all__ = ["ViewSet", "poses_path", "read_poses", "read_views", "stated_errors"]
 
 TRANSFORMS_FILE = "transforms.json"
 VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
@@ -107,20 +107,24 @@ def read_views(
             progress("pictures", done, len(file.pictures))
     odd = _odd_sizes(used, views, source)
     views = [view for k, view in enumerate(views) if k not in odd]
-    covariances = [picture.covariance for k, picture in enumerate(used) if k not in odd]
     left_out += odd.values()
     if len(views) < LEAST_VIEWS:
         raise InputError(_too_few(source, len(views), left_out))
     _check_places(views, source)
     name = source.resolve().parent.name or "views"  # "/" has no name
-    stated = [cov for cov in covariances if cov is not None]
-    errors = None
-    if len(stated) == len(views):
-        errors = PoseErrors(tuple(v.pose for v in views), np.array(stated), file.error_kind)
+    errors = stated_errors(views, file.error_kind)
     said = lines_of(left_out)
     return ViewSet(
         name, tuple(views), said, file.up, file.metric, source, errors, left_out=len(left_out)
     )
+
+
+def stated_errors(views: Sequence[View], kind: PoseErrorKind) -> PoseErrors | None:
+    """The errors of the views' poses, where they are stated of each."""
+    stated = [view.pose_cov for view in views if view.pose_cov is not None]
+    if not views or len(stated) < len(views):
+        return None
+    return PoseErrors(tuple(v.pose for v in views), np.array(stated), kind)
 
 
 def poses_path(path: Path) -> Path:

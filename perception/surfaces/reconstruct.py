@@ -19,8 +19,7 @@ from facetlog.perception.estimation.pose_refinement.agreement import in_agreemen
 from facetlog.perception.estimation.print_triangulation import triangulated
 from facetlog.perception.scene import Scene, Vertex
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.surfaces.scene_from_tracks import assemble
-from facetlog.perception.surfaces.sights import with_sights
+from facetlog.perception.surfaces.scene_of_faces import scene_of_faces
 from facetlog.perception.surfaces.view_directions import looking_apart, one_direction
 from facetlog.perception.types import Camera, FloatArray, LensError, PoseErrors, View
 
@@ -109,23 +108,18 @@ def _seen(
         tracked = line_front_end(views, up, clock, method.progress, in_agreement, triangulated)
     else:
         tracked = _paper_front_end(views, up, clock, method.progress)
-    chosen = tuple(range(len(views))) if tracked.used is None else tracked.used
-    used = [views[k] for k in chosen]
-    with clock.step("vertices and planes"):
-        scene = assemble(
-            tracked,
-            used,
-            name=method.name,
-            up=up,
-            metric=method.metric,
-            sd_limit=method.sd_limit,
-            errors=None if errors is None else errors.of(chosen),
-            lens_is_off=lens_is_off,
-        ).scene
-    with clock.step("sights"):
-        placed = [replace(v, pose=pose) for v, pose in zip(used, scene.poses, strict=True)]
-        seen = with_sights(scene, placed, tracked.weight, tracked.ground, tracked.landmarks)
-    return seen, chosen
+    found, chosen = scene_of_faces(
+        tracked,
+        views,
+        name=method.name,
+        up=up,
+        metric=method.metric,
+        clock=clock,
+        sd_limit=method.sd_limit,
+        errors=errors,
+        lens_is_off=lens_is_off,
+    )
+    return found.scene, chosen
 
 
 def _seen_anew(

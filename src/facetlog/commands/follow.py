@@ -98,7 +98,13 @@ def followed(
             for line in source.problems:
                 warn(line)
             raise InputError(f"{path}: {source.ended}")
-        online = OnlineScene(name=source.name, up=source.up, metric=source.metric, clock=clock)
+        online = OnlineScene(
+            name=source.name,
+            up=source.up,
+            metric=source.metric,
+            error_kind=source.error_kind,
+            clock=clock,
+        )
         shown = chain([first], views)
         try:
             for last in steps(online, shown, base=base, stop=stop, polish=polish):
