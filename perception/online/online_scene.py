@@ -33,9 +33,11 @@ from facetlog.perception.types import FloatArray, PoseErrorKind, View
 __all__ = ["OnlineScene", "Update"]
 
 # Faces are searched in three views and more, and again when so large a share of the kept views is
-# new: seven searches for the first 24 views, fewer when the views that are kept hardly change.
+# new: seven searches for the first 24 views. Once views are let go, what they showed is mostly
+# known, and a search takes as long as 25 views without: it comes with so many others.
 LEAST_VIEWS = 3
 NEW_SHARE = 1.0 / 3.0
+OTHERS_SHARE = 2.0 / 3.0
 # Corners of two searches are one if their distance would come up by noise once in so many.
 SAME_CORNER = float(chdtri(3, 1e-5))
 # A view contradicts what is known when it has most of at least so many corners elsewhere.
@@ -89,7 +91,8 @@ class OnlineScene:
                 if problem:
                     return Update(False, problem)
             self._key.add(view, looked)
-        due = max(1.0, NEW_SHARE * self._searched)
+        share = NEW_SHARE if self._key.complete else OTHERS_SHARE
+        due = max(1.0, share * self._searched)
         searched = len(self._key.views) >= LEAST_VIEWS and self._key.changes >= due
         problem = self._search() if searched else ""
         return Update(True, problem, searched, corners)
@@ -127,7 +130,7 @@ class OnlineScene:
         """The kept views, their poses corrected where they were counted up."""
         views = self._key.views
         errors = stated_errors(views, self._error_kind)
-        kept = ViewSet(self._name, views, pose_errors=errors)
+        kept = ViewSet(self._name, views, metric=self._metric, pose_errors=errors)
         return kept if errors is None else with_refined_poses(kept)
 
     def _before(self) -> Scene | None:

@@ -7,16 +7,21 @@ from typing import TYPE_CHECKING
 
 from facetlog import __version__
 from facetlog.counted import many
+from facetlog.degree_plot import write_degree_plot
 from facetlog.output_folder import output_folder
 from facetlog.pipeline import Progress, Recognised
 from facetlog.terminal import one_line
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from facetlog.degree_plot import Degrees
     from facetlog.perception.step_clock import StepClock
 
 __all__ = ["verdicts_json", "verdicts_text", "write_report"]
 
 SHEET_FILE = "contact-sheet.png"
+DEGREE_FILE = "degrees.svg"
 # Pictures wait for the sheet at this width: in full size a hundred large ones fill the memory.
 SHEET_PICTURE_PX = 800
 
@@ -43,10 +48,17 @@ def verdicts_text(found: Recognised) -> str:
     return "\n".join([head, *answer, *found.recognition.lines()])
 
 
-def write_report(folder: Path, found: Recognised, *, progress: Progress | None = None) -> None:
+def write_report(
+    folder: Path,
+    found: Recognised,
+    *,
+    degrees: "Sequence[Degrees]" = (),
+    progress: Progress | None = None,
+) -> None:
     """Writes scene, facts, verdicts, meshes and drawn views; InputError if that cannot be.
 
-    The folder appears as a whole when all is written (see output_folder.py).
+    Of views that came one at a time also how `degrees` rose. The folder appears as a whole when all
+    is written (see output_folder.py).
     """
     from facetlog.kb.encode import facts_program
     from facetlog.perception.surfaces.mesh_export import write_mesh
@@ -69,6 +81,8 @@ def write_report(folder: Path, found: Recognised, *, progress: Progress | None =
                 write_mesh(scene, made / "faces.ply")
                 write_mesh(scene, made / "faces.glb")
         with clock.step("draw pictures"):
+            if degrees:
+                write_degree_plot(made / DEGREE_FILE, degrees, scene.name)
             _write_pictures(made, found, progress)
         about["seconds"] = _seconds(clock)
 

@@ -1,11 +1,16 @@
 """`recognize --follow` and `recognise_stream`: a step for each view, and when no more is read."""
 
 import json
+import signal
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 
+from facetlog.__main__ import INTERRUPTED
 from facetlog.cli import main
+from facetlog.degree_plot import Degrees, write_degree_plot
 from facetlog.errors import InputError
 from facetlog.pipeline import open_models
 from facetlog.robot.recording import Format
@@ -91,6 +96,64 @@ def test_a_folder_is_followed_line_by_line_and_written(folder, tmp_path, capsys)
     assert "no new view came for 0.2 s" in err
     assert code == 0
     assert (tmp_path / "o" / "scene.json").is_file()
+    plot = (tmp_path / "o" / "degrees.svg").read_text()
+    assert "<svg" in plot
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_killed_it_leaves_nothing_and_interrupted_all_that_is_known(folder, tmp_path, how):
+    out = tmp_path / "out"
+    command = [sys.executable, "-m", "facetlog", "recognize", str(folder), "--follow"]
+    with subprocess.Popen([*command, "-o", str(out)], stdout=subprocess.PIPE, text=True) as run:
+        lines = [run.stdout.readline() for _ in range(5)]
+        run.send_signal(how)
+        said, _ = run.communicate(timeout=60)
+    assert lines[4].startswith("   5  ")
+    if how is signal.SIGKILL:
+        assert list(tmp_path.iterdir()) == []
+    else:
+        assert run.returncode == INTERRUPTED
+        assert "t1 is a box" in said
+        assert (out / "verdicts.json").is_file()
+
+
+def test_the_plot_has_a_line_for_each_model_that_ever_held_and_is_the_same_each_time(tmp_path):
+    degrees = [
+        Degrees(1, {}, None, True, False),
+        Degrees(2, {"box": 0.4, "stairs": 0.2}, 0.03, True, False),
+        Degrees(3, {"box": 0.9}, 0.01, True, False),
+        Degrees(3, {"box": 1.0}, 0.002, True, True),
+    ]
+    first, second, empty = (tmp_path / f"{name}.svg" for name in "abc")
+    write_degree_plot(first, degrees, "a block")
+    write_degree_plot(second, degrees, "a block")
+    write_degree_plot(empty, degrees[:1], "nothing")
+    text = first.read_text()
+    assert text == second.read_text()
+    assert text.count(">box</text>") == text.count(">stairs</text>") == 1
+    assert "no model matched" in empty.read_text()
+    assert "no model matched" not in text
+
+
+def test_a_folder_with_odometry_is_polished_with_its_drift_put_right(tmp_path, capsys):
+    world = make_world("block", 0)
+    layout = Format.TRANSFORMS
+    views = simulate(tmp_path / "v", world, tour_poses()[::3], tour_camera(), layout=layout)
+    document = json.loads((tmp_path / "v" / "transforms.json").read_text())
+    rng = np.random.default_rng(3)
+    drift = np.zeros(3)
+    for n, frame in enumerate(document["frames"]):
+        drift += rng.normal(0, 0.15, 3)
+        for axis in range(3):
+            frame["transform_matrix"][axis][3] += drift[axis]
+        frame["covariance"] = np.diag([0.0225 * n + 1e-6] * 3 + [1e-8] * 3).tolist()
+    (tmp_path / "v" / "transforms.json").write_text(json.dumps(document))
+    code = main(["recognize", str(tmp_path / "v"), "--follow", "--timeout", "0.1"])
+    out, err = capsys.readouterr()
+    assert len(views) == 8
+    assert "poses were off by up to" in err
+    assert code == 0
+    assert "is a box (100%)" in out
 
 
 def test_json_has_an_object_a_view_and_all_of_it_at_the_end(folder, capsys):

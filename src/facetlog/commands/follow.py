@@ -1,6 +1,8 @@
 """`facetlog recognize --follow`: a line for each view as it comes, and all of it at the end."""
 
 import json
+import shutil
+import sys
 from itertools import chain
 from pathlib import Path
 
@@ -9,6 +11,7 @@ import typer
 from facetlog.__main__ import INTERRUPTED
 from facetlog.commands.shared import NO, YES
 from facetlog.counted import many
+from facetlog.degree_plot import Degrees, degrees_of
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
@@ -33,12 +36,12 @@ def step_line(step: StreamStep) -> str:
     if step.largest_sd is not None:
         unit = " m" if step.scene is not None and step.scene.metric else ""
         said.append(f"sd ≤ {step.largest_sd:.2g}{unit}")
+    if step.problem:
+        said.append(step.problem)
     open_ = [v.summary for v in step.undecided]
     if open_:
         more = f" (and {len(open_) - SHOWN} more)" if len(open_) > SHOWN else ""
         said.append(f"open: {'; '.join(open_[:SHOWN])}{more}")
-    if step.problem:
-        said.append(step.problem)
     return f"{step.used:>4}  {one_line(step.view)}: {', '.join(said)}"
 
 
@@ -62,6 +65,13 @@ def step_json(step: StreamStep) -> str:
             for v in found.verdicts
         ]  # fmt: skip
     return json.dumps(document)
+
+
+def _fitting(line: str) -> str:
+    """As much of a line as the terminal's has room for: a view takes one."""
+    width = shutil.get_terminal_size().columns
+    fits = len(line) < width or not sys.stdout.isatty()
+    return line if fits else f"{line[: width - 2]}…"
 
 
 def followed(
@@ -90,6 +100,7 @@ def followed(
     clock = StepClock()
     source = FollowedViews(path, unit=unit, timeout=timeout)
     last: StreamStep | None = None
+    degrees: list[Degrees] = []
     interrupted = False
     with open_models(models, trusted=trusted, crisp=crisp) as base:
         views = iter(source)
@@ -108,8 +119,9 @@ def followed(
         shown = chain([first], views)
         try:
             for last in steps(online, shown, base=base, stop=stop, polish=polish):
+                degrees.append(degrees_of(last))
                 if not last.ended:
-                    typer.echo(step_json(last) if as_json else step_line(last))
+                    typer.echo(step_json(last) if as_json else _fitting(step_line(last)))
         except KeyboardInterrupt:
             interrupted = True
     for line in source.problems:
@@ -130,7 +142,7 @@ def followed(
     kept = ViewSet(source.name, online.key_views, up=source.up, metric=source.metric, source=path)
     found = Recognised(kept, last.scene, last.facts, last.recognition, clock)
     if out is not None:
-        write_report(out, found)
+        write_report(out, found, degrees=degrees)
     if not as_json:
         typer.echo(verdicts_text(found))
     if interrupted:
