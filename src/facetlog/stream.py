@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from facetlog.errors import InputError
 from facetlog.perception.step_clock import StepClock
@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
     from facetlog.perception.types import FloatArray, View
 
-__all__ = ["Goal", "Stop", "StreamStep", "recognise_stream", "steps"]
+__all__ = ["Goal", "Stop", "StreamStep", "judged", "recognise_stream", "steps"]
 
+Facts: TypeAlias = tuple[tuple[str | int | float, ...], ...]
 GOAL = re.compile(r"\s*([a-z]\w*)\s*>=\s*(\d+(?:\.\d+)?)\s*%\s*")
 
 
@@ -81,7 +82,7 @@ class StreamStep:
     view: str
     used: int
     scene: "Scene | None" = None
-    facts: tuple[tuple[str | int | float, ...], ...] = ()
+    facts: Facts = ()
     recognition: "Recognition | None" = None
     problem: str = ""
     ended: str = ""
@@ -148,32 +149,26 @@ def steps(
         for view in views:
             update = online.add(view)
             used += update.used
-            step = _judged(models, online, view.name, used, problem=update.problem)
+            facts, found = judged(models, online)
+            step = StreamStep(view.name, used, online.scene, facts, found, update.problem)
             yield step
             if reason := (stop or Stop()).reason(step):
                 ended = reason
                 break
         problem = online.polish() if polish else ""
-        yield _judged(models, online, "", used, problem=problem, ended=ended)
+        facts, found = judged(models, online)
+        yield StreamStep("", used, online.scene, facts, found, problem, ended)
 
 
-def _judged(
-    models: "KnowledgeBase",
-    online: "OnlineScene",
-    view: str,
-    used: int,
-    *,
-    problem: str = "",
-    ended: str = "",
-) -> StreamStep:
+def judged(models: "KnowledgeBase", online: "OnlineScene") -> "tuple[Facts, Recognition | None]":
+    """The facts of what is known, and what the models say of them; none of an unknown scene."""
     from facetlog.kb.recognize import judge_scene
     from facetlog.perception.facts.all_facts import scene_facts
 
     scene = online.scene
     if scene is None:
-        return StreamStep(view, used, problem=problem, ended=ended)
+        return (), None
     with online.clock.step("facts"):
         facts = tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
     with online.clock.step("verdicts"):
-        found = judge_scene(models, scene.name, facts)
-    return StreamStep(view, used, scene, facts, found, problem, ended)
+        return facts, judge_scene(models, scene.name, facts)

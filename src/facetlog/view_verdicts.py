@@ -1,7 +1,8 @@
 """Verdicts on a collection while it grows: in a process of its own, so that the robot never waits.
 
 Reconstruction keeps a processor busy for seconds, in which no thread of the same process would
-renew the robot's lease in time. The pictures are read from the folder, where each is whole.
+renew the robot's lease in time. The pictures are read from the folder, where each is whole: one at
+a time while it grows (stream.py), all at once at the end.
 """
 
 import signal
@@ -9,21 +10,25 @@ from collections.abc import Mapping
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
+from itertools import islice
 from multiprocessing import get_context
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from facetlog.errors import FacetlogError
+from facetlog.kb.proof import State
 from facetlog.perception.step_clock import StepClock
 
 if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
+    from facetlog.kb.verdict import Recognition
+    from facetlog.perception.online.online_scene import OnlineScene
 
 __all__ = ["ViewVerdict", "ViewVerdicts"]
 
-_models: "list[KnowledgeBase]" = []
-"""Of the worker process: its knowledge base, once it is open."""
+_judges: "list[_Judge]" = []
+"""Of the worker process: who judges, once its knowledge base is open."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,10 +70,9 @@ class ViewVerdicts:
     def __init__(
         self, folder: Path, models: tuple[Path, ...] = (), *, trusted: bool = False
     ) -> None:
-        self._folder = folder
         # Not by fork: Prolog and threads do not outlive one.
         self._pool = ProcessPoolExecutor(
-            1, get_context("spawn"), initializer=_open, initargs=(models, trusted)
+            1, get_context("spawn"), initializer=_open, initargs=(folder, models, trusted)
         )
         self._asked: list[Future[ViewVerdict]] = []
 
@@ -90,7 +94,7 @@ class ViewVerdicts:
         """
         self._asked = [future for future in self._asked if not future.cancel()]
         try:
-            self._asked.append(self._pool.submit(_judge, self._folder, views, not finally_))
+            self._asked.append(self._pool.submit(_judge, views, finally_))
         except BrokenProcessPool:
             # Said by the answer to an earlier question.
             return
@@ -117,35 +121,25 @@ def _answer(future: Future[ViewVerdict]) -> ViewVerdict:
         return ViewVerdict(0, fault="the process that judges views has died: no more verdicts")
 
 
-def _open(models: tuple[Path, ...], trusted: bool) -> None:
+def _open(folder: Path, models: tuple[Path, ...], trusted: bool) -> None:
     """In the worker: opens the models once for all questions."""
     from facetlog.pipeline import open_models
 
     # Ctrl-C and Ctrl-Z end the collection; this process ends with it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTSTP, signal.SIG_IGN)
-    _models.append(open_models(models, trusted=trusted))
+    _judges.append(_Judge(folder / "transforms.json", open_models(models, trusted=trusted)))
 
 
-def _judge(folder: Path, views: int, keep_poses: bool) -> ViewVerdict:
-    """In the worker: the verdict on the first views of a folder."""
-    from facetlog.kb.proof import State
-    from facetlog.pipeline import recognize_views, views_from
-
-    clock = StepClock()
+def _judge(views: int, finally_: bool) -> ViewVerdict:
+    """In the worker: the verdict on the first views of the folder."""
+    judge = _judges[0]
     try:
-        found = views_from(
-            folder / "transforms.json",
-            unit=None,
-            keep_poses=keep_poses,
-            progress=None,
-            clock=clock,
-        )
-        first = replace(found, views=found.views[:views])
-        recognised = recognize_views(first, base=_models[0], clock=clock)
+        recognition = judge.at_once(views) if finally_ else judge.so_far(views)
     except FacetlogError as exc:
         return ViewVerdict(views, fault=str(exc))
-    recognition = recognised.recognition
+    if recognition is None:
+        return ViewVerdict(views, fault="too little was seen to say what is there")
     # Of several things a model may be open for one and excluded for another: then it is open.
     open_for = {v.model: None for v in recognition.verdicts if v.state is State.UNKNOWN}
     asked = {verdict.model: None for verdict in recognition.verdicts}
@@ -157,3 +151,41 @@ def _judge(folder: Path, views: int, keep_poses: bool) -> ViewVerdict:
         unknown,
         recognition.to_json(),
     )
+
+
+class _Judge:
+    """Knows what the views read so far show."""
+
+    def __init__(self, path: Path, base: "KnowledgeBase") -> None:
+        from facetlog.perception.reading.follow_views import FollowedViews
+
+        self._path, self._base = path, base
+        self._source = FollowedViews(path, timeout=0.0)
+        self._online: OnlineScene | None = None
+        self._read = 0
+
+    def so_far(self, views: int) -> "Recognition | None":
+        """What the first views show, read one after the other, None if that is too little."""
+        from facetlog.perception.online.online_scene import OnlineScene
+        from facetlog.stream import judged
+
+        for view in islice(self._source, max(views - self._read, 0)):
+            if self._online is None:
+                self._online = OnlineScene(
+                    name=self._source.name,
+                    up=self._source.up,
+                    metric=self._source.metric,
+                    error_kind=self._source.error_kind,
+                )
+            self._online.add(view)
+            self._read += 1
+        return None if self._online is None else judged(self._base, self._online)[1]
+
+    def at_once(self, views: int) -> "Recognition":
+        """The same with the poses corrected by the pictures, from all of them together."""
+        from facetlog.pipeline import recognize_views, views_from
+
+        clock = StepClock()
+        found = views_from(self._path, unit=None, progress=None, clock=clock)
+        first = replace(found, views=found.views[:views])
+        return recognize_views(first, base=self._base, clock=clock).recognition
