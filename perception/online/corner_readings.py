@@ -7,17 +7,14 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.corner_tracks import Corners, track_corners
 from facetlog.perception.detection.line_front_end.faces_from_lines import Pictures
-from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.detection.working_size import in_own_pixels
+from facetlog.perception.online.in_sight import in_sight
 from facetlog.perception.scene import Evidence, Scene
-from facetlog.perception.surfaces.drawing.hidden_surface import faces_camera, hidden_surface
-from facetlog.perception.types import FloatArray, View
+from facetlog.perception.surfaces.drawing.hidden_surface import faces_camera
+from facetlog.perception.types import FloatArray
 
 __all__ = ["CornerReadings", "corner_readings"]
-
-# Places along a side that must be seen for it to be looked for.
-PLACES = 5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,18 +42,10 @@ def corner_readings(scene: Scene, looked: Pictures) -> CornerReadings:
         scene.points, tuple(f.outline for f in faces), tuple(tuple(f.holes) for f in faces)
     )
     turned = np.array([faces_camera(face, view) for face in faces])
-    shown = corners.sides_shown(turned[:, None])[:, 0] & _in_sight(scene, corners.segments, view)
+    shown = corners.sides_shown(turned[:, None])[:, 0] & in_sight(scene, corners.segments, view)
     fits = fit_sides(corners.segments, shown[:, None], [view], [edges])
     for vertex, track in enumerate(track_corners(corners, [view], fits)):
         for seen in in_own_pixels(track, looked.factors).observations:
             readings.uv[vertex], readings.cov[vertex] = seen.uv, seen.cov
             readings.seen[vertex] = True
     return readings
-
-
-def _in_sight(scene: Scene, sides: FloatArray, view: View) -> NDArray[np.bool_]:
-    share = ((np.arange(PLACES) + 0.5) / PLACES)[:, None]
-    places = (sides[:, :1] + share * (sides[:, 1:] - sides[:, :1])).reshape(-1, 3)
-    uv, depth = project_points(view.projection, places)
-    seen = hidden_surface(view, scene).visible(np.nan_to_num(uv), depth) & (depth > 0)
-    return np.asarray(seen.reshape(-1, PLACES).all(axis=1), dtype=np.bool_)

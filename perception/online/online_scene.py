@@ -23,6 +23,7 @@ from facetlog.perception.estimation.pose_refinement.refine_poses import with_ref
 from facetlog.perception.estimation.print_triangulation import triangulated
 from facetlog.perception.online.corner_readings import CornerReadings, corner_readings
 from facetlog.perception.online.key_views import KeyViews
+from facetlog.perception.online.loose_lines import with_loose_lines
 from facetlog.perception.reading.read_views import ViewSet, stated_errors
 from facetlog.perception.scene import Face, Scene
 from facetlog.perception.step_clock import StepClock
@@ -47,13 +48,14 @@ LEAST_READ = 4
 @dataclass(frozen=True, eq=False, slots=True)
 class Update:
     """What a view came to: whether it was `used`, and what is to be said of it; whether faces were
-    searched, and how many corners it updated.
+    searched, and how many corners and loose edges it updated.
     """
 
     used: bool
     problem: str = ""
     searched: bool = False
     corners: int = 0
+    lines: int = 0
 
 
 class OnlineScene:
@@ -84,18 +86,21 @@ class OnlineScene:
             return Update(False, f"{view.name}: {fault}")
         looked = look_at([view], self.clock)
         with self.clock.step("update"):
-            corners = 0
+            corners = lines = 0
             if self.scene is not None and self.scene.faces:
                 readings = corner_readings(self.scene, looked)
                 corners, problem = self._filter(view, readings)
                 if problem:
                     return Update(False, problem)
+                self.scene, lines = with_loose_lines(
+                    self.scene, looked, view, self._extra_px, self._factor
+                )
             self._key.add(view, looked)
         share = NEW_SHARE if self._key.complete else OTHERS_SHARE
         due = max(1.0, share * self._searched)
         searched = len(self._key.views) >= LEAST_VIEWS and self._key.changes >= due
         problem = self._search() if searched else ""
-        return Update(True, problem, searched, corners)
+        return Update(True, problem, searched, corners, lines)
 
     @property
     def key_views(self) -> tuple[View, ...]:

@@ -60,6 +60,33 @@ class SpaceLine:
         """
         return converted(self.state.cov, self.state.mean, self._drawn)
 
+    def near(self, point: FloatArray, cov: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Where a point (3,) lies that is known to be on the line, and its covariance (3, 3).
+
+        The line has its place across, its own covariance (3, 3) tells how far it is known along.
+        """
+        i, j, k = self.chart.axes
+        a = self.state.mean
+        z = point[k] - self.origin[k]
+        on, J, along = np.zeros(3), np.zeros((3, 4)), np.ones(3)
+        on[i], on[j], on[k] = a[0] * z + a[2], a[1] * z + a[3], z
+        J[i, 0] = J[j, 1] = z
+        J[i, 2] = J[j, 3] = 1.0
+        along[i], along[j] = a[0], a[1]
+        known = J @ self.state.cov @ J.T + cov[k, k] * np.outer(along, along)
+        return on + self.origin, known
+
+    def seen(self, image: ImageLine, projection: FloatArray) -> tuple[Self, float]:
+        """The line after one more view, with `projection` (3, 4), shows it as `image`; and the
+        squared Mahalanobis length of the innovation, chi-square with two degrees of freedom.
+        """
+        planes, noise = _shifted(*_viewing_planes([image], [projection]), self.origin)
+        x, cov = _in_order(planes, noise, self.chart)
+        state = self.state
+        mean, after, chi2 = updated(LINE_OF_PLANES, state.mean[None], state.cov[None], x, cov)
+        line = type(self)(self.chart, State(mean[0], after[0]), self.origin)
+        return line.in_best_chart(), float(chi2[0])
+
     def in_chart(self, chart: Chart, origin: FloatArray | None = None) -> Self:
         """The same line in another chart, about another origin where one is given.
 
@@ -163,7 +190,11 @@ def line_of_points_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[Spa
     line, held = start
     yield line
     for point, cov in zip(x[held:], noise[held:], strict=True):
-        line = _after(LINE_OF_POINTS, line, point - line.origin, cov)
+        x, noise_of_x = _in_order((point - line.origin)[None], cov[None], line.chart)
+        mean, after, _ = updated(
+            LINE_OF_POINTS, line.state.mean[None], line.state.cov[None], x, noise_of_x
+        )
+        line = SpaceLine(line.chart, State(mean[0], after[0]), line.origin).in_best_chart()
         yield line
 
 
@@ -208,10 +239,8 @@ def line_of_images_recursion(
         return
     line, held = start
     yield line
-    planes, noise = _viewing_planes(images[held:], projections[held:])
-    planes, noise = _shifted(planes, noise, line.origin)
-    for plane, cov in zip(planes, noise, strict=True):
-        line = _after(LINE_OF_PLANES, line, plane, cov)
+    for image, projection in zip(images[held:], projections[held:], strict=True):
+        line, _ = line.seen(image, projection)
         yield line
 
 
@@ -269,12 +298,6 @@ def _most_likely_line(
     x, noise = _in_order(x, noise, chart)
     mean, cov, _ = most_likely(on, x[None], noise[None], solved(on, x)[None])
     return SpaceLine(chart, State(mean[0], cov[0]), origin).in_best_chart()
-
-
-def _after(on: Incidence, line: SpaceLine, x: FloatArray, noise: FloatArray) -> SpaceLine:
-    measured, cov = _in_order(x[None], noise[None], line.chart)
-    mean, after, _ = updated(on, line.state.mean[None], line.state.cov[None], measured, cov)
-    return SpaceLine(line.chart, State(mean[0], after[0]), line.origin).in_best_chart()
 
 
 def _in_order(x: FloatArray, noise: FloatArray, chart: Chart) -> tuple[FloatArray, FloatArray]:

@@ -117,3 +117,20 @@ def test_of_many_views_those_are_kept_that_differ_most():
     assert len(key.views) == len(key.looked.views) == KEY_VIEWS
     assert not key.complete
     assert {v.name for v in key.views} == {v.name for v in views}
+
+
+def test_edges_without_faces_are_surer_across_by_each_view_that_shows_them():
+    online, updated = OnlineScene(name="table", up=UP), 0
+    for view in tour("table")[:5]:
+        before = online.scene
+        update = online.add(view)
+        if update.searched or not update.lines:
+            continue
+        for old, new in zip(before.vertices, online.scene.vertices, strict=True):
+            if new is old or len(new.observations) == 0:
+                continue
+            # Across the edge; along it a view of the line says nothing.
+            across = [np.linalg.eigvalsh(v.cov)[:2].sum() for v in (old, new)]
+            assert across[1] <= across[0] * (1 + 1e-9)
+        updated += update.lines
+    assert updated >= 3
