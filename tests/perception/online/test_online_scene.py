@@ -120,17 +120,19 @@ def test_of_many_views_those_are_kept_that_differ_most():
 
 
 def test_edges_without_faces_are_surer_across_by_each_view_that_shows_them():
-    online, updated = OnlineScene(name="table", up=UP), 0
+    online, updated, surer = OnlineScene(name="table", up=UP), 0, 0
     for view in tour("table")[:5]:
         before = online.scene
         update = online.add(view)
         if update.searched or not update.lines:
             continue
-        for old, new in zip(before.vertices, online.scene.vertices, strict=True):
-            if new is old or len(new.observations) == 0:
-                continue
-            # Across the edge; along it a view of the line says nothing.
-            across = [np.linalg.eigvalsh(v.cov)[:2].sum() for v in (old, new)]
-            assert across[1] <= across[0] * (1 + 1e-9)
+        for edge in online.scene.edges:
+            old, new = (scene.vertices[edge.start] for scene in (before, online.scene))
+            span = online.scene.points[edge.end] - new.point
+            along = span / np.linalg.norm(span)
+            across = np.eye(3) - np.outer(along, along)
+            assert np.trace(across @ new.cov) <= np.trace(across @ old.cov) * 1.01
+            surer += np.trace(across @ new.cov) < 0.9 * np.trace(across @ old.cov)
         updated += update.lines
     assert updated >= 3
+    assert surer >= updated / 2
