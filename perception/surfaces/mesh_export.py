@@ -10,6 +10,7 @@ import trimesh
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from trimesh.exchange import gltf, ply
+from trimesh.viewer import notebook
 
 from facetlog.errors import InputError
 from facetlog.perception.flat_faces import FlatFace
@@ -18,17 +19,23 @@ from facetlog.perception.surfaces.face_table import flat_faces
 from facetlog.perception.types import FloatArray
 from facetlog.perception.whole_file import write_whole
 
-__all__ = ["face_triangles", "mesh_bytes", "write_mesh"]
+__all__ = ["face_triangles", "mesh_bytes", "viewer_html", "write_mesh"]
 
 # trimesh leaves these without types.
 _export_ply: Callable[..., bytes] = ply.export_ply
 _export_glb: Callable[..., bytes] = gltf.export_glb
 _export_gltf: Callable[..., dict[str, bytes]] = gltf.export_gltf
+_set_camera: Callable[..., object] = trimesh.Scene.set_camera
+_viewer_html: Callable[..., str] = notebook.scene_to_html
 _apply: Callable[..., object] = trimesh.Scene.apply_transform
 
 # Hues a golden section apart stay distinct however many there are.
 HUE_STEP = 0.6180339887
 SATURATION, BRIGHTNESS = 0.55, 0.95
+# Where the viewer's camera stands at first: angles about x and y, radians, and how many of the
+# scene's diagonals away.
+VIEWER_ANGLES = (-0.45, 0.6, 0.0)
+VIEWER_DISTANCE = 1.3
 # glTF 2.0, section 3.4: +y is up.
 GLTF_UP = (0.0, 1.0, 0.0)
 # A corner this near to a vertex, as a share of the face's extent, is that vertex, rounded.
@@ -56,6 +63,23 @@ def face_triangles(face: FlatFace, points: FloatArray) -> FloatArray:
     same = gaps.min(axis=2) <= SAME_CORNER * float(np.ptp(flat, axis=0).max())
     lifted: FloatArray = face.middle + corners @ face.axes
     return np.where(same[..., None], own[nearest], lifted)
+
+
+def _meshes(scene: Scene) -> dict[str, trimesh.Trimesh]:
+    meshes = dict(_face_meshes(scene))
+    if not meshes:
+        raise InputError(f"{scene.name}: has no face with an area, there is no mesh to write")
+    return meshes
+
+
+def _graph(scene: Scene) -> trimesh.Scene:
+    # A node for each face, with up as glTF has it.
+    graph = trimesh.Scene()
+    for name, mesh in _meshes(scene).items():
+        graph.add_geometry(mesh, node_name=name, geom_name=name)
+    if scene.up is not None:
+        _apply(graph, _turned_up(scene.up))
+    return graph
 
 
 def _colour(index: int) -> NDArray[np.uint8]:
@@ -100,21 +124,23 @@ def mesh_bytes(scene: Scene, suffix: str) -> bytes:
     In glTF every face is a node (f1, f2, …) of its own, turned so that up, where it is known, is
     the format's. Loose edges are left out.
     """
-    meshes = dict(_face_meshes(scene))
-    if not meshes:
-        raise InputError(f"{scene.name}: has no face with an area, there is no mesh to write")
     if suffix == ".ply":
-        return bytes(_export_ply(trimesh.util.concatenate(list(meshes.values()))))
-    graph = trimesh.Scene()
-    for name, mesh in meshes.items():
-        graph.add_geometry(mesh, node_name=name, geom_name=name)
-    if scene.up is not None:
-        _apply(graph, _turned_up(scene.up))
+        return bytes(_export_ply(trimesh.util.concatenate(list(_meshes(scene).values()))))
+    graph = _graph(scene)
     if suffix == ".glb":
         return bytes(_export_glb(graph))
     if suffix == ".gltf":
         return bytes(_export_gltf(graph, embed_buffers=True)["model.gltf"])
     raise InputError(f"{suffix or 'no suffix'}: meshes are written as .ply, .glb or .gltf")
+
+
+def viewer_html(scene: Scene) -> str:
+    """A page that shows the scene's faces, to turn by mouse: three.js and all else is inside."""
+    graph = _graph(scene)
+    # The viewer's light falls towards the origin; the camera looks down a little from one side.
+    _apply(graph, np.block([[np.eye(3), -graph.bounds.mean(axis=0)[:, None]], [np.eye(4)[3:]]]))
+    _set_camera(graph, angles=VIEWER_ANGLES, distance=VIEWER_DISTANCE * float(graph.scale))
+    return str(_viewer_html(graph))
 
 
 def write_mesh(scene: Scene, path: Path) -> None:

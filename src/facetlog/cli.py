@@ -17,6 +17,7 @@ from facetlog.commands.collect import collect_command
 from facetlog.commands.explain import why_command, why_not_command
 from facetlog.commands.model.app import model_app
 from facetlog.commands.mount import mount_command
+from facetlog.commands.paper import paper_page
 from facetlog.commands.query import query_command
 from facetlog.commands.scene.app import scene_app
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
@@ -215,8 +216,17 @@ def demo_command(
     as_json: AsJson = False,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
+    paper: Annotated[
+        bool, typer.Option("--paper", help="The paper's figures from this run, as a page in OUT.")
+    ] = False,
 ) -> int:
     """Renders the paper's tour of 24 views round a block, and recognises it from the pixels."""
+    if paper:
+        if world != DEMO_WORLD or models or crisp or as_json or sd_limit is not None:
+            raise InputError("--paper reruns the paper's experiment: it goes with -o and --seed")
+        if out is None:
+            raise InputError("--paper writes a page: give a folder for it by -o")
+        return paper_page(out, seed)
     return _recognized(
         partial(simulated_views, world, seed),
         models=models,

@@ -1,18 +1,16 @@
 """The figures that the paper prints (section 5.3), to every printed digit."""
 
-import tomllib
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+from facetlog.paper.printed import printed
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.plane_filter import Chart, plain_plane_recursion
 from facetlog.perception.estimation.point_filter import plain_recursion
 from facetlog.perception.pan_tilt import projection_matrix
 from facetlog.perception.types import Observation
 
-GOLDEN = tomllib.loads(Path(__file__).with_name("golden.toml").read_text())
+GOLDEN = printed()
 POINT, PLANE = GOLDEN["point"], GOLDEN["plane"]
 
 

@@ -1,0 +1,30 @@
+"""`facetlog demo --paper`: the paper's experiment as a page."""
+
+from pathlib import Path
+
+import typer
+
+from facetlog.commands.shared import NO, YES
+from facetlog.output_folder import check_replaceable
+from facetlog.perception.step_clock import StepClock
+from facetlog.terminal import show_times, showing_progress
+
+__all__ = ["paper_page"]
+
+
+def paper_page(out: Path, seed: int) -> int:
+    """Runs the experiment and writes its page into the folder `out`; the exit code."""
+    from facetlog.paper.experiment import run_experiment
+    from facetlog.paper.page import PAGE_FILE, write_paper_page
+
+    check_replaceable(out)
+    clock = StepClock()
+    with showing_progress() as progress:
+        run = run_experiment(seed, progress, clock)
+    with clock.step("write page"):
+        write_paper_page(out, run, seed)
+    show_times(clock)
+    best = run.found.recognition.best
+    typer.echo("; ".join(v.summary for v in best) or "no model matches")
+    typer.echo(f"{out / PAGE_FILE}: the paper's figures 8 to 14 from this run")
+    return YES if best else NO

@@ -1,0 +1,223 @@
+"""The paper's figures 8 to 11 from a run: the camera map, and what the pictures show."""
+
+from base64 import b64encode
+from io import BytesIO
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from facetlog.paper.experiment import METRES_PER_INCH, Experiment
+from facetlog.perception.detection.block_front_end.contours import edge_pixels
+from facetlog.perception.detection.block_front_end.picture_features import picture_features
+from facetlog.perception.detection.block_front_end.plane_regions import (
+    neighbourhood_mean,
+)
+from facetlog.perception.detection.block_front_end.threshold import (
+    PAPER_THRESHOLD,
+    binary_picture,
+)
+from facetlog.perception.types import FloatArray, Image
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = [
+    "camera_map",
+    "data_uri",
+    "edges_picture",
+    "histogram",
+    "labels_picture",
+    "lost_vertices",
+    "new_figure",
+    "regions_picture",
+    "sightings",
+    "svg_uri",
+    "thresholded_picture",
+    "thumbnail",
+]
+
+SET_NAMES = ("I", "II", "III", "IV")
+# Pictures on the page: pixels across of a thumbnail and half the side of what surrounds a vertex.
+THUMBNAIL_PX = 200
+AROUND_PX = 28
+# What is shown round the block, as a share of its size, how wide that is, and its letters' size.
+SURROUNDINGS, SHOWN_PX, LETTERS = 0.6, 640, 0.5
+ENLARGED = 4
+JPEG_QUALITY = 85
+# Thresholds that figure 9's picture is tried at.
+TRIED = range(100, 241, 10)
+
+
+def new_figure(width: float, height: float) -> "Figure":
+    """An empty figure of a size in inches, that draws without a screen."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasSVG(figure)
+    return figure
+
+
+def svg_uri(figure: "Figure") -> str:
+    """The figure as the address of an image that holds itself."""
+    from matplotlib import rc_context
+
+    out = BytesIO()
+    with rc_context({"svg.hashsalt": "facetlog", "svg.fonttype": "none"}):
+        figure.savefig(out, format="svg", metadata={"Date": None})
+    return f"data:image/svg+xml;base64,{b64encode(out.getvalue()).decode()}"
+
+
+def data_uri(image: Image) -> str:
+    """The same of a picture (H, W) or (H, W, 3), blue first."""
+    kind, options = (".jpg", [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+    data = cv2.imencode(kind, image, options)[1].tobytes()
+    return f"data:image/jpeg;base64,{b64encode(data).decode()}"
+
+
+def camera_map(run: Experiment) -> str:
+    """Figure 8: where the pinholes were and where they looked, in inches, by sets of six."""
+    figure = new_figure(6.4, 6.0)
+    axes = figure.subplots()
+    scene = run.found.scene
+    for face in scene.faces:
+        ring = scene.points[[*face.outline, face.outline[0]]] / METRES_PER_INCH
+        axes.fill(ring[:, 0], ring[:, 1], color="0.75", ec="0.3", lw=1)
+    for number, view in enumerate(run.views):
+        x, y, _ = view.pose.centre / METRES_PER_INCH
+        ahead = view.pose.rotation[:2, 2]
+        colour = f"C{number // (len(run.views) // len(SET_NAMES))}"
+        turn = np.degrees(np.arctan2(ahead[1], ahead[0])) - 90.0
+        axes.plot(x, y, marker=(3, 0, turn), ms=9, color=colour)
+        axes.arrow(x, y, *(6.0 * ahead), color=colour, lw=0.8, head_width=1.2)
+        axes.annotate(str(number % 6 + 1), (x, y), (0, 7), textcoords="offset points", fontsize=7)
+    for k, name in enumerate(SET_NAMES):
+        axes.plot([], [], "^", color=f"C{k}", label=f"SET-{name}")
+    axes.legend(frameon=False, fontsize=8, loc="upper right")
+    axes.set(aspect="equal", xlabel="x, inches", ylabel="y, inches")
+    axes.grid(alpha=0.3)
+    return svg_uri(figure)
+
+
+def thumbnail(image: Image) -> str:
+    """A picture made small."""
+    height = round(THUMBNAIL_PX * image.shape[0] / image.shape[1])
+    small = cv2.resize(image, (THUMBNAIL_PX, height), interpolation=cv2.INTER_AREA)
+    return data_uri(np.asarray(small, dtype=np.uint8))
+
+
+def thresholded_picture(image: Image) -> str:
+    """Figure 9 (b): black and white by the paper's threshold."""
+    return data_uri(binary_picture(image, PAPER_THRESHOLD))
+
+
+def histogram(run: Experiment, view: int) -> str:
+    """The grey levels of the object, as means of 8 neighbours, and the thresholds between peaks."""
+    features = run.block.pictures[view]
+    mask = features.object.mask
+    means = neighbourhood_mean(run.views[view].image, mask)[mask > 0]
+    figure = new_figure(6.4, 2.8)
+    axes = figure.subplots()
+    axes.hist(means, bins=256, range=(0.0, 256.0), color="0.5")
+    for threshold in features.regions.thresholds:
+        axes.axvline(threshold, color="C3", lw=1.2)
+    axes.set(xlabel="grey level, mean of 8 neighbours", ylabel="pixels of the object")
+    axes.set_xlim(max(means.min() - 10.0, 0.0), min(means.max() + 10.0, 255.0))
+    return svg_uri(figure)
+
+
+def regions_picture(run: Experiment, view: int) -> str:
+    """The regions of one grey in colours, with the 3-D faces' outlines drawn over them."""
+    labels = run.block.pictures[view].regions.labels
+    colours = np.array([[60, 60, 60], [80, 170, 240], [120, 200, 90], [230, 150, 90]], np.uint8)
+    picture = colours[np.where(labels > 0, 1 + (labels - 1) % 3, 0)]
+    placed = run.found.placed_views[view]
+    scene = run.found.scene
+    for face in scene.faces:
+        if face.plane.distance(placed.pose.centre) <= 0:
+            continue
+        ring = np.column_stack([scene.points[list(face.outline)], np.ones(len(face.outline))])
+        seen = ring @ placed.projection.T
+        pixels = np.rint(seen[:, :2] / seen[:, 2:]).astype(np.int32)
+        cv2.polylines(picture, [pixels], isClosed=True, color=(255, 255, 255), thickness=1)
+    mask = run.block.pictures[view].object.mask
+    return data_uri(_enlarged(picture, mask, cv2.INTER_NEAREST)[0])
+
+
+def lost_vertices(run: Experiment, view: int) -> str:
+    """How many 2-D vertices are found at other thresholds, with and without region growing."""
+    image = run.views[view].image
+    figure = new_figure(6.4, 2.8)
+    axes = figure.subplots()
+    for grow, label in ((False, "thresholding alone"), (True, "and region growing")):
+        found = [len(picture_features(image, threshold=t, grow=grow).vertices) for t in TRIED]
+        axes.plot(TRIED, found, "s-" if grow else "o--", label=label, ms=4)
+    axes.axvline(PAPER_THRESHOLD, color="0.6", lw=1, ls=":")
+    axes.set(xlabel="threshold", ylabel="2-D vertices", ylim=(-0.4, 8.0))
+    axes.legend(frameon=False, fontsize=8)
+    axes.grid(alpha=0.3)
+    return svg_uri(figure)
+
+
+def edges_picture(run: Experiment, view: int) -> str:
+    """Figure 10: the Laplacian's edge pixels of the localised block."""
+    mask = run.block.pictures[view].object.mask
+    edges = edge_pixels(run.views[view].image, mask)
+    drawn = np.where(edges, np.uint8(0), np.uint8(255))
+    return data_uri(_enlarged(drawn, mask, cv2.INTER_NEAREST)[0])
+
+
+def labels_picture(run: Experiment, view: int) -> str:
+    """The straight edges and the vertices with their position labels."""
+    mask = run.block.pictures[view].object.mask
+    large, corner, factor = _enlarged(run.views[view].image, mask, cv2.INTER_CUBIC)
+    image = cv2.cvtColor(large, cv2.COLOR_GRAY2BGR)
+
+    def placed(uv: FloatArray) -> tuple[int, int]:
+        u, v = np.rint((uv + 0.5 - corner) * factor).astype(int).tolist()
+        return u, v
+
+    for line in run.block.pictures[view].lines:
+        cv2.line(image, placed(line.start), placed(line.end), (60, 160, 255), 2, cv2.LINE_AA)
+    middle = image.shape[1] / 2
+    for labelled in run.block.vertices[view]:
+        u, v = placed(labelled.vertex.uv)
+        cv2.circle(image, (u, v), 5, (60, 60, 220), -1, cv2.LINE_AA)
+        name = str(labelled.label or "no label").replace("_", " ")
+        width = cv2.getTextSize(name, 0, LETTERS, 1)[0][0]
+        # Away from the block, on either side of it.
+        at = (u + 10 if u > middle else u - 10 - width, v + (-8 if v < image.shape[0] / 2 else 16))
+        for colour, thick in (((40, 40, 40), 3), ((255, 255, 255), 1)):
+            cv2.putText(image, name, at, 0, LETTERS, colour, thick, cv2.LINE_AA)
+    return data_uri(np.asarray(image, dtype=np.uint8))
+
+
+def _enlarged(image: Image, mask: Image, how: int) -> tuple[Image, FloatArray, float]:
+    """The part of a picture round the object, its top-left corner (2,) and how often enlarged."""
+    u, v, width, height = cv2.boundingRect(mask)
+    wide = round(max(width, height) * SURROUNDINGS)
+    left, top = max(u - wide, 0), max(v - wide // 2, 0)
+    part = image[top : v + height + wide // 2, left : u + width + wide]
+    factor = SHOWN_PX / part.shape[1]
+    size = (SHOWN_PX, round(factor * part.shape[0]))
+    large = np.asarray(cv2.resize(part, size, interpolation=how), dtype=np.uint8)
+    return large, np.array([left, top], dtype=np.float64), factor
+
+
+def sightings(run: Experiment, vertex: int, count: int) -> list[tuple[str, str]]:
+    """Figure 11: the first views of a vertex, each with its pixel (u, v) and what surrounds it."""
+    found = []
+    told = run.vertices[vertex]
+    for view, uv in list(zip(told.views, told.pixels, strict=True))[:count]:
+        image = run.views[view].image
+        padded = np.pad(image, AROUND_PX, constant_values=128)
+        u, v = np.rint(uv).astype(int).tolist()
+        crop = padded[v : v + 2 * AROUND_PX + 1, u : u + 2 * AROUND_PX + 1]
+        large = cv2.resize(crop, None, fx=ENLARGED, fy=ENLARGED, interpolation=cv2.INTER_CUBIC)
+        colour = cv2.cvtColor(large, cv2.COLOR_GRAY2BGR)
+        middle = tuple(round(float(ENLARGED * (AROUND_PX + off + 0.5))) for off in uv - np.rint(uv))
+        cv2.drawMarker(colour, middle, (40, 40, 230), cv2.MARKER_CROSS, 24, 1, cv2.LINE_AA)
+        where = f"{run.views[view].name}: ({uv[0]:.2f}, {uv[1]:.2f})"
+        found.append((where, data_uri(np.asarray(colour, dtype=np.uint8))))
+    return found

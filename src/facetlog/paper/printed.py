@@ -1,0 +1,84 @@
+"""What the paper prints in figures, and the same worked out by its recursion as it stands there."""
+
+import tomllib
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from facetlog.perception.estimation.ekf import State
+from facetlog.perception.estimation.plane_filter import Chart, plain_plane_recursion
+from facetlog.perception.estimation.point_filter import plain_recursion
+from facetlog.perception.pan_tilt import projection_matrix
+from facetlog.perception.types import Observation
+
+__all__ = ["Iteration", "plane_iterations", "point_iterations", "printed"]
+
+
+@dataclass(frozen=True, slots=True)
+class Iteration:
+    """One printed step: what goes in, and for each number that comes out (name, printed, computed
+    with as many decimals).
+    """
+
+    number: int
+    given: str
+    rows: tuple[tuple[str, str, str], ...]
+
+
+@cache
+def printed() -> dict[str, Any]:
+    """The figures of section 5.3 as printed.toml has them."""
+    return tomllib.loads(files(__package__).joinpath("printed.toml").read_text(encoding="utf-8"))
+
+
+def point_iterations() -> tuple[Iteration, ...]:
+    """The two iterations of the point filter."""
+    told = printed()["point"]
+    cases = told["iteration"]
+    poses = [(*case["pose"], told["focal"]) for case in cases]
+    projections = [projection_matrix(x, y, z, *angles) for x, y, z, *angles in poses]
+    seen = [Observation(k, case["uv"], told["noise"] * np.eye(2)) for k, case in enumerate(cases)]
+    start = State(np.zeros(3), told["s0"] * np.eye(3))
+    found = []
+    states = plain_recursion(seen, projections, start)
+    for number, (case, state) in enumerate(zip(cases, states, strict=True), start=1):
+        u, v = case["printed_uv"]
+        x, y, z, pan, tilt, _ = case["printed_pose"]
+        given = f"(u, v) = ({u}, {v}), pinhole ({x}, {y}, {z}), A = {pan}, B = {tilt}, C = 0"
+        rows = [
+            _row(name, p, c, 2) for name, p, c in zip("xyz", case["point"], state.mean, strict=True)
+        ]
+        digits = 1 if case["cov_tolerance"] > 0.01 else 2
+        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+            name = f"S {'xyz'[i]}{'xyz'[j]}"
+            rows.append(_row(name, case["cov"][i][j], float(state.cov[i, j]), digits))
+        found.append(Iteration(number, given, tuple(rows)))
+    return tuple(found)
+
+
+def plane_iterations() -> tuple[Iteration, ...]:
+    """The two iterations of the plane filter."""
+    told = printed()["plane"]
+    cases = told["iteration"]
+    start = State(np.zeros(3), told["s0"] * np.eye(3))
+    points = [case["point"] for case in cases]
+    states = plain_plane_recursion(points, told["noise"] * np.eye(3), start, Chart.Z)
+    return tuple(
+        Iteration(
+            number,
+            f"(x, y, z) = {tuple(case['point'])}",
+            tuple(
+                _row(name, p, c, 3)
+                for name, p, c in zip("abp", case["parameters"], state.mean, strict=True)
+            ),
+        )
+        for number, (case, state) in enumerate(zip(cases, states, strict=True), start=1)
+    )
+
+
+def _row(name: str, told: float, computed: float, digits: int) -> tuple[str, str, str]:
+    # One digit more than printed: two of the paper's figures are cut, not rounded.
+    return name, f"{told:.{digits}f}", f"{computed + 0.0:.{digits + 1}f}"
