@@ -24,6 +24,7 @@ NAMES = (
     "accuracy_drift",
     "accuracy_poses",
     "accuracy_front_end",
+    "accuracy_grey_faces",
     "accuracy_estimation",
     "accuracy_online",
     "accuracy_recursion",

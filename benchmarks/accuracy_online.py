@@ -5,16 +5,29 @@ views it is a box that stays one, errors of the faces' corners and NEES / 3 agai
 all of these views at once. Furniture of one seed: the first verdict that is right. A ring of 200
 views of a block gives the processor time of a view, late and early; faces are searched anew in the
 kept views now and then, which is counted apart.
+
+Figures 12 and 13 of the paper for photographs: the corners of a printed cube against views (set
+visp_cube), beside those of all its views at once, of which two stand in for the truth.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
 from time import process_time
 
 import numpy as np
 
-from benchmarks.common import Cell, Report, Settings, Table, command, median_and_spread
+from benchmarks.common import (
+    Cell,
+    Report,
+    Settings,
+    Table,
+    command,
+    data_set,
+    median_and_spread,
+)
 from facetlog.perception.online.online_scene import OnlineScene
+from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.reconstruct import reconstruct
@@ -35,6 +48,7 @@ UP = np.array([0.0, 0.0, 1.0])
 # A corner farther off than this is none of the block's, m.
 NEAR_M = 0.02
 RING_VIEWS, RING_IN = 200, 45.0
+CUBE, EVERY = "visp_cube", 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +123,51 @@ def _verdicts(seeds: range) -> Iterator[dict[str, Cell]]:
                 }
 
 
+def _photographs(folder: Path) -> tuple[Table, Table]:
+    """Corners of photographs one at a time; the second table has what is said of them."""
+    given = read_views(folder)
+    batch = reconstruct(given.views, name=CUBE, up=given.up, metric=given.metric)
+    corners = sorted({k for f in batch.faces for k in f.outline})
+    # The surest two: what is chosen by neither method's errors.
+    chosen = sorted(corners, key=lambda k: float(np.trace(batch.vertices[k].cov)))[:2]
+    rows: list[dict[str, Cell]] = []
+    said: list[dict[str, Cell]] = []
+    with open_models() as base:
+        stream = recognise_stream(given.views, up=given.up, metric=given.metric, base=base)
+        for step in stream:
+            if step.view and step.used % EVERY and step.used != len(given.views):
+                continue
+            row: dict[str, Cell] = {"views": step.used if step.view else "polished"}
+            for name, k in zip("AB", chosen, strict=True):
+                row |= _beside(name, step.scene, batch.points[k], given.metric)
+            rows.append(row)
+            best = step.recognition.best if step.recognition else ()
+            said.append(
+                {
+                    "views": row["views"],
+                    "faces": len(step.scene.faces) if step.scene else 0,
+                    "best": "; ".join(f"{v.model} {v.degree:.2f}" for v in best) or "none",
+                }
+            )
+    return (
+        Table(f"{CUBE}: two corners against views, beside all at once", tuple(rows)),
+        Table(f"{CUBE}: verdicts", tuple(said)),
+    )
+
+
+def _beside(name: str, scene: Scene | None, point: FloatArray, metric: bool) -> dict[str, Cell]:
+    # How far the nearest corner is, and its largest variance, where one is near.
+    unit = "mm" if metric else "‰ of a unit"
+    off, sd = None, None
+    if scene is not None and scene.vertices:
+        apart = np.linalg.norm(scene.points - point, axis=1)
+        k = int(apart.argmin())
+        if apart[k] < NEAR_M:
+            off = round(1e3 * float(apart[k]), 2)
+            sd = round(1e3 * float(np.sqrt(np.linalg.eigvalsh(scene.vertices[k].cov)[-1])), 2)
+    return {f"{name} off, {unit}": off, f"{name} sd, {unit}": sd}
+
+
 def _ring() -> tuple[View, ...]:
     world = make_world("block", 0)
     middle = np.array(world.truth.solids[0].vertices).mean(axis=0)
@@ -154,12 +213,15 @@ def _figures(values: list[float]) -> dict[str, Cell]:
 def measure(settings: Settings) -> Report:
     """Errors and NEES against views, first verdicts, times."""
     seeds = range(settings.first, settings.first + settings.number(SEEDS))
+    folder = data_set("images", CUBE)
+    photographs = () if isinstance(folder, str) else _photographs(folder)
     return Report(
         NAME,
         (
             Table("the block's corners against views", tuple(_against_views(seeds))),
             Table("verdicts", tuple(_verdicts(seeds))),
             *_times(),
+            *photographs,
         ),
         {"seeds": len(seeds)},
     )
