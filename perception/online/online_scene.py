@@ -110,7 +110,8 @@ class OnlineScene:
     def polish(self) -> str:
         """Reconstructs the kept views, which adjusts their poses, lenses and all corners together.
 
-        If no view was let go the scene is then that of all views at once. Returns what is to be
+        If no view was let go the scene is then that of all views at once; else it stays as it is
+        where the kept views alone show fewer faces or know their corners less well. Returns what is to be
         said of the views, as `Update.problem`.
         """
         if len(self._key.views) < LEAST_VIEWS:
@@ -128,7 +129,10 @@ class OnlineScene:
             )
         except InconsistentViewsError as exc:
             return str(exc)
-        self.scene, self._touched = _carried_over(self._before(), scene)
+        before = self._before()
+        # Of views that were let go the recursion alone knows.
+        if before is None or _says_more(scene, before):
+            self.scene, self._touched = _carried_over(before, scene)
         return "; ".join(kept.problems)
 
     def _corrected(self) -> ViewSet:
@@ -193,6 +197,16 @@ class OnlineScene:
         new = [line for line in tracked.warnings if line not in self._named]
         self._named.update(new)
         return "; ".join(new)
+
+
+def _says_more(scene: Scene, than: Scene) -> bool:
+    if len(scene.faces) != len(than.faces):
+        return len(scene.faces) > len(than.faces)
+    spreads = [
+        np.median([np.trace(s.vertices[k].cov) for f in s.faces for k in f.outline] or [np.inf])
+        for s in (scene, than)
+    ]
+    return bool(spreads[0] <= spreads[1])
 
 
 def _carried_over(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool_]]:
