@@ -4,6 +4,9 @@ A decoder that meets a cut-off file fills the rest with grey and says so only on
 a picture would show edges that nobody photographed, so files are checked to be whole first.
 """
 
+import os
+import sys
+import tempfile
 import zlib
 from collections.abc import Callable
 from pathlib import Path
@@ -12,7 +15,6 @@ import cv2
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.native_chatter import native_chatter
 from facetlog.perception.types import Image
 
 __all__ = ["LEAST_SIDE_PX", "read_picture"]
@@ -192,10 +194,27 @@ def _decoder_judges(data: bytes) -> bool:
 
 
 def _decode(data: bytes) -> tuple[cv2.typing.MatLike | None, bytes]:
-    """The decoded picture, or None, and what the decoders wrote to the terminal meanwhile."""
-    with native_chatter() as chatter:
-        image = _decoded(np.frombuffer(data, dtype=np.uint8))
-    return image, chatter.getvalue()
+    """The decoded picture, or None, and what the decoders wrote to the terminal meanwhile.
+
+    The C libraries inside OpenCV write to file descriptor 2 with no switch to stop them, so it
+    leads to a temporary file for the time of the call.
+    """
+    buffer = np.frombuffer(data, dtype=np.uint8)
+    if sys.stderr is not None:
+        sys.stderr.flush()
+    try:
+        terminal = os.dup(2)
+    except OSError:  # started without a stderr
+        return _decoded(buffer), b""
+    with tempfile.TemporaryFile() as sink:
+        os.dup2(sink.fileno(), 2)
+        try:
+            image = _decoded(buffer)
+        finally:
+            os.dup2(terminal, 2)
+            os.close(terminal)
+        sink.seek(0)
+        return image, sink.read()
 
 
 def _decoded(buffer: np.ndarray[tuple[int], np.dtype[np.uint8]]) -> cv2.typing.MatLike | None:

@@ -1,5 +1,6 @@
 """Pictures out of a video: frames of a file by their numbers, or what a camera shows now."""
 
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -7,7 +8,6 @@ import cv2
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.native_chatter import native_chatter
 from facetlog.perception.types import Image
 
 __all__ = ["COUNTED", "VideoFrame", "VideoFrames"]
@@ -37,6 +37,10 @@ class VideoFrames:
     """Reads frames; in rising order each is decoded once."""
 
     def __init__(self) -> None:
+        # What is wrong is said by this program. FFmpeg's part reads the variable when it opens its
+        # first file; -8 is its "quiet".
+        os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
+        cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
         self._source = ""
         self._capture: cv2.VideoCapture | None = None
         # The frame that comes next, and whether it is there.
@@ -46,8 +50,7 @@ class VideoFrames:
 
     def read(self, frame: VideoFrame) -> Image:
         """The frame as stored, grey, (H, W) uint8; InputError if there is none (yet)."""
-        with native_chatter():
-            image = self._taken(frame) if frame.number is None else self._numbered(frame)
+        image = self._taken(frame) if frame.number is None else self._numbered(frame)
         grey = image if image.ndim == 2 else cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
         found = np.ascontiguousarray(grey, dtype=np.uint8)
         found.setflags(write=False)
