@@ -8,6 +8,7 @@ import pytest
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.follow_views import FollowedViews
+from tests.perception.reading.videos import write_video
 
 CAMERA = {"fl_x": 60, "fl_y": 60, "cx": 32, "cy": 24, "w": 64, "h": 48}
 PICTURE = np.tile(np.linspace(60, 120, 64), (48, 1)).astype(np.uint8)
@@ -113,11 +114,8 @@ def test_a_frame_without_pose_is_named_and_left_out_alone(tmp_path):
 
 
 def test_frames_of_a_video_come_as_it_and_its_poses_grow(tmp_path):
-    path = str(tmp_path / "walk.avi")
-    video = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"MJPG"), 10, (64, 48), False)
-    for i in range(6):
-        video.write(np.full((48, 64), 30 * i + 20, np.uint8))
-    video.release()
+    greys = [np.full((48, 64), 30 * i + 20, np.uint8) for i in range(6)]
+    write_video(tmp_path / "walk.avi", greys)
     _poses(tmp_path, 2, video="walk.avi")
     time = Time(lambda: _poses(tmp_path, 7, video="walk.avi"))
     source = _followed(tmp_path, time)
@@ -127,11 +125,8 @@ def test_frames_of_a_video_come_as_it_and_its_poses_grow(tmp_path):
 
 
 def test_a_frame_of_a_video_is_the_one_of_its_number(tmp_path):
-    path = str(tmp_path / "walk.avi")
-    video = cv2.VideoWriter(path, cv2.VideoWriter.fourcc(*"MJPG"), 10, (64, 48), False)
-    for i in range(6):
-        video.write(np.full((48, 64), 30 * i + 20, np.uint8))
-    video.release()
+    greys = [np.full((48, 64), 30 * i + 20, np.uint8) for i in range(6)]
+    write_video(tmp_path / "walk.avi", greys)
     frames = [
         {"frame": n, "transform_matrix": np.eye(4).tolist() if n != 4 else None} for n in (5, 1, 4)
     ]

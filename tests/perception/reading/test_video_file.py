@@ -10,6 +10,7 @@ import pytest
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.video_file import COUNTED, VideoFrame, VideoFrames
+from tests.perception.reading.videos import write_video
 
 COUNT = 12
 KINDS = (("a.avi", "MJPG"), ("a.mkv", "FFV1"), ("a.mkv", "mp4v"), ("a.mp4", "mp4v"))
@@ -22,12 +23,7 @@ def pictures():
 
 
 def written(folder, name="a.avi", code="MJPG"):
-    path = folder / name
-    video = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*code), 10, (160, 120), False)
-    for picture in pictures():
-        video.write(picture)
-    video.release()
-    return path
+    return write_video(folder / name, pictures(), code)
 
 
 def frames_of(path, videos):
