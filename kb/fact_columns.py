@@ -1,19 +1,38 @@
 """Facts to the text that fact_columns.pl reads: the values of each argument together."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import islice
 
 import numpy as np
 
 from facetlog.kb.encode import Fact, argument_text
 from facetlog.kb.terms import Atom, Struct, Term, integer_text, term_text
 
-__all__ = ["SEPARATOR", "column_text", "columns_text", "floats_text", "rows_text"]
+__all__ = [
+    "FACTS_PER_CHUNK",
+    "SEPARATOR",
+    "chunks_of_columns",
+    "column_text",
+    "columns_text",
+    "floats_text",
+    "rows_text",
+]
+
+# Facts are handed over in texts of this many: long enough that the crossing costs nothing.
+FACTS_PER_CHUNK = 5000
 
 SEPARATOR = "\x1f"  # separator/1 of fact_columns.pl
 
 FLOAT_BYTE = 14  # float_byte/1 of float_bytes.pl
 FLOAT = np.dtype([("byte", "u1"), ("value", "<f8")])
+
+
+def chunks_of_columns(scene: str, facts: Iterable[Fact]) -> Iterator[tuple[str, int]]:
+    """The requests that add the facts, each with how many it adds; errors as for columns_text."""
+    source = iter(facts)
+    while chunk := tuple(islice(source, FACTS_PER_CHUNK)):
+        yield columns_text(scene, chunk), len(chunk)
 
 
 def columns_text(scene: str, facts: Iterable[Fact]) -> str:

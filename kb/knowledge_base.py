@@ -7,7 +7,7 @@ checked text: no text of a user is ever put into a goal.
 import sys
 import threading
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import count, islice
+from itertools import count
 from pathlib import Path
 from types import MappingProxyType
 
@@ -21,12 +21,13 @@ from facetlog.kb.door import LOAD_SECONDS, Door, ask, checked
 from facetlog.kb.encode import Fact
 from facetlog.kb.engine import house
 from facetlog.kb.engine_pool import engine_pool
-from facetlog.kb.fact_columns import columns_text
+from facetlog.kb.fact_columns import chunks_of_columns
 from facetlog.kb.isolated_process import IsolatedProcess
 from facetlog.kb.leftovers import Leftovers, clear, clear_all, destroy_scene, leave, scene_module
 from facetlog.kb.limits import Limits
 from facetlog.kb.loaded import LoadedScene, RuleFile
 from facetlog.kb.origin import Origin
+from facetlog.kb.promised_facts import FactMaker, PromisedFacts
 from facetlog.kb.python_predicates import PythonPredicate, remember
 from facetlog.kb.rule_files import RuleFiles
 from facetlog.kb.scene_cache import SceneCache
@@ -48,9 +49,6 @@ BUILTIN_MODELS = (
     "stairs",
     "room_corner",
 )
-
-# Facts are handed over in texts of this many: long enough that the crossing costs nothing.
-FACTS_PER_CHUNK = 5000
 
 _bases = count(1)
 
@@ -82,6 +80,7 @@ class KnowledgeBase(Closing):
         self._process = IsolatedProcess(memory_mb) if isolated else None
         self._door: Door = self._process or engine_pool()
         self._rules = RuleFiles(self._name, self._door, self._lock)
+        self._promised = PromisedFacts(self._add_facts, lambda: self._rules.on_demand)
         self._closed = False
         self._request("declare_facts", declarations(), state=self._name)
         if crisp:
@@ -132,13 +131,19 @@ class KnowledgeBase(Closing):
         return MappingProxyType(self._scenes)
 
     def load_scene(
-        self, name: str, facts: Iterable[Fact], *, cache_key: str | None = None
+        self,
+        name: str,
+        facts: Iterable[Fact],
+        *,
+        cache_key: str | None = None,
+        on_demand: FactMaker | None = None,
     ) -> LoadedScene:
         """The scene with these facts; it takes the place of one of the same name, if it loads.
 
         `cache_key` says what the facts are made from and by what: if facts of that key were loaded
-        before, compiled ones are taken, and `facts` is not read at all. Raises EngineError, and
-        leaves nothing behind, if a fact is not one of docs/facts.md.
+        before, compiled ones are taken, and `facts` is not read at all. `on_demand` makes those
+        that `facts` leaves out, once they are asked for. Raises EngineError, and leaves nothing
+        behind, if a fact is not one of docs/facts.md.
         """
         module = scene_module()
         self._request("new_scene", term_text(Atom(module)), state=module)
@@ -153,11 +158,12 @@ class KnowledgeBase(Closing):
                 self._request("name_scene", named, state=module)
                 old = self._scenes.pop(name, None)
                 self._scenes[name] = scene
+                self._promised.promise(module, on_demand)
         except BaseException:
             destroy_scene(self._door, module)
             raise
         if old is not None:
-            destroy_scene(self._door, old.module)
+            self._destroy(old)
         return scene
 
     def _load_facts(self, module: str, facts: Iterable[Fact], cache_key: str | None) -> int:
@@ -165,23 +171,29 @@ class KnowledgeBase(Closing):
         # An isolated process writes no files, and may have to load again when ours are gone.
         if cache_key is not None and not self.isolated:
             path = self._cache.path(cache_key, str(self._request("cache_identity", "")))
-            cached = self._cache.load(path, module, self._request)
-            if cached is not None:
+            if (cached := self._cache.load(path, module, self._request)) is not None:
                 return cached
-        total = 0
-        source = iter(facts)
-        while chunk := tuple(islice(source, FACTS_PER_CHUNK)):
-            self._request("add_columns", columns_text(module, chunk), state=module)
-            total += len(chunk)
+        total = self._add_facts(module, facts)
         self._cache.save(path, module, self._request)
         return total
+
+    def _add_facts(self, module: str, facts: Iterable[Fact]) -> int:
+        total = 0
+        for columns, size in chunks_of_columns(module, facts):
+            self._request("add_columns", columns, state=module)
+            total += size
+        return total
+
+    def _destroy(self, scene: LoadedScene) -> None:
+        self._promised.forget(scene.module)
+        destroy_scene(self._door, scene.module)
 
     def drop_scene(self, name: str) -> None:
         """Forgets the scene. Raises KeyError if there is none of that name."""
         with self._lock:
             scene = self._scenes.pop(name)
             self._request("unname_scene", _terms("named", self._name, name))
-        destroy_scene(self._door, scene.module)
+        self._destroy(scene)
 
     def load_rules(self, path: Path, *, trusted: bool = False) -> RuleFile:
         """The models of a user's file, loaded into a module of their own.
@@ -245,6 +257,7 @@ class KnowledgeBase(Closing):
         with self._lock:
             self._check_open()
             asked = self._asked(scenes)
+            self._promised.keep(goal, [self._scenes[s].module for s in scenes or self._scenes])
             question = Struct(
                 "query",
                 (
@@ -336,6 +349,7 @@ class KnowledgeBase(Closing):
             module = Atom(self._scene(scene).module)
             request = (Atom(self._name), module, limits.bounds, Struct(operation, about))
             text = term_text(Struct("asked", request))
+            self._promised.keep(text, (module.name,))
             replies = self._door.replies(operation, text, seconds=limits.seconds)
         try:
             return checked(next(iter(replies), ()))[0]

@@ -15,7 +15,7 @@ class RuleFile:
 
     `warnings` are what looks like a slip of the pen, each with file, line and column. `content` is
     the digest of its text that calibrations go by. `files` are all that a user's file was made
-    from, itself first.
+    from, itself first. `on_demand`: it may ask for facts that are made on demand.
     """
 
     path: Path
@@ -25,6 +25,7 @@ class RuleFile:
     warnings: tuple[str, ...] = ()
     content: str = ""
     files: tuple[Path, ...] = ()
+    on_demand: bool = False
 
 
 @dataclass(frozen=True, slots=True)

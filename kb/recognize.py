@@ -7,6 +7,7 @@ from facetlog.errors import RuleSyntaxError
 from facetlog.kb.encode import Fact
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
+from facetlog.kb.promised_facts import FactMaker
 from facetlog.kb.rule_source import RULE_SUFFIXES, holds_words_alone
 from facetlog.kb.terms import Atom
 from facetlog.kb.verdict import Recognition
@@ -64,12 +65,15 @@ def open_knowledge_base(
     return base
 
 
-def judge_scene(base: KnowledgeBase, name: str, facts: Iterable[Fact]) -> Recognition:
+def judge_scene(
+    base: KnowledgeBase, name: str, facts: Iterable[Fact], *, on_demand: FactMaker | None = None
+) -> Recognition:
     """What the models of a knowledge base say of each thing in a scene, which it then forgets.
 
-    Raises EngineError if a model reaches a limit on a thing.
+    `on_demand` as for `KnowledgeBase.load_scene`. Raises EngineError if a model reaches a limit on
+    a thing.
     """
-    scene = base.load_scene(name, facts)
+    scene = base.load_scene(name, facts, on_demand=on_demand)
     try:
         with base.query("thing(T)", scenes=(name,)) as answers:
             things = tuple(str(thing) for (thing,) in answers if isinstance(thing, Atom))

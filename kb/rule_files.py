@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from contextlib import ExitStack
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from threading import RLock
@@ -12,6 +13,7 @@ from facetlog.errors import RuleSyntaxError
 from facetlog.kb.calibration import content_key
 from facetlog.kb.door import Door, ask
 from facetlog.kb.loaded import RuleFile, decode_rule_file
+from facetlog.kb.promised_facts import asks_on_demand
 from facetlog.kb.rule_source import RuleSource, rule_sources
 from facetlog.kb.rule_text import rule_text
 from facetlog.kb.terms import Atom, Struct, Term, term_text
@@ -38,6 +40,11 @@ class RuleFiles:
     def modules(self) -> tuple[str, ...]:
         """The Prolog modules of the users' files."""
         return tuple(rules.module for rules in self._users.values())
+
+    @property
+    def on_demand(self) -> bool:
+        """Whether a user's file may ask for facts that are made on demand."""
+        return any(rules.on_demand for rules in self._users.values())
 
     @property
     def by_model(self) -> Mapping[str, RuleFile]:
@@ -100,9 +107,10 @@ class RuleFiles:
                 raise
             raise RuleSyntaxError(_told(str(error), source)) from None
         key = content_key(source.text)
-        return decode_rule_file(
+        rules_file = decode_rule_file(
             loaded, source.path, trusted=trusted, content=key, files=source.files
         )
+        return replace(rules_file, on_demand=asks_on_demand(source.text))
 
     def _name_models(self, rules: RuleFile, *, state: str) -> None:
         models = tuple(map(Atom, rules.models))

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from facetlog.perception.types import (
+    Camera,
     FloatArray,
     LensError,
     Observation,
@@ -194,9 +195,10 @@ class Scene:
     otherwise the scale is unknown and only ratios mean something. Edges need not bound a face.
     `patches` are surface that is not flat. Without `bodies` the objects are found from what
     touches what (things.py); each face, edge and patch is of one body at most. `poses` are those of
-    the views as they were adjusted to what all of them show, and `lenses` by what their views were
-    corrected, empty where lenses are as stated; a scene file does not keep them. `sights`
-    say which space is known to be free.
+    the views as they were adjusted to what all of them show, and `cameras` what these took their
+    pictures with; both are empty where no picture shows the scene. `lenses` say by what the views
+    were corrected, empty where lenses are as stated; a scene file does not keep them. `sights` say
+    which space is known to be free.
     """
 
     name: str
@@ -212,6 +214,7 @@ class Scene:
     poses: tuple[Pose, ...] = ()
     lenses: tuple[LensError, ...] = ()
     sights: tuple[SightLines, ...] = ()
+    cameras: tuple[Camera, ...] = ()
 
     def __post_init__(self) -> None:
         if self.up is not None:
@@ -224,6 +227,8 @@ class Scene:
         used = {*ends, *outlines, *holes, *hulls}
         if used and not 0 <= min(used) <= max(used) < count:
             raise ValueError("an edge, face or patch names a vertex that the scene does not have")
+        if self.cameras and not len(self.cameras) == len(self.poses) == len(self.views):
+            raise ValueError("cameras and poses are not as many as there are views")
         self._check_bodies()
         self._check_sights()
 

@@ -41,6 +41,7 @@ is never proposed.
 :- use_module(facetlog_kb(evaluate)).
 :- reexport(facetlog(grouping), [separate/2]).
 :- reexport(facetlog(measures), [measure/4, known_measure/1]).
+:- reexport(facetlog(line_labels), [line_label/3, impossible_drawing/2]).
 :- use_module(facetlog_kb(pairs)).
 :- use_module(facetlog_kb(seen_parts)).
 :- use_module(facetlog_kb(quantities)).

@@ -9,13 +9,13 @@ from collections.abc import Callable, Collection
 from functools import partial
 from itertools import repeat
 
-from facetlog.perception.facts import part_facts, thing_facts
-from facetlog.perception.facts.fact_schema import FACT_SCHEMA, Fact, Value
+from facetlog.perception.facts import drawing_facts, part_facts, thing_facts
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ON_DEMAND, Fact, Value
 from facetlog.perception.facts.named_rows import FactRows
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.scene import Scene
 
-__all__ = ["LEVEL_KINDS", "Fact", "FactRows", "fact_rows", "scene_facts"]
+__all__ = ["LEVEL_KINDS", "Fact", "FactRows", "fact_rows", "facts_on_demand", "scene_facts"]
 
 # What Fact(functor, args) comes to, without the call: a scene may have millions of facts.
 _fact: Callable[[tuple[str, tuple[Value, ...]]], Fact] = partial(tuple.__new__, Fact)
@@ -64,15 +64,16 @@ _MAKERS: tuple[tuple[Callable[[SceneMemo, FactRows], None], tuple[str, ...]], ..
     (thing_facts.rim_facts, ("at_rim",)),
     (thing_facts.surface_facts, ("whole", "scanned", "curved")),
     (thing_facts.space_facts, ("footprint", "solidity", *LEVEL_KINDS)),
+    (drawing_facts.drawing_facts, ("junction", "line_at", "contour")),
 )
 
 
 def fact_rows(scene: Scene, kinds: Collection[str] | None = None) -> FactRows:
-    """Arguments of all facts of a scene by functor, in the schema's order.
+    """Arguments of all facts of a scene by functor, in the schema's order, but those on demand.
 
-    Functors without a fact have an empty list. With `kinds` there are only those functors, and
-    what nobody asks for is not worked out. This is what `scene_facts` is made of, for callers
-    that need no `Fact` objects.
+    Functors without a fact have an empty list. With `kinds` there are only those functors, on
+    demand or not, and what nobody asks for is not worked out. This is what `scene_facts` is made
+    of, for callers that need no `Fact` objects.
 
     >>> from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
     >>> rows = fact_rows(cuboid(0.3, 0.2, 0.1))
@@ -83,7 +84,7 @@ def fact_rows(scene: Scene, kinds: Collection[str] | None = None) -> FactRows:
     """
     memo = SceneMemo.of(scene)
     rows: FactRows = {kind.functor: [] for kind in FACT_SCHEMA}
-    wanted = set(rows).intersection(rows if kinds is None else kinds)
+    wanted = set(rows).difference(ON_DEMAND) if kinds is None else set(rows).intersection(kinds)
     for maker, made in _MAKERS:
         if not wanted.isdisjoint(made):
             maker(memo, rows)
@@ -91,15 +92,22 @@ def fact_rows(scene: Scene, kinds: Collection[str] | None = None) -> FactRows:
 
 
 def scene_facts(scene: Scene) -> tuple[Fact, ...]:
-    """All facts of a scene, grouped by functor in the schema's order.
+    """All facts of a scene but those on demand, grouped by functor in the schema's order.
 
     >>> from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
     >>> facts = scene_facts(cuboid(0.3, 0.2, 0.1))
     >>> [str(fact) for fact in facts if fact.functor in ("thing", "convex")][:3]
     ['thing(t1)', 'convex(f1, f3)', 'convex(f3, f1)']
     """
+    return _facts(fact_rows(scene))
+
+
+def facts_on_demand(scene: Scene) -> tuple[Fact, ...]:
+    """The facts of a scene that `scene_facts` leaves out; they take as long as all others."""
+    return _facts(fact_rows(scene, ON_DEMAND))
+
+
+def _facts(rows: FactRows) -> tuple[Fact, ...]:
     return tuple(
-        fact
-        for functor, found in fact_rows(scene).items()
-        for fact in map(_fact, zip(repeat(functor), found))
+        fact for functor, found in rows.items() for fact in map(_fact, zip(repeat(functor), found))
     )

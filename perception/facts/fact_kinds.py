@@ -33,6 +33,7 @@ class ArgumentKind(StrEnum):
     EDGE = "edge"
     FACE = "face"
     THING = "thing"
+    JUNCTION = "junction"
     PART = "face or edge"
     BODY = "face, edge or thing"
     COUNT = "count"
@@ -85,7 +86,10 @@ class Argument:
 
 @dataclass(frozen=True, slots=True)
 class FactKind:
-    """One functor: its arguments, of which the first `keys` are what a question starts from."""
+    """One functor: its arguments, of which the first `keys` are what a question starts from.
+
+    Facts `on_demand` are worked out only for who asks for them by name.
+    """
 
     functor: str
     arguments: tuple[Argument, ...]
@@ -93,6 +97,7 @@ class FactKind:
     solutions: Solutions
     meaning: str
     absent: str = ""
+    on_demand: bool = False
 
     @property
     def arity(self) -> int:
@@ -100,7 +105,9 @@ class FactKind:
         return len(self.arguments)
 
 
-def fact_kind(text: str, solutions: Solutions, meaning: str, absent: str = "") -> FactKind:
+def fact_kind(
+    text: str, solutions: Solutions, meaning: str, absent: str = "", *, on_demand: bool = False
+) -> FactKind:
     """A kind from "functor +Key:kind Name:kind ...", in the manner of a mode line."""
     functor, *words = text.split()
     arguments = []
@@ -108,7 +115,7 @@ def fact_kind(text: str, solutions: Solutions, meaning: str, absent: str = "") -
         name, _, kind = word.lstrip("+").partition(":")
         arguments.append(Argument(name, _SHORT[kind]))
     keys = sum(word.startswith("+") for word in words)
-    return FactKind(functor, tuple(arguments), keys, solutions, meaning, absent)
+    return FactKind(functor, tuple(arguments), keys, solutions, meaning, absent, on_demand)
 
 
 _SHORT = {
@@ -119,6 +126,7 @@ _SHORT = {
     "edge": ArgumentKind.EDGE,
     "face": ArgumentKind.FACE,
     "thing": ArgumentKind.THING,
+    "junction": ArgumentKind.JUNCTION,
     "part": ArgumentKind.PART,
     "body": ArgumentKind.BODY,
     "count": ArgumentKind.COUNT,

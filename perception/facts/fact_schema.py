@@ -16,6 +16,7 @@ from facetlog.perception.facts.fact_kinds import fact_kind as _kind
 
 __all__ = [
     "FACT_SCHEMA",
+    "ON_DEMAND",
     "Argument",
     "ArgumentKind",
     "Fact",
@@ -33,6 +34,7 @@ _UPRIGHT = "up is not known, or a face stands within 10° of upright (its plan i
 _NO_SPACE = "the thing's surface is not known from all sides, or " + _NO_UP
 _NO_LEVEL = _NO_SPACE + ", or the face leans more than 30° from level"
 _NO_RISE = _NO_LEVEL + ", or nothing rises above it"
+_NO_CAMERA = "no camera of the view is known, as of meshes and clouds"
 
 FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind("scene Name:text", _ONE, "the scene's name"),
@@ -339,7 +341,34 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "how much of the length of that side it takes",
         _NO_RISE,
     ),
+    _kind(
+        "junction +View:view +J:junction Type:symbol",
+        _MAYBE,
+        "lines meet so at a vertex of the view's line drawing: `end`, `straight`, `l`, `fork`, "
+        "`arrow`, `t`, `k`, `x`, `peak` or `multi`; J is a vertex of the scene, or `x1` … where "
+        "lines only cross, or end at the picture's border",
+        "the view does not show it, or " + _NO_CAMERA,
+        on_demand=True,
+    ),
+    _kind(
+        "line_at +View:view +J:junction +I:count K:junction E:edge",
+        _MAYBE,
+        "the I-th line (from 1) at J goes to K and is part of E; counter-clockwise as one sees it, "
+        "from the widest gap",
+        "I is above the number of lines, or the view does not show J, or " + _NO_CAMERA,
+        on_demand=True,
+    ),
+    _kind(
+        "contour +View:view +J:junction K:junction",
+        _ANY,
+        "the line from J to K has what is drawn on its right, and nothing on its left",
+        "the lines at J have something drawn on both sides, or " + _NO_CAMERA,
+        on_demand=True,
+    ),
 )
+
+ON_DEMAND = frozenset(kind.functor for kind in FACT_SCHEMA if kind.on_demand)
+"""Facts that are worked out only for who asks for them by name."""
 
 
 def fact_fault(fact: Fact) -> str | None:

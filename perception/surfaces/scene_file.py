@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import ValidationError
 
-from facetlog.errors import InputError
+from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.regular_file import check_regular
 from facetlog.perception.scene import (
     Body,
@@ -32,11 +32,12 @@ from facetlog.perception.surfaces.scene_records import (
     FaceRecord,
     ObservationRecord,
     PatchRecord,
+    PosedCameraRecord,
     SceneRecord,
     SightLinesRecord,
     VertexRecord,
 )
-from facetlog.perception.types import FloatArray, Observation
+from facetlog.perception.types import Camera, FloatArray, Observation, Pose
 from facetlog.perception.whole_file import write_whole
 
 __all__ = [
@@ -156,6 +157,16 @@ def scene_to_json(scene: Scene) -> str:
                 "view": lines.view,
             }
             for lines in scene.sights
+        ],
+        "cameras": [
+            {
+                "size": (camera.width, camera.height),
+                "focal": (camera.fx, camera.fy),
+                "middle": (camera.cx, camera.cy),
+                "rotation": _rows(pose.rotation),
+                "centre": _rows(pose.centre),
+            }
+            for camera, pose in zip(scene.cameras, scene.poses, strict=False)
         ],
     }
     return json.dumps(content, allow_nan=False, ensure_ascii=False) + "\n"
@@ -307,7 +318,16 @@ def _sight_lines(record: SightLinesRecord, index: int, source: str) -> SightLine
     return SightLines(np.array(record.origin), ends, record.view)
 
 
+def _posed(record: PosedCameraRecord, index: int, source: str) -> tuple[Camera, Pose]:
+    try:
+        camera = Camera(*record.size, *record.focal, *record.middle)
+        return camera, Pose(np.array(record.rotation), np.array(record.centre))
+    except CalibrationError as exc:
+        raise SceneFileError(source, (SceneFault(f"$.cameras[{index}]", str(exc)),)) from exc
+
+
 def _scene(record: SceneRecord, source: str) -> Scene:
+    posed = [_posed(r, i, source) for i, r in enumerate(record.cameras)]
     return Scene(
         record.name,
         record.views,
@@ -319,7 +339,9 @@ def _scene(record: SceneRecord, source: str) -> Scene:
         record.warnings,
         tuple(_patch(p, i, source) for i, p in enumerate(record.patches)),
         tuple(Body(b.faces, b.edges, b.patches, b.whole) for b in record.bodies),
+        poses=tuple(pose for _, pose in posed),
         sights=tuple(_sight_lines(s, i, source) for i, s in enumerate(record.sights)),
+        cameras=tuple(camera for camera, _ in posed),
     )
 
 

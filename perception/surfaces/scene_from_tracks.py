@@ -166,6 +166,7 @@ def assemble(
         metric=metric,
         warnings=tuple(warnings),
         poses=tuple(v.pose for v in found.views),
+        cameras=tuple(v.camera for v in found.views),
         lenses=() if found.adjusted is None else found.adjusted.lens_errors,
     )
     return Assembled(_without_unused(scene), found.extra_px, found.factor)

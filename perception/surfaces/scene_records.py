@@ -3,7 +3,15 @@
 import json
 from typing import Annotated, Literal
 
-from pydantic import Base64Bytes, BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt
+from pydantic import (
+    Base64Bytes,
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    NonNegativeInt,
+    PositiveInt,
+)
 
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import PositionLabel
@@ -14,6 +22,7 @@ __all__ = [
     "FaceSightRecord",
     "ObservationRecord",
     "PatchRecord",
+    "PosedCameraRecord",
     "SceneRecord",
     "SightLinesRecord",
     "VertexRecord",
@@ -118,6 +127,20 @@ class SightLinesRecord(_Record):
     view: NonNegativeInt | None = None
 
 
+class PosedCameraRecord(_Record):
+    """The camera of a view, a pinhole without distortion, and where it stood.
+
+    `size` is width and height, `focal` fx and fy, `middle` cx and cy, px; `rotation` is
+    world_from_camera (x right, y down, z forward), `centre` in the world.
+    """
+
+    size: tuple[PositiveInt, PositiveInt]
+    focal: tuple[FiniteFloat, FiniteFloat]
+    middle: tuple[FiniteFloat, FiniteFloat]
+    rotation: tuple[Vector3, Vector3, Vector3]
+    centre: Vector3
+
+
 class SceneRecord(_Record):
     """A reconstructed scene: vertices, edges and flat faces with their uncertainty."""
 
@@ -137,6 +160,9 @@ class SceneRecord(_Record):
     patches: tuple[PatchRecord, ...] = ()
     bodies: tuple[BodyRecord, ...] = ()
     sights: tuple[SightLinesRecord, ...] = ()
+    cameras: tuple[PosedCameraRecord, ...] = Field(
+        default=(), description="one for each view, or none"
+    )
 
 
 def scene_schema() -> str:

@@ -5,7 +5,7 @@
 Rooms are imported where they are used: the command line answers `--help` without loading them.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -200,12 +200,15 @@ def recognize_views(
     """Scene, facts and verdicts for the views, by the models of `base` (else the built-in ones)."""
     scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
     from facetlog.kb.recognize import judge_scene
-    from facetlog.perception.facts.all_facts import scene_facts
+    from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
+
+    def on_demand() -> Iterator[tuple[str | int | float, ...]]:
+        return ((fact.functor, *fact.args) for fact in facts_on_demand(scene))
 
     with clock.step("facts"):
         # The knowledge base takes flat tuples: it knows nothing of perception's types.
         facts = tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
     with clock.step("verdicts"), ExitStack() as stack:
         models = base or stack.enter_context(open_models())
-        recognition = judge_scene(models, scene.name, facts)
+        recognition = judge_scene(models, scene.name, facts, on_demand=on_demand)
     return Recognised(view_set, scene, facts, recognition, clock)

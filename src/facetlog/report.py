@@ -61,6 +61,7 @@ def write_report(
     is written (see output_folder.py).
     """
     from facetlog.kb.encode import facts_program
+    from facetlog.perception.facts.all_facts import facts_on_demand
     from facetlog.perception.surfaces.mesh_export import write_mesh
     from facetlog.perception.surfaces.scene_file import write_scene
 
@@ -74,7 +75,9 @@ def write_report(
     with output_folder(folder, about) as made:
         with clock.step("write results"):
             write_scene(scene, made / "scene.json")
-            facts = "\n".join(facts_program(found.facts))
+            # A file can be asked for nothing later.
+            drawn = ((fact.functor, *fact.args) for fact in facts_on_demand(scene))
+            facts = "\n".join(facts_program((*found.facts, *drawn)))
             (made / "facts.pl").write_text(facts + "\n", encoding="utf-8")
             (made / "verdicts.json").write_text(verdicts_json(found) + "\n", encoding="utf-8")
             if scene.faces:

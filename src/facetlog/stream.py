@@ -163,7 +163,7 @@ def steps(
 def judged(models: "KnowledgeBase", online: "OnlineScene") -> "tuple[Facts, Recognition | None]":
     """The facts of what is known, and what the models say of them; none of an unknown scene."""
     from facetlog.kb.recognize import judge_scene
-    from facetlog.perception.facts.all_facts import scene_facts
+    from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
 
     scene = online.scene
     if scene is None:
@@ -171,4 +171,10 @@ def judged(models: "KnowledgeBase", online: "OnlineScene") -> "tuple[Facts, Reco
     with online.clock.step("facts"):
         facts = tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
     with online.clock.step("verdicts"):
-        return facts, judge_scene(models, scene.name, facts)
+        found = judge_scene(
+            models,
+            scene.name,
+            facts,
+            on_demand=lambda: ((f.functor, *f.args) for f in facts_on_demand(scene)),
+        )
+    return facts, found

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from facetlog.errors import EngineError
 from facetlog.kb.encode import Fact, fact_text
-from facetlog.kb.fact_columns import columns_text
-from facetlog.kb.knowledge_base import FACTS_PER_CHUNK, KnowledgeBase
+from facetlog.kb.fact_columns import FACTS_PER_CHUNK, columns_text
+from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.terms import Atom, Term
 
 NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=6) | st.sampled_from(

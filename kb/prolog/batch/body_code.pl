@@ -19,6 +19,7 @@ called where it is. Context is as in specialise.pl.
 fact_asking(vocabulary).
 fact_asking(measures).
 fact_asking(grouping).
+fact_asking(line_labels).
 
 %!  body_code(+Goal, +Context, -Code) is det.
 %
@@ -231,6 +232,7 @@ copy(Source, Goal, Context, Code) :-
 %   argument (det or semidet), or some answers for it (nondet).
 once_a_scene(grouping, separate(_, _), function).
 once_a_scene(grouping, narrow_foot(_, _), function).
+once_a_scene(line_labels, labels_of_view(_, _), function).
 once_a_scene(vocabulary, largest_faces(_, _), function).
 once_a_scene(vocabulary, face_of(_, _), answers).
 once_a_scene(vocabulary, element_of(_, _), answers).

@@ -84,6 +84,10 @@ described(undersides('Face', 'Faces'), search,
           "the face, and the lower sides of the board whose upper side it is").
 described(separate('Supports', 'Groups'), search,
           "groups of faces and edges that adjoin or stand at one place").
+described(line_label('View', 'Edge', 'Label'), search,
+          "in that view the edge is convex, concave or occluding, by the way its lines meet others").
+described(impossible_drawing('View', 'Junction'), search,
+          "no body of flat faces looks as that view draws it; the junction is where labels ran out").
 described(largest_faces('Thing', 'Faces'), search, "the measured faces, the largest first").
 described(longest_first('Measures', 'Sorted'), search, "the measures, the greatest value first").
 described(as_far_as_seen('Thing', 'Steps', 'Parts'), search,

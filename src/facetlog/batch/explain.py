@@ -9,11 +9,13 @@ from typing import Any, TypedDict
 from facetlog.batch.rows import HOLDS, Row
 from facetlog.batch.settings import Item, Settings, shape_options
 from facetlog.errors import FacetlogError, QueryError
+from facetlog.kb.encode import Fact
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.recognize import open_knowledge_base
 from facetlog.kb.verdict import Verdict
-from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.facts.all_facts import FactRows, fact_rows
+from facetlog.perception.facts.fact_schema import ON_DEMAND
 from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import one_line
 
@@ -57,14 +59,19 @@ def explained(item: Item, settings: Settings, question: Doubt) -> dict[str, Any]
     picture = base64.b64encode(thumbnail(scene)).decode("ascii")
     base = _base(settings)
     try:
-        rows = fact_rows(scene)
-        base.load_scene(SCENE, ((name, *args) for name, found in rows.items() for args in found))
+        base.load_scene(
+            SCENE, _flat(fact_rows(scene)), on_demand=lambda: _flat(fact_rows(scene, ON_DEMAND))
+        )
     except FacetlogError as exc:
         return {"picture": picture, "reasons": [_reason("No reasons", [one_line(str(exc))])]}
     try:
         return {"picture": picture, "reasons": list(_reasons(base, question))}
     finally:
         base.drop_scene(SCENE)
+
+
+def _flat(rows: FactRows) -> Iterator[Fact]:
+    return ((name, *args) for name, found in rows.items() for args in found)
 
 
 @cache

@@ -9,10 +9,14 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from facetlog import __version__
 from facetlog.errors import InputError
 from facetlog.kb.encode import Fact
+
+if TYPE_CHECKING:
+    from facetlog.perception.scene import Scene
 
 __all__ = [
     "SCENE_FILE",
@@ -46,16 +50,25 @@ class SceneFile:
         Raises InputError for a file that holds no scene.
         """
         from facetlog.perception.facts.all_facts import scene_facts
+
+        for fact in scene_facts(self._scene()):
+            yield (fact.functor, *fact.args)
+
+    def facts_on_demand(self) -> Iterator[Fact]:
+        """The facts that `facts` leaves out; InputError as there."""
+        from facetlog.perception.facts.all_facts import facts_on_demand
+
+        for fact in facts_on_demand(self._scene()):
+            yield (fact.functor, *fact.args)
+
+    def _scene(self) -> "Scene":
         from facetlog.perception.surfaces.scene_file import scene_from_json
 
-        if self.data is None:
-            from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
+        if self.data is not None:
+            return scene_from_json(self.data, str(self.path))
+        from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 
-            scene = read_shape(self.path, ShapeOptions(find_floor=True))
-        else:
-            scene = scene_from_json(self.data, str(self.path))
-        for fact in scene_facts(scene):
-            yield (fact.functor, *fact.args)
+        return read_shape(self.path, ShapeOptions(find_floor=True))
 
 
 def scene_file(path: Path) -> SceneFile:

@@ -110,7 +110,7 @@ class Session:
 
     @staticmethod
     def _load(base: KnowledgeBase, file: SceneFile) -> None:
-        base.load_scene(file.name, file.facts(), cache_key=file.key)
+        base.load_scene(file.name, file.facts(), cache_key=file.key, on_demand=file.facts_on_demand)
 
     def load_models(self, paths: Iterable[Path]) -> tuple[str, ...]:
         """Loads files and folders of models; the names of the models that they define.

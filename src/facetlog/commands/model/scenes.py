@@ -54,4 +54,5 @@ def example_facts(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Itera
 
 def labelled_facts(path: Path) -> "Iterable[Fact]":
     """The facts of a scene file, or of a folder that -o wrote; InputError if it is none."""
-    return tuple(scene_file(path).facts())
+    file = scene_file(path)
+    return (*file.facts(), *file.facts_on_demand())

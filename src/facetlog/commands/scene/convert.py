@@ -60,10 +60,12 @@ def _write_mesh(scene: "Scene", path: Path) -> None:
 
 def _write_facts(scene: "Scene", path: Path) -> None:
     from facetlog.kb.encode import facts_program
-    from facetlog.perception.facts.all_facts import scene_facts
+    from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
     from facetlog.perception.whole_file import write_whole
 
-    facts = ((fact.functor, *fact.args) for fact in scene_facts(scene))
+    # A file can be asked for nothing later.
+    made = (*scene_facts(scene), *facts_on_demand(scene))
+    facts = ((fact.functor, *fact.args) for fact in made)
     write_whole(path, ("\n".join(facts_program(facts)) + "\n").encode())
 
 
