@@ -25,6 +25,7 @@ NAMES = (
     "accuracy_poses",
     "accuracy_front_end",
     "accuracy_grey_faces",
+    "accuracy_junctions",
     "accuracy_estimation",
     "accuracy_online",
     "accuracy_recursion",

@@ -35,6 +35,10 @@ POINT_GATE = float(chi2.ppf(GATE_SHARE, 2))
 # benchmarks/accuracy_front_end.py), so a label that contradicts costs -2 ln .01 in chi-square.
 LABEL_ERROR = 0.01
 LABEL_COST = -2.0 * float(np.log(LABEL_ERROR))
+# A junction may be another one where a side comes into sight, or an edge was not found: one in
+# twenty is assumed. So a mark makes a poor pair fail, not a good one.
+MARK_ERROR = 0.05
+MARK_COST = -2.0 * float(np.log(MARK_ERROR))
 # Rays that meet at less than this angle fix no depth to vote on, radians.
 LEAST_PARALLAX = np.deg2rad(2.0)
 # A track is kept if this many are expected by chance in all, or fewer (Desolneux et al. 2000).
@@ -48,17 +52,26 @@ BEST_PARALLAX = np.deg2rad(60.0)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Sightings:
-    """All vertices of all views: view (n,), uv (n, 2), cov (n, 2, 2), label index or -1 (n,)."""
+    """All vertices of all views: view (n,), uv (n, 2), cov (n, 2, 2), label index or -1 (n,).
+
+    `among` (n,) and `mark` (n,) are -1 where there is none, else alike where they are the same:
+    marks can be compared among vertices that might be one.
+    """
 
     view: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
     uv: FloatArray
     cov: FloatArray
     label: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+    among: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+    mark: np.ndarray[tuple[int, ...], np.dtype[np.intp]]
 
 
 def _sightings(features: tuple[tuple[LabelledVertex, ...], ...], pose_sd_px: float) -> _Sightings:
     names = list(PositionLabel)
     flat = [(index, found) for index, per_view in enumerate(features) for found in per_view]
+    marks = [found.mark for _, found in flat]
+    groups = {mark[0]: i for i, mark in enumerate(marks) if mark is not None}
+    kinds = {mark: i for i, mark in enumerate(marks) if mark is not None}
     return _Sightings(
         np.array([index for index, _ in flat], dtype=np.intp),
         np.array([f.vertex.uv for _, f in flat]).reshape(-1, 2),
@@ -67,6 +80,8 @@ def _sightings(features: tuple[tuple[LabelledVertex, ...], ...], pose_sd_px: flo
             [-1 if f.block_label is None else names.index(f.block_label) for _, f in flat],
             dtype=np.intp,
         ),
+        np.array([-1 if mark is None else groups[mark[0]] for mark in marks], dtype=np.intp),
+        np.array([-1 if mark is None else kinds[mark] for mark in marks], dtype=np.intp),
     )
 
 
@@ -117,6 +132,9 @@ def _proposals(
         )
         la, lb = seen.label[a][:, None], seen.label[b][None, :]
         off = off + np.where((la != lb) & (la >= 0) & (lb >= 0), LABEL_COST, 0.0)
+        ga, gb = seen.among[a][:, None], seen.among[b][None, :]
+        unlike = seen.mark[a][:, None] != seen.mark[b][None, :]
+        off = off + np.where((ga == gb) & (ga >= 0) & unlike, MARK_COST, 0.0)
         rows, columns = np.nonzero(off <= EPIPOLAR_GATE)
         if len(rows):
             points.append(linear_points(first, second, seen.uv[a[rows]], seen.uv[b[columns]]))
@@ -247,7 +265,7 @@ def track_vertices(
 
     `features` are the labelled vertices of each view. A track holds at most one vertex a view; a
     vertex belongs to at most one track. Its label is the one that most of its vertices have.
-    Of two views alone, pairs with the same label stand. ValueError if the numbers differ.
+    Of two views alone, pairs with the same label or mark stand. ValueError if the numbers differ.
     """
     if len(features) != len(views):
         raise ValueError(f"features of {len(features)} views, but {len(views)} views")
@@ -305,9 +323,10 @@ def _each_label_once(tracks: list[Track]) -> tuple[Track, ...]:
 
 
 def _labelled_pair(views: tuple[View, ...], seen: _Sightings, members: list[int]) -> bool:
-    """Whether two views are all there is and the label of both vertices is the same."""
-    first, second = seen.label[members[0]], seen.label[members[1]]
-    return len(views) == 2 and bool(first == second) and bool(first >= 0)
+    """Whether two views are all there is and the label or mark of both vertices is the same."""
+    first, second = members[:2]
+    same = any(of[first] == of[second] and of[first] >= 0 for of in (seen.label, seen.mark))
+    return len(views) == 2 and bool(same)
 
 
 def _track(

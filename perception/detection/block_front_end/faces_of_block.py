@@ -11,6 +11,7 @@ import numpy as np
 from facetlog.perception.detection.block_front_end.correspondence import POSE_SD_PX, track_vertices
 from facetlog.perception.detection.block_front_end.edge_lines import SLOPE_CHANGE
 from facetlog.perception.detection.block_front_end.face_outlines import face_outlines
+from facetlog.perception.detection.block_front_end.junction_marks import LineLabels, with_junctions
 from facetlog.perception.detection.block_front_end.picture_features import (
     PictureFeatures,
     picture_features,
@@ -82,9 +83,14 @@ def _turn(
 
 
 def labelled_pictures(
-    views: tuple[View, ...], pictures: tuple[PictureFeatures, ...], up: FloatArray | None = None
+    views: tuple[View, ...],
+    pictures: tuple[PictureFeatures, ...],
+    up: FloatArray | None = None,
+    line_labels: LineLabels | None = None,
 ) -> tuple[tuple[LabelledVertex, ...], ...]:
     """The labelled vertices of each view; `up` (3,) is the world's if known.
+
+    Those without a label are marked by their junctions, with `line_labels` also by their lines.
 
     The labels on the block refer to the side that faces the first view in which it was found.
     """
@@ -110,18 +116,17 @@ def labelled_pictures(
                 around = (azimuth - first) / QUARTER
                 if abs(around - round(around)) * QUARTER <= QUARTER / 2 - SIDE_MARGIN:
                     quarters = round(around) % 4
-        labelled.append(
-            label_vertices(
-                view,
-                picture.vertices,
-                picture.lines,
-                picture.regions,
-                up=upward,
-                axes=axes,
-                side=side,
-                quarters=quarters,
-            )
+        found = label_vertices(
+            view,
+            picture.vertices,
+            picture.lines,
+            picture.regions,
+            up=upward,
+            axes=axes,
+            side=side,
+            quarters=quarters,
         )
+        labelled.append(with_junctions(found, picture.lines, quarters, line_labels))
     return tuple(labelled)
 
 

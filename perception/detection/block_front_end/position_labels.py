@@ -17,6 +17,7 @@ import numpy as np
 
 from facetlog.perception.detection.block_front_end.edge_lines import EdgeLine
 from facetlog.perception.detection.block_front_end.image_vertices import ImageVertex
+from facetlog.perception.detection.block_front_end.picture_drawing import leaving
 from facetlog.perception.detection.block_front_end.plane_regions import PlaneRegions
 from facetlog.perception.detection.block_front_end.upright import QUARTER, edge_azimuth
 from facetlog.perception.types import FloatArray, PositionLabel, View
@@ -36,8 +37,6 @@ NEIGHBOUR_PX = 5
 # An edge belongs to a direction of the plan, or to the upright, within this angle: it is where
 # half the least slope change that makes a vertex (30 degrees) begins to speak for another.
 DIRECTION_WINDOW = np.deg2rad(15.0)
-# A line that passes a vertex by more than this share of its length on both sides ends elsewhere.
-PASSING_SHARE = 0.2
 
 COMPASS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
 _STEPS = ((0, -1), (1, -1), (1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1))
@@ -70,12 +69,18 @@ class BlockSide:
 class LabelledVertex:
     """A 2-D vertex with its label as this picture shows the block, and the same on the block
     whose front faces the first picture; `reason` says what spoke for it, or why there is none.
+
+    `position` is what is known of the label, as `front_?_top`, though others may have it as well.
+    `mark` says what else tells a vertex without a label from the picture's others, and among which
+    vertices of other pictures it can be looked for (junction_marks.py).
     """
 
     vertex: ImageVertex
     label: PositionLabel | None
     block_label: PositionLabel | None
     reason: str
+    position: str = "?_?_?"
+    mark: tuple[str, str] | None = None
 
 
 def turned_label(label: PositionLabel, quarters: int) -> PositionLabel:
@@ -111,17 +116,6 @@ def rule_label(alike: frozenset[str]) -> PositionLabel | None:
     return _RULES.get(alike)
 
 
-def _leaving(line: EdgeLine, uv: FloatArray) -> list[tuple[FloatArray, bool]]:
-    """Far ends of the line as seen from the vertex, and whether the line runs that way."""
-    along = float((uv - line.start) @ line.direction) / line.length
-    ends = []
-    if along < 1.0 - PASSING_SHARE:
-        ends.append((line.end, True))
-    if along > PASSING_SHARE:
-        ends.append((line.start, False))
-    return ends
-
-
 def _edge_words(
     view: View,
     vertex: ImageVertex,
@@ -138,7 +132,7 @@ def _edge_words(
     for index in vertex.lines:
         line = lines[index]
         azimuth = edge_azimuth(view, line, up, axes)
-        for far, forward in _leaving(line, vertex.uv):
+        for far, forward in leaving(line, vertex.uv):
             way = (far - vertex.uv) / np.linalg.norm(far - vertex.uv)
             if abs(way @ upwards) >= np.cos(DIRECTION_WINDOW / 2):
                 words.add("bottom" if way @ upwards > 0 else "top")
@@ -166,8 +160,11 @@ def _only(alike: frozenset[str], first: str, second: str) -> bool:
 
 def _label(
     words: set[str], alike: frozenset[str], rule: PositionLabel | None
-) -> tuple[PositionLabel | None, str]:
-    """The label that the evidence adds up to, and what decided; None with what is missing."""
+) -> tuple[PositionLabel | None, str, str]:
+    """The label that the evidence adds up to, and what decided; None with what is missing.
+
+    And the position, with question marks for what is missing.
+    """
     depth_rule, side_rule, level_rule = rule.value.split("_") if rule else (None, None, None)
     level_position = (
         "top" if _only(alike, "S", "N") else "bottom" if _only(alike, "N", "S") else level_rule
@@ -180,6 +177,7 @@ def _label(
     depth = _decided(words, "front", "back", depth_rule)
     if level == "bottom" and words & {"left", "right"} and not words & {"front", "back"}:
         depth = "front"  # the back's own bottom edge is hidden behind the block
+    position = "_".join(word or "?" for word in (depth, side, level))
     for word, names in (
         (level, ("top", "bottom")),
         (side, ("left", "right")),
@@ -187,7 +185,8 @@ def _label(
     ):
         if word is None:
             said = "both" if set(names) <= words else "neither"
-            return None, f"the evidence says {said} of {names[0]} and {names[1]}"
+            reason = f"the evidence says {said} of {names[0]} and {names[1]}"
+            return None, reason, position
     label = PositionLabel(f"{depth}_{side}_{level}")
     sources = []
     if words & {str(level), str(side), str(depth)}:
@@ -196,7 +195,7 @@ def _label(
         sources.append("8 neighbours")
     elif not {str(level), str(side), str(depth)} <= words:
         sources.append("position")
-    return label, " and ".join(sources)
+    return label, " and ".join(sources), position
 
 
 def label_vertices(
@@ -220,17 +219,14 @@ def label_vertices(
     for vertex in vertices:
         alike = neighbours_alike(regions, vertex.uv)
         words = set() if side is None else _edge_words(view, vertex, lines, up, axes, side)
-        label, reason = _label(words, alike, rule_label(alike))
-        labelled.append((vertex, label, reason))
-    given = [label for _, label, _ in labelled if label is not None]
+        labelled.append((vertex, *_label(words, alike, rule_label(alike))))
+    given = [label for _, label, _, _ in labelled if label is not None]
     result = []
-    for vertex, label, reason in labelled:
+    for vertex, label, reason, position in labelled:
         if label is not None and given.count(label) > 1:
-            # Section 5.3: then "additional junction labeling scheme needs to be adopted".
-            result.append(
-                LabelledVertex(vertex, None, None, f"more than one vertex is {label.value}")
-            )
+            repeated = f"more than one vertex is {label.value}"
+            result.append(LabelledVertex(vertex, None, None, repeated, position))
             continue
         block = None if label is None or quarters is None else turned_label(label, quarters)
-        result.append(LabelledVertex(vertex, label, block, reason))
+        result.append(LabelledVertex(vertex, label, block, reason, position))
     return tuple(result)

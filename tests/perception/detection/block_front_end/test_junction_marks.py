@@ -1,0 +1,97 @@
+"""Vertices without a label are told apart by their junctions, among pictures of one side."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facetlog.perception.detection.block_front_end.correspondence import track_vertices
+from facetlog.perception.detection.block_front_end.edge_lines import EdgeLine
+from facetlog.perception.detection.block_front_end.image_vertices import ImageVertex
+from facetlog.perception.detection.block_front_end.junction_marks import with_junctions
+from facetlog.perception.detection.block_front_end.picture_drawing import picture_drawing
+from facetlog.perception.detection.block_front_end.position_labels import LabelledVertex
+from facetlog.perception.junctions import Junction
+from facetlog.perception.types import Camera, PositionLabel, View
+from tests.drawn_scenes import looking
+
+# Three corners in a row, joined: an arrow of lines 0 to 2, an L of 2 and 3, and a T on line 3.
+ENDS = [((0, 0), (100, 100)), ((100, 0), (100, 100)), ((200, 0), (100, 100)), ((200, 0), (400, 0)),
+        ((300, 0), (300, 90))]  # fmt: skip
+LINES = tuple(EdgeLine(np.array(a, float), np.array(b, float), 1e-6 * np.eye(2), 50.0)
+              for a, b in ENDS)  # fmt: skip
+
+
+def vertex(u: float, v: float, *lines: int, label: PositionLabel | None = None) -> LabelledVertex:
+    at = ImageVertex(np.array([u, v], dtype=float), 0.01 * np.eye(2), lines)
+    return LabelledVertex(at, label, label, "by hand", "front_?_top")
+
+
+ARROW, BEND, TEE = vertex(100, 100, 0, 1, 2), vertex(200, 0, 2, 3), vertex(300, 0, 3, 4)
+
+
+def test_edges_are_cut_at_their_vertices_and_end_in_points_of_their_own() -> None:
+    drawing, edges = picture_drawing(tuple(v.vertex for v in (ARROW, BEND, TEE)), LINES)
+    types = [rays.type for rays in drawing.rays if rays is not None]
+    assert types == [Junction.ARROW, Junction.L, Junction.T, *[Junction.END] * 4]
+    assert sorted(edges) == [0, 1, 2, 3, 3, 4]
+
+
+def test_vertices_of_one_position_are_told_apart_by_their_junctions() -> None:
+    marked = with_junctions((ARROW, BEND, TEE), LINES, 1)
+    assert [v.mark for v in marked] == [
+        ("front_?_top@1", "arrow"),
+        ("front_?_top@1", "l"),
+        ("front_?_top@1", "t"),
+    ]
+
+
+def test_what_has_a_label_or_a_twin_or_an_unknown_side_has_no_mark() -> None:
+    known = vertex(100, 100, 0, 1, 2, label=PositionLabel.FRONT_LEFT_TOP)
+    # as BEND is, at the other end of lines 0 and 1
+    twin = vertex(50, 50, 0)
+    other = vertex(150, 50, 2)
+    assert [v.mark for v in with_junctions((known,), LINES, 0)] == [None]
+    assert [v.mark for v in with_junctions((twin, other), LINES, 0)] == [None, None]
+    assert [v.mark for v in with_junctions((ARROW,), LINES, None)] == [None]
+
+
+def test_line_labels_part_junctions_that_are_alike() -> None:
+    twin, other = vertex(50, 50, 0), vertex(150, 50, 2)
+    marked = with_junctions((twin, other), LINES, 0, lambda _: {0: "convex"})
+    kinds = [v.mark[1] for v in marked if v.mark is not None]
+    assert len(set(kinds)) == 2
+    assert all(kind.startswith("straight") for kind in kinds)
+
+
+CAMERA = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
+POINT = np.array([0.1, -0.05, 0.2])
+
+
+def sighted(turn: float, *marks: tuple[str, str] | None) -> tuple[View, list[LabelledVertex]]:
+    """A view of the point, and the vertices that it might be, each with a mark."""
+    centre = np.array([5 * np.cos(turn), 5 * np.sin(turn), 2.0])
+    view = View("v", np.zeros((240, 320), np.uint8), CAMERA, looking(centre, np.zeros(3)))
+    h = view.projection @ np.append(POINT, 1.0)
+    found = [vertex(h[0] / h[2] + 40 * i, h[1] / h[2], 0) for i in range(len(marks))]
+    return view, [replace(v, mark=mark) for v, mark in zip(found, marks, strict=True)]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "stands"),
+    [
+        (("front_?_top@0", "arrow"), ("front_?_top@0", "arrow"), True),
+        (("front_?_top@0", "arrow"), ("front_?_top@0", "l"), False),
+        (("front_?_top@0", "arrow"), ("front_?_top@1", "arrow"), False),
+        (("front_?_top@0", "arrow"), None, False),
+        (None, None, False),
+    ],
+)
+def test_of_two_views_a_pair_of_one_mark_stands(
+    first: tuple[str, str] | None, second: tuple[str, str] | None, stands: bool
+) -> None:
+    one, seen_by_one = sighted(0.0, first)
+    two, seen_by_two = sighted(0.4, second)
+    tracks = track_vertices((tuple(seen_by_one), tuple(seen_by_two)), (one, two))
+    assert len(tracks) == stands
+    assert all(track.label is None for track in tracks)
