@@ -56,7 +56,8 @@ def collinear(angles: FloatArray, sds: FloatArray) -> NDArray[np.bool_]:
 def rays_in_order(angles: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
     """The directions (n,) as indices in ascending order, and the gap (n,) behind each, radians.
 
-    The widest gap comes last: it is that from the last direction to the first.
+    The widest gap comes last: it is that from the last direction to the first. Of gaps that are
+    equal but for rounding it is the first one from 0 on.
 
     >>> order, gaps = rays_in_order(np.deg2rad([10.0, 200.0, 100.0]))
     >>> order.tolist(), np.rad2deg(gaps).round().tolist()
@@ -66,7 +67,8 @@ def rays_in_order(angles: FloatArray) -> tuple[NDArray[np.intp], FloatArray]:
     order = np.argsort(turned, kind="stable")
     ascending = turned[order]
     gaps = np.append(ascending[1:], ascending[:1] + 2 * np.pi) - ascending
-    first = (int(np.argmax(gaps)) + 1) % len(angles) if len(angles) else 0
+    widest = np.flatnonzero(gaps >= gaps.max(initial=0.0) - ROUNDING_SD)
+    first = (int(widest[0]) + 1) % len(angles) if len(angles) else 0
     return np.roll(order, -first), np.roll(gaps, -first)
 
 

@@ -69,7 +69,15 @@ def test_gaps_go_round_once_and_the_widest_is_last(angles: list[float]) -> None:
     order, gaps = rays_in_order(np.array(angles))
     assert sorted(order.tolist()) == list(range(len(angles)))
     assert gaps.sum() == pytest.approx(2 * np.pi)
-    assert gaps[-1] == gaps.max()
+    assert gaps[-1] == pytest.approx(gaps.max(), abs=1e-5)
+
+
+@given(st.floats(-1e-12, 1e-12))
+def test_of_equal_gaps_rounding_decides_nothing(off: float) -> None:
+    # two lines that cross, and three evenly spread
+    for degrees in ([10.0, 60.0, 190.0, 240.0], [80.0, 200.0, 320.0]):
+        order, _ = rays_in_order(np.deg2rad(degrees) + np.eye(len(degrees))[0] * off)
+        assert order.tolist() == rays_in_order(np.deg2rad(degrees))[0].tolist()
 
 
 POINTS = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [2.0, 2.0], [9.0, 9.0]])
