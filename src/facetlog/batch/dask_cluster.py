@@ -151,6 +151,9 @@ class Cluster:
         error = future.exception() if future.status == "error" else None
         if future.status == "cancelled" or isinstance(error, CancelledError):
             raise EngineError("the cluster went away or forgot the work: go on with --resume")
+        if error is None:  # it was done, and its machine went away before the answer was fetched
+            hand(some)
+            return
         if isinstance(error, FacetlogError):
             raise error
         if not isinstance(error, KilledWorker):
