@@ -8,13 +8,14 @@ import numpy as np
 from scipy.special import chdtri
 
 from facetlog.perception.detection.line_front_end.faces_from_lines import Pictures
+from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.estimation.lines.image_line import fit_image_line
 from facetlog.perception.estimation.lines.space_line import line_of_points
 from facetlog.perception.estimation.pose_noise import pixel_covs
 from facetlog.perception.online.in_sight import in_sight
 from facetlog.perception.scene import Edge, Scene
-from facetlog.perception.types import FloatArray, View
+from facetlog.perception.types import View
 
 __all__ = ["with_loose_lines"]
 
@@ -41,7 +42,9 @@ def with_loose_lines(
     updated = 0
     for k in np.flatnonzero(fits.good).tolist():
         pair = loose[k].start, loose[k].end
-        pixels = _pixels(view.projection, ends[k]) + fits.offset[k, :, None] * fits.normal[k]
+        pixels = (
+            project_points(view.projection, ends[k])[0] + fits.offset[k, :, None] * fits.normal[k]
+        )
         across = np.outer(fits.normal[k], fits.normal[k])
         # Along it the readings say nothing, and a line of them asks for nothing.
         noise = (fits.variance[k, :, None, None] + extra_px**2) * factor * across
@@ -62,9 +65,3 @@ def _loose(scene: Scene) -> tuple[Edge, ...]:
     """The edges that share no vertex with a face."""
     of_faces = {k for face in scene.faces for ring in (face.outline, *face.holes) for k in ring}
     return tuple(e for e in scene.edges if not of_faces.intersection((e.start, e.end)))
-
-
-def _pixels(projection: FloatArray, points: FloatArray) -> FloatArray:
-    seen = points @ projection[:, :3].T + projection[:, 3]
-    pixels: FloatArray = seen[:, :2] / seen[:, 2:]
-    return pixels

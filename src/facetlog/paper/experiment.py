@@ -17,6 +17,7 @@ from facetlog.perception.detection.block_front_end.picture_features import (
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.point_filter import estimate_points, plain_recursion
 from facetlog.perception.estimation.point_recursion import PointFilters
+from facetlog.perception.reading.poses_file import METRES_PER
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.grey_agreement import GreyAgreement, grey_agreement
 from facetlog.perception.types import FloatArray, Observation, Track, View
@@ -35,7 +36,7 @@ __all__ = ["Experiment", "VertexRun", "run_experiment"]
 # "a large S0" of the paper's zero start, in the square of the unit: as its printed figures have it.
 LARGE_S0 = 9999.0
 # As the tour gives them, in metres; figures 12 and 13 are in inches.
-METRES_PER_INCH = 0.0254
+METRES_PER_INCH = METRES_PER["in"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,11 +89,11 @@ class Experiment:
 
 def run_experiment(seed: int, progress: Progress | None, clock: StepClock) -> Experiment:
     """The tour round the block of this seed; InputError for a seed that is none."""
-    from facetlog.robot.rendering.worlds import INCH, make_world
+    from facetlog.robot.rendering.worlds import make_world
 
     view_set = simulated_views("block", seed, progress=progress, clock=clock)
     views = view_set.views
-    true = np.array(make_world("block", seed).truth.solids[0].vertices) * INCH
+    true = np.array(make_world("block", seed).truth.solids[0].vertices) * METRES_PER_INCH
     start = perf_counter()
     with open_models() as base:
         method = Method(FrontEnd.PAPER)
