@@ -2,7 +2,9 @@
 
 The demo's block, seeds in turn, its 24 views one at a time in the order of the tour: after how many
 views it is a box that stays one, errors of the faces' corners and NEES / 3 against views, beside
-all of these views at once. Furniture of one seed: the first verdict that is right. A ring of 200
+all of these views at once; of the upper corners apart, for beside a block's foot there may be a
+strip of shadow narrower than the blur, which moves the foot's edge by a tenth of a pixel in every
+view. Furniture of the first seeds: the first verdict that is right. A ring of 200
 views of a block gives the processor time of a view, late and early; faces are searched anew in the
 kept views now and then, which is counted apart.
 
@@ -16,6 +18,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from numpy.typing import NDArray
 
 from benchmarks.common import (
     Cell,
@@ -41,7 +44,8 @@ from facetlog.stream import recognise_stream
 __all__ = ["NAME", "main", "measure"]
 
 NAME = "accuracy_online"
-SEEDS = 5
+SEEDS = 10
+FURNITURE_SEEDS = 2
 SHOWN = (4, 6, 8, 12, 16, 20, 24)
 WORLDS = {"block": "box", "printed_block": "box", "table": "table", "chair": "chair"}
 UP = np.array([0.0, 0.0, 1.0])
@@ -55,19 +59,21 @@ CUBE, EVERY = "visp_cube", 5
 class _Errors:
     squares: FloatArray
     nees: FloatArray
+    above: NDArray[np.bool_]  # the floor
 
 
 def _errors(scene: Scene | None, true: FloatArray) -> _Errors:
     """Of the corners of faces that are some corner of the block."""
     corners = sorted({k for f in scene.faces for k in f.outline}) if scene else []
     if scene is None or not corners:
-        return _Errors(np.zeros(0), np.zeros(0))
+        return _Errors(np.zeros(0), np.zeros(0), np.zeros(0, np.bool_))
     apart = scene.points[corners][:, None] - true[None]
-    off = apart[np.arange(len(corners)), (apart**2).sum(axis=2).argmin(axis=1)]
+    which = (apart**2).sum(axis=2).argmin(axis=1)
+    off = apart[np.arange(len(corners)), which]
     near = (off**2).sum(axis=1) < NEAR_M**2
     covs = np.array([scene.vertices[k].cov for k in corners])[near]
     nees = np.einsum("ni,nij,nj->n", off[near], np.linalg.inv(covs), off[near])
-    return _Errors((off[near] ** 2).sum(axis=1), nees)
+    return _Errors((off[near] ** 2).sum(axis=1), nees, true[which[near], 2] > NEAR_M)
 
 
 def _against_views(seeds: range) -> Iterator[dict[str, Cell]]:
@@ -90,7 +96,10 @@ def _against_views(seeds: range) -> Iterator[dict[str, Cell]]:
             rms.append(float(np.sqrt(squares.mean())) if len(squares) else np.nan)
             row[f"corners, {name}"] = len(squares)
             row[f"rms mm, {name}"] = round(1e3 * rms[-1], 3)
-            row[f"NEES / 3, {name}"] = round(float(nees.mean() / 3), 2) if len(nees) else None
+            above = np.concatenate([pair[which].above for pair in found[count]])
+            for kept, of in ((above | True, ""), (above, "above the floor, ")):
+                mean = round(float(nees[kept].mean() / 3), 2) if kept.any() else None
+                row[f"NEES / 3, {of}{name}"] = mean
         row["rms ratio"] = round(rms[0] / rms[1], 2)
         yield row
 
@@ -98,7 +107,7 @@ def _against_views(seeds: range) -> Iterator[dict[str, Cell]]:
 def _verdicts(seeds: range) -> Iterator[dict[str, Cell]]:
     with open_models() as base:
         for world, model in WORLDS.items():
-            for seed in seeds[: None if world == "block" else 1]:
+            for seed in seeds[: None if world == "block" else FURNITURE_SEEDS]:
                 given = simulated_views(world, seed, progress=None, clock=StepClock())
                 stream = recognise_stream(
                     given.views, up=given.up, metric=True, base=base, polish=True

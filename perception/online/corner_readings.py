@@ -11,7 +11,7 @@ from facetlog.perception.detection.line_front_end.side_fit import fit_sides
 from facetlog.perception.detection.working_size import in_own_pixels
 from facetlog.perception.online.in_sight import in_sight
 from facetlog.perception.scene import Evidence, Scene
-from facetlog.perception.surfaces.drawing.hidden_surface import faces_camera
+from facetlog.perception.surfaces.drawing.hidden_surface import HiddenSurface, faces_camera
 from facetlog.perception.types import FloatArray
 
 __all__ = ["CornerReadings", "corner_readings"]
@@ -26,8 +26,11 @@ class CornerReadings:
     seen: NDArray[np.bool_]
 
 
-def corner_readings(scene: Scene, looked: Pictures) -> CornerReadings:
-    """Where the one view of `looked` shows the vertices of measured faces: there its edges meet."""
+def corner_readings(scene: Scene, looked: Pictures, hidden: HiddenSurface) -> CornerReadings:
+    """Where the one view of `looked` shows the vertices of measured faces: there its edges meet.
+
+    `hidden` is what that view sees of the scene's faces.
+    """
     (view,), (edges,) = looked.views, looked.maps
     count = len(scene.vertices)
     readings = CornerReadings(
@@ -42,7 +45,7 @@ def corner_readings(scene: Scene, looked: Pictures) -> CornerReadings:
         scene.points, tuple(f.outline for f in faces), tuple(tuple(f.holes) for f in faces)
     )
     turned = np.array([faces_camera(face, view) for face in faces])
-    shown = corners.sides_shown(turned[:, None])[:, 0] & in_sight(scene, corners.segments, view)
+    shown = corners.sides_shown(turned[:, None])[:, 0] & in_sight(hidden, corners.segments, view)
     fits = fit_sides(corners.segments, shown[:, None], [view], [edges])
     for vertex, track in enumerate(track_corners(corners, [view], fits)):
         for seen in in_own_pixels(track, looked.factors).observations:

@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
+from facetlog.perception.surfaces.drawing.hidden_surface import HiddenSurface
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["in_sight"]
@@ -14,10 +13,10 @@ __all__ = ["in_sight"]
 PLACES = 5
 
 
-def in_sight(scene: Scene, sides: FloatArray, view: View) -> NDArray[np.bool_]:
-    """Which sides (n, 2, 3) no face of the scene hides from the view, (n,)."""
+def in_sight(hidden: HiddenSurface, sides: FloatArray, view: View) -> NDArray[np.bool_]:
+    """Which sides (n, 2, 3) no face hides from the view, (n,); `hidden` is what it sees of them."""
     share = ((np.arange(PLACES) + 0.5) / PLACES)[:, None]
     places = (sides[:, :1] + share * (sides[:, 1:] - sides[:, :1])).reshape(-1, 3)
     uv, depth = project_points(view.projection, places)
-    seen = hidden_surface(view, scene).visible(np.nan_to_num(uv), depth) & (depth > 0)
+    seen = hidden.visible(np.nan_to_num(uv), depth) & (depth > 0)
     return np.asarray(seen.reshape(-1, PLACES).all(axis=1), dtype=np.bool_)

@@ -6,6 +6,7 @@ import numpy as np
 
 from facetlog.perception.detection.line_front_end.faces_from_lines import Pictures
 from facetlog.perception.detection.view_graph import view_motion
+from facetlog.perception.ties import largest
 from facetlog.perception.types import View
 
 __all__ = ["KEY_VIEWS", "KeyViews"]
@@ -35,9 +36,10 @@ class KeyViews:
         motion = view_motion(self.views)
         np.fill_diagonal(motion, np.inf)
         # Of the two most alike the one goes whose next neighbour is nearer.
-        gone = min(np.argwhere(motion == motion.min())[0], key=lambda k: np.sort(motion[k])[1])
+        nearest = np.sort(motion, axis=1)
+        gone = largest(-nearest[:, 0], -nearest[:, 1])
         self.complete = False
         kept = [k for k in range(len(self.views)) if k != gone]
-        self.changes -= int(gone) == len(self.views) - 1
+        self.changes -= gone == len(self.views) - 1
         self.views = tuple(self.views[k] for k in kept)
         self.looked = self.looked.only(kept)

@@ -15,6 +15,7 @@ from facetlog.perception.estimation.lines.space_line import line_of_points
 from facetlog.perception.estimation.pose_noise import pixel_covs
 from facetlog.perception.online.in_sight import in_sight
 from facetlog.perception.scene import Edge, Scene
+from facetlog.perception.surfaces.drawing.hidden_surface import HiddenSurface
 from facetlog.perception.types import View
 
 __all__ = ["with_loose_lines"]
@@ -24,11 +25,17 @@ GATE = float(chdtri(2, 1e-5))
 
 
 def with_loose_lines(
-    scene: Scene, looked: Pictures, given: View, extra_px: float, factor: float
+    scene: Scene,
+    looked: Pictures,
+    given: View,
+    hidden: HiddenSurface,
+    extra_px: float,
+    factor: float,
 ) -> tuple[Scene, int]:
     """The scene with its loose edges updated by the one view of `looked`, and how many were.
 
-    `given` is that view with the covariance of its pose; the variance of pixels is `factor` times
+    `given` is that view with the covariance of its pose, `hidden` what it sees of the scene's
+    faces; the variance of pixels is `factor` times
     one to which `extra_px` was added (scene_from_tracks.Assembled).
     """
     loose = _loose(scene)
@@ -36,7 +43,7 @@ def with_loose_lines(
         return scene, 0
     (view,), (edges,) = looked.views, looked.maps
     ends = scene.points[np.array([(e.start, e.end) for e in loose])]
-    shown = in_sight(scene, ends, view)
+    shown = in_sight(hidden, ends, view)
     (fits,) = fit_sides(ends, shown[:, None], [view], [edges])
     vertices = list(scene.vertices)
     updated = 0

@@ -27,15 +27,17 @@ from facetlog.perception.online.loose_lines import with_loose_lines
 from facetlog.perception.reading.read_views import ViewSet, stated_errors
 from facetlog.perception.scene import Face, Scene
 from facetlog.perception.step_clock import StepClock
+from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
 from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.surfaces.scene_of_faces import scene_of_faces
+from facetlog.perception.surfaces.scene_of_faces import SceneOfFaces, scene_of_faces
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
 __all__ = ["OnlineScene", "Update"]
 
 # Faces are searched in three views and more, and again when so large a share of the kept views is
 # new: seven searches for the first 24 views. Once views are let go, what they showed is mostly
-# known, and a search takes as long as 25 views without: it comes with so many others.
+# known, and a search takes as long as 25 views without: it comes with so many others, and after
+# searches that changed nothing with twice as many each time.
 LEAST_VIEWS = 3
 NEW_SHARE = 1.0 / 3.0
 OTHERS_SHARE = 2.0 / 3.0
@@ -75,7 +77,8 @@ class OnlineScene:
         self._error_kind = error_kind
         self.clock = clock or StepClock()
         self._key = KeyViews()
-        self._searched = 0
+        self._found: SceneOfFaces | None = None
+        self._searched, self._in_vain = 0, 0
         self._extra_px, self._factor = 0.0, 1.0
         self._touched: NDArray[np.bool_] = np.zeros(0, np.bool_)
         self._named: set[str] = set()
@@ -88,34 +91,47 @@ class OnlineScene:
         with self.clock.step("update"):
             corners = lines = 0
             if self.scene is not None and self.scene.faces:
-                readings = corner_readings(self.scene, looked)
+                hidden = hidden_surface(looked.views[0], self.scene)
+                readings = corner_readings(self.scene, looked, hidden)
                 corners, problem = self._filter(view, readings)
                 if problem:
                     return Update(False, problem)
                 self.scene, lines = with_loose_lines(
-                    self.scene, looked, view, self._extra_px, self._factor
+                    self.scene, looked, view, hidden, self._extra_px, self._factor
                 )
             self._key.add(view, looked)
-        share = NEW_SHARE if self._key.complete else OTHERS_SHARE
-        due = max(1.0, share * self._searched)
-        searched = len(self._key.views) >= LEAST_VIEWS and self._key.changes >= due
+        searched = len(self._key.views) >= LEAST_VIEWS and self._key.changes >= self._due()
         problem = self._search() if searched else ""
         return Update(True, problem, searched, corners, lines)
+
+    def _due(self) -> float:
+        # With how many changes of the kept views faces are searched anew.
+        if self._key.complete:
+            return max(1.0, NEW_SHARE * self._searched)
+        return OTHERS_SHARE * self._searched * 2.0**self._in_vain
 
     @property
     def key_views(self) -> tuple[View, ...]:
         """The views that are kept with their pictures."""
         return self._key.views
 
-    def polish(self) -> str:
-        """Reconstructs the kept views, which adjusts their poses, lenses and all corners together.
+    def finish(self, *, polish: bool) -> str:
+        """Adds to the scene what each of the kept views saw, and polishes it first or not.
 
-        If no view was let go the scene is then that of all views at once; else it stays as it is
-        where the kept views alone show fewer faces or know their corners less well. Returns what
-        is to be said of the views, as `Update.problem`.
+        To polish is to reconstruct the kept views, which adjusts their poses, lenses and all
+        corners together. If no view was let go the scene is then that of all views at once; else it
+        stays as it is where the kept views alone show fewer faces or know their corners less well.
+        Returns what is to be said of the views, as `Update.problem`.
         """
-        if len(self._key.views) < LEAST_VIEWS:
-            return ""
+        problem = ""
+        if polish and len(self._key.views) >= LEAST_VIEWS:
+            problem = self._polish()
+        if self.scene is not None and self._found is not None:
+            self.scene = self._found.complete(self.scene, self.clock)
+            self._found = None
+        return problem
+
+    def _polish(self) -> str:
         with self.clock.step("poses"):
             kept = self._corrected()
         try:
@@ -133,6 +149,7 @@ class OnlineScene:
         # Of views that were let go the recursion alone knows.
         if before is None or _says_more(scene, before):
             self.scene, self._touched = _carried_over(before, scene)
+            self._found = None
         return "; ".join(kept.problems)
 
     def _corrected(self) -> ViewSet:
@@ -182,7 +199,7 @@ class OnlineScene:
             return str(exc)
         finally:
             self._searched, key.changes = len(key.views), 0
-        found, _ = scene_of_faces(
+        found = scene_of_faces(
             tracked,
             key.views,
             name=self._name,
@@ -191,8 +208,10 @@ class OnlineScene:
             clock=clock,
             errors=stated_errors(key.views, self._error_kind),
         )
-        self._extra_px, self._factor = found.extra_px, found.factor
-        self.scene, self._touched = _carried_over(self._before(), found.scene)
+        self._found, made = found, found.assembled
+        self._extra_px, self._factor = made.extra_px, made.factor
+        self._in_vain = self._in_vain + 1 if _same_faces(self.scene, made.scene) else 0
+        self.scene, self._touched = _carried_over(self._before(), made.scene)
         # Views that contradict the others are named when that is first seen.
         new = [line for line in tracked.warnings if line not in self._named]
         self._named.update(new)
@@ -209,21 +228,40 @@ def _says_more(scene: Scene, than: Scene) -> bool:
     return bool(spreads[0] <= spreads[1])
 
 
-def _carried_over(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool_]]:
-    """The new scene with the corners of the old one where they are the same and surer."""
-    touched = np.zeros(len(new.vertices), np.bool_)
+def _same_corners(old: Scene | None, new: Scene) -> dict[int, int]:
+    """Vertices of the new scene and those of the old one that they may be, each at most once."""
     if old is None or not old.vertices or not new.vertices:
-        return new, touched
+        return {}
     before, after = ([v.cov for v in s.vertices] for s in (old, new))
     apart = new.points[:, None] - old.points[None]
     spread = np.array(after)[:, None] + np.array(before)[None]
     chi2 = np.einsum("mni,mni->mn", apart, np.linalg.solve(spread, apart[..., None])[..., 0])
+    nearest, of = chi2.argmin(axis=1), chi2.argmin(axis=0)
+    return {
+        k: same
+        for k, same in enumerate(nearest.tolist())
+        if chi2[k, same] <= SAME_CORNER and of[same] == k
+    }
+
+
+def _same_faces(old: Scene | None, new: Scene) -> bool:
+    """Whether the faces of the new scene are those of the old one, corner by corner."""
+    if old is None or len(old.faces) != len(new.faces):
+        return False
+    same = _same_corners(old, new)
+    known = {frozenset(face.outline) for face in old.faces}
+    return all(frozenset(map(same.get, face.outline)) in known for face in new.faces)
+
+
+def _carried_over(old: Scene | None, new: Scene) -> tuple[Scene, NDArray[np.bool_]]:
+    """The new scene with the corners of the old one where they are the same and surer."""
+    touched = np.zeros(len(new.vertices), np.bool_)
+    if old is None:
+        return new, touched
     vertices = list(new.vertices)
-    for k, row in enumerate(chi2):
-        same = int(row.argmin())
-        surer = np.trace(before[same]) < np.trace(after[k])
-        if row[same] <= SAME_CORNER and int(chi2[:, same].argmin()) == k and surer:
-            kept = old.vertices[same]
+    for k, same in _same_corners(old, new).items():
+        kept = old.vertices[same]
+        if np.trace(kept.cov) < np.trace(vertices[k].cov):
             vertices[k] = replace(vertices[k], point=kept.point, cov=kept.cov)
             touched[k] = True
     return _refitted(replace(new, vertices=tuple(vertices)), touched), touched

@@ -17,9 +17,9 @@ from facetlog.perception.estimation.lens_correction import (
 )
 from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
 from facetlog.perception.estimation.print_triangulation import triangulated
-from facetlog.perception.scene import Scene, Vertex
+from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.surfaces.scene_of_faces import scene_of_faces
+from facetlog.perception.surfaces.scene_of_faces import SceneOfFaces, scene_of_faces
 from facetlog.perception.surfaces.view_directions import looking_apart, one_direction
 from facetlog.perception.types import Camera, FloatArray, LensError, PoseErrors, View
 
@@ -32,11 +32,6 @@ NEAR_FOCAL = 0.005
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 
-NO_FACE = (
-    "no face was found in {count} views: a face needs straight edges that at least three views "
-    "from different places show whole; eight or more views round the thing are a good start. If "
-    "these show such edges, check poses and focal length: far off, nothing agrees"
-)
 # With fewer vertices a view than this there is too little to ask whether the poses are wrong.
 MIN_VERTICES = 2.0
 
@@ -71,20 +66,16 @@ def reconstruct(
         kept = {id(view) for view in usable}
         errors = errors.of([k for k, view in enumerate(views) if id(view) in kept])
     try:
-        scene, chosen = _seen(usable, errors, method)
+        found = _seen(usable, errors, method)
+        scene = found.assembled.scene
         if scene.lenses:
-            scene, chosen = _seen_anew(scene, chosen, usable, errors, method)
+            found, scene = _seen_anew(found, usable, errors, method)
     except InconsistentViewsError as exc:
         # What is wrong with pictures or places may be why they contradict one another.
         causes = (*of_pictures, *one_direction(usable), *looking_apart(usable))
         raise InconsistentViewsError("; ".join((*causes, str(exc)))) from exc
-    used = [usable[k] for k in chosen]
-    corners = sorted({k for face in scene.faces for k in face.outline})
-    of_views = one_direction(used, scene.points[corners])
-    if not scene.faces:
-        of_views = (*of_views, *looking_apart(used), NO_FACE.format(count=len(usable)))
-    vertices = tuple(_in_stored_pixels(vertex, used) for vertex in scene.vertices)
-    return replace(scene, vertices=vertices, warnings=(*of_pictures, *scene.warnings, *of_views))
+    scene = found.complete(scene, method.clock)
+    return replace(scene, warnings=(*of_pictures, *scene.warnings))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,14 +92,13 @@ class _Method:
 
 def _seen(
     views: Sequence[View], errors: PoseErrors | None, method: _Method, *, lens_is_off: bool = False
-) -> tuple[Scene, tuple[int, ...]]:
-    """The scene, and the views (indices) that it was found in: they agree with one another."""
+) -> SceneOfFaces:
     up, clock = method.up, method.clock
     if method.front_end == "lines":
         tracked = line_front_end(views, up, clock, method.progress, in_agreement, triangulated)
     else:
         tracked = _paper_front_end(views, up, clock, method.progress)
-    found, chosen = scene_of_faces(
+    return scene_of_faces(
         tracked,
         views,
         name=method.name,
@@ -119,16 +109,14 @@ def _seen(
         errors=errors,
         lens_is_off=lens_is_off,
     )
-    return found.scene, chosen
 
 
 def _seen_anew(
-    scene: Scene,
-    chosen: Sequence[int],
+    seen: SceneOfFaces,
     views: Sequence[View],
     errors: PoseErrors | None,
     method: _Method,
-) -> tuple[Scene, tuple[int, ...]]:
+) -> tuple[SceneOfFaces, Scene]:
     """The same from views corrected by what their lenses were found to be off by.
 
     Through a lens that is not as stated faces are seen in part, and in wrong places: what is far
@@ -136,29 +124,26 @@ def _seen_anew(
     """
     known: dict[Camera, LensError] = {}
     for _ in range(LENS_PASSES):
-        known |= _totals(known, scene, chosen, views)
+        known |= _totals(known, seen, views)
         better = [corrected(v, known.get(v.camera, AS_STATED)) for v in views]
-        scene, chosen = _seen(better, errors, method, lens_is_off=True)
-        if all(abs(lens.focal - 1.0) < NEAR_FOCAL for lens in scene.lenses):
+        seen = _seen(better, errors, method, lens_is_off=True)
+        if all(abs(lens.focal - 1.0) < NEAR_FOCAL for lens in seen.assembled.scene.lenses):
             break
-    found = known | _totals(known, scene, chosen, views)
-    used = [views[k] for k in chosen]
+    found = known | _totals(known, seen, views)
+    used = [views[k] for k in seen.used]
     said = lens_warnings(used, [found.get(view.camera, AS_STATED) for view in used])
     lenses = tuple(known.get(view.camera, AS_STATED) for view in used)
-    return replace(scene, lenses=lenses, warnings=(*said, *scene.warnings)), tuple(chosen)
+    scene = seen.assembled.scene
+    return seen, replace(scene, lenses=lenses, warnings=(*said, *scene.warnings))
 
 
 def _totals(
-    known: Mapping[Camera, LensError], scene: Scene, chosen: Sequence[int], views: Sequence[View]
+    known: Mapping[Camera, LensError], seen: SceneOfFaces, views: Sequence[View]
 ) -> dict[Camera, LensError]:
     # What the lenses of a scene's cameras are off by, known before and found beyond that.
-    beyond = {views[k].camera: e for k, e in zip(chosen, scene.lenses, strict=False)}
+    lenses = seen.assembled.scene.lenses
+    beyond = {views[k].camera: e for k, e in zip(seen.used, lenses, strict=False)}
     return {c: together(known[c], e) if c in known else e for c, e in beyond.items()}
-
-
-def _in_stored_pixels(vertex: Vertex, views: Sequence[View]) -> Vertex:
-    seen = tuple(o.resized(views[o.view].enlargement) for o in vertex.observations)
-    return replace(vertex, observations=seen)
 
 
 def _paper_front_end(

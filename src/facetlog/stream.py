@@ -75,8 +75,9 @@ class StreamStep:
 
     `view` is its name, empty of the last step, in which what is in store was adjusted together;
     `used` is how many views were used so far, `problem` why this one was not. Without scene and
-    recognition there was too little to see. `facts` are those that were judged. `ended` of the
-    last step says why no further view was read.
+    recognition there was too little to see; what each view saw (`Scene.sights`) the scene of the
+    last step tells alone. `facts` are those that were judged. `ended` of the last step says why no
+    further view was read.
     """
 
     view: str
@@ -155,7 +156,7 @@ def steps(
             if reason := (stop or Stop()).reason(step):
                 ended = reason
                 break
-        problem = online.polish() if polish else ""
+        problem = online.finish(polish=polish)
         facts, found = judged(models, online)
         yield StreamStep("", used, online.scene, facts, found, problem, ended)
 

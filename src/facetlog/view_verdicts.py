@@ -36,14 +36,16 @@ class ViewVerdict:
     """What the models say of the first `views` views.
 
     `best` has a line for what holds; `excluded` and `unknown` are names of models that hold for
-    nothing there. `document` is all of it as `recognize --json` prints it; `fault` is why there is
-    none.
+    nothing there; `problems` name views that were read since the verdict before and not used, or
+    contradict others. `document` is all of it as `recognize --json` prints it; `fault` is why there
+    is none.
     """
 
     views: int
     best: tuple[str, ...] = ()
     excluded: tuple[str, ...] = ()
     unknown: tuple[str, ...] = ()
+    problems: tuple[str, ...] = ()
     document: Mapping[str, object] | None = None
     fault: str = ""
 
@@ -51,12 +53,13 @@ class ViewVerdict:
     def line(self) -> str:
         """One line: what it is, what it is not and what is open, or why nothing can be said."""
         if self.fault:
-            return self.fault
+            return "; ".join((self.fault, *self.problems))
         said = list(self.best) or ["no model matches"]
         if self.unknown:
             said.append(f"unknown: {', '.join(self.unknown)}")
         if self.excluded:
             said.append(f"no: {', '.join(self.excluded)}")
+        said += self.problems
         return "; ".join(said)
 
 
@@ -139,7 +142,9 @@ def _judge(views: int, finally_: bool) -> ViewVerdict:
     except FacetlogError as exc:
         return ViewVerdict(views, fault=str(exc))
     if recognition is None:
-        return ViewVerdict(views, fault="too little was seen to say what is there")
+        return ViewVerdict(
+            views, fault="too little was seen to say what is there", problems=judge.problems()
+        )
     # Of several things a model may be open for one and excluded for another: then it is open.
     open_for = {v.model: None for v in recognition.verdicts if v.state is State.UNKNOWN}
     asked = {verdict.model: None for verdict in recognition.verdicts}
@@ -149,6 +154,7 @@ def _judge(views: int, finally_: bool) -> ViewVerdict:
         tuple(verdict.summary for verdict in recognition.best),
         tuple(m for m in asked if m not in recognition.models and m not in open_for),
         unknown,
+        judge.problems(),
         recognition.to_json(),
     )
 
@@ -163,6 +169,12 @@ class _Judge:
         self._source = FollowedViews(path, timeout=0.0)
         self._online: OnlineScene | None = None
         self._read = 0
+        self._problems: list[str] = []
+
+    def problems(self) -> tuple[str, ...]:
+        """What is wrong with views that were read since this was last asked."""
+        problems, self._problems = tuple(self._problems), []
+        return problems
 
     def so_far(self, views: int) -> "Recognition | None":
         """What the first views show, read one after the other, None if that is too little."""
@@ -177,7 +189,8 @@ class _Judge:
                     metric=self._source.metric,
                     error_kind=self._source.error_kind,
                 )
-            self._online.add(view)
+            if problem := self._online.add(view).problem:
+                self._problems.append(problem)
             self._read += 1
         return None if self._online is None else judged(self._base, self._online)[1]
 

@@ -3,6 +3,7 @@
 import json
 import shutil
 import sys
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 
@@ -128,6 +129,9 @@ def followed(
         warn(line)
     if last is None:
         return INTERRUPTED
+    if interrupted:
+        online.finish(polish=False)
+        last = replace(last, scene=online.scene)
     note("interrupted; this is known so far" if interrupted else source.ended or last.ended)
     show_times(clock)
     if last.ended and last.problem:

@@ -69,7 +69,7 @@ def test_polished_it_is_the_scene_of_all_views_at_once():
     online = OnlineScene(name="block", up=UP)
     for view in views:
         online.add(view)
-    online.polish()
+    online.finish(polish=True)
     batch = reconstruct(views, name="block", up=UP)
     assert [f.outline for f in online.scene.faces] == [f.outline for f in batch.faces]
     np.testing.assert_allclose(online.scene.points, batch.points, atol=1e-9)
@@ -83,7 +83,7 @@ def test_a_view_with_a_wrong_pose_changes_no_corner_and_is_named():
     wrong = replace(views[5], name="wrong.png", pose=Pose(about_up @ pose.rotation, pose.centre))
     online = OnlineScene(name="block", up=UP)
     problems = [online.add(view).problem for view in (*views[:7], wrong)]
-    problems.append(online.polish())
+    problems.append(online.finish(polish=True))
     (said,) = filter(None, problems)
     assert "wrong.png" in said
     batch = reconstruct(views[:7], name="block", up=UP)
