@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
 from facetlog.perception.estimation.ekf import Linearised, Measurement, State, linearise, recursion
+from facetlog.perception.estimation.incidence import Incidence, most_likely
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
 
@@ -34,13 +35,9 @@ __all__ = [
     "fit_plane",
     "plain_plane_recursion",
     "plane_from_chart",
-    "plane_measurement",
     "with_common_errors",
 ]
 
-# Standard deviation of the fresh S0 on slopes and on the offset over the points' spread: slopes
-# of the best chart are at most 1, so this weighs nothing.
-START_SD = 1e3
 # Rounding of coordinates, as a share of the points' spread: the least standard deviation of a
 # point, so that exact points (of a mesh) have a plane too.
 LEAST_SD = 1e-9
@@ -48,11 +45,6 @@ LEAST_SD = 1e-9
 LINE_PROBABILITY = 1e-3
 # A normal less sure than this (rad) is not one: the plane square to it is within 3 sd of slope.
 MAX_TILT_SD = 1.0 / 3.0
-# The passes end when none moves the plane by more than this (unit: its own standard deviation).
-CONVERGED_SD = 1e-7
-MAX_PASSES = 50
-# A pass that makes the fit worse is halved at most so often.
-HALVINGS = 12
 
 
 class Chart(IntEnum):
@@ -152,29 +144,18 @@ def chart_from_plane(chart: Chart, plane: Plane) -> State:
     return State(mean, J @ plane.cov @ J.T)
 
 
-def plane_measurement(
-    point: ArrayLike, noise: ArrayLike, chart: Chart = Chart.Z, at: FloatArray | None = None
-) -> Measurement:
+def _measured_plane(point: ArrayLike, noise: ArrayLike, chart: Chart = Chart.Z) -> Measurement:
     """A point (3,) with covariance (3, 3) as a measurement of the plane, equations (11) to (14).
 
-    Without `at` as printed: M at the point as measured, the weight at the estimate before. With
-    `at` = (a, b, p) everything is linear there, M at the point moved onto that plane (along the
-    noise, to where it most likely is): equation (1)'s x*, which takes the bias from M's own noise.
+    As printed: M at the point as measured, the weight at the estimate before.
     """
-    x, noise = np.asarray(point, dtype=np.float64), np.asarray(noise, dtype=np.float64)
-    i, j, k = chart.axes
+    x = np.asarray(point, dtype=np.float64)[list(chart.axes)]
+    order = np.ix_(chart.axes, chart.axes)
+    noise_of_x = np.asarray(noise, dtype=np.float64)[order]
 
     def measured(estimate: FloatArray) -> Linearised:
-        a, b, p = estimate if at is None else at
-        # (14)  ∂f/∂x = [a b 1]
-        g = np.zeros(3)
-        g[[i, j, k]] = a, b, 1.0
-        # (11)  f = a x + b y + z + p
-        f = g @ x + p
-        moved = x if at is None else x - noise @ g * (f / (g @ noise @ g))
-        # (13)  M = [x y 1]; with (12), y = -z, if M is taken at x
-        M = np.array([[moved[i], moved[j], 1.0]])
-        return linearise([f], M, g[None, :], noise, estimate if at is None else at)
+        M, y = _points(x)
+        return linearise(M @ estimate - y, M, _by_point(estimate), noise_of_x, estimate)
 
     return measured
 
@@ -183,16 +164,15 @@ def plain_plane_recursion(
     points: Sequence[ArrayLike], noise: ArrayLike, start: State, chart: Chart = Chart.Z
 ) -> Iterator[State]:
     """The states (a, b, p) of the paper's recursion after each point, nothing added."""
-    return recursion(start, (plane_measurement(x, noise, chart) for x in points))
+    return recursion(start, (_measured_plane(x, noise, chart) for x in points))
 
 
 def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
     """The most likely plane of points (n, 3) with covariances (n, 3, 3); falsy with a reason.
 
-    The recursion over the points in the best chart, about their middle and in units of their
-    spread, every point made linear at one shared plane and the passes repeated from a fresh S0
-    until that stands still. Independent of order, frame and unit. The normal's sign is the
-    chart's: its largest component is positive.
+    That of all the points at once (incidence.py) in the best chart, about their middle and in units
+    of their spread, from a total-least-squares start. Independent of order, frame and unit. The
+    normal's sign is the chart's: its largest component is positive.
     """
     x, noise = np.array(points, dtype=np.float64), np.array(covs, dtype=np.float64)
     if x.ndim != 2 or x.shape[1] != 3 or noise.shape != (len(x), 3, 3):
@@ -215,13 +195,15 @@ def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
         return NoPlane(PlaneFailure.COLLINEAR)
     chart = best_chart(axes[:, 0])
     i, j, k = chart.axes
-    at, cov, chi2 = _most_likely(
-        x[:, [i, j, k]], noise[:, [i, j, k]][:, :, [i, j, k]], axes[[i, j, k], 0]
+    start = np.array([axes[i, 0] / axes[k, 0], axes[j, 0] / axes[k, 0], 0.0])
+    order = [i, j, k]
+    at, cov, chi2 = most_likely(
+        PLANE_OF_POINTS, x[None, :, order], noise[None][:, :, order][..., order], start[None]
     )
-    plane = _moved(plane_from_chart(chart, State(at, cov)), middle, spread)
+    plane = _moved(plane_from_chart(chart, State(at[0], cov[0])), middle, spread)
     if np.sqrt(np.linalg.eigvalsh(plane.cov[:3, :3])[2]) > MAX_TILT_SD:
         return NoPlane(PlaneFailure.UNCERTAIN)
-    return PlaneFit(plane, chart, chi2, len(x) - 3)
+    return PlaneFit(plane, chart, float(chi2[0]), len(x) - 3)
 
 
 def with_common_errors(plane: Plane, points: ArrayLike, cov: ArrayLike) -> Plane:
@@ -243,38 +225,21 @@ def with_common_errors(plane: Plane, points: ArrayLike, cov: ArrayLike) -> Plane
     return Plane(plane.normal, plane.offset, J @ cov @ J.T)
 
 
-def _cost(x: FloatArray, noise: FloatArray, at: FloatArray) -> float:
-    g = np.array([at[0], at[1], 1.0])
-    return float(((x @ g + at[2]) ** 2 / np.einsum("i,nij,j->n", g, noise, g)).sum())
+def _points(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    # (11)  f = a x + b y + z + p; (12), (13)  M = [x y 1], y = -z
+    M = np.ones((*x.shape[:-1], 1, 3))
+    M[..., 0, :2] = x[..., :2]
+    return M, -x[..., 2:]
 
 
-def _most_likely(
-    x: FloatArray, noise: FloatArray, normal: FloatArray
-) -> tuple[FloatArray, FloatArray, float]:
-    """(a, b, p), its covariance and the chi-square, with the chart's axes in the order a, b, 1."""
-    at = np.array([normal[0] / normal[2], normal[1] / normal[2], 0.0])
-    cost = _cost(x, noise, at)
-    fresh = START_SD**-2.0 * np.eye(3)
-    for _ in range(MAX_PASSES):
-        g = np.array([at[0], at[1], 1.0])
-        f = x @ g + at[2]
-        along = noise @ g
-        W = along @ g
-        M = x - along * (f / W)[:, None]
-        M[:, 2] = 1.0
-        # In information form: S⁻¹ = S0⁻¹ + Σ Mᵀ W⁻¹ M
-        information = fresh + (M / W[:, None]).T @ M
-        move = np.linalg.solve(information, -(M / W[:, None]).T @ f)
-        if move @ information @ move < CONVERGED_SD**2:
-            break
-        for _ in range(HALVINGS):
-            if _cost(x, noise, at + move) <= cost:
-                break
-            move = move / 2
-        at = at + move
-        cost = _cost(x, noise, at)
-    cov = np.linalg.inv(information)
-    return at, (cov + cov.T) / 2, cost
+def _by_point(a: FloatArray) -> FloatArray:
+    # (14)  ∂f/∂x = [a b 1]
+    G = np.ones((*a.shape[:-1], 1, 3))
+    G[..., 0, :2] = a[..., :2]
+    return G
+
+
+PLANE_OF_POINTS = Incidence(_points, _by_point)
 
 
 def _moved(plane: Plane, middle: FloatArray, spread: float) -> Plane:

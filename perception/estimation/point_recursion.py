@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import chdtri
 
-from facetlog.perception.estimation.lines.incidence import START_SD, Incidence, updated
+from facetlog.perception.estimation.incidence import START_SD, Incidence, updated
 from facetlog.perception.estimation.point_filter import estimate_points
 from facetlog.perception.types import FloatArray
 

@@ -14,7 +14,7 @@ from scipy.special import chdtri
 from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.line_front_end.faces_from_lines import look_at, tracked_faces
 from facetlog.perception.detection.picture_faults import nothing_shown
-from facetlog.perception.estimation.lines.incidence import updated
+from facetlog.perception.estimation.incidence import updated
 from facetlog.perception.estimation.plane_filter import fit_plane
 from facetlog.perception.estimation.point_recursion import GATE, seen_at
 from facetlog.perception.estimation.pose_noise import pixel_covs

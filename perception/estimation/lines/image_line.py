@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from facetlog.perception.estimation.ekf import State
-from facetlog.perception.estimation.lines.incidence import (
+from facetlog.perception.estimation.incidence import (
     MAX_SLOPE,
     START_SD,
     Incidence,

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from facetlog.perception.estimation.ekf import State
-from facetlog.perception.estimation.lines.image_line import ImageLine
-from facetlog.perception.estimation.lines.incidence import (
+from facetlog.perception.estimation.incidence import (
     MAX_SLOPE,
     START_SD,
     Incidence,
@@ -22,6 +21,7 @@ from facetlog.perception.estimation.lines.incidence import (
     solved,
     updated,
 )
+from facetlog.perception.estimation.lines.image_line import ImageLine
 from facetlog.perception.estimation.plane_filter import (
     Chart,
     best_chart,

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2 as chi2_of
 
-from facetlog.perception.estimation.ekf import State, recursion
+from facetlog.perception.estimation.ekf import Linearised, State, recursion
 from facetlog.perception.estimation.plane_filter import (
     Chart,
     PlaneFailure,
@@ -16,7 +16,6 @@ from facetlog.perception.estimation.plane_filter import (
     fit_plane,
     plain_plane_recursion,
     plane_from_chart,
-    plane_measurement,
     with_common_errors,
 )
 from facetlog.perception.scene import Plane
@@ -168,17 +167,20 @@ def test_fit_equals_the_recursion_and_filterpy():
     fit = fit_plane(points, covs)
     found = chart_from_plane(Chart.Z, fit.plane)
     start = State(np.zeros(3), 1e6 * np.eye(3))
-    measurements = [
-        plane_measurement(x, cov, Chart.Z, found.mean) for x, cov in zip(points, covs, strict=True)
-    ]
+    # Every point made linear at the plane found: equation (1)'s x* is the point moved onto it.
+    g = np.array([*found.mean[:2], 1.0])
+    measurements = []
+    for x, cov in zip(points, covs, strict=True):
+        off, W = g @ x + found.mean[2], g @ cov @ g
+        M = np.append((x - cov @ g * (off / W))[:2], 1.0)[None]
+        measurements.append(Linearised(M @ found.mean - off, M, np.array([[W]])))
     reference = ExtendedKalmanFilter(dim_x=3, dim_z=1)
     reference.x, reference.P = np.zeros(3), 1e6 * np.eye(3)
-    for measurement in measurements:
-        lin = measurement(reference.x)
+    for lin in measurements:
         reference.update(
             lin.y, lambda _, m: m, lambda x, m: m @ x, R=lin.W, args=lin.M, hx_args=lin.M
         )
-    *_, state = recursion(start, measurements)
+    *_, state = recursion(start, [lambda _, lin=lin: lin for lin in measurements])
     np.testing.assert_allclose(state.mean, found.mean, atol=1e-5)
     np.testing.assert_allclose(reference.x, found.mean, atol=1e-5)
     np.testing.assert_allclose(state.cov, found.cov, rtol=1e-3, atol=1e-8)

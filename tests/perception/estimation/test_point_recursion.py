@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.perception.estimation.ekf import Linearised, State, step
-from facetlog.perception.estimation.lines.incidence import updated
+from facetlog.perception.estimation.incidence import updated
 from facetlog.perception.estimation.point_filter import estimate_points, pixel_measurement
 from facetlog.perception.estimation.point_recursion import PointFilters, seen_at
 from tests.perception.rigs import PIXEL_SD, pictured, ring
