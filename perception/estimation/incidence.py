@@ -2,9 +2,10 @@
 
 Each of the paper's constructions (figures 4 to 6, after Ayache) says that a measured x lies on the
 estimated a, by equations that are linear in either: f(x, a) = M(x) a - y(x) = 0. `most_likely`
-fits all measurements at once, `updated` takes one more, both for many states side by side. M holds
-the noise of x, which biases a filter that takes it as measured; so x is moved first to where it
-most likely lies on a, x* = x - Λ Gᵀ W⁻¹ f, as equation (1) asks (x* there).
+fits all measurements at once; `updated` takes one more for many states side by side, `updated_one`
+for a single one. M holds the noise of x, which biases a filter that takes it as measured; so x is
+moved first to where it most likely lies on a, x* = x - Λ Gᵀ W⁻¹ f, as equation (1) asks (x* there).
+The paper's printed recursions do not: `as_printed`.
 """
 
 from collections.abc import Callable
@@ -13,19 +14,32 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
+from scipy.special import chdtri
 
-from facetlog.perception.estimation.ekf import step_all
+from facetlog.perception.estimation.ekf import (
+    Linearised,
+    Measurement,
+    State,
+    innovation_chi2,
+    linearise,
+    step,
+    step_all,
+)
 from facetlog.perception.types import FloatArray
 
 __all__ = [
+    "GATE",
+    "MAX_HELD",
     "MAX_SLOPE",
-    "START_SD",
+    "SURE_SD",
     "Incidence",
+    "as_printed",
     "converted",
     "held_start",
     "most_likely",
     "solved",
     "updated",
+    "updated_one",
 ]
 
 T = TypeVar("T")
@@ -40,11 +54,13 @@ HALVINGS = 12
 RELINEARISED = 3
 # Slopes (and places, as a share of the distance) less sure than this are too vague to make further
 # measurements linear at: what that leaves out goes with the square, 1/400 of what was measured.
-START_SD = 0.05
+SURE_SD = 0.05
 # A state leaves its chart for the best one at a slope beyond this: at 1 it could go to and fro.
 MAX_SLOPE = 1.25
 # Measurements that are held for a start at most, which bounds what an update takes.
 MAX_HELD = 8
+# An innovation of two equations that chance makes larger once in so many is of something else.
+GATE = float(chdtri(2, 1e-5))
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,6 +131,28 @@ def updated(
             )
         after, cov = step_all(a, S, y, M, W)
     return after, cov, chi2
+
+
+def updated_one(
+    on: Incidence, state: State, x: FloatArray, noise: FloatArray
+) -> tuple[State, float]:
+    """`updated` for a single state and a measurement x (m,), `noise` (m, m), of it."""
+    after = state
+    for again in range(RELINEARISED):
+        y, M, W, _ = _linear(on, x, noise, after.mean)
+        measured = Linearised(y, M, W)
+        if not again:
+            chi2 = innovation_chi2(state, measured)
+        after = step(state, measured)
+    return after, chi2
+
+
+def as_printed(on: Incidence, x: FloatArray, noise: FloatArray) -> Measurement:
+    """x (m,), `noise` (m, m), for the paper's recursion as printed: M at x as measured, the weight
+    at the estimate before.
+    """
+    M, y = on.equations(x)
+    return lambda a: linearise(M @ a - y, M, on.by_measured(a), noise, a)
 
 
 def held_start(

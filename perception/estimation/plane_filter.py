@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import chdtrc
 
-from facetlog.perception.estimation.ekf import Linearised, Measurement, State, linearise, recursion
-from facetlog.perception.estimation.incidence import Incidence, most_likely
+from facetlog.perception.estimation.ekf import State, recursion
+from facetlog.perception.estimation.incidence import Incidence, as_printed, most_likely
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
 
@@ -144,27 +144,16 @@ def chart_from_plane(chart: Chart, plane: Plane) -> State:
     return State(mean, J @ plane.cov @ J.T)
 
 
-def _measured_plane(point: ArrayLike, noise: ArrayLike, chart: Chart = Chart.Z) -> Measurement:
-    """A point (3,) with covariance (3, 3) as a measurement of the plane, equations (11) to (14).
-
-    As printed: M at the point as measured, the weight at the estimate before.
-    """
-    x = np.asarray(point, dtype=np.float64)[list(chart.axes)]
-    order = np.ix_(chart.axes, chart.axes)
-    noise_of_x = np.asarray(noise, dtype=np.float64)[order]
-
-    def measured(estimate: FloatArray) -> Linearised:
-        M, y = _points(x)
-        return linearise(M @ estimate - y, M, _by_point(estimate), noise_of_x, estimate)
-
-    return measured
-
-
 def plain_plane_recursion(
     points: Sequence[ArrayLike], noise: ArrayLike, start: State, chart: Chart = Chart.Z
 ) -> Iterator[State]:
-    """The states (a, b, p) of the paper's recursion after each point, nothing added."""
-    return recursion(start, (_measured_plane(x, noise, chart) for x in points))
+    """The states (a, b, p) of the paper's recursion after each point (3,), nothing added; `noise`
+    (3, 3) is that of each point.
+    """
+    order = list(chart.axes)
+    cov = np.asarray(noise, dtype=np.float64)[np.ix_(order, order)]
+    x = np.asarray(points, dtype=np.float64)[:, order]
+    return recursion(start, (as_printed(PLANE_OF_POINTS, each, cov) for each in x))
 
 
 def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:

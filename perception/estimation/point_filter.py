@@ -26,6 +26,7 @@ from facetlog.perception.estimation.ekf import (
     linearise,
     recursion,
 )
+from facetlog.perception.estimation.incidence import Incidence, as_printed
 from facetlog.perception.estimation.point_consensus import Consensus, agreeing_views
 from facetlog.perception.estimation.point_fit import DIAGONAL, START_SD
 from facetlog.perception.estimation.point_views import BoolArray, Cameras, IndexArray, Sightings
@@ -41,6 +42,7 @@ __all__ = [
     "pixel_measurement",
     "plain_recursion",
     "ray_measurement",
+    "seen_at",
 ]
 
 # A point whose largest standard deviation exceeds this share of its distance from the nearest
@@ -94,21 +96,32 @@ class NoPoint:
         return False
 
 
-def ray_measurement(uv: ArrayLike, projection: ArrayLike, noise: ArrayLike) -> Measurement:
-    """The paper's measurement of a point: (t12 - uv t3) a + (t124 - uv t34) = 0, section 4.1.
+def seen_at(projection: FloatArray) -> Incidence:
+    """That points (..., 3) are seen at pixels (..., 2) by views with projections (..., 3, 4).
 
-    Its M does not depend on the estimate a, but the weight of equation (10) does.
+    The paper's f = (t1 - u t3) a + t14 - u t34, and the same of v, section 4.1. Pixels moved onto
+    the estimate are its projection, which makes this the filter of the pixels themselves.
     """
-    uv, T = np.asarray(uv, dtype=np.float64), np.asarray(projection, dtype=np.float64)
 
-    def measured(a: FloatArray) -> Linearised:
-        coefficients = T[:2] - np.outer(uv, T[2])
-        f = coefficients[:, :3] @ a + coefficients[:, 3]
+    def equations(uv: FloatArray) -> tuple[FloatArray, FloatArray]:
+        T = projection[..., :2, :] - uv[..., None] * projection[..., 2:, :]
+        return T[..., :3], -T[..., 3]
+
+    def by_pixel(a: FloatArray) -> FloatArray:
         # (10)  ∂f/∂x = -(t3 a + t34) I
-        df_dx = -(T[2, :3] @ a + T[2, 3]) * np.eye(2)
-        return linearise(f, coefficients[:, :3], df_dx, noise, a)
+        depth = (projection[..., 2, :3] * a).sum(axis=-1) + projection[..., 2, 3]
+        G: FloatArray = -depth[..., None, None] * np.eye(2)
+        return G
 
-    return measured
+    return Incidence(equations, by_pixel)
+
+
+def ray_measurement(uv: ArrayLike, projection: ArrayLike, noise: ArrayLike) -> Measurement:
+    """A pixel (2,) as the paper's measurement of a point; M does not depend on the estimate, but
+    the weight of equation (10) does.
+    """
+    x, P, cov = (np.asarray(given, dtype=np.float64) for given in (uv, projection, noise))
+    return as_printed(seen_at(P), x, cov)
 
 
 def pixel_measurement(

@@ -8,40 +8,29 @@ against a point is gated by the innovation.
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import chdtri
 
-from facetlog.perception.estimation.incidence import START_SD, Incidence, updated
-from facetlog.perception.estimation.point_filter import estimate_points
+from facetlog.perception.estimation.incidence import GATE, MAX_HELD, SURE_SD, updated
+from facetlog.perception.estimation.point_filter import estimate_points, seen_at
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PointFilters", "seen_at"]
+__all__ = ["PointFilters", "seen_once_more"]
 
 BoolArray = NDArray[np.bool_]
 
-# Views that are held for a start, the last ones: they bound what a view may take.
-HELD = 8
-# An innovation that chance makes larger once in so many is of something else.
-GATE = float(chdtri(2, 1e-5))
 
-
-def seen_at(projection: FloatArray) -> Incidence:
-    """That points (..., 3) are seen at pixels (..., 2) by views with projections (..., 3, 4).
-
-    The paper's f = (t1 - u t3) a + t14 - u t34, and the same of v. Pixels moved onto the estimate
-    are its projection, which makes this the filter of the pixels themselves.
+def seen_once_more(
+    projection: FloatArray, points: FloatArray, covs: FloatArray, uv: FloatArray, noise: FloatArray
+) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Points (n, 3) and covariances (n, 3, 3) after a view with this projection (3, 4) shows them
+    at pixels `uv` (n, 2), `noise` (n, 2, 2); and which (n,) it does, the others are as before.
     """
-
-    def equations(uv: FloatArray) -> tuple[FloatArray, FloatArray]:
-        T = projection[..., :2, :] - uv[..., None] * projection[..., 2:, :]
-        return T[..., :3], -T[..., 3]
-
-    def by_pixel(a: FloatArray) -> FloatArray:
-        # (10)  ∂f/∂x = -(t3 a + t34) I
-        depth = (projection[..., 2, :3] * a).sum(axis=-1) + projection[..., 2, 3]
-        G: FloatArray = -depth[..., None, None] * np.eye(2)
-        return G
-
-    return Incidence(equations, by_pixel)
+    after, covs_after, chi2 = updated(seen_at(projection), points, covs, uv, noise)
+    taken: BoolArray = chi2 <= GATE
+    return (
+        np.where(taken[:, None], after, points),
+        np.where(taken[:, None, None], covs_after, covs),
+        taken,
+    )
 
 
 class PointFilters:
@@ -72,8 +61,8 @@ class PointFilters:
         refused = np.zeros(len(self.points), np.bool_)
         old = np.flatnonzero(here & self.known)
         refused[old] = ~self._update(old, P, pixels[old], noise[old])
-        self._projections = [*self._projections, P][-HELD:]
-        self._held = [*self._held, (pixels, noise, here & ~self.known)][-HELD:]
+        self._projections = [*self._projections, P][-MAX_HELD:]
+        self._held = [*self._held, (pixels, noise, here & ~self.known)][-MAX_HELD:]
         self._start()
         return refused
 
@@ -83,11 +72,11 @@ class PointFilters:
         # Which of some known points take a view, after that they have.
         if not len(rows):
             return np.zeros(0, np.bool_)
-        after, covs, chi2 = updated(seen_at(P), self.points[rows], self.covs[rows], uv, noise)
-        good: BoolArray = chi2 <= GATE
-        self.points[rows[good]], self.covs[rows[good]] = after[good], covs[good]
-        self.views[rows[good]] += 1
-        return good
+        self.points[rows], self.covs[rows], taken = seen_once_more(
+            P, self.points[rows], self.covs[rows], uv, noise
+        )
+        self.views[rows] += taken
+        return taken
 
     def _start(self) -> None:
         # Those that this view showed, of which the held views know enough.
@@ -101,7 +90,7 @@ class PointFilters:
         pinholes = -np.linalg.solve(P[:, :, :3], P[:, :, 3:])[..., 0]
         away = np.linalg.norm(points[:, None] - pinholes, axis=-1).min(axis=1)
         with np.errstate(invalid="ignore"):
-            sure = ok & (np.trace(covs, axis1=1, axis2=2) <= (START_SD * away) ** 2)
+            sure = ok & (np.trace(covs, axis1=1, axis2=2) <= (SURE_SD * away) ** 2)
         new = asked[sure]
         self.points[new], self.covs[new] = points[sure], covs[sure]
         self.known[new] = True

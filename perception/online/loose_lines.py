@@ -5,11 +5,11 @@ known along it.
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import chdtri
 
 from facetlog.perception.detection.line_front_end.faces_from_lines import Pictures
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
+from facetlog.perception.estimation.incidence import GATE
 from facetlog.perception.estimation.lines.image_line import fit_image_line
 from facetlog.perception.estimation.lines.space_line import line_of_points
 from facetlog.perception.estimation.pose_noise import pixel_covs
@@ -19,9 +19,6 @@ from facetlog.perception.surfaces.drawing.hidden_surface import HiddenSurface
 from facetlog.perception.types import View
 
 __all__ = ["with_loose_lines"]
-
-# A line that is another edge's is refused: by chance one in so many is.
-GATE = float(chdtri(2, 1e-5))
 
 
 def with_loose_lines(

@@ -14,9 +14,8 @@ from scipy.special import chdtri
 from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.line_front_end.faces_from_lines import look_at, tracked_faces
 from facetlog.perception.detection.picture_faults import nothing_shown
-from facetlog.perception.estimation.incidence import updated
 from facetlog.perception.estimation.plane_filter import fit_plane
-from facetlog.perception.estimation.point_recursion import GATE, seen_at
+from facetlog.perception.estimation.point_recursion import seen_once_more
 from facetlog.perception.estimation.pose_noise import pixel_covs
 from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
 from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
@@ -172,10 +171,9 @@ class OnlineScene:
         noise = self._factor * (readings.cov[rows] + self._extra_px**2 * np.eye(2))
         noise += pixel_covs(view, scene.points[rows])
         covs = np.array([v.cov for v in scene.vertices])
-        points, after, chi2 = updated(
-            seen_at(view.projection), scene.points[rows], covs[rows], readings.uv[rows], noise
+        points, after, good = seen_once_more(
+            view.projection, scene.points[rows], covs[rows], readings.uv[rows], noise
         )
-        good = chi2 <= GATE
         if len(rows) >= LEAST_READ and 2 * good.sum() < len(rows):
             return 0, (
                 f"{view.name} contradicts the views before: of {len(rows)} corners that it shows "

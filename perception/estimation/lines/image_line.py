@@ -1,7 +1,7 @@
 """Lines in a picture from its points: the two charts of the paper's figure 4."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.incidence import (
     MAX_SLOPE,
-    START_SD,
+    SURE_SD,
     Incidence,
     converted,
     held_start,
     most_likely,
     solved,
-    updated,
+    updated_one,
 )
 from facetlog.perception.estimation.plane_filter import Chart
 from facetlog.perception.types import FloatArray, frozen
@@ -110,7 +110,7 @@ def image_line_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[ImageLi
     start = held_start(
         lambda n: fit_image_line(x[:n], noise[:n]),
         len(x),
-        lambda line: line.state.cov[0, 0] <= START_SD**2,
+        lambda line: line.state.cov[0, 0] <= SURE_SD**2,
     )
     if start is None:
         return
@@ -118,14 +118,8 @@ def image_line_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[ImageLi
     yield line
     for point, cov in zip(x[held:] - line.origin, noise[held:], strict=True):
         order = _axes(line.chart)
-        mean, after, _ = updated(
-            POINT_ON_LINE,
-            line.state.mean[None],
-            line.state.cov[None],
-            point[None, order],
-            cov[None][:, order][:, :, order],
-        )
-        line = ImageLine(line.chart, State(mean[0], after[0]), line.origin)
+        state, _ = updated_one(POINT_ON_LINE, line.state, point[order], cov[np.ix_(order, order)])
+        line = replace(line, state=state)
         if abs(line.state.mean[0]) > MAX_SLOPE:
             line = line.in_chart(Chart.X if line.chart == Chart.Y else Chart.Y)
         yield line

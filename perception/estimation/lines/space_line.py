@@ -4,7 +4,7 @@ The three charts of the paper's figure 5: Z is x = a z + p, y = b z + q, and X, 
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.incidence import (
     MAX_SLOPE,
-    START_SD,
+    SURE_SD,
     Incidence,
     converted,
     held_start,
     most_likely,
     solved,
-    updated,
+    updated_one,
 )
 from facetlog.perception.estimation.lines.image_line import ImageLine
 from facetlog.perception.estimation.plane_filter import (
@@ -81,11 +81,9 @@ class SpaceLine:
         squared Mahalanobis length of the innovation, chi-square with two degrees of freedom.
         """
         planes, noise = _shifted(*_viewing_planes([image], [projection]), self.origin)
-        x, cov = _in_order(planes, noise, self.chart)
-        state = self.state
-        mean, after, chi2 = updated(LINE_OF_PLANES, state.mean[None], state.cov[None], x, cov)
-        line = type(self)(self.chart, State(mean[0], after[0]), self.origin)
-        return line.in_best_chart(), float(chi2[0])
+        (x,), (cov,) = _in_order(planes, noise, self.chart)
+        state, chi2 = updated_one(LINE_OF_PLANES, self.state, x, cov)
+        return replace(self, state=state).in_best_chart(), chi2
 
     def in_chart(self, chart: Chart, origin: FloatArray | None = None) -> Self:
         """The same line in another chart, about another origin where one is given.
@@ -190,11 +188,9 @@ def line_of_points_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[Spa
     line, held = start
     yield line
     for point, cov in zip(x[held:], noise[held:], strict=True):
-        x, noise_of_x = _in_order((point - line.origin)[None], cov[None], line.chart)
-        mean, after, _ = updated(
-            LINE_OF_POINTS, line.state.mean[None], line.state.cov[None], x, noise_of_x
-        )
-        line = SpaceLine(line.chart, State(mean[0], after[0]), line.origin).in_best_chart()
+        measured = _in_order(point - line.origin, cov, line.chart)
+        state, _ = updated_one(LINE_OF_POINTS, line.state, *measured)
+        line = replace(line, state=state).in_best_chart()
         yield line
 
 
@@ -270,7 +266,7 @@ def plane_of_lines_recursion(lines: Sequence[SpaceLine]) -> Iterator[Plane]:
     start = held_start(
         lambda n: plane_of_lines(lines[:n]),
         len(lines),
-        lambda plane: np.linalg.eigvalsh(plane.cov[:3, :3])[2] <= START_SD**2,
+        lambda plane: np.linalg.eigvalsh(plane.cov[:3, :3])[2] <= SURE_SD**2,
     )
     if start is None:
         return
@@ -280,16 +276,15 @@ def plane_of_lines_recursion(lines: Sequence[SpaceLine]) -> Iterator[Plane]:
     plane = _about_world(plane, -origin)
     for line in lines[held:]:
         chart = best_chart(plane.normal)
-        state = chart_from_plane(chart, plane)
-        x, noise = _in_order(*_drawn_about([line], origin), chart)
-        mean, cov, _ = updated(PLANE_OF_LINES, state.mean[None], state.cov[None], x, noise)
-        plane = plane_from_chart(chart, State(mean[0], cov[0]))
+        (x,), (noise,) = _in_order(*_drawn_about([line], origin), chart)
+        state, _ = updated_one(PLANE_OF_LINES, chart_from_plane(chart, plane), x, noise)
+        plane = plane_from_chart(chart, state)
         yield _about_world(plane, origin)
 
 
 def _is_sure(line: SpaceLine, distance: float = np.inf) -> bool:
     sds = np.sqrt(np.diagonal(line.state.cov)) / [1.0, 1.0, distance, distance]
-    return bool(sds.max() <= START_SD)
+    return bool(sds.max() <= SURE_SD)
 
 
 def _most_likely_line(

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from facetlog.perception.estimation.ekf import Linearised, State, step
 from facetlog.perception.estimation.incidence import updated
-from facetlog.perception.estimation.point_filter import estimate_points, pixel_measurement
-from facetlog.perception.estimation.point_recursion import PointFilters, seen_at
+from facetlog.perception.estimation.point_filter import estimate_points, pixel_measurement, seen_at
+from facetlog.perception.estimation.point_recursion import PointFilters
 from tests.perception.rigs import PIXEL_SD, pictured, ring
 
 SEEDS = st.integers(0, 2**32 - 1)
