@@ -50,10 +50,14 @@ LEAST_READ = 4
 class Update:
     """What a view came to: whether it was `used`, and what is to be said of it; whether faces were
     searched, and how many corners and loose edges it updated.
+
+    A search may find that views which were taken contradict the others: they are left out, `lost`
+    of them, perhaps this one.
     """
 
     used: bool
     problem: str = ""
+    lost: int = 0
     searched: bool = False
     corners: int = 0
     lines: int = 0
@@ -80,12 +84,12 @@ class OnlineScene:
         self._searched, self._in_vain = 0, 0
         self._extra_px, self._factor = 0.0, 1.0
         self._touched: NDArray[np.bool_] = np.zeros(0, np.bool_)
-        self._named: set[str] = set()
+        self._left_out: list[str] = []
 
     def add(self, view: View) -> Update:
         """What is known with one more view; a view that shows nothing or contradicts is named."""
         if (fault := nothing_shown(view.image)) is not None:
-            return Update(False, f"{view.name}: {fault}")
+            return self._refused(f"{view.name}: {fault}")
         looked = look_at([view], self.clock)
         with self.clock.step("update"):
             corners = lines = 0
@@ -94,14 +98,18 @@ class OnlineScene:
                 readings = corner_readings(self.scene, looked, hidden)
                 corners, problem = self._filter(view, readings)
                 if problem:
-                    return Update(False, problem)
+                    return self._refused(problem)
                 self.scene, lines = with_loose_lines(
                     self.scene, looked, view, hidden, self._extra_px, self._factor
                 )
             self._key.add(view, looked)
         searched = len(self._key.views) >= LEAST_VIEWS and self._key.changes >= self._due()
-        problem = self._search() if searched else ""
-        return Update(True, problem, searched, corners, lines)
+        problem, lost = self._search() if searched else ("", 0)
+        return Update(True, problem, lost, searched, corners, lines)
+
+    def _refused(self, problem: str) -> Update:
+        self._left_out.append(problem)
+        return Update(False, problem)
 
     def _due(self) -> float:
         # With how many changes of the kept views faces are searched anew.
@@ -128,6 +136,9 @@ class OnlineScene:
         if self.scene is not None and self._found is not None:
             self.scene = self._found.complete(self.scene, self.clock)
             self._found = None
+        if self.scene is not None:
+            said = dict.fromkeys((*self._left_out, *self.scene.warnings))
+            self.scene = replace(self.scene, warnings=tuple(said))
         return problem
 
     def _polish(self) -> str:
@@ -186,15 +197,15 @@ class OnlineScene:
         self.scene = _refitted(replace(scene, vertices=tuple(vertices)), self._touched)
         return int(good.sum()), ""
 
-    def _search(self) -> str:
-        # Returns what is wrong with the views, if they contradict one another.
+    def _search(self) -> tuple[str, int]:
+        # What is wrong with the views, if they contradict one another, and how many were left out.
         key, clock = self._key, self.clock
         if key.looked is None:
-            return ""
+            return "", 0
         try:
             tracked = tracked_faces(key.looked, self._up, clock, in_agreement, triangulated)
         except InconsistentViewsError as exc:
-            return str(exc)
+            return str(exc), 0
         finally:
             self._searched, key.changes = len(key.views), 0
         found = scene_of_faces(
@@ -210,10 +221,12 @@ class OnlineScene:
         self._extra_px, self._factor = made.extra_px, made.factor
         self._in_vain = self._in_vain + 1 if _same_faces(self.scene, made.scene) else 0
         self.scene, self._touched = _carried_over(self._before(), made.scene)
-        # Views that contradict the others are named when that is first seen.
-        new = [line for line in tracked.warnings if line not in self._named]
-        self._named.update(new)
-        return "; ".join(new)
+        # Views that contradict the others would be kept for long: they differ from them.
+        lost = len(key.views) - len(found.used)
+        if lost:
+            key.only(found.used)
+        self._left_out += tracked.warnings
+        return "; ".join(tracked.warnings), lost
 
 
 def _says_more(scene: Scene, than: Scene) -> bool:

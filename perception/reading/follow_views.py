@@ -26,9 +26,10 @@ class FollowedViews:
     """The views of a folder or poses file (read_views.py), in the order in which they come.
 
     Iterating reads no picture before it is asked for the next view, and ends when no new view came
-    for `timeout` seconds; `ended` says so then, and `problems` names the pictures that never became
-    readable, or the poses file that did not. `up`, `metric` and `error_kind` are what the poses
-    file says, from the first view on. InputError if there was nothing to be read at all.
+    for `timeout` seconds; `ended` says so then. `problems` names the frames without a pose and the
+    pictures that could not be read so far, in the end also a poses file that could not. `up`,
+    `metric` and `error_kind` are what the poses file says, from the first view on. InputError if
+    there was nothing to be read at all.
     """
 
     def __init__(
@@ -44,22 +45,21 @@ class FollowedViews:
         self.up: FloatArray | None = None
         self.metric = False
         self.error_kind = PoseErrorKind.ODOMETRY
-        self.problems: tuple[str, ...] = ()
         self.ended = ""
         self._unit, self._timeout, self._clock, self._wait = unit, timeout, clock, wait
         self._file: PosesFile | None = None
         self._stamp: tuple[int, int] | None = None
         self._fault: InputError | None = None
         self._taken: set[tuple[Path, VideoFrame | None, str]] = set()
+        self._waiting: dict[str, str] = {}
         self._videos = VideoFrames()
         self._lenses: dict[Lens, Lens] = {}
 
     def __iter__(self) -> Iterator[View]:
         last = self._clock()
-        waiting: dict[str, str] = {}
         while True:
             self._read_poses()
-            waiting = {}
+            self._waiting = {}
             for picture in self._file.pictures if self._file else ():
                 key = picture.path, picture.frame, picture.name
                 if key in self._taken:
@@ -67,7 +67,7 @@ class FollowedViews:
                 try:
                     view = self._view(picture)
                 except InputError as exc:
-                    waiting[picture.name] = str(exc)
+                    self._waiting[picture.name] = str(exc)
                     continue
                 self._taken.add(key)
                 yield view
@@ -77,10 +77,14 @@ class FollowedViews:
             self._wait(POLL_S)
         if self._fault is not None and self._file is None:
             raise self._fault
-        broken = () if self._fault is None else (str(self._fault),)
-        lines = [*map(str, self._file.faults if self._file else ()), *waiting.values()]
-        self.problems = (*broken, *(f"{line}; left out" for line in lines))
         self.ended = f"no new view came for {self._timeout:g} s"
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """A line each, and of frames of which the same is to be said one."""
+        broken = () if self._fault is None or not self.ended else (str(self._fault),)
+        lines = [*map(str, self._file.faults if self._file else ()), *self._waiting.values()]
+        return (*broken, *dict.fromkeys(f"{line}; left out" for line in lines))
 
     def _read_poses(self) -> None:
         # Keeps what was read before while the file is being written anew.

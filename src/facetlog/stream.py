@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from facetlog.kb.verdict import Recognition, Verdict
     from facetlog.perception.online.online_scene import OnlineScene
     from facetlog.perception.scene import Scene
-    from facetlog.perception.types import FloatArray, View
+    from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
 __all__ = ["Goal", "Stop", "StreamStep", "judged", "recognise_stream", "steps"]
 
@@ -74,7 +74,8 @@ class StreamStep:
     """What is known after a view.
 
     `view` is its name, empty of the last step, in which what is in store was adjusted together;
-    `used` is how many views were used so far, `problem` why this one was not. Without scene and
+    `used` is how many views are used so far, `problem` why this one is not, or another that turned
+    out to contradict them. Without scene and
     recognition there was too little to see; what each view saw (`Scene.sights`) the scene of the
     last step tells alone. `facts` are those that were judged. `ended` of the last step says why no
     further view was read.
@@ -114,6 +115,7 @@ def recognise_stream(
     name: str = "views",
     up: "FloatArray | None" = None,
     metric: bool = False,
+    error_kind: "PoseErrorKind | None" = None,
     base: "KnowledgeBase | None" = None,
     stop: Stop | None = None,
     polish: bool = True,
@@ -123,12 +125,15 @@ def recognise_stream(
     (without `polish` it is what the last view left).
 
     Nothing is drawn from `views` beyond the view after which `stop` is reached, so they may be a
-    camera that has still to take them. `up`, `metric` as in `ViewSet`; judged by the models of
-    `base`, else by the built-in ones.
+    camera that has still to take them. `up`, `metric` as in `ViewSet`; `error_kind` is that of the
+    poses whose covariance is given, errors of odometry if not said; judged by the models of `base`,
+    else by the built-in ones.
     """
     from facetlog.perception.online.online_scene import OnlineScene
+    from facetlog.perception.types import PoseErrorKind
 
-    online = OnlineScene(name=name, up=up, metric=metric, clock=clock)
+    kind = error_kind or PoseErrorKind.ODOMETRY
+    online = OnlineScene(name=name, up=up, metric=metric, error_kind=kind, clock=clock)
     yield from steps(online, views, base=base, stop=stop, polish=polish)
 
 
@@ -149,7 +154,7 @@ def steps(
         used = 0
         for view in views:
             update = online.add(view)
-            used += update.used
+            used += update.used - update.lost
             facts, found = judged(models, online)
             step = StreamStep(view.name, used, online.scene, facts, found, update.problem)
             yield step

@@ -4,7 +4,9 @@ import json
 import signal
 import subprocess
 import sys
+from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -12,6 +14,7 @@ from facetlog.__main__ import INTERRUPTED
 from facetlog.cli import main
 from facetlog.degree_plot import Degrees, write_degree_plot
 from facetlog.errors import InputError
+from facetlog.perception.types import Pose
 from facetlog.pipeline import open_models
 from facetlog.robot.recording import Format
 from facetlog.robot.rendering.views import simulate
@@ -63,11 +66,26 @@ def test_limits_on_views_and_standard_deviation_end_it():
 
 
 def test_what_is_undecided_is_told():
-    views, _ = _block()
     with open_models() as base:
-        steps = list(recognise_stream(views, up=UP, base=base, stop=Stop(max_views=3)))
-    assert {v.state.value for v in steps[2].undecided} <= {"unknown"}
+        steps = list(recognise_stream(tour("table")[:3], up=UP, base=base, polish=False))
+    desk = next(v for v in steps[2].undecided if v.model == "desk")
+    assert "faces that it needs were measured" in desk.summary
     assert steps[0].undecided == ()
+
+
+def test_a_view_that_turns_out_to_contradict_is_used_no_more():
+    views = list(tour("block")[::2])
+    about_up = cv2.Rodrigues(np.radians(4.0) * UP)[0]
+    pose = views[5].pose
+    wrong = replace(views[5], name="wrong.png", pose=Pose(about_up @ pose.rotation, pose.centre))
+    with open_models() as base:
+        *steps, last = recognise_stream(
+            (*views[:7], wrong), up=UP, base=base, stop=Stop(max_views=8), polish=False
+        )
+    assert [step.used for step in steps] == [1, 2, 3, 4, 5, 6, 7, 7]
+    assert "wrong.png" in steps[-1].problem
+    assert any("wrong.png" in line for line in last.scene.warnings)
+    assert last.ended == "there were no more views"
 
 
 @pytest.mark.parametrize("text", ["table", "table > 90%", "table >= 900%", "Table >= 5%", ">= 9%"])
@@ -115,6 +133,18 @@ def test_killed_it_leaves_nothing_and_interrupted_all_that_is_known(folder, tmp_
         assert run.returncode == INTERRUPTED
         assert "t1 is a box" in said
         assert (out / "verdicts.json").is_file()
+
+
+def test_interrupted_its_json_ends_with_all_that_is_known(folder):
+    command = [sys.executable, "-m", "facetlog", "recognize", str(folder), "--follow", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as run:
+        for _ in range(5):
+            run.stdout.readline()
+        run.send_signal(signal.SIGINT)
+        said, _ = run.communicate(timeout=60)
+    last = json.loads(said.splitlines()[-1])
+    assert last["ended"] == "interrupted"
+    assert last["recognition"]["verdicts"]
 
 
 def test_the_plot_has_a_line_for_each_model_that_ever_held_and_is_the_same_each_time(tmp_path):
@@ -165,6 +195,13 @@ def test_json_has_an_object_a_view_and_all_of_it_at_the_end(folder, capsys):
     assert {v["schema"] for v in (*views, last)} == {"facetlog-stream/1"}
     assert "box holds" in last["ended"]
     assert last["recognition"]["verdicts"]
+
+
+def test_a_goal_that_no_model_can_reach_is_refused_before_the_first_view(folder, capsys):
+    assert main(["recognize", str(folder), "--follow", "--until", "tabel >= 90%"]) == 2
+    out, err = capsys.readouterr()
+    assert "there is no model 'tabel'; did you mean table?" in err
+    assert out == ""
 
 
 def test_options_of_following_need_it(folder, capsys):

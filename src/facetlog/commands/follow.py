@@ -2,7 +2,9 @@
 
 import json
 import shutil
+import signal
 import sys
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -17,6 +19,7 @@ from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import Recognised, open_models
+from facetlog.query_shell.words import nearest
 from facetlog.report import verdicts_text, write_report
 from facetlog.stream import Stop, StreamStep, steps
 from facetlog.terminal import note, one_line, show_times, warn
@@ -68,6 +71,15 @@ def step_json(step: StreamStep) -> str:
     return json.dumps(document)
 
 
+def _check_goal(stop: Stop, models: Iterable[str]) -> None:
+    """InputError if the goal is a model that there is not: it would never be reached."""
+    if stop.until is None or stop.until.model in (known := tuple(models)):
+        return
+    meant = nearest(stop.until.model, known)
+    guess = f"did you mean {meant}?" if meant else f"there are {', '.join(sorted(known))}"
+    raise InputError(f"--until: there is no model {stop.until.model!r}; {guess}")
+
+
 def _fitting(line: str) -> str:
     """As much of a line as the terminal's has room for: a view takes one."""
     width = shutil.get_terminal_size().columns
@@ -104,8 +116,13 @@ def followed(
     degrees: list[Degrees] = []
     interrupted = False
     with open_models(models, trusted=trusted, crisp=crisp) as base:
+        _check_goal(stop, base.models)
         views = iter(source)
-        first = next(views, None)
+        try:
+            first = next(views, None)
+        except KeyboardInterrupt:
+            note("interrupted before the first view came")
+            return INTERRUPTED
         if first is None:
             for line in source.problems:
                 warn(line)
@@ -128,15 +145,20 @@ def followed(
     for line in source.problems:
         warn(line)
     if last is None:
+        note("interrupted before anything was known")
         return INTERRUPTED
     if interrupted:
+        # What is known is to be written: a second Ctrl-C comes too late.
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
         online.finish(polish=False)
-        last = replace(last, scene=online.scene)
-    note("interrupted; this is known so far" if interrupted else source.ended or last.ended)
+        last = replace(last, view="", scene=online.scene, problem="", ended="interrupted")
+    else:
+        last = replace(last, ended=source.ended or last.ended)
+    note("interrupted; this is known so far" if interrupted else last.ended)
     show_times(clock)
-    if last.ended and last.problem:
+    if last.problem:
         warn(last.problem)
-    if as_json and last.ended:
+    if as_json:
         typer.echo(step_json(last))
     if last.scene is None or last.recognition is None:
         note(f"too little was seen in {many(last.used, 'view')} to say what is there")
