@@ -2,8 +2,8 @@
 
 Boxes, L-blocks, wedges and stairs from the tour's poses (noise of 5 grey levels, blur of 1 px), and
 the photographed cube: recall and precision of the paper's front end in matching vertices, from each
-two successive views and from six, by position labels alone, with junctions where these are missing
-or repeated, and with line labels as well. Of junctions and line labels it is asked which share is
+two successive views and from six, by position labels alone, and with junctions where these are
+missing or repeated. Of junctions and line labels it is asked which share is
 as the solid has it, in the pictures and in exact drawings from the same places.
 """
 
@@ -29,7 +29,6 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.terms import Atom
 from facetlog.perception.detection.block_front_end.correspondence import track_vertices
 from facetlog.perception.detection.block_front_end.faces_of_block import labelled_pictures
-from facetlog.perception.detection.block_front_end.junction_marks import LineLabels
 from facetlog.perception.detection.block_front_end.picture_drawing import picture_drawing
 from facetlog.perception.detection.block_front_end.picture_features import (
     PictureFeatures,
@@ -55,8 +54,11 @@ CUBE_SIDES = (0.084, 0.084, 0.084)
 A_SIDE = 6  # views of the tour from one side of the block
 L_PLAN = ((-5.0, -4.0), (5.0, -4.0), (5.0, 0.0), (0.0, 0.0), (0.0, 4.0), (-5.0, 4.0))
 L_HEIGHT = 6.0
-POSITION, JUNCTIONS, LABELS = "position labels", "and junctions", "and line labels"
-WAYS = (POSITION, JUNCTIONS, LABELS)
+POSITION, JUNCTIONS = "position labels", "and junctions"
+WAYS = (POSITION, JUNCTIONS)
+
+LineLabels = Callable[[LineDrawing], Mapping[int, str]]
+"""From a drawing to the labels of those of its lines (by number) that have one."""
 
 
 def l_world(seed: int) -> World:
@@ -161,15 +163,13 @@ def matched(
     views: tuple[View, ...],
     pictures: tuple[PictureFeatures, ...],
     true: Sequence[Mapping[int, tuple[float, float]]],
-    labels: LineLabels,
 ) -> None:
     """Adds what each way matches among these views: sightings of vertices that two views show."""
     seen = Counter(i for each in true for i in each)
     sightings = sum(1 for each in true for i in each if seen[i] > 1)
     up = np.array([0.0, 0.0, 1.0])
     for way, tally in tallies.items():
-        given = labels if way == LABELS else None
-        features = labelled_pictures(views, pictures, up, given)
+        features = labelled_pictures(views, pictures, up)
         if way == POSITION:
             features = tuple(tuple(replace(v, mark=None) for v in each) for each in features)
         tally.true += sightings
@@ -279,7 +279,7 @@ def of_views(
             for chosen in some:
                 part = tuple(views[k] for k in chosen)
                 of = tuple(pictures[k] for k in chosen)
-                matched(tallies[count], part, of, [true[k] for k in chosen], labels)
+                matched(tallies[count], part, of, [true[k] for k in chosen])
         scene = polyhedron(solid.vertices, solid.faces, sd=0.0, name=name)
         memo = SceneMemo.of(scene)
         for view, picture, each in zip(views, pictures, true, strict=True):

@@ -4,9 +4,10 @@ The demo's block, seeds in turn, its 24 views one at a time in the order of the 
 views it is a box that stays one, errors of the faces' corners and NEES / 3 against views, beside
 all of these views at once; of the upper corners apart, for beside a block's foot there may be a
 strip of shadow narrower than the blur, which moves the foot's edge by a tenth of a pixel in every
-view. Furniture of the first seeds: the first verdict that is right. A ring of 200
-views of a block gives the processor time of a view, late and early; faces are searched anew in the
-kept views now and then, which is counted apart.
+view. One block's views in random orders: how far apart its corners come out. Furniture of the first
+seeds: the first verdict that is right. A ring of 200 views of a block gives the processor time of a
+view, late and early; faces are searched anew in the kept views now and then, which is counted
+apart. What facts and verdicts add to a view is measured on the demo's block.
 
 Figures 12 and 13 of the paper for photographs: the corners of a printed cube against views (set
 visp_cube), beside those of all its views at once, of which two stand in for the truth.
@@ -46,7 +47,9 @@ __all__ = ["NAME", "main", "measure"]
 NAME = "accuracy_online"
 SEEDS = 10
 FURNITURE_SEEDS = 2
-SHOWN = (4, 6, 8, 12, 16, 20, 24)
+# Faces are searched anew after 4, 8, 11, 15 and 20 views: most of these lie between.
+SHOWN = (4, 5, 7, 8, 10, 12, 14, 16, 18, 19, 22, 24)
+ORDERS = 20
 WORLDS = {"block": "box", "printed_block": "box", "table": "table", "chair": "chair"}
 UP = np.array([0.0, 0.0, 1.0])
 # A corner farther off than this is none of the block's, m.
@@ -57,23 +60,34 @@ CUBE, EVERY = "visp_cube", 5
 
 @dataclass(frozen=True, slots=True)
 class _Errors:
+    """Of corners: which of the true ones they are, squared errors, NEES, and which are above the
+    floor.
+    """
+
+    which: NDArray[np.intp]
     squares: FloatArray
     nees: FloatArray
-    above: NDArray[np.bool_]  # the floor
+    above: NDArray[np.bool_]
+
+    def of(self, which: set[int]) -> FloatArray:
+        """The squared errors of some of the true corners."""
+        return np.asarray(self.squares[np.isin(self.which, list(which))])
 
 
 def _errors(scene: Scene | None, true: FloatArray) -> _Errors:
     """Of the corners of faces that are some corner of the block."""
     corners = sorted({k for f in scene.faces for k in f.outline}) if scene else []
     if scene is None or not corners:
-        return _Errors(np.zeros(0), np.zeros(0), np.zeros(0, np.bool_))
+        none = np.zeros(0)
+        return _Errors(none.astype(np.intp), none, none, none.astype(np.bool_))
     apart = scene.points[corners][:, None] - true[None]
     which = (apart**2).sum(axis=2).argmin(axis=1)
     off = apart[np.arange(len(corners)), which]
     near = (off**2).sum(axis=1) < NEAR_M**2
     covs = np.array([scene.vertices[k].cov for k in corners])[near]
     nees = np.einsum("ni,nij,nj->n", off[near], np.linalg.inv(covs), off[near])
-    return _Errors((off[near] ** 2).sum(axis=1), nees, true[which[near], 2] > NEAR_M)
+    squares = (off[near] ** 2).sum(axis=1)
+    return _Errors(which[near], squares, nees, true[which[near], 2] > NEAR_M)
 
 
 def _against_views(seeds: range) -> Iterator[dict[str, Cell]]:
@@ -89,19 +103,56 @@ def _against_views(seeds: range) -> Iterator[dict[str, Cell]]:
                 found[count].append((_errors(online.scene, true), _errors(batch, true)))
     for count in SHOWN:
         row: dict[str, Cell] = {"views": count}
-        rms = []
         for which, name in ((0, "one at a time"), (1, "at once")):
             squares = np.concatenate([pair[which].squares for pair in found[count]])
             nees = np.concatenate([pair[which].nees for pair in found[count]])
-            rms.append(float(np.sqrt(squares.mean())) if len(squares) else np.nan)
             row[f"corners, {name}"] = len(squares)
-            row[f"rms mm, {name}"] = round(1e3 * rms[-1], 3)
+            row[f"rms mm, {name}"] = round(1e3 * float(np.sqrt(squares.mean())), 3)
             above = np.concatenate([pair[which].above for pair in found[count]])
             for kept, of in ((above | True, ""), (above, "above the floor, ")):
                 mean = round(float(nees[kept].mean() / 3), 2) if kept.any() else None
                 row[f"NEES / 3, {of}{name}"] = mean
-        row["rms ratio"] = round(rms[0] / rms[1], 2)
+        both = [(a, b, {*a.which.tolist()} & {*b.which.tolist()}) for a, b in found[count]]
+        squares = [np.concatenate([pair[k].of(pair[2]) for pair in both]) for k in (0, 1)]
+        row["rms ratio, corners of both"] = round(
+            float(np.sqrt(squares[0].mean() / squares[1].mean())), 2
+        )
         yield row
+
+
+def _orders(seed: int) -> Iterator[dict[str, Cell]]:
+    """How far apart the corners of one block come out, its views in random orders."""
+    views = simulated_views("block", seed, progress=None, clock=StepClock()).views
+    true = np.array(make_world("block", seed).truth.solids[0].vertices) * INCH
+    rng = np.random.default_rng(seed)
+    found: dict[str, list[tuple[FloatArray, FloatArray]]] = {}
+    for _ in range(ORDERS):
+        shuffled = [views[k] for k in rng.permutation(len(views))]
+        online = OnlineScene(name="block", up=UP, metric=True)
+        for view in shuffled:
+            online.add(view)
+        found.setdefault("one at a time", []).append(_nearest(online.scene, true))
+        online.finish(polish=True)
+        found.setdefault("polished", []).append(_nearest(online.scene, true))
+    for name, orders in found.items():
+        points = np.array([points for points, _ in orders])
+        variance = np.array([variances for _, variances in orders]).mean(axis=0)
+        apart = ((points - points.mean(axis=0)) ** 2).sum(axis=2).mean(axis=0)
+        spread = np.sqrt(apart / variance)
+        yield {
+            "block": name,
+            "orders": ORDERS,
+            "spread, sd (median corner)": round(float(np.median(spread)), 3),
+            "spread, sd (worst corner)": round(float(spread.max()), 3),
+        }
+
+
+def _nearest(scene: Scene | None, true: FloatArray) -> tuple[FloatArray, FloatArray]:
+    # The vertices nearest to the true corners (n, 3), and their total variances (n,).
+    if scene is None or not scene.vertices:
+        raise ValueError("nothing was found of the demo's block")
+    which = ((scene.points[None] - true[:, None]) ** 2).sum(axis=2).argmin(axis=1)
+    return scene.points[which], np.array([np.trace(scene.vertices[k].cov) for k in which])
 
 
 def _verdicts(seeds: range) -> Iterator[dict[str, Cell]]:
@@ -215,6 +266,29 @@ def _times() -> tuple[Table, Table]:
     )
 
 
+def _to_verdicts() -> Table:
+    """Processor time of a view until its verdicts are there."""
+    given = simulated_views("block", 0, progress=None, clock=StepClock())
+    clock = StepClock()
+    spent: list[float] = []
+    with open_models() as base:
+        stream = recognise_stream(
+            given.views, up=given.up, metric=True, base=base, clock=clock, polish=False
+        )
+        start = process_time()
+        for step in stream:
+            if step.view:
+                spent.append(1e3 * (process_time() - start))
+            start = process_time()
+    judged = sum(t.cpu for t in clock.times if t.name in ("facts", "verdicts"))
+    row: dict[str, Cell] = {
+        **_figures(spent),
+        "mean ms a view": round(sum(spent) / len(spent), 1),
+        "of that facts and verdicts": round(1e3 * judged / len(spent), 1),
+    }
+    return Table("the demo's block, each view with its verdicts", (row,))
+
+
 def _figures(values: list[float]) -> dict[str, Cell]:
     return {f"ms a view, {k}": v for k, v in median_and_spread(values, digits=1).items()}
 
@@ -228,8 +302,10 @@ def measure(settings: Settings) -> Report:
         NAME,
         (
             Table("the block's corners against views", tuple(_against_views(seeds))),
+            Table("one block's views in random orders", tuple(_orders(settings.first))),
             Table("verdicts", tuple(_verdicts(seeds))),
             *_times(),
+            _to_verdicts(),
             *photographs,
         ),
         {"seeds": len(seeds)},

@@ -1,4 +1,4 @@
-"""What is wanted of the eyes, from pictures to faces, and what the kept reports say of it."""
+"""What is wanted of the eyes, all at once and on line, and what the kept reports say of it."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -94,9 +94,22 @@ def _rate(wrong: str) -> Place:
     return Place("time_estimation", "CPU time a point", ("times filterpy",), where)
 
 
+def _online(views: int, *of: str) -> Place:
+    where = (("views", views),)
+    return Place("accuracy_online", "the block's corners", of, where, f"after {views} views")
+
+
 FACES, EDGES = "True faces", "Front end: lines"
 EDGE_FIGURES = ("edges", "median %", "worst %")
 FACE_FIGURES = ("true faces", "covered", "faces", "other faces", "NEES/3")
+
+LINE_FIGURES = ("recursion / all at once", "NEES / n of the recursion")
+LINES = (
+    "line in a picture, of 20 pixels",
+    "line in space, of 8 points",
+    "line in space, of 12 views",
+    "plane, of 5 lines",
+)
 
 WANTED = (
     Wanted(
@@ -211,6 +224,56 @@ WANTED = (
         "10,000 points × 24 views, right matches; 10 % wrong",
         "≥ 150 and ≥ 40 times as fast as a filterpy loop",
         (_rate("0%"), _rate("10%")),
+    ),
+    Wanted(
+        "on line, the block's corners: rms ÷ that of all views at once",
+        "≤ 1.1 after the last view",
+        (_online(24, "rms ratio, corners of both"),),
+    ),
+    Wanted(
+        "on line, the block's corners: NEES/3",
+        ".8 to 1.3 from the fourth view on",
+        tuple(_online(views, "NEES / 3, one at a time") for views in (4, 8, 16, 24)),
+    ),
+    Wanted(
+        "on line, random worlds: points that diverge; NEES/3",
+        "0 of 10,000; .8 to 1.3",
+        tuple(
+            _at("accuracy_recursion", "after so many", "diverged", "NEES / 3", cameras=c, views=24)
+            for c in ("all round", "arc of 60 degrees")
+        ),
+    ),
+    Wanted(
+        "twenty orders of the views: spread of points (99 %); of a block's corners, polished",
+        "≤ .1 sd",
+        (
+            _at("accuracy_recursion", "twenty", "spread, sd (99 %)", cameras="all round"),
+            _at("accuracy_online", "one block's", "spread, sd (worst corner)", block="polished"),
+        ),
+    ),
+    Wanted(
+        "lines in pictures and space, planes of lines: recursion ÷ all at once; NEES",
+        "≤ 1.05; .9 to 1.1",
+        tuple(
+            Place("accuracy_lines", "the recursion", LINE_FIGURES, (("construction", what),))
+            for what in LINES
+        ),
+    ),
+    Wanted(
+        "on line, CPU ms of a view with detection: without a search; mean of 200 with searches",
+        "≤ 120; the same at view 10 and 200",
+        (
+            *(
+                _at("accuracy_online", "a ring", "ms a view, median", views=views)
+                for views in ("10 to 30", "180 to 200")
+            ),
+            _at("accuracy_online", "all 200", "mean ms a view, with searches"),
+        ),
+    ),
+    Wanted(
+        "10,000 points × one view, CPU ms",
+        "≤ 100",
+        (_at("accuracy_recursion", "ten thousand", "ms a view, median", views="180 to 200"),),
     ),
 )
 

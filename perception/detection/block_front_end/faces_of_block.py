@@ -11,7 +11,7 @@ import numpy as np
 from facetlog.perception.detection.block_front_end.correspondence import POSE_SD_PX, track_vertices
 from facetlog.perception.detection.block_front_end.edge_lines import SLOPE_CHANGE
 from facetlog.perception.detection.block_front_end.face_outlines import face_outlines
-from facetlog.perception.detection.block_front_end.junction_marks import LineLabels, with_junctions
+from facetlog.perception.detection.block_front_end.junction_marks import with_junctions
 from facetlog.perception.detection.block_front_end.picture_features import (
     PictureFeatures,
     picture_features,
@@ -86,11 +86,10 @@ def labelled_pictures(
     views: tuple[View, ...],
     pictures: tuple[PictureFeatures, ...],
     up: FloatArray | None = None,
-    line_labels: LineLabels | None = None,
 ) -> tuple[tuple[LabelledVertex, ...], ...]:
     """The labelled vertices of each view; `up` (3,) is the world's if known.
 
-    Those without a label are marked by their junctions, with `line_labels` also by their lines.
+    Those without a label are marked by their junctions.
 
     The labels on the block refer to the side that faces the first view in which it was found.
     """
@@ -126,7 +125,7 @@ def labelled_pictures(
             side=side,
             quarters=quarters,
         )
-        labelled.append(with_junctions(found, picture.lines, quarters, line_labels))
+        labelled.append(with_junctions(found, picture.lines, quarters))
     return tuple(labelled)
 
 

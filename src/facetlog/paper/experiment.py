@@ -15,12 +15,13 @@ from facetlog.perception.detection.block_front_end.picture_features import (
     picture_features,
 )
 from facetlog.perception.estimation.ekf import State
-from facetlog.perception.estimation.point_filter import estimate_points, plain_recursion
+from facetlog.perception.estimation.point_filter import plain_recursion
 from facetlog.perception.estimation.point_recursion import PointFilters
 from facetlog.perception.reading.poses_file import METRES_PER
+from facetlog.perception.scene import Vertex
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.grey_agreement import GreyAgreement, grey_agreement
-from facetlog.perception.types import FloatArray, Observation, Track, View
+from facetlog.perception.types import FloatArray, Observation, View
 from facetlog.pipeline import (
     FrontEnd,
     Method,
@@ -45,7 +46,7 @@ class VertexRun:
 
     `points` (n, 3) and `covs` (n, 3, 3) are the recursion's after each of the n `views` (indices)
     that saw it, NaN until it starts; `plain_points` and `plain_covs` the printed recursion's, from
-    the zero start. `at_once` (3,) is the estimate from all views together, `true` (3,) the corner.
+    the zero start. `at_once` (3,) is the scene's, of all views together, `true` (3,) the corner.
     """
 
     label: str
@@ -57,6 +58,12 @@ class VertexRun:
     plain_covs: FloatArray
     at_once: FloatArray
     true: FloatArray
+
+    @property
+    def nees(self) -> float:
+        """The recursion's squared error after the last view over its covariance: 3 on average."""
+        off = self.points[-1] - self.true
+        return float(off @ np.linalg.solve(self.covs[-1], off))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -104,18 +111,22 @@ def run_experiment(seed: int, progress: Progress | None, clock: StepClock) -> Ex
         block = block_front_end(views, up=view_set.up)
         each = (perf_counter() - start) / len(views)
         ungrown = tuple(picture_features(view.image, grow=False) for view in views)
+        placed = found.placed_views
         agreement = tuple(
             grey_agreement(picture.regions.labels, found.scene, view)
-            for picture, view in zip(block.pictures, found.placed_views, strict=True)
+            for picture, view in zip(block.pictures, placed, strict=True)
         )
-        runs = tuple(_vertex_run(track, views, true) for track in block.tracks)
+        runs = tuple(_vertex_run(v, placed, true) for v in found.scene.vertices)
     if not found.scene.faces:
         raise InputError(f"the paper's front end finds no face of the block of seed {seed}")
     return Experiment(found, block, ungrown, agreement, runs, each, total)
 
 
-def _vertex_run(track: Track, views: tuple[View, ...], true: FloatArray) -> VertexRun:
-    seen = sorted(track.observations, key=lambda o: o.view)
+def _vertex_run(vertex: Vertex, views: tuple[View, ...], true: FloatArray) -> VertexRun:
+    """The vertex of a scene through the views at their adjusted poses, each pixel as sure as the
+    scene takes it: from edge pixels alone corners would be known two to five times too well.
+    """
+    seen = sorted(vertex.observations, key=lambda o: o.view)
     # The recursion works in inches, as the paper's.
     to_metres = np.diag([METRES_PER_INCH] * 3 + [1.0])
     projections = [views[o.view].projection @ to_metres for o in seen]
@@ -128,20 +139,15 @@ def _vertex_run(track: Track, views: tuple[View, ...], true: FloatArray) -> Vert
     numbered = [Observation(k, o.uv, o.cov) for k, o in enumerate(seen)]
     begin = State(np.zeros(3), LARGE_S0 * np.eye(3))
     plain = list(plain_recursion(numbered, projections, begin))
-    uv, cov = np.array([o.uv for o in seen]), np.array([o.cov for o in seen])
-    at_once, _, _, _ = estimate_points(
-        uv[None], cov[None], np.ones((1, len(seen)), np.bool_), np.array(projections)
-    )
-    corners = true / METRES_PER_INCH
-    nearest = int(((corners - at_once[0]) ** 2).sum(axis=1).argmin())
+    nearest = int(((true - vertex.point) ** 2).sum(axis=1).argmin())
     return VertexRun(
-        str(track.label or "no label"),
+        str(vertex.label or "no label"),
         tuple(o.view for o in seen),
-        uv,
+        np.array([o.uv for o in seen]),
         np.array(points),
         np.array(covs),
         np.array([state.mean for state in plain]),
         np.array([state.cov for state in plain]),
-        at_once[0],
-        corners[nearest],
+        vertex.point / METRES_PER_INCH,
+        true[nearest] / METRES_PER_INCH,
     )

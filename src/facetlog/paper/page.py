@@ -82,6 +82,7 @@ def _contents(run: Experiment, seed: int) -> dict[str, Any]:
         "vertex_a": _vertex(run.vertices[vertex], scene),
         "sightings": pictures.sightings(run, vertex, SIGHTINGS),
         "vertices": [_vertex(v, scene) for v in run.vertices],
+        "nees": f"{np.nanmean([v.nees for v in run.vertices]) / 3:.1f}",
         "curves": [
             {
                 "label": v.label.replace("_", " "),

@@ -56,14 +56,6 @@ def test_what_has_a_label_or_a_twin_or_an_unknown_side_has_no_mark() -> None:
     assert [v.mark for v in with_junctions((ARROW,), LINES, None)] == [None]
 
 
-def test_line_labels_part_junctions_that_are_alike() -> None:
-    twin, other = vertex(50, 50, 0), vertex(150, 50, 2)
-    marked = with_junctions((twin, other), LINES, 0, lambda _: {0: "convex"})
-    kinds = [v.mark[1] for v in marked if v.mark is not None]
-    assert len(set(kinds)) == 2
-    assert all(kind.startswith("straight") for kind in kinds)
-
-
 CAMERA = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
 POINT = np.array([0.1, -0.05, 0.2])
 
