@@ -11,6 +11,7 @@ from facetlog.grammar.faults import Fault
 from facetlog.grammar.own_words import OwnWords, own_words
 from facetlog.grammar.parse import LARGEST, parse
 from facetlog.grammar.source import NOWHERE, Source
+from facetlog.regular_file import read_regular
 
 __all__ = ["BUILTIN", "Library", "Read", "builtin_names", "read_library", "read_text"]
 
@@ -39,8 +40,7 @@ class Library:
 
 def read_text(path: Path) -> str:
     """The text of a file as UTF-8; ValueError if it is none, OSError if it cannot be read."""
-    with path.open("rb") as stream:
-        raw = stream.read(4 * LARGEST + 1)
+    raw = read_regular(path, 4 * LARGEST)
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:

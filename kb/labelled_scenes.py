@@ -9,6 +9,7 @@ from facetlog.errors import InputError
 from facetlog.kb.encode import Fact
 from facetlog.kb.examples import Case, Expected
 from facetlog.kb.proof import State
+from facetlog.regular_file import read_regular_text
 
 __all__ = ["COLUMNS", "labelled_cases"]
 
@@ -41,11 +42,7 @@ def labelled_cases(
 
 def _text(path: Path) -> str:
     try:
-        with path.open("rb") as file:
-            data = file.read(MOST_BYTES + 1)
-        if len(data) > MOST_BYTES:
-            raise InputError(f"{path}: the table is too long: at most {MOST_BYTES:,} bytes")
-        return data.decode("utf-8-sig")
+        return read_regular_text(path, MOST_BYTES)
     except OSError as exc:
         raise InputError(f"{path} cannot be read: {exc.strerror or exc}") from exc
     except UnicodeDecodeError as exc:

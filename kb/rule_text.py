@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from facetlog.errors import RuleSyntaxError
+from facetlog.regular_file import read_regular
 
 __all__ = ["LONGEST_BYTES", "rule_text"]
 
@@ -17,16 +18,13 @@ def rule_text(path: Path) -> str:
     the message names the line.
     """
     try:
-        with path.open("rb") as file:
-            data = file.read(LONGEST_BYTES + 1)
+        data = read_regular(path, LONGEST_BYTES)
     except FileNotFoundError:
         raise RuleSyntaxError(f"{path}: there is no such file") from None
     except PermissionError:
         raise RuleSyntaxError(f"{path}: it may not be read") from None
     except OSError as exc:
         raise RuleSyntaxError(f"{path}: it cannot be read: {exc.strerror}") from exc
-    if len(data) > LONGEST_BYTES:
-        raise RuleSyntaxError(f"{path}: the file is too long: at most {LONGEST_BYTES:,} bytes")
     try:
         return data.decode()
     except UnicodeDecodeError as exc:

@@ -16,6 +16,7 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.types import Image
+from facetlog.regular_file import read_regular
 
 __all__ = ["LEAST_SIDE_PX", "read_picture"]
 
@@ -25,6 +26,8 @@ DECODE_FLAGS = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_OR
 # Of 16 bits the upper 8 are used: pictures of up to 12 bits that were not brought to their range
 # would be black.
 LEAST_OF_16_BITS = 1 << 12
+# A picture of a gigapixel, uncompressed.
+MOST_BYTES = 1_000_000_000
 LEAST_SIDE_PX = 9
 """What the filters that find edges span: a smaller picture shows none."""
 # What libjpeg says of a picture that has all its markers but not all its data.
@@ -34,15 +37,13 @@ DAMAGE = b"Corrupt JPEG data"
 def read_picture(path: Path) -> Image:
     """The picture as stored, grey, (H, W) uint8; InputError if missing, damaged, tiny or none."""
     try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path} is not a file: give the picture itself")
-        data = path.read_bytes()
+        data = read_regular(path, MOST_BYTES)
     except FileNotFoundError as exc:
         raise InputError(
             f"picture {path} is missing: put it there or remove its pose from the poses file"
         ) from exc
-    except (OSError, ValueError) as exc:  # ValueError: a zero byte in the name
-        raise InputError(f"picture {str(path)!r} cannot be read: {_reason(exc)}") from exc
+    except OSError as exc:
+        raise InputError(f"picture {str(path)!r} cannot be read: {exc.strerror or exc}") from exc
     check = _check_of(data)
     if check is None:
         raise InputError(f"{path} is not a picture: give one as {KINDS}")
@@ -80,10 +81,6 @@ def _eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:
             "write it with 8 bits, or with levels up to 65535"
         )
     return np.ascontiguousarray(np.asarray(decoded) // 256, dtype=np.uint8)
-
-
-def _reason(exc: OSError | ValueError) -> str:
-    return exc.strerror if isinstance(exc, OSError) and exc.strerror else str(exc)
 
 
 def _check_of(data: bytes) -> Callable[[bytes], bool] | None:

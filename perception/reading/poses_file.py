@@ -9,6 +9,7 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind
+from facetlog.regular_file import read_regular_text
 
 __all__ = [
     "METRES_PER",
@@ -251,12 +252,10 @@ def metres_per(unit: object, where: str) -> float:
 def read_text(path: Path) -> str:
     """The text of a UTF-8 file; InputError if it is missing, no file, or not text."""
     try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path} is not a file")
-        return path.read_text(encoding="utf-8-sig")
+        return read_regular_text(path)
     except UnicodeDecodeError as exc:
         raise InputError(f"{path} is not text in UTF-8: write it again as such") from exc
     except FileNotFoundError as exc:
         raise InputError(f"{path} is missing") from exc
-    except (OSError, ValueError) as exc:
-        raise InputError(f"{str(path)!r} cannot be read: {exc}") from exc
+    except OSError as exc:
+        raise InputError(f"{str(path)!r} cannot be read: {exc.strerror or exc}") from exc

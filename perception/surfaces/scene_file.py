@@ -15,7 +15,6 @@ import numpy as np
 from pydantic import ValidationError
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.perception.reading.regular_file import check_regular
 from facetlog.perception.scene import (
     Body,
     Edge,
@@ -39,6 +38,7 @@ from facetlog.perception.surfaces.scene_records import (
 )
 from facetlog.perception.types import Camera, FloatArray, Observation, Pose
 from facetlog.perception.whole_file import write_whole
+from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
 
 __all__ = [
     "SceneFault",
@@ -352,9 +352,8 @@ def write_scene(scene: Scene, path: Path) -> None:
 
 def read_scene(path: Path) -> Scene:
     """The scene of a `facetlog-scene/1` file; raises InputError naming the file and the place."""
-    check_regular(path)
     try:
-        content = path.read_bytes()
+        content = read_regular(path, MOST_SCENE_BYTES)
     except OSError as exc:
         raise InputError(f"{path}: cannot be read: {exc.strerror}") from exc
     return scene_from_json(content, str(path))

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
+from facetlog.regular_file import read_regular_text
 
 __all__ = ["ANGLES", "DEFAULT_MOUNT", "LENGTHS", "PARAMETERS", "Mount", "mount_text", "read_mount"]
 
@@ -92,7 +93,7 @@ def read_mount(path: Path) -> Mount:
     both name the file and the key.
     """
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        tables = tomllib.loads(read_regular_text(path))
     except FileNotFoundError as exc:
         raise InputError(
             f"{path} is missing: write it by hand (docs/robot.md) or by `facetlog mount`"

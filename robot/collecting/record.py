@@ -23,6 +23,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Image, Pose
+from facetlog.regular_file import read_regular_text
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.pose2 import Pose2
@@ -226,7 +227,7 @@ def read_log(folder: Path) -> tuple[Mapping[str, object], ...]:
     """
     path = folder / LOG_FILE
     try:
-        lines = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+        lines = [json.loads(line) for line in read_regular_text(path).splitlines()]
     except FileNotFoundError as exc:
         raise InputError(f"{folder} holds no collection to go on with: leave out --resume") from exc
     except (OSError, ValueError) as exc:
@@ -347,7 +348,7 @@ def robot_tum(way: Iterable[tuple[float, Pose2]]) -> str:
 def read_robot_tum(path: Path) -> list[tuple[float, Pose2]]:
     """What `robot_tum` wrote; InputError for anything else."""
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = read_regular_text(path).splitlines()
         rows = [list(map(float, line.split())) for line in lines if not line.startswith("#")]
         return [(at, Pose2(x, y, 2 * math.atan2(qz, qw))) for at, x, y, _, _, _, qz, qw in rows]
     except (OSError, ValueError) as exc:

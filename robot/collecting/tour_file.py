@@ -18,6 +18,7 @@ import numpy as np
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
 from facetlog.perception.types import FloatArray, Pose
+from facetlog.regular_file import read_regular_text
 from facetlog.robot.recording import pan_tilt_angles
 from facetlog.robot.tour import tour_poses
 
@@ -115,7 +116,7 @@ def read_tour(path: Path, *, unit: float | None = None) -> Tour:
 def _rows(path: Path) -> Iterator[tuple[int, Mapping[str, str]]]:
     """Line number and fields of each pose, its columns checked."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_regular_text(path)
     except FileNotFoundError as exc:
         raise InputError(f"tour {path} is missing: give a CSV file, or `{PAPER_TOUR}`") from exc
     except (OSError, UnicodeDecodeError) as exc:

@@ -10,6 +10,7 @@ from pydantic import ConfigDict, Field, FiniteFloat, TypeAdapter, ValidationErro
 from pydantic.dataclasses import dataclass
 
 from facetlog.errors import InputError
+from facetlog.regular_file import read_regular_text
 from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.rendering.worlds import WORLDS
@@ -169,7 +170,7 @@ def read_world(path: Path | None = None) -> WorldSetup:
     else:
         name = str(path)
         try:
-            text = path.read_text(encoding="utf-8")
+            text = read_regular_text(path)
         except (OSError, UnicodeDecodeError) as error:
             reason = getattr(error, "strerror", None) or "it is not UTF-8"
             raise InputError(f"{name}: the world file cannot be read ({reason})") from error

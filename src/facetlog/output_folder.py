@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.regular_file import read_regular_text
 
 __all__ = ["RUN_FILE", "check_replaceable", "output_folder"]
 
@@ -43,7 +44,7 @@ def check_replaceable(folder: Path) -> None:
 
 def _own_files(folder: Path) -> set[str]:
     try:
-        run = json.loads((folder / RUN_FILE).read_text(encoding="utf-8"))
+        run = json.loads(read_regular_text(folder / RUN_FILE))
     except (OSError, ValueError):
         return set()
     if not isinstance(run, dict) or run.get("schema") != RUN_SCHEMA:

@@ -13,9 +13,9 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.regular_file import check_regular
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
 from facetlog.perception.types import FloatArray
+from facetlog.regular_file import check_regular
 
 __all__ = ["find_colmap_model", "read_colmap"]
 

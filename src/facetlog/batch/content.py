@@ -4,7 +4,7 @@ import hashlib
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.regular_file import check_regular
+from facetlog.regular_file import check_regular
 
 __all__ = ["content_hash"]
 

@@ -1,6 +1,7 @@
 """What the scenes are in truth, from a table of labels, and how it counts."""
 
 import csv
+import io
 import os
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from pathlib import Path
 from facetlog.errors import InputError
 from facetlog.perception.reading.poses_file import METRES_PER
 from facetlog.perception.shapes.read_shape import UP_AXES
+from facetlog.regular_file import read_regular_text
 
 __all__ = [
     "NONE",
@@ -58,16 +60,15 @@ def read_labels(path: Path) -> dict[str, Label]:
     that cannot be read, lacks a column, or has a file twice.
     """
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            lines = csv.DictReader(file)
-            missing = {"file", "label"} - set(lines.fieldnames or ())
-            if missing:
-                raise InputError(f"{path}: lacks the column {' and '.join(sorted(missing))}")
-            found: dict[str, Label] = {}
-            for line in lines:
-                label = _label(path, line)
-                if found.setdefault(os.path.realpath(label.file), label) is not label:
-                    raise InputError(f"{path}:{lines.line_num}: {line['file']} is there twice")
+        lines = csv.DictReader(io.StringIO(read_regular_text(path), newline=""))
+        missing = {"file", "label"} - set(lines.fieldnames or ())
+        if missing:
+            raise InputError(f"{path}: lacks the column {' and '.join(sorted(missing))}")
+        found: dict[str, Label] = {}
+        for line in lines:
+            label = _label(path, line)
+            if found.setdefault(os.path.realpath(label.file), label) is not label:
+                raise InputError(f"{path}:{lines.line_num}: {line['file']} is there twice")
     except OSError as exc:
         raise InputError(f"{path}: cannot be read: {exc.strerror or exc}") from exc
     except (csv.Error, UnicodeDecodeError) as exc:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, BinaryIO
 from facetlog.batch.rows import Row, RowRecord, row_from
 from facetlog.errors import InputError
 from facetlog.perception.whole_file import writing_whole
+from facetlog.regular_file import check_regular
 
 if TYPE_CHECKING:
     import pyarrow
@@ -52,6 +53,7 @@ def read_rows(path: Path) -> Iterator[Row]:
     The format is that of the suffix.
     """
     check_format(path)
+    check_regular(path)
     _, read = FORMATS[path.suffix.lower()]
     try:
         with path.open("rb") as file:

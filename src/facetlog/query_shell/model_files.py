@@ -4,6 +4,8 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
+from facetlog.regular_file import read_regular
+
 __all__ = ["Stamp", "stamp_of"]
 
 
@@ -26,6 +28,6 @@ def stamp_of(path: Path, before: Stamp | None = None) -> Stamp | None:
         times = (status.st_mtime_ns, status.st_size, status.st_ino)
         if before is not None and before.times == times:
             return before
-        return Stamp(times, hashlib.sha256(path.read_bytes()).digest())
+        return Stamp(times, hashlib.sha256(read_regular(path)).digest())
     except OSError:
         return None

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from facetlog import __version__
 from facetlog.errors import InputError
 from facetlog.kb.encode import Fact
+from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
 
 if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
@@ -80,7 +81,7 @@ def scene_file(path: Path) -> SceneFile:
     if is_raw_shape(path):
         return SceneFile(path, path.stem or path.resolve().name, None, None)
     try:
-        data = inside.read_bytes()
+        data = read_regular(inside, MOST_SCENE_BYTES)
     except FileNotFoundError:
         if inside is path:
             raise InputError(f"{path} does not exist: give a scene.json or its folder") from None

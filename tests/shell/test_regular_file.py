@@ -1,0 +1,127 @@
+"""Pipes, sockets and devices that are called like files are refused before they can block."""
+
+import os
+import socket
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from facetlog.batch.content import content_hash
+from facetlog.batch.inputs import scene_paths
+from facetlog.batch.labels import read_labels
+from facetlog.errors import InputError
+from facetlog.grammar.analysis import analyse
+from facetlog.kb.labelled_scenes import labelled_cases
+from facetlog.kb.rule_text import rule_text
+from facetlog.perception.reading.picture_file import read_picture
+from facetlog.perception.reading.poses_file import read_text
+from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
+from facetlog.perception.surfaces.scene_file import read_scene
+from facetlog.query_shell.model_files import stamp_of
+from facetlog.query_shell.scene_files import scene_file
+from facetlog.regular_file import check_regular, read_regular, read_regular_text
+from facetlog.robot.collecting.mount import read_mount
+from facetlog.robot.collecting.tour_file import read_tour
+from facetlog.robot.simulator.world_file import read_world
+
+
+def _socket(path: Path) -> None:
+    with socket.socket(socket.AF_UNIX) as made:
+        made.bind(os.path.relpath(path))  # such a name must not be long
+
+
+@pytest.fixture(params=[os.mkfifo, _socket])
+def make(
+    request: pytest.FixtureRequest, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[[Path], None]:
+    monkeypatch.chdir(tmp_path)
+    called: Callable[[Path], None] = request.param
+    return called
+
+
+@pytest.mark.parametrize("name", ["x.ply", "x.obj", "x.json", "x.las", "x.xyz"])
+def test_what_is_no_regular_file_is_refused_at_once(
+    name: str, make: Callable[[Path], None], tmp_path: Path
+) -> None:
+    path = tmp_path / name
+    make(path)
+    for read in (content_hash, lambda file: read_shape(file, ShapeOptions())):
+        with pytest.raises(InputError, match=rf"{name}: .*is .*; give a"):
+            read(path)
+
+
+@pytest.mark.parametrize(
+    "read",
+    [
+        read_scene,
+        read_picture,
+        rule_text,
+        read_labels,
+        read_world,
+        read_mount,
+        lambda path: tuple(read_tour(path).views),
+        read_text,
+        lambda path: labelled_cases(path, lambda _: (), known=()),
+    ],
+)
+def test_every_reader_takes_regular_files_alone(
+    read: Callable[[Path], object], make: Callable[[Path], None], tmp_path: Path
+) -> None:
+    make(tmp_path / "x.csv")
+    with pytest.raises(InputError, match="it is a pipe, a socket or a device; give a file"):
+        read(tmp_path / "x.csv")
+    assert stamp_of(tmp_path / "x.csv") is None
+    make(tmp_path / "x.json")
+    with pytest.raises(InputError, match="it is a pipe, a socket or a device; give a file"):
+        scene_file(tmp_path / "x.json")
+
+
+@pytest.mark.parametrize("name", ["x.pl", "x.model"])
+def test_a_model_and_what_it_uses_are_regular_files(
+    name: str, make: Callable[[Path], None], tmp_path: Path
+) -> None:
+    make(tmp_path / name)
+    main = tmp_path / "main.model"
+    main.write_text(f'use "{name}"\nmodel slab\n  face a\n  wide: area(a) at least 1 m2\n')
+    for path in (main, tmp_path / name):
+        found = analyse(path)
+        assert any("it is a pipe, a socket or a device" in f.message for f in found.faults)
+
+
+def test_what_is_longer_than_may_be_is_not_read_whole(tmp_path: Path) -> None:
+    (tmp_path / "x").write_bytes(b"\xef\xbb\xbfabc")
+    assert read_regular(tmp_path / "x", 6) == b"\xef\xbb\xbfabc"
+    assert read_regular_text(tmp_path / "x", 6) == "abc"
+    with pytest.raises(OSError, match="it is longer than 5 bytes"):
+        read_regular(tmp_path / "x", 5)
+    with pytest.raises(OSError, match="give a file"):
+        read_regular(Path("/dev/zero"), 5)
+    with pytest.raises(IsADirectoryError, match="Is a directory"):
+        read_regular(tmp_path, 5)
+    with pytest.raises(OSError, match="null"):
+        read_regular(Path("a\0b"), 5)
+
+
+def test_a_link_to_a_pipe_is_one_and_a_file_is_none(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "x.ply").symlink_to("pipe")
+    (tmp_path / "y.ply").write_text("ply")
+    with pytest.raises(InputError, match=r"x\.ply: it is a pipe"):
+        check_regular(tmp_path / "x.ply")
+    for name in ("y.ply", "absent", "."):
+        check_regular(tmp_path / name)
+
+
+def test_a_folder_names_its_pipe_so_that_a_row_can_say_it(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "x.ply")
+    assert scene_paths([str(tmp_path)]) == (str(tmp_path / "x.ply"),)
+
+
+@pytest.mark.parametrize("part", ["cameras.txt", "images.txt", "points3D.txt"])
+def test_a_colmap_model_with_a_pipe_is_refused(part: str, tmp_path: Path) -> None:
+    for name in {"cameras.txt", "images.txt", "points3D.txt"} - {part}:
+        (tmp_path / name).touch()
+    os.mkfifo(tmp_path / part)
+    with pytest.raises(InputError, match=r"is a pipe|has no points3D"):
+        read_shape(tmp_path, ShapeOptions())
