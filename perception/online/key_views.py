@@ -1,6 +1,5 @@
 """The views that are kept: few enough to be searched again, and as different as can be."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,11 +26,6 @@ class KeyViews:
     changes: int = 0
     complete: bool = True
 
-    def only(self, kept: Sequence[int]) -> None:
-        """Keeps some of them; the others are none of the scene's."""
-        self.views = tuple(self.views[k] for k in kept)
-        self.looked = None if self.looked is None else self.looked.only(kept)
-
     def add(self, view: View, looked: Pictures) -> None:
         """Takes a view; beyond KEY_VIEWS the one goes that is most like another."""
         self.views = (*self.views, view)
@@ -46,4 +40,6 @@ class KeyViews:
         gone = largest(-nearest[:, 0], -nearest[:, 1])
         self.complete = False
         self.changes -= gone == len(self.views) - 1
-        self.only([k for k in range(len(self.views)) if k != gone])
+        kept = [k for k in range(len(self.views)) if k != gone]
+        self.views = tuple(self.views[k] for k in kept)
+        self.looked = self.looked.only(kept)

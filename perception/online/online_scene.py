@@ -51,13 +51,12 @@ class Update:
     """What a view came to: whether it was `used`, and what is to be said of it; whether faces were
     searched, and how many corners and loose edges it updated.
 
-    A search may find that views which were taken contradict the others: they are left out, `lost`
-    of them, perhaps this one.
+    A search may find that views which were taken contradict the others: `problem` names them when
+    that is first seen. They may turn out right when more views have come.
     """
 
     used: bool
     problem: str = ""
-    lost: int = 0
     searched: bool = False
     corners: int = 0
     lines: int = 0
@@ -84,7 +83,9 @@ class OnlineScene:
         self._searched, self._in_vain = 0, 0
         self._extra_px, self._factor = 0.0, 1.0
         self._touched: NDArray[np.bool_] = np.zeros(0, np.bool_)
-        self._left_out: list[str] = []
+        self._taken, self._contradicting = 0, 0
+        self._refusals: list[str] = []
+        self._named: set[str] = set()
 
     def add(self, view: View) -> Update:
         """What is known with one more view; a view that shows nothing or contradicts is named."""
@@ -103,12 +104,13 @@ class OnlineScene:
                     self.scene, looked, view, hidden, self._extra_px, self._factor
                 )
             self._key.add(view, looked)
+            self._taken += 1
         searched = len(self._key.views) >= LEAST_VIEWS and self._key.changes >= self._due()
-        problem, lost = self._search() if searched else ("", 0)
-        return Update(True, problem, lost, searched, corners, lines)
+        problem = self._search() if searched else ""
+        return Update(True, problem, searched, corners, lines)
 
     def _refused(self, problem: str) -> Update:
-        self._left_out.append(problem)
+        self._refusals.append(problem)
         return Update(False, problem)
 
     def _due(self) -> float:
@@ -116,6 +118,11 @@ class OnlineScene:
         if self._key.complete:
             return max(1.0, NEW_SHARE * self._searched)
         return OTHERS_SHARE * self._searched * 2.0**self._in_vain
+
+    @property
+    def used(self) -> int:
+        """How many views were taken and do not contradict the others, as far as is known."""
+        return self._taken - self._contradicting
 
     @property
     def key_views(self) -> tuple[View, ...]:
@@ -137,8 +144,8 @@ class OnlineScene:
             self.scene = self._found.complete(self.scene, self.clock)
             self._found = None
         if self.scene is not None:
-            said = dict.fromkeys((*self._left_out, *self.scene.warnings))
-            self.scene = replace(self.scene, warnings=tuple(said))
+            self.scene = replace(self.scene, warnings=(*self._refusals, *self.scene.warnings))
+            self._refusals = []
         return problem
 
     def _polish(self) -> str:
@@ -197,15 +204,15 @@ class OnlineScene:
         self.scene = _refitted(replace(scene, vertices=tuple(vertices)), self._touched)
         return int(good.sum()), ""
 
-    def _search(self) -> tuple[str, int]:
-        # What is wrong with the views, if they contradict one another, and how many were left out.
+    def _search(self) -> str:
+        # Returns what is wrong with the views, if they contradict one another.
         key, clock = self._key, self.clock
         if key.looked is None:
-            return "", 0
+            return ""
         try:
             tracked = tracked_faces(key.looked, self._up, clock, in_agreement, triangulated)
         except InconsistentViewsError as exc:
-            return str(exc), 0
+            return str(exc)
         finally:
             self._searched, key.changes = len(key.views), 0
         found = scene_of_faces(
@@ -221,12 +228,10 @@ class OnlineScene:
         self._extra_px, self._factor = made.extra_px, made.factor
         self._in_vain = self._in_vain + 1 if _same_faces(self.scene, made.scene) else 0
         self.scene, self._touched = _carried_over(self._before(), made.scene)
-        # Views that contradict the others would be kept for long: they differ from them.
-        lost = len(key.views) - len(found.used)
-        if lost:
-            key.only(found.used)
-        self._left_out += tracked.warnings
-        return "; ".join(tracked.warnings), lost
+        self._contradicting = len(key.views) - len(found.used)
+        new = [line for line in tracked.warnings if line not in self._named]
+        self._named.update(new)
+        return "; ".join(new)
 
 
 def _says_more(scene: Scene, than: Scene) -> bool:

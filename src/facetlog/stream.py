@@ -151,19 +151,17 @@ def steps(
     ended = "there were no more views"
     with ExitStack() as stack:
         models = base or stack.enter_context(open_models())
-        used = 0
         for view in views:
             update = online.add(view)
-            used += update.used - update.lost
             facts, found = judged(models, online)
-            step = StreamStep(view.name, used, online.scene, facts, found, update.problem)
+            step = StreamStep(view.name, online.used, online.scene, facts, found, update.problem)
             yield step
             if reason := (stop or Stop()).reason(step):
                 ended = reason
                 break
         problem = online.finish(polish=polish)
         facts, found = judged(models, online)
-        yield StreamStep("", used, online.scene, facts, found, problem, ended)
+        yield StreamStep("", online.used, online.scene, facts, found, problem, ended)
 
 
 def judged(models: "KnowledgeBase", online: "OnlineScene") -> "tuple[Facts, Recognition | None]":
