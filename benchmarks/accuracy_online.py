@@ -194,10 +194,10 @@ def _photographs(folder: Path) -> tuple[Table, Table]:
     said: list[dict[str, Cell]] = []
     with open_models() as base:
         stream = recognise_stream(given.views, up=given.up, metric=given.metric, base=base)
-        for step in stream:
-            if step.view and step.used % EVERY and step.used != len(given.views):
+        for number, step in enumerate(stream, start=1):
+            if step.view and number % EVERY and number != len(given.views):
                 continue
-            row: dict[str, Cell] = {"views": step.used if step.view else "polished"}
+            row: dict[str, Cell] = {"views": number if step.view else "polished"}
             for name, k in zip("AB", chosen, strict=True):
                 row |= _beside(name, step.scene, batch.points[k], given.metric)
             rows.append(row)
