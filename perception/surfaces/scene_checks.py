@@ -1,4 +1,4 @@
-"""What is wrong with a scene that its schema cannot say: geometry that contradicts itself."""
+"""What is wrong with a scene that can be read: geometry that contradicts itself."""
 
 from collections.abc import Iterator, Sequence
 
@@ -7,13 +7,11 @@ import shapely
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.scene import Face, Scene
-from facetlog.perception.surfaces.scene_file import SceneFault
+from facetlog.perception.surfaces.scene_numbers import ROUNDING, SceneFault
 from facetlog.perception.types import FloatArray
 
 __all__ = ["scene_faults"]
 
-# Unit vectors and symmetric matrices written with seven digits are off by less.
-ROUNDING = 1e-6
 # A vertex is off its face's plane beyond both: chance gives 5 sd once in two million, and what is
 # below 1 % of the face's extent changes no measure that a model asks for.
 OFF_SDS, OFF_SHARE = 5.0, 0.01
@@ -27,7 +25,6 @@ def scene_faults(scene: Scene) -> Iterator[SceneFault]:
     """All faults of a scene in the order of its file; none if it is sound.
 
     - up is no unit vector;
-    - a covariance is not symmetric or has a negative variance in some direction;
     - vertices that no edge, face or patch uses;
     - outlines and holes without area, that cross themselves or each other, or run the wrong way;
     - vertices off their face's plane by more than 5 sd and more than 1 % of the face's extent;
@@ -41,7 +38,6 @@ def scene_faults(scene: Scene) -> Iterator[SceneFault]:
     points = scene.points
     for i, face in enumerate(scene.faces):
         place = f"$.faces[{i}]"
-        yield from _covariance_faults(f"{place}.plane.cov", face.plane.cov[None], single=True)
         yield from _outline_faults(place, face, points)
         yield from _plane_faults(place, face, scene)
     for i, patch in enumerate(scene.patches):
@@ -60,11 +56,6 @@ def _more(count: int) -> str:
 
 
 def _vertex_faults(scene: Scene) -> Iterator[SceneFault]:
-    covs = np.array([v.cov for v in scene.vertices]).reshape(-1, 3, 3)
-    yield from _covariance_faults("$.vertices[{}].cov", covs)
-    for i, vertex in enumerate(scene.vertices):
-        own = np.array([seen.cov for seen in vertex.observations]).reshape(-1, 2, 2)
-        yield from _covariance_faults(f"$.vertices[{i}].observations[{{}}].cov", own)
     used = {i for face in scene.faces for ring in (face.outline, *face.holes) for i in ring}
     used |= {i for edge in scene.edges for i in (edge.start, edge.end)}
     used |= {i for patch in scene.patches for i in patch.hull}
@@ -76,22 +67,6 @@ def _vertex_faults(scene: Scene) -> Iterator[SceneFault]:
             f"no edge, face or patch uses {len(unused)} of {len(scene.vertices)} ({named}): "
             "remove them",
         )
-
-
-def _covariance_faults(
-    place: str, covs: FloatArray, *, single: bool = False
-) -> Iterator[SceneFault]:
-    """Faults of covariances (n, k, k); the number of each is put into `place`."""
-    if not len(covs):
-        return
-    scale = np.abs(covs).max(axis=(1, 2))
-    skew = np.abs(covs - covs.swapaxes(1, 2)).max(axis=(1, 2)) > ROUNDING * scale
-    least = np.linalg.eigvalsh((covs + covs.swapaxes(1, 2)) / 2.0)[:, 0]
-    for i in np.flatnonzero(skew | (least < -ROUNDING * scale)).tolist():
-        said = (
-            "is not symmetric" if skew[i] else f"has the negative variance {least[i]:.3g} one way"
-        )
-        yield SceneFault(place if single else place.format(i), f"{said}: it is no covariance")
 
 
 def _outline_faults(place: str, face: Face, points: FloatArray) -> Iterator[SceneFault]:

@@ -9,7 +9,6 @@ import json
 from collections.abc import Collection, Iterator, Sequence
 from itertools import chain
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -26,6 +25,7 @@ from facetlog.perception.scene import (
     SightLines,
     Vertex,
 )
+from facetlog.perception.surfaces.scene_numbers import SceneFault, number_faults
 from facetlog.perception.surfaces.scene_records import (
     FORMAT,
     FaceRecord,
@@ -52,16 +52,6 @@ __all__ = [
 
 END = np.dtype("<f4")
 """A coordinate of an end of a line of sight."""
-
-
-class SceneFault(NamedTuple):
-    """What is wrong in a scene file, and where: a JSON path as $.faces[3].outline."""
-
-    path: str
-    message: str
-
-    def __str__(self) -> str:
-        return f"{self.path}: {self.message}"
 
 
 class SceneFileError(InputError):
@@ -291,9 +281,12 @@ def scene_from_json(text: str | bytes, source: str = "scene") -> Scene:
     """
     record = _record(text, source)
     try:
-        return _scene(record, source)
+        scene = _scene(record, source)
     except ValueError as exc:
         raise SceneFileError(source, (SceneFault("$", str(exc)),)) from exc
+    if faults := tuple(number_faults(scene)):
+        raise SceneFileError(source, faults)
+    return scene
 
 
 def _patch(record: PatchRecord, index: int, source: str) -> Patch:

@@ -11,7 +11,6 @@ from facetlog.perception.scene import Body, Face, Patch, Plane, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
 from facetlog.perception.surfaces.scene_checks import scene_faults
-from facetlog.perception.types import Observation
 
 CUBE = cuboid(0.3, 0.2, 0.1)
 
@@ -63,24 +62,6 @@ def test_soundness_does_not_depend_on_unit_place_or_direction(
 def test_an_up_that_is_no_unit_vector_is_told() -> None:
     said = _said(replace(CUBE, up=np.array([0.0, 0.0, 2.0])))
     assert said == ["$.up: is 2 long: give a unit vector, or null"]
-
-
-def test_covariances_that_are_none_are_told() -> None:
-    skew, negative = 1e-6 * np.eye(3), np.diag([1e-6, 1e-6, -1e-8])
-    skew[0, 1] = 1e-7
-    point = CUBE.vertices[3].point
-    assert _said(_with_vertex(3, Vertex(point, skew))) == [
-        "$.vertices[3].cov: is not symmetric: it is no covariance"
-    ]
-    assert _said(_with_vertex(3, Vertex(point, negative))) == [
-        "$.vertices[3].cov: has the negative variance -1e-08 one way: it is no covariance"
-    ]
-    seen = Observation(0, np.zeros(2), -np.eye(2))
-    scene = replace(_with_vertex(3, Vertex(point, 1e-6 * np.eye(3), (seen,))), views=("a.png",))
-    assert [fault.path for fault in scene_faults(scene)] == ["$.vertices[3].observations[0].cov"]
-    plane = CUBE.faces[0].plane
-    face = replace(CUBE.faces[0], plane=Plane(plane.normal, plane.offset, -np.eye(4)))
-    assert [fault.path for fault in scene_faults(_with_face(face))] == ["$.faces[0].plane.cov"]
 
 
 def test_vertices_without_use_are_told_in_one_line() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import InputError
@@ -30,17 +30,23 @@ from facetlog.perception.surfaces.scene_file import (
     scene_to_json,
     write_scene,
 )
+from facetlog.perception.surfaces.scene_numbers import LARGEST, LEAST
 from facetlog.perception.surfaces.scene_records import scene_schema
 from facetlog.perception.types import Observation, PositionLabel
 
-finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
+finite = st.floats(-LARGEST, LARGEST)
 share = st.floats(0.0, 1.0)
 
 
 def square(n: int) -> st.SearchStrategy[np.ndarray]:
-    return st.lists(finite, min_size=n * n, max_size=n * n).map(
-        lambda xs: np.array(xs).reshape(n, n)
-    )
+    """A covariance: some A Aᵀ."""
+    entries = st.floats(-LARGEST / n, LARGEST / n)
+
+    def covariance(xs: list[float]) -> np.ndarray:
+        a = np.array(xs).reshape(n, n)
+        return a @ a.T
+
+    return st.lists(entries, min_size=n * n, max_size=n * n).map(covariance)
 
 
 @st.composite
@@ -65,6 +71,8 @@ def scenes(draw: st.DrawFn) -> Scene:
             max_size=6,
         )
     )
+    spread = float(np.ptp([v.point for v in vertices], axis=0).max())
+    assume(spread == 0.0 or spread >= LEAST)
     index = st.integers(0, len(vertices) - 1)
     ring = st.lists(index, min_size=3, max_size=4, unique=True).map(tuple)
     angle = draw(st.floats(0.0, 6.0))
