@@ -9,7 +9,7 @@ from itertools import chain
 from typing import TYPE_CHECKING, TypeAlias
 
 from facetlog.errors import EngineError
-from facetlog.kb.terms import Atom, Term, decode_term
+from facetlog.kb.terms import Atom, Term, decode_terms
 
 if TYPE_CHECKING:
     import numpy as np
@@ -77,7 +77,7 @@ class Column:
             case _Layout.STRINGS:
                 return self._text().split(SEPARATOR)
             case _Layout.TERMS:
-                return [decode_term(node) for node in json.loads(self._text())]
+                return decode_terms(self._text())
 
     def array(self) -> Array:
         """The values as float64 or int64, or as objects; see `column_array`."""

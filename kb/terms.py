@@ -20,9 +20,12 @@ __all__ = [
     "Var",
     "decode_reply",
     "decode_term",
+    "decode_terms",
     "integer_text",
     "term_text",
 ]
+
+TOO_DEEP = "the answer is nested too deeply"
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,6 +155,14 @@ def decode_term(node: object) -> Term:
     raise EngineError(f"Prolog's reply cannot be read: {node!r}")
 
 
+def decode_terms(text: str) -> list[Term]:
+    """The terms of a list in JSON; EngineError for one that is nested deeper than Python reads."""
+    try:
+        return [decode_term(node) for node in json.loads(text)]
+    except RecursionError:
+        raise EngineError(TOO_DEEP) from None
+
+
 def decode_reply(reply: str) -> "Term | Failure":
     """The result of a request as a term, or the failure that it reports.
 
@@ -164,5 +175,5 @@ def decode_reply(reply: str) -> "Term | Failure":
             case ["error", str(kind), str(message), list(place)]:
                 return Failure(kind, message, tuple(place))
     except RecursionError:
-        raise EngineError("the answer is nested too deeply") from None
+        raise EngineError(TOO_DEEP) from None
     raise EngineError("Prolog's reply cannot be read")

@@ -1,5 +1,6 @@
 """Questions as text: what they ask, which columns they have, where a fault is."""
 
+import math
 from collections.abc import Iterator
 from fractions import Fraction
 
@@ -100,6 +101,12 @@ def pairs(*rows: tuple[str, Term]) -> list[dict[str, Term]]:
         ("T =.. [f, X], X = 1", [{"T": Struct("f", (1,)), "X": 1}]),
         ("functor(f(a), N, A)", [{"N": Atom("f"), "A": 1}]),
         ("X is 2**100 - 1", [{"X": 2**100 - 1}]),
+        ("X is 2*pi", [{"X": 2 * math.pi}]),
+        ("X is log(e) + 0*epsilon", [{"X": 1.0}]),
+        ("X is inf", [{"X": math.inf}]),
+        ("X is 1 + log2(2**10)", [{"X": 11.0}]),
+        ("aggregate_all(sum(log2(4)), member(_, [a, b]), X)", [{"X": 4.0}]),
+        ("X is log(10, 1000)", [{"X": pytest.approx(3.0)}]),
         ("X = 200, Y is 2^X", [{"X": 200, "Y": 2**200}]),
         ("X is 1 rdiv 3", [{"X": Fraction(1, 3)}]),
         ("E = 2*3, X is E + 1", [{"E": Struct("*", (2, 3)), "X": 7}]),

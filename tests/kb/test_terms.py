@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from facetlog.errors import EngineError
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.terms import Atom, Struct, Term, Var, term_text
+from facetlog.kb.terms import Atom, Struct, Term, Var, decode_terms, term_text
 
 NAMES = st.text(st.characters(exclude_categories=("Cs",)), max_size=8)
 TERMS: st.SearchStrategy[Term] = st.recursive(
@@ -106,3 +107,10 @@ def test_no_term_is_taken_for_a_mark_of_the_writer(base: KnowledgeBase, term: Te
     ((x, y),) = answers
     assert x == Struct("f", (term, y, y))
     assert isinstance(y, Var)
+
+
+@pytest.mark.parametrize("levels", [600, 100_000])
+def test_what_is_nested_deeper_than_python_reads_is_one_line(levels: int) -> None:
+    assert decode_terms('[{"f": "g", "t": [1]}]') == [Struct("g", (1,))]
+    with pytest.raises(EngineError, match="nested too deeply"):
+        decode_terms(f"""[{'{"f": "g", "t": [' * levels}1{"]}" * levels}]""")

@@ -58,10 +58,15 @@ bounded_value(X, Value) :-
     bounded_values(Args, Values),
     compound_name_arguments(Flat, Name, Values),
     ( long(Flat, Base, Exponent) -> must_fit(Flat, Base, Exponent) ; true ),
-    Value0 is Flat,
+    value(Flat, Value0),
     bounded_value(Value0, Value).
 bounded_value(X, _) :-
     type_error(evaluable, X).
+
+%   SWI-Prolog 9.0 lacks two of the functions that later ones have.
+value(log2(X), Value) :- !, Value is log(X) / log(2).
+value(log(Base, X), Value) :- !, Value is log(X) / log(Base).
+value(Flat, Value) :- Value is Flat.
 
 %!  bounded_values(+Expressions, -Values) is det.
 
@@ -122,6 +127,8 @@ growth(A ** B, Factor) :- !, power_growth(A, B, Factor).
 growth(A ^ B, Factor) :- !, power_growth(A, B, Factor).
 growth(_ << _, _) :- !, fail.
 growth(_ >> _, _) :- !, fail.
+growth(log2(_), _) :- !, fail.          % bounded_value/2 has them: value/2
+growth(log(_, _), _) :- !, fail.
 growth(X, Factor) :-
     compound_name_arguments(X, _, Args),
     maplist(growth, Args, Factors),

@@ -244,6 +244,7 @@ expression_fault(X, Position, Fault) :-
     functor(X, Name, Arity),
     arithmetic(Name/Arity),
     !,
+    compound(X),                        % a constant has no parts
     arg(Index, X, Part),
     argument_position(Position, Index, PartPosition),
     expression_fault(Part, PartPosition, Fault).

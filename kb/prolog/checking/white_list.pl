@@ -208,7 +208,7 @@ arithmetic(Name/1) :-
     member(Name, [-, +, abs, sign, sqrt, exp, log, log2, sin, cos, tan, asin, acos, atan, sinh,
                   cosh, tanh, asinh, acosh, atanh, float, integer, truncate, round, ceiling, floor,
                   rational, rationalize, numerator, denominator, float_integer_part,
-                  float_fractional_part, erf, erfc, lgamma, succ, msb, \]).
+                  float_fractional_part, erf, erfc, lgamma, msb, \]).
 arithmetic(Name/2) :-
     member(Name, [+, -, *, /, //, mod, rem, div, rdiv, min, max, **, ^, atan, atan2,
                   copysign, gcd, log, >>, <<, /\, \/, xor]).

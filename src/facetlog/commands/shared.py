@@ -10,7 +10,7 @@ from typing import Annotated, ParamSpec
 import typer
 
 from facetlog.__main__ import INTERRUPTED
-from facetlog.errors import FacetlogError
+from facetlog.errors import FacetlogError, InputError
 from facetlog.terminal import error, error_lines
 
 __all__ = ["NO", "YES", "AsJson", "Models", "Trust", "command"]
@@ -43,6 +43,12 @@ def command(body: Callable[P, int]) -> Callable[P, None]:
             for line in error_lines(exc):
                 error(line)
             code = exc.exit_code
+        except RecursionError:
+            error("what was given is nested too deeply")
+            code = InputError.exit_code
+        except MemoryError:
+            error("what was given needs more memory than there is: give less at once")
+            code = InputError.exit_code
         except KeyboardInterrupt:
             code = INTERRUPTED
         except BrokenPipeError:  # the reader went away, as `| head` does
