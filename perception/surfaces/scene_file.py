@@ -249,6 +249,16 @@ def _missing(record: SceneRecord) -> Iterator[SceneFault]:
             )
 
 
+def _repeated(record: SceneRecord) -> Iterator[SceneFault]:
+    """Faults for faces that are there twice: of n copies n² angles would be facts."""
+    first: dict[tuple[int, ...], int] = {}
+    for i, face in enumerate(record.faces):
+        at = face.outline.index(min(face.outline))
+        loop = (*face.outline[at:], *face.outline[:at])
+        if (before := first.setdefault(loop, i)) != i:
+            yield SceneFault(f"$.faces[{i}].outline", f"is that of face {before}: remove one")
+
+
 def _said(kind: str, message: str) -> str:
     """What pydantic says on one line; of what is no JSON, also the way out."""
     line = " ".join(message.split())
@@ -268,9 +278,8 @@ def _record(text: str | bytes, source: str) -> SceneRecord:
             for fault in exc.errors(include_url=False)
         )
         raise SceneFileError(source, faults) from exc
-    missing = tuple(_missing(record))
-    if missing:
-        raise SceneFileError(source, missing)
+    if faults := (*_missing(record), *_repeated(record)):
+        raise SceneFileError(source, faults)
     return record
 
 

@@ -25,6 +25,7 @@ from facetlog.perception.scene import (
 )
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, room_corner, stick_table
 from facetlog.perception.surfaces.scene_file import (
+    SceneFileError,
     read_scene,
     scene_from_json,
     scene_to_json,
@@ -100,7 +101,7 @@ def scenes(draw: st.DrawFn) -> Scene:
         tuple(views),
         tuple(vertices),
         tuple(draw(st.lists(st.builds(Edge, index, index, share, evidence), max_size=3))),
-        tuple(draw(st.lists(faces, max_size=3))),
+        tuple(draw(st.lists(faces, max_size=3, unique_by=lambda face: frozenset(face.outline)))),
         draw(st.none() | st.just(np.array([0.0, 0.6, 0.8]))),
         draw(st.booleans()),
         tuple(draw(st.lists(st.text(max_size=5), max_size=2))),
@@ -139,6 +140,17 @@ def _broken(*path: str | int, value: Any) -> str:
         place = place[key]
     place[path[-1]] = value
     return json.dumps(content)
+
+
+def test_a_face_that_is_there_twice_is_refused_and_its_other_side_is_not() -> None:
+    faces = json.loads(scene_to_json(cuboid()))["faces"]
+    turned = {**faces[0], "outline": faces[0]["outline"][2:] + faces[0]["outline"][:2]}
+    with pytest.raises(SceneFileError, match=r"faces\[6\]\.outline: is that of face 0: remove one"):
+        scene_from_json(_change(faces=[*faces, turned]))
+    with pytest.raises(SceneFileError, match=r"and 2999 more"):
+        scene_from_json(_change(faces=[*faces, *[faces[0]] * 3000]))
+    back = {**faces[0], "outline": faces[0]["outline"][::-1]}
+    assert len(scene_from_json(_change(faces=[*faces, back])).faces) == 7
 
 
 @pytest.mark.parametrize(
