@@ -12,6 +12,7 @@ import os
 import queue
 import threading
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import count
 
@@ -314,7 +315,9 @@ class EnginePool:
             else:
                 self._idle.append(worker)
         for job in due:
-            self._take(job).jobs.put(job)
+            # Nobody waits for its reply; once the pool is closed it is not served any more.
+            with suppress(EngineError):
+                self._take(job).jobs.put(job)
 
     def _due(self, ended: int) -> list[_Job]:
         for awaited, _ in self._later:

@@ -1,6 +1,7 @@
 """Where the program starts: `facetlog` and `python -m facetlog`."""
 
 import os
+import signal
 import sys
 from typing import NoReturn
 
@@ -18,9 +19,12 @@ def run() -> NoReturn:
     try:
         from facetlog.cli import main
 
-        sys.exit(main(sys.argv[1:]))
+        code = main(sys.argv[1:])
     except KeyboardInterrupt:
-        sys.exit(INTERRUPTED)
+        code = INTERRUPTED
+    # What ends now, another Ctrl-C would end in the middle, with a traceback.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    sys.exit(code)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ import typer
 
 from facetlog.__main__ import INTERRUPTED
 from facetlog.errors import FacetlogError, InputError
-from facetlog.terminal import error, error_lines
+from facetlog.terminal import error, error_lines, note
 
 __all__ = ["NO", "YES", "AsJson", "Models", "Trust", "command"]
 
@@ -50,6 +50,7 @@ def command(body: Callable[P, int]) -> Callable[P, None]:
             error("what was given needs more memory than there is: give less at once")
             code = InputError.exit_code
         except KeyboardInterrupt:
+            note("interrupted")
             code = INTERRUPTED
         except BrokenPipeError:  # the reader went away, as `| head` does
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
