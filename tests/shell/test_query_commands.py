@@ -92,7 +92,7 @@ def test_why_ends_with_whether_it_holds(scene: str, capsys: pytest.CaptureFixtur
     assert main(["why", scene, "box", "a=f1"]) == 0
     out, err = capsys.readouterr()
     assert out.startswith("t1 is a box")
-    assert err == ""
+    assert err == "facetlog: --full shows all of it\n"
     assert main(["why", scene, "table"]) == 1
     out, err = capsys.readouterr()
     assert "table" in out.splitlines()[0]
@@ -107,7 +107,7 @@ def test_why_in_full_goes_down_to_the_vertices(
     assert "v1" in text
     assert main(["why", scene, "box", "--full", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["schema"] == "facetlog-why/1"
+    assert found["schema"] == "facetlog-why/2"
     faces = [face for part in found["verdict"]["parts"].values() for face in part]
     assert sorted(found["origins"]) == sorted(faces)
 
@@ -115,7 +115,7 @@ def test_why_in_full_goes_down_to_the_vertices(
 def test_near_misses_are_counted(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["why-not", scene, "table", "--json", "--count", "2"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert (found["schema"], found["model"]) == ("facetlog-why-not/1", "table")
+    assert (found["schema"], found["model"]) == ("facetlog-why-not/2", "table")
     assert 1 <= len(found["near_misses"]) <= 2
     assert main(["why-not", scene, "table", "--count", "1"]) == 0
     brief = capsys.readouterr().out
