@@ -33,7 +33,7 @@ class Reason:
         said = self.step.sentences(length_unit, is_wanted=self.is_wanted)
         end = ""
         if self.holds and self.is_wanted and self.step.state is State.FAILS:
-            end = ", which is expected, but not required"
+            end = ", not required"
         elif not self.holds and not self.is_wanted and self.step.state is State.HOLDS:
             end = ", which should not be"
         more = (f" (+ {self.more} more)", "") if self.more else ("",)

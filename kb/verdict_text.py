@@ -127,10 +127,9 @@ def miss_lines(verdict: "Verdict") -> Iterator[str]:
         said.append(f"{unknown} cannot be told")
     known = "is no" if fails else "may be a" if unknown else "is a"
     end = f": {', '.join(said) or 'all hold'}"
-    yield _fitting(
-        f"{verdict.thing} {known} {verdict.model} with {parts}{end}"
-        for parts in _named(verdict.parts, ", ")
-    )
+    head = f"{verdict.thing} {known} {verdict.model}"
+    named = tuple(f"{head} with {parts}{end}" for parts in _named(verdict.parts, ", "))
+    yield _fitting((*named, f"{head}{end}"))
     yield from _missing(verdict)
 
 
@@ -176,16 +175,20 @@ def _parts(verdict: "Verdict", *, full: bool) -> Iterator[str]:
 
 
 def _named(parts: Iterable["Part"], between: str) -> tuple[str, ...]:
-    """Parts and their faces: each face, then those that follow one another as one, then counted."""
+    """Parts with their faces, from the longest text to the shortest.
+
+    First each face, then those that follow one another as one, then their number, then no parts
+    that are groups.
+    """
     parts = tuple(parts)
     if not parts:
         return ("no part",)
     many = [p for p in parts if len(p.faces) > 1]
     ranges = {p: f"{p.role} = {runs(p.faces, ', ')}" for p in many}
     counts = {p: f"{p.role} = {len(p.faces)} faces" for p in many}
-    return tuple(
-        between.join(shown.get(p, str(p)) for p in parts) for shown in ({}, ranges, counts)
-    )
+    forms = tuple(between.join(form.get(p, str(p)) for p in parts) for form in ({}, ranges, counts))
+    single = [str(part) for part in parts if not part.is_group]
+    return (*forms, between.join(single)) if single else forms
 
 
 def _sizes(verdict: "Verdict") -> str:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from facetlog.degree_plot import Degrees
     from facetlog.perception.step_clock import StepClock
 
-__all__ = ["verdicts_json", "verdicts_text", "write_report"]
+__all__ = ["laid_out", "verdicts_json", "verdicts_text", "write_report"]
 
 SHEET_FILE = "contact-sheet.png"
 DEGREE_FILE = "degrees.svg"
@@ -35,17 +35,17 @@ def verdicts_json(found: Recognised, *, full: bool = False) -> str:
     """
     notes = {"problems": list(found.view_set.problems), "warnings": list(found.scene.warnings)}
     data = {**found.recognition.to_json(full=full), **notes}
-    return json.dumps(data, indent=1) if full else _laid_out(data, LEVELS)
+    return json.dumps(data, indent=1) if full else laid_out(data, LEVELS)
 
 
-def _laid_out(data: object, levels: int) -> str:
+def laid_out(data: object, levels: int) -> str:
     """The data as JSON, a member a line down to so many levels, and what is further in on it."""
     if not levels or not data or not isinstance(data, dict | list):
         return json.dumps(data)
     if isinstance(data, list):
-        members, ends = (_laid_out(item, levels - 1) for item in data), "[]"
+        members, ends = (laid_out(item, levels - 1) for item in data), "[]"
     else:
-        members = (f"{json.dumps(k)}: {_laid_out(x, levels - 1)}" for k, x in data.items())
+        members = (f"{json.dumps(k)}: {laid_out(x, levels - 1)}" for k, x in data.items())
         ends = "{}"
     return f"{ends[0]}\n" + ",\n".join(members) + f"\n{ends[1]}"
 

@@ -119,7 +119,7 @@ def test_what_is_asked_is_the_reason(proof: Proof, expected: Proof) -> None:
 def test_what_is_expected_and_not_so_says_so() -> None:
     text = said(step("expect", HOLDS, compared("fill(f1)", 0.1)))
     assert text is not None
-    assert text.endswith("0.4 short, 40 sd, which is expected, but not required")
+    assert text.endswith("0.4 short, 40 sd, not required")
 
 
 def test_what_should_not_be() -> None:
