@@ -84,8 +84,9 @@ def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple
         case "all" | "short" if proof.state is State.HOLDS:
             return tuple(step for child in same for step in of(child))
         case "all" | "short" if same:
+            # One that fails is enough. Beneath a `not` the least to be said is; else the author's
+            # order decides.
             found = tuple(map(of, same))
-            # That something was seen so and is not refuted is the last thing to be said.
             return min(found, key=len) if holds else found[0]
         case "any" if proof.state is State.HOLDS:
             asked = () if any(map(_is_exempt, same)) else tuple(of(c, beside=True) for c in same)
@@ -102,11 +103,10 @@ def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple
             return () if _is_exempt(proof) else of(proof.children[0])
         case "expect":
             (inside,) = proof.children
-            expected = inside.state is State.HOLDS
-            seen = inside.state is not State.UNKNOWN
-            return (
-                _steps(inside, holds=expected, is_wanted=is_wanted, beside=beside) if seen else ()
-            )
+            if inside.state is State.UNKNOWN:
+                return ()
+            is_met = inside.state is State.HOLDS
+            return _steps(inside, holds=is_met, is_wanted=is_wanted, beside=beside)
         case "implies":
             where, then = proof.children
             if proof.is_void:

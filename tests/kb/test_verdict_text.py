@@ -1,8 +1,10 @@
 """A verdict in lines: one reason for each condition, no line too long, all of it in the trace."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
+from random import Random
+from typing import Any
 
 import pytest
 from hypothesis import given, settings
@@ -70,6 +72,36 @@ def test_no_line_is_too_long_or_has_an_exponent(name: str) -> None:
         for line in verdict.lines():
             assert len(line) <= WIDTH
             assert not re.search(r"\de[-+]\d", line)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    name=st.sampled_from(["box", "wedge", "step", "table", "chair", "pyramid", "room"]),
+    up=st.sampled_from([(0.0, 0.0, 1.0), None]),
+    metric=st.booleans(),
+    seed=st.integers(0, 1000),
+)
+def test_nor_of_things_of_which_a_part_was_seen(
+    facts_of: Callable[..., Any],
+    solid: Callable[[str], Any],
+    name: str,
+    up: tuple[float, float, float] | None,
+    metric: bool,
+    seed: int,
+) -> None:
+    random = Random(seed)
+    faces = range(len(solid(name).faces))
+    seen = tuple(sorted(random.sample(faces, random.randint(1, min(8, len(faces))))))
+    with asked(facts_of(name, seen=seen, up=up, metric=metric)) as ask:
+        for model in BUILTIN_MODELS:
+            verdict = ask.judge(model)
+            for line in (*verdict.lines(), *verdict.miss_lines()):
+                assert len(line) <= WIDTH
+                assert not re.search(r"\de[-+]\d", line)
+            for condition in verdict.conditions:
+                found = reason(condition.proof)
+                assert found is None or found.step in steps(condition.proof)
+                assert found is not None or condition.proof.state is HOLDS
 
 
 @pytest.mark.parametrize("name", ["cuboid", "stool", "stairs"])
