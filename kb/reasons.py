@@ -60,7 +60,7 @@ def reason(proof: Proof) -> Reason | None:
     for step in steps:
         different.setdefault(_meaning(step.proof), step)
     first, *_ = sorted(different.values(), key=lambda s: _nearness(s.proof)) if holds else steps
-    return Reason(first.proof, holds, first.is_wanted, len(different) - 1 if holds else 0)
+    return Reason(first.proof, holds, first.is_wanted, len(different) - 1)
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,6 +89,7 @@ def test_of_alternatives_that_hold_the_one_with_fewest_steps_is_enough() -> None
         step("all", HOLDS, step("implies", HOLDS, NOT_WHOLE, FAR)),
         step("not_asked", HOLDS, fact("level(f1)", UNKNOWN)),
         step("expect", HOLDS, fact("level(f1)", UNKNOWN)),
+        step("any", HOLDS, no(step("any", FAILS)), FAR),
     ],
 )
 def test_what_is_not_asked_of_such_a_thing_is_no_reason(proof: Proof) -> None:
@@ -130,6 +131,32 @@ def test_what_should_not_be() -> None:
     found = reason(no(step("any", FAILS, little.children[0], less)))
     assert found is not None
     assert (found.step, found.more) == (less, 1)
+
+
+def test_all_that_together_should_not_be_is_counted_and_one_that_is_not_is_enough() -> None:
+    found = reason(no(step("all", HOLDS, NEAR, FAR)))
+    assert found is not None
+    assert (found.step, found.more, found.holds) == (NEAR, 1, False)
+    assert found.texts(None)[-1] == "share(f1) = 0.60, which should not be"
+    two = step("any", FAILS, compared("share(f1)", 0.1), compared("share(f2)", 0.1))
+    one = compared("fill(f1)", 0.1)
+    found = reason(no(step("all", FAILS, two, one)))
+    assert found is not None
+    assert (found.step, found.more) == (one, 0)
+
+
+def test_what_fails_always_has_a_reason() -> None:
+    void = no(step("all", HOLDS))
+    found = reason(void)
+    assert found is not None
+    assert (found.step, found.more) == (void, 0)
+
+
+def test_one_value_against_two_regions_is_two_steps() -> None:
+    narrow = Comparison("share(f1)", 0.6, 0.01, "ratio", Within("at_most", (0.61,)))
+    found = reason(step("all", HOLDS, NEAR, Proof(HOLDS, 0, 1, "", narrow)))
+    assert found is not None
+    assert (found.step.detail, found.more) == (narrow, 1)
 
 
 def test_of_alternatives_that_fail_the_one_that_lacks_least_is_said() -> None:

@@ -47,6 +47,7 @@ def test_what_is_said_of_a_block_is_short_and_in_full_the_whole_proof(
     assert box[end - 1] == "  + 5 more conditions hold"
     written = said("--json")
     assert len(written) <= 60_000
+    assert any(line.startswith('{"label": "square", ') for line in written.splitlines())
 
     assert "[box.model:43: each pair x, y of a, b, c: angle(x, y) = 90 deg ± right]" in said(
         "--full"
