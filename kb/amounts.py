@@ -1,33 +1,119 @@
-"""Numbers as a reader wants them: as many digits as mean something, with their unit."""
+"""Numbers as a reader wants them: as many digits as mean something, in a unit that suits them."""
 
 import math
+from dataclasses import dataclass
 
-__all__ = ["amount", "measured", "sd_count", "with_unit"]
+__all__ = ["Unit", "amount", "deviation", "measured", "sd_count", "suiting", "with_unit"]
 
 # More standard deviations than this say no more than this: the distribution's tails are not known.
 MOST_SDS = 1000.0
+# What is smaller than this, as it is written, is written in a smaller unit: 0.07 mm, not 0.007 cm.
+LEAST_WRITTEN = 0.01
+# What is this much smaller than the largest number beside it says nothing, and asks for no unit.
+NEGLIGIBLE = 1e-5
+# A deviation below this is not written where it is also that small beside its value.
+LEAST_SD = 5e-5
+LEAST_RELATIVE_SD = 1e-4
+# Digits behind the point that are written of numbers whose size is ordinary.
+DIGITS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit as it is written behind numbers, empty for pure ones; `size` is one of it in SI.
+
+    `from_size` is the size in it from which it is preferred to the next smaller unit.
+    """
+
+    name: str
+    size: float = 1.0
+    from_size: float = 1.0
+
+    def of(self, value: float) -> float:
+        """The value in this unit, without what is far below anything that is measured."""
+        return value if self.name == _UNSCALED.name else round(value / self.size, DIGITS)
+
+    @property
+    def is_degree(self) -> bool:
+        """Whether it stands close to its number, and is understood without it."""
+        return self.name == "°"
+
+
+_UNSCALED = Unit("")
+_UNITS = {
+    "m": (Unit("m"), Unit("cm", 1e-2), Unit("mm", 1e-3)),
+    "m²": (Unit("m²", from_size=0.1), Unit("cm²", 1e-4)),
+}
+
+
+def suiting(si_unit: str, *values: float) -> Unit:
+    """The unit in which numbers that stand together are written, all in this unit of SI.
+
+    The largest is at least 1 in it, and the smallest that means something has no row of zeros
+    behind the point. Units of other things than lengths and areas stay as they are.
+
+    >>> suiting("m", 0.254, 7e-05).name, suiting("m", 1.2, 0.011).name, suiting("m²", 0.0516).name
+    ('mm', 'm', 'cm²')
+    """
+    units = _UNITS.get(si_unit)
+    if units is None:
+        return Unit(si_unit)
+    sizes = [abs(value) for value in values if value and math.isfinite(value)]
+    largest = max(sizes, default=0.0)
+    least = min((size for size in sizes if size >= NEGLIGIBLE * largest), default=0.0)
+    fitting = (
+        unit
+        for unit in units
+        if largest >= unit.from_size * unit.size and least >= LEAST_WRITTEN * unit.size
+    )
+    return next(fitting, units[-1])
 
 
 def amount(value: float) -> str:
     """The number with four digits, and no exponent in everyday sizes.
 
-    >>> amount(90.0), amount(0.25401), amount(12345.6)
-    ('90', '0.254', '12346')
+    >>> amount(90.0), amount(0.25401), amount(12345.6), amount(0.00002)
+    ('90', '0.254', '12346', '0.00002')
     """
-    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+    if abs(value) >= 1000:
+        return f"{value:.0f}"
+    text = f"{value:.4g}"
+    return _plain(value) if "e-0" in text and abs(value) >= 10**-DIGITS else text
 
 
 def measured(value: float, sd: float) -> str:
-    """The number with no more digits than its deviation allows, which is given with two.
+    """The number with no more digits than its deviation is written with, and no more than four.
 
-    >>> measured(71.23456, 1.1), measured(71.23456, 0.018), measured(0.5, 0.0)
-    ('71.2', '71.23', '0.5')
+    >>> measured(71.23456, 1.1), measured(254.0, 0.07), measured(0.5, 0.0)
+    ('71.2', '254.0', '0.5')
     """
-    if sd <= 0 or not math.isfinite(sd):
+    spread = deviation(value, sd)
+    if not spread or not (math.isfinite(sd) and math.isfinite(value)):
         return amount(value)
-    digits = max(0, 1 - math.floor(math.log10(sd)))
-    text = amount(round(value, digits))
-    return "0" if text == "-0" else text
+    digits = len(spread.partition(".")[2])
+    rounded = round(value, digits)
+    if rounded == 0:
+        return "0"
+    whole = math.floor(math.log10(abs(rounded))) + 1
+    return f"{rounded:.{max(0, min(digits, 4 - whole))}f}"
+
+
+def deviation(value: float, sd: float) -> str:
+    """The standard deviation of a value with two digits; empty where it says nothing.
+
+    >>> deviation(254.0, 0.0701), deviation(0.9994, 0.00024), deviation(1.0, 1e-9)
+    ('0.07', '0.00024', '')
+    """
+    if sd <= 0 or (sd < LEAST_SD and sd < LEAST_RELATIVE_SD * abs(value)):
+        return ""
+    text = f"{sd:.2g}" if sd < 10 else f"{sd:.0f}"
+    return _plain(float(text)) if "e-0" in text else text
+
+
+def _plain(value: float) -> str:
+    """A small number without an exponent, with two digits at least."""
+    text = f"{value:.{1 - math.floor(math.log10(abs(value)))}f}"
+    return text.rstrip("0")
 
 
 def sd_count(sds: float) -> str:

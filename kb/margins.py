@@ -4,11 +4,13 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from facetlog.kb.amounts import amount, sd_count, with_unit
-from facetlog.kb.proof import Comparison, Note, Proof, State, Within
-from facetlog.kb.verdict import Condition, Verdict
+from facetlog.kb.amounts import amount, sd_count, suiting, with_unit
+from facetlog.kb.proof import Comparison, Note, Proof, State
+
+if TYPE_CHECKING:
+    from facetlog.kb.verdict import Condition, Verdict
 
 __all__ = ["Margin", "margin", "state_with", "turned"]
 
@@ -48,9 +50,15 @@ class Margin:
         """The size of the change relative to the value, for measures of different units."""
         return abs(self.change) / max(abs(self.value), abs(self.value + self.change), BEYOND)
 
+    @property
+    def nearness(self) -> tuple[bool, float, float]:
+        """Sorts changes from the least: in standard deviations, then those that have none."""
+        return self.sds is None, self.sds or 0.0, self.relative
+
     def text(self) -> str:
         """For example 'unknown if tilt(f1) were 3.2° more (5.1 sd)'."""
-        size = with_unit(amount(abs(self.change)), self.unit)
+        unit = suiting(self.unit, self.change)
+        size = with_unit(amount(abs(unit.of(self.change))), unit.name)
         more = "more" if self.change > 0 else "less"
         sds = "" if self.sds is None else f" ({sd_count(self.sds)} sd)"
         return f"{self.becomes} if {self.measure} were {size} {more}{sds}"
@@ -69,20 +77,16 @@ class Margin:
         }
 
 
-def margin(verdict: Verdict) -> Margin | None:
+def margin(verdict: "Verdict") -> Margin | None:
     """The least change that turns the verdict on these parts; None if no single one does.
 
     Least in standard deviations; values without one come last, by their relative change. Limits
     that were measured themselves stay where they are.
     """
-    return min(turned(verdict), key=_nearness, default=None)
+    return min(turned(verdict), key=lambda found: found.nearness, default=None)
 
 
-def _nearness(found: Margin) -> tuple[bool, float, float]:
-    return found.sds is None, found.sds or 0.0, found.relative
-
-
-def turned(verdict: Verdict) -> Iterator[Margin]:
+def turned(verdict: "Verdict") -> Iterator[Margin]:
     """For each measured value the least changes that turn the verdict, one for each new state."""
     before = _joined(c.proof.state for c in verdict.conditions)
     reading = _Reading({})
@@ -114,7 +118,7 @@ def turned(verdict: Verdict) -> Iterator[Margin]:
         yield from nearest.values()
 
 
-def _comparisons(conditions: Iterable[Condition]) -> dict[str, list[Comparison]]:
+def _comparisons(conditions: "Iterable[Condition]") -> dict[str, list[Comparison]]:
     """The different comparisons of all lines by what they measure."""
     found: dict[str, dict[Comparison, None]] = {}
     for condition in conditions:
@@ -127,7 +131,7 @@ def _changes(found: Sequence[Comparison]) -> Iterator[tuple[Comparison, float, f
     """Changes of a value up to an edge of a region, and the values there and just beyond."""
     for comparison in found:
         value = comparison.value
-        for edge in filter(math.isfinite, _region(comparison.within)):
+        for edge in filter(math.isfinite, comparison.within.edges):
             if comparison.kind == "count":
                 for whole in range(max(0, math.floor(edge) - 1), math.ceil(edge) + 2):
                     yield comparison, whole - value, whole
@@ -135,24 +139,6 @@ def _changes(found: Sequence[Comparison]) -> Iterator[tuple[Comparison, float, f
                 step = BEYOND * max(abs(edge), abs(value), BEYOND)
                 for probe in (edge - step, edge, edge + step):
                     yield comparison, edge - value, probe
-
-
-def _region(within: Within) -> tuple[float, float]:
-    """The edges of a region, the middle of the slope where they fade."""
-    match within.sort, within.limits:
-        case "near", (target, tolerance):
-            low, high = target - tolerance, target + tolerance
-        case "between", (low, high):
-            pass
-        case "at_least", (low,):
-            high = math.inf
-        case "at_most", (high,):
-            low = -math.inf
-        case _:
-            return -math.inf, math.inf
-    # Wider by half the slope: there the membership is 1/2, on which the state turns.
-    half = within.fading / 2
-    return low - half, high + half
 
 
 def _joined(states: Iterable[State]) -> State:
@@ -240,7 +226,7 @@ def _counted(proof: Proof, states: list[State]) -> State:
 
 
 def _compared(proof: Proof, comparison: Comparison, value: float) -> State:
-    low, high = _region(comparison.within)
+    low, high = comparison.within.edges
     inside = low <= value <= high
     if proof.state is State.UNKNOWN and comparison.shortfall is None and inside:
         return State.UNKNOWN  # too uncertain to say, there as here

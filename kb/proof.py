@@ -1,11 +1,23 @@
-"""Why a condition holds or not: a tree down to the measured facts, as data and as text."""
+"""Why a condition holds or not, as data: a tree down to the measured facts.
 
+As text it is in trace.py, the one step of it that a reader needs in reasons.py.
+"""
+
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from facetlog.kb.amounts import amount, measured, sd_count, with_unit
+from facetlog.kb.amounts import (
+    Unit,
+    amount,
+    deviation,
+    measured,
+    sd_count,
+    suiting,
+    with_unit,
+)
 
 __all__ = ["MARKS", "Comparison", "Note", "Proof", "Shortfall", "Side", "State", "Within"]
 
@@ -27,11 +39,6 @@ class Side(StrEnum):
 
 MARKS = {State.HOLDS: "+", State.FAILS: "-", State.UNKNOWN: "?"}
 
-_OPEN = f"{MARKS[State.UNKNOWN]} not known"
-
-# Of a list of steps that all hold, this many are written out: the rest says the same again.
-HOLDING_SHOWN = 6
-
 
 @dataclass(frozen=True, slots=True)
 class Within:
@@ -44,9 +51,27 @@ class Within:
     limits: tuple[float, ...]
     fading: float = 0.0
 
-    def text(self, unit: str) -> str:
-        """For example 'at most 0.046 m'; degrees, which need no unit to be understood, bare."""
-        limits = tuple(map(amount, self.limits))
+    @property
+    def edges(self) -> tuple[float, float]:
+        """The least and the greatest value inside, the middle of the slope where they fade."""
+        match self.sort, self.limits:
+            case "near", (target, tolerance):
+                low, high = target - tolerance, target + tolerance
+            case "between", (low, high):
+                pass
+            case "at_least", (low,):
+                high = math.inf
+            case "at_most", (high,):
+                low = -math.inf
+            case _:
+                return -math.inf, math.inf
+        # Wider by half the slope: there the membership is 1/2, on which the state turns.
+        half = self.fading / 2
+        return low - half, high + half
+
+    def text(self, unit: Unit) -> str:
+        """For example 'at most 46 mm'; degrees, which need no unit to be understood, bare."""
+        limits = tuple(amount(unit.of(limit)) for limit in self.limits)
         match self.sort, limits:
             case "near", (target, tolerance):
                 region = f"{target} ± {tolerance}"
@@ -55,8 +80,8 @@ class Within:
             case _:
                 region = f"{self.sort.replace('_', ' ')} {', '.join(limits)}"
         if self.fading > 0:
-            region = f"{region} fading over {amount(self.fading)}"
-        return region if unit == "°" else with_unit(region, unit)
+            region = f"{region} fading over {amount(unit.of(self.fading))}"
+        return region if unit.is_degree else with_unit(region, unit.name)
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,11 +100,11 @@ class Shortfall:
         """The shortfall in standard deviations; None where the deviation is 0."""
         return self.amount / self.sd if self.sd > 0 else None
 
-    def text(self, unit: str) -> str:
-        """For example '3.8° short, 3.4 sd'."""
+    def text(self, unit: Unit) -> str:
+        """For example '3.8° short'."""
         word = "short" if self.side is Side.BELOW else "over"
-        sds = "" if self.sds is None else f", {sd_count(self.sds)} sd"
-        return f"{with_unit(measured(self.amount, self.sd), unit)} {word}{sds}"
+        missing = amount(float(measured(unit.of(self.amount), self.sd / unit.size)))
+        return f"{with_unit(missing, unit.name)} {word}"
 
     def to_json(self) -> dict[str, Any]:
         """The shortfall as plain data."""
@@ -98,7 +123,7 @@ class Comparison:
     shortfall: Shortfall | None = None
 
     def unit(self, length_unit: str | None) -> str:
-        """The unit as it is written behind a number; empty for pure numbers."""
+        """The unit of the value as it is kept; empty for pure numbers."""
         match self.kind, length_unit:
             case "deg", _:
                 return "°"
@@ -109,29 +134,71 @@ class Comparison:
             case _:
                 return ""
 
-    def text(self, length_unit: str | None) -> str:
+    def written_in(self, length_unit: str | None) -> Unit:
+        """The unit in which value, deviation, limits and what is missing are all written."""
+        missing = () if self.shortfall is None else (self.shortfall.amount,)
+        limits = (*self.within.limits, self.within.fading)
+        return suiting(self.unit(length_unit), self.value, self.sd, *limits, *missing)
+
+    def text(self, length_unit: str | None, *, with_sd: bool = True) -> str:
         """For example 'angle(f1, f2) = 90.3° ± 0.4°'."""
-        unit = self.unit(length_unit)
-        value = measured(self.value, self.sd)
-        if self.sd <= 0:
-            return f"{self.measure} = {with_unit(value, unit)}"
-        spread = with_unit(f"{self.sd:.2g}", unit)
+        unit = self.written_in(length_unit)
+        value, sd = unit.of(self.value), self.sd / unit.size
+        number, spread = measured(value, sd), deviation(value, sd)
+        if not spread or not with_sd:
+            return f"{self.measure} = {with_unit(number, unit.name)}"
         # A degree sign belongs to each number, a unit that is a word to both.
-        return f"{self.measure} = {with_unit(value, '°' if unit == '°' else '')} ± {spread}"
+        number = with_unit(number, unit.name if unit.is_degree else "")
+        return f"{self.measure} = {number} ± {with_unit(spread, unit.name)}"
 
     def sentence(self, state: State, length_unit: str | None) -> str:
         """The value, the region, and by how much it misses."""
-        unit = self.unit(length_unit)
-        text = self.text(length_unit)
+        return self.sentences(state, length_unit)[0]
+
+    def sentences(
+        self, state: State, length_unit: str | None, *, is_wanted: bool = True
+    ) -> tuple[str, ...]:
+        """The same from the longest to the shortest: what a reader misses least goes first.
+
+        Of a value that holds the region, then the deviation; of one that misses the deviations,
+        then by how much. What should not be and is not `is_wanted` to miss nothing.
+        """
+        unit = self.written_in(length_unit)
+        text, bare = self.text(length_unit), self.text(length_unit, with_sd=False)
         region = self.within.text(unit)
+        if not is_wanted and state is State.FAILS:
+            return f"{text}, not {region}", f"{bare}, not {region}", bare
         if self.shortfall is not None:
+            sds = "" if self.shortfall.sds is None else f", {sd_count(self.shortfall.sds)} sd"
             miss = self.shortfall.text(unit)
             so_far = " so far, but there may be more" if state is State.UNKNOWN else ""
-            return f"{text}, needs {region}: {miss}{so_far}"
+            needs = f"needs {region}"
+            return (
+                f"{text}, {needs}: {miss}{sds}{so_far}",
+                f"{bare}, {needs}: {miss}{sds}{so_far}",
+                f"{bare}, {needs}: {miss}{so_far}",
+                f"{bare}, {needs}{so_far}",
+                f"{self.measure} is {miss}{so_far}",
+            )
         if state is State.UNKNOWN:
-            return f"{text}, too uncertain to say whether it is {region}"
+            uncertain = "too uncertain to say whether it is"
+            return f"{text}, {uncertain} {region}", f"{bare}, {uncertain} {region}", text
         within = "" if self.within.sort.startswith("at_") else "within "
-        return f"{text}, {within}{region}"
+        return f"{text}, {within}{region}", text, bare
+
+    def to_json(self) -> dict[str, Any]:
+        """Value, region and what is missing as plain data."""
+        within = {"sort": self.within.sort, "limits": list(self.within.limits)}
+        fading = {"fading": self.within.fading} if self.within.fading > 0 else {}
+        missing = {} if self.shortfall is None else {"shortfall": self.shortfall.to_json()}
+        return {
+            "measure": self.measure,
+            "value": self.value,
+            "sd": self.sd,
+            "kind": self.kind,
+            "within": {**within, **fading},
+            **missing,
+        }
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +225,11 @@ class Proof:
     detail: Comparison | Note
     children: tuple["Proof", ...] = ()
 
+    @property
+    def name(self) -> str:
+        """How it was decided, as kb/prolog/judging/evaluate.pl names it; empty of comparisons."""
+        return self.detail.name if isinstance(self.detail, Note) else ""
+
     def comparisons(self) -> Iterator[Comparison]:
         """All measured values that the proof rests on, in order."""
         if isinstance(self.detail, Comparison):
@@ -167,7 +239,7 @@ class Proof:
 
     def shortfalls(self) -> Iterator[Comparison]:
         """The comparisons that miss and by that make this fail or stay open, in order."""
-        if self.state is State.HOLDS or self._is("not"):
+        if self.state is State.HOLDS or self.name == "not":
             return
         if isinstance(self.detail, Comparison) and self.detail.shortfall is not None:
             yield self.detail
@@ -176,136 +248,46 @@ class Proof:
 
     def _wanting(self) -> tuple["Proof", ...]:
         """The children that should have held: of groups that are counted, the next best."""
-        if self._is("implies"):
+        if self.name == "implies":
             return self.children[1:]
-        if self._is("counted"):
+        if self.name == "counted":
             return tuple(c for c in self.children if c.state is not State.HOLDS)[:1]
         return self.children
 
-    def because(self, length_unit: str | None = None) -> str:
-        """The first reason for the state, in words."""
-        if self._is("not") and self.children:
-            reason = self.children[0].because(length_unit)
-            return f"{reason}, which should not be" if self.state is State.FAILS else reason
-        if self._is("implies"):
-            then = "" if self._is_void() else f"then {self.children[1].because(length_unit)}"
-            return f"{self._where(length_unit)}{then}"
-        if self._is("counted"):
-            return self.sentence(length_unit)
-        same = [child for child in self.children if child.state is self.state]
-        if not same:
-            return self.sentence(length_unit)
-        # Of alternatives that all fail, the one that lacks least is worth saying.
-        first = min(same, key=Proof._lacking) if self._is("any") else same[0]
-        return first.because(length_unit)
+    @property
+    def is_void(self) -> bool:
+        """Whether what a second test depends on is not so."""
+        return self.name == "implies" and self.children[0].state is State.FAILS
 
-    def _lacking(self) -> tuple[bool, int, int]:
+    def lacking(self) -> tuple[bool, int, int]:
         """Whether no value misses, how many of the joined tests fail, and, negated, how many hold.
 
         An alternative for another kind of thing, as what is known from all sides, misses nothing
         that could be measured better: it says less than one that a value misses.
         """
         unmeasured = next(self.shortfalls(), None) is None
-        if not self._is("all"):
+        if self.name != "all":
             return unmeasured, 1, 0
         states = [child.state for child in self.children]
         return unmeasured, states.count(State.FAILS), -states.count(State.HOLDS)
 
     def sentence(self, length_unit: str | None = None) -> str:
         """This step alone, in words."""
+        return self.sentences(length_unit)[0]
+
+    def sentences(
+        self, length_unit: str | None = None, *, is_wanted: bool = True
+    ) -> tuple[str, ...]:
+        """The same from the longest to the shortest, as for a comparison."""
         if isinstance(self.detail, Comparison):
-            return self.detail.sentence(self.state, length_unit)
-        if self._is("any") and not self.children:
-            return "there is nothing to choose from"
+            return self.detail.sentences(self.state, length_unit, is_wanted=is_wanted)
+        if self.name == "any" and not self.children:
+            return "there is nothing to choose from", "there is none"
         words = self.detail.words or _JOINED.get(self.detail.name, self.test)
-        cause = f", because {self.detail.cause}" if self.detail.cause else ""
-        return f"{words}{cause}"
-
-    def lines(self, length_unit: str | None = None, depth: int = 0) -> Iterator[str]:
-        """The tree as text, one line a step; steps that only join others are left out.
-
-        Of alternatives that hold, those that do not are left out as well: they are no reason. Nor
-        are more than a few of many steps that hold written out, nor anything twice.
-        """
-        indent = "  " * depth
-        if self._is("not") and not self.children[0].children:
-            yield f"{indent}{MARKS[self.state]} {self.because(length_unit)}"
-            return
-        if self._is("implies"):
-            yield from self._implied_lines(length_unit, depth)
-            return
-        joins = self._joins()
-        if not joins:
-            yield f"{indent}{MARKS[self.state]} {self.sentence(length_unit)}"
-        inner = depth if joins else depth + 1
-        shown: set[str] = set()
-        open_ones: set[str] = set()
-        holding = 0
-        for child in self._shown_children():
-            holding += child.state is State.HOLDS
-            if child.state is State.HOLDS and holding > HOLDING_SHOWN:
-                continue
-            text = tuple(child.lines(length_unit, inner))
-            if "\n".join(text) not in shown:
-                shown.add("\n".join(text))
-                # What leaves several alternatives open is told of the first.
-                for line in text:
-                    if line not in open_ones:
-                        yield line
-                open_ones.update(line for line in text if line.lstrip().startswith(_OPEN))
-        if holding > HOLDING_SHOWN:
-            yield f"{'  ' * inner}+ and {holding - HOLDING_SHOWN} more that hold"
-
-    def _implied_lines(self, length_unit: str | None, depth: int) -> Iterator[str]:
-        then = self.children[1]
-        head = f"{'  ' * depth}{MARKS[self.state]} {self._where(length_unit)}"
-        if self._is_void():
-            yield head
-        elif not then.children:
-            yield f"{head}then {then.sentence(length_unit)}"
-        else:
-            yield f"{head}then:"
-            yield from then.lines(length_unit, depth + 1)
-
-    def _is_void(self) -> bool:
-        """Whether what a second test depends on is not so."""
-        return self.children[0].state is State.FAILS
-
-    def _where(self, length_unit: str | None) -> str:
-        where = f"where {self.children[0].because(length_unit)}, "
-        return f"{where}nothing is asked" if self._is_void() else where
-
-    def _is(self, *names: str) -> bool:
-        return isinstance(self.detail, Note) and self.detail.name in names
-
-    def _joins(self) -> bool:
-        if self._is("any"):
-            return self.state is State.HOLDS or len(self.children) == 1
-        if self._is("expect"):
-            return self.children[0].state is State.HOLDS
-        return self._is("short", "if_known", "all")
-
-    def _shown_children(self) -> tuple["Proof", ...]:
-        if self._is("any"):
-            if self.state is State.HOLDS:
-                return tuple(c for c in self.children if c.state is State.HOLDS)
-            return tuple(c for child in self.children for c in child._alternatives())
-        if self._is("counted"):
-            # Those that hold are too many, or enough; else the best of the others are what lacks.
-            others = tuple(c for c in self.children if c.state is not State.HOLDS)
-            wanting = others[:HOLDING_SHOWN] if self.state is State.UNKNOWN else ()
-            return tuple(c for c in self.children if c.state is State.HOLDS) + wanting
-        return self.children
-
-    def _alternatives(self) -> tuple["Proof", ...]:
-        """An alternative that itself lists alternatives, taken apart."""
-        if self.state is State.HOLDS or not self.children:
-            return (self,)
-        if self._is("short"):
-            return self.children[0]._alternatives()
-        if self._is("any"):
-            return tuple(c for child in self.children for c in child._alternatives())
-        return (self,)
+        if self.name == "counted":
+            # What comes next or decides, and whether there may be more, stand behind.
+            return words, words.partition(";")[0], words.partition(", but")[0]
+        return (f"{words}, because {self.detail.cause}", words) if self.detail.cause else (words,)
 
     def to_json(self) -> dict[str, Any]:
         """The tree as plain data."""
@@ -315,14 +297,8 @@ class Proof:
             "degree": [self.low, self.high],
         }
         match self.detail:
-            case Comparison() as c:
-                data["measure"] = c.measure
-                data["value"], data["sd"], data["kind"] = c.value, c.sd, c.kind
-                data["within"] = {"sort": c.within.sort, "limits": list(c.within.limits)}
-                if c.within.fading > 0:
-                    data["within"]["fading"] = c.within.fading
-                if c.shortfall is not None:
-                    data["shortfall"] = c.shortfall.to_json()
+            case Comparison() as comparison:
+                data |= comparison.to_json()
             case Note(name, about, _, cause):
                 data["note"] = f"{name}({about})" if about else name
                 if cause:

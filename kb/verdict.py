@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from facetlog.kb.amounts import amount
-from facetlog.kb.proof import MARKS, Comparison, Proof, State
-from facetlog.kb.wording import listed, with_article
+from facetlog.kb.proof import Comparison, Proof, State
+from facetlog.kb.reasons import reason
+from facetlog.kb.verdict_text import miss_lines, summary, summary_line, verdict_lines
 
 __all__ = ["Condition", "Part", "Recognition", "Size", "Verdict"]
 
-SCHEMA = "facetlog-verdicts/1"
+SCHEMA = "facetlog-verdicts/2"
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,14 +63,18 @@ class Condition:
         known = ": ".join(filter(None, (self.place, line)))
         return f" [{known}]" if known else ""
 
-    def to_json(self) -> dict[str, Any]:
-        """The condition and its proof as plain data."""
-        written = {"place": self.place, "text": self.text}
+    def to_json(self, length_unit: str | None, *, full: bool = False) -> dict[str, Any]:
+        """The condition and the reason for its state as plain data; `full` the whole proof too."""
+        written = {"place": self.place, "text": self.text if full else ""}
+        found = reason(self.proof)
         return {
             "label": self.label,
             "reason": self.reason,
             **{key: value for key, value in written.items() if value},
-            "because": self.proof.to_json(),
+            "state": self.proof.state.value,
+            "degree": [self.proof.low, self.proof.high],
+            "because": None if found is None else found.to_json(length_unit),
+            **({"proof": self.proof.to_json()} if full else {}),
         }
 
 
@@ -113,80 +117,18 @@ class Verdict:
     @property
     def summary(self) -> str:
         """One line: what it is, or why it is not, or what is missing."""
-        one = with_article(self.model)
-        if not self.thing:
-            return f"nothing was found that could be {one}"
-        match self.state:
-            case State.HOLDS:
-                which = listed(tuple(map(with_article, self.specialises)))
-                general = f", which is {which}" if self.specialises else ""
-                return f"{self.thing} is {one}{general} ({self.degree:.0%})"
-            case State.FAILS:
-                holding = len(self.conditions_that(State.HOLDS))
-                return (
-                    f"{self.thing} is no {self.model}: {self._first_reason()} "
-                    f"({holding} of {len(self.conditions)} conditions hold)"
-                )
-            case State.UNKNOWN:
-                return f"{self.thing}: {self.model} is unknown: {self._first_reason()}"
+        return summary(self)
 
-    def _first_reason(self) -> str:
-        parts = [part for part in self.parts if not part.is_group]
-        unseen = [part.role for part in parts if not part.faces]
-        if not parts:
-            return "no face of it was measured"
-        if self.state is State.UNKNOWN and len(unseen) == len(parts):
-            return f"no face was measured that could be its {' or '.join(unseen)}"
-        if self.state is State.UNKNOWN and unseen:
-            seen = len(parts) - len(unseen)
-            return f"only {seen} of the {len(parts)} faces that it needs were measured"
-        line = next(c for c in self.conditions if c.proof.state is self.state)
-        leaf = line.proof.because(self.length_unit)
-        open_or_not = "it is open whether" if self.state is State.UNKNOWN else "it is not so that"
-        return f"{open_or_not} {line.said}: {leaf}"
-
-    def lines(self) -> Iterator[str]:
-        """The verdict and its proof as text."""
-        yield self.summary
-        if self.parts:
-            yield f"  parts: {'; '.join(map(str, self.parts))}"
-        if self.sizes:
-            unit = f" {self.length_unit}" if self.length_unit else ""
-            sizes = (f"{s.name} {amount(s.value)} ± {s.sd:.2g}{unit}" for s in self.sizes)
-            scale = "" if self.length_unit else " (units of the scene)"
-            yield f"  sizes: {', '.join(sizes)}{scale}"
-        for line in self.conditions:
-            said = f"{line.label}: {line.said} ({line.proof.low:.0%}){line.origin}"
-            yield f"  {MARKS[line.proof.state]} {said}"
-            for step in line.proof.lines(self.length_unit):
-                yield f"      {step}"
+    def lines(self, *, full: bool = False) -> Iterator[str]:
+        """The verdict and why, a line for each condition; `full` with the whole proof of each."""
+        return verdict_lines(self, full=full)
 
     def miss_lines(self) -> Iterator[str]:
-        """What keeps this assignment from holding: one head line, then only what fails or is open.
+        """What keeps this assignment from holding, first what the least change would mend."""
+        return miss_lines(self)
 
-        For example 't1 is no table with top = f3: 1 of 8 conditions fails'.
-        """
-        counts = {state: len(self.conditions_that(state)) for state in State}
-        fails, unknown = counts[State.FAILS], counts[State.UNKNOWN]
-        said = []
-        if fails:
-            said.append(f"{fails} of {len(self.conditions)} conditions fail{'s' * (fails == 1)}")
-        if unknown:
-            said.append(f"{unknown} cannot be told")
-        known = "is no" if fails else "may be a" if unknown else "is a"
-        parts = ", ".join(map(str, self.parts)) or "no part"
-        yield f"{self.thing} {known} {self.model} with {parts}: {', '.join(said) or 'all hold'}"
-        for state in (State.FAILS, State.UNKNOWN):
-            for line in self.conditions_that(state):
-                yield f"  {MARKS[state]} {line.label}: {line.said}{line.origin}"
-                for step in line.proof.lines(self.length_unit):
-                    yield f"      {step}"
-        if counts[State.HOLDS]:
-            labels = (c.label for c in self.conditions_that(State.HOLDS))
-            yield f"  {MARKS[State.HOLDS]} holds: {', '.join(labels)}"
-
-    def to_json(self) -> dict[str, Any]:
-        """The verdict as plain data."""
+    def to_json(self, *, full: bool = False) -> dict[str, Any]:
+        """The verdict as plain data, with `full` the whole proof of each condition."""
         return {
             "model": self.model,
             "thing": self.thing,
@@ -207,7 +149,7 @@ class Verdict:
                 for miss in c.proof.shortfalls()
                 if (short := miss.shortfall) is not None
             ],
-            "proof": [c.to_json() for c in self.conditions],
+            "conditions": [c.to_json(self.length_unit, full=full) for c in self.conditions],
         }
 
 
@@ -248,21 +190,21 @@ class Recognition:
     def __bool__(self) -> bool:
         return bool(self.best)
 
-    def lines(self) -> Iterator[str]:
-        """What holds with its proof, then a line for all that does not."""
+    def lines(self, *, full: bool = False) -> Iterator[str]:
+        """What holds and why, then a line for all that does not; `full` with the whole proofs."""
         for verdict in self.best:
-            yield from verdict.lines()
+            yield from verdict.lines(full=full)
         for verdict in self.verdicts:
             if verdict.state is not State.HOLDS:
-                yield verdict.summary
+                yield verdict.summary if full else summary_line(verdict)
         if not self.verdicts:
             yield "nothing was found that a model could be asked about"
 
-    def to_json(self) -> dict[str, Any]:
-        """The recognition as plain data, with the schema's name."""
+    def to_json(self, *, full: bool = False) -> dict[str, Any]:
+        """The recognition as plain data, with the schema's name; `full` with the whole proofs."""
         return {
             "schema": SCHEMA,
             "scene": self.scene,
             "recognised": [{"thing": v.thing, "model": v.model} for v in self.best],
-            "verdicts": [v.to_json() for v in self.verdicts],
+            "verdicts": [v.to_json(full=full) for v in self.verdicts],
         }

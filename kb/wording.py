@@ -7,17 +7,21 @@ from facetlog.kb.terms import Atom, Struct, Term, Var
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
 __all__ = [
+    "HOW_SEEN",
     "UNSEEN",
     "cause_words",
     "listed",
     "readable",
     "relation_words",
+    "runs",
     "unknown_words",
     "with_article",
 ]
 
 UNSEEN = "unseen"
 """What rules write for a part of which no face was measured."""
+HOW_SEEN = frozenset({"whole", "scanned"})
+"""Relations that say how a thing was seen, not what it is."""
 
 # What is so, what is not so, what is not known. {0} is the first argument, {1} the second, {all}
 # every one.
@@ -226,20 +230,24 @@ def readable(term: Term) -> str:
 def _counted(items: Sequence[Term]) -> str:
     if len(items) > COUNTED_NAMED:
         return f"{len(items)} groups"
-    return listed(tuple(_runs(_names((item,))) for item in items))
+    return listed(tuple(runs(_names((item,))) for item in items))
 
 
-def _runs(names: Sequence[str]) -> str:
-    """Names in order, those that follow one another as one: f2, f8–f11."""
+def runs(names: Sequence[str], between: str = "+") -> str:
+    """Names in order, those that follow one another as one.
+
+    >>> runs(("f9", "f2", "f8", "f10"))
+    'f2+f8–f10'
+    """
     split = (re.fullmatch(r"(.*?)(\d*)", name) for name in names)
     keys = sorted((m[1], int(m[2] or -1), m[0]) for m in split if m is not None)
-    runs: list[list[tuple[str, int, str]]] = []
+    found: list[list[tuple[str, int, str]]] = []
     for key in keys:
-        if runs and runs[-1][-1][:2] == (key[0], key[1] - 1):
-            runs[-1].append(key)
+        if found and found[-1][-1][:2] == (key[0], key[1] - 1):
+            found[-1].append(key)
         else:
-            runs.append([key])
-    return "+".join(r[0][2] if len(r) == 1 else f"{r[0][2]}–{r[-1][2]}" for r in runs)
+            found.append([key])
+    return between.join(r[0][2] if len(r) == 1 else f"{r[0][2]}–{r[-1][2]}" for r in found)
 
 
 def _operand(term: Term) -> str:

@@ -20,7 +20,7 @@ from facetlog.commands.mount import mount_command
 from facetlog.commands.paper import paper_page
 from facetlog.commands.query import query_command
 from facetlog.commands.scene.app import scene_app
-from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.commands.shared import NO, YES, AsJson, Full, Models, Trust, command
 from facetlog.commands.simulate import simulate_command
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
@@ -120,6 +120,7 @@ def recognize_command(
     trust: Trust = False,
     crisp: Crisp = False,
     as_json: AsJson = False,
+    full: Full = False,
     out: Out = None,
     unit: Unit = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
@@ -161,6 +162,7 @@ def recognize_command(
             polish=not no_polish,
             out=out,
             as_json=as_json,
+            full=full,
         )
     if until is not None or max_views is not None or timeout is not None or no_polish:
         raise InputError("--until, --max-views, --timeout and --no-polish go with --follow")
@@ -172,6 +174,7 @@ def recognize_command(
         method=_method(front_end, sd_limit),
         out=out,
         as_json=as_json,
+        full=full,
     )
 
 
@@ -214,6 +217,7 @@ def demo_command(
     trust: Trust = False,
     crisp: Crisp = False,
     as_json: AsJson = False,
+    full: Full = False,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
     paper: Annotated[
@@ -222,7 +226,7 @@ def demo_command(
 ) -> int:
     """Renders the paper's tour of 24 views round a block, and recognises it from the pixels."""
     if paper:
-        if world != DEMO_WORLD or models or crisp or as_json or sd_limit is not None:
+        if world != DEMO_WORLD or models or crisp or as_json or full or sd_limit is not None:
             raise InputError("--paper reruns the paper's experiment: it goes with -o and --seed")
         if out is None:
             raise InputError("--paper writes a page: give a folder for it by -o")
@@ -235,6 +239,7 @@ def demo_command(
         method=_method(front_end, sd_limit),
         out=out,
         as_json=as_json,
+        full=full,
     )
 
 
@@ -258,6 +263,7 @@ def _recognized(
     method: Method,
     out: Path | None,
     as_json: bool,
+    full: bool,
 ) -> int:
     """What is there in the views of a source; all that could be refused is asked before them."""
     if out is not None:
@@ -269,8 +275,8 @@ def _recognized(
     ):
         view_set = source(progress=progress, clock=clock)
         found = recognize_views(view_set, base=base, method=method, progress=progress, clock=clock)
-        _write(out, found, progress)
-    return _answer(found, as_json=as_json)
+        _write(out, found, progress, full=full)
+    return _answer(found, as_json=as_json, full=full)
 
 
 def _method(front_end: FrontEnd, sd_limit: float | None) -> Method:
@@ -279,20 +285,20 @@ def _method(front_end: FrontEnd, sd_limit: float | None) -> Method:
     return Method(front_end, sd_limit)
 
 
-def _write(out: Path | None, found: Recognised, progress: Progress | None) -> None:
+def _write(out: Path | None, found: Recognised, progress: Progress | None, *, full: bool) -> None:
     from facetlog.report import write_report
 
     if out is not None:
-        write_report(out, found, progress=progress)
+        write_report(out, found, full=full, progress=progress)
 
 
-def _answer(found: Recognised, *, as_json: bool) -> int:
+def _answer(found: Recognised, *, as_json: bool, full: bool) -> int:
     from facetlog.report import verdicts_json, verdicts_text
 
     for line in (*found.view_set.problems, *found.scene.warnings):
         warn(line)
     show_times(found.clock)
-    typer.echo(verdicts_json(found) if as_json else verdicts_text(found))
+    typer.echo((verdicts_json if as_json else verdicts_text)(found, full=full))
     return YES if found.recognition.best else NO
 
 

@@ -18,21 +18,39 @@ if TYPE_CHECKING:
     from facetlog.degree_plot import Degrees
     from facetlog.perception.step_clock import StepClock
 
-__all__ = ["verdicts_json", "verdicts_text", "write_report"]
+__all__ = ["laid_out", "verdicts_json", "verdicts_text", "write_report"]
 
 SHEET_FILE = "contact-sheet.png"
 DEGREE_FILE = "degrees.svg"
 # Pictures wait for the sheet at this width: in full size a hundred large ones fill the memory.
 SHEET_PICTURE_PX = 800
+# Members of the object, its verdicts, their members, and conditions stand on lines of their own.
+LEVELS = 4
 
 
-def verdicts_json(found: Recognised) -> str:
-    """All verdicts with their proofs, one JSON object with `schema` inside."""
+def verdicts_json(found: Recognised, *, full: bool = False) -> str:
+    """All verdicts with the reasons for them, one JSON object with `schema` inside.
+
+    A condition takes a line; with `full` each has its whole proof, a value a line.
+    """
     notes = {"problems": list(found.view_set.problems), "warnings": list(found.scene.warnings)}
-    return json.dumps({**found.recognition.to_json(), **notes}, indent=1)
+    data = {**found.recognition.to_json(full=full), **notes}
+    return json.dumps(data, indent=1) if full else laid_out(data, LEVELS)
 
 
-def verdicts_text(found: Recognised) -> str:
+def laid_out(data: object, levels: int) -> str:
+    """The data as JSON, a member a line down to so many levels, and what is further in on it."""
+    if not levels or not data or not isinstance(data, dict | list):
+        return json.dumps(data)
+    if isinstance(data, list):
+        members, ends = (laid_out(item, levels - 1) for item in data), "[]"
+    else:
+        members = (f"{json.dumps(k)}: {laid_out(x, levels - 1)}" for k, x in data.items())
+        ends = "{}"
+    return f"{ends[0]}\n" + ",\n".join(members) + f"\n{ends[1]}"
+
+
+def verdicts_text(found: Recognised, *, full: bool = False) -> str:
     """The same for a reader: what is there and why, and what each other model lacks."""
     scene = found.scene
     used, given = len(scene.views), len(found.view_set.views) + found.view_set.left_out
@@ -45,7 +63,7 @@ def verdicts_text(found: Recognised) -> str:
     )
     head = f"{one_line(scene.name)}: {', '.join(seen)}"
     answer = () if found.recognition.best else ("no model matches",)
-    return "\n".join([head, *answer, *found.recognition.lines()])
+    return "\n".join([head, *answer, *found.recognition.lines(full=full)])
 
 
 def write_report(
@@ -53,12 +71,13 @@ def write_report(
     found: Recognised,
     *,
     degrees: "Sequence[Degrees]" = (),
+    full: bool = False,
     progress: Progress | None = None,
 ) -> None:
     """Writes scene, facts, verdicts, meshes and drawn views; InputError if that cannot be.
 
-    Of views that came one at a time also how `degrees` rose. The folder appears as a whole when all
-    is written (see output_folder.py).
+    Of views that came one at a time also how `degrees` rose; with `full` the whole proofs. The
+    folder appears as a whole when all is written (see output_folder.py).
     """
     from facetlog.kb.encode import facts_program
     from facetlog.perception.facts.all_facts import facts_on_demand
@@ -79,7 +98,9 @@ def write_report(
             drawn = ((fact.functor, *fact.args) for fact in facts_on_demand(scene))
             facts = "\n".join(facts_program((*found.facts, *drawn)))
             (made / "facts.pl").write_text(facts + "\n", encoding="utf-8")
-            (made / "verdicts.json").write_text(verdicts_json(found) + "\n", encoding="utf-8")
+            (made / "verdicts.json").write_text(
+                verdicts_json(found, full=full) + "\n", encoding="utf-8"
+            )
             if scene.faces:
                 write_mesh(scene, made / "faces.ply")
                 write_mesh(scene, made / "faces.glb")

@@ -1,7 +1,7 @@
-"""The JSON Schema of `facetlog-verdicts/1`: what `recognize --json` prints and verdicts.json holds.
+"""The JSON Schema of `facetlog-verdicts/2`: what `recognize --json` prints and verdicts.json holds.
 
-Models of what kb/verdict.py and kb/proof.py write, for those who read it elsewhere; a test holds
-both against each other.
+Models of what kb/verdict.py, kb/reasons.py and kb/proof.py write, for those who read it elsewhere;
+a test holds both against each other.
 """
 
 import json
@@ -89,14 +89,38 @@ class ProofRecord(_Record):
     because: tuple["ProofRecord", ...] = ()
 
 
+class ReasonRecord(_Record):
+    """The step that decides a condition, in words; where it was measured, with its numbers.
+
+    `state` is that of the step, `more` how many others are needed beside it.
+    """
+
+    text: str
+    state: State
+    more: NonNegativeInt
+    measure: str | None = None
+    value: FiniteFloat | None = None
+    sd: NotNegative | None = None
+    kind: str | None = None
+    within: WithinRecord | None = None
+    shortfall: ShortfallRecord | None = None
+
+
 class ConditionRecord(_Record):
-    """A condition of the model: its reason in words, where it is written, and its proof."""
+    """A condition of the model: the author's reason, its place, its state, and what decided that.
+
+    `because` is null where it holds because it is not asked of such a thing. `text`, the line as
+    it is written, and `proof` are there with --full.
+    """
 
     label: str
     reason: str
     place: str | None = None
     text: str | None = None
-    because: ProofRecord
+    state: State
+    degree: tuple[Share, Share]
+    because: ReasonRecord | None
+    proof: ProofRecord | None = None
 
 
 class VerdictRecord(_Record):
@@ -116,15 +140,15 @@ class VerdictRecord(_Record):
     angles: tuple[AngleRecord, ...]
     also: NonNegativeInt
     shortfalls: tuple[MissRecord, ...]
-    proof: tuple[ConditionRecord, ...]
+    conditions: tuple[ConditionRecord, ...]
 
 
 class VerdictsRecord(_Record):
-    """All verdicts on a scene with their proofs, and what was wrong with its pictures."""
+    """All verdicts on a scene with the reasons for them, and what was wrong with its pictures."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", title="facetlog-verdicts/1")
+    model_config = ConfigDict(frozen=True, extra="forbid", title="facetlog-verdicts/2")
 
-    format: Literal["facetlog-verdicts/1"] = Field(alias="schema")
+    format: Literal["facetlog-verdicts/2"] = Field(alias="schema")
     scene: str
     recognised: tuple[FoundRecord, ...]
     verdicts: tuple[VerdictRecord, ...]

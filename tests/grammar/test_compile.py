@@ -216,7 +216,7 @@ def test_a_line_says_what_it_says(
     written = line if line.startswith("expect") else f"line: {line}"
     text = stand(legs, written)
     verdict = judged(base, tmp_path, text, build("table", {"height": 0.74}))
-    assert verdict.state is state, "\n".join(verdict.lines())
+    assert verdict.state is state, "\n".join(verdict.lines(full=True))
 
 
 def test_absolute_lengths_are_open_where_the_scale_is_not_known(
@@ -272,7 +272,7 @@ def test_a_model_of_objects_is_judged_at_its_first(base: KnowledgeBase, tmp_path
         polyhedra.moved(chair, translation=(0.5, 1.2, 0.0)),
     )
     verdict = judged(base, tmp_path, text, scene)
-    assert verdict.state is State.HOLDS, "\n".join(verdict.lines())
+    assert verdict.state is State.HOLDS, "\n".join(verdict.lines(full=True))
     assert {p.role: len(p.faces) for p in verdict.parts} == {"board": 1, "seat": 2}
     assert base.judge("s", "set", "t2").state is not State.HOLDS
 
@@ -286,7 +286,7 @@ def test_words_of_the_user_s_own_are_asked(base: KnowledgeBase, tmp_path: Path) 
     )
     text = 'use "w.pl"\n' + stand(lines="leans: lean(top) at least 80 deg, top is lying")
     verdict = judged(base, tmp_path, text, build("table", {}))
-    assert verdict.state is State.HOLDS, "\n".join(verdict.lines())
+    assert verdict.state is State.HOLDS, "\n".join(verdict.lines(full=True))
 
 
 def test_a_verdict_shows_the_author_s_lines(base: KnowledgeBase, tmp_path: Path) -> None:
@@ -294,7 +294,7 @@ def test_a_verdict_shows_the_author_s_lines(base: KnowledgeBase, tmp_path: Path)
     corner = verdict.conditions[0]
     assert (corner.label, corner.reason, corner.place) == ("corner", "they are square", "m.model:5")
     assert corner.text.startswith("each pair x, y of a, b, c")
-    assert "[m.model:5: each pair x, y" in "\n".join(verdict.lines())
+    assert "[m.model:5: each pair x, y" in "\n".join(verdict.lines(full=True))
 
 
 def test_faults_in_prolog_beside_a_model_are_told_where_they_stand(

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from facetlog.errors import QueryError
 from facetlog.kb.encode import Fact
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
-from facetlog.kb.proof import Shortfall, Side, State
+from facetlog.kb.proof import Comparison, Shortfall, Side, State, Within
 from facetlog.kb.verdict import Verdict
 
 from .explaining import asked
@@ -64,7 +64,7 @@ def judge_pair(folder: Path, facts: list[Fact], *conditions: str) -> Verdict:
 
 def test_a_shortfall_is_told_in_the_unit_and_in_deviations(tmp_path: Path) -> None:
     verdict = judge_pair(tmp_path, faces(71.2), CONDITIONS[0])
-    text = "\n".join(verdict.lines())
+    text = "\n".join(verdict.lines(full=True))
     assert "angle(f2, f3) = 71.2° ± 1.1°, needs 90 ± 15: 3.8° short, 3.5 sd" in text
     (missed,) = verdict.to_json()["shortfalls"]
     assert missed["amount"] == pytest.approx(3.8)
@@ -95,7 +95,10 @@ def test_no_deviation_claims_no_number_of_them(tmp_path: Path) -> None:
 
 
 def test_a_tiny_deviation_is_not_written_out() -> None:
-    assert Shortfall(1.0, 1e-9, Side.ABOVE).text("m") == "1 m over, over 1000 sd"
+    miss = Shortfall(1.0, 1e-9, Side.ABOVE)
+    found = Comparison("length(f1)", 2.0, 1e-9, "length", Within("at_most", (1.0,)), miss)
+    said = found.sentence(State.FAILS, "m")
+    assert said == "length(f1) = 2 m, needs at most 1 m: 1 m over, over 1000 sd"
 
 
 def test_what_holds_has_no_shortfall(facts_of: Build) -> None:
@@ -119,8 +122,8 @@ def texts(facts: Iterable[Fact]) -> Iterator[list[str]]:
     with asked(facts) as ask:
         for model in BUILTIN_MODELS:
             for verdict in (ask.judge(model), *ask.why_not(model, count=3)):
-                lines = [*verdict.lines(), *verdict.miss_lines()]
-                yield [re.sub(r" \[\w+\.model:\d+: .*\]$", "", line) for line in lines]
+                lines = [*verdict.lines(full=True), *verdict.miss_lines()]
+                yield [re.sub(r" \[\w+\.model:\d+(: .*)?\]$", "", line) for line in lines]
 
 
 @pytest.mark.parametrize(("name", "up"), SOLIDS)
@@ -136,13 +139,13 @@ def test_text_has_no_prolog_connectives_and_says_nothing_twice(
 
 def test_unknown_says_why(facts_of: Build) -> None:
     with asked(facts_of("table", up=None, metric=False)) as ask:
-        text = "\n".join(ask.judge("table").lines())
+        text = "\n".join(ask.judge("table").lines(full=True))
     assert "which way is up was not given" in text
 
 
 def test_missing_scale_is_the_cause_for_metres(facts_of: Build) -> None:
     with asked(facts_of("table", metric=False)) as ask:
-        text = "\n".join(ask.judge("table").lines())
+        text = "\n".join(ask.judge("table").lines(full=True))
     assert "because the scale was not given" in text
 
 
@@ -273,8 +276,8 @@ def test_where_nothing_is_proposed_the_faces_themselves_are_tried(facts_of: Buil
         assert "it is not so that a back rises" in ask.judge("chair").summary
         misses = ask.why_not("chair")
     assert {v.parts[0].faces for v in misses} == {(f"f{i}",) for i in range(5)}
-    assert "tilt(f1) = 56.31° ± 0.4°, needs at most 20: 36.31° over" in "\n".join(
-        line for v in misses for line in v.miss_lines()
+    assert "tilt(f1) = 56.3° ± 0.4°, needs at most 20: 36.3° over" in "\n".join(
+        line for v in misses for line in v.lines(full=True)
     )
 
 
@@ -352,8 +355,8 @@ def test_what_is_judged_is_the_best_of_all_that_is_ranked(
 
 def test_what_is_counted_can_be_read_and_limits_have_their_unit(facts_of: Build) -> None:
     with asked(facts_of("chair")) as ask:
-        text = "\n".join(ask.why_not("table", count=1)[0].miss_lines())
-        why = "\n".join(ask.judge("chair").lines())
-    assert "needs at most 0.046 m: 0.394 m over" in text
+        text = "\n".join(ask.why_not("table", count=1)[0].lines(full=True))
+        why = "\n".join(ask.judge("chair").lines(full=True))
+    assert "needs at most 4.6 cm: 39.4 cm over" in text
     assert "it is so of 4, at least 3 are wanted" in why
     assert "leg = f14, f15, f16, f17, f20, f21, f22, f23, f26, f27, f28, f29, f32, f33" in why

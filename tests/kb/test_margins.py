@@ -60,7 +60,7 @@ def test_the_nearest_value_in_standard_deviations_is_told() -> None:
     assert (found.label, found.measure, found.becomes) == ("line1", "width(f1)", FAILS)
     assert found.change == pytest.approx(-0.1)
     assert found.sds == pytest.approx(5)
-    assert found.text() == "fails if width(f1) were 0.1 m less (5.0 sd)"
+    assert found.text() == "fails if width(f1) were 10 cm less (5.0 sd)"
 
 
 def test_a_value_without_deviation_comes_last() -> None:

@@ -50,7 +50,7 @@ def test_long_lists_are_shortened_unless_all_is_wanted(facts: list[Fact]) -> Non
         vertex = ask.origin("v5")
     assert isinstance(vertex, VertexOrigin)
     short = list(vertex.lines(length_unit="m"))
-    assert short[0] == "v5 (front_right_top) at (0.254, 0, 0.1524) ± 0.003 m"
+    assert short[0] == "v5 (front_right_top) at (0.254, 0, 0.152) ± 0.003 m"
     assert short[-1] == "  and 19 more views"
     assert len(list(vertex.lines(full=True))) == 23
 

@@ -108,24 +108,30 @@ def test_hopeless_uncertainty_is_not_called_a_box(facts_of: Build) -> None:
 def test_no_things_give_no_verdicts() -> None:
     found = recognize([("scene", "s")], scene_name="s")
     assert not found
-    assert list(found.lines()) == ["nothing was found that a model could be asked about"]
+    assert list(found.lines(full=True)) == ["nothing was found that a model could be asked about"]
 
 
 def test_proof_is_readable_down_to_the_measured_values(facts_of: Build) -> None:
-    text = "\n".join(recognize(facts_of("box", seen=(1, 2, 3)), scene_name="s").lines())
+    text = "\n".join(recognize(facts_of("box", seen=(1, 2, 3)), scene_name="s").lines(full=True))
     assert "t1 is a box (100%)" in text
     assert "square: the faces meet at right angles" in text
-    assert "angle(f1, f2) = 90° ± 0.4°, within 90 ± 15" in text
+    assert "angle(f1, f2) = 90.0° ± 0.4°, within 90 ± 15" in text
 
 
 def test_json_of_a_verdict_names_parts_sizes_angles_and_proof(facts_of: Build) -> None:
-    data = recognize(facts_of("box", seen=(1, 2, 3)), scene_name="s").to_json()
-    assert data["schema"] == "facetlog-verdicts/1"
+    found = recognize(facts_of("box", seen=(1, 2, 3)), scene_name="s")
+    data = found.to_json()
+    assert data["schema"] == "facetlog-verdicts/2"
     assert data["recognised"] == [{"thing": "t1", "model": "box"}]
     box = data["verdicts"][0]
     assert box["parts"] == {"a": ["f1"], "b": ["f2"], "c": ["f3"]}
     assert box["length_unit"] == "m"
-    assert set(box["proof"][0]) == {"label", "reason", "place", "text", "because"}
+    short = {"label", "reason", "place", "state", "degree", "because"}
+    assert all(set(condition) == short for condition in box["conditions"])
+    assert box["conditions"][0]["because"]["text"] == "f1 was measured (+ 2 more)"
+    whole = found.to_json(full=True)["verdicts"][0]["conditions"]
+    assert all(set(condition) == short | {"text", "proof"} for condition in whole)
+    assert whole[0]["proof"]["state"] == whole[0]["state"] == "holds"
 
 
 def test_a_users_model_stands_beside_the_built_in_ones(facts_of: Build, tmp_path: Path) -> None:

@@ -49,7 +49,7 @@ def judged(folder: Path, scene: Iterable[Fact], **tests: str) -> Verdict:
 
 
 def said(verdict: Verdict) -> str:
-    return "\n".join(verdict.lines())
+    return "\n".join(verdict.lines(full=True))
 
 
 # ---- where ... then ...
@@ -153,7 +153,7 @@ def test_a_shortfall_is_told_from_the_middle_of_the_slope(tmp_path: Path) -> Non
     assert "needs at most 1 fading over 0.2 m: 0.2 m over" in said(verdict)
     data = verdict.to_json()
     assert data["shortfalls"][0]["amount"] == pytest.approx(0.2)
-    assert data["proof"][0]["because"]["within"]["fading"] == pytest.approx(0.2)
+    assert data["conditions"][0]["because"]["within"]["fading"] == pytest.approx(0.2)
 
 
 def test_what_a_fading_comparison_lacks_is_named(tmp_path: Path) -> None:

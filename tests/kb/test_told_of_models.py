@@ -65,7 +65,7 @@ def desk(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
 
 
 def said(verdict: Verdict) -> str:
-    return "\n".join(verdict.lines())
+    return "\n".join(verdict.lines(full=True))
 
 
 # ---- lines as they were written
@@ -79,12 +79,11 @@ def test_a_condition_shows_the_line_that_it_was_made_from(desk: Desk) -> None:
     assert (line.place, line.text) == ("slab.model:9", "large: fill(a) at least 50 %")
     where = "large: it is large (100%) [slab.model:9: large: fill(a) at least 50 %]"
     assert where in said(verdict)
-    (data,) = verdict.to_json()["proof"]
+    (data,) = verdict.to_json(full=True)["conditions"]
     assert (data["place"], data["text"]) == (line.place, line.text)
     (miss,) = desk.base.why_not("s", "m", count=1)
-    assert "it is large [slab.model:9: large: fill(a) at least 50 %]" in "\n".join(
-        miss.miss_lines()
-    )
+    assert "it is large – fill" in "\n".join(miss.miss_lines())
+    assert next(line for line in miss.miss_lines() if "fill" in line).endswith(" [slab.model:9]")
 
 
 def test_a_condition_without_a_reason_is_told_by_its_line(desk: Desk) -> None:
@@ -97,7 +96,8 @@ def test_a_condition_without_a_reason_is_told_by_its_line(desk: Desk) -> None:
 def test_nothing_is_shown_of_lines_that_the_file_does_not_name(desk: Desk) -> None:
     verdict = desk.verdict(model("m", "written(m, other, 'x:1', \"other\")."))
     assert "[" not in said(verdict)
-    assert set(verdict.to_json()["proof"][0]) == {"label", "reason", "because"}
+    known = {"label", "reason", "state", "degree", "because"}
+    assert set(verdict.to_json()["conditions"][0]) == known
 
 
 # ---- groups

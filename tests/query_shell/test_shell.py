@@ -204,7 +204,7 @@ def test_a_model_that_has_changed_is_loaded_again_before_the_next_goal(
     assert "loaded again" in err
     assert "base = " in out
     execute(shell, "why lid")
-    assert said()[1] == ""
+    assert said()[1] == ":all shows all of it\n"
 
 
 def test_of_a_faulty_new_version_the_old_one_stays_and_it_is_said_once(
@@ -216,7 +216,7 @@ def test_of_a_faulty_new_version_the_old_one_stays_and_it_is_said_once(
     assert execute(shell, "why lid") is Outcome.YES
     assert "stays in force" in said()[1]
     assert execute(shell, "why lid") is Outcome.YES
-    assert said()[1] == ""
+    assert said()[1] == ":all shows all of it\n"
     model.unlink()
     execute(shell, "why lid")
     assert "cannot be read" in said()[1]
@@ -289,7 +289,7 @@ def test_each_goal_of_a_batch_is_a_line_of_json(shell: Shell, said: Said) -> Non
     lines = [json.loads(line) for line in out.splitlines()]
     assert [line["schema"] for line in lines] == [
         *["facetlog-answers/1"] * 3,
-        "facetlog-why/1",
+        "facetlog-why/2",
         *["facetlog-command/1"] * 2,
         "facetlog-answers/1",
     ]

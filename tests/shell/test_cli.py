@@ -168,7 +168,7 @@ def test_pictures_without_an_edge_are_a_clean_no(
     assert main(["recognize", str(folder), "--json", "-o", str(tmp_path / "out")]) == 1
     out, err = capsys.readouterr()
     found = json.loads(out)
-    assert found["schema"] == "facetlog-verdicts/1"
+    assert found["schema"] == "facetlog-verdicts/2"
     assert found["recognised"] == []
     assert "2.png" in found["problems"][0]
     assert "facetlog: warning: picture" in err

@@ -2,6 +2,7 @@
 
 import io
 import json
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -92,7 +93,7 @@ def test_why_ends_with_whether_it_holds(scene: str, capsys: pytest.CaptureFixtur
     assert main(["why", scene, "box", "a=f1"]) == 0
     out, err = capsys.readouterr()
     assert out.startswith("t1 is a box")
-    assert err == ""
+    assert err == "facetlog: --full shows all of it\n"
     assert main(["why", scene, "table"]) == 1
     out, err = capsys.readouterr()
     assert "table" in out.splitlines()[0]
@@ -105,9 +106,18 @@ def test_why_in_full_goes_down_to_the_vertices(
     assert main(["why", scene, "box", "--full"]) == 0
     text = capsys.readouterr().out
     assert "v1" in text
+    assert re.search(r" \[box\.model:\d+: each pair x, y of a, b, c: ", text)
+    assert main(["why", scene, "box"]) == 0
+    brief = capsys.readouterr().out
+    assert "each pair x, y" not in brief
+    assert max(map(len, brief.splitlines())) <= 100
+    assert main(["why", scene, "box", "--json"]) == 0
+    short = json.loads(capsys.readouterr().out)
+    assert not any("proof" in condition for condition in short["verdict"]["conditions"])
     assert main(["why", scene, "box", "--full", "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert found["schema"] == "facetlog-why/1"
+    assert found["schema"] == "facetlog-why/2"
+    assert all("proof" in condition for condition in found["verdict"]["conditions"])
     faces = [face for part in found["verdict"]["parts"].values() for face in part]
     assert sorted(found["origins"]) == sorted(faces)
 
@@ -115,12 +125,15 @@ def test_why_in_full_goes_down_to_the_vertices(
 def test_near_misses_are_counted(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["why-not", scene, "table", "--json", "--count", "2"]) == 0
     found = json.loads(capsys.readouterr().out)
-    assert (found["schema"], found["model"]) == ("facetlog-why-not/1", "table")
+    assert (found["schema"], found["model"]) == ("facetlog-why-not/2", "table")
     assert 1 <= len(found["near_misses"]) <= 2
     assert main(["why-not", scene, "table", "--count", "1"]) == 0
     brief = capsys.readouterr().out
     assert main(["why-not", scene, "table", "--count", "1", "--full"]) == 0
-    assert len(capsys.readouterr().out) > len(brief)
+    whole = capsys.readouterr().out
+    assert len(whole) > len(brief)
+    assert "table.model:18: top is measured" in whole
+    assert "top is measured" not in brief
 
 
 @pytest.mark.parametrize(

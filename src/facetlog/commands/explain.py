@@ -47,7 +47,8 @@ def why_command(
     trust: Trust = False,
     as_json: AsJson = False,
     full: Annotated[
-        bool, typer.Option("--full", help="Where each face comes from as well, down to pixels.")
+        bool,
+        typer.Option("--full", help="The whole proof, and where each face comes from, to pixels."),
     ] = False,
 ) -> int:
     """Says why a model holds, or where a face or fact comes from.
@@ -80,9 +81,7 @@ def why_not_command(
     count: Annotated[
         int, typer.Option("--count", metavar="N", help="How many near misses at most.")
     ] = 5,
-    full: Annotated[
-        bool, typer.Option("--full", help="The conditions that hold with their proof as well.")
-    ] = False,
+    full: Annotated[bool, typer.Option("--full", help="The whole proof of each.")] = False,
 ) -> int:
     """Shows what nearly is one, and by how much it is not. Exit code 1: there is nothing to say."""
     from facetlog.query_shell.explaining import unknown_subject, why_not

@@ -49,8 +49,8 @@ def step_line(step: StreamStep) -> str:
     return f"{step.used:>4}  {one_line(step.view)}: {', '.join(said)}"
 
 
-def step_json(step: StreamStep) -> str:
-    """The same as one line of JSON; of the last step all verdicts with their proofs."""
+def step_json(step: StreamStep, *, full: bool = False) -> str:
+    """The same as one line of JSON; of the last step all verdicts, `full` with whole proofs."""
     found = step.recognition
     document: dict[str, object] = {
         "schema": SCHEMA,
@@ -61,7 +61,7 @@ def step_json(step: StreamStep) -> str:
     }
     if step.ended:
         document["ended"] = step.ended
-        document["recognition"] = None if found is None else found.to_json()
+        document["recognition"] = None if found is None else found.to_json(full=full)
     elif found is not None:
         document["verdicts"] = [
             {"thing": v.thing, "model": v.model, "state": v.state.value, "degree": v.degree,
@@ -99,6 +99,7 @@ def followed(
     polish: bool,
     out: Path | None,
     as_json: bool,
+    full: bool,
 ) -> int:
     """Recognises what a folder shows that is being filled; the exit code.
 
@@ -159,7 +160,7 @@ def followed(
     if last.problem:
         warn(last.problem)
     if as_json:
-        typer.echo(step_json(last))
+        typer.echo(step_json(last, full=full))
     if last.scene is None or last.recognition is None:
         note(f"too little was seen in {many(last.used, 'view')} to say what is there")
         return INTERRUPTED if interrupted else NO
@@ -168,9 +169,9 @@ def followed(
     kept = ViewSet(source.name, online.key_views, up=source.up, metric=source.metric, source=path)
     found = Recognised(kept, last.scene, last.facts, last.recognition, clock)
     if out is not None:
-        write_report(out, found, degrees=degrees)
+        write_report(out, found, degrees=degrees, full=full)
     if not as_json:
-        typer.echo(verdicts_text(found))
+        typer.echo(verdicts_text(found, full=full))
     if interrupted:
         return INTERRUPTED
     return YES if last.recognition.best else NO

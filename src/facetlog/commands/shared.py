@@ -13,7 +13,7 @@ from facetlog.__main__ import INTERRUPTED
 from facetlog.errors import FacetlogError, InputError
 from facetlog.terminal import error, error_lines, note
 
-__all__ = ["NO", "YES", "AsJson", "Models", "Trust", "command"]
+__all__ = ["NO", "YES", "AsJson", "Full", "Models", "Trust", "command"]
 
 YES, NO, BROKEN_PIPE = 0, 1, 141  # the last: 128 + the signal's number
 
@@ -24,6 +24,7 @@ Models = Annotated[
     typer.Option("--models", metavar="PATH", help="Your own models: a file or folder; repeatable."),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object instead of text.")]
+Full = Annotated[bool, typer.Option("--full", help="Every step of the proofs, not only reasons.")]
 Trust = Annotated[
     bool,
     typer.Option("--trust", help="The models are yours: any Prolog, in this process, unchecked."),

@@ -25,7 +25,7 @@ __all__ = [
     "why_not",
 ]
 
-WHY, WHY_NOT, ORIGIN = "facetlog-why/1", "facetlog-why-not/1", "facetlog-origin/1"
+WHY, WHY_NOT, ORIGIN = "facetlog-why/2", "facetlog-why-not/2", "facetlog-origin/1"
 
 _PART = re.compile(r"([^=()\s]+)=([^=()\s]+)")
 
@@ -106,25 +106,25 @@ def unknown_subject(
 def why(session: Session, scene: str, about: About, *, full: bool = False) -> Explanation:
     """Why the model holds for what fits it best; if it does not, what is missing.
 
-    With `full`, where each face comes from as well, down to pixels. Raises QueryError for a model,
-    a thing, a part or a face that there is not.
+    With `full` by its whole proof, and where each face comes from, down to pixels. Raises
+    QueryError for a model, a thing, a part or a face that there is not.
     """
     verdict = session.base.why(scene, about.model, thing=about.thing, parts=about.parts)
     holds = verdict.state is State.HOLDS
     faces = tuple(dict.fromkeys(f for part in verdict.parts for f in part.faces)) if full else ()
     origins = {face: session.base.origin(scene, face) for face in faces}
     unit = session.base.scenes[scene].length_unit
-    lines = [*verdict.lines()]
+    lines = [*verdict.lines(full=full)]
     for found in origins.values():
         lines.extend(found.lines(full=True, length_unit=unit))
     data = {
         "schema": WHY,
         "scene": scene,
-        "verdict": verdict.to_json(),
+        "verdict": verdict.to_json(full=full),
         **({"origins": {f: o.to_json() for f, o in origins.items()}} if full else {}),
     }
     hint = "" if holds else f"{about.model} shows what else comes near"
-    return Explanation(holds, tuple(lines), data, hint)
+    return Explanation(holds, tuple(lines), data, hint, cut=not full)
 
 
 def why_not(
@@ -142,14 +142,14 @@ def why_not(
         "schema": WHY_NOT,
         "scene": scene,
         "model": about.model,
-        "near_misses": [miss.to_json() for miss in misses],
+        "near_misses": [miss.to_json(full=full) for miss in misses],
     }
     nothing = f"nothing in {scene} comes near {about.model} without being one"
-    return Explanation(bool(misses), lines or (nothing,), data)
+    return Explanation(bool(misses), lines or (nothing,), data, cut=bool(misses) and not full)
 
 
 def _miss(verdict: Verdict, *, full: bool) -> Iterator[str]:
-    return verdict.lines() if full else verdict.miss_lines()
+    return verdict.lines(full=True) if full else verdict.miss_lines()
 
 
 def origin(session: Session, scene: str, name: str, *, full: bool = False) -> Explanation:

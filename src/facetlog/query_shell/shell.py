@@ -150,8 +150,8 @@ class Shell:
             parts = parts_given(words[2 if thing else 1 :])
             about = About(words[0], thing, parts)
             if negative:
-                return lambda scene: why_not(self.session, scene, about, count=MISSES)
-            return lambda scene: why(self.session, scene, about)
+                return lambda scene: why_not(self.session, scene, about, count=MISSES, full=full)
+            return lambda scene: why(self.session, scene, about, full=full)
         if not negative and is_origin(self.names, text):
             return lambda scene: origin(self.session, scene, text, full=full)
         raise unknown_subject(models, {} if negative or len(words) > 1 else self.names, words[0])

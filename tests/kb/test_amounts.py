@@ -1,0 +1,82 @@
+"""Numbers in the unit that suits them."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from facetlog.kb.amounts import amount, deviation, measured, suiting
+from facetlog.kb.proof import Comparison, State, Within
+
+SIZES = st.floats(min_value=1e-4, max_value=1e3)
+
+
+@pytest.mark.parametrize(
+    ("unit", "values", "expected"),
+    [
+        ("m", (0.254,), "cm"),
+        ("m", (0.254, 7e-5), "mm"),
+        ("m", (0.0099,), "mm"),
+        ("m", (0.01,), "cm"),
+        ("m", (1.0,), "m"),
+        ("m", (1.0, 0.0099), "cm"),
+        ("m", (1.0, 0.01), "m"),
+        ("m", (0.5, 1e-6), "cm"),
+        ("m", (0.0, 4e-5), "mm"),
+        ("m", (), "mm"),
+        ("m", (math.inf, 2.0), "m"),
+        ("m²", (0.1,), "m²"),
+        ("m²", (0.09,), "cm²"),
+        ("m²", (0.2, 1e-5), "cm²"),
+        ("°", (1e-5,), "°"),
+        ("", (1e-5,), ""),
+    ],
+)
+def test_the_unit_of_numbers_that_stand_together(
+    unit: str, values: tuple[float, ...], expected: str
+) -> None:
+    assert suiting(unit, *values).name == expected
+
+
+@given(value=SIZES, sd=SIZES)
+def test_sizes_of_things_have_no_exponent_and_keep_their_value(value: float, sd: float) -> None:
+    unit = suiting("m", value, sd)
+    number, spread = measured(unit.of(value), sd / unit.size), deviation(value, sd / unit.size)
+    assert "e" not in number + spread
+    assert float(number) * unit.size == pytest.approx(value, rel=6e-4, abs=sd)
+    if spread:
+        assert float(spread) * unit.size == pytest.approx(sd, rel=0.06)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(0.00002, "0.00002"), (1e-7, "1e-07"), (-0.000031, "-0.000031"), (0.0, "0"), (999.96, "1000")],
+)
+def test_small_amounts(value: float, text: str) -> None:
+    assert amount(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "sd", "number", "spread"),
+    [
+        (89.95, 0.022, "89.95", "0.022"),
+        (0.0, 0.039, "0", "0.039"),
+        (1.0, 1.4e-10, "1", ""),
+        (0.0001, 4e-5, "0.00010", "0.00004"),
+        (70.0, 2.0, "70", "2"),
+        (1234.0, 23.4, "1234", "23"),
+        (5.0, math.inf, "5", "inf"),
+        (-0.001, 0.1, "0", "0.1"),
+    ],
+)
+def test_value_and_deviation(value: float, sd: float, number: str, spread: str) -> None:
+    assert (measured(value, sd), deviation(value, sd)) == (number, spread)
+
+
+def test_one_unit_for_value_limits_and_what_is_missing() -> None:
+    found = Comparison("width(f1)", 0.2, 0.001, "length", Within("between", (0.1, 1.5)))
+    assert found.sentence(State.HOLDS, "m") == "width(f1) = 20.0 ± 0.1 cm, within 10 to 150 cm"
+    area = Comparison("area(f1)", 0.05, 0.001, "area", Within("at_least", (0.02,)))
+    assert area.sentence(State.HOLDS, "m") == "area(f1) = 500 ± 10 cm², at least 200 cm²"
+    assert area.sentence(State.HOLDS, None) == "area(f1) = 0.050 ± 0.001, at least 0.02"

@@ -1,0 +1,214 @@
+"""A verdict in lines: one reason for each condition, no line too long, all of it in the trace."""
+
+import re
+from collections.abc import Callable, Iterable
+from functools import cache
+from random import Random
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from facetlog.kb.knowledge_base import BUILTIN_MODELS
+from facetlog.kb.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
+from facetlog.kb.reasons import reason
+from facetlog.kb.verdict import Condition, Part, Size, Verdict
+from facetlog.kb.verdict_text import WIDTH
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.surfaces.exact_solids.builders import build
+
+from .explaining import asked
+
+HOLDS, FAILS, UNKNOWN = State.HOLDS, State.FAILS, State.UNKNOWN
+SOLIDS = ("cuboid", "table", "chair", "stool", "shelf", "cabinet", "stairs", "room_corner", "desk")
+
+
+@cache
+def judged(name: str) -> tuple[Verdict, ...]:
+    """What all built-in models say of a solid."""
+    facts = [(fact.functor, *fact.args) for fact in scene_facts(build(name, {}))]
+    with asked(facts) as ask:
+        return tuple(ask.judge(model) for model in BUILTIN_MODELS)
+
+
+@cache
+def missed(name: str) -> tuple[Verdict, ...]:
+    """What comes near being a thing of another kind."""
+    facts = [(fact.functor, *fact.args) for fact in scene_facts(build(name, {}))]
+    with asked(facts) as ask:
+        return tuple(v for model in ("box", "table") for v in ask.why_not(model, count=3))
+
+
+def steps(proof: Proof) -> Iterable[Proof]:
+    yield proof
+    for child in proof.children:
+        yield from steps(child)
+
+
+@settings(max_examples=len(SOLIDS), deadline=None)
+@given(name=st.sampled_from(SOLIDS))
+def test_every_line_of_what_holds_gives_a_reason_that_is_in_the_trace(name: str) -> None:
+    holding = [v for v in judged(name) if v.state is HOLDS]
+    assert holding
+    for verdict in holding:
+        said = {m[1]: m[2] for line in verdict.lines() if (m := re.match(r"  . (\w+)(.*)", line))}
+        asked_of = [c for c in verdict.conditions if reason(c.proof) is not None]
+        for condition in asked_of:
+            found = reason(condition.proof)
+            assert found is not None
+            assert found.step in steps(condition.proof)
+            texts = found.texts(verdict.length_unit)
+            assert any(text in said[condition.label] for text in texts)
+        unsaid = len(verdict.conditions) - len(asked_of)
+        last = list(verdict.lines())[-1]
+        assert last.startswith(f"  + {unsaid} more condition") == (unsaid > 0)
+
+
+@settings(max_examples=len(SOLIDS), deadline=None)
+@given(name=st.sampled_from(SOLIDS))
+def test_no_line_is_too_long_or_has_an_exponent(name: str) -> None:
+    for verdict in judged(name):
+        for line in verdict.lines():
+            assert len(line) <= WIDTH
+            assert not re.search(r"\de[-+]\d", line)
+
+
+@settings(max_examples=15, deadline=None)
+@given(
+    name=st.sampled_from(["box", "wedge", "step", "table", "chair", "pyramid", "room"]),
+    up=st.sampled_from([(0.0, 0.0, 1.0), None]),
+    metric=st.booleans(),
+    seed=st.integers(0, 1000),
+)
+def test_nor_of_things_of_which_a_part_was_seen(
+    facts_of: Callable[..., Any],
+    solid: Callable[[str], Any],
+    name: str,
+    up: tuple[float, float, float] | None,
+    metric: bool,
+    seed: int,
+) -> None:
+    random = Random(seed)
+    faces = range(len(solid(name).faces))
+    seen = tuple(sorted(random.sample(faces, random.randint(1, min(8, len(faces))))))
+    with asked(facts_of(name, seen=seen, up=up, metric=metric)) as ask:
+        for model in BUILTIN_MODELS:
+            verdict = ask.judge(model)
+            for line in (*verdict.lines(), *verdict.miss_lines()):
+                assert len(line) <= WIDTH
+                assert not re.search(r"\de[-+]\d", line)
+            for condition in verdict.conditions:
+                found = reason(condition.proof)
+                assert found is None or found.step in steps(condition.proof)
+                assert found is not None or condition.proof.state is HOLDS
+
+
+@pytest.mark.parametrize("name", ["cuboid", "stool", "stairs"])
+def test_near_misses_are_told_in_short_lines(name: str) -> None:
+    assert missed(name)
+    for verdict in missed(name):
+        head, *lines = verdict.miss_lines()
+        assert head.startswith(f"{verdict.thing} ")
+        assert max(map(len, (head, *lines))) <= WIDTH
+        marks = [line.strip()[0] for line in lines]
+        fails, open_ones = (len(verdict.conditions_that(s)) for s in (FAILS, UNKNOWN))
+        assert marks == ["-"] * fails + ["?"] * open_ones + ["+"] * (len(marks) > fails + open_ones)
+
+
+# ---- lines by hand
+
+
+def compared(measure: str, value: float, limit: float, *, sd: float = 0.01) -> Proof:
+    holds = value >= limit
+    miss = None if holds else Shortfall(limit - value, sd, Side.BELOW)
+    found = Comparison(measure, value, sd, "ratio", Within("at_least", (limit,)), miss)
+    return Proof(HOLDS if holds else FAILS, 1, 1, "", found)
+
+
+def verdict_of(*conditions: Condition, parts: tuple[Part, ...] = ()) -> Verdict:
+    states = {c.proof.state for c in conditions}
+    state = next(s for s in (FAILS, UNKNOWN, HOLDS) if s in states)
+    sizes = (Size("length", 0.254, 7e-5), Size("width", 1.5, 0.02))
+    return Verdict("slab", "t1", state, 1, 1, parts, sizes, conditions, length_unit="m")
+
+
+def line_of(said: str, *, low: float = 1.0) -> str:
+    proof = Proof(HOLDS, low, 1, "", compared("share(f1)", 0.9, 0.5).detail)
+    condition = Condition("wide", said, proof, "slab.model:9", "share(a) at least 50 %")
+    return list(verdict_of(condition).lines())[-1]
+
+
+def test_what_a_reader_misses_least_is_left_out_of_a_long_line() -> None:
+    whole = "share(f1) = 0.90 ± 0.01, at least 0.5 [slab.model:9]"
+    room = WIDTH - len(f"  + wide:  – {whole}")
+    assert line_of("x" * room) == f"  + wide: {'x' * room} – {whole}"
+    for more, left in (
+        (1, "share(f1) = 0.90 ± 0.01, at least 0.5"),
+        (1 + len(" [slab.model:9]"), "share(f1) = 0.90 ± 0.01"),
+        (1 + len(", at least 0.5 [slab.model:9]"), "share(f1) = 0.90"),
+    ):
+        said = "x" * (room + more)
+        assert line_of(said) == f"  + wide: {said} – {left}"
+    assert line_of("x" * WIDTH) == "  + wide – share(f1) = 0.90 ± 0.01, at least 0.5"
+
+
+@pytest.mark.parametrize(("low", "shown"), [(0.994, " (99%)"), (0.995, ""), (0.25, " (25%)")])
+def test_a_degree_is_said_where_it_is_not_certain(low: float, shown: str) -> None:
+    assert line_of("it is wide", low=low).startswith(f"  + wide: it is wide{shown} – share(f1)")
+
+
+def test_sizes_have_each_their_unit() -> None:
+    condition = Condition("wide", "", compared("share(f1)", 0.9, 0.5))
+    lines = list(verdict_of(condition).lines())
+    assert "  sizes: length 254.0 ± 0.07 mm, width 1.50 ± 0.02 m" in lines
+    assert lines[-1] == "  + wide – share(f1) = 0.90 ± 0.01, at least 0.5"
+
+
+def test_conditions_that_are_not_asked_are_counted() -> None:
+    void = Condition("void", "", Proof(HOLDS, 1, 1, "", Note("all")))
+    real = Condition("wide", "", compared("share(f1)", 0.9, 0.5))
+    assert list(verdict_of(real, void).lines())[-1] == "  + 1 more condition holds"
+    assert list(verdict_of(real, void, void).lines())[-1] == "  + 2 more conditions hold"
+    assert list(verdict_of(void).lines())[-1] == "  + 1 condition holds"
+
+
+def test_what_the_least_change_would_turn_is_told_first() -> None:
+    far = Condition("far", "", compared("share(f1)", 0.1, 0.5))
+    near = Condition("near", "", compared("fill(f1)", 0.48, 0.5))
+    hopeless = Condition("hopeless", "", Proof(FAILS, 0, 0, "level(f1)", Note("fact", "false")))
+    open_one = Condition("open", "", Proof(UNKNOWN, 0, 1, "level(f2)", Note("fact", "unknown")))
+    good = Condition("good", "", compared("share(f2)", 0.9, 0.5))
+    verdict = verdict_of(hopeless, open_one, far, near, good, parts=(Part("a", ("f1",)),))
+    assert [line.split()[:2] for line in verdict.miss_lines()][1:] == [
+        ["-", "near"],
+        ["-", "far"],
+        ["-", "hopeless"],
+        ["?", "open"],
+        ["+", "holds:"],
+    ]
+    head, _, *lines = verdict.lines()
+    assert head.startswith("t1 is no slab: it is not so that hopeless")
+    assert lines[1:] == list(verdict.miss_lines())[1:]
+
+
+def test_many_parts_are_shortened_not_cut() -> None:
+    condition = Condition("wide", "", compared("share(f1)", 0.9, 0.5))
+    few = verdict_of(condition, parts=(Part("top", ("f1",)), Part("leg", ("f2", "f3"))))
+    assert list(few.lines())[1] == "  parts: top = f1; leg = f2, f3"
+    faces = tuple(f"f{i}" for i in range(2, 40))
+    row = verdict_of(condition, parts=(Part("leg", faces, is_group=True),))
+    assert list(row.lines())[1] == "  parts: leg = f2–f39"
+    assert ", f17, " in list(row.lines(full=True))[1]
+    even = verdict_of(condition, parts=(Part("leg", faces[::2], is_group=True),))
+    assert list(even.lines())[1] == "  parts: leg = 19 faces"
+
+
+def test_in_full_the_place_and_the_text_of_the_line_are_told() -> None:
+    condition = Condition(
+        "wide", "it is wide", compared("share(f1)", 0.9, 0.5), "slab.model:9", "share(a) at least"
+    )
+    assert list(verdict_of(condition).lines(full=True))[-2:] == [
+        "  + wide: it is wide (100%) [slab.model:9: share(a) at least]",
+        "      + share(f1) = 0.90 ± 0.01, at least 0.5",
+    ]

@@ -1,0 +1,59 @@
+"""The text of a report's files."""
+
+import json
+
+import pytest
+
+from facetlog.cli import main
+from facetlog.perception.reading.read_views import ViewSet
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.report import laid_out
+
+
+def test_json_has_a_line_for_each_condition() -> None:
+    data = {"verdicts": [{"model": "box", "conditions": [{"a": 1, "b": [1, 2]}, {}]}], "empty": []}
+    assert laid_out(data, 4).splitlines() == [
+        "{",
+        '"verdicts": [',
+        "{",
+        '"model": "box",',
+        '"conditions": [',
+        '{"a": 1, "b": [1, 2]},',
+        "{}",
+        "]",
+        "}",
+        "],",
+        '"empty": []',
+        "}",
+    ]
+
+
+def test_what_is_said_of_a_block_is_short_and_in_full_the_whole_proof(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("facetlog.cli.simulated_views", lambda *_, **__: ViewSet("block", ()))
+    monkeypatch.setattr("facetlog.pipeline.reconstruct_views", lambda *_, **__: cuboid())
+
+    def said(*options: str) -> str:
+        assert main(["demo", *options]) == 0
+        return capsys.readouterr().out
+
+    lines = said().splitlines()
+    assert max(map(len, lines)) <= 100
+    box = lines[lines.index("t1 is a box (100%)") :]
+    end = next(k for k, line in enumerate(box) if k and not line.startswith(" "))
+    assert end <= 20
+    assert any("square: the faces meet at right angles – angle(" in line for line in box[:end])
+    assert box[end - 1] == "  + 5 more conditions hold"
+    written = said("--json")
+    assert len(written) <= 60_000
+    assert any(line.startswith('{"label": "square", ') for line in written.splitlines())
+
+    assert "[box.model:43: each pair x, y of a, b, c: angle(x, y) = 90 deg ± right]" in said(
+        "--full"
+    )
+    full = json.loads(said("--json", "--full"))
+    for condition in (c for v in full["verdicts"] for c in v["conditions"]):
+        assert condition.pop("proof")["state"] == condition["state"]
+        condition.pop("text")
+    assert full == json.loads(written)
