@@ -12,7 +12,25 @@ from facetlog.perception.step_clock import StepClock
 if TYPE_CHECKING:
     from facetlog.pipeline import Progress
 
-__all__ = ["error", "error_lines", "note", "one_line", "show_times", "showing_progress", "warn"]
+__all__ = [
+    "error",
+    "error_lines",
+    "note",
+    "one_line",
+    "printable",
+    "show_times",
+    "showing_progress",
+    "warn",
+]
+
+
+def printable(text: str) -> str:
+    """The text without control characters, which could steer a terminal, but its indentation kept.
+
+    >>> printable("  a\\x1b[31mb")
+    '  a [31mb'
+    """
+    return "".join(c if c.isprintable() else " " for c in text)
 
 
 def one_line(text: str) -> str:
@@ -21,7 +39,7 @@ def one_line(text: str) -> str:
     >>> one_line("a\\nb")
     'a b'
     """
-    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
+    return " ".join(printable(text).split())
 
 
 def error_lines(fault: FacetlogError) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from facetlog.perception.facts.fact_schema import ArgumentKind
 from facetlog.query_shell.scene_names import kind_of
 from facetlog.query_shell.session import Session
 from facetlog.query_shell.words import nearest
+from facetlog.terminal import printable
 
 __all__ = [
     "About",
@@ -52,6 +53,10 @@ class Explanation:
     data: Mapping[str, Any]
     hint: str = ""
     cut: bool = False
+
+    def __post_init__(self) -> None:
+        # Names of pictures are whatever a file says.
+        object.__setattr__(self, "lines", tuple(map(printable, self.lines)))
 
     @property
     def json(self) -> str:
