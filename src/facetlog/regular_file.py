@@ -51,7 +51,7 @@ def read_regular(path: Path, most: int = MOST_BYTES) -> bytes:
             raise OSError(errno.EINVAL, IRREGULAR, str(path)) from exc
         raise
     if len(data) > most:
-        raise OSError(errno.EFBIG, f"it is longer than {most:,} bytes", str(path))
+        raise OSError(errno.EFBIG, f"it is too long: at most {most:,} bytes", str(path))
     return data
 
 

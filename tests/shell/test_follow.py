@@ -118,11 +118,21 @@ def test_a_folder_is_followed_line_by_line_and_written(folder, tmp_path, capsys)
     assert "<svg" in plot
 
 
+def _started(command):
+    """A run that Ctrl-C reaches, also where whoever runs the tests in the background ignores it."""
+    return subprocess.Popen(
+        command,
+        stdout=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+    )
+
+
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_killed_it_leaves_nothing_and_interrupted_all_that_is_known(folder, tmp_path, how):
     out = tmp_path / "out"
     command = [sys.executable, "-m", "facetlog", "recognize", str(folder), "--follow"]
-    with subprocess.Popen([*command, "-o", str(out)], stdout=subprocess.PIPE, text=True) as run:
+    with _started([*command, "-o", str(out)]) as run:
         lines = [run.stdout.readline() for _ in range(5)]
         run.send_signal(how)
         said, _ = run.communicate(timeout=60)
@@ -137,7 +147,7 @@ def test_killed_it_leaves_nothing_and_interrupted_all_that_is_known(folder, tmp_
 
 def test_interrupted_its_json_ends_with_all_that_is_known(folder):
     command = [sys.executable, "-m", "facetlog", "recognize", str(folder), "--follow", "--json"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as run:
+    with _started(command) as run:
         for _ in range(5):
             run.stdout.readline()
         run.send_signal(signal.SIGINT)

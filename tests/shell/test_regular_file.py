@@ -93,7 +93,7 @@ def test_what_is_longer_than_may_be_is_not_read_whole(tmp_path: Path) -> None:
     (tmp_path / "x").write_bytes(b"\xef\xbb\xbfabc")
     assert read_regular(tmp_path / "x", 6) == b"\xef\xbb\xbfabc"
     assert read_regular_text(tmp_path / "x", 6) == "abc"
-    with pytest.raises(OSError, match="it is longer than 5 bytes"):
+    with pytest.raises(OSError, match="it is too long: at most 5 bytes"):
         read_regular(tmp_path / "x", 5)
     with pytest.raises(OSError, match="give a file"):
         read_regular(Path("/dev/zero"), 5)

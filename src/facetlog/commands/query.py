@@ -7,6 +7,7 @@ import typer
 
 from facetlog.commands.shared import Models, Trust, command
 from facetlog.errors import InputError
+from facetlog.terminal import note
 
 __all__ = ["query_command"]
 
@@ -62,7 +63,11 @@ def query_command(
         session.load_scenes(paths)
         shell = Shell(session, Screen(), limit, as_json=as_json)
         if goal is not None:
-            return run_line(shell, goal)
+            try:
+                return run_line(shell, goal)
+            except KeyboardInterrupt:
+                note("interrupted")
+                raise
         # A prompt needs a terminal on both sides; what it asks for must not get among the answers.
         if not (sys.stdin.isatty() and (sys.stdout.isatty() or sys.stderr.isatty())):
             return run_batch(shell, sys.stdin)

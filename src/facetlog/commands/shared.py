@@ -11,7 +11,7 @@ import typer
 
 from facetlog.__main__ import INTERRUPTED
 from facetlog.errors import FacetlogError, InputError
-from facetlog.terminal import error, error_lines, note
+from facetlog.terminal import error, error_lines
 
 __all__ = ["NO", "YES", "AsJson", "Full", "Models", "Trust", "command"]
 
@@ -51,7 +51,6 @@ def command(body: Callable[P, int]) -> Callable[P, None]:
             error("what was given needs more memory than there is: give less at once")
             code = InputError.exit_code
         except KeyboardInterrupt:
-            note("interrupted")
             code = INTERRUPTED
         except BrokenPipeError:  # the reader went away, as `| head` does
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
