@@ -1,5 +1,6 @@
 """Where the program starts: `facetlog` and `python -m facetlog`."""
 
+import atexit
 import os
 import signal
 import sys
@@ -22,8 +23,9 @@ def run() -> NoReturn:
         code = main(sys.argv[1:])
     except KeyboardInterrupt:
         code = INTERRUPTED
-    # What ends now, another Ctrl-C would end in the middle, with a traceback.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Before all else that is done at the end: another Ctrl-C would end that in the middle, with a
+    # traceback.
+    atexit.register(signal.signal, signal.SIGINT, signal.SIG_IGN)
     sys.exit(code)
 
 

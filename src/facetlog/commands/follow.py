@@ -4,7 +4,8 @@ import json
 import shutil
 import signal
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
@@ -69,6 +70,16 @@ def step_json(step: StreamStep, *, full: bool = False) -> str:
             for v in found.verdicts
         ]  # fmt: skip
     return json.dumps(document)
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """What is known is to be said and written: a second Ctrl-C comes too late."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _check_goal(stop: Stop, models: Iterable[str]) -> None:
@@ -148,30 +159,31 @@ def followed(
     if last is None:
         note("interrupted before anything was known")
         return INTERRUPTED
-    if interrupted:
-        # What is known is to be written: a second Ctrl-C comes too late.
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-        online.finish(polish=False)
-        last = replace(last, view="", scene=online.scene, problem="", ended="interrupted")
-    else:
-        last = replace(last, ended=source.ended or last.ended)
-    note("interrupted; this is known so far" if interrupted else last.ended)
-    show_times(clock)
-    if last.problem:
-        warn(last.problem)
-    if as_json:
-        typer.echo(step_json(last, full=full))
-    if last.scene is None or last.recognition is None:
-        note(f"too little was seen in {many(last.used, 'view')} to say what is there")
-        return INTERRUPTED if interrupted else NO
-    for line in last.scene.warnings:
-        warn(line)
-    kept = ViewSet(source.name, online.key_views, up=source.up, metric=source.metric, source=path)
-    found = Recognised(kept, last.scene, last.facts, last.recognition, clock)
-    if out is not None:
-        write_report(out, found, degrees=degrees, full=full)
-    if not as_json:
-        typer.echo(verdicts_text(found, full=full))
-    if interrupted:
-        return INTERRUPTED
-    return YES if last.recognition.best else NO
+    with _uninterrupted() if interrupted else nullcontext():
+        if interrupted:
+            online.finish(polish=False)
+            last = replace(last, view="", scene=online.scene, problem="", ended="interrupted")
+        else:
+            last = replace(last, ended=source.ended or last.ended)
+        note("interrupted; this is known so far" if interrupted else last.ended)
+        show_times(clock)
+        if last.problem:
+            warn(last.problem)
+        if as_json:
+            typer.echo(step_json(last, full=full))
+        if last.scene is None or last.recognition is None:
+            note(f"too little was seen in {many(last.used, 'view')} to say what is there")
+            return INTERRUPTED if interrupted else NO
+        for line in last.scene.warnings:
+            warn(line)
+        kept = ViewSet(
+            source.name, online.key_views, up=source.up, metric=source.metric, source=path
+        )
+        found = Recognised(kept, last.scene, last.facts, last.recognition, clock)
+        if out is not None:
+            write_report(out, found, degrees=degrees, full=full)
+        if not as_json:
+            typer.echo(verdicts_text(found, full=full))
+        if interrupted:
+            return INTERRUPTED
+        return YES if last.recognition.best else NO
