@@ -102,12 +102,12 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
             for step in trace(line.proof, verdict.length_unit):
                 yield f"      {step}"
     elif verdict.state is State.HOLDS:
-        said_lines = [c for c in verdict.conditions if reason(c.proof) is not None]
-        for line in said_lines:
-            yield _condition(line, verdict.length_unit)
-        unsaid = len(verdict.conditions) - len(said_lines)
+        reasons = [(c, found) for c in verdict.conditions if (found := reason(c.proof)) is not None]
+        for line, found in reasons:
+            yield _condition(line, found.texts(verdict.length_unit))
+        unsaid = len(verdict.conditions) - len(reasons)
         if unsaid:
-            more = " more" if said_lines else ""
+            more = " more" if reasons else ""
             yield f"  + {unsaid}{more} condition{'s hold' if unsaid > 1 else ' holds'}"
     else:
         yield from _missing(verdict)
@@ -138,7 +138,7 @@ def _missing(verdict: "Verdict") -> Iterator[str]:
     for state in (State.FAILS, State.UNKNOWN):
         lines = verdict.conditions_that(state)
         for line in sorted(lines, key=lambda line: _mending(verdict, line)):
-            yield _condition(line, verdict.length_unit)
+            yield _condition(line, _reason_texts(line, verdict.length_unit))
     labels = [c.label for c in verdict.conditions_that(State.HOLDS)]
     if labels:
         count = f"  + {len(labels)} condition{'s hold' if len(labels) > 1 else ' holds'}"
@@ -151,13 +151,12 @@ def _mending(verdict: "Verdict", line: "Condition") -> tuple[bool, tuple[bool, f
     return (True, (False, 0.0, 0.0)) if found is None else (False, found.nearness)
 
 
-def _condition(line: "Condition", length_unit: str | None) -> str:
+def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
     """What the condition asks and the reason for its state, as far as there is room."""
     head = f"  {MARKS[line.proof.state]} {line.label}"
     asks = "" if line.said == line.label else f": {line.said}"
     sure = line.proof.low >= CERTAIN or line.proof.state is not State.HOLDS
     degree = "" if sure else f" ({line.proof.low:.0%})"
-    texts = _reason_texts(line, length_unit)
     place = f" [{line.place}]" if line.place else ""
     whole = [f"{head}{asks}{degree} – {text}" for text in texts]
     short = [f"{head}{degree} – {text}" for text in texts]

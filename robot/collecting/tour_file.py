@@ -120,7 +120,8 @@ def _rows(path: Path) -> Iterator[tuple[int, Mapping[str, str]]]:
     except FileNotFoundError as exc:
         raise InputError(f"tour {path} is missing: give a CSV file, or `{PAPER_TOUR}`") from exc
     except (OSError, UnicodeDecodeError) as exc:
-        raise InputError(f"tour {path} cannot be read: {exc}") from exc
+        reason = getattr(exc, "strerror", None) or exc
+        raise InputError(f"tour {path} cannot be read: {reason}") from exc
     lines = csv.reader(io.StringIO(text), strict=True)
     header: tuple[str, ...] = ()
     try:

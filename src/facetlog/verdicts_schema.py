@@ -69,7 +69,17 @@ class WithinRecord(_Record):
     fading: FiniteFloat | None = None
 
 
-class ProofRecord(_Record):
+class _MeasuredRecord(_Record):
+    # What was compared, where a step was measured.
+    measure: str | None = None
+    value: FiniteFloat | None = None
+    sd: NotNegative | None = None
+    kind: str | None = None
+    within: WithinRecord | None = None
+    shortfall: ShortfallRecord | None = None
+
+
+class ProofRecord(_MeasuredRecord):
     """A test with its state and the least and greatest degree; a comparison, or a note, or both.
 
     `because` are the tests that it was decided by.
@@ -78,18 +88,12 @@ class ProofRecord(_Record):
     test: str
     state: State
     degree: tuple[Share, Share]
-    measure: str | None = None
-    value: FiniteFloat | None = None
-    sd: NotNegative | None = None
-    kind: str | None = None
-    within: WithinRecord | None = None
-    shortfall: ShortfallRecord | None = None
     note: str | None = None
     cause: str | None = None
     because: tuple["ProofRecord", ...] = ()
 
 
-class ReasonRecord(_Record):
+class ReasonRecord(_MeasuredRecord):
     """The step that decides a condition, in words; where it was measured, with its numbers.
 
     `state` is that of the step, `more` how many others are needed beside it.
@@ -98,12 +102,6 @@ class ReasonRecord(_Record):
     text: str
     state: State
     more: NonNegativeInt
-    measure: str | None = None
-    value: FiniteFloat | None = None
-    sd: NotNegative | None = None
-    kind: str | None = None
-    within: WithinRecord | None = None
-    shortfall: ShortfallRecord | None = None
 
 
 class ConditionRecord(_Record):
