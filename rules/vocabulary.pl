@@ -38,7 +38,7 @@ is never proposed.
 :- use_module(library(pairs)).
 :- use_module(library(solution_sequences)).
 :- use_module(facetlog_kb(scene)).
-:- use_module(facetlog_kb(evaluate)).
+:- use_module(facetlog_kb(say)).
 :- reexport(facetlog(grouping), [separate/2]).
 :- reexport(facetlog(measures), [measure/4, known_measure/1]).
 :- reexport(facetlog(line_labels), [line_label/3, impossible_drawing/2]).
@@ -207,12 +207,13 @@ as_far_as_seen(Thing, Module:Steps, Parts) :-
 %   Truth is true, false or unknown. Fails if Relation is not a word of the vocabulary.
 
 relation(Relation, Truth) :-
-    known_relation(Relation),
-    (   arg(_, Relation, Part),
-        mentions_unseen(Part)
-    ->  Truth = unknown
-    ;   truth(Relation, Truth0)
-    ->  Truth = Truth0
+    truth(Relation, For, Against),
+    !,
+    (   call(For)
+    ->  Truth = true
+    ;   call(Against)
+    ->  Truth = false
+    ;   Truth = unknown
     ).
 
 %!  known_relation(?Relation) is nondet.
@@ -223,21 +224,8 @@ relation(Relation, Truth) :-
 derived_word(Word) :-
     clause(means(Word, _), _).
 
-known_relation(measured(_)).
-known_relation(adjoins(_, _)).
-known_relation(coplanar(_, _)).
-known_relation(opposite(_, _)).
-known_relation(convex(_, _)).
-known_relation(concave(_, _)).
-known_relation(upward(_)).
-known_relation(downward(_)).
-known_relation(share_corner(_)).
-known_relation(bounds(_, _)).
-known_relation(touches(_, _)).
-known_relation(on_ground(_)).
-known_relation(at_rim(_, _)).
-known_relation(whole(_)).
-known_relation(scanned(_)).
+known_relation(Relation) :-
+    clause(truth(Relation, _, _), _).
 
 %!  missing_because(+MeasureOrRelation, -Cause) is det.
 %
@@ -245,7 +233,8 @@ known_relation(scanned(_)).
 %   (no thing is known from all sides), or unstated (no such fact was found).
 
 missing_because(Word, Cause) :-
-    (   arg(_, Word, Part),
+    (   compound(Word),
+        arg(_, Word, Part),
         mentions_unseen(Part)
     ->  Cause = unseen
     ;   needs_up(Word),
@@ -299,41 +288,40 @@ mentions_unseen(unseen).
 mentions_unseen([Part|Parts]) :-
     memberchk(unseen, [Part|Parts]).
 
-truth(measured(F), Truth)     :- settled(fact(evidence(F, measured)), Truth).
-truth(adjoins(A, B), Truth)   :- settled(fact(adjoins(A, B, _)), Truth).
-truth(coplanar(A, B), Truth)  :- settled(fact(coplanar(A, B)), Truth).
-truth(opposite(A, B), Truth)  :- settled(fact(opposite(A, B)), Truth).
-truth(bounds(E, F), Truth)    :- settled(fact(bounds(E, F)), Truth).
-truth(touches(A, B), Truth)   :- either(no_gap(A, B), fact(gap(A, B, _, _)), Truth).
-truth(convex(A, B), Truth)    :- either(fact(convex(A, B)), fact(concave(A, B)), Truth).
-truth(concave(A, B), Truth)   :- either(fact(concave(A, B)), fact(convex(A, B)), Truth).
+%!  truth(?Relation, -For, -Against) is nondet.
+%
+%   Relation is true if the goal For succeeds, else false if Against does, else unknown.
+
+truth(measured(F),         fact(evidence(F, measured)), seen([F])).
+truth(adjoins(A, B),       fact(adjoins(A, B, _)),      seen([A, B])).
+truth(coplanar(A, B),      fact(coplanar(A, B)),        seen([A, B])).
+truth(opposite(A, B),      fact(opposite(A, B)),        seen([A, B])).
+truth(bounds(E, F),        fact(bounds(E, F)),          seen([E, F])).
+truth(touches(A, B),       no_gap(A, B),                fact(gap(A, B, _, _))).
+truth(convex(A, B),        fact(convex(A, B)),          fact(concave(A, B))).
+truth(concave(A, B),       fact(concave(A, B)),         fact(convex(A, B))).
 % The tilt of a face is known exactly where up is.
-truth(upward(F), Truth)       :- either(fact(upward(F)), fact(tilt(F, _, _)), Truth).
-truth(downward(F), Truth)     :- either(fact(downward(F)), fact(tilt(F, _, _)), Truth).
-truth(on_ground(X), Truth)    :- either(fact(on_ground(X)), fact(bottom_of(X, _, _)), Truth).
-truth(at_rim(X, F), Truth)    :- either(fact(at_rim(X, F)), fact(tilt(F, _, _)), Truth).
-truth(whole(T), Truth)        :- settled(fact(whole(T)), Truth).
-truth(scanned(T), Truth)      :- settled(fact(scanned(T)), Truth).
-truth(share_corner([]), true).
-truth(share_corner([First|Faces]), Truth) :-
-    settled(( fact(corner(First, _, V)),
-              forall(member(F, Faces), fact(corner(F, _, V))) ), Truth).
+truth(upward(F),           fact(upward(F)),             fact(tilt(F, _, _))).
+truth(downward(F),         fact(downward(F)),           fact(tilt(F, _, _))).
+truth(on_ground(X),        fact(on_ground(X)),          fact(bottom_of(X, _, _))).
+truth(at_rim(X, F),        fact(at_rim(X, F)),          fact(tilt(F, _, _))).
+truth(whole(T),            fact(whole(T)),              seen([T])).
+truth(scanned(T),          fact(scanned(T)),            seen([T])).
+truth(share_corner(Faces), corner_of_all(Faces),        seen(Faces)).
+
+%   No fact is about a part that was not seen.
+seen(Parts) :-
+    \+ ( member(Part, Parts), Part == unseen ).
+
+corner_of_all([]).
+corner_of_all([First|Faces]) :-
+    fact(corner(First, _, V)),
+    forall(member(F, Faces), fact(corner(F, _, V))).
 
 no_gap(A, B) :-
     fact(gap(A, B, Gap, Sd)),
     tolerance(touch, Sds),
     Gap =< Sds*Sd.
-
-settled(Goal, Truth) :-
-    ( call(Goal) -> Truth = true ; Truth = false ).
-
-either(For, Against, Truth) :-
-    (   call(For)
-    ->  Truth = true
-    ;   call(Against)
-    ->  Truth = false
-    ;   Truth = unknown
-    ).
 
                  /*******************************
                  *         DERIVED WORDS        *

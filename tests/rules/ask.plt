@@ -3,7 +3,7 @@
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(recall)).
-:- use_module(facetlog_kb(search)).
+:- use_module(facetlog_kb(plan)).
 :- use_module(facetlog_kb(ask)).
 
 :- dynamic scene_now/1.
@@ -106,17 +106,17 @@ cost(Inferences) :-
 
 test(costly_conditions_come_last, Last == two_sides) :-
     plan(box, box, Plan),
-    last(Plan, group(Last, 1)).
+    last(Plan, group(label(Last), 1)).
 test(all_conditions_are_in_the_plan, N == 16) :-
     plan(box, box, [group(_, N)|_]).
 test(a_body_that_may_give_several_has_no_bound) :-
-    \+ facetlog_search:at_most_one(member(_, [a, b]), user, 0).
+    \+ facetlog_plan:at_most_one(member(_, [a, b]), user, 0).
 test(definitions_are_looked_through) :-
     context_module(Here),
-    facetlog_search:at_most_one(two_steps(_), Here, 0).
+    facetlog_plan:at_most_one(two_steps(_), Here, 0).
 test(a_definition_of_two_clauses_has_no_bound) :-
     context_module(Here),
-    \+ facetlog_search:at_most_one(either(_), Here, 0).
+    \+ facetlog_plan:at_most_one(either(_), Here, 0).
 
 two_steps(Sorted) :-
     one_step(List),

@@ -20,9 +20,6 @@ with the same values as in the verdict of judge.pl, whose other arguments it lac
 :- use_module(facetlog_kb(schema)).
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(judge)).
-:- use_module(facetlog_kb(left_open)).
-:- use_module(facetlog_kb(best_in_order)).
-:- use_module(facetlog_kb(outlines)).
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(specialise)).
 :- use_module(facetlog_kb(told_of_models)).
@@ -148,18 +145,18 @@ brief(Target, Module, Model, Thing, Verdict) :-
     findall(Thing-Parts, Target:candidate(Model, Thing, Parts), Bag),
     sort(Bag, Candidates),
     Target:plan(Model, Plan),
-    Target:lines(Model, Lines),
-    blocks(Module, Model, Candidates, Blocks),
-    (   best_in_order(Blocks, Target, Plan, Lines, Of, Parts)
+    best_by(Plan, Module, Model, Candidates, Found, _),
+    (   Found = found(Of, Parts, _)
     ->  brief_on(Target, Module, Model, Of, Parts, Verdict)
     ;   Verdict = brief(Model, Thing, unknown, 0, 1, [], [])
     ),
     !.
 
+%   The conditions in the order of the file, in which a proof has them: not a digit differs.
 brief_on(Target, Module, Model, Thing, Parts,
          brief(Model, Thing, State, Low, High, Roled, Sizes)) :-
     Target:lines(Model, Names),
-    all_outlined(Names, Target, Thing, Parts, outline(State, Low, High, _)),
+    all_outlined(Names, Target, Thing, Parts, outline(State, Low, High)),
     roled_in(Module, Model, Target, Thing, Parts, Roled),
     findall(size(Name, V, Sd),
             ( Target:size(Model, Thing, Parts, Name, V, Var), Sd is sqrt(Var) ),

@@ -1,4 +1,6 @@
-:- module(facetlog_body_code, [ body_code/3           % +Goal, +Context, -Code
+:- module(facetlog_body_code, [ body_code/3,          % +Goal, +Context, -Code
+                                conjuncts/2,          % +Goal, -Goals
+                                conjunction/2         % +Codes, -Code
                               ]).
 
 /** <module> Goals of rules into goals of one scene
@@ -12,8 +14,8 @@ called where it is. Context is as in specialise.pl.
 :- use_module(library(apply)).
 :- use_module(facetlog_kb(schema)).
 :- use_module(facetlog_kb(target)).
-:- use_module(facetlog_kb(state_code)).
-:- use_module(facetlog_kb(measure_code)).
+:- use_module(facetlog_kb(partial)).
+:- use_module(facetlog_kb(first_answer)).
 
 %   Modules whose predicates may ask for facts, beside that of the rules.
 fact_asking(vocabulary).
@@ -60,7 +62,8 @@ code(longest_first_in(Module, Measures, Sorted), _, Context, Code) :-
     !,
     sorted_code(Measures, Sorted, Module, Context, Code).
 code(measure(Measure, V, Sd, Kind), measures, Context, Code) :-
-    known_measure_code(Measure, V, Sd, Kind, Context, Code),
+    callable(Measure),
+    catch(first_answer_code(Measure, V, Sd, Kind, Context, Code), facetlog_unknown(_), fail),
     !.
 code(measure(Measure, V, Sd, Kind), _, Context, Code) :-
     !,
@@ -71,7 +74,7 @@ code(Goal, Module, Context, Code) :-
     !,
     maplist(code_in(Module, Context), Goals, Codes).
 code(recall(_, _, _, _, _, Goal), Module, Context, ( Code -> true )) :-
-    !,                                  % what is asked again is kept by outline_code.pl
+    !,                                  % what is asked again is kept by first_answer.pl
     code(Goal, Module, Context, Code).
 code(Goal, Module, Context, Code) :-
     predicate_property(Module:Goal, meta_predicate(Head)),
@@ -266,7 +269,17 @@ test_goal(Wanted, Test, Module, Context0, Code) :-
     in_module(Context0, Module, Context),
     (   var(Test)
     ->  throw(facetlog_general(Test))
-    ;   state_code(Wanted, Test, Context, Code)
+    ;   said_code(Test, state, Context, said(State, _), Code0),
+        wanted_code(Wanted, State, Wish),
+        conjunction([Code0, Wish], Code)
+    ).
+
+wanted_code(Wanted, State, Wish) :-
+    (   var(State)
+    ->  ( Wanted == holds -> Wish = ( State == holds ) ; Wish = ( State \== fails ) )
+    ;   ( State == holds ; State == unknown, Wanted == possible )
+    ->  Wish = true
+    ;   Wish = fail
     ).
 
 %   Words and tolerances of a test are those of the module in which it stands.
@@ -295,7 +308,7 @@ in_target(Target, step(Part, Count, Code), step(Part, Count, Target:Code)).
 sorted_code(Measures, Sorted, Module, Context0, Code) :-
     in_module(Context0, Module, Context),
     (   is_list(Measures),
-        maplist(one_value(Context), Measures, Goals, Values)
+        catch(maplist(one_value(Context), Measures, Goals, Values), facetlog_unknown(_), fail)
     ->  foldl(joined, Goals, true, Known),
         pairs(Values, Measures, Pairs),
         Code = ( Known, sort(1, @>=, Pairs, Descending), pairs:pairs_values(Descending, Sorted) )
@@ -304,9 +317,39 @@ sorted_code(Measures, Sorted, Module, Context0, Code) :-
     ).
 
 one_value(Context, Measure, Goal, V) :-
-    value_code(Measure, Context, Goal, V, _, _).
+    value_code(Measure, Context, V, Goal).
 
 joined(Goal, Before, (Before, Goal)).
 
 pairs([], [], []).
 pairs([V|Vs], [M|Ms], [V-M|Ps]) :- pairs(Vs, Ms, Ps).
+
+                 /*******************************
+                 *         CONJUNCTIONS         *
+                 *******************************/
+
+%!  conjuncts(+Goal, -Goals) is det.
+%
+%   The steps of a goal.
+
+conjuncts(Goal, [Goal]) :- var(Goal), !.
+conjuncts(true, []) :- !.
+conjuncts((A, B), Goals) :-
+    !,
+    conjuncts(A, As),
+    conjuncts(B, Bs),
+    append(As, Bs, Goals).
+conjuncts(Goal, [Goal]).
+
+%!  conjunction(+Codes, -Code) is det.
+
+conjunction([], true).
+conjunction([Code|Codes], All) :- foldl(and_then, Codes, Code, All).
+
+and_then(Code, Before, All) :-
+    (   Code == true
+    ->  All = Before
+    ;   Before == true
+    ->  All = Code
+    ;   All = ( Before, Code )
+    ).

@@ -30,7 +30,6 @@ the thing and its parts, and those that a body binds.
 :- use_module(library(ordsets)).
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(body_code)).
-:- use_module(facetlog_kb(seen_through)).
 
 %!  written_body(+Module, +Body, -Goals) is det.
 %

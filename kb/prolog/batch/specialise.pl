@@ -1,42 +1,41 @@
 :- module(facetlog_specialise, [ specialised/2,       % +Module, +Context
-                                 all_said/5,           % +Names, +Target, +Thing, +Parts, -Said
+                                 all_outlines/5,       % +Names, +Target, +Thing, +Parts, -Outlines
                                  all_outlined/5        % +Names, +Target, +Thing, +Parts, -Outline
                                ]).
 
 /** <module> Rules for one scene after the other
 
-A batch asks the same few models of thousands of scenes. For that a module of rules is written anew
-once: what its goals ask of the vocabulary is copied beside it (body_code.pl), each test becomes the
-Prolog that works out just that test (state_code.pl, outline_code.pl), and every fact is asked of one module, which
-holds one scene at a time. What was asked of a scene once is remembered until the next.
+A batch asks the same few models of thousands of scenes. For that a module of rules is specialised once:
+what its goals ask of the vocabulary is copied beside it (body_code.pl), each test becomes what is left of
+the clauses that say what it means (partial.pl), and every fact is asked of one module, which holds one
+scene at a time. What was asked of a scene once is remembered until the next.
 
 Context is context(Module, Target, Crisp): the rules, the module of the facts and of the new clauses,
-and whether values are exact. What cannot be written anew is asked as always, and costs what
-it always did; nothing is judged in another way.
+and whether values are exact. What cannot be specialised is asked as always, and costs what it always
+did; nothing is judged in another way.
 */
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(body_code)).
-:- use_module(facetlog_kb(line_code)).
+:- use_module(facetlog_kb(partial)).
 :- use_module(facetlog_kb(sources)).
-:- use_module(facetlog_kb(seen_through)).
-:- use_module(facetlog_kb(outlines)).
-:- use_module(facetlog_kb(measure_code)).
-:- use_module(facetlog_kb(search)).
+:- use_module(facetlog_kb(forms)).
+:- use_module(facetlog_kb(plan)).
 
 %!  specialised(+Module, +Context) is det.
 %
 %   Target can judge the models of Module from now on. It has
 %
 %     - candidate(Model, Thing, Parts), nondet, as the module itself;
-%     - plan(Model, Plan): a list of ask(Name, Most, First), the cheapest first. Name(Thing,
-%       Parts, Said) gives what the conditions of one label say (misses.pl); Most is as in search.pl.
-%       First(Thing, Parts) fails if the only condition does, and is seen sooner; or it is `none`;
-%     - lines(Model, Names): Name(Thing, Parts, Outlines) in the order of the file;
+%     - plan(Model, Plan), as plan/3 has it, with specialised(Target, Name) for label(Label):
+%       Name(Thing, Parts, Outlines) gives the outlines of the conditions of that label;
+%     - lines(Model, Names): the same for each condition, in the order of the file;
 %     - group(Model, Thing, Parts, Role, Members), nondet;
 %     - size(Model, Thing, Parts, Name, Value, Variance), nondet.
+%
+%   @throws facetlog_general(Goal) if Goal cannot be seen through.
 
 specialised(Module, Context) :-
     findall(Model, Module:model(Model, _, _), Models),
@@ -50,14 +49,14 @@ model_code(Context, Model) :-
     Context = context(Module, _, _),
     body_code(Module:candidate(Model, Thing, Parts), Context, Candidate),
     put_clause(Context, (candidate(Model, Thing, Parts) :- Candidate)),
-    plan(Module, Model, Plan0),
-    asks(Plan0, Context, Model, Plan),
-    put_clause(Context, plan(Model, Plan)),
     findall(line(Label, LineThing, LineParts, Test, Body),
             clause(Module:condition(Model, Label, _, LineThing, LineParts, Test), Body),
             Lines),
-    maplist(line_code(full, Context, Model, several), Lines, Names),
+    maplist(line_code(Context, Model), Lines, Names),
     put_clause(Context, lines(Model, Names)),
+    plan(Module, Model, Plan0),
+    maplist(group_of_lines(Context, Lines, Names), Plan0, Plan),
+    put_clause(Context, plan(Model, Plan)),
     put_clause(Context, (group(Model, _, _, _, _) :- fail)),
     (   current_predicate(Module:group/5)
     ->  forall(clause(Module:group(Model, GroupThing, GroupParts, Role, Members), GroupBody),
@@ -66,60 +65,151 @@ model_code(Context, Model) :-
     ),
     put_clause(Context, (size(Model, _, _, _, _, _) :- fail)),
     (   current_predicate(Module:size/5)
-    ->  forall(clause(Module:size(Model, SizeThing, SizeParts, Name, Measure), Body),
-               size_code(Context, Model, SizeThing, SizeParts, Name, Measure, Body))
+    ->  forall(clause(Module:size(Model, SizeThing, SizeParts, Name, Measure), SizeBody),
+               size_code(Context, Model, SizeThing, SizeParts, Name, Measure, SizeBody))
     ;   true
     ).
 
-%   The conditions of each group of a plan in one predicate.
-asks([], _, _, []).
-asks([group(Label, Most)|Groups], Context, Model, [ask(Name, Most, First)|Asks]) :-
-    Context = context(Module, _, _),
-    findall(line(Label, Thing, Parts, Test, Body),
-            clause(Module:condition(Model, Label, _, Thing, Parts, Test), Body),
-            Lines),
-    ( Groups = [group(_, After)|_] -> true ; After = 0 ),
-    (   Lines = [Line],
-        Most =:= After + 1
-    ->  line_code(search, Context, Model, one, Line, Name),
-        first_code(Context, Line, Name, First)
-    ;   First = none,   maplist(line_code(search, Context, Model, several), Lines, Names),
-        group_of_lines(Context, Names, Name)
-    ),
-    asks(Groups, Context, Model, Asks).
+                 /*******************************
+                 *          CONDITIONS          *
+                 *******************************/
 
-group_of_lines(Context, Names, Name) :-
-    helper(Context, lines(Names), [Thing, Parts, Said], Head, _),
+%   line_code(Context, Model, Line, Name): Name(Thing, Parts, Outlines).
+line_code(Context, Model, line(Label, Thing, Parts, Test, Body), Name) :-
+    helper(Context, line(Model, Label, Test, Body), [Thing, Parts, Outlines], Head, true),
     functor(Head, Name, _),
-    Context = context(_, Target, _),
-    put_clause(Context, (Head :- facetlog_specialise:all_said(Names, Target, Thing, Parts, Said))).
+    Context = context(Module, _, _),
+    written_body(Module, Body, Goals),
+    scope(Thing, Parts, Goals, Scope),
+    sources(Goals, Steps0),
+    put_off(Steps0, Scope, Context, Test, Steps, LateTest),
+    maplist(step_code(Scope, Context), Steps, Codes),
+    said_code(LateTest, full, Context, said(State, degree(Low, High, Miss)), Code),
+    append(Codes, [Code], All),
+    conjunction(All, Goal),
+    Outline = outline(State, Low, High, Miss),
+    term_variables(Thing-Parts, Given),
+    term_variables(Test-Goals, Used),
+    include(among(Used), Given, Inputs),
+    (   \+ ( member(Step, Steps), \+ always_once(Step, _) )
+    ->  Answer = ( Goal, Outlines = [Outline] )
+    ;   called(Goal, Given-Outline, Context, Call),
+        Answer = findall(Outline, Call, Outlines)
+    ),
+    (   few_parts(Inputs, Parts)
+    ->  append(Inputs, [Outlines], KeptArgs),
+        helper(Context, kept(Model, Label, Test, Goals), KeptArgs, Kept, New),
+        ( New == true -> put_remembered(Context, Kept, Inputs, [Outlines], Answer) ; true ),
+        put_clause(Context, (Head :- Kept, !))
+    ;   put_clause(Context, (Head :- Answer, !))
+    ),
+    (   Thing-Parts =@= _-_
+    ->  true
+    ;   functor(Other, Name, 3),
+        arg(3, Other, []),
+        put_clause(Context, Other)
+    ).
 
-%!  all_said(+Names, +Target, +Thing, +Parts, -Said) is det.
+%   What does not depend on all parts is asked once for those that it depends on.
+few_parts(Inputs, Parts) :-
+    Inputs \== [],
+    term_variables(Parts, Variables),
+    member(Part, Variables),
+    \+ among(Inputs, Part),
+    !.
+
+%   A step that succeeds once for certain is put off until the test asks for what it finds.
+put_off(Steps0, Scope, Context, Test0, Steps, Test) :-
+    reverse(Steps0, Reversed),
+    foldl(put_off_step(Scope, Context), Reversed, Test0-[], Test-Steps).
+
+put_off_step(Scope, Context, Step, Test0-Steps0, Test-Steps) :-
+    (   always_once(Step, Found),
+        \+ mentions(Steps0, Found)
+    ->  Steps = Steps0,
+        (   mentions(Test0, Found)
+        ->  step_code(Scope, Context, Step, Code),
+            placed(Test0, Found, Code, Test)
+        ;   Test = Test0                % nobody asks for it
+        )
+    ;   Steps = [Step|Steps0],
+        Test = Test0
+    ).
+
+always_once(source(_, _, _, _, Xs), Xs).
+always_once(separate(_, Groups), Groups) :- var(Groups).
+
+%   As far within the test as one part alone asks for it.
+placed(Test0, Found, Code, Test) :-
+    (   nonvar(Test0),
+        within(Test0, Found, Part, Test, Placed)
+    ->  placed(Part, Found, Code, Placed)
+    ;   Test = after(Code, Test0)
+    ).
+
+within(all(Tests0), Found, Part, all(Tests), Placed) :- one_asks(Tests0, Found, Part, Tests, Placed).
+within(any(Tests0), Found, Part, any(Tests), Placed) :- one_asks(Tests0, Found, Part, Tests, Placed).
+within(not(Part), _, Part, not(Placed), Placed).
+within(if_known(Part), _, Part, if_known(Placed), Placed).
+within(expect(Weight, Part), _, Part, expect(Weight, Placed), Placed).
+within(implies(Where, Part), Found, Part, implies(Where, Placed), Placed) :-
+    \+ mentions(Where, Found).
+
+one_asks(Tests0, Found, Part, Tests, Placed) :-
+    is_list(Tests0),
+    append(Before, [Part|After], Tests0),
+    mentions(Part, Found),
+    !,
+    \+ mentions(After, Found),
+    append(Before, [Placed|After], Tests).
+
+mentions(Term, Variable) :-
+    term_variables(Term, Variables),
+    among(Variables, Variable).
+
+%   The conditions of each group of a plan in one predicate.
+group_of_lines(Context, Lines, Names, group(label(Label), Most),
+               group(specialised(Target, Name), Most)) :-
+    Context = context(_, Target, _),
+    findall(Of,
+            ( nth1(Number, Lines, line(Label0, _, _, _, _)),
+              \+ Label0 \= Label,
+              nth1(Number, Names, Of) ),
+            Those),
+    (   Those = [Name]
+    ->  true
+    ;   helper(Context, lines(Those), [Thing, Parts, Outlines], Head, _),
+        functor(Head, Name, _),
+        put_clause(Context, (Head :- facetlog_specialise:all_outlines(Those, Target, Thing, Parts,
+                                                                      Outlines)))
+    ).
+
+%!  all_outlines(+Names, +Target, +Thing, +Parts, -Outlines) is det.
 %
 %   What the predicates Names give, one after the other.
 
-all_said([], _, _, _, []).
-all_said([Name|Names], Target, Thing, Parts, Said) :-
+all_outlines([], _, _, _, []).
+all_outlines([Name|Names], Target, Thing, Parts, Outlines) :-
     call(Target:Name, Thing, Parts, First),
-    append(First, Rest, Said),
-    all_said(Names, Target, Thing, Parts, Rest).
+    append(First, Rest, Outlines),
+    all_outlines(Names, Target, Thing, Parts, Rest).
 
 %!  all_outlined(+Names, +Target, +Thing, +Parts, -Outline) is det.
 %
-%   What the outlines that the predicates Names give come to together.
+%   What the outlines that the predicates Names give come to together, outline(State, Low, High).
 
-all_outlined(Names, Target, Thing, Parts, Outline) :-
-    outlined(Names, Target, Thing, Parts, outline(holds, 1, 1, 0), Outline).
+all_outlined(Names, Target, Thing, Parts, outline(State, Low, High)) :-
+    all_outlines(Names, Target, Thing, Parts, Outlines),
+    start(all, full, Sum0),
+    foldl(outline_joined, Outlines, Sum0, Sum),
+    together(all, full, Sum, said(State, degree(Low, High, _))).
 
-outlined([], _, _, _, Outline, Outline).
-outlined([Name|Names], Target, Thing, Parts, Outline0, Outline) :-
-    call(Target:Name, Thing, Parts, Outlines),
-    all_of([Outline0|Outlines], Outline1),
-    (   Outline1 = outline(fails, _, High, _),
-        High =:= 0
-    ->  Outline = Outline1              % nothing can change that any more
-    ;   outlined(Names, Target, Thing, Parts, Outline1, Outline)
-    ).
+outline_joined(outline(S, L, H, Miss), Sum0, Sum) :-
+    joined(all, full, Sum0, said(S, degree(L, H, Miss)), Sum).
+
+                 /*******************************
+                 *       GROUPS AND SIZES       *
+                 *******************************/
 
 %   What the conditions go through the groups go through again.
 group_code(Context, Model, Thing, Parts, Role, Members, Body) :-
@@ -136,15 +226,22 @@ size_code(Context, Model, Thing, Parts, Name, Measure, Body0) :-
     written_body(Module, Body0, Goals),
     conjunction(Goals, Written),
     body_code(Module:Written, Context, Body),
-    (   value_code(Measure, Context, Goal, V, Var, Kind)
-    ->  Kind == length,
-        Value = Goal
-    ;   Value = facetlog_quantities:value(Measure, Module, quantity(V, Var, length)),
-        % Which of several was worked out while they were sorted.
-        ( var(Measure), sub_goal(longest_first(Ms, _), Written), is_list(Ms) -> true
-        ; asks_all(Context) )
-    ),
-    put_clause(Context, (size(Model, Thing, Parts, Name, V, Var) :- Body, Value)).
+    asks_all_if_unknown(Measure, Written, Context),
+    put_clause(Context,
+               (size(Model, Thing, Parts, Name, V, Var) :-
+                    Body, facetlog_quantities:value(Measure, Module, quantity(V, Var, length)))).
+
+%   Which of several measures it is was worked out while they were sorted: their facts are asked for.
+asks_all_if_unknown(Measure, Written, Context) :-
+    (   var(Measure),
+        sub_goal(longest_first(Measures, _), Written),
+        is_list(Measures)
+    ->  true
+    ;   nonvar(Measure),
+        catch(value_code(Measure, Context, _, _), facetlog_unknown(_), fail)
+    ->  true
+    ;   asks_all(Context)
+    ).
 
 sub_goal(Goal, Goal).
 sub_goal(Goal, (A, B)) :- ( sub_goal(Goal, A) ; sub_goal(Goal, B) ).

@@ -15,6 +15,7 @@ Fault are those of check.pl.
 :- use_module(facetlog_kb(words)).
 :- use_module(facetlog_kb(check_tests)).
 :- use_module(facetlog(vocabulary)).
+:- use_module(facetlog(measures)).
 
 %!  protocol(?Name, ?Arity) is nondet.
 %

@@ -14,6 +14,7 @@ Fault are those of check.pl; these predicates enumerate all faults.
 :- use_module(facetlog_kb(spelling)).
 :- use_module(facetlog_kb(words)).
 :- use_module(facetlog(vocabulary)).
+:- use_module(facetlog(measures)).
 
 %!  test_fault(+Test, +Position, +Scope, -Fault) is nondet.
 %

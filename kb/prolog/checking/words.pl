@@ -15,6 +15,7 @@
 :- use_module(facetlog_kb(schema)).
 :- use_module(facetlog_kb(white_list)).
 :- use_module(facetlog(vocabulary)).
+:- use_module(facetlog(measures)).
 
 %!  fact_word(+Goal) is semidet.
 %

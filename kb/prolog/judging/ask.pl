@@ -15,7 +15,8 @@ remembered with the scene.
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(judge)).
-:- use_module(facetlog_kb(evaluate)).
+:- use_module(facetlog_kb(say)).
+:- use_module(facetlog_kb(plan)).
 :- use_module(facetlog_kb(search)).
 :- use_module(facetlog_kb(in_progress)).
 :- use_module(facetlog_kb(told_of_models)).
@@ -63,7 +64,7 @@ assignment(Model, Thing, Parts) :-
     plan(Module, Model, Plan),
     candidates(Module, Model, Thing, Candidates),
     member(Thing-Parts, Candidates),
-    forall(( member(group(Label, _), Plan),
+    forall(( member(group(label(Label), _), Plan),
              Module:condition(Model, Label, _, Thing, Parts, Test) ),
            state(Test, Module, holds)).
 

@@ -1,28 +1,29 @@
-:- module(facetlog_compare, [ comparison/3,   % ?Test, ?Measure, ?Bounds
-                              compare/5,      % +Measure, +Bounds, +Module, +Test, -Compared
-                              compare_value/6, % +Quantity, +Measure, +Bounds, +Module, +Test, -Compared
-                              judged/4,       % +Compared, -State, -Low, -High
-                              detail/3,       % +Compared, +State, -Detail
-                              miss/2          % +Compared, -Miss
+:- module(facetlog_compare, [ comparison/3,         % ?Test, ?Measure, ?Bounds
+                              compared/6,           % +Measure, +Bounds, +Module, +Test, +Want, -Said
+                              compared_in_detail/6, % +Measure, +Bounds, +Module, +Test, -Said, -Detail
+                              passes/5              % +Quantity, +Measure, +Bounds, +Module, +Test
                             ]).
 
 /** <module> Measured values against their limits
 
-A quantity and its limits become margins, and margins a state with its probability. evaluate.pl says
-what is done with it.
+A quantity and its limits become a region, and that a state with its probability.
+
+A region is region(Margins, Within, Width): Margins are one(Side, Distance, Variance) or
+two(Below, BelowVar, Above, AboveVar), the signed distances to its edges, all >= 0 inside. Within has the
+limits in numbers, near(Target, Tolerance), between(Low, High), at_least(Limit) or at_most(Limit). Width
+is `sharp`, or width(Width), how wide the slopes of the edges are: an edge that fades is told from the middle of its
+slope, where the membership is 1/2.
 */
 
 :- use_module(library(lists)).
+:- use_module(facetlog_kb(static)).
+:- use_module(facetlog_kb(forms)).
 :- use_module(facetlog_kb(quantities)).
 :- use_module(facetlog_kb(fading)).
 :- use_module(facetlog(vocabulary)).
 
 % Arithmetic is most of the work: compiled, it takes half the time. The flag ends with the file.
 :- set_prolog_flag(optimise, true).
-
-                 /*******************************
-                 *          COMPARISONS         *
-                 *******************************/
 
 %!  comparison(?Test, ?Measure, ?Bounds) is nondet.
 %
@@ -37,77 +38,113 @@ comparison(fading(Test, Width), M, fading(Bounds, Width)) :-
     Test \= fading(_, _),
     comparison(Test, M, Bounds).
 
-%!  compare(+Measure, +Bounds, +Module, +Test, -Compared) is det.
+%!  compared(+Measure, +Bounds, +Module, +Test, +Want, -Said) is det.
 %
-%   Compared is compared(Quantity, Measure, Margins, Within, Degree) or missing(Measure). Margins
-%   are the signed distances, with variance, to the region's edges; inside all are >= 0. An edge that
-%   fades is told from the middle of its slope, where the membership is 1/2.
+%   What is said (forms.pl) of Test, which compares Measure with Bounds.
 %
 %   @error type_error(comparable, Test) if a length is compared with a bare number, or the like.
 
-compare(Measure, Bounds, Module, Test, Compared) :-
-    (   value(Measure, Module, Value),
-        compare_value(Value, Measure, Bounds, Module, Test, Compared0)
-    ->  Compared = Compared0
-    ;   limits(Bounds, Limits),
-        first_unknown([Measure|Limits], Module, Missing),
-        Compared = missing(Missing)
+compared(Measure, Bounds, Module, Test, Want, Said) :-
+    (   value(Measure, Module, Quantity),
+        region(Bounds, Module, Quantity, Test, Region)
+    ->  judged(Want, Region, Measure, Said)
+    ;   plain(Want, unknown, Said)
     ).
 
-limits(fading(Bounds, Width), [Width|Limits]) :-
-    !,
-    limits(Bounds, Limits).
-limits(Bounds, Limits) :-
-    Bounds =.. [_|Limits].
-
-%!  compare_value(+Quantity, +Measure, +Bounds, +Module, +Test, -Compared) is semidet.
+%!  passes(+Quantity, +Measure, +Bounds, +Module, +Test) is semidet.
 %
-%   The same where the Quantity of Measure is known. Fails if a limit is not.
+%   Test holds, where the Quantity of Measure is known already.
 
-compare_value(Value, Measure, Bounds, Module, Test,
-              compared(Value, Measure, Margins, Within, Degree)) :-
-    region(Bounds, Module, Value, Test, Margins, Within),
-    (   Within = fading(_, Width),
-        \+ crisp
-    ->  membership_within(Margins, Width, Degree)
-    ;   mass_within(Margins, 1, Degree)
-    ).
+passes(Quantity, Measure, Bounds, Module, Test) :-
+    region(Bounds, Module, Quantity, Test, Region),
+    judged(state, Region, Measure, said(holds, _)).
 
-%!  judged(+Compared, -State, -Low, -High) is det.
+                 /*******************************
+                 *            REGIONS           *
+                 *******************************/
 
-judged(missing(_), unknown, 0, 1).
-judged(compared(_, Measure, Margins, _, Degree), State, Low, High) :-
-    least_margin(Margins, margin(Side, Distance, _)),
-    outcome(Measure, Side, Distance, Degree, State, Low, High).
+region(near(Target, Tolerance), Module, Value, Test,
+       region(two(Below, Var, Above, Var), near(T, W), sharp)) :-
+    limit(Target, Module, Value, Test, T, R),
+    limit(Tolerance, Module, Value, Test, W, Q),
+    Value = quantity(V, S, _),
+    Var is S + R + Q,
+    Below is V - T + W,
+    Above is T + W - V.
+region(between(Low, High), Module, Value, Test,
+       region(two(Below, BelowVar, Above, AboveVar), between(L, H), sharp)) :-
+    limit(Low, Module, Value, Test, L, R),
+    limit(High, Module, Value, Test, H, Q),
+    Value = quantity(V, S, _),
+    Below is V - L,
+    BelowVar is S + R,
+    Above is H - V,
+    AboveVar is S + Q.
+region(at_least(Limit), Module, Value, Test, region(one(below, Below, Var), at_least(L), sharp)) :-
+    limit(Limit, Module, Value, Test, L, R),
+    Value = quantity(V, S, _),
+    Below is V - L,
+    Var is S + R.
+region(at_most(Limit), Module, Value, Test, region(one(above, Above, Var), at_most(H), sharp)) :-
+    limit(Limit, Module, Value, Test, H, Q),
+    Value = quantity(V, S, _),
+    Above is H - V,
+    Var is S + Q.
+region(fading(Bounds, Width), Module, Value, Test, region(Margins, Within, width(W))) :-
+    region(Bounds, Module, Value, Test, region(Margins0, Within, _)),
+    limit(Width, Module, Value, Test, W0, Q),
+    W is max(0, W0),
+    widened(Margins0, W, Q, Margins).
 
-%!  detail(+Compared, +State, -Detail) is det.
-%
-%   What a proof keeps of the comparison, see evaluate.pl.
+%   Margins are told from the middle of slopes that are Width wide, with the Variance of that.
+widened(one(Side, D0, V0), Width, Q, one(Side, D, V)) :-
+    D is D0 + Width/2,
+    V is V0 + Q/4.
+widened(two(B0, BV0, A0, AV0), Width, Q, two(B, BV, A, AV)) :-
+    B is B0 + Width/2,
+    BV is BV0 + Q/4,
+    A is A0 + Width/2,
+    AV is AV0 + Q/4.
 
-detail(missing(Measure), _, missing(Measure, Cause)) :-
-    missing_because(Measure, Cause).
-detail(compared(quantity(V, Var, Kind), _, Margins, Within, _), State, Detail) :-
-    least_margin(Margins, margin(Side, Distance, MarginVar)),
-    Sd is sqrt(Var),
-    MarginSd is sqrt(MarginVar),
-    Margin = margin(Side, Distance, MarginSd),
-    (   State == unknown
-    ->  Detail = uncertain(V, Sd, Kind, Within, Margin)
-    ;   Detail = compared(V, Sd, Kind, Within, Margin)
-    ).
+limit(Expression, Module, Value, Test, V, Var) :-
+    value(Expression, Module, Limit),
+    comparable(Test, Value, Limit),
+    Limit = quantity(V, Var, _).
 
-%   A value inside a region that it would more probably miss says nothing. And more of a thing may
-%   be there than was seen: too few is not known to be too few.
-outcome(Measure, Side, Distance, Degree, State, Low, High) :-
+                 /*******************************
+                 *            STATES            *
+                 *******************************/
+
+%   judged(Want, Region, Measure, Said)
+judged(state, Region, Measure, said(State, none)) :-
+    nearest(Region, Side, Distance, _),
     (   Distance < 0
-    ->  (   Side == below,
-            so_far(Measure)
-        ->  State = unknown, Low = 0, High = 1
-        ;   State = fails, Low = Degree, High = Degree
+    ->  outside(Side, Measure, State)
+    ;   inside(Region, State)
+    ).
+judged(full, Region, Measure, said(State, degree(Low, High, Miss))) :-
+    degree_of(Region, Degree),
+    nearest(Region, Side, Distance, Var),
+    (   Distance < 0
+    ->  outside(Side, Measure, State),
+        (   State == fails
+        ->  Low = Degree,
+            High = Degree,
+            miss(Region, Distance, Var, Miss)
+        ;   Low = 0, High = 1, Miss = 0
         )
-    ;   Degree < 0.5
-    ->  State = unknown, Low = Degree, High = Degree
-    ;   State = holds, Low = Degree, High = Degree
+    ;   mostly(Degree, State),
+        Low = Degree,
+        High = Degree,
+        Miss = 0
+    ).
+
+%   More of a thing may be there than was seen: too few is not known to be too few.
+outside(Side, Measure, State) :-
+    (   static(so_far(Measure)),
+        Side == below
+    ->  State = unknown
+    ;   State = fails
     ).
 
 %   What is counted of that which was seen.
@@ -115,72 +152,62 @@ so_far(Measure) :-
     nonvar(Measure),
     memberchk(Measure, [count(_), faces_at(_)]).
 
-region(near(Target, Tolerance), Module, Value, Test, Margins, near(T, W)) :-
-    limit(Target, Module, Value, Test, T, R),
-    limit(Tolerance, Module, Value, Test, W, Q),
-    Value = quantity(V, S, _),
-    Var is S + R + Q,
-    Below is V - T + W,
-    Above is T + W - V,
-    Margins = [margin(below, Below, Var), margin(above, Above, Var)].
-region(between(Low, High), Module, Value, Test, Margins, between(L, H)) :-
-    limit(Low, Module, Value, Test, L, R),
-    limit(High, Module, Value, Test, H, Q),
-    Value = quantity(V, S, _),
-    Below is V - L,
-    BelowVar is S + R,
-    Above is H - V,
-    AboveVar is S + Q,
-    Margins = [margin(below, Below, BelowVar), margin(above, Above, AboveVar)].
-region(at_least(Limit), Module, Value, Test, [margin(below, Below, Var)], at_least(L)) :-
-    limit(Limit, Module, Value, Test, L, R),
-    Value = quantity(V, S, _),
-    Below is V - L,
-    Var is S + R.
-region(at_most(Limit), Module, Value, Test, [margin(above, Above, Var)], at_most(H)) :-
-    limit(Limit, Module, Value, Test, H, Q),
-    Value = quantity(V, S, _),
-    Above is H - V,
-    Var is S + Q.
+%   A value inside a region that it would more probably miss says nothing. One sharp edge is missed by
+%   the lesser part of a distribution whose mean is inside.
+inside(region(Margins, _, Width), State) :-
+    (   Width == sharp,
+        Margins = one(_, _, _)
+    ->  State = holds
+    ;   degree_of(region(Margins, _, Width), Degree),
+        mostly(Degree, State)
+    ).
 
-region(fading(Bounds, Width), Module, Value, Test, Margins, fading(Within, W)) :-
-    region(Bounds, Module, Value, Test, Margins0, Within),
-    limit(Width, Module, Value, Test, W0, Q),
-    W is max(0, W0),
-    widened(Margins0, W, Q, Margins).
+mostly(Degree, State) :-
+    ( Degree < 0.5 -> State = unknown ; State = holds ).
 
-limit(Expression, Module, Value, Test, V, Var) :-
-    value(Expression, Module, Limit),
-    comparable(Test, Value, Limit),
-    Limit = quantity(V, Var, _).
+%   The edge that is nearest, or missed the most.
+nearest(region(Margins, _, _), Side, Distance, Var) :-
+    nearest_of(Margins, Side, Distance, Var).
 
-least_margin([Margin], Margin) :-
-    !.
-least_margin([margin(S1, D1, V1), margin(S2, D2, V2)], Least) :-
-    (   D2 < D1
-    ->  Least = margin(S2, D2, V2)
-    ;   Least = margin(S1, D1, V1)
+nearest_of(one(Side, Distance, Var), Side, Distance, Var).
+nearest_of(two(Below, BelowVar, Above, AboveVar), Side, Distance, Var) :-
+    (   Above < Below
+    ->  Side = above, Distance = Above, Var = AboveVar
+    ;   Side = below, Distance = Below, Var = BelowVar
+    ).
+
+                 /*******************************
+                 *            DEGREES           *
+                 *******************************/
+
+%   The probability, or expected membership, of the true value.
+degree_of(region(Margins, _, Edges), Degree) :-
+    degree_within(Edges, Margins, Degree).
+
+degree_within(sharp, Margins, Degree) :-
+    mass_within(Margins, Degree).
+degree_within(width(Width), Margins, Degree) :-
+    (   crisp                           % without deviations nothing fades
+    ->  mass_within(Margins, Degree)
+    ;   membership_within(Margins, Width, Degree)
     ).
 
 %   The mass between two edges is 1 less what lies beyond each.
-mass_within([], Sum, Mass) :-
-    Mass is max(0.0, min(1.0, Sum)).
-mass_within([margin(_, Distance, Var)|Margins], Sum0, Mass) :-
-    mass(Distance, Var, M),
-    Sum is Sum0 + M - 1,
-    mass_within(Margins, Sum, Mass).
+mass_within(one(_, Distance, Var), Mass) :-
+    mass(Distance, Var, Mass).
+mass_within(two(Below, BelowVar, Above, AboveVar), Mass) :-
+    mass(Below, BelowVar, FromBelow),
+    mass(Above, AboveVar, FromAbove),
+    Mass is max(0.0, FromBelow + FromAbove - 1).
 
-%!  miss(+Compared, -Miss) is det.
-%
 %   r/(1 + r) of the distance r from the region, relative to the region's tolerance, half width or
 %   limit (or to the deviation, where that is more): a miss by a tolerance is a half.
-miss(Compared, Miss) :-
-    Compared = compared(_, _, Margins, Within, _),
-    least_margin(Margins, margin(_, Margin, Var)),
+miss(region(_, Within, Width), Distance, Var, Miss) :-
     scale_of(Within, Scale0),
-    Scale is max(Scale0, sqrt(Var)),
+    widened_scale(Width, Scale0, Scale1),
+    Scale is max(Scale1, sqrt(Var)),
     (   Scale > 0
-    ->  Miss is -Margin/(Scale - Margin)
+    ->  Miss is -Distance/(Scale - Distance)
     ;   Miss = 1
     ).
 
@@ -188,6 +215,47 @@ scale_of(near(_, Tolerance), Scale)   :- Scale is abs(Tolerance).
 scale_of(between(Low, High), Scale)   :- Scale is abs(High - Low)/2.
 scale_of(at_least(Limit), Scale)      :- Scale is abs(Limit).
 scale_of(at_most(Limit), Scale)       :- Scale is abs(Limit).
-scale_of(fading(Within, Width), Scale) :-
-    scale_of(Within, Scale0),
+
+widened_scale(sharp, Scale, Scale).
+widened_scale(width(Width), Scale0, Scale) :-
     Scale is Scale0 + Width/2.
+
+                 /*******************************
+                 *            DETAILS           *
+                 *******************************/
+
+%!  compared_in_detail(+Measure, +Bounds, +Module, +Test, -Said, -Detail) is det.
+%
+%   As compared/6 in full, with what a proof keeps of it (prove.pl).
+
+compared_in_detail(Measure, Bounds, Module, Test, Said, Detail) :-
+    (   value(Measure, Module, Quantity),
+        region(Bounds, Module, Quantity, Test, Region)
+    ->  judged(full, Region, Measure, Said),
+        Said = said(State, _),
+        Quantity = quantity(V, Var, Kind),
+        nearest(Region, Side, Distance, MarginVar),
+        Sd is sqrt(Var),
+        MarginSd is sqrt(MarginVar),
+        Region = region(_, Within0, Edges),
+        within(Edges, Within0, Within),
+        Margin = margin(Side, Distance, MarginSd),
+        (   State == unknown
+        ->  Detail = uncertain(V, Sd, Kind, Within, Margin)
+        ;   Detail = compared(V, Sd, Kind, Within, Margin)
+        )
+    ;   plain(full, unknown, Said),
+        limits(Bounds, Limits),
+        first_unknown([Measure|Limits], Module, Missing),
+        missing_because(Missing, Cause),
+        Detail = missing(Missing, Cause)
+    ).
+
+within(sharp, Within, Within).
+within(width(Width), Within, fading(Within, Width)).
+
+limits(fading(Bounds, Width), [Width|Limits]) :-
+    !,
+    limits(Bounds, Limits).
+limits(Bounds, Limits) :-
+    Bounds =.. [_|Limits].

@@ -1,5 +1,4 @@
 :- module(facetlog_fading, [ membership_within/3,  % +Margins, +Width, -Degree
-                             widened/4,            % +Margins0, +Width, +Variance, -Margins
                              mass/3                % +Mean, +Variance, -Mass
                            ]).
 
@@ -7,36 +6,23 @@
 
 A region's edge is sharp, or its membership falls linearly from 1 at the edge to 0 at some width
 beyond it. The degree is the expected membership of the true value, normally distributed about the
-measured one. Margins are margin(Side, Distance, Variance), positive inside.
+measured one. Margins are those of compare.pl.
 */
 
 :- set_prolog_flag(optimise, true).
 
-%!  widened(+Margins0, +Width, +Variance, -Margins) is det.
-%
-%   Margins are told from the middle of slopes that are Width wide, with the Variance of that.
-
-widened([], _, _, []).
-widened([margin(Side, Distance0, Var0)|Margins0], Width, Q,
-        [margin(Side, Distance, Var)|Margins]) :-
-    Distance is Distance0 + Width/2,
-    Var is Var0 + Q/4,
-    widened(Margins0, Width, Q, Margins).
-
 %!  membership_within(+Margins, +Width, -Degree) is det.
 %
-%   Degree is the expected membership of a region with these Margins, as widened/4 gives them. Where
+%   Degree is the expected membership of a region with these Margins, told from the middle of its slopes. Where
 %   one slope is below 1 the other is 1, so that memberships add as masses do.
 
-membership_within(Margins, Width, Degree) :-
-    within(Margins, Width, 1, Degree).
-
-within([], _, Sum, Degree) :-
-    Degree is max(0.0, min(1.0, Sum)).
-within([margin(_, Distance, Var)|Margins], Width, Sum0, Degree) :-
-    expected(Distance, Var, Width, Membership),
-    Sum is Sum0 + Membership - 1,
-    within(Margins, Width, Sum, Degree).
+membership_within(one(_, D, V), Width, Degree) :-
+    expected(D, V, Width, Membership),
+    Degree is max(0.0, min(1.0, Membership)).
+membership_within(two(B, BV, A, AV), Width, Degree) :-
+    expected(B, BV, Width, FromBelow),
+    expected(A, AV, Width, FromAbove),
+    Degree is max(0.0, min(1.0, FromBelow + FromAbove - 1)).
 
 %   Of a slope that is narrower than this many deviations only the middle counts: the mean of the
 %   normal distribution function over it is that within 1/24 of the square of this.
@@ -90,6 +76,6 @@ mass(Mean, Var, Mass) :-
     (   Var > 0
     ->  Mass is 0.5*erfc(-Mean/sqrt(2*Var))
     ;   Mean >= 0
-    ->  Mass = 1
-    ;   Mass = 0
+    ->  Mass = 1.0
+    ;   Mass = 0.0
     ).

@@ -1,6 +1,7 @@
 :- module(facetlog_judge, [ judge/4,          % +Module, +Model, +Thing, -Verdict
                             best/4,           % +Module, +Model, +Thing, -Best
                             best_of/4,        % +Module, +Model, +Candidates, -Best
+                            best_by/6,        % +Plan, +Module, +Model, +Candidates, -Found, -Queue
                             outcome/4,        % +Module, +Model, +Thing, -Outcome
                             verdict_of/5,     % +Best, +Module, +Model, +Thing, -Verdict
                             prove/6           % +Module, +Model, +Thing, +Parts, +Also, -Verdict
@@ -20,12 +21,12 @@ lists the models of which this one is a special case.
 */
 
 :- use_module(library(apply)).
-:- reexport(facetlog_kb(evaluate), [evaluate/3]).
+:- reexport(facetlog_kb(prove), [evaluate/3]).
 :- reexport(facetlog_kb(compare), [comparison/3]).
 :- use_module(facetlog_kb(quantities)).
-:- use_module(facetlog_kb(evaluate)).
-:- use_module(facetlog_kb(connectives)).
+:- use_module(facetlog_kb(prove)).
 :- use_module(facetlog_kb(in_progress)).
+:- use_module(facetlog_kb(plan)).
 :- use_module(facetlog_kb(search)).
 :- use_module(facetlog_kb(left_open)).
 :- use_module(facetlog_kb(told_of_models)).
@@ -80,34 +81,47 @@ find_best(Module, Model, Thing, Best) :-
 
 best_of(Module, Model, Candidates, Best) :-
     plan(Module, Model, Plan),
-    blocks(Module, Model, Candidates, Blocks),
-    best_in_blocks(Blocks, aim(verdict, Module, Model), Plan, none, Best).
+    best_by(Plan, Module, Model, Candidates, Found, Queue),
+    (   Found = found(Thing, Parts, _)
+    ->  in_all(Found, State),
+        ( State == holds -> others_that_hold(Module, Model, Queue, Also) ; Also = 0 ),
+        Best = best(State, Thing, Parts, Also)
+    ;   Best = none
+    ).
 
-%   Best0 is Key-Best of the blocks before, all of which fail, or none.
-best_in_blocks([], _, _, Best0, Best) :-
-    ( Best0 = _-Best -> true ; Best = none ).
-best_in_blocks([Block|Blocks], Aim, Plan, Best0, Best) :-
+%!  best_by(+Plan, +Module, +Model, +Candidates, -Found, -Queue) is det.
+%
+%   Found is found(Thing, Parts, Tally) of the best, or `none`; Queue is what search.pl leaves of its
+%   block.
+
+best_by(Plan, Module, Model, Candidates, Found, Queue) :-
+    blocks(Module, Model, Candidates, Blocks),
+    best_in_blocks(Blocks, aim(verdict, Module, Model), Plan, none, Found, Queue).
+
+%   Best0 is Key-Found of the blocks before, all of which fail, or none.
+best_in_blocks([], _, _, Best0, Found, Queue) :-
+    ( Best0 = _-Found -> true ; Found = none ),
+    Queue = none.
+best_in_blocks([Block|Blocks], Aim, Plan, Best0, Found, Queue) :-
     start(Aim, Block, Plan, Queue0),
-    (   next_best(Aim, Queue0, Queue, Found)
-    ->  Found = found(Thing, Parts, Tally),
-        in_all(Found, State),
-        ( State == holds -> others_that_hold(Aim, Queue, Also) ; Also = 0 ),
-        Best1 = best(State, Thing, Parts, Also),
-        (   State == fails
+    (   next_best(Aim, Queue0, Queue1, Found1)
+    ->  (   in_all(Found1, fails)
         ->  Aim = aim(Sought, _, _),
+            Found1 = found(Thing, Parts, Tally),
             key(Sought, open(Thing, Parts, Tally, []), Key),
-            ( Best0 = Key0-_, Key0 @< Key -> Nearest = Best0 ; Nearest = Key-Best1 ),
-            best_in_blocks(Blocks, Aim, Plan, Nearest, Best)
-        ;   Best = Best1
+            ( Best0 = Key0-_, Key0 @< Key -> Nearest = Best0 ; Nearest = Key-Found1 ),
+            best_in_blocks(Blocks, Aim, Plan, Nearest, Found, Queue)
+        ;   Found = Found1,
+            Queue = Queue1
         )
-    ;   best_in_blocks(Blocks, Aim, Plan, Best0, Best)
+    ;   best_in_blocks(Blocks, Aim, Plan, Best0, Found, Queue)
     ).
 
 %   Those that hold come before all that do not.
-others_that_hold(Aim, Queue0, Count) :-
-    (   next_best(Aim, Queue0, Queue, Found),
+others_that_hold(Module, Model, Queue0, Count) :-
+    (   next_best(aim(verdict, Module, Model), Queue0, Queue, Found),
         in_all(Found, holds)
-    ->  others_that_hold(Aim, Queue, Count0),
+    ->  others_that_hold(Module, Model, Queue, Count0),
         Count is Count0 + 1
     ;   Count = 0
     ).
@@ -126,7 +140,7 @@ proved(Module, Model, Thing, Parts, Also,
             Module:condition(Model, Label, Reason, Thing, Parts, Test),
             Tests),
     maplist(prove_condition(Module, Model), Tests, Conditions, Proofs),
-    combine(all, Proofs, State, Low, High, _),
+    all_proved(Proofs, State, Low, High),
     sizes(Module, Model, Thing, Parts, Sizes),
     general_models(Module, Model, General).
 

@@ -10,7 +10,7 @@ not fail then settles what the verdict is.
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
-:- use_module(facetlog_kb(evaluate)).
+:- use_module(facetlog_kb(say)).
 :- use_module(facetlog_kb(in_progress)).
 
 %   As many assignments as are tried of near misses (as_far_as_seen: 6*3*3): so many are searched

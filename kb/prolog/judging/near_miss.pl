@@ -15,6 +15,7 @@ the asker names them.
 :- use_module(library(error)).
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(plan)).
 :- use_module(facetlog_kb(search)).
 :- use_module(facetlog(vocabulary)).
 

@@ -14,11 +14,12 @@ again.
 :- use_module(library(occurs)).
 :- use_module(facetlog_kb(small_terms)).
 :- use_module(facetlog_kb(scene)).
-:- use_module(facetlog_kb(evaluate)).
+:- use_module(facetlog_kb(say)).
 :- use_module(facetlog_kb(compare)).
 :- use_module(facetlog_kb(quantities)).
 :- use_module(facetlog_kb(recall)).
 :- use_module(facetlog(vocabulary)).
+:- use_module(facetlog(measures)).
 
 :- set_prolog_flag(optimise, true).
 
@@ -130,8 +131,7 @@ search(Test, Module, X, Y, Faces, facetlog_pairs:Search) :-
 passing(Measure, Bounds, Module, Test, X, Y) :-
     measured(Measure, Bounds, X, Y, Value, Sd, Kind),
     variance(Sd, Var),
-    compare_value(quantity(Value, Var, Kind), Measure, Bounds, Module, Test, Compared),
-    judged(Compared, holds, _, _).
+    passes(quantity(Value, Var, Kind), Measure, Bounds, Module, Test).
 
 measured(Measure, Bounds, X, Y, Value, Sd, Kind) :-
     measure(Measure, Value, Sd, Kind),

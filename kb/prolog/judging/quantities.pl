@@ -17,8 +17,10 @@ is: number, deg, ratio, count, length, area or power(Dimension).
 :- use_module(library(apply)).
 :- use_module(library(error)).
 :- use_module(library(pairs)).
+:- use_module(facetlog_kb(static)).
 :- use_module(facetlog_kb(bounded_numbers)).
 :- use_module(facetlog(vocabulary)).
+:- use_module(facetlog(measures)).
 
 % Arithmetic is most of the work: compiled, it takes half the time. The flag ends with the file.
 :- set_prolog_flag(optimise, true).
@@ -42,92 +44,117 @@ variance(Sd, Variance) :-
 %
 %   Quantity is quantity(Value, Variance, Kind), variances to first order and as if the terms were
 %   independent. Fails if a measure is unknown.
+%
+%   @error existence_error(tolerance, Name) if nobody defines it.
 
-value(X, _, quantity(X, 0, number)) :-
-    number(X),
-    !.
-value(tolerance(Name), Module, quantity(X, 0, number)) :-
-    !,
-    (   named_tolerance(Name, Module, X)
-    ->  ( number(X) -> true ; must_be(number, X) )  % no expression that a clause made
-    ;   existence_error(tolerance, Name)
-    ).
-value(-A, Module, quantity(V, S, Kind)) :-
-    !,
-    value(A, Module, quantity(X, S, Kind)),
+value(Expression, Module, quantity(V, Var, Kind)) :-
+    static(expression(Expression, Module, Sort)),
+    value_of(Sort, Expression, Module, V, Var, Kind).
+
+value_of(number(X), _, _, X, 0, number).
+value_of(negative(A), _, Module, V, Var, Kind) :-
+    value(A, Module, quantity(X, Var, Kind)),
     V is -X.
-value(A + B, Module, quantity(V, S, Kind)) :-
-    !,
-    sum_terms(A, B, Module, X, Y, S, Kind),
+value_of(A + B, _, Module, V, Var, Kind) :-
+    two_alike(A, B, A + B, Module, X, Y, Var, Kind),
     V is X + Y.
-value(A - B, Module, quantity(V, S, Kind)) :-
-    !,
-    sum_terms(A, B, Module, X, Y, S, Kind),
+value_of(A - B, _, Module, V, Var, Kind) :-
+    two_alike(A, B, A - B, Module, X, Y, Var, Kind),
     V is X - Y.
-value(A * B, Module, quantity(V, S, Kind)) :-
-    !,
+value_of(A * B, _, Module, V, Var, Kind) :-
     value(A, Module, quantity(X, SX, KX)),
     value(B, Module, quantity(Y, SY, KY)),
     product(X, Y, V),
-    S is Y*Y*SX + X*X*SY,
-    dimension(KX, DX),
-    dimension(KY, DY),
-    D is DX + DY,
-    kind(D, Kind).
-value(A / B, Module, quantity(V, S, Kind)) :-
-    !,
+    Var is Y*Y*SX + X*X*SY,
+    static(product_kind(KX, KY, Kind)).
+value_of(A / B, _, Module, V, Var, Kind) :-
     value(A, Module, quantity(X, SX, KX)),
     value(B, Module, quantity(Y, SY, KY)),
     Y =\= 0,
     V is X / Y,
-    S is (SX + V*V*SY) / (Y*Y),
-    dimension(KX, DX),
-    dimension(KY, DY),
-    D is DX - DY,
-    kind(D, Kind).
-value(lowest(List), Module, quantity(V, S, Kind)) :-
-    !,
-    quantities(lowest(List), List, Module, Kind, Values),
-    min_member(V-S, Values).
-value(highest(List), Module, quantity(V, S, Kind)) :-
-    !,
-    quantities(highest(List), List, Module, Kind, Values),
-    max_member(V-S, Values).
-value(sum(List), Module, quantity(V, S, Kind)) :-
-    !,
-    quantities(sum(List), List, Module, Kind, Values),
-    total(Values, V, S).
-value(mean(List), Module, quantity(V, S, Kind)) :-
-    !,
-    quantities(mean(List), List, Module, Kind, Values),
-    total(Values, Sum, Var),
+    Var is (SX + V*V*SY) / (Y*Y),
+    static(quotient_kind(KX, KY, Kind)).
+value_of(lowest(List), Test, Module, V, Var, Kind) :-
+    quantities(Test, List, Module, Kind, Values),
+    min_member(V-Var, Values).
+value_of(highest(List), Test, Module, V, Var, Kind) :-
+    quantities(Test, List, Module, Kind, Values),
+    max_member(V-Var, Values).
+value_of(sum(List), Test, Module, V, Var, Kind) :-
+    quantities(Test, List, Module, Kind, Values),
+    total(Values, V, Var).
+value_of(mean(List), Test, Module, V, Var, Kind) :-
+    quantities(Test, List, Module, Kind, Values),
+    total(Values, Sum, SumVar),
     length(Values, Count),
     V is Sum/Count,
-    S is Var/(Count*Count).
-value(Measure, _, quantity(V, S, Kind)) :-
-    callable(Measure),
+    Var is SumVar/(Count*Count).
+value_of(measure, Measure, _, V, Var, Kind) :-
+    first_measure(Measure, V, Sd, Kind),
+    variance(Sd, Var).
+value_of(own_measure, Measure, Module, V, Var, Kind) :-
+    (   measure(Measure, V0, Sd0, Kind0)
+    ->  V = V0, Sd = Sd0, Kind = Kind0
+    ;   own_measure(Module, Measure, V, Sd, Kind)
+    ),
+    variance(Sd, Var).
+
+%   Sort of an Expression.
+expression(Expression, Module, Sort) :-
+    (   number(Expression)
+    ->  finite_limit(Expression, X),
+        Sort = number(X)
+    ;   callable(Expression),
+        operation(Expression, Module, Sort0)
+    ->  Sort = Sort0
+    ;   current_predicate(Module:measured/4)
+    ->  callable(Expression),
+        Sort = own_measure
+    ;   callable(Expression),
+        Sort = measure
+    ).
+
+operation(tolerance(Name), Module, number(X)) :-
+    (   named_tolerance(Name, Module, X0)
+    ->  must_be(number, X0),            % no expression that a clause made
+        finite_limit(X0, X)
+    ;   existence_error(tolerance, Name)
+    ).
+operation(-A, _, negative(A)).
+operation(A + B, _, A + B).
+operation(A - B, _, A - B).
+operation(A * B, _, A * B).
+operation(A / B, _, A / B).
+operation(lowest(List), _, lowest(List)).
+operation(highest(List), _, highest(List)).
+operation(sum(List), _, sum(List)).
+operation(mean(List), _, mean(List)).
+
+%   A limit that is infinite is one that no measured value reaches: arithmetic refuses the other.
+finite_limit(X0, X) :-
+    (   abs(X0) < inf
+    ->  X = X0
+    ;   X is copysign(1.0e100, X0)
+    ).
+
+first_measure(Measure, V, Sd, Kind) :-
     measure(Measure, V, Sd, Kind),
-    !,
-    ( nb_current(facetlog_crisp, true) -> S = 0 ; S is Sd*Sd ).     % variance/2, where most is asked
-value(Measure, Module, quantity(V, S, Kind)) :-
-    own_measure(Module, Measure, V, Sd, Kind),
-    variance(Sd, S).
+    !.
 
 %   What a clause worked out may be an integer of any length.
 product(X, Y, Product) :-
-    (   rational(X),
-        rational(Y)
-    ->  bounded_value(X*Y, Product)
-    ;   Product is X*Y
+    (   ( float(X) ; float(Y) )
+    ->  Product is X*Y
+    ;   bounded_value(X*Y, Product)
     ).
 
-sum_terms(A, B, Module, X, Y, S, Kind) :-
+two_alike(A, B, Test, Module, X, Y, Var, Kind) :-
     value(A, Module, QX),
     value(B, Module, QY),
     QX = quantity(X, SX, Kind),
     QY = quantity(Y, SY, _),
-    comparable(A + B, QX, QY),
-    S is SX + SY.
+    comparable(Test, QX, QY),
+    Var is SX + SY.
 
 %!  measure_in(+Module, ?Measure, -Value, -Sd, -Kind) is nondet.
 %
@@ -204,14 +231,18 @@ named_tolerance(Name, _, X) :-
 %   @error type_error(comparable, Test) if a length is compared with a bare number, or the like.
 
 comparable(Test, quantity(_, _, Kind), quantity(Limit, _, LimitKind)) :-
-    (   Kind == LimitKind
-    ->  true
-    ;   dimension(Kind, D),
-        dimension(LimitKind, D)
+    (   static(alike(Kind, LimitKind))
     ->  true
     ;   Limit =:= 0
     ->  true
     ;   type_error(comparable, Test)
+    ).
+
+alike(Kind, LimitKind) :-
+    (   Kind == LimitKind
+    ->  true
+    ;   dimension(Kind, D),
+        dimension(LimitKind, D)
     ).
 
 %   Power of length of a kind.
@@ -224,6 +255,18 @@ kind(0, ratio) :- !.
 kind(1, length) :- !.
 kind(2, area) :- !.
 kind(D, power(D)).
+
+product_kind(KX, KY, Kind) :-
+    dimension(KX, DX),
+    dimension(KY, DY),
+    D is DX + DY,
+    kind(D, Kind).
+
+quotient_kind(KX, KY, Kind) :-
+    dimension(KX, DX),
+    dimension(KY, DY),
+    D is DX - DY,
+    kind(D, Kind).
 
 %!  first_unknown(+Expressions, +Module, -Missing) is semidet.
 %

@@ -3,7 +3,6 @@
                              total/2,         % +Misses, -Total
                              key/3,           % +Sought, +Open, -Key
                              improbability/2, % +Probability, -Whole
-                             plan/3,          % +Module, +Model, -Plan
                              candidates/4,    % +Module, +Model, +Thing, -Candidates
                              in_all/2         % +Found, -State
                            ]).
@@ -29,7 +28,7 @@ comes before all that does. Where all fail, both see the same order.
 :- use_module(library(heaps)).
 :- use_module(library(pairs)).
 :- use_module(library(apply)).
-:- use_module(facetlog_kb(evaluate)).
+:- use_module(facetlog_kb(say)).
 :- use_module(facetlog_kb(in_progress)).
 
                  /*******************************
@@ -77,25 +76,26 @@ go_on(Open0, Aim, Queue0, Queue, Found) :-
     ;   go_on(Open, Aim, Queue0, Queue, Found)
     ).
 
-ask_next(open(Thing, Parts, Tally0, [group(Label, _)|Groups]), aim(_, Module, Model),
+ask_next(open(Thing, Parts, Tally0, [group(What, _)|Groups]), aim(_, Module, Model),
          open(Thing, Parts, Tally, Groups)) :-
+    ask(What, Module, Model, Thing, Parts, Outlines),
+    count_all(Outlines, Tally0, Tally).
+
+ask(label(Label), Module, Model, Thing, Parts, Outlines) :-
     (   noted(Module, Model, Thing)     % where one thing is judged: most is asked there
-    ->  ask(Module, Model, Label, Thing, Parts, Tally0, Tally)
+    ->  ask_rules(Module, Model, Label, Thing, Parts, Outlines)
     ;   while_judging(Module, Model, Thing,
-                      ask(Module, Model, Label, Thing, Parts, Tally0, Tally))
+                      ask_rules(Module, Model, Label, Thing, Parts, Outlines))
     ).
+ask(specialised(Target, Name), _, _, Thing, Parts, Outlines) :-
+    call(Target:Name, Thing, Parts, Outlines).
 
-ask(Module, Model, Label, Thing, Parts, Tally0, Tally) :-
+ask_rules(Module, Model, Label, Thing, Parts, Outlines) :-
     findall(Test, Module:condition(Model, Label, _, Thing, Parts, Test), Tests),
-    count_in(Tests, Module, Tally0, Tally).
+    maplist(outline_in(Module), Tests, Outlines).
 
-count_in([], _, Tally, Tally).
-count_in([Test|Tests], Module, Tally0, Tally) :-
-    outline(Test, Module, Outline),
-    count_one(Outline, Tally0, Tally1),
-    count_in(Tests, Module, Tally1, Tally).
-
-%!  count_all(+Outlines, +Tally0, -Tally) is det.
+outline_in(Module, Test, Outline) :-
+    outline(Test, Module, Outline).
 
 count_all([], Tally, Tally).
 count_all([Outline|Outlines], Tally0, Tally) :-
@@ -183,137 +183,3 @@ total(Misses, Total) :-
     msort(Misses, Sorted),
     sum_list(Sorted, Sum),
     Total is round(Sum/Step).
-
-                 /*******************************
-                 *             PLAN             *
-                 *******************************/
-
-%!  plan(+Module, +Model, -Plan) is det.
-%
-%   Plan is a list of group(Label, Most), the cheapest conditions first; Most bounds how many
-%   conditions this group and all later ones can give.
-
-plan(Module, Model, Plan) :-
-    findall(Label-line(Cost, Most), condition_line(Module, Model, Label, Cost, Most), Lines),
-    (   Lines \== [],
-        forall(member(Label-_, Lines), ground(Label))
-    ->  sort(1, @=<, Lines, Sorted),
-        group_pairs_by_key(Sorted, Groups),
-        findall(Cost-group(Label, Most), ( member(Label-All, Groups), together(All, Cost, Most) ),
-                Costed),
-        sort(0, @>=, Costed, Dearest),
-        accumulate(Dearest, 0, [], Plan)
-    ;   unbounded(Most),
-        Plan = [group(_, Most)]
-    ).
-
-%   From the last to the first: what each and all after it can give.
-accumulate([], _, Plan, Plan).
-accumulate([_-group(Label, Most)|Groups], After, Plan0, Plan) :-
-    From is After + Most,
-    accumulate(Groups, From, [group(Label, From)|Plan0], Plan).
-
-together(Lines, Cost, Most) :-
-    findall(C, member(line(C, _), Lines), Costs),
-    sum_list(Costs, Cost),
-    findall(M, member(line(_, M), Lines), Mosts),
-    sum_list(Mosts, Most).
-
-%   Cost of a clause of condition/6, and how many conditions it can give.
-condition_line(Module, Model, Label, Cost, Most) :-
-    predicate_property(Module:condition(_, _, _, _, _, _), number_of_clauses(_)),
-    clause(Module:condition(Model, Label, _, _, _, Test), Body),
-    test_cost(Test, TestCost),
-    (   Body == true
-    ->  Cost = TestCost,
-        Most = 1
-    ;   body_cost(BodyCost),
-        Cost is TestCost + BodyCost,
-        ( at_most_one(Body, Module, 0) -> Most = 1 ; unbounded(Most) )
-    ).
-
-unbounded(1000000000).      % conditions: more than any model gives
-
-%   In comparisons. A body searches, and most often for all faces of a thing: far dearer than tests.
-%   So does another model.
-body_cost(1000).
-
-%   What a quantifier goes through is not known yet; a model has three parts or so.
-quantified(3).
-
-test_cost(Test, 1) :-
-    var(Test),
-    !.
-test_cost(all(Tests), Cost) :- !, tests_cost(Tests, Cost).
-test_cost(any(Tests), Cost) :- !, tests_cost(Tests, Cost).
-test_cost(implies(Where, Test), Cost) :- !, tests_cost([Where, Test], Cost).
-test_cost(at_least_of(_, _, _, Test), Cost) :- !, quantified_cost(Test, Cost).
-test_cost(at_most_of(_, _, _, Test), Cost) :- !, quantified_cost(Test, Cost).
-test_cost(is_a(_, _), Cost) :- !, body_cost(Cost).
-test_cost(each(_, _, Test), Cost) :- !, quantified_cost(Test, Cost).
-test_cost(some(_, _, Test), Cost) :- !, quantified_cost(Test, Cost).
-test_cost(each_pair(_, _, _, Test), Cost) :- !, quantified_cost(Test, Cost).
-test_cost(_, 1).
-
-tests_cost(Tests, Cost) :-
-    (   is_list(Tests)
-    ->  maplist(test_cost, Tests, Costs),
-        sum_list(Costs, Cost)
-    ;   quantified(Cost)
-    ).
-
-quantified_cost(Test, Cost) :-
-    quantified(N),
-    test_cost(Test, One),
-    Cost is N*One.
-
-%!  at_most_one(+Body, +Module, +Depth) is semidet.
-%
-%   Body is seen to have at most one solution. Only what is sure counts, as bounds rest on it.
-
-at_most_one(Goal, _, _) :-
-    var(Goal),
-    !,
-    fail.
-at_most_one(Module:Goal, _, Depth) :- !, at_most_one(Goal, Module, Depth).
-at_most_one((A, B), Module, Depth) :-
-    !,
-    at_most_one(A, Module, Depth),
-    at_most_one(B, Module, Depth).
-at_most_one((_ -> A ; B), Module, Depth) :-
-    !,
-    at_most_one(A, Module, Depth),
-    at_most_one(B, Module, Depth).
-at_most_one((_ -> A), Module, Depth) :- !, at_most_one(A, Module, Depth).
-at_most_one(Goal, Module, Depth) :-
-    functor(Goal, Name, Arity),
-    (   single(Name/Arity)
-    ->  true
-    ;   deepest(Deepest),
-        Depth < Deepest,
-        functor(General, Name, Arity),
-        predicate_property(Module:General, number_of_clauses(1)),
-        \+ predicate_property(Module:General, imported_from(_)),
-        clause(Module:General, Body),
-        Deeper is Depth + 1,
-        at_most_one(Body, Module, Deeper)
-    ).
-
-deepest(8).     % of definitions within definitions; what goes deeper may go round in circles
-
-single(true/0).          single(fail/0).          single((!)/0).
-single(= /2).            single(\= /2).            single(== /2).
-single(\== /2).          single(is/2).             single(=:= /2).
-single(=\= /2).          single(< /2).             single(> /2).
-single(=< /2).           single(>= /2).            single(@< /2).
-single(@> /2).           single(@=< /2).           single(@>= /2).
-single((\+)/1).         single(once/1).           single(forall/2).
-single(findall/3).       single(aggregate_all/3).  single(memberchk/2).
-single(sort/2).          single(sort/4).           single(msort/2).
-single(include/3).       single(exclude/3).        single(reverse/2).
-single(sum_list/2).      single(max_list/2).       single(min_list/2).
-single(subtract/3).      single(undersides/2).     single(separate/2).
-single(longest_first/2). single(holds/1).          single(possible/1).
-% What checked files call instead.
-single(holds_in/2).      single(possible_in/2).    single(longest_first_in/3).
-single(bounded_value/2). single(bounded_values/2).

@@ -1,0 +1,401 @@
+:- module(facetlog_partial, [ said_code/5,          % +Test, +Want, +Context, -Said, -Code
+                              value_code/4          % +Expression, +Context, -V, -Code
+                            ]).
+
+/** <module> Tests into goals, by partial evaluation
+
+The clauses that say what a test means (say.pl, forms.pl, compare.pl, quantities.pl) are run as far as
+they can be without a scene; what is left of them is the goal. No test has a rule of its own here. What
+is written is what these clauses would do, in their order:
+
+  - a call of one of their predicates gives way to the body of the clause that matches, of which there is
+    one;
+  - static/1 is called now, and so is arithmetic on numbers that are known;
+  - a loop over a list that is not known becomes a predicate of its own;
+  - facts, measures and relations are asked as body_code.pl writes it.
+
+What the clauses cannot decide without the scene, such as a test that is a variable, is left to them:
+that part is said by say.pl each time. Context is as in specialise.pl.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(library(pairs)).
+:- use_module(library(ordsets)).
+:- use_module(facetlog_kb(target)).
+:- use_module(facetlog_kb(arithmetic)).
+:- use_module(facetlog_kb(body_code)).
+:- use_module(facetlog_kb(first_answer)).
+:- use_module(facetlog_kb(say)).
+:- use_module(facetlog_kb(plan)).
+
+%   Where the clauses stand.
+unfolded(facetlog_say).
+unfolded(facetlog_forms).
+unfolded(facetlog_compare).
+unfolded(facetlog_quantities).
+
+%   Of these what goes on numbers or lists that only a scene has.
+run_time(counted_together(_, _, _, _, _)).
+run_time(joint_miss(_, _)).
+run_time(total(_, _, _)).
+
+%!  said_code(+Test, +Want, +Context, -Said, -Code) is det.
+%
+%   Code works out Said of Test, as said/4 does.
+%
+%   @throws facetlog_general(Test) if it asks for verdicts, which depend on what is being judged
+%           (model_test.pl): such rules stay as they are.
+
+said_code(Test, Want, Context, Said, Code) :-
+    Context = context(Module, _, _),
+    residual(said(Test, Module, Want, Said), facetlog_say, Context, Test-Said, Code).
+
+%!  value_code(+Expression, +Context, -V, -Code) is det.
+%
+%   Code works out the value V, as value/3 does, or fails where the scene does not know.
+%
+%   @throws facetlog_unknown(What) if that cannot be seen beforehand.
+
+value_code(Expression, Context, V, Code) :-
+    Context = context(Module, _, _),
+    residual(value(Expression, Module, quantity(V, _, _)), facetlog_quantities, Context,
+             Expression-V, Code).
+
+shape(state, said(_, none)).
+shape(full, said(_, degree(_, _, _))).
+
+                 /*******************************
+                 *             GOALS            *
+                 *******************************/
+
+%   residual(Goal, Module, Context, Seen, Code): Code is what is left of Module:Goal. Seen has the
+%   variables that others see. It may bind variables of Goal: what they are is known then.
+residual(Goal, _, _, _, _) :-
+    var(Goal),
+    !,
+    throw(facetlog_unknown(Goal)).
+residual(true, _, _, _, true) :- !.
+residual(fail, _, _, _, fail) :- !.
+residual((A, B), Module, Context, Seen, Code) :-
+    !,
+    term_variables(B-Seen, SeenOfA),
+    residual(A, Module, Context, SeenOfA, CodeA),
+    (   CodeA == fail
+    ->  Code = fail
+    ;   shared(B, CodeA, Shared),
+        term_variables(Shared-Seen, SeenOfB),
+        residual(B, Module, Context, SeenOfB, CodeB),
+        both(CodeA, CodeB, Code)
+    ).
+residual((If -> Then ; Else), Module, Context, Seen, Code) :-
+    !,
+    copy_term(Seen-If-Then, Seen1-If1-Then1),
+    term_variables(Then1-Seen1, SeenOfIf),
+    residual(If1, Module, Context, SeenOfIf, CodeIf),
+    (   CodeIf == true
+    ->  residual(If, Module, Context, Seen-Then, _),
+        residual(Then, Module, Context, Seen, Code)
+    ;   CodeIf == fail
+    ->  residual(Else, Module, Context, Seen, Code)
+    ;   copies(Seen, Seen1, CodeIf, Copies1),
+        shared(Then1, CodeIf, Shared),
+        term_variables(Shared-Seen1, SeenOfThen),
+        residual(Then1, Module, Context, SeenOfThen, CodeThen0),
+        bound_in_branch(Copies1, CodeThen0, CodeThen),
+        copy_term(Seen-Else, Seen2-Else2),
+        copies(Seen, Seen2, true, Copies2),
+        residual(Else2, Module, Context, Seen2, CodeElse0),
+        bound_in_branch(Copies2, CodeElse0, CodeElse),
+        Code = ( CodeIf -> CodeThen ; CodeElse )
+    ).
+residual((A ; B), Module, Context, Seen, Code) :-
+    !,
+    residual(A, Module, Context, Seen, CodeA),
+    (   CodeA == true
+    ->  Code = true
+    ;   residual(B, Module, Context, Seen, CodeB),
+        either(CodeA, CodeB, Code)
+    ).
+residual(static(Goal), Module, _, _, Code) :-
+    !,
+    known_now(Module:Goal, Code).
+residual(A = B, _, _, _, Code) :-
+    !,
+    ( A = B -> Code = true ; Code = fail ).
+residual(A == B, _, _, _, Code) :-
+    !,
+    (   A == B
+    ->  Code = true
+    ;   A \= B
+    ->  Code = fail
+    ;   Code = ( A == B )
+    ).
+residual(crisp, _, context(_, _, Crisp), _, Code) :-
+    !,
+    ( Crisp == true -> Code = true ; Code = fail ).
+residual(Goal, _, _, _, Code) :-
+    arithmetic(Goal, Code0),
+    !,
+    Code = Code0.
+residual(call(Goal), _, Context, _, Code) :-
+    !,
+    body_code(Goal, Context, Code).
+residual(first_measure(Measure, V, Sd, Kind), _, Context, _, Code) :-
+    !,
+    first_answer_code(Measure, V, Sd, Kind, Context, Code).
+residual(model_said(_, Thing, Model, _), _, _, _, _) :-
+    !,
+    throw(facetlog_general(is_a(Thing, Model))).
+residual(own_measure(_, _, _, _, _), _, _, _, _) :-
+    !,                                  % nobody knows its kind before
+    throw(facetlog_unknown(own_measure)).
+residual(said(Test, Module, Want, Said), facetlog_say, Context, Seen, Code) :-
+    !,
+    shape(Want, Said),
+    (   catch(said_residual(Test, Module, Want, Said, Context, Seen, Code0),
+              facetlog_unknown(_), fail)
+    ->  Code = Code0
+    ;   asks_no_model(Test),
+        asks_all(Context),
+        Code = facetlog_say:said(Test, Module, Want, Said)
+    ).
+residual(Goal, Module, Context, _, Code) :-
+    loop(Goal, Module, Context, Code0),
+    !,
+    Code = Code0.
+residual(Goal, Module, Context, Seen, Code) :-
+    defined_in(Goal, Module, Source),
+    unfolded(Source),
+    \+ run_time(Goal),
+    !,
+    shaped(Goal),
+    findall(Goal-Body, clause(Source:Goal, Body), Matching),
+    (   Matching == []
+    ->  Code = fail
+    ;   Matching = [Goal-Body]
+    ->  residual(Body, Source, Context, Seen, Code)
+    ;   throw(facetlog_unknown(Goal))
+    ).
+residual(Goal, Module, _, _, Code) :-
+    defined_in(Goal, Module, Source),
+    ( Source == system -> Code = Goal ; Code = Source:Goal ).
+
+defined_in(Goal, Module, Source) :-
+    (   predicate_property(Module:Goal, imported_from(Source0))
+    ->  Source = Source0
+    ;   predicate_property(Module:Goal, built_in)
+    ->  Source = system
+    ;   Source = Module
+    ).
+
+%   The variables of Goal that Code before it asks for or finds.
+shared(Goal, Code, Shared) :-
+    term_variables(Goal, Variables),
+    term_variables(Code, Known0),
+    sort(Variables, Sorted),
+    sort(Known0, Known),
+    ord_intersection(Sorted, Known, Shared).
+
+both(true, Code, Code) :- !.
+both(_, fail, fail) :- !.
+both(Code, true, Code) :- !.
+both(A, B, ( A, B )).
+
+either(fail, Code, Code) :- !.
+either(Code, fail, Code) :- !.
+either(A, B, ( A ; B )).
+
+%   What follows from the test alone; it must be there to follow from.
+known_now(Module:Goal0, Code) :-
+    strip_module(Module:Goal0, Source, Goal),
+    arg(1, Goal, Test),
+    (   known_enough(Test),
+        catch(findall(Goal, once(Source:Goal), Found), error(_, _), fail)
+    ->  ( Found = [Goal] -> Code = true ; Code = fail )
+    ;   throw(facetlog_unknown(Goal))
+    ).
+
+known_enough(Test) :-
+    nonvar(Test),
+    \+ ( Test = _-_, \+ ground(Test) ).
+
+%   Copies are Variable-Copy of what others see, those first that the condition asks for: of two that a
+%   branch makes the same, the first keeps its name.
+copies(Seen, Seen1, Condition, Copies) :-
+    term_variables(Seen, Variables),
+    copy_term(Seen-Variables, Seen1-Values),    % Seen1 is an instance of Seen
+    pairs_keys_values(Pairs, Variables, Values),
+    term_variables(Condition, Asked),
+    partition(copy_among(Asked), Pairs, First, Others),
+    append(First, Others, Copies).
+
+%   What a branch bound of the variables that others see, it binds when it is taken.
+bound_in_branch(Copies, Code0, Code) :-
+    bindings(Copies, [], Bindings),
+    foldl(both, Bindings, Code0, Code).
+
+copy_among(Asked, _-Copy) :-
+    var(Copy),
+    among(Asked, Copy).
+
+bindings([], _, []).
+bindings([Variable-Copy|Pairs], Done, Bindings) :-
+    (   var(Copy),
+        \+ ( member(Other, Done), Other == Copy )
+    ->  Copy = Variable,
+        bindings(Pairs, [Variable|Done], Bindings)
+    ;   Bindings = [Variable = Copy|Bindings1],
+        bindings(Pairs, Done, Bindings1)
+    ).
+
+                 /*******************************
+                 *             TESTS            *
+                 *******************************/
+
+said_residual(Test, _, _, _, _, _, _) :-
+    var(Test),
+    !,
+    throw(facetlog_unknown(Test)).
+said_residual(after(Step, Test), Module, Want, Said, Context, Seen, ( Step, Code )) :-
+    !,                                  % what specialise.pl puts off
+    residual(said(Test, Module, Want, Said), facetlog_say, Context, Step-Seen, Code).
+said_residual(any(Tests0), Module, Want, Said, Context, Seen, Code) :-
+    is_list(Tests0),
+    cheapest_first(Tests0, Tests),
+    Tests \== Tests0,
+    !,                                  % in whatever order, the greatest is the same
+    said_residual(any(Tests), Module, Want, Said, Context, Seen, Code).
+said_residual(Test, Module, Want, Said, Context, Seen, Code) :-
+    (   has_word(Module, Test)
+    ->  meaning_code(Test, Module, Want, Said, Context, Code)
+    ;   known_now(facetlog_say:sort_of(Test, Module, Sort), _),
+        residual(said_of(Sort, Test, Module, Want, Said), facetlog_say, Context, Seen, Code)
+    ).
+
+cheapest_first(Tests0, Tests) :-
+    maplist(test_cost, Tests0, Costs),
+    pairs_keys_values(Pairs, Costs, Tests0),
+    keysort(Pairs, Sorted),
+    pairs_values(Sorted, Tests).
+
+asks_no_model(Test) :-
+    (   sub_model(Test, Model)
+    ->  throw(facetlog_general(Model))
+    ;   true
+    ).
+
+sub_model(Test, Test) :-
+    nonvar(Test),
+    Test = is_a(_, _),
+    !.
+sub_model(Test, Model) :-
+    compound(Test),
+    arg(_, Test, Arg),
+    sub_model(Arg, Model),
+    !.
+
+%   What a word of the rules says is remembered until the next scene.
+meaning_code(Test, Module, Want, Said, Context, Code) :-
+    (   meant(Module, Test, Meaning)
+    ->  term_variables(Test, Args),
+        remembered_code(word(Module, Test, Want), Args, Said,
+                        said(Meaning, Module, Want, Said), facetlog_say, Context, Code)
+    ;   throw(facetlog_unknown(Test))
+    ).
+
+%   Only a word whose meaning does not depend on what its arguments are.
+meant(Module, Test, Meaning) :-
+    current_predicate(Module:means/2),
+    copy_term(Test, Copy),
+    findall(Test-Meaning0, Module:means(Test, Meaning0), [Copy1-_|_]),
+    Copy1 =@= Copy,
+    once(Module:means(Test, Meaning)).
+
+has_word(Module, Test) :-
+    current_predicate(Module:means/2),
+    \+ \+ Module:means(Test, _).
+
+%   Code asks what Goal comes to for Args, once for each scene.
+remembered_code(Key, Args, Said, Goal, Module, Context, Code) :-
+    term_variables(Said, Answers),
+    copy_term(Key-Args-Answers-Goal, Key1-Args1-Answers1-Goal1),
+    append(Args1, Answers1, HeadArgs),
+    helper(Context, Key1, HeadArgs, Head, New),
+    (   New == true
+    ->  residual(Goal1, Module, Context, HeadArgs, Body),
+        put_remembered(Context, Head, Args1, Answers1, Body)
+    ;   true
+    ),
+    append(Args, Answers, CallArgs),
+    Head =.. [Name|_],
+    Code =.. [Name|CallArgs].
+
+                 /*******************************
+                 *             LOOPS            *
+                 *******************************/
+
+%   A predicate for what is asked of each element of a list that a scene has.
+loop(Goal, Module, Context, Code) :-
+    loop_over(Goal, List, Locals, Fixed, Sum0, Sum),
+    var(List),
+    term_variables(Fixed, Variables),
+    exclude(among(Locals), Variables, Inputs),
+    sum_shape(Sum0, Shape0),
+    shaped(Goal),
+    general(Goal, Sum0, Shape0, Values, General),
+    term_variables(Shape0, Before),
+    term_variables(Sum, After),
+    append([[Values], Inputs, Before, After], Args),
+    copy_term(General-Args, General1-Args1),
+    helper(Context, General1, Args1, Head, New),
+    ( New == true -> loop_clauses(General1, Module, Head, Context) ; true ),
+    Head =.. [Name|_],
+    leaves(Shape0, Sum0, Leaves),
+    append([[List], Inputs, Leaves, After], CallArgs),
+    Code =.. [Name|CallArgs].
+
+loop_over(each_of(List, X, Test, _, _, _, Sum0, Sum), List, [X], Test, Sum0, Sum).
+loop_over(each_pair_of(List, X, Y, Test, _, _, _, Sum0, Sum), List, [X, Y], Test, Sum0, Sum).
+loop_over(each_with(List, Value, X, Y, Test, _, _, _, Sum0, Sum), List, [X, Y], Value-Test, Sum0,
+          Sum).
+loop_over(each_group(List, X, Test, _, _, _, Sum0, Sum), List, [X], Test, Sum0, Sum).
+
+%   What comes of a loop has the shape of what it begins with.
+shaped(Goal) :-
+    (   ( loop_over(Goal, _, _, _, Sum0, Sum) ; Goal = each_test(_, _, _, _, Sum0, Sum) ),
+        var(Sum)
+    ->  sum_shape(Sum0, Sum)
+    ;   true
+    ).
+
+%   A sum with variables for all that changes from one element to the next.
+sum_shape(Sum, Shape) :-
+    (   nonvar(Sum),
+        Sum = sum(_, Degree)
+    ->  Shape = sum(_, Shape1),
+        degree_shape(Degree, Shape1)
+    ;   true                            % a list of what was said, or not known
+    ).
+
+degree_shape(none, none).
+degree_shape(degree(_, _, Miss), degree(_, _, Shape)) :-
+    ( nonvar(Miss), Miss = left(_, _) -> Shape = left(_, _) ; true ).
+
+%   The test may ask for the same list: there it is another.
+general(Goal, Sum0, Shape0, Values, General) :-
+    Goal =.. [Name, _|Args0],
+    append(Before, [Old, Sum], Args0),
+    Old == Sum0,
+    append(Before, [Shape0, Sum], Args),
+    General =.. [Name, Values|Args].
+
+leaves(Shape, Sum, Leaves) :-
+    term_variables(Shape, Variables),
+    copy_term(Shape-Variables, Sum-Leaves).
+
+loop_clauses(General, Module, Head, Context) :-
+    findall(General-Head-Body, clause(Module:General, Body), Clauses),
+    forall(member(General-Head-Body, Clauses),
+           ( residual(Body, Module, Context, Head, Code),
+             put_clause(Context, (Head :- Code)) )).
