@@ -1,5 +1,5 @@
-"""Random tests of random scenes, and what they mean by the reference: one definition, from the paper
-and docs/models.md, that shares nothing with the program's.
+"""Random tests of random scenes, and what they mean by the reference: one definition, from the
+paper and docs/models.md, that shares nothing with the program's.
 
 A test is a term as a nested tuple (functor, arguments...); faces are names, lists are lists. The
 reference says (state, low, high) of it, states as numbers: 0 fails, ½ unknown, 1 holds, which makes
@@ -328,7 +328,7 @@ def _mass(distance: float, var: float) -> float:
 
 
 def _faded(distance: float, var: float, width: float) -> float:
-    """The mean of a slope's membership over the normal distribution, from a table of its quantiles."""
+    """The mean of a slope's membership over the normal distribution."""
     if math.isinf(distance):
         return float(distance > 0)
     sd = math.sqrt(var)

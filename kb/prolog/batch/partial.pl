@@ -227,13 +227,30 @@ copies(Seen, Seen1, Condition, Copies) :-
     copy_term(Seen-Variables, Seen1-Values),    % Seen1 is an instance of Seen
     pairs_keys_values(Pairs, Variables, Values),
     term_variables(Condition, Asked),
-    partition(copy_among(Asked), Pairs, First, Others),
-    append(First, Others, Copies).
+    (   Asked == []
+    ->  Copies = Pairs
+    ;   partition(copy_among(Asked), Pairs, First, Others),
+        append(First, Others, Copies)
+    ).
 
 %   What a branch bound of the variables that others see, it binds when it is taken.
-bound_in_branch(Copies, Code0, Code) :-
-    bindings(Copies, [], Bindings),
-    foldl(both, Bindings, Code0, Code).
+bound_in_branch(Pairs, Code0, Code) :-
+    partition(free_copy, Pairs, Free, Bound),
+    pairs_keys_values(Free, Variables, Copies),
+    (   term_variables(Copies, Different),
+        same_length(Different, Copies)
+    ->  Copies = Variables,
+        Same = []
+    ;   bindings(Free, [], Same)
+    ),
+    pairs_keys_values(Bound, BoundVariables, Values),
+    maplist(binding, BoundVariables, Values, Bindings),
+    foldl(both, Bindings, Code0, Code1),
+    foldl(both, Same, Code1, Code).
+
+free_copy(_-Copy) :- var(Copy).
+
+binding(Variable, Value, Variable = Value).
 
 copy_among(Asked, _-Copy) :-
     var(Copy),
@@ -241,8 +258,7 @@ copy_among(Asked, _-Copy) :-
 
 bindings([], _, []).
 bindings([Variable-Copy|Pairs], Done, Bindings) :-
-    (   var(Copy),
-        \+ ( member(Other, Done), Other == Copy )
+    (   \+ among(Done, Copy)
     ->  Copy = Variable,
         bindings(Pairs, [Variable|Done], Bindings)
     ;   Bindings = [Variable = Copy|Bindings1],
