@@ -13,7 +13,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr
 
 from facetlog.perception.flat_faces import cross
 from facetlog.perception.scene import Plane
@@ -94,6 +93,8 @@ def probability_within(
     >>> round(float(probability_within(right, np.radians(15.0), right, np.radians(15.0))), 3)
     0.683
     """
+    from scipy.special import ndtr  # no fact needs it, and it takes long to load
+
     theta, s = np.asarray(angle, dtype=np.float64), np.asarray(sd, dtype=np.float64)
     middle, width = np.asarray(target, dtype=np.float64), np.asarray(tolerance, dtype=np.float64)
     low, high = np.maximum(middle - width, 0.0), np.minimum(middle + width, np.pi)

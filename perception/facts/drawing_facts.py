@@ -7,7 +7,6 @@ from facetlog.perception.facts import relations
 from facetlog.perception.facts.named_rows import FactRows
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.line_drawing import LineDrawing
-from facetlog.perception.surfaces.visible_lines import visible_lines
 
 __all__ = ["drawing_facts", "drawing_rows", "flat_along"]
 
@@ -17,6 +16,8 @@ def drawing_facts(s: SceneMemo, rows: FactRows) -> None:
     scene = s.scene
     if not scene.cameras or not len(s.table):
         return
+    from facetlog.perception.surfaces.visible_lines import visible_lines  # loaded on demand
+
     flat = flat_along(s)
     for i, (camera, pose) in enumerate(zip(scene.cameras, scene.poses, strict=True), 1):
         seen = visible_lines(s.table, s.edges, s.bounds, flat, camera, pose)

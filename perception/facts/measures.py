@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import cross, plane_axes
 from facetlog.perception.row_table import Bools, Indices, row_starts, row_sums, row_table
@@ -146,6 +145,8 @@ class Group:
 def outer_members(members: Indices, points: FloatArray) -> Indices:
     """Those of a thing's vertices that lie on its convex hull: no silhouette needs the others."""
     if len(members) > FEW_POINTS:
+        from scipy.spatial import ConvexHull, QhullError  # a quarter of a second to load
+
         try:
             corners: Indices = members[ConvexHull(points[members]).vertices]
         except QhullError:  # all in one plane

@@ -9,7 +9,6 @@ from facetlog.perception.facts.filled_space import curved_share, spaces
 from facetlog.perception.facts.named_rows import FactRows, named, names, rows_of
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.facts.standing_parts import at_rim
-from facetlog.perception.facts.thing_gaps import gaps
 from facetlog.perception.surfaces.tolerance import SDS
 
 __all__ = [
@@ -72,6 +71,8 @@ def protrusion_facts(s: SceneMemo, rows: FactRows) -> None:
 
 def gap_facts(s: SceneMemo, rows: FactRows) -> None:
     """How far things are from each other."""
+    from facetlog.perception.facts.thing_gaps import gaps  # no model asks for them so far
+
     flat = [i for i, thing in enumerate(s.things) if thing.faces or thing.edges]
     for i, j, distance in gaps(s.table, s.edges, tuple(s.things[i] for i in flat)):
         one, two = f"t{flat[i] + 1}", f"t{flat[j] + 1}"

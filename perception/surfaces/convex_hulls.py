@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
-from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.row_table import Bools, Indices
 from facetlog.perception.surfaces.outline_overlap import following
@@ -123,6 +122,8 @@ def _hull_each(flat: FloatArray, there: Bools) -> list[list[int]]:
 def _hull(flat: FloatArray) -> list[int]:
     """Places of the hull's corners, of points (n, 2), n > 0."""
     if len(flat) > MANY_POINTS:
+        from scipy.spatial import ConvexHull, QhullError  # a quarter of a second to load
+
         try:
             corners: list[int] = ConvexHull(flat).vertices.tolist()  # type: ignore[assignment]
             return corners
