@@ -1,9 +1,10 @@
 """What does a scene of a batch cost, from its JSON to the verdicts of all models?
 
 Scenes of 12 to 60 faces, furniture of the builders in random sizes, are read, made into the facts
-that the models ask for, and judged by one BatchJudge; the same facts are read from a file of Prolog
-clauses and judged by the same code in a native `swipl` process, in the same run. CPU time. One and
-two workers of `facetlog classify` are compared by the clock, less what they take to start.
+that the models ask for, a dozen together as in a worker, and judged by one BatchJudge; the same
+facts are read from a file of Prolog clauses and judged by the same code in a native `swipl`
+process, in the same run. CPU time. One and two workers of `facetlog classify` are compared by the
+clock, less what they take to start.
 Resident memory is read after every tenth of a longer run; its growth is that of the second half,
 when all that is made once has been made. The number of seeds asked for is that of the scenes.
 """
@@ -25,7 +26,7 @@ from facetlog.kb.encode import Fact, fact_text
 from facetlog.kb.engine import house
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
 from facetlog.kb.schema import declarations
-from facetlog.perception.facts.all_facts import fact_rows, scene_facts
+from facetlog.perception.facts.all_facts import fact_columns, scene_facts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 from facetlog.perception.surfaces.scene_file import read_scene, write_scene
@@ -35,6 +36,7 @@ __all__ = ["NAME", "built", "main", "measure", "scenes"]
 NAME = "time_batch"
 SCENES = 48
 REPEATS = 3  # of each scene; the least time counts, the others were disturbed
+TOGETHER = 12  # scenes whose facts are made together
 LONG_RUN = 20  # times all scenes, for the memory
 TENTHS = 10
 COPIES = 8  # of each scene, for the workers
@@ -118,21 +120,27 @@ def scenes(count: int, first: int = 0) -> list[list[Fact]]:
     return [[(f.functor, *f.args) for f in scene_facts(scene)] for scene in built(count, first)]
 
 
-def _timed(judge: BatchJudge, path: Path) -> tuple[float, float, float]:
-    """Milliseconds to read a scene, to make facts of it, and to judge them."""
+def _timed(judge: BatchJudge, paths: Sequence[Path]) -> list[tuple[float, float, float]]:
+    """Milliseconds to read each scene, to make facts of it, and to judge them.
+
+    Facts are made of all together: of that each has the same share.
+    """
     kinds = {name for name, _ in judge.asked}
-    times = []
-    for _ in range(REPEATS):
-        at = [time.process_time()]
-        scene = read_scene(path)
-        at.append(time.process_time())
-        rows = fact_rows(scene, kinds)
-        at.append(time.process_time())
-        judge.judge(rows)
-        at.append(time.process_time())
-        times.append(1e3 * np.diff(at))
-    read, facts, judged = min(times, key=lambda steps: float(steps.sum())).tolist()
-    return read, facts, judged
+    times = np.full((REPEATS, len(paths), 3), np.inf)
+    for repeat in times:
+        scenes = []
+        for path, steps in zip(paths, repeat, strict=True):
+            start = time.process_time()
+            scenes.append(read_scene(path))
+            steps[0] = time.process_time() - start
+        start = time.process_time()
+        found = fact_columns(scenes, kinds)
+        repeat[:, 1] = (time.process_time() - start) / len(paths)
+        for facts, steps in zip(found, repeat, strict=True):
+            start = time.process_time()
+            judge.judge_columns(facts)
+            steps[2] = time.process_time() - start
+    return [(read, facts, judged) for read, facts, judged in (1e3 * times.min(axis=0)).tolist()]
 
 
 def _classified(paths: Sequence[Path], workers: int) -> float:
@@ -197,7 +205,12 @@ def measure(settings: Settings) -> Report:
         with BatchJudge() as judge:
             for some in facts:
                 judge.judge(some)  # uncounted
-            steps = [_timed(judge, folder / f"{number}.json") for number in range(count)]
+            paths = [folder / f"{number}.json" for number in range(count)]
+            steps = [
+                timed
+                for first in range(0, count, TOGETHER)
+                for timed in _timed(judge, paths[first : first + TOGETHER])
+            ]
             native = _native(facts, judge)
         workers = _workers(folder, found)
     read, made, judged = (list(step) for step in zip(*steps, strict=True))

@@ -16,6 +16,7 @@ from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.scene import Scene
 
 __all__ = [
+    "FACES_AT_ONCE",
     "LEVEL_KINDS",
     "Fact",
     "FactColumns",

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.facts.fact_schema import Value
 from facetlog.perception.row_table import Indices
+from facetlog.perception.types import FloatArray
 
 __all__ = ["BlockFacts", "FactColumns", "FactRows", "named_in_order", "names", "rows_from"]
 
@@ -23,8 +24,8 @@ Names: TypeAlias = NDArray[np.object_]
 Column: TypeAlias = NDArray[Any]
 """Values (n,) of one argument: names as Python has them, floats, or whole numbers."""
 
-FactColumns: TypeAlias = dict[str, tuple[Column, ...]]
-"""The same by functor, column by column; no columns where there are no facts."""
+FactColumns: TypeAlias = dict[str, tuple[list[str] | list[int] | FloatArray, ...]]
+"""Arguments by functor, column by column; no columns where there are no facts."""
 
 
 @lru_cache(maxsize=64)
@@ -47,9 +48,10 @@ def named_in_order(letter: str, counts: Indices) -> NDArray[np.object_]:
     return np.concatenate([every[:0], *(every[:count] for count in counts.tolist())])
 
 
-def rows_from(columns: Sequence[Column]) -> list[tuple[Value, ...]]:
+def rows_from(columns: Sequence[list[str] | list[int] | FloatArray]) -> list[tuple[Value, ...]]:
     """Rows of columns of one length."""
-    return list(zip(*(column.tolist() for column in columns), strict=True))
+    plain = (c.tolist() if isinstance(c, np.ndarray) else c for c in columns)
+    return list(zip(*plain, strict=True))
 
 
 class BlockFacts:
@@ -98,7 +100,10 @@ class BlockFacts:
 
     def of_scene(self, scene: int) -> FactColumns:
         """The facts of one scene."""
-        return {functor: _joined(pieces[scene]) for functor, pieces in self._pieces.items()}
+        return {
+            functor: tuple(c if c.dtype == np.float64 else c.tolist() for c in _joined(own[scene]))
+            for functor, own in self._pieces.items()
+        }
 
 
 def _joined(pieces: list[tuple[Column, ...]]) -> tuple[Column, ...]:

@@ -112,7 +112,7 @@ def scene_row(
     settings: Settings,
     verdicts: Sequence["BriefVerdict"],
     *,
-    sha256: str,
+    sha256: str | None,
     models_hash: str,
     faces: int,
     things: int,
