@@ -150,9 +150,9 @@ class Pool:
         self.models_hash = ""
         self.models: tuple[str, ...] = ()
         try:
-            # The first says whether the models can be used at all, before there are others.
+            # All at once, for each takes a second; the first says whether the models can be used.
+            self._crew.extend(_Worker.started(settings) for _ in range(count))
             self._await_first()
-            self._crew.extend(_Worker.started(settings) for _ in range(count - 1))
         except BaseException:
             self.close()
             raise
@@ -169,8 +169,7 @@ class Pool:
             self._crew.pop().end()
 
     def _await_first(self) -> None:
-        worker = _Worker.started(self._settings)
-        self._crew.append(worker)
+        worker = self._crew[0]
         if not worker.connection.poll(START_SECONDS):
             raise EngineError(f"a worker process was not ready after {START_SECONDS:g} s")
         try:
