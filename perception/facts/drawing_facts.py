@@ -14,9 +14,9 @@ __all__ = ["drawing_facts", "drawing_rows", "flat_along"]
 
 def drawing_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """What the views show of the scenes' edges, as drawings; nothing where no camera is known."""
-    for nth, own in enumerate(s.each()):
-        if own.scenes[0].cameras and len(own.table):
-            _scene_drawings(own, nth, rows)
+    shown = np.array([bool(scene.cameras and scene.faces) for scene in s.scenes])
+    for nth, own in s.alone(shown):
+        _scene_drawings(own, nth, rows)
 
 
 def _scene_drawings(s: SceneMemo, nth: int, rows: BlockFacts) -> None:

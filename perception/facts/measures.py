@@ -185,10 +185,11 @@ def protrusions(table: FaceTable, groups: Sequence[Group]) -> Estimates:
     # Without any vertex of others the face has but its own place.
     alone = ~farthest.any(axis=1)
     weights = farthest / np.maximum(farthest.sum(axis=1), 1)[:, None]
-    middles = (weights[:, :, None] * table.points[others]).sum(axis=1)
-    middles[alone] = table.middles[faces[alone]]
     row, column = np.nonzero(farthest)
     vertex = others[row, column]
+    middles = np.zeros((len(faces), 3))
+    np.add.at(middles, row, weights[row, column, None] * table.points[vertex])
+    middles[alone] = table.middles[faces[alone]]
     along = quadratic_forms(normals[row], table.covs[vertex])
     own = np.bincount(row, weights[row, column] ** 2 * along, minlength=len(faces))
     levers = np.column_stack([middles, np.ones(len(faces))])

@@ -42,9 +42,10 @@ class SceneMemo:
         """The memo of some scenes, with nothing in it yet."""
         return cls(scenes, FaceTable.of(*scenes))
 
-    def each(self) -> Iterator["SceneMemo"]:
-        """A memo of each of the scenes alone."""
-        return iter((self,)) if len(self.scenes) == 1 else map(SceneMemo.of, self.scenes)
+    def alone(self, which: Bools) -> Iterator[tuple[int, "SceneMemo"]]:
+        """Places and memos of some of the scenes (s,), each alone: for facts that take long."""
+        for nth in np.flatnonzero(which).tolist():
+            yield nth, self if len(self.scenes) == 1 else SceneMemo.of(self.scenes[nth])
 
     @cached_property
     def _edges(self) -> tuple[Indices, Indices]:

@@ -80,7 +80,8 @@ def gap_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How far things are from each other."""
     from facetlog.perception.facts.thing_gaps import gaps  # no model asks for them so far
 
-    for nth, own in enumerate(s.each()):
+    several = np.bincount(s.thing_scene, minlength=len(s.scenes)) > 1
+    for nth, own in s.alone(several):
         flat = [i for i, thing in enumerate(own.things) if thing.faces or thing.edges]
         found = []
         for i, j, distance in gaps(own.table, own.edges, tuple(own.things[i] for i in flat)):
@@ -177,9 +178,10 @@ def clear_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 def rim_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Parts that stand at the rim of a face about level."""
-    for nth, own in enumerate(s.each()):
-        found = at_rim(own.scenes[0], own.table.faces, own.edges, own.things)
-        rows.add_rows("at_rim", nth, ((part, f"f{face + 1}") for part, face in found))
+    for thing in s.things:
+        found = at_rim(s.ups[thing.scene], s.table, s.edges, thing)
+        named = (((s.edge_names if loose else s.face_names)[i], f) for loose, i, f in found)
+        rows.add_rows("at_rim", thing.scene, ((part, s.face_names[face]) for part, face in named))
 
 
 def surface_facts(s: SceneMemo, rows: BlockFacts) -> None:
@@ -197,9 +199,9 @@ def surface_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """What things fill, and what is beneath, on and above their level faces."""
-    if not any(thing.whole for thing in s.things):
-        return
-    for nth, own in enumerate(s.each()):
+    whole = np.zeros(len(s.scenes), dtype=np.bool_)
+    whole[[thing.scene for thing in s.things if thing.whole]] = True
+    for nth, own in s.alone(whole):
         table = own.table
         outer = [table.points[members] for members in own.members]
         for index, space in spaces(own.scenes[0], table.faces, own.things, outer).items():

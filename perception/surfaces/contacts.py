@@ -94,7 +94,7 @@ def _bends(planes: PlaneTable, faces: Indices, d: FloatArray) -> tuple[FloatArra
 
 def _lengths(spans: FloatArray) -> FloatArray:
     """Lengths (n,) of vectors (n, 3)."""
-    lengths: FloatArray = np.sqrt((spans * spans).sum(axis=1))
+    lengths: FloatArray = np.sqrt(dots(spans, spans))
     return lengths
 
 
@@ -201,7 +201,8 @@ def side_contacts(table: FaceTable) -> SideContacts:
 
 def _same_ends(one: Indices, two: Indices) -> Bools:
     """Which pairs of vertices (m, 2) are the same, in whichever order."""
-    same: Bools = (one == two).all(axis=1) | (one == two[:, ::-1]).all(axis=1)
+    (a, b), (c, d) = one.T, two.T
+    same: Bools = ((a == c) & (b == d)) | ((a == d) & (b == c))
     return same
 
 
@@ -248,7 +249,8 @@ def touches(table: FaceTable, vertices: Indices, faces: Indices) -> Touches:
     flat = (table.axes[faces] @ spokes[:, :, None])[:, :, 0]
     slack = table.tolerance.within(table.tolerance.vertex_sds[vertices], table.scene[faces])
     low, high = table.flat.min(axis=1), table.flat.max(axis=1)
-    inside = ((flat >= low[faces] - slack[:, None]) & (flat <= high[faces] + slack[:, None])).all(1)
+    within = (flat >= low[faces] - slack[:, None]) & (flat <= high[faces] + slack[:, None])
+    inside = within[:, 0] & within[:, 1]
     vertices, faces, flat, slack = vertices[inside], faces[inside], flat[inside], slack[inside]
     outside, rim = face_distances(table, faces, flat[:, None])
     on = outside[:, 0] <= slack

@@ -63,6 +63,16 @@ def _areas(loops: FloatArray) -> FloatArray:
     return 0.5 * padded_sums(one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0])
 
 
+def _extreme(which: np.ufunc, loops: FloatArray) -> FloatArray:
+    """Lowest or highest coordinates (r, 2) of loops (r, k, 2), corner by corner: numpy reduces an
+    axis in the middle slowly.
+    """
+    found = loops[:, 0] if loops.shape[1] else np.zeros((len(loops), 2))
+    for k in range(1, loops.shape[1]):
+        found = which(found, loops[:, k])
+    return found
+
+
 def valid_polygons(corners: FloatArray, rings: Indices, faces: Indices, sound: Bools) -> Shapes:
     """Polygons (r,) of corners (c, 2) in rings of some lengths, of these faces (rings,), in order.
 
@@ -145,12 +155,12 @@ class Outlines:
     @property
     def low(self) -> FloatArray:
         """Lowest coordinates (r, 2)."""
-        return np.asarray(self.loops.min(axis=1), dtype=np.float64)
+        return _extreme(np.minimum, self.loops)
 
     @property
     def high(self) -> FloatArray:
         """Highest coordinates (r, 2)."""
-        return np.asarray(self.loops.max(axis=1), dtype=np.float64)
+        return _extreme(np.maximum, self.loops)
 
     def take(self, rows: Indices | Bools) -> "Outlines":
         """Some of them."""
