@@ -6,6 +6,7 @@ alone, to the last bit, and many rows cost less than as many calls.
 
 import numpy as np
 
+from facetlog.perception.row_table import Indices
 from facetlog.perception.types import FloatArray
 
 __all__ = ["along_axes", "dots", "quadratic_forms"]
@@ -36,13 +37,21 @@ def along_axes(points: FloatArray, axes: FloatArray) -> FloatArray:
     return found
 
 
-def quadratic_forms(vectors: FloatArray, matrices: FloatArray) -> FloatArray:
-    """vᵀ C v (n,) of vectors (n, k) and matrices (n, k, k).
+def quadratic_forms(
+    vectors: FloatArray, matrices: FloatArray, rows: Indices | None = None
+) -> FloatArray:
+    """vᵀ C v (n,) of vectors (n, k) and matrices (n, k, k), or `rows` (n,) of matrices (m, k, k).
 
     >>> quadratic_forms(np.array([[1.0, 2.0]]), np.array([[[2.0, 0.0], [0.0, 1.0]]]))
     array([6.])
     """
     total = np.zeros(len(vectors))
-    for i in range(vectors.shape[1]):
-        total += vectors[:, i] * dots(matrices[:, i], vectors)
+    columns = tuple(np.ascontiguousarray(vectors.T))
+    for i, left in enumerate(columns):
+        product = np.zeros(len(vectors))
+        for j, right in enumerate(columns):
+            entry = matrices[:, i, j]
+            # Few matrices stay in the processor's cache: their copies, one a row, would not.
+            product += (entry if rows is None else entry.take(rows)) * right
+        total += left * product
     return total

@@ -29,9 +29,10 @@ MEAN_FOLD = 2.0 * np.sqrt(2.0 / np.pi)
 
 
 def _angles(
-    n: FloatArray, m: FloatArray, n_cov: FloatArray, m_cov: FloatArray
+    normals: FloatArray, covs: FloatArray, one: Indices, two: Indices
 ) -> tuple[FloatArray, FloatArray]:
-    """Angles and sds (n,), of unit normals (n, 3) with covariances (n, 3, 3)."""
+    """Angles and sds (p,) between `one` and `two` (p,) of unit normals with covariances."""
+    n, m = normals[one], normals[two]
     product = cross(n, m)
     sine = np.sqrt(dots(product, product))
     cosine = dots(n, m)
@@ -45,11 +46,11 @@ def _angles(
     n_way, m_way = cross(across, n), cross(m, across)
 
     # dθ = -n_way · dn - m_way · dm, with the ways towards the other normal.
-    within = quadratic_forms(n_way, n_cov) + quadratic_forms(m_way, m_cov)
+    within = quadratic_forms(n_way, covs, one) + quadratic_forms(m_way, covs, two)
     # An error e across, with sd s, adds e² cot θ / 2 to the angle: with t = |tan θ| a mean square
     # of 3/4 s⁴ / t² far from 0° and 180°, and of s² - 2 √(2/π) s t close to them. Both are in
     # s⁴ / (s² + 2 √(2/π) s t + 4/3 t²), here times cos² above and below, for the right angle.
-    s2 = quadratic_forms(across, n_cov) + quadratic_forms(across, m_cov)
+    s2 = quadratic_forms(across, covs, one) + quadratic_forms(across, covs, two)
     c = np.abs(cosine)
     below = s2 * c * c + MEAN_FOLD * np.sqrt(s2) * sine * c + 4.0 / 3.0 * sine * sine
     extra = np.divide(s2 * s2 * c * c, below, out=np.zeros_like(s2), where=below > 0)
@@ -61,8 +62,8 @@ def angle_between(p: Plane, q: Plane) -> tuple[float, float]:
 
     Takes the errors of the two planes to be independent; planes that share vertices are not quite.
     """
-    own = (p.normal, q.normal, p.cov[:3, :3], q.cov[:3, :3])
-    angle, sd = _angles(*(each[None] for each in own))
+    normals, covs = np.array([p.normal, q.normal]), np.array([p.cov[:3, :3], q.cov[:3, :3]])
+    angle, sd = _angles(normals, covs, np.array([0]), np.array([1]))
     return float(angle[0]), float(sd[0])
 
 
@@ -73,9 +74,9 @@ def angles_between(
 
     `normals` (n, 3) have covariances (n, 3, 3).
     """
-    first = _angles(normals[one], normals[two], covs[one], covs[two])
+    first = _angles(normals, covs, one, two)
     # The same either way round: of parallel normals the direction across is that of the first.
-    second = _angles(normals[two], normals[one], covs[two], covs[one])
+    second = _angles(normals, covs, two, one)
     return (first[0] + second[0]) / 2, (first[1] + second[1]) / 2
 
 

@@ -79,7 +79,7 @@ def offsets(table: FaceTable, pairs: FacePairs) -> tuple[FloatArray, FloatArray]
     slopes, members = table.members.middle_slope, table.members
     # Of a middle: Σ J C Jᵀ over its vertices.
     covs = row_sums(slopes @ table.covs[members.vertex] @ slopes.transpose(0, 2, 1), members.counts)
-    return table.planes.heights(pairs.two, table.middles[pairs.one], covs[pairs.one])
+    return table.planes.heights(pairs.two, pairs.one, table.middles, covs)
 
 
 def coplanar_pairs(

@@ -68,13 +68,18 @@ class PlaneTable:
         return points @ self.normals.T + self.offsets, np.sqrt(np.maximum(variance, 0.0))
 
     def heights(
-        self, faces: Indices, points: FloatArray, covs: FloatArray
+        self, faces: Indices, places: Indices, points: FloatArray, covs: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Signed distances (r,) of points (r, 3) from the planes of faces (r,), and their 1σ."""
-        normals = self.normals[faces]
-        levers = np.column_stack([points, np.ones(len(points))])
-        variance = quadratic_forms(levers, self.covs[faces]) + quadratic_forms(normals, covs)
-        return dots(points, normals) + self.offsets[faces], np.sqrt(np.maximum(variance, 0.0))
+        """Signed distances (r,) from the planes of faces (r,), and their 1σ.
+
+        They are of `places` (r,) of points (n, 3) of covariances (n, 3, 3).
+        """
+        normals, levers = self.normals[faces], np.ones((len(places), 4))
+        levers[:, :3] = points[places]
+        variance = quadratic_forms(levers, self.covs, faces)
+        variance += quadratic_forms(normals, covs, places)
+        away = dots(levers[:, :3], normals) + self.offsets[faces]
+        return away, np.sqrt(np.maximum(variance, 0.0))
 
     @cached_property
     def tilt_sds(self) -> FloatArray:

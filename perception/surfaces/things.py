@@ -300,7 +300,7 @@ class _Heights:
         row = np.repeat(np.arange(len(used)), counts)
         vertex = used[row]
         face = np.arange(len(row)) - begin[vertex]
-        gap, sds = table.planes.heights(face, table.points[vertex], table.covs[vertex])
+        gap, sds = table.planes.heights(face, vertex, table.points, table.covs)
         return cls(vertex, face, begin, gap, tolerance.within(sds, table.scene[face]))
 
     def near(self) -> tuple[Indices, Indices]:
