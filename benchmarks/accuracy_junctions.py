@@ -7,7 +7,7 @@ missing or repeated. Of junctions and line labels it is asked which share is
 as the solid has it, in the pictures and in exact drawings from the same places.
 """
 
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
@@ -35,7 +35,6 @@ from facetlog.perception.detection.block_front_end.picture_features import (
     picture_features,
 )
 from facetlog.perception.facts.drawing_facts import drawing_rows, flat_along
-from facetlog.perception.facts.named_rows import FactRows
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.line_drawing import LineDrawing
 from facetlog.perception.reading.read_views import read_views
@@ -124,10 +123,9 @@ def by_rules(base: KnowledgeBase) -> LineLabels:
     """Labels of drawings' lines by rules/line_labels.pl."""
 
     def labels(drawing: LineDrawing) -> dict[int, str]:
-        rows: FactRows = defaultdict(list)
         points = [f"x{i}" for i in range(len(drawing.points))]
         lines = [f"e{i}" for i in range(len(drawing.lines))]
-        drawing_rows("view1", drawing, points, lines, rows)
+        rows = drawing_rows("view1", drawing, points, lines)
         facts = [(name, *row) for name, found in rows.items() for row in found]
         base.load_scene("drawing", [("view", "view1", "a picture"), *facts])
         found = base.query("line_label(view1, E, L)", scenes=("drawing",))

@@ -31,7 +31,7 @@ from benchmarks.shape_judging import (
 )
 from facetlog.batch.confusion import Confusion, Proportion
 from facetlog.batch.labels import read_labels
-from facetlog.perception.shapes.read_shape import UP_AXES
+from facetlog.perception.shapes.shape_options import UP_AXES
 
 __all__ = ["NAME", "file_tasks", "main", "measure", "own_tasks"]
 

@@ -18,13 +18,14 @@ from facetlog.batch.rows import Row
 from facetlog.errors import FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.perception.facts.all_facts import fact_rows
-from facetlog.perception.reading.poses_file import METRES_PER
+from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
-from facetlog.perception.shapes.read_shape import UP_AXES, ShapeOptions, read_shape
+from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
+from facetlog.perception.shapes.shape_options import UP_AXES
 
 __all__ = [
     "CLASSES",

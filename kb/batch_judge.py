@@ -16,7 +16,7 @@ from facetlog.kb.calibration import Calibration
 from facetlog.kb.closing import Closing
 from facetlog.kb.encode import Fact
 from facetlog.kb.engine import house
-from facetlog.kb.facts_on_demand import facts_text
+from facetlog.kb.facts_on_demand import Columns, facts_text
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.leftovers import scene_module
 from facetlog.kb.limits import Limits
@@ -92,6 +92,7 @@ class BatchJudge(Closing):
         about = Struct("batch", (Atom(batch), Atom(self._scene), models))
         asked = self._base.request("open_batch", about, keep=batch)
         self._asked = frozenset(map(_functor, _items(asked))) | SURFACE
+        self._needed = sorted(self._asked)
         return batch
 
     @property
@@ -124,10 +125,18 @@ class BatchJudge(Closing):
         `rows` are the facts, or for each functor its rows without it. Raises EngineError if a limit
         is reached; the next scene is judged as if nothing had been.
         """
+        return self.judge_columns(_columns_of(rows))
+
+    def judge_columns(self, facts: Mapping[str, Columns]) -> tuple[BriefVerdict, ...]:
+        """The same of facts by functor, column by column."""
         batch = self._batch or self._opened()
         # What is stopped may be at it for a while: the next scene then has a module of its own.
         self._batch = None
-        needed = self._needed(rows)
+        needed = {
+            (name, arity): facts[name]
+            for name, arity in self._needed
+            if len(facts.get(name, ())) == arity
+        }
         columns = facts_text(self._scene, needed)
         about = Struct("batch", (Atom(batch), self._base.limits.bounds))
         try:
@@ -136,25 +145,9 @@ class BatchJudge(Closing):
             self._base.forget("close_batch", batch)
             raise
         self._batch = batch
-        surface = any(needed.get(kind) for kind in SURFACE)
+        surface = not SURFACE.isdisjoint(needed)
         calibration = Calibration() if surface else self._base.calibration
         return tuple(self._verdicts(_fields(said), calibration))
-
-    def _needed(
-        self, rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]
-    ) -> dict[tuple[str, int], Sequence[Fact]]:
-        found: dict[tuple[str, int], list[Fact]] = defaultdict(list)
-        if isinstance(rows, Mapping):
-            lengths = {name: {len(row) for row in some} for name, some in rows.items()}
-            for name, arity in self._asked:
-                if lengths.get(name) == {arity}:
-                    found[name, arity] = list(rows[name])
-        else:
-            for fact in rows:
-                key = (str(fact[0]), len(fact) - 1)
-                if key in self._asked:
-                    found[key].append(fact[1:])
-        return {key: found[key] for key in sorted(found)}
 
     def _verdicts(self, fields: Sequence[str], calibration: Calibration) -> Iterator[BriefVerdict]:
         """From what told_verdicts/3 of batch.pl tells."""
@@ -179,6 +172,23 @@ class BatchJudge(Closing):
                 parts=parts,
                 sizes=sizes,
             )
+
+
+def _columns_of(rows: Mapping[str, Sequence[Fact]] | Iterable[Fact]) -> dict[str, Columns]:
+    """Rows as columns, of functors that have any; those of other lengths are not of the schema."""
+    kinds: Mapping[str, Sequence[Fact]]
+    if isinstance(rows, Mapping):
+        kinds = rows
+    else:
+        found: dict[str, list[Fact]] = defaultdict(list)
+        for fact in rows:
+            found[str(fact[0])].append(fact[1:])
+        kinds = found
+    return {
+        name: tuple(zip(*some, strict=True))
+        for name, some in kinds.items()
+        if len(set(map(len, some))) == 1
+    }
 
 
 def _part(field: Iterator[str]) -> tuple[str, tuple[str, ...]]:

@@ -3,8 +3,10 @@
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
+from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.kb.encode import Fact, argument_text
 from facetlog.kb.terms import Atom, Struct, Term, integer_text, term_text
@@ -12,12 +14,15 @@ from facetlog.kb.terms import Atom, Struct, Term, integer_text, term_text
 __all__ = [
     "FACTS_PER_CHUNK",
     "SEPARATOR",
+    "Floats",
     "chunks_of_columns",
     "column_text",
     "columns_text",
     "floats_text",
     "rows_text",
 ]
+
+Floats: TypeAlias = NDArray[np.float64]
 
 # Facts are handed over in texts of this many: long enough that the crossing costs nothing.
 FACTS_PER_CHUNK = 5000
@@ -68,9 +73,14 @@ def rows_text(scene: str, rows: Mapping[tuple[str, int], Sequence[Fact]]) -> str
 
 
 def column_text(
-    values: Sequence[str | int | float], name: str, rows: Sequence[Fact]
+    values: Sequence[str | int | float] | Floats, name: str, rows: Iterable[Fact]
 ) -> tuple[str, str]:
     """The layout and the text of the values of one argument of the facts `name`."""
+    if isinstance(values, np.ndarray):
+        text = floats_text(values)
+        if text:
+            return "f", text
+        values = values.tolist()
     types = set(map(type, values))
     if types == {str}:
         text = SEPARATOR.join(values)  # type: ignore[arg-type]
@@ -81,12 +91,12 @@ def column_text(
         if text:
             return "f", text
     if types == {int}:
-        return "t", f"[{','.join(map(integer_text, values))}]"  # type: ignore[arg-type]
+        return "t", f"[{','.join(map(integer_text, values))}]"
     facts = ((name, *row) for row in rows)
     return "t", f"[{','.join(map(argument_text, values, facts))}]"
 
 
-def floats_text(values: Sequence[str | int | float]) -> str:
+def floats_text(values: Sequence[str | int | float] | Floats) -> str:
     """Floats as float_bytes.pl has them; empty if one of them is not finite."""
     numbers = np.empty(len(values), FLOAT)
     numbers["byte"] = FLOAT_BYTE

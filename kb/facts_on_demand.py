@@ -5,19 +5,26 @@ known of each two faces goes over as a matrix, the other kinds as columns (fact_
 """
 
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from itertools import chain
 from math import isqrt
+from typing import TypeAlias
 
-from facetlog.kb.encode import Fact, argument_text
-from facetlog.kb.fact_columns import SEPARATOR, column_text, floats_text
+import numpy as np
 
-__all__ = ["facts_text"]
+from facetlog.kb.encode import argument_text
+from facetlog.kb.fact_columns import SEPARATOR, Floats, column_text, floats_text
+
+__all__ = ["Columns", "facts_text"]
+
+Columns: TypeAlias = Sequence[Sequence[str | int | float] | Floats]
+"""The values of each argument of facts of one kind; floats may be an array."""
 
 FEWEST = 3  # names in a matrix: of fewer the columns are as good
 
 
-def facts_text(scene: str, rows: Mapping[tuple[str, int], Sequence[Fact]]) -> str:
-    """The facts of the module `scene` by functor and number of arguments, each without its functor.
+def facts_text(scene: str, facts: Mapping[tuple[str, int], Columns]) -> str:
+    """The facts of the module `scene` by functor and number of arguments, column by column.
 
     Raises TypeError for what is no fact, and ValueError for a number that is not finite.
     """
@@ -26,8 +33,7 @@ def facts_text(scene: str, rows: Mapping[tuple[str, int], Sequence[Fact]]) -> st
     kinds: list[str] = []
     texts: list[str] = []
     later: list[str] = []
-    for (name, arity), alike in rows.items():
-        columns = tuple(zip(*alike, strict=True))
+    for (name, arity), columns in facts.items():
         found = _of_each_two(columns)
         matrix = _matrix(columns[2:], len(found)) if found and names in ((), found) else ""
         if matrix:
@@ -37,17 +43,18 @@ def facts_text(scene: str, rows: Mapping[tuple[str, int], Sequence[Fact]]) -> st
             continue
         layouts: list[str] = []
         for column in columns:
-            layout, text = column_text(column, name, alike)
+            layout, text = column_text(column, name, zip(*columns, strict=True))
             layouts.append(f"{layout}-{len(text)}")
             later.append(text)
-        kinds.append(f"kind({argument_text(name, ())},{len(alike)},[{','.join(layouts)}])")
+        count = len(columns[0]) if columns else 0
+        kinds.append(f"kind({argument_text(name, ())},{count},[{','.join(layouts)}])")
     joined = SEPARATOR.join(names)
     about = f"matrices({len(names)},{len(joined)},[{','.join(matrices)}])"
     head = f"facts({argument_text(scene, ())},{about},[{','.join(kinds)}])\n"
     return "".join((head, joined, *texts, *later))
 
 
-def _of_each_two(columns: Sequence[Sequence[str | int | float]]) -> tuple[str, ...]:
+def _of_each_two(columns: Columns) -> tuple[str, ...]:
     """The names of which each two, in either order, have one row of floats, in order of the names.
 
     None if the columns are anything else.
@@ -62,26 +69,27 @@ def _of_each_two(columns: Sequence[Sequence[str | int | float]]) -> tuple[str, .
     names = tuple(name for name in found if isinstance(name, str) and SEPARATOR not in name)
     if len(set(names)) != count:
         return ()
-    wanted = (names[:i] + names[i + 1 :] for i in range(count))
-    if tuple(seconds) != tuple(chain.from_iterable(wanted)):
+    if (tuple(firsts), tuple(seconds)) != _each_two(names):
         return ()
-    if tuple(firsts) != tuple(chain.from_iterable([name] * (count - 1) for name in names)):
-        return ()
-    floats = all(
-        issubclass(kind, float) for column in columns[2:] for kind in set(map(type, column))
-    )
+    floats = all(isinstance(c, np.ndarray) or set(map(type, c)) == {float} for c in columns[2:])
     return names if floats else ()
 
 
-def _matrix(columns: Sequence[Sequence[str | int | float]], count: int) -> str:
+@lru_cache(maxsize=64)
+def _each_two(names: tuple[str, ...]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The first and the second names of all pairs; scenes with so many faces have the same."""
+    others = (names[:i] + names[i + 1 :] for i in range(len(names)))
+    firsts = chain.from_iterable([name] * (len(names) - 1) for name in names)
+    return tuple(firsts), tuple(chain.from_iterable(others))
+
+
+def _matrix(columns: Columns, count: int) -> str:
     """One matrix for each column, row by row; 0 stands for what a name has with itself.
 
     Empty if a value is not finite.
     """
-    values: list[str | int | float] = []
-    for column in columns:
-        for row in range(count):
-            # count - 1 values, then the place between two rows in which the diagonal comes next.
-            values.append(0.0)
-            values.extend(column[row * count : (row + 1) * count])
-    return floats_text(values)
+    # After the first place of each row but the last, count - 1 others and the next one's first.
+    values = np.zeros((len(columns), count * count))
+    for matrix, column in zip(values, columns, strict=True):
+        matrix[:-1].reshape(count - 1, count + 1)[:, 1:] = np.reshape(column, (count - 1, count))
+    return floats_text(values.ravel())

@@ -4,13 +4,15 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from facetlog.errors import RuleSyntaxError
-from facetlog.grammar.analysis import analyse
-from facetlog.grammar.compile import Program, compiled
-from facetlog.grammar.own_words import own_words
-from facetlog.grammar.source import Source
 from facetlog.kb.rule_text import rule_text
+
+if TYPE_CHECKING:
+    from facetlog.grammar.compile import Program
+
+# The language takes a tenth of a second to load: who has no models of his own does without.
 
 __all__ = ["MODEL_SUFFIX", "RULE_SUFFIXES", "RuleSource", "holds_words_alone", "rule_sources"]
 
@@ -51,6 +53,9 @@ def holds_words_alone(path: Path) -> bool:
     """Whether a Prolog file declares words for the models of other files, and no model itself."""
     if path.suffix == MODEL_SUFFIX:
         return False
+    from facetlog.grammar.own_words import own_words
+    from facetlog.grammar.source import Source
+
     try:
         own = own_words(Source(str(path), rule_text(path)))
     except RuleSyntaxError:
@@ -80,7 +85,10 @@ def rule_sources(path: Path, *, present: Iterable[Path] = ()) -> tuple[RuleSourc
     return tuple(reversed(found))
 
 
-def _compiled(path: Path) -> tuple[RuleSource, Program]:
+def _compiled(path: Path) -> tuple[RuleSource, "Program"]:
+    from facetlog.grammar.analysis import analyse
+    from facetlog.grammar.compile import compiled
+
     analysis = analyse(path)
     program = compiled(analysis)
     library = analysis.library

@@ -5,7 +5,16 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Bools", "Indices", "chosen_places", "row_starts", "row_sums", "row_table"]
+__all__ = [
+    "Bools",
+    "Indices",
+    "chosen_places",
+    "padded_sums",
+    "pairs_in_rows",
+    "row_starts",
+    "row_sums",
+    "row_table",
+]
 
 Indices = NDArray[np.intp]
 Bools = NDArray[np.bool_]
@@ -52,3 +61,28 @@ def chosen_places(lengths: Indices, chosen: Indices) -> Indices:
     counts = lengths[chosen]
     first = row_starts(lengths)[chosen] - row_starts(counts)
     return np.arange(int(counts.sum())) + np.repeat(first, counts)
+
+
+def padded_sums(table: FloatArray) -> FloatArray:
+    """Sums (r,) of rows (r, k) that end in zeros: the same to the last bit, however many.
+
+    >>> padded_sums(np.array([[1.0, 2.0, 0.0]]))
+    array([3.])
+    """
+    if not table.shape[1]:
+        return np.zeros(len(table))
+    return np.asarray(table.cumsum(axis=1)[:, -1], dtype=np.float64)
+
+
+def pairs_in_rows(firsts: Indices, seconds: Indices) -> tuple[Indices, Indices]:
+    """Places (p,) of every pair of an entry of one kind with one of another in the same row.
+
+    The rows have `firsts` (r,) and `seconds` (r,) entries.
+
+    >>> [each.tolist() for each in pairs_in_rows(np.array([2, 1]), np.array([1, 2]))]
+    [[0, 1, 2, 2], [0, 0, 1, 2]]
+    """
+    counts = np.repeat(seconds, firsts)
+    begins = np.repeat(row_starts(seconds), firsts)
+    one = np.repeat(np.arange(len(counts)), counts)
+    return one, np.arange(len(one)) - np.repeat(row_starts(counts) - begins, counts)

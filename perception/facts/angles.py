@@ -13,13 +13,14 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr
 
 from facetlog.perception.flat_faces import cross
+from facetlog.perception.row_products import dots, quadratic_forms
+from facetlog.perception.row_table import Indices
 from facetlog.perception.scene import Plane
 from facetlog.perception.types import FloatArray
 
-__all__ = ["angle_between", "pairwise_angles", "probability_within"]
+__all__ = ["angle_between", "angles_between", "pairwise_angles", "probability_within"]
 
 # Angles and sds below this are rounding (rad).
 LEAST_SINE = 1e-9
@@ -28,30 +29,28 @@ MEAN_FOLD = 2.0 * np.sqrt(2.0 / np.pi)
 
 
 def _angles(
-    n: FloatArray, m: FloatArray, n_cov: FloatArray, m_cov: FloatArray
+    normals: FloatArray, covs: FloatArray, one: Indices, two: Indices
 ) -> tuple[FloatArray, FloatArray]:
-    """Angles and sds (...), of unit normals (..., 3) with covariances (..., 3, 3)."""
+    """Angles and sds (p,) between `one` and `two` (p,) of unit normals with covariances."""
+    n, m = normals[one], normals[two]
     product = cross(n, m)
-    sine = np.sqrt((product * product).sum(axis=-1))
-    cosine = (n * m).sum(axis=-1)
+    sine = np.sqrt(dots(product, product))
+    cosine = dots(n, m)
     angle = np.arctan2(sine, cosine)
     # Of parallel normals every direction across them will do: the sum of both variances counts.
     axis = np.eye(3)[np.argmin(np.abs(n), axis=-1)]
     some = cross(n, axis)
     parallel = (sine < LEAST_SINE)[..., None]
     across = np.where(parallel, some, product)
-    across = across / np.linalg.norm(across, axis=-1, keepdims=True)
+    across = across / np.sqrt(dots(across, across))[:, None]
     n_way, m_way = cross(across, n), cross(m, across)
 
-    def variance(way: FloatArray, cov: FloatArray) -> FloatArray:
-        return np.asarray(np.einsum("...i,...ij,...j->...", way, cov, way))
-
     # dθ = -n_way · dn - m_way · dm, with the ways towards the other normal.
-    within = variance(n_way, n_cov) + variance(m_way, m_cov)
+    within = quadratic_forms(n_way, covs, one) + quadratic_forms(m_way, covs, two)
     # An error e across, with sd s, adds e² cot θ / 2 to the angle: with t = |tan θ| a mean square
     # of 3/4 s⁴ / t² far from 0° and 180°, and of s² - 2 √(2/π) s t close to them. Both are in
     # s⁴ / (s² + 2 √(2/π) s t + 4/3 t²), here times cos² above and below, for the right angle.
-    s2 = variance(across, n_cov) + variance(across, m_cov)
+    s2 = quadratic_forms(across, covs, one) + quadratic_forms(across, covs, two)
     c = np.abs(cosine)
     below = s2 * c * c + MEAN_FOLD * np.sqrt(s2) * sine * c + 4.0 / 3.0 * sine * sine
     extra = np.divide(s2 * s2 * c * c, below, out=np.zeros_like(s2), where=below > 0)
@@ -63,21 +62,36 @@ def angle_between(p: Plane, q: Plane) -> tuple[float, float]:
 
     Takes the errors of the two planes to be independent; planes that share vertices are not quite.
     """
-    angle, sd = _angles(p.normal, q.normal, p.cov[:3, :3], q.cov[:3, :3])
-    return float(angle), float(sd)
+    normals, covs = np.array([p.normal, q.normal]), np.array([p.cov[:3, :3], q.cov[:3, :3]])
+    angle, sd = _angles(normals, covs, np.array([0]), np.array([1]))
+    return float(angle[0]), float(sd[0])
+
+
+def angles_between(
+    normals: FloatArray, covs: FloatArray, one: Indices, two: Indices
+) -> tuple[FloatArray, FloatArray]:
+    """Angles (p,) and standard deviations (p,), rad, between the normals `one` and `two` (p,).
+
+    `normals` (n, 3) have covariances (n, 3, 3).
+    """
+    first = _angles(normals, covs, one, two)
+    # The same either way round: of parallel normals the direction across is that of the first.
+    second = _angles(normals, covs, two, one)
+    return (first[0] + second[0]) / 2, (first[1] + second[1]) / 2
 
 
 def pairwise_angles(planes: Sequence[Plane]) -> tuple[FloatArray, FloatArray]:
     """Angles (n, n) and standard deviations (n, n) between all normals, rad; 0 on the diagonal."""
     count = len(planes)
-    if not count:
-        return np.zeros((0, 0)), np.zeros((0, 0))
-    n = np.array([p.normal for p in planes])
-    cov = np.array([p.cov[:3, :3] for p in planes])
-    angle, sd = _angles(n[:, None], n[None], cov[:, None], cov[None])
-    np.fill_diagonal(angle, 0.0)
-    np.fill_diagonal(sd, 0.0)
-    return (angle + angle.T) / 2, (sd + sd.T) / 2
+    angles, sds = np.zeros((2, count, count))
+    if count:
+        one, two = np.triu_indices(count, 1)
+        normals = np.array([p.normal for p in planes])
+        covs = np.array([p.cov[:3, :3] for p in planes])
+        found = angles_between(normals, covs, one, two)
+        for table, values in zip((angles, sds), found, strict=True):
+            table[one, two] = table[two, one] = values
+    return angles, sds
 
 
 def probability_within(
@@ -94,6 +108,8 @@ def probability_within(
     >>> round(float(probability_within(right, np.radians(15.0), right, np.radians(15.0))), 3)
     0.683
     """
+    from scipy.special import ndtr  # no fact needs it, and it takes long to load
+
     theta, s = np.asarray(angle, dtype=np.float64), np.asarray(sd, dtype=np.float64)
     middle, width = np.asarray(target, dtype=np.float64), np.asarray(tolerance, dtype=np.float64)
     low, high = np.maximum(middle - width, 0.0), np.minimum(middle + width, np.pi)

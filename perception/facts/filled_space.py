@@ -37,11 +37,12 @@ class Space:
     levels: dict[int, Level]
 
 
-def curved_share(scene: Scene, faces: tuple[FlatFace, ...], thing: Thing) -> float:
-    """How much of a thing's surface is not flat, 0..1."""
+def curved_share(scene: Scene, areas: FloatArray, thing: Thing) -> float:
+    """How much of a thing's surface is not flat, 0..1; `areas` (f,) are those of all faces."""
     curved = float(sum(scene.patches[i].areas.sum() for i in thing.patches))
-    flat = sum(faces[i].area for i in thing.faces)
-    return curved / (curved + flat) if curved > 0.0 else 0.0
+    if not curved > 0.0:
+        return 0.0
+    return curved / (curved + float(sum(areas[list(thing.faces)].tolist())))
 
 
 def _levels(grid: Grid, faces: tuple[FlatFace, ...], up: FloatArray) -> Iterator[tuple[int, Level]]:

@@ -1,11 +1,11 @@
 """What follows from a known up: tilt, and heights in a thing."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from facetlog.perception.facts.measures import Estimates
+from facetlog.perception.row_products import dots, quadratic_forms
 from facetlog.perception.row_table import Indices, row_starts, row_table
 from facetlog.perception.surfaces.face_table import FaceTable, PlaneTable
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION
@@ -18,12 +18,12 @@ SENSE_SDS = 2.0
 
 
 def tilts(planes: PlaneTable, up: FloatArray) -> Estimates:
-    """Angles (f,) between the planes and the level, radians, 0..π/2, up taken as exact."""
-    rise = planes.normals @ up
+    """Angles (f,) between planes and the level, radians, 0..π/2, each face's up (f, 3) exact."""
+    rise = dots(planes.normals, up)
     lean = up - rise[:, None] * planes.normals
-    size = np.sqrt((lean * lean).sum(axis=1))
+    size = np.sqrt(dots(lean, lean))
     level = size < ANGLE_RESOLUTION
-    along = ((lean[:, None] @ planes.normal_covs)[:, 0] * lean).sum(axis=1)
+    along = quadratic_forms(lean, planes.normal_covs)
     variance = along / np.where(level, 1.0, size) ** 2
     variance = np.where(level, planes.tilt_sds**2, variance)
     return Estimates.of(np.arctan2(size, np.abs(rise)), variance)
@@ -32,10 +32,10 @@ def tilts(planes: PlaneTable, up: FloatArray) -> Estimates:
 def vertical_senses(planes: PlaneTable, up: FloatArray, leaning: Estimates) -> Indices:
     """1 (f,) where a normal points above the horizon by more than 2 sd, -1 if below, else 0.
 
-    `leaning` is what `tilts` says of these planes.
+    `up` (f, 3) is that of each face's scene, `leaning` what `tilts` says of these planes.
     """
     sure = np.pi / 2 - leaning.values > SENSE_SDS * leaning.sds + ANGLE_RESOLUTION
-    return np.where(sure, np.where(planes.normals @ up > 0.0, 1, -1), 0)
+    return np.where(sure, np.where(dots(planes.normals, up) > 0.0, 1, -1), 0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,7 +43,7 @@ class Grounds:
     """The lowest of each thing's vertices, with those level with it: what heights count from.
 
     Vertex `vertex` (g,) is of the ground of thing `thing` (g,), `counts` (t,) a thing; `heights`
-    (n,) are those of the scene's vertices.
+    (n,) are those of all vertices, `up` (t, 3) is that of the things' scenes.
     """
 
     thing: Indices
@@ -53,13 +53,20 @@ class Grounds:
     up: FloatArray
 
     @classmethod
-    def under(cls, members: Sequence[Indices], table: FaceTable, up: FloatArray) -> "Grounds":
-        """The grounds of things with these vertices each."""
-        heights = table.points @ up
-        vertices = np.concatenate(members)
-        rows = np.repeat(np.arange(len(members)), [len(own) for own in members])
-        found = _highest(rows, vertices, len(members), table, -heights[vertices])
-        return cls(*found, heights, up)
+    def under(
+        cls, members: tuple[Indices, Indices], table: FaceTable, ups: FloatArray
+    ) -> "Grounds":
+        """The grounds of things that have vertices: `members` are (thing, vertex), by the things.
+
+        `ups` (s, 3) are those of the scenes.
+        """
+        heights = dots(table.points, ups[table.tolerance.scene])
+        rows, vertices = members
+        count = int(rows[-1]) + 1
+        found = _highest(rows, vertices, count, table, -heights[vertices])
+        scene = np.zeros(count, dtype=np.intp)
+        scene[rows] = table.tolerance.scene[vertices]
+        return cls(*found, heights, ups[scene])
 
     def above(
         self,
@@ -85,12 +92,13 @@ class Grounds:
         )
         # A vertex of the ground may be one that the height answers to: there the slopes add.
         keys = np.concatenate((rows, ground_rows)) * len(covs) + np.concatenate((vertex, ground))
-        every = np.concatenate((slope, -shares[ground_rows, None] * self.up))
+        down = -shares[ground_rows, None] * self.up[things[ground_rows]]
+        every = np.concatenate((slope, down))
         known, row = np.unique(keys, return_inverse=True)
         total = np.zeros((len(known), 3))
         np.add.at(total, row, every)
         owner, at = np.divmod(known, len(covs))
-        along = ((total[:, None] @ covs[at])[:, 0] * total).sum(axis=1)
+        along = quadratic_forms(total, covs[at])
         variances = np.bincount(owner, along, minlength=len(things)).astype(np.float64)
         return Estimates.of(values - base, variances)
 
@@ -108,7 +116,8 @@ def _highest(
     highest = np.flatnonzero(reach == top[rows])[::-1]
     first[rows[highest]] = highest  # the last assignment, the first of equals, stays
     sds = table.tolerance.vertex_sds[vertices]
-    limit = table.tolerance.within(np.hypot(sds, sds[first[rows]]))
+    scene = table.tolerance.scene[vertices]
+    limit = table.tolerance.within(np.hypot(sds, sds[first[rows]]), scene)
     equal = reach >= top[rows] - limit
     rows, vertices = rows[equal], vertices[equal]
     order = np.lexsort((vertices, rows))  # equal bodies are to have equal sums
@@ -137,8 +146,9 @@ def extremes(
     values = np.bincount(rows, shares * grounds.heights[at], minlength=2 * bodies).astype(
         np.float64
     )
-    slope = shares[:, None] * grounds.up
-    both = grounds.above(np.tile(things, 2), values, rows, at, slope, table.covs)
+    both_things = np.tile(things, 2)
+    slope = shares[:, None] * grounds.up[both_things[rows]]
+    both = grounds.above(both_things, values, rows, at, slope, table.covs)
     return (
         Estimates(both.values[:bodies], both.sds[:bodies]),
         Estimates(both.values[bodies:], both.sds[bodies:]),
@@ -152,6 +162,7 @@ def elevations(table: FaceTable, faces: Indices, things: Indices, grounds: Groun
     own = row_starts(members.counts)[faces][:, None] + np.arange(there.shape[1])
     own = own[there]
     rows = np.nonzero(there)[0]
-    slope = grounds.up @ members.middle_slope[own]
-    values = table.middles[faces] @ grounds.up
+    up = grounds.up[things]
+    slope = (up[rows][:, None] @ members.middle_slope[own])[:, 0]
+    values = dots(table.middles[faces], up)
     return grounds.above(things, values, rows, members.vertex[own], slope, table.covs)

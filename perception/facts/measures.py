@@ -11,10 +11,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import cross, plane_axes
-from facetlog.perception.row_table import Bools, Indices, row_starts, row_sums, row_table
+from facetlog.perception.row_products import along_axes, dots, quadratic_forms
+from facetlog.perception.row_table import (
+    Bools,
+    Indices,
+    padded_sums,
+    row_starts,
+    row_sums,
+    row_table,
+)
 from facetlog.perception.surfaces.contacts import face_distances
 from facetlog.perception.surfaces.convex_hulls import Hulls, least_rectangle, least_rectangles
 from facetlog.perception.surfaces.face_table import FaceTable
@@ -115,18 +122,18 @@ def _extents(table: FaceTable, way: FloatArray) -> tuple[FloatArray, FloatArray]
 
     They run from the mean of the lowest vertices to that of the highest, by 3 sd.
     """
-    reach = (table.flat @ way[:, :, None])[:, :, 0]
+    reach = dots(table.flat, way[:, None])
     weights = np.zeros(reach.shape)
     for sign in (1.0, -1.0):
         there = np.where(table.there, sign * reach, -np.inf)
         equal = table.tolerance.highest(table.outlines, there)
         weights += np.where(equal, sign, 0.0) / np.maximum(equal.sum(axis=1), 1)[:, None]
-    return (weights * reach).sum(axis=1), weights
+    return padded_sums(weights * reach), weights
 
 
 def _variances(slopes: FloatArray, covs: FloatArray, counts: Indices) -> FloatArray:
     """Σ gᵀ C g (f,) over rows of gradients (m, 3) at vertices of covariances (m, 3, 3)."""
-    return row_sums(((slopes[:, None] @ covs)[:, 0] * slopes).sum(axis=1), counts)
+    return row_sums(quadratic_forms(slopes, covs), counts)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -146,6 +153,8 @@ class Group:
 def outer_members(members: Indices, points: FloatArray) -> Indices:
     """Those of a thing's vertices that lie on its convex hull: no silhouette needs the others."""
     if len(members) > FEW_POINTS:
+        from scipy.spatial import ConvexHull, QhullError  # a quarter of a second to load
+
         try:
             corners: Indices = members[ConvexHull(points[members]).vertices]
         except QhullError:  # all in one plane
@@ -171,19 +180,20 @@ def protrusions(table: FaceTable, groups: Sequence[Group]) -> Estimates:
     others = vertices[place]
     there &= ~_is_member(table, faces, others)
     normals = planes.normals[faces]
-    reach = (table.points[others] @ normals[:, :, None])[:, :, 0] + planes.offsets[faces, None]
+    reach = dots(table.points[others], normals[:, None]) + planes.offsets[faces, None]
     farthest = table.tolerance.highest(others, np.where(there, reach, -np.inf))
     # Without any vertex of others the face has but its own place.
     alone = ~farthest.any(axis=1)
     weights = farthest / np.maximum(farthest.sum(axis=1), 1)[:, None]
-    middles = (weights[:, None] @ table.points[others])[:, 0]
-    middles[alone] = table.middles[faces[alone]]
     row, column = np.nonzero(farthest)
     vertex = others[row, column]
-    along = ((normals[row][:, None] @ table.covs[vertex])[:, 0] * normals[row]).sum(axis=1)
+    middles = np.zeros((len(faces), 3))
+    np.add.at(middles, row, weights[row, column, None] * table.points[vertex])
+    middles[alone] = table.middles[faces[alone]]
+    along = quadratic_forms(normals[row], table.covs[vertex])
     own = np.bincount(row, weights[row, column] ** 2 * along, minlength=len(faces))
     levers = np.column_stack([middles, np.ones(len(faces))])
-    of_plane = ((levers[:, None] @ planes.covs[faces])[:, 0] * levers).sum(axis=1)
+    of_plane = quadratic_forms(levers, planes.covs[faces])
     signed = (middles * normals).sum(axis=1) + planes.offsets[faces]
     signed[alone] = 0.0
     return Estimates.of(np.maximum(signed, 0.0), np.maximum(of_plane, 0.0) + np.maximum(own, 0.0))
@@ -232,11 +242,12 @@ def _beyond(table: FaceTable, faces: Indices, others: Indices, there: Bools) -> 
     """
     planes, sds = table.planes, table.tolerance.vertex_sds
     normals, where = planes.normals[faces], table.points[others]
-    depth = (where @ normals[:, :, None])[:, :, 0] + planes.offsets[faces, None]
+    depth = dots(where, normals[:, None]) + planes.offsets[faces, None]
     own = sds[table.outlines[faces]].max(axis=1)[:, None]
     tilt = planes.tilt_sds[faces, None] * depth
-    limit = table.tolerance.within(np.hypot(np.hypot(sds[others], own), tilt))
-    flat = (where - table.middles[faces, None]) @ table.axes[faces].transpose(0, 2, 1)
+    scenes = table.scene[faces, None]
+    limit = table.tolerance.within(np.hypot(np.hypot(sds[others], own), tilt), scenes)
+    flat = along_axes(where - table.middles[faces, None], table.axes[faces])
     # What is that far from the outline's box needs no closer look.
     own_flat = table.flat[faces]
     low, high = own_flat.min(axis=1)[:, None], own_flat.max(axis=1)[:, None]
@@ -262,19 +273,22 @@ def _shares(table: FaceTable, faces: Indices, counts: Indices, vertices: Indices
     vertex = np.concatenate((table.members.vertex[mine], others), axis=1)
     candidate = np.concatenate((np.arange(width) < sizes[:, None], beyond), axis=1)
     where, normals = table.points[vertex], table.planes.normals[faces]
-    flat = (where - table.middles[faces, None]) @ table.axes[faces].transpose(0, 2, 1)
+    flat = along_axes(where - table.middles[faces, None], table.axes[faces])
 
-    finest = table.tolerance.finest
+    finest = table.tolerance.finest[table.scene[faces]]
     hulls = Hulls(flat, candidate, table.convex[faces] & ~beyond.any(axis=1), finest)
     corners, after = hulls.of(flat), following(hulls.sizes, hulls.places.shape[1])
     # Vertices stacked along the normal make one corner together: their mean.
     apart_x = corners[:, :, None, 0] - flat[:, None, :, 0]
     apart_y = corners[:, :, None, 1] - flat[:, None, :, 1]
-    stacked = (apart_x * apart_x + apart_y * apart_y <= finest**2) & candidate[:, None]
-    weights = stacked / stacked.sum(axis=2, keepdims=True)
-    weights[np.arange(hulls.places.shape[1]) >= hulls.sizes[:, None]] = 0.0
-    loop = weights @ where
-    spokes = np.where(weights.any(axis=2)[..., None], loop - loop[:, :1], 0.0)
+    near = apart_x * apart_x + apart_y * apart_y <= (finest * finest)[:, None, None]
+    stacked = near & candidate[:, None]
+    known = np.arange(hulls.places.shape[1]) < hulls.sizes[:, None]
+    row, corner, column = np.nonzero(stacked & known[..., None])
+    weight = 1.0 / stacked.sum(axis=2)[row, corner]
+    loop = np.zeros((*known.shape, 3))
+    np.add.at(loop, (row, corner), weight[:, None] * where[row, column])
+    spokes = np.where(known[..., None], loop - loop[:, :1], 0.0)
     vectors = 0.5 * cross(spokes, spokes[rows[:, None], after]).sum(axis=1)
     silhouettes = (vectors * normals).sum(axis=1)
 
@@ -284,13 +298,15 @@ def _shares(table: FaceTable, faces: Indices, counts: Indices, vertices: Indices
     ratios = table.areas[faces] / whole
     spans = spokes[rows[:, None], after] - spokes[rows[:, None], _preceding(hulls.sizes, after)]
     gradient = cross(spans, 0.5 * normals[:, None])
-    slopes = -ratios[:, None, None] * (weights.transpose(0, 2, 1) @ gradient)
+    slopes = np.zeros(where.shape)
+    np.add.at(slopes, (row, column), weight[:, None] * gradient[row, corner])
+    slopes *= -ratios[:, None, None]
     slopes[:, :width] += np.where(candidate[:, :width, None], table.members.area_slope[mine], 0.0)
     own = slopes[candidate] / whole[np.nonzero(candidate)[0], None]
     by_vertices = _variances(own, table.covs[vertex[candidate]], candidate.sum(axis=1))
     leaning = ratios[:, None] * (vectors - silhouettes[:, None] * normals)
     normal_covs = table.planes.normal_covs[faces]
-    by_normal = ((leaning[:, None] @ normal_covs)[:, 0] * leaning).sum(axis=1) / whole**2
+    by_normal = quadratic_forms(leaning, normal_covs) / whole**2
     variances = np.maximum(by_vertices, 0.0) + np.maximum(by_normal, 0.0)
     return Estimates.of(
         np.where(seen, np.minimum(ratios, 1.0), 0.0), np.where(seen, variances, 1.0)
@@ -320,8 +336,8 @@ def thing_boxes(table: FaceTable, groups: Sequence[Group]) -> Iterator[tuple[flo
     points, there = table.points[vertices[place[owner]]], there[owner]
     normals = table.planes.normals[faces]
     frames = plane_axes(normals, table.axes[faces, 0])
-    _, lengths, widths = least_rectangles(points @ frames.transpose(0, 2, 1), there)
-    depths = np.ptp((points @ normals[:, :, None])[:, :, 0], axis=1)
+    _, lengths, widths = least_rectangles(along_axes(points, frames), there)
+    depths = np.ptp(dots(points, normals[:, None]), axis=1)
     boxes = np.sort(np.column_stack([lengths, widths, depths]), axis=1)[:, ::-1]
     order = np.lexsort((*boxes.T[::-1], boxes.prod(axis=1), owner))
     first = np.unique(owner[order], return_index=True)[1]

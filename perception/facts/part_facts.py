@@ -1,13 +1,13 @@
-"""Facts about a scene as such, its vertices, edges and faces, and pairs of faces."""
-
-from collections.abc import Sequence
-from itertools import repeat
+"""Facts about scenes as such, their vertices, edges and faces, and pairs of faces."""
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.facts import measures, relations
-from facetlog.perception.facts.named_rows import FactRows, both_ways, named, names, rows_of
+from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
+from facetlog.perception.row_products import dots, quadratic_forms
+from facetlog.perception.row_table import Indices
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
 
@@ -32,97 +32,100 @@ __all__ = [
 UPPER = tuple(zip(*(each.tolist() for each in np.triu_indices(3)), strict=True))
 
 
-def scene_facts(s: SceneMemo, rows: FactRows) -> None:
-    """The scene's name, unit, up and views."""
-    scene = s.scene
-    rows["scene"].append((scene.name,))
-    rows["scale"].append(("metric" if scene.metric else "unknown",))
-    if scene.up is not None:
-        rows["up"].append(tuple(scene.up.tolist()))
-    for i, name in enumerate(scene.views, 1):
-        rows["view"].append((f"view{i}", name))
+def scene_facts(s: SceneMemo, rows: BlockFacts) -> None:
+    """The scenes' names, units, up and views."""
+    for nth, scene in enumerate(s.scenes):
+        rows.add_rows("scene", nth, [(scene.name,)])
+        rows.add_rows("scale", nth, [("metric" if scene.metric else "unknown",)])
+        if scene.up is not None:
+            rows.add_rows("up", nth, [tuple(scene.up.tolist())])
+        views = ((f"view{i}", name) for i, name in enumerate(scene.views, 1))
+        rows.add_rows("view", nth, views)
 
 
-def vertex_facts(s: SceneMemo, rows: FactRows) -> None:
+def vertex_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Vertices and where they are."""
-    found = names("v", len(s.table.points))
-    rows["vertex"].extend(rows_of(found))
-    rows["point"].extend(rows_of(found, *s.table.points.T.tolist()))
+    scenes = s.table.tolerance.scene
+    rows.add("vertex", scenes, s.vertex_names)
+    rows.add("point", scenes, s.vertex_names, *s.table.points.T)
 
 
-def spread_facts(s: SceneMemo, rows: FactRows) -> None:
+def spread_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Covariances of vertices."""
-    covs = s.table.covs
-    columns = (covs[:, i, j].tolist() for i, j in UPPER)
-    rows["point_cov"].extend(rows_of(names("v", len(covs)), *columns))
+    columns = (s.table.covs[:, i, j] for i, j in UPPER)
+    rows.add("point_cov", s.table.tolerance.scene, s.vertex_names, *columns)
 
 
-def view_facts(s: SceneMemo, rows: FactRows) -> None:
+def view_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """What views say of vertices."""
-    for i, vertex in enumerate(s.scene.vertices, 1):
-        if vertex.label is not None:
-            rows["vertex_label"].append((f"v{i}", vertex.label.value))
-        for seen in vertex.observations:
-            sds = np.sqrt(np.maximum(np.diag(seen.cov), 0.0))
-            pixel = (*seen.uv.tolist(), *sds.tolist())
-            rows["observed"].append((f"v{i}", f"view{seen.view + 1}", *pixel))
+    for nth, scene in enumerate(s.scenes):
+        labels, seen = [], []
+        for i, vertex in enumerate(scene.vertices, 1):
+            if vertex.label is not None:
+                labels.append((f"v{i}", vertex.label.value))
+            for own in vertex.observations:
+                sds = np.sqrt(np.maximum(np.diag(own.cov), 0.0))
+                pixel = (*own.uv.tolist(), *sds.tolist())
+                seen.append((f"v{i}", f"view{own.view + 1}", *pixel))
+        rows.add_rows("vertex_label", nth, labels)
+        rows.add_rows("observed", nth, seen)
 
 
-def edge_facts(s: SceneMemo, rows: FactRows) -> None:
+def edge_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Edges, how long they are, what supports them, and which faces they bound."""
-    table, (start, end) = s.table, s.edges.T
-    found = names("e", len(s.edges))
-    vertex_names = names("v", len(table.points))
-    ends = ([vertex_names[i] for i in each] for each in s.edges.T.tolist())
-    rows["edge"].extend(rows_of(found, *ends))
+    table, (start, end), scenes = s.table, s.edges.T, s.edge_scene
+    found = s.edge_names
+    rows.add("edge", scenes, found, s.vertex_names[start], s.vertex_names[end])
     span = table.points[end] - table.points[start]
-    length = np.sqrt((span * span).sum(axis=1))
+    length = np.sqrt(dots(span, span))
     # ∂|p - q|/∂p is the unit vector from q to p
     u = span / np.where(length > 0.0, length, 1.0)[:, None]
-    variance = ((u[:, None] @ (table.covs[start] + table.covs[end]))[:, 0] * u).sum(axis=1)
-    sds = np.sqrt(np.maximum(variance, 0.0))
-    rows["edge_length"].extend(rows_of(found, length.tolist(), sds.tolist()))
-    edges = s.scene.edges
-    rows["edge_support"].extend(rows_of(found[: len(edges)], [float(e.support) for e in edges]))
-    seen = {i for i, face in enumerate(s.scene.faces) if face.evidence is Evidence.MEASURED}
-    measured = {edge for edge, face in s.bounds.tolist() if face in seen}
-    evidence = [edge.evidence for edge in edges] + [
-        Evidence.MEASURED if i in measured else Evidence.IMPLIED
-        for i in range(len(edges), len(found))
-    ]
-    rows["evidence"].extend(rows_of(found, [each.value for each in evidence]))
-    edge, face = s.bounds.T.tolist()
-    rows["bounds"].extend(rows_of(named("e", edge), named("f", face)))
+    variance = quadratic_forms(u, table.covs[start] + table.covs[end])
+    rows.add("edge_length", scenes, found, length, np.sqrt(np.maximum(variance, 0.0)))
+    edges = [edge for scene in s.scenes for edge in scene.edges]
+    support = np.array([edge.support for edge in edges], dtype=np.float64)
+    rows.add("edge_support", scenes[s.listed], found[s.listed], support)
+    if rows.wants("evidence"):
+        seen = _face_evidence(s) == Evidence.MEASURED.value
+        evidence = np.full(len(found), Evidence.IMPLIED.value, dtype=np.object_)
+        edge, face = s.bounds.T
+        evidence[edge[seen[face]]] = Evidence.MEASURED.value
+        evidence[s.listed] = [edge.evidence.value for edge in edges]
+        rows.add("evidence", scenes, found, evidence)
+    if rows.wants("bounds"):
+        edge, face = s.bounds.T
+        rows.add("bounds", scenes[edge], found[edge], s.face_names[face])
 
 
-def face_facts(s: SceneMemo, rows: FactRows) -> None:
+def _face_evidence(s: SceneMemo) -> NDArray[np.object_]:
+    found = [face.evidence.value for scene in s.scenes for face in scene.faces]
+    return np.array(found, dtype=np.object_)
+
+
+def face_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Faces, their corners, and how much of them was seen."""
-    faces = s.scene.faces
-    found = names("f", len(faces))
-    rows["face"].extend(rows_of(found))
-    rows["evidence"].extend(rows_of(found, [face.evidence.value for face in faces]))
-    for name, face in zip(found, s.table.faces, strict=True):
-        corners = enumerate(named("v", face.outline), 1)
-        rows["corner"].extend((name, i, corner) for i, corner in corners)
-    rows["coverage"].extend(rows_of(found, [float(face.coverage) for face in faces]))
+    table, found, scenes = s.table, s.face_names, s.table.scene
+    rows.add("face", scenes, found)
+    rows.add("evidence", scenes, found, _face_evidence(s))
+    face, place = np.nonzero(table.there)
+    corner = s.vertex_names[table.outlines[face, place]]
+    rows.add("corner", scenes[face], found[face], place + 1, corner)
+    coverage = [face.coverage for scene in s.scenes for face in scene.faces]
+    rows.add("coverage", scenes, found, np.array(coverage, dtype=np.float64))
 
 
-def plane_facts(s: SceneMemo, rows: FactRows) -> None:
+def plane_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Planes of faces and how sure they are."""
-    table, planes = s.table, s.table.planes
-    found = names("f", len(table))
-    rows["plane"].extend(rows_of(found, *planes.normals.T.tolist(), planes.offsets.tolist()))
+    table, planes, found = s.table, s.table.planes, s.face_names
+    rows.add("plane", table.scene, found, *planes.normals.T, planes.offsets)
     levers = np.column_stack([table.middles, np.ones(len(table))])
-    variance = ((levers[:, None] @ planes.covs)[:, 0] * levers).sum(axis=1)
-    offset_sds = np.sqrt(np.maximum(variance, 0.0)).tolist()
-    tilt_sds = np.rad2deg(planes.tilt_sds).tolist()
-    rows["plane_sd"].extend(rows_of(found, tilt_sds, offset_sds))
+    offset_sds = np.sqrt(np.maximum(quadratic_forms(levers, planes.covs), 0.0))
+    rows.add("plane_sd", table.scene, found, np.rad2deg(planes.tilt_sds), offset_sds)
 
 
-def size_facts(s: SceneMemo, rows: FactRows) -> None:
+def size_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How large faces are, and of what shape."""
-    found = names("f", len(s.table))
-    if not found:
+    if not len(s.table):
         return
     sizes = measures.face_sizes(s.table)
     for functor, each in (
@@ -131,66 +134,66 @@ def size_facts(s: SceneMemo, rows: FactRows) -> None:
         ("width", sizes.widths),
         ("fill", sizes.fills),
     ):
-        rows[functor].extend(rows_of(found, each.values.tolist(), each.sds.tolist()))
+        rows.add(functor, s.table.scene, s.face_names, each.values, each.sds)
 
 
 def _of_all_pairs(
-    functor: str, tables: tuple[FloatArray, FloatArray], count: int, rows: FactRows
+    functor: str, values: tuple[FloatArray, FloatArray], s: SceneMemo, rows: BlockFacts
 ) -> None:
-    """Rows (face, other face, value, sd) of tables (f, f) without their diagonals."""
-    found = names("f", count)
-    values, sds = tables[0].tolist(), tables[1].tolist()
-    for i, name in enumerate(found):
-        # millions of rows: kept within zip
-        for own in (slice(None, i), slice(i + 1, None)):
-            pairs = zip(repeat(name), found[own], values[i][own], sds[i][own], strict=False)
-            rows[functor].extend(pairs)
+    """Facts (face, other face, value, sd) of all pairs."""
+    one, two = s.face_names[s.pairs.one], s.face_names[s.pairs.two]
+    rows.add(functor, s.table.scene[s.pairs.one], one, two, *values)
 
 
-def angle_facts(s: SceneMemo, rows: FactRows) -> None:
+def angle_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Angles between normals, of all pairs of faces."""
     angles, sds = s.angles
-    _of_all_pairs("angle", (np.rad2deg(angles), np.rad2deg(sds)), len(s.table), rows)
+    _of_all_pairs("angle", (np.rad2deg(angles), np.rad2deg(sds)), s, rows)
 
 
-def offset_facts(s: SceneMemo, rows: FactRows) -> None:
+def offset_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How far faces are in front of the planes of others, of all pairs."""
-    _of_all_pairs("offset", s.offsets, len(s.table), rows)
+    _of_all_pairs("offset", s.offsets, s, rows)
 
 
-def _faces_both_ways(functor: str, pairs: Sequence[Sequence[int]], rows: FactRows) -> None:
-    one, two = pairs
-    both_ways(rows[functor], named("f", one), named("f", two))
+def _faces_both_ways(functor: str, pairs: Indices, s: SceneMemo, rows: BlockFacts) -> None:
+    one, two = pairs.T
+    rows.add_both_ways(functor, s.table.scene[one], s.face_names[one], s.face_names[two])
 
 
-def opposite_facts(s: SceneMemo, rows: FactRows) -> None:
+def opposite_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Pairs of faces that look away from each other or at each other."""
     if len(s.table):
-        pairs = relations.opposite_pairs(s.table, s.angles)
-        _faces_both_ways("opposite", pairs.T.tolist(), rows)
+        found = relations.opposite_pairs(s.table, s.pairs, s.angles)
+        _faces_both_ways("opposite", found, s, rows)
 
 
-def coplanar_facts(s: SceneMemo, rows: FactRows) -> None:
+def coplanar_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Pairs of faces in one plane."""
-    pairs = relations.coplanar_pairs(s.table, s.angles, s.offsets)
-    _faces_both_ways("coplanar", pairs.T.tolist(), rows)
+    found = relations.coplanar_pairs(s.table, s.pairs, s.angles, s.offsets)
+    one, two = s.pairs.one[found], s.pairs.two[found]
+    _faces_both_ways("coplanar", np.column_stack([one, two]), s, rows)
 
 
-def meeting_facts(s: SceneMemo, rows: FactRows) -> None:
+def meeting_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Pairs of faces that meet, with the edge where they do."""
     contacts = s.contacts
-    edge_of = {frozenset(pair): i for i, pair in reversed(tuple(enumerate(s.edges.tolist())))}
-    shorter = s.table.sides.ends[contacts.shorter].tolist()
-    adjoining = {
-        (*pair, edge_of[frozenset(ends)])
-        for pair, ends in zip(contacts.faces.tolist(), shorter, strict=True)
-    }
-    if adjoining:
-        one, two, edge = zip(*sorted(adjoining), strict=True)
-        both_ways(rows["adjoins"], named("f", one), named("f", two), named("e", edge))
+    if not len(contacts.first):
+        return
+    # Of edges between the same vertices it is the first.
+    count = len(s.table.points)
+    ends = np.concatenate((s.edges, s.table.sides.ends[contacts.shorter]))
+    keys = ends.min(axis=1) * count + ends.max(axis=1)
+    _, first, place = np.unique(keys, return_index=True, return_inverse=True)
+    edge = first[place[len(s.edges) :]]
+    found = np.unique(np.column_stack([contacts.faces, edge]), axis=0)
+    one, two, edge = found.T
+    rows.add_both_ways(
+        "adjoins", s.table.scene[one], s.face_names[one], s.face_names[two], s.edge_names[edge]
+    )
 
 
-def dihedral_facts(s: SceneMemo, rows: FactRows) -> None:
+def dihedral_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """The solid's angles where two faces meet, and whether it bulges there or is hollow."""
     # Of each pair that run against each other the longest contact, the first of equals.
     bent = s.contacts.take(s.contacts.against)
@@ -200,8 +203,8 @@ def dihedral_facts(s: SceneMemo, rows: FactRows) -> None:
     new[1:] = (faces[1:] != faces[:-1]).any(axis=1)
     bent = bent.take(order[new])
     # the solid's angle is what is left of a straight line after the turn
-    through, sds = np.rad2deg(np.pi - bent.turn).tolist(), np.rad2deg(bent.sd).tolist()
-    one, two = bent.faces.T.tolist()
-    both_ways(rows["dihedral"], named("f", one), named("f", two), through, sds)
+    through, sds = np.rad2deg(np.pi - bent.turn), np.rad2deg(bent.sd)
+    one, two = (s.face_names[each] for each in bent.faces.T)
+    rows.add_both_ways("dihedral", s.table.scene[bent.faces[:, 0]], one, two, through, sds)
     for functor, bulges in (("convex", bent.convex), ("concave", bent.concave)):
-        _faces_both_ways(functor, bent.faces[bulges].T.tolist(), rows)
+        _faces_both_ways(functor, bent.faces[bulges], s, rows)

@@ -1,6 +1,6 @@
 """The scene seen from above: overlap of faces in plan, and the free height below them."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,12 +8,13 @@ import shapely
 
 from facetlog.perception.facts.relations import seen_along
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.row_table import Bools, Indices
+from facetlog.perception.row_products import along_axes, dots
+from facetlog.perception.row_table import Bools, Indices, pairs_in_rows
 from facetlog.perception.surfaces.contacts import SideContacts
 from facetlog.perception.surfaces.convex_hulls import least_rectangles
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import Outlines
-from facetlog.perception.surfaces.things import Thing, components
+from facetlog.perception.surfaces.things import components
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Plans", "clear_below", "overlaps"]
@@ -33,9 +34,10 @@ PAIRS_AT_ONCE = 2_000
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Plans:
-    """Faces `index` (l,) that are not upright, and their plans along `axes` (2, 3).
+    """Faces `index` (l,) that are not upright, and their plans along `axes` (l, 2, 3).
 
-    `meeting` (p, 2) are pairs of rows, both ways round, whose plans' boxes meet.
+    `up` (f, 3) is that of each face's scene, zero where it is not known: there are no plans then.
+    `meeting` (p, 2) are pairs of rows of one scene, both ways round, whose plans' boxes meet.
     """
 
     table: FaceTable
@@ -46,36 +48,33 @@ class Plans:
     meeting: Indices
 
     @classmethod
-    def of(cls, table: FaceTable, up: FloatArray) -> "Plans":
-        """The plans of a scene's faces, seen along up."""
-        rise = np.abs(table.planes.normals @ up)
+    def of(cls, table: FaceTable, ups: FloatArray) -> "Plans":
+        """The plans of faces, seen along the ups (s, 3) of their scenes."""
+        up = ups[table.scene]
+        rise = np.abs(dots(table.planes.normals, up))
         index = np.flatnonzero((rise > np.sin(UPRIGHT)) & (table.areas > 0.0))
-        axes = plane_axes(up, table.axes[index[0], 0] if len(index) else np.eye(3)[0])
+        # All of a scene along the axes of the first of them.
+        _, first, of = np.unique(table.scene[index], return_index=True, return_inverse=True)
+        axes = plane_axes(up[index[first]], table.axes[index[first], 0])[of]
         outlines = seen_along(table, index, axes)
         seen = outlines.areas > 0.0
-        index, outlines = index[seen], outlines.take(seen)
+        index, outlines, axes = index[seen], outlines.take(seen), axes[seen]
+        counts = np.bincount(table.scene[index], minlength=len(ups))
+        one, two = pairs_in_rows(counts, counts)
         low, high = outlines.low, outlines.high
-        meet = np.ones((len(index), len(index)), dtype=np.bool_)
-        for axis in range(2):
-            reach = low[:, axis, None] <= high[:, axis]
-            meet &= reach & reach.T
-        np.fill_diagonal(meet, False)
-        return cls(table, up, index, outlines, axes, np.argwhere(meet))
+        meet = ((low[one] <= high[two]) & (low[two] <= high[one])).all(axis=1) & (one != two)
+        return cls(table, up, index, outlines, axes, np.column_stack([one[meet], two[meet]]))
 
 
-def overlaps(plans: Plans) -> Iterator[tuple[int, int, float]]:
-    """(i, j, share) for pairs i < j whose plans overlap: the intersection over the smaller plan."""
+def overlaps(plans: Plans) -> tuple[Indices, Indices, FloatArray]:
+    """Pairs i, j (p,), i < j, whose plans overlap: the intersection over the smaller plan."""
     one, two = plans.meeting[plans.meeting[:, 0] < plans.meeting[:, 1]].T
     areas = plans.outlines.areas
     shares = plans.outlines.take(one).shared_areas(plans.outlines.take(two))
     shares /= np.minimum(areas[one], areas[two])
     stated = shares >= LEAST_OVERLAP
-    return zip(
-        plans.index[one[stated]].tolist(),
-        plans.index[two[stated]].tolist(),
-        np.minimum(shares[stated], 1.0).tolist(),
-        strict=True,
-    )
+    one, two = plans.index[one[stated]], plans.index[two[stated]]
+    return one, two, np.minimum(shares[stated], 1.0)
 
 
 def _ray_grids(outlines: Outlines) -> tuple[FloatArray, Bools]:
@@ -83,14 +82,15 @@ def _ray_grids(outlines: Outlines) -> tuple[FloatArray, Bools]:
     corners, there = outlines.corners()
     direction, length, width = least_rectangles(corners, there, outlines.convex)
     frames = np.stack([direction, direction[:, ::-1] * [-1.0, 1.0]], axis=1)
-    reach = corners @ frames.transpose(0, 2, 1)
+    reach = along_axes(corners, frames)
     low = np.where(there[..., None], reach, np.inf).min(axis=1)
     steps = (np.arange(RAYS) + 0.5) / RAYS
     along = low[:, 0, None] + length[:, None] * steps
     across = low[:, 1, None] + width[:, None] * steps
     grid = np.empty((len(corners), RAYS, RAYS, 2))
     grid[..., 0], grid[..., 1] = along[:, :, None], across[:, None]
-    where = grid.reshape(len(corners), RAYS * RAYS, 2) @ frames
+    flat = grid.reshape(len(corners), RAYS * RAYS, 2)
+    where = along_axes(flat, frames.transpose(0, 2, 1))
     inside = outlines.hold(where)
     lost = np.flatnonzero(~inside.any(axis=1))
     if len(lost):  # so narrow that no ray meets it
@@ -110,7 +110,7 @@ def _solid_down_to(
     to its lowest point. (A table's slab is as deep as its rim, be there legs in the rim's plane; a
     block is as deep as its sides.)
     """
-    bottoms = (table.points @ up)[table.outlines].min(axis=1)
+    bottoms = dots(table.points[table.outlines], up[:, None]).min(axis=1)
     bent = contacts.take(contacts.against)
     upward = senses[bent.faces] > 0
     roofs = np.array(
@@ -122,7 +122,7 @@ def _solid_down_to(
     side = np.where(upward[rim, 0], bent.faces[rim, 1], bent.faces[rim, 0])
     depths = bottoms.copy()
     for face in np.unique(side[~table.convex[side]]).tolist():
-        depths[face] = max(bottoms[face], _mostly_down_to(table, face, up))
+        depths[face] = max(bottoms[face], _mostly_down_to(table, face, up[face]))
     sides, own = np.full(len(table), -np.inf), np.full(len(table), np.inf)
     np.maximum.at(sides, roofs[roof], depths[side])
     np.minimum.at(own, roofs, bottoms)
@@ -160,15 +160,15 @@ class _Rays:
     def of_rows(cls, plans: Plans, rows: slice, where: FloatArray) -> "_Rays":
         """The rays from some of the plans, which are at `where` (r, q, 2)."""
         table, up, index = plans.table, plans.up, plans.index
-        normals, middles = table.planes.normals[index], table.middles[index]
+        normals, middles, up = table.planes.normals[index], table.middles[index], up[index]
         # The plane of a face has the height base + slopes · x over the plan.
-        slopes = -(normals @ plans.axes.T) / (normals @ up)[:, None]
-        base = middles @ up - (slopes * (middles @ plans.axes.T)).sum(axis=1)
-        start = base[rows, None] + (where @ slopes[rows, :, None])[:, :, 0]
+        slopes = -along_axes(normals[:, None], plans.axes)[:, 0] / dots(normals, up)[:, None]
+        base = dots(middles, up) - dots(slopes, along_axes(middles[:, None], plans.axes)[:, 0])
+        start = base[rows, None] + dots(where, slopes[rows, None])
         low, high = np.searchsorted(plans.meeting[:, 0], (rows.start, rows.start + len(where)))
         ray, hit = plans.meeting[low:high].T
         ray = ray - rows.start
-        heights = base[hit, None] + (where[ray] @ slopes[hit][:, :, None])[:, :, 0]
+        heights = base[hit, None] + dots(where[ray], slopes[hit][:, None])
         hits = np.where(plans.outlines.take(hit).hold(where[ray]), heights, -np.inf)
         starts = np.flatnonzero(np.diff(ray, prepend=-1))
         return cls(start, hits, hit, starts, ray[starts])
@@ -185,48 +185,57 @@ class _Rays:
 
 
 def clear_below(
-    plans: Plans,
-    things: Sequence[Thing],
-    grounds: FloatArray,
-    contacts: SideContacts,
-    senses: Indices,
-) -> Iterator[tuple[int, float]]:
-    """(face, free height under 80 % of it) for faces that are not upright, by rays downwards.
+    plans: Plans, ground: FloatArray, contacts: SideContacts, senses: Indices
+) -> tuple[Indices, FloatArray]:
+    """Faces (c,) that are not upright, and the free height (c,) under 80 % of them, by rays.
 
-    A ray from an upward face starts in the solid: it leaves it through the next downward face, or,
-    if none was seen, where the sides of the solid end. From there it is free down to the next
-    face of any thing, or to the level of the lowest point of its own, which is at `grounds` (t,).
-    `senses` (f,) say which faces look up (1) or down (-1).
+    A ray runs down, and from an upward face starts in the solid: it leaves it through the next
+    downward face, or, if none was seen, where the sides of the solid end. From there it is free
+    down to the next face of any thing, or to the level of the lowest point of its own: of a face's
+    thing that is `ground` (f,), infinite where it has none. `senses` (f,) say which faces look up
+    (1) or down (-1).
     """
     table, index = plans.table, plans.index
     where, inside = _ray_grids(plans.outlines)
-    ground = np.full(len(table), np.inf)
-    for thing, height in zip(things, grounds.tolist(), strict=True):
-        ground[list(thing.faces)] = height
+    finest = table.tolerance.finest[table.scene]
     solid = _solid_down_to(table, contacts, senses, plans.up)
-    step = max(1, PAIRS_AT_ONCE // max(len(index), 1))
-    for first in range(0, len(index), step):
-        rows = slice(first, first + step)
+    heights = np.zeros(len(index))
+    pairs = np.bincount(plans.meeting[:, 0], minlength=len(index))
+    for rows in _portions(pairs):
         rays = _Rays.of_rows(plans, rows, where[rows])
         own = index[rows]
-        free = _free_below(rays, senses[index], senses[own], solid[own], table.tolerance.finest)
+        free = _free_below(rays, senses[index], senses[own], solid[own], finest[own])
         floor = np.maximum(free[1], ground[own, None])
         clear = np.where(inside[rows], np.maximum(free[0] - floor, 0.0), np.inf)
         # Four in five are at least as long as the one that stands a fifth of the way up.
         nth = np.floor((inside[rows].sum(axis=1) - 1) * (1.0 - MOST)).astype(np.intp)
         stated = np.sort(clear, axis=1)[np.arange(len(own)), nth]
-        known = np.isfinite(ground[own])
-        yield from zip(own[known].tolist(), stated[known].tolist(), strict=True)
+        heights[rows] = stated
+    known = np.isfinite(ground[index])
+    return index[known], heights[known]
+
+
+def _portions(pairs: Indices) -> Iterator[slice]:
+    """Rows in portions of some PAIRS_AT_ONCE, of which there are so many (r,) for each row."""
+    begin, count = 0, 0
+    for row, own in enumerate(pairs.tolist()):
+        if count and count + own > PAIRS_AT_ONCE:
+            yield slice(begin, row)
+            begin, count = row, 0
+        count += own
+    if begin < len(pairs):
+        yield slice(begin, len(pairs))
 
 
 def _free_below(
-    rays: _Rays, senses: Indices, own: Indices, solid: FloatArray, resolution: float
+    rays: _Rays, senses: Indices, own: Indices, solid: FloatArray, resolution: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Heights (r, q) from which rays are free, and at which they next meet a face, or -inf.
 
     `senses` (l,) are those of all faces, `own` (r,) of the rays' own; `solid` (r,) is how far down
-    the solid under these is seen to reach.
+    the solid under these is seen to reach; what is within `resolution` (r,) is one height.
     """
+    resolution = resolution[:, None]
     upward, every = own[:, None] > 0, np.ones(len(senses), dtype=np.bool_)
     limit = rays.start - resolution
     first = rays.highest_below(limit, every)

@@ -1,16 +1,20 @@
-"""What several kinds of facts are made from, worked out once for a scene, and only if asked for."""
+"""What several kinds of facts are made from, worked out once for some scenes, and if asked for."""
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.facts import relations
-from facetlog.perception.facts.angles import pairwise_angles
 from facetlog.perception.facts.heights import Grounds, tilts, vertical_senses
 from facetlog.perception.facts.measures import Estimates, Group
+from facetlog.perception.facts.named_rows import named_in_order
 from facetlog.perception.facts.plan_view import Plans
-from facetlog.perception.row_table import Indices
+from facetlog.perception.facts.relations import FacePairs
+from facetlog.perception.row_table import Bools, Indices, row_starts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.contacts import SideContacts, edges_along_sides, side_contacts
 from facetlog.perception.surfaces.face_table import FaceTable
@@ -19,35 +23,76 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["SceneMemo"]
 
+Names = NDArray[np.object_]
+
 
 @dataclass(frozen=True, eq=False)
 class SceneMemo:
-    """A scene and its faces; all else follows from these when it is first asked for."""
+    """The scenes of a block and their faces; all else follows from these when first asked for.
 
-    scene: Scene
+    Vertices, edges, faces and things stand scene by scene, and are numbered through; each has the
+    name that it has in its own scene.
+    """
+
+    scenes: tuple[Scene, ...]
     table: FaceTable
 
     @classmethod
-    def of(cls, scene: Scene) -> "SceneMemo":
-        """The memo of a scene, with nothing in it yet."""
-        return cls(scene, FaceTable.of(scene))
+    def of(cls, *scenes: Scene) -> "SceneMemo":
+        """The memo of some scenes, with nothing in it yet."""
+        return cls(scenes, FaceTable.of(*scenes))
+
+    def alone(self, which: Bools) -> Iterator[tuple[int, "SceneMemo"]]:
+        """Places and memos of some of the scenes (s,), each alone: for facts that take long."""
+        for nth in np.flatnonzero(which).tolist():
+            yield nth, self if len(self.scenes) == 1 else SceneMemo.of(self.scenes[nth])
 
     @cached_property
+    def _edges(self) -> tuple[Indices, Indices]:
+        """Edges (e, 2), of each scene its own and then the sides it has none for; how many (s,)."""
+        sides = np.split(self.table.sides.ends, np.cumsum(self.table.side_counts)[:-1])
+        found: list[tuple[int, int]] = []
+        counts: list[int] = []
+        firsts = row_starts(self.table.vertex_counts).tolist()
+        for scene, own, first in zip(self.scenes, sides, firsts, strict=True):
+            listed = [(first + edge.start, first + edge.end) for edge in scene.edges]
+            known = {(a, b) if a < b else (b, a) for a, b in listed}
+            missing: dict[tuple[int, int], tuple[int, int]] = {}
+            for a, b in own.tolist():
+                key = (a, b) if a < b else (b, a)
+                if key not in known:
+                    missing[key] = (a, b)
+            found += listed
+            found += missing.values()
+            counts.append(len(listed) + len(missing))
+        return np.array(found, dtype=np.intp).reshape(-1, 2), np.array(counts, dtype=np.intp)
+
+    @property
     def edges(self) -> Indices:
-        """The scene's edges (e, 2) and, after these, sides that it has no edge for."""
-        listed = [(edge.start, edge.end) for edge in self.scene.edges]
-        known = {frozenset(pair) for pair in listed}
-        missing = {
-            key: (start, end)
-            for start, end in self.table.sides.ends.tolist()
-            if (key := frozenset((start, end))) not in known
-        }
-        return np.array([*listed, *missing.values()], dtype=np.intp).reshape(-1, 2)
+        """The scenes' edges (e, 2) and, after those of each, sides that it has no edge for."""
+        return self._edges[0]
+
+    @property
+    def edge_counts(self) -> Indices:
+        """How many edges each scene has (s,)."""
+        return self._edges[1]
+
+    @cached_property
+    def edge_scene(self) -> Indices:
+        """The scene (e,) of each edge."""
+        return np.repeat(np.arange(len(self.scenes)), self.edge_counts)
+
+    @cached_property
+    def listed(self) -> Bools:
+        """Which edges (e,) the scenes list themselves."""
+        place = np.arange(len(self.edges)) - row_starts(self.edge_counts)[self.edge_scene]
+        own = np.array([len(scene.edges) for scene in self.scenes], dtype=np.intp)
+        return place < own[self.edge_scene]
 
     @cached_property
     def bounds(self) -> Indices:
         """An edge and a face (b, 2) each, wherever the edge bounds the face."""
-        return edges_along_sides(self.table, self.edges)
+        return edges_along_sides(self.table, self.edges, self.edge_counts)
 
     @cached_property
     def contacts(self) -> SideContacts:
@@ -56,27 +101,56 @@ class SceneMemo:
 
     @cached_property
     def things(self) -> tuple[Thing, ...]:
-        """The scene's things, in the order of their names."""
-        bounding = set(self.bounds[:, 0].tolist())
-        loose = tuple(i for i in range(len(self.scene.edges)) if i not in bounding)
-        return find_things(self.scene, self.table, self.contacts, loose)
+        """The scenes' things, in the order of their names."""
+        loose = self.listed.copy()
+        loose[self.bounds[:, 0]] = False
+        return find_things(
+            self.scenes, self.table, self.contacts, self._edges, np.flatnonzero(loose)
+        )
+
+    @cached_property
+    def thing_scene(self) -> Indices:
+        """The scene (t,) of each thing."""
+        return np.array([thing.scene for thing in self.things], dtype=np.intp)
+
+    @cached_property
+    def thing_faces(self) -> tuple[Indices, Indices]:
+        """(thing, face) (g,) each, thing by thing."""
+        return _listed([thing.faces for thing in self.things])
+
+    @cached_property
+    def thing_edges(self) -> tuple[Indices, Indices]:
+        """(thing, loose edge) (l,) each, thing by thing."""
+        return _listed([thing.edges for thing in self.things])
+
+    @cached_property
+    def thing_vertices(self) -> tuple[Indices, Indices]:
+        """(thing, vertex) (m,) each, by the things, all their vertices, ascending."""
+        first = row_starts(self.table.vertex_counts)
+        hulls = [
+            tuple(
+                int(first[thing.scene]) + i
+                for patch in thing.patches
+                for i in self.scenes[thing.scene].patches[patch].hull
+            )
+            for thing in self.things
+        ]
+        owner, face = self.thing_faces
+        place, of_faces = self.table.rows_of(face)
+        of_edges, edge = self.thing_edges
+        of_hulls, in_hulls = _listed(hulls)
+        thing = np.concatenate((owner[place], np.repeat(of_edges, 2), of_hulls))
+        vertex = np.concatenate((of_faces, self.edges[edge].ravel(), in_hulls))
+        count = max(len(self.table.points), 1)
+        found = np.unique(thing * count + vertex)
+        return found // count, found % count
 
     @cached_property
     def members(self) -> tuple[Indices, ...]:
         """All vertices of each thing, ascending."""
-        patches = self.scene.patches
-        return tuple(
-            np.unique(
-                np.concatenate(
-                    (
-                        self.table.rows_of(thing.faces)[1],
-                        self.edges[list(thing.edges)].ravel(),
-                        *(np.array(patches[i].hull, dtype=np.intp) for i in thing.patches),
-                    )
-                )
-            )
-            for thing in self.things
-        )
+        thing, vertex = self.thing_vertices
+        cuts = np.searchsorted(thing, np.arange(1, len(self.things)))
+        return tuple(np.split(vertex, cuts)) if self.things else ()
 
     @cached_property
     def groups(self) -> tuple[Group, ...]:
@@ -88,41 +162,75 @@ class SceneMemo:
         )
 
     @cached_property
+    def pairs(self) -> FacePairs:
+        """Every two faces of a scene."""
+        return FacePairs.of(self.table)
+
+    @cached_property
     def angles(self) -> tuple[FloatArray, FloatArray]:
-        """Angles (f, f) between the faces' normals and their 1σ, radians."""
-        return pairwise_angles([face.plane for face in self.scene.faces])
+        """Angles (p,) between the normals of pairs of faces and their 1σ, radians."""
+        return relations.angles(self.table, self.pairs)
 
     @cached_property
     def offsets(self) -> tuple[FloatArray, FloatArray]:
-        """Distances [i, j] of the middle of face i from the plane of face j, and their 1σ."""
-        return relations.offsets(self.table)
+        """Distances (p,) of the middles of faces from the planes of others, and their 1σ."""
+        return relations.offsets(self.table, self.pairs)
+
+    @cached_property
+    def upright(self) -> Bools:
+        """Of which scenes (s,) up is known."""
+        return np.array([scene.up is not None for scene in self.scenes])
+
+    @cached_property
+    def ups(self) -> FloatArray:
+        """Up in each scene (s, 3), zero where it is not known."""
+        return np.array([np.zeros(3) if s.up is None else s.up for s in self.scenes])
 
     @cached_property
     def grounds(self) -> Grounds | None:
-        """The lowest places of the things, if up is known and there is anything."""
-        up = self.scene.up
-        if up is None or not self.things or not len(self.table):
+        """The lowest places of the things, if there is anything."""
+        if not self.things or not len(self.table):
             return None
-        return Grounds.under(self.members, self.table, up)
+        return Grounds.under(self.thing_vertices, self.table, self.ups)
 
     @cached_property
     def plans(self) -> Plans | None:
-        """The faces as seen from above, if up is known and there is any."""
-        up = self.scene.up
-        return None if up is None or not len(self.table) else Plans.of(self.table, up)
+        """The faces as seen from above, of scenes of which up is known, if there are any."""
+        return Plans.of(self.table, self.ups) if len(self.table) else None
 
     @cached_property
     def leaning(self) -> Estimates:
         """Angles (f,) between the faces and the level, where up is known."""
-        return tilts(self.table.planes, self._up)
+        return tilts(self.table.planes, self.ups[self.table.scene])
 
     @cached_property
     def senses(self) -> Indices:
-        """1 (f,) for faces that look up, -1 for those that look down, else 0; up is known."""
-        return vertical_senses(self.table.planes, self._up, self.leaning)
+        """1 (f,) for faces that look up, -1 for those that look down, else 0, where up is known."""
+        return vertical_senses(self.table.planes, self.ups[self.table.scene], self.leaning)
 
-    @property
-    def _up(self) -> FloatArray:
-        if self.scene.up is None:
-            raise ValueError("up is not known")
-        return self.scene.up
+    @cached_property
+    def face_names(self) -> Names:
+        """Names (f,) of the faces."""
+        return named_in_order("f", self.table.face_counts)
+
+    @cached_property
+    def vertex_names(self) -> Names:
+        """Names (n,) of the vertices."""
+        return named_in_order("v", self.table.vertex_counts)
+
+    @cached_property
+    def edge_names(self) -> Names:
+        """Names (e,) of the edges."""
+        return named_in_order("e", self.edge_counts)
+
+    @cached_property
+    def thing_names(self) -> Names:
+        """Names (t,) of the things."""
+        return named_in_order("t", np.bincount(self.thing_scene, minlength=len(self.scenes)))
+
+
+def _listed(rows: Iterable[tuple[int, ...]]) -> tuple[Indices, Indices]:
+    """The row of each entry, and the entry."""
+    kept = tuple(rows)
+    owner = np.repeat(np.arange(len(kept)), [len(row) for row in kept])
+    return owner, np.fromiter(chain.from_iterable(kept), np.intp, len(owner))

@@ -5,10 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 import shapely
 
-from facetlog.perception.flat_faces import FlatFace, plane_axes
+from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.row_table import Indices
-from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
+from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
 
@@ -31,36 +31,31 @@ def _rises(ends: FloatArray, up: FloatArray) -> bool:
 
 
 def at_rim(
-    scene: Scene,
-    faces: tuple[FlatFace, ...],
-    edges: Indices,
-    things: tuple[Thing, ...],
-) -> Iterator[tuple[str, int]]:
-    """(part, face) where an upright face or loose edge stands at the rim of a face about level.
+    up: FloatArray, table: FaceTable, edges: Indices, thing: Thing
+) -> Iterator[tuple[bool, int, int]]:
+    """(loose, part, face) where a part of a thing stands at the rim of a face of it about level.
 
-    `edges` (e, 2) are vertices. Parts are named as in the facts (f1, e1), faces numbered.
-    Nothing without a known up.
+    Parts are upright faces and, where that is so, `loose` edges (e, 2) of vertices. Nothing without
+    a known up, which is zero then.
     """
-    up = scene.up
-    if up is None:
+    if not up.any():
         return
     axes = plane_axes(up, np.eye(3)[int(np.argmin(np.abs(up)))])
-    points = scene.points
-    for thing in things:
-        own = [faces[i] for i in thing.faces]
-        level = [f for f in own if abs(float(f.normal @ up)) > ENOUGH and f.area > 0.0]
-        standing = [
-            (f"f{f.index + 1}", points[list(f.outline)].mean(axis=0))
-            for f in own
-            if abs(float(f.normal @ up)) < LEANS_LITTLE
-        ]
-        ends = ((i, points[edges[i]]) for i in thing.edges)
-        standing += [(f"e{i + 1}", both.mean(axis=0)) for i, both in ends if _rises(both, up)]
-        if not level or not standing:
-            continue
-        rims = [shapely.linearrings(points[list(f.outline)] @ axes.T) for f in level]
-        dots = shapely.points(np.array([middle for _, middle in standing]) @ axes.T)
-        widths = np.array([least_rectangle(f.flatten(points[list(f.outline)]))[2] for f in level])
-        away = shapely.distance(np.array(rims)[:, None], dots[None])
-        for row, column in np.argwhere(away <= RIM_SHARE * widths[:, None]).tolist():
-            yield standing[column][0], level[row].index
+    points = table.points
+    own = [table.faces[i] for i in thing.faces]
+    level = [f for f in own if abs(float(f.normal @ up)) > ENOUGH and f.area > 0.0]
+    standing = [
+        (False, f.index, points[list(f.outline)].mean(axis=0))
+        for f in own
+        if abs(float(f.normal @ up)) < LEANS_LITTLE
+    ]
+    ends = ((i, points[edges[i]]) for i in thing.edges)
+    standing += [(True, i, both.mean(axis=0)) for i, both in ends if _rises(both, up)]
+    if not level or not standing:
+        return
+    rims = [shapely.linearrings(points[list(f.outline)] @ axes.T) for f in level]
+    dots = shapely.points(np.array([middle for _, _, middle in standing]) @ axes.T)
+    widths = np.array([least_rectangle(f.flatten(points[list(f.outline)]))[2] for f in level])
+    away = shapely.distance(np.array(rims)[:, None], dots[None])
+    for row, column in np.argwhere(away <= RIM_SHARE * widths[:, None]).tolist():
+        yield *standing[column][:2], level[row].index

@@ -1,15 +1,14 @@
 """Facts about things: what belongs to them, how large they are, where their parts are in them."""
 
-from itertools import chain
-
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.facts import heights, measures, plan_view
 from facetlog.perception.facts.filled_space import curved_share, spaces
-from facetlog.perception.facts.named_rows import FactRows, named, names, rows_of
+from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.facts.standing_parts import at_rim
-from facetlog.perception.facts.thing_gaps import gaps
+from facetlog.perception.row_table import Indices, chosen_places
 from facetlog.perception.surfaces.tolerance import SDS
 
 __all__ = [
@@ -32,147 +31,184 @@ __all__ = [
 GROUND = 0.03
 
 
-def thing_facts(s: SceneMemo, rows: FactRows) -> None:
+def thing_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Things and what belongs to them."""
-    for i, thing in enumerate(s.things, 1):
-        name = f"t{i}"
-        rows["thing"].append((name,))
-        rows["part_of"].extend((part, name) for part in named("f", thing.faces))
-        rows["part_of"].extend((part, name) for part in named("e", thing.edges))
+    rows.add("thing", s.thing_scene, s.thing_names)
+    thing, part = _parts(s)
+    rows.add("part_of", s.thing_scene[thing], part, s.thing_names[thing])
 
 
-def box_facts(s: SceneMemo, rows: FactRows) -> None:
+def _parts(s: SceneMemo) -> tuple[Indices, NDArray[np.object_]]:
+    """(thing, name) (p,) each of the things' faces and edges, thing by thing, faces first."""
+    (of_faces, face), (of_edges, edge) = s.thing_faces, s.thing_edges
+    thing = np.concatenate((of_faces, of_edges))
+    part = np.concatenate((s.face_names[face], s.edge_names[edge]))
+    order = np.argsort(thing, kind="stable")
+    return thing[order], part[order]
+
+
+def box_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """The least boxes round things: those with faces first."""
+    flat = np.array([bool(thing.faces) for thing in s.things], dtype=np.bool_)
     if s.groups:
-        flat = [f"t{i}" for i, thing in enumerate(s.things, 1) if thing.faces]
-        boxes = measures.thing_boxes(s.table, s.groups)
-        rows["thing_size"].extend((name, *box) for name, box in zip(flat, boxes, strict=True))
-    for i, (thing, members) in enumerate(zip(s.things, s.members, strict=True), 1):
-        if not thing.faces and len(members) > 1:
-            box = measures.box_of_points(s.table.points[members])
-            rows["thing_size"].append((f"t{i}", *box))
+        boxes = np.array(list(measures.thing_boxes(s.table, s.groups)))
+        rows.add("thing_size", s.thing_scene[flat], s.thing_names[flat], *boxes.T)
+    for i in np.flatnonzero(~flat).tolist():
+        if len(s.members[i]) > 1:
+            box = measures.box_of_points(s.table.points[s.members[i]])
+            rows.add_rows("thing_size", s.things[i].scene, [(s.thing_names[i], *box)])
 
 
-def _by_groups(functor: str, found: measures.Estimates, s: SceneMemo, rows: FactRows) -> None:
-    faces = [face for group in s.groups for face in group.faces.tolist()]
-    rows[functor].extend(rows_of(named("f", faces), found.values.tolist(), found.sds.tolist()))
+def _by_groups(functor: str, found: measures.Estimates, s: SceneMemo, rows: BlockFacts) -> None:
+    _, face = s.thing_faces
+    rows.add(functor, s.table.scene[face], s.face_names[face], found.values, found.sds)
 
 
-def share_facts(s: SceneMemo, rows: FactRows) -> None:
+def share_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How much of its thing's silhouette each face is."""
     if s.groups:
         _by_groups("share", measures.shares(s.table, s.groups), s, rows)
 
 
-def protrusion_facts(s: SceneMemo, rows: FactRows) -> None:
+def protrusion_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How far things reach in front of their faces."""
     if s.groups:
         _by_groups("protrusion", measures.protrusions(s.table, s.groups), s, rows)
 
 
-def gap_facts(s: SceneMemo, rows: FactRows) -> None:
+def gap_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How far things are from each other."""
-    flat = [i for i, thing in enumerate(s.things) if thing.faces or thing.edges]
-    for i, j, distance in gaps(s.table, s.edges, tuple(s.things[i] for i in flat)):
-        one, two = f"t{flat[i] + 1}", f"t{flat[j] + 1}"
-        rows["gap"].append((one, two, *distance))
-        rows["gap"].append((two, one, *distance))
+    from facetlog.perception.facts.thing_gaps import gaps  # no model asks for them so far
+
+    several = np.bincount(s.thing_scene, minlength=len(s.scenes)) > 1
+    for nth, own in s.alone(several):
+        flat = [i for i, thing in enumerate(own.things) if thing.faces or thing.edges]
+        found = []
+        for i, j, distance in gaps(own.table, own.edges, tuple(own.things[i] for i in flat)):
+            one, two = f"t{flat[i] + 1}", f"t{flat[j] + 1}"
+            found += [(one, two, *distance), (two, one, *distance)]
+        rows.add_rows("gap", nth, found)
 
 
-def tilt_facts(s: SceneMemo, rows: FactRows) -> None:
+def tilt_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How faces lean, and which face up or down."""
-    if s.scene.up is None or not len(s.table):
-        return
-    degrees = np.rad2deg(s.leaning.values).tolist(), np.rad2deg(s.leaning.sds).tolist()
-    rows["tilt"].extend(rows_of(names("f", len(s.table)), *degrees))
-    rows["upward"].extend(rows_of(named("f", np.flatnonzero(s.senses > 0).tolist())))
-    rows["downward"].extend(rows_of(named("f", np.flatnonzero(s.senses < 0).tolist())))
+    scene = s.table.scene
+    known = s.upright[scene]
+    tilts, sds = np.rad2deg(s.leaning.values), np.rad2deg(s.leaning.sds)
+    rows.add("tilt", scene[known], s.face_names[known], tilts[known], sds[known])
+    for functor, sense in (("upward", 1), ("downward", -1)):
+        turned = known & (s.senses == sense)
+        rows.add(functor, scene[turned], s.face_names[turned])
 
 
-def body_facts(s: SceneMemo, rows: FactRows) -> None:
+def body_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How high things and their parts reach, and what is on the ground."""
     table, grounds = s.table, s.grounds
     if grounds is None:
         return
-    ends = s.edges.tolist()
-    found: list[str] = []
-    things: list[int] = []
-    vertices: list[int] = []
-    counts: list[int] = []
-    for nth, (thing, members) in enumerate(zip(s.things, s.members, strict=True)):
-        own = [
-            members.tolist(),
-            *(table.faces[face].members for face in thing.faces),
-            *(ends[edge] for edge in thing.edges),
-        ]
-        found += [f"t{nth + 1}", *named("f", thing.faces), *named("e", thing.edges)]
-        things += [nth] * len(own)
-        vertices += chain.from_iterable(own)
-        counts += map(len, own)
-    owners = np.array(things, dtype=np.intp)
-    tops, bottoms = heights.extremes(
-        np.array(vertices, dtype=np.intp), np.array(counts, dtype=np.intp), owners, grounds, table
+    (of_things, vertex), (of_faces, face), (of_edges, edge) = (
+        s.thing_vertices,
+        s.thing_faces,
+        s.thing_edges,
     )
-    for functor, each in (("top_of", tops), ("bottom_of", bottoms)):
-        rows[functor].extend(rows_of(found, each.values.tolist(), each.sds.tolist()))
-    whole = np.array([name.startswith("t") for name in found])
-    least = np.maximum(GROUND * tops.values[whole], table.tolerance.finest)[owners]
-    low = bottoms.values <= np.maximum(least, SDS * bottoms.sds)
-    rows["on_ground"].extend((found[i],) for i in np.flatnonzero(low).tolist())
-
-
-def elevation_facts(s: SceneMemo, rows: FactRows) -> None:
-    """How high the middles of faces are in their things."""
-    if s.grounds is None:
+    every = np.arange(len(s.things))
+    owners = np.concatenate((every, of_faces, of_edges))
+    found = np.concatenate((s.thing_names, s.face_names[face], s.edge_names[edge]))
+    own = np.concatenate(
+        (
+            np.bincount(of_things, minlength=len(every)),
+            table.members.counts[face],
+            np.full(len(edge), 2),
+        )
+    )
+    vertices = np.concatenate((vertex, table.rows_of(face)[1], s.edges[edge].ravel()))
+    # Thing by thing, of each itself, its faces and its edges, where up is known.
+    order = np.argsort(owners, kind="stable")
+    order = order[s.upright[s.thing_scene[owners[order]]]]
+    if not len(order):
         return
-    faces = [face for thing in s.things for face in thing.faces]
-    of = np.repeat(np.arange(len(s.things)), [len(thing.faces) for thing in s.things])
-    found = heights.elevations(s.table, np.array(faces, dtype=np.intp), of, s.grounds)
-    rows["elevation"].extend(rows_of(named("f", faces), found.values.tolist(), found.sds.tolist()))
+    vertices = vertices[chosen_places(own, order)]
+    whole = order < len(every)
+    owners, found = owners[order], found[order]
+    tops, bottoms = heights.extremes(vertices, own[order], owners, grounds, table)
+    scenes = s.thing_scene[owners]
+    for functor, each in (("top_of", tops), ("bottom_of", bottoms)):
+        rows.add(functor, scenes, found, each.values, each.sds)
+    reach = np.zeros(len(every))
+    reach[owners[whole]] = tops.values[whole]
+    least = np.maximum(GROUND * reach[owners], table.tolerance.finest[scenes])
+    low = bottoms.values <= np.maximum(least, SDS * bottoms.sds)
+    rows.add("on_ground", scenes[low], found[low])
 
 
-def overlap_facts(s: SceneMemo, rows: FactRows) -> None:
+def elevation_facts(s: SceneMemo, rows: BlockFacts) -> None:
+    """How high the middles of faces are in their things."""
+    thing, face = s.thing_faces
+    known = s.upright[s.table.scene[face]]
+    thing, face = thing[known], face[known]
+    if s.grounds is None or not len(face):
+        return
+    found = heights.elevations(s.table, face, thing, s.grounds)
+    rows.add("elevation", s.table.scene[face], s.face_names[face], found.values, found.sds)
+
+
+def overlap_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Pairs of faces that lie over each other, seen from above."""
     if s.plans is None:
         return
-    for i, j, share in plan_view.overlaps(s.plans):
-        rows["overlap"].append((f"f{i + 1}", f"f{j + 1}", share))
-        rows["overlap"].append((f"f{j + 1}", f"f{i + 1}", share))
+    one, two, share = plan_view.overlaps(s.plans)
+    names = s.face_names
+    rows.add_both_ways("overlap", s.table.scene[one], names[one], names[two], share)
 
 
-def clear_facts(s: SceneMemo, rows: FactRows) -> None:
+def clear_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """The free height under most of each face."""
-    if s.plans is None:
+    if s.plans is None or not len(s.plans.index):
         return
-    reach = s.table.points @ s.plans.up
-    lowest = np.array([reach[own].min(initial=np.inf) for own in s.members])
-    for index, free in plan_view.clear_below(s.plans, s.things, lowest, s.contacts, s.senses):
-        rows["clear_below"].append((f"f{index + 1}", free))
+    lowest = np.full(len(s.things), np.inf)
+    if s.grounds is not None:
+        thing, vertex = s.thing_vertices
+        np.minimum.at(lowest, thing, s.grounds.heights[vertex])
+    ground = np.full(len(s.table), np.inf)
+    thing, face = s.thing_faces
+    ground[face] = lowest[thing]
+    found, free = plan_view.clear_below(s.plans, ground, s.contacts, s.senses)
+    rows.add("clear_below", s.table.scene[found], s.face_names[found], free)
 
 
-def rim_facts(s: SceneMemo, rows: FactRows) -> None:
+def rim_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Parts that stand at the rim of a face about level."""
-    for part, face in at_rim(s.scene, s.table.faces, s.edges, s.things):
-        rows["at_rim"].append((part, f"f{face + 1}"))
+    for thing in s.things:
+        found = at_rim(s.ups[thing.scene], s.table, s.edges, thing)
+        named = (((s.edge_names if loose else s.face_names)[i], f) for loose, i, f in found)
+        rows.add_rows("at_rim", thing.scene, ((part, s.face_names[face]) for part, face in named))
 
 
-def surface_facts(s: SceneMemo, rows: FactRows) -> None:
+def surface_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """What is known of things' surface that is no face's."""
-    for i, thing in enumerate(s.things, 1):
+    curved = []
+    for thing, name in zip(s.things, s.thing_names.tolist(), strict=True):
+        scene = s.scenes[thing.scene]
         if thing.whole:
-            rows["whole"].append((f"t{i}",))
-        elif s.scene.bodies:  # read from surface, not found in pictures
-            rows["scanned"].append((f"t{i}",))
-        rows["curved"].append((f"t{i}", curved_share(s.scene, s.table.faces, thing)))
+            rows.add_rows("whole", thing.scene, [(name,)])
+        elif scene.bodies:  # read from surface, not found in pictures
+            rows.add_rows("scanned", thing.scene, [(name,)])
+        curved.append(curved_share(scene, s.table.areas, thing))
+    rows.add("curved", s.thing_scene, s.thing_names, np.array(curved, dtype=np.float64))
 
 
-def space_facts(s: SceneMemo, rows: FactRows) -> None:
+def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """What things fill, and what is beneath, on and above their level faces."""
-    outer = [s.table.points[members] for members in s.members]
-    for index, space in spaces(s.scene, s.table.faces, s.things, outer).items():
-        if space.footprint is not None:
-            rows["footprint"].append((f"t{index + 1}", *space.footprint))
-        rows["solidity"].append((f"t{index + 1}", *space.solidity))
-        for face, level in space.levels.items():
-            for functor, estimate in level.measures():
-                rows[functor].append((f"f{face + 1}", *estimate))
+    whole = np.zeros(len(s.scenes), dtype=np.bool_)
+    whole[[thing.scene for thing in s.things if thing.whole]] = True
+    for nth, own in s.alone(whole):
+        table = own.table
+        outer = [table.points[members] for members in own.members]
+        for index, space in spaces(own.scenes[0], table.faces, own.things, outer).items():
+            thing = f"t{index + 1}"
+            if space.footprint is not None:
+                rows.add_rows("footprint", nth, [(thing, *space.footprint)])
+            rows.add_rows("solidity", nth, [(thing, *space.solidity)])
+            for face, level in space.levels.items():
+                for functor, estimate in level.measures():
+                    rows.add_rows(functor, nth, [(f"f{face + 1}", *estimate)])

@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind
 from facetlog.regular_file import read_regular_text
 
 __all__ = [
-    "METRES_PER",
     "FieldNames",
     "Intrinsics",
     "PosedPicture",
@@ -23,8 +23,6 @@ __all__ = [
     "read_intrinsics",
     "read_text",
 ]
-
-METRES_PER: Mapping[str, float] = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 
 ROUNDING_PX = 1.0
 """By which a scaled picture's height differs from its camera's."""

@@ -1,86 +1,27 @@
 """Whatever file holds a shape as a scene: one reader for each kind of file."""
 
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.poses_file import METRES_PER
-from facetlog.perception.reading.shape_files.cloud_files import CLOUD_SUFFIXES, read_cloud
-from facetlog.perception.reading.shape_files.mesh_checks import MESH_SUFFIXES, NoTrianglesError
-from facetlog.perception.reading.shape_files.mesh_files import read_mesh
+from facetlog.perception.length_units import METRES_PER
+from facetlog.perception.reading.shape_files.mesh_checks import NoTrianglesError
+from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES, MESH_SUFFIXES
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
-from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.shapes.shape_options import (
+    COLMAP_POINTS,
+    SCENE_SUFFIX,
+    SUFFIXES,
+    ShapeOptions,
+    says_itself,
+)
 from facetlog.perception.surfaces.scene_file import read_scene
 
-__all__ = [
-    "SUFFIXES",
-    "ShapeOptions",
-    "read_shape",
-    "says_itself",
-    "shapes_among",
-    "unit_from",
-    "up_from",
-]
+__all__ = ["ShapeOptions", "read_shape"]
 
-UP_AXES: Mapping[str, tuple[float, float, float]] = MappingProxyType(
-    {
-        "x": (1.0, 0.0, 0.0),
-        "y": (0.0, 1.0, 0.0),
-        "z": (0.0, 0.0, 1.0),
-        "-x": (-1.0, 0.0, 0.0),
-        "-y": (0.0, -1.0, 0.0),
-        "-z": (0.0, 0.0, -1.0),
-    }
-)
-SCENE_SUFFIX = ".json"
-NOT_GIVEN = "none"
-FROM_THE_FLOOR = "auto"
-
-
-@dataclass(frozen=True, slots=True)
-class ShapeOptions:
-    """What a file of points or triangles does not say itself.
-
-    `up` is a unit vector in the file's axes; without it, and with `find_floor`, up is what the
-    format says or what is found from the floor; without either it is unknown. `unit` is that of the
-    file's coordinates, a key of METRES_PER; None: what the format says, else unknown, so that only
-    ratios of lengths mean something.
-    """
-
-    up: tuple[float, float, float] | None = None
-    find_floor: bool = False
-    unit: str | None = None
-
-
-def up_from(word: str) -> tuple[float, float, float] | None:
-    """The unit vector that a word names; None for `auto` and `none`. InputError for another.
-
-    >>> up_from("-z")
-    (0.0, 0.0, -1.0)
-    """
-    if word in (NOT_GIVEN, FROM_THE_FLOOR):
-        return None
-    if word not in UP_AXES:
-        known = ", ".join((*UP_AXES, FROM_THE_FLOOR, NOT_GIVEN))
-        raise InputError(f"up {word!r:.40}: use one of {known}")
-    return UP_AXES[word]
-
-
-def unit_from(word: str) -> str | None:
-    """The unit that a word names; None for `none`. InputError for another."""
-    if word == NOT_GIVEN:
-        return None
-    if word not in METRES_PER:
-        raise InputError(f"unit {word!r:.40}: use one of {', '.join((*METRES_PER, NOT_GIVEN))}")
-    return word
-
-
-def says_itself(path: str) -> bool:
-    """Whether a file says where up is and what its lengths are, so that options do not count."""
-    return path.lower().endswith(SCENE_SUFFIX)
+# What makes scenes of meshes and clouds takes half a second to load: scenes do without.
 
 
 def _scene_file(path: Path, _options: ShapeOptions) -> Scene:
@@ -88,6 +29,9 @@ def _scene_file(path: Path, _options: ShapeOptions) -> Scene:
 
 
 def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
+    from facetlog.perception.reading.shape_files.mesh_files import read_mesh
+    from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+
     try:
         mesh = read_mesh(path)
     except NoTrianglesError:
@@ -101,6 +45,9 @@ def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
 
 
 def _cloud_file(path: Path, options: ShapeOptions) -> Scene:
+    from facetlog.perception.reading.shape_files.cloud_files import read_cloud
+    from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+
     cloud = read_cloud(path)
     if options.unit is not None:
         unit = METRES_PER[options.unit]
@@ -120,28 +67,6 @@ _READERS: Mapping[str, Callable[[Path, ShapeOptions], Scene]] = MappingProxyType
         **dict.fromkeys(MESH_SUFFIXES, _mesh_file),
     }
 )
-SUFFIXES = tuple(_READERS)
-"""Of the files that can be read, lower case."""
-
-# Tables and notes are called so as well: read where they are named, but not looked for.
-AMBIGUOUS = (".csv", ".txt")
-COLMAP_POINTS = ("points3D.bin", "points3D.txt")
-# What a run of facetlog, and others, leave beside scenes.
-NOT_SCENES = ("run.json", "verdicts.json", "transforms.json", "ground_truth.json")
-
-
-def shapes_among(names: Collection[str]) -> tuple[str, ...]:
-    """Of the names of a folder's files those of shapes, in alphabetical order.
-
-    Of a COLMAP model it is the file of points, the binary one if there are both.
-
-    >>> shapes_among(["b.PLY", "a.json", "run.json", "notes.txt", "points3D.bin", "images.bin"])
-    ('a.json', 'b.PLY', 'points3D.bin')
-    """
-    colmap = [name for name in COLMAP_POINTS if name in names][:1]
-    wanted = frozenset(SUFFIXES).difference(AMBIGUOUS)
-    found = (n for n in names if Path(n).suffix.lower() in wanted and n not in NOT_SCENES)
-    return tuple(sorted((*found, *colmap)))
 
 
 def read_shape(path: Path, options: ShapeOptions) -> Scene:

@@ -1,18 +1,21 @@
 """Where faces meet: sides that run along each other, and corners that lie on another face."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 
 import numpy as np
 import shapely
 
 from facetlog.perception.flat_faces import cross
-from facetlog.perception.row_table import Bools, Indices
+from facetlog.perception.row_products import dots, quadratic_forms
+from facetlog.perception.row_table import Bools, Indices, row_starts
 from facetlog.perception.surfaces.face_table import FaceTable, PlaneTable
 from facetlog.perception.surfaces.outline_overlap import distances_outside
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION, SDS
 from facetlog.perception.types import FloatArray
 
 __all__ = [
+    "Segments",
     "SideContacts",
     "Touches",
     "edges_along_sides",
@@ -23,6 +26,10 @@ __all__ = [
 
 # Two sides adjoin where they run together over this share of the shorter (language vocabulary).
 LEAST_OVERLAP = 0.2
+
+Boxes = tuple[FloatArray, FloatArray]
+
+NONE = np.zeros(0, dtype=np.intp)
 
 FEW_PAIRS = 250_000
 """Up to so many pairs of boxes numpy compares all sooner than a tree is made (measured)."""
@@ -81,13 +88,13 @@ def _bends(planes: PlaneTable, faces: Indices, d: FloatArray) -> tuple[FloatArra
     variance = np.zeros(len(d))
     for face, n in ((faces[:, 0], n1), (faces[:, 1], n2)):
         axis = cross(d, n)
-        variance += np.einsum("ni,nij,nj->n", axis, planes.normal_covs[face], axis)
+        variance += quadratic_forms(axis, planes.normal_covs[face])
     return turns, np.sqrt(np.maximum(variance, 0.0))
 
 
 def _lengths(spans: FloatArray) -> FloatArray:
     """Lengths (n,) of vectors (n, 3)."""
-    lengths: FloatArray = np.sqrt((spans * spans).sum(axis=1))
+    lengths: FloatArray = np.sqrt(dots(spans, spans))
     return lengths
 
 
@@ -98,8 +105,8 @@ def along(
     span, other = a[1] - a[0], b[1] - b[0]
     size = _lengths(span)
     u = span / np.maximum(size, 1e-300)[:, None]
-    t0 = np.einsum("ij,ij->i", b[0] - a[0], u)
-    t1 = np.einsum("ij,ij->i", b[1] - a[0], u)
+    t0 = dots(b[0] - a[0], u)
+    t1 = dots(b[1] - a[0], u)
     low, high = np.maximum(np.minimum(t0, t1), 0.0), np.minimum(np.maximum(t0, t1), size)
     step = t1 - t0
     safe = np.where(np.abs(step) > 0.0, step, 1.0)
@@ -111,22 +118,44 @@ def along(
     return high - low, gap, cosine
 
 
-def near_segments(
-    first: FloatArray, first_slack: FloatArray, second: FloatArray, second_slack: FloatArray
-) -> tuple[Indices, Indices]:
-    """Pairs of segments (n, 2, 3) whose boxes, widened by their slack (n,), meet; by the first."""
-    boxes = []
-    for segments, slack in ((first, first_slack), (second, second_slack)):
-        boxes.append((segments.min(axis=1) - slack[:, None], segments.max(axis=1) + slack[:, None]))
-    (low1, high1), (low2, high2) = boxes
-    if len(first) * len(second) <= FEW_PAIRS:
-        meet = np.ones((len(first), len(second)), dtype=np.bool_)
+@dataclass(frozen=True, eq=False, slots=True)
+class Segments:
+    """Segments (n, 2, 3), scene by scene, `counts` (s,) of them each; each with its slack (n,)."""
+
+    ends: FloatArray
+    slack: FloatArray
+    counts: Indices
+
+    def boxes(self) -> Iterator[Boxes]:
+        """The boxes round the segments of each scene, widened by the slack: lows and highs."""
+        slack = self.slack[:, None]
+        first, second = self.ends[:, 0], self.ends[:, 1]
+        low, high = np.minimum(first, second) - slack, np.maximum(first, second) + slack
+        cuts = np.cumsum(self.counts)[:-1]
+        return zip(np.split(low, cuts), np.split(high, cuts), strict=True)
+
+
+def near_segments(first: Segments, second: Segments) -> tuple[Indices, Indices]:
+    """Pairs of segments of one scene whose boxes meet, by the first."""
+    found = [_near_boxes(*boxes) for boxes in zip(first.boxes(), second.boxes(), strict=True)]
+    begins = zip(row_starts(first.counts).tolist(), row_starts(second.counts).tolist(), strict=True)
+    moved = [(one + a, two + b) for (one, two), (a, b) in zip(found, begins, strict=True)]
+    return (
+        np.concatenate([NONE, *(one for one, _ in moved)]),
+        np.concatenate([NONE, *(two for _, two in moved)]),
+    )
+
+
+def _near_boxes(first: Boxes, second: Boxes) -> tuple[Indices, Indices]:
+    (low1, high1), (low2, high2) = first, second
+    if len(low1) * len(low2) <= FEW_PAIRS:
+        meet = np.ones((len(low1), len(low2)), dtype=np.bool_)
         for axis in range(3):
             meet &= low1[:, axis, None] <= high2[:, axis]
             meet &= low2[:, axis] <= high1[:, axis, None]
         one, two = np.nonzero(meet)
         return one, two
-    flat1, flat2 = (shapely.box(*low[:, :2].T, *high[:, :2].T) for low, high in boxes)
+    flat1, flat2 = (shapely.box(*low[:, :2].T, *high[:, :2].T) for low, high in (first, second))
     one, two = shapely.STRtree(flat2).query(flat1)
     keep = (low1[one, 2] <= high2[two, 2]) & (low2[two, 2] <= high1[one, 2])
     one, two = one[keep], two[keep]
@@ -142,9 +171,9 @@ def side_contacts(table: FaceTable) -> SideContacts:
     """
     ends, owner, tolerance = table.sides.ends, table.sides.face, table.tolerance
     segments = table.points[ends]
-    sds = tolerance.vertex_sds[ends].max(axis=1)
-    slack = tolerance.within(sds)
-    one, two = near_segments(segments, slack, segments, slack)
+    sds, scene = tolerance.vertex_sds[ends].max(axis=1), table.scene[owner]
+    boxed = Segments(segments, tolerance.within(sds, scene), table.side_counts)
+    one, two = near_segments(boxed, boxed)
     keep = owner[one] < owner[two]
     one, two = one[keep], two[keep]
     overlap, gap, cosine = along(
@@ -152,7 +181,7 @@ def side_contacts(table: FaceTable) -> SideContacts:
     )
     spans = segments[:, 1] - segments[:, 0]
     size = _lengths(spans)
-    limit = tolerance.within(np.hypot(sds[one], sds[two]))
+    limit = tolerance.within(np.hypot(sds[one], sds[two]), scene[one])
     least = np.minimum(size[one], size[two])
     same = _same_ends(ends[one], ends[two])
     meets = same | ((gap <= limit) & (overlap >= LEAST_OVERLAP * least) & (overlap > 2.0 * limit))
@@ -172,23 +201,29 @@ def side_contacts(table: FaceTable) -> SideContacts:
 
 def _same_ends(one: Indices, two: Indices) -> Bools:
     """Which pairs of vertices (m, 2) are the same, in whichever order."""
-    same: Bools = (one == two).all(axis=1) | (one == two[:, ::-1]).all(axis=1)
+    (a, b), (c, d) = one.T, two.T
+    same: Bools = ((a == c) & (b == d)) | ((a == d) & (b == c))
     return same
 
 
-def edges_along_sides(table: FaceTable, edges: Indices) -> Indices:
-    """(edge, face) (b, 2), ascending, wherever an edge (e, 2) is or lies along a side, by 3 sd."""
+def edges_along_sides(table: FaceTable, edges: Indices, counts: Indices) -> Indices:
+    """(edge, face) (b, 2), ascending, wherever an edge (e, 2) is or lies along a side, by 3 sd.
+
+    The scenes (s,) have `counts` of the edges each.
+    """
     points, ends, tolerance = table.points, table.sides.ends, table.tolerance
     sds = tolerance.vertex_sds[edges].max(axis=1)
     side_sds = tolerance.vertex_sds[ends].max(axis=1)
+    scene, side_scene = np.repeat(np.arange(len(counts)), counts), table.scene[table.sides.face]
     one, two = near_segments(
-        points[edges], tolerance.within(sds), points[ends], tolerance.within(side_sds)
+        Segments(points[edges], tolerance.within(sds, scene), counts),
+        Segments(points[ends], tolerance.within(side_sds, side_scene), table.side_counts),
     )
     overlap, gap, _ = along(
         (points[edges[one, 0]], points[edges[one, 1]]), (points[ends[two, 0]], points[ends[two, 1]])
     )
     size = _lengths(points[edges[:, 1]] - points[edges[:, 0]])[one]
-    limit = tolerance.within(np.hypot(sds[one], side_sds[two]))
+    limit = tolerance.within(np.hypot(sds[one], side_sds[two]), scene[one])
     lies = (gap <= limit) & (overlap >= size - 2.0 * limit) & (overlap > 2.0 * limit)
     lies |= _same_ends(edges[one], ends[two])
     count = max(len(table), 1)
@@ -212,9 +247,10 @@ def touches(table: FaceTable, vertices: Indices, faces: Indices) -> Touches:
     """Which of these vertices (c,), near the planes of these faces (c,), lie on them, by 3 sd."""
     spokes = table.points[vertices] - table.middles[faces]
     flat = (table.axes[faces] @ spokes[:, :, None])[:, :, 0]
-    slack = table.tolerance.within(table.tolerance.vertex_sds[vertices])
+    slack = table.tolerance.within(table.tolerance.vertex_sds[vertices], table.scene[faces])
     low, high = table.flat.min(axis=1), table.flat.max(axis=1)
-    inside = ((flat >= low[faces] - slack[:, None]) & (flat <= high[faces] + slack[:, None])).all(1)
+    within = (flat >= low[faces] - slack[:, None]) & (flat <= high[faces] + slack[:, None])
+    inside = within[:, 0] & within[:, 1]
     vertices, faces, flat, slack = vertices[inside], faces[inside], flat[inside], slack[inside]
     outside, rim = face_distances(table, faces, flat[:, None])
     on = outside[:, 0] <= slack
@@ -232,7 +268,8 @@ def face_distances(
     outside, rim = distances_outside(table.flat[faces], table.sizes[faces], where)
     others = np.flatnonzero(~table.convex[faces])
     if len(others):
-        polygons = table.polygons[faces[others], None]
+        shown, of = np.unique(faces[others], return_inverse=True)
+        polygons = table.polygons_of(shown)[of, None]
         dots = shapely.points(where[others])
         outside[others] = shapely.distance(dots, polygons)
         rim[others] = shapely.distance(dots, shapely.boundary(polygons))

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 import shapely
-from scipy.spatial import ConvexHull, QhullError
 
+from facetlog.perception.row_products import dots
 from facetlog.perception.row_table import Bools, Indices
 from facetlog.perception.surfaces.outline_overlap import following
 from facetlog.perception.ties import TIE
@@ -39,19 +39,23 @@ class Hulls:
     __slots__ = ("places", "sizes")
 
     def __init__(
-        self, flat: FloatArray, there: Bools, loops: Bools | None = None, slack: float = 0.0
+        self,
+        flat: FloatArray,
+        there: Bools,
+        loops: Bools | None = None,
+        slack: FloatArray | None = None,
     ) -> None:
         """Hulls of the points (r, k, 2) that are `there` (r, k), one at least in each row.
 
         What is there of `loops` (r,), if they are given, comes first and is a convex loop already.
-        Corners no further than `slack` from the line between their neighbours are left out, so that
-        rounding decides nothing where points repeat or stand in a row.
+        Corners no further than `slack` (r,) from the line between their neighbours are left out, so
+        that rounding decides nothing where points repeat or stand in a row.
         """
         self.sizes = there.sum(axis=1)
         found: dict[int, list[int]] = {}
         if loops is None or not loops.all():
             others = np.arange(len(flat)) if loops is None else np.flatnonzero(~loops)
-            hulls = _hull_each if slack == 0.0 else _hulls
+            hulls = _hull_each if slack is None else _hulls
             found = dict(zip(others.tolist(), hulls(flat[others], there[others]), strict=True))
             for row, own in found.items():
                 self.sizes[row] = len(own)
@@ -65,13 +69,13 @@ class Hulls:
         for row, own in found.items():
             self.places[row] = own[-1]
             self.places[row, : len(own)] = own
-        if slack > 0.0:
+        if slack is not None:
             self._straighten(self.of(flat), slack)
 
-    def _straighten(self, corners: FloatArray, slack: float) -> None:
+    def _straighten(self, corners: FloatArray, slack: FloatArray) -> None:
         """Leaves out what is nearer than `slack` to the line between its neighbours."""
         for row in np.flatnonzero(~_sharp(corners, self.sizes, slack)).tolist():
-            kept = _sharp_corners(corners[row, : self.sizes[row]].tolist(), slack)
+            kept = _sharp_corners(corners[row, : self.sizes[row]].tolist(), float(slack[row]))
             own = self.places[row, kept]
             self.sizes[row] = len(own)
             self.places[row] = own[-1]
@@ -123,6 +127,8 @@ def _hull_each(flat: FloatArray, there: Bools) -> list[list[int]]:
 def _hull(flat: FloatArray) -> list[int]:
     """Places of the hull's corners, of points (n, 2), n > 0."""
     if len(flat) > MANY_POINTS:
+        from scipy.spatial import ConvexHull, QhullError  # a quarter of a second to load
+
         try:
             corners: list[int] = ConvexHull(flat).vertices.tolist()  # type: ignore[assignment]
             return corners
@@ -148,9 +154,9 @@ def _chain(points: Sequence[Point]) -> list[int]:
     return [place for _, _, place in kept]
 
 
-def _sharp(loops: FloatArray, sizes: Indices, slack: float) -> Bools:
-    """Which loops (r, k, 2) have all corners farther than `slack` from their neighbours' line."""
-    rows = np.arange(len(loops))[:, None]
+def _sharp(loops: FloatArray, sizes: Indices, slack: FloatArray) -> Bools:
+    """Which loops (r, k, 2) have no corner within `slack` (r,) of the line of its neighbours."""
+    rows, slack = np.arange(len(loops))[:, None], slack[:, None]
     after = following(sizes, loops.shape[1])
     second = after[rows, after]
     here, chord = loops[rows, after] - loops, loops[rows, second] - loops
@@ -218,8 +224,7 @@ def _least(corners: FloatArray, sizes: Indices) -> tuple[FloatArray, FloatArray,
     u[~known.any(axis=1), 0] = [1.0, 0.0]
     known[:, 0] |= ~known.any(axis=1)
     v = u[..., ::-1] * [-1.0, 1.0]
-    along = np.ptp(corners @ u.transpose(0, 2, 1), axis=1)
-    across = np.ptp(corners @ v.transpose(0, 2, 1), axis=1)
+    along, across = _reaches(corners, u), _reaches(corners, v)
     size = np.where(known, along * across, np.inf)
     tied = size <= size.min(axis=1, keepdims=True) * (1.0 + RECTANGLE_TIE)
     best = np.where(tied, np.maximum(along, across), -1.0).argmax(axis=1)
@@ -227,3 +232,9 @@ def _least(corners: FloatArray, sizes: Indices) -> tuple[FloatArray, FloatArray,
     turn = along < across
     direction = np.where(turn[:, None], v[every, best], u[every, best])
     return direction, np.where(turn, across, along), np.where(turn, along, across)
+
+
+def _reaches(corners: FloatArray, ways: FloatArray) -> FloatArray:
+    """Extents (r, w) of corners (r, k, 2) along unit vectors (r, w, 2)."""
+    reach = dots(corners[:, :, None], ways[:, None])
+    return np.asarray(reach.max(axis=1) - reach.min(axis=1), dtype=np.float64)

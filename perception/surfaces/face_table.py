@@ -1,7 +1,10 @@
-"""All faces of a scene as arrays: what most facts are worked out from, for all faces at once.
+"""All faces of some scenes as arrays: what most facts are worked out from, for all at once.
 
 Corners, sides and members of the faces stand end to end, face by face; `row_table` and `row_sums`
 put them in rows. Areas, middles and their derivatives are those of polygons in the faces' planes.
+
+A call of numpy takes longer than the arithmetic of a scene: so the scenes of a block share a table,
+one after the other. No number of a face depends on which others there are, to the last bit.
 """
 
 from collections.abc import Sequence
@@ -13,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import FlatFace, cross, plane_axes
+from facetlog.perception.row_products import dots, quadratic_forms
 from facetlog.perception.row_table import (
     Bools,
     Indices,
@@ -23,7 +27,7 @@ from facetlog.perception.row_table import (
 )
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.outline_overlap import convex_loops, valid_polygons
-from facetlog.perception.surfaces.tolerance import Tolerance
+from facetlog.perception.surfaces.tolerance import Tolerances
 from facetlog.perception.types import FloatArray
 
 __all__ = ["FaceTable", "Members", "PlaneTable", "Sides", "flat_faces"]
@@ -41,13 +45,13 @@ class PlaneTable:
     covs: FloatArray
 
     @classmethod
-    def of(cls, scene: Scene) -> "PlaneTable":
-        """The planes of the scene's faces, in order."""
-        planes = [face.plane for face in scene.faces]
+    def of(cls, *scenes: Scene) -> "PlaneTable":
+        """The planes of the scenes' faces, in order."""
+        planes = [face.plane for scene in scenes for face in scene.faces]
         return cls(
-            np.array([p.normal for p in planes]).reshape(-1, 3),
+            _stacked([p.normal for p in planes], 3),
             np.array([p.offset for p in planes], dtype=np.float64),
-            np.array([p.cov for p in planes]).reshape(-1, 4, 4),
+            _stacked([p.cov for p in planes], 4, 4),
         )
 
     @property
@@ -62,6 +66,20 @@ class PlaneTable:
         variance = _squares(levers) @ self.covs.reshape(-1, 16).T
         variance += covs.reshape(-1, 9) @ _squares(self.normals).T
         return points @ self.normals.T + self.offsets, np.sqrt(np.maximum(variance, 0.0))
+
+    def heights(
+        self, faces: Indices, places: Indices, points: FloatArray, covs: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Signed distances (r,) from the planes of faces (r,), and their 1σ.
+
+        They are of `places` (r,) of points (n, 3) of covariances (n, 3, 3).
+        """
+        normals, levers = self.normals[faces], np.ones((len(places), 4))
+        levers[:, :3] = points[places]
+        variance = quadratic_forms(levers, self.covs, faces)
+        variance += quadratic_forms(normals, covs, places)
+        away = dots(levers[:, :3], normals) + self.offsets[faces]
+        return away, np.sqrt(np.maximum(variance, 0.0))
 
     @cached_property
     def tilt_sds(self) -> FloatArray:
@@ -101,19 +119,24 @@ class Members:
     middle_slope: FloatArray
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class FaceTable:
-    """The scene's vertices (n,) and flat faces (f,).
+    """The vertices (n,) and flat faces (f,) of the scenes (s,) of a block, scene by scene.
 
-    `points` (n, 3) and `covs` (n, 3, 3) are the vertices'. `outlines` (f, k) are vertices, where
-    `there` (f, k); `flat` (f, k, 2) their coordinates from `middles` (f, 3) along `axes`
-    (f, 2, 3), as are those of `polygons` (f,). `convex` (f,) are faces without holes whose outline
-    turns left at every corner.
+    Scenes have `vertex_counts` (s,) vertices and `face_counts` (s,) faces; `scene` (f,) is each
+    face's. `points` (n, 3) and `covs` (n, 3, 3) are the vertices'. `outlines` (f, k) are vertices,
+    where `there` (f, k); `flat` (f, k, 2) their coordinates from `middles` (f, 3) along `axes`
+    (f, 2, 3), as are `corners` (c, 2) of all rings, and `polygons` (f,). `convex` (f,) are faces
+    without holes whose outline turns left at every corner.
     """
+
+    vertex_counts: Indices
+    face_counts: Indices
+    scene: Indices
 
     points: FloatArray
     covs: FloatArray
-    tolerance: Tolerance
+    tolerance: Tolerances
     planes: PlaneTable
     sides: Sides
     members: Members
@@ -124,17 +147,19 @@ class FaceTable:
     axes: FloatArray
     areas: FloatArray
     convex: Bools
-    polygons: NDArray[np.object_]
-    faces: tuple[FlatFace, ...]
+    corners: FloatArray
 
     @classmethod
-    def of(cls, scene: Scene) -> "FaceTable":
-        """The faces of a scene, in order."""
-        points = scene.points
-        covs = np.array([v.cov for v in scene.vertices]).reshape(-1, 3, 3)
-        planes = PlaneTable.of(scene)
-        sides = _sides(scene, points, planes)
-        normals, count = planes.normals, len(scene.faces)
+    def of(cls, *scenes: Scene) -> "FaceTable":
+        """The faces of some scenes, in order."""
+        vertices = [vertex for scene in scenes for vertex in scene.vertices]
+        points = _stacked([v.point for v in vertices], 3)
+        covs = _stacked([v.cov for v in vertices], 3, 3)
+        vertex_counts = np.array([len(scene.vertices) for scene in scenes], dtype=np.intp)
+        face_counts = np.array([len(scene.faces) for scene in scenes], dtype=np.intp)
+        planes = PlaneTable.of(*scenes)
+        sides = _sides(scenes, vertex_counts, points, planes)
+        normals, count = planes.normals, len(planes.offsets)
         corner, face = sides.ends[:, 0], sides.face
         place, there = _outline_places(sides, count)
         outlines, sizes = corner[place], there.sum(axis=1)
@@ -177,13 +202,15 @@ class FaceTable:
 
         flat = flat - shift[face]
         convex = convex_loops(flat[place], sizes) & (corners == sizes)
-        polygons = valid_polygons(flat, sides.lengths, face[row_starts(sides.lengths)], convex)
         members = Members(vertex, owner, counts, own_slope, in_space)
         areas = np.maximum(areas, 0.0)
         return cls(
+            vertex_counts,
+            face_counts,
+            np.repeat(np.arange(len(scenes)), face_counts),
             points,
             covs,
-            Tolerance.of_vertices(points, covs),
+            Tolerances.of_vertices(points, covs, vertex_counts),
             planes,
             sides,
             members,
@@ -194,19 +221,51 @@ class FaceTable:
             axes,
             areas,
             convex,
-            polygons,
-            _faces(sides, members, normals, middles, axes, areas, polygons),
+            flat,
         )
 
     def __len__(self) -> int:
         return len(self.areas)
 
     @property
+    def side_counts(self) -> Indices:
+        """Number of sides (s,) of each scene's faces."""
+        return np.bincount(self.scene[self.sides.face], minlength=len(self.face_counts))
+
+    @property
     def sizes(self) -> Indices:
         """Number of corners (f,) of each outline."""
         return np.asarray(self.there.sum(axis=1), dtype=np.intp)
 
-    def rows_of(self, chosen: Sequence[int]) -> tuple[Indices, Indices]:
+    @cached_property
+    def polygons(self) -> NDArray[np.object_]:
+        """The faces as valid polygons (f,) in their planes, empty where they have no area."""
+        return self.polygons_of(np.arange(len(self)))
+
+    def polygons_of(self, chosen: Indices) -> NDArray[np.object_]:
+        """Those of some faces (r,), each once."""
+        lengths, ring_of = self.sides.lengths, self._ring_of
+        rings = np.bincount(ring_of, minlength=len(self))
+        corner = chosen_places(self._corner_counts, chosen)
+        owner = np.repeat(np.arange(len(chosen)), rings[chosen])
+        return valid_polygons(
+            self.corners[corner], lengths[chosen_places(rings, chosen)], owner, self.convex[chosen]
+        )
+
+    @property
+    def _ring_of(self) -> Indices:
+        return np.asarray(self.sides.face[row_starts(self.sides.lengths)])
+
+    @property
+    def _corner_counts(self) -> Indices:
+        return np.bincount(self.sides.face, minlength=len(self))
+
+    @cached_property
+    def faces(self) -> tuple[FlatFace, ...]:
+        """The faces one by one."""
+        return _faces(self)
+
+    def rows_of(self, chosen: Sequence[int] | Indices) -> tuple[Indices, Indices]:
         """(place among `chosen`, vertex) (c,) each, of all members of some faces."""
         picked = np.asarray(chosen, dtype=np.intp)
         rows = chosen_places(self.members.counts, picked)
@@ -217,6 +276,13 @@ class FaceTable:
 def flat_faces(scene: Scene) -> tuple[FlatFace, ...]:
     """Every face of the scene as a polygon in its plane, in order."""
     return FaceTable.of(scene).faces
+
+
+def _stacked(arrays: Sequence[FloatArray], *shape: int) -> FloatArray:
+    """Arrays of one shape as rows (n, ...)."""
+    if not arrays:
+        return np.zeros((0, *shape))
+    return np.concatenate(arrays).reshape(-1, *shape)
 
 
 def _squares(vectors: FloatArray) -> FloatArray:
@@ -240,11 +306,14 @@ def _neighbours(lengths: Indices) -> tuple[Indices, Indices]:
     return before, after
 
 
-def _sides(scene: Scene, points: FloatArray, planes: PlaneTable) -> Sides:
+def _sides(
+    scenes: Sequence[Scene], vertices: Indices, points: FloatArray, planes: PlaneTable
+) -> Sides:
     """The sides of all rings of three corners and more, turned as they should run."""
+    faces = chain.from_iterable(scene.faces for scene in scenes)
     rings = [
         (nth, ring, inner > 0)
-        for nth, face in enumerate(scene.faces)
+        for nth, face in enumerate(faces)
         for inner, ring in enumerate((face.outline, *face.holes))
         if len(ring) > 2
     ]
@@ -254,6 +323,8 @@ def _sides(scene: Scene, points: FloatArray, planes: PlaneTable) -> Sides:
     corner = np.fromiter(
         chain.from_iterable(ring for _, ring, _ in rings), np.intp, int(lengths.sum())
     )
+    first = np.repeat(row_starts(vertices), [len(scene.faces) for scene in scenes])
+    corner += np.repeat(first[owner], lengths)
     _, after = _neighbours(lengths)
     starts = row_starts(lengths)
     spokes = points[corner] - np.repeat(points[corner[starts]], lengths, axis=0)
@@ -305,18 +376,11 @@ def _members(sides: Sides, corner: Indices, count: int) -> tuple[Indices, Indice
     return row, corner[kept], np.bincount(sides.face[kept], minlength=count)
 
 
-def _faces(
-    sides: Sides,
-    members: Members,
-    normals: FloatArray,
-    middles: FloatArray,
-    axes: FloatArray,
-    areas: FloatArray,
-    polygons: NDArray[np.object_],
-) -> tuple[FlatFace, ...]:
+def _faces(table: FaceTable) -> tuple[FlatFace, ...]:
     """The faces one by one."""
+    sides, members = table.sides, table.members
     corner = sides.ends[:, 0].tolist()
-    rings: list[list[tuple[int, ...]]] = [[] for _ in range(len(areas))]
+    rings: list[list[tuple[int, ...]]] = [[] for _ in range(len(table))]
     ends = np.cumsum(sides.lengths)
     for start, end in zip((ends - sides.lengths).tolist(), ends.tolist(), strict=True):
         rings[sides.face[start]].append(tuple(corner[start:end]))
@@ -327,15 +391,15 @@ def _faces(
             nth,
             tuple(rings[nth]),
             tuple(vertex[low:high]),
-            normals[nth],
-            middles[nth],
+            table.planes.normals[nth],
+            table.middles[nth],
             members.middle_slope[low:high],
-            axes[nth],
+            table.axes[nth],
             area,
             members.area_slope[low:high],
-            polygons[nth],
+            table.polygons[nth],
         )
         for nth, (low, high, area) in enumerate(
-            zip(starts.tolist(), (starts + counts).tolist(), areas.tolist(), strict=True)
+            zip(starts.tolist(), (starts + counts).tolist(), table.areas.tolist(), strict=True)
         )
     )

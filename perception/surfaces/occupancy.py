@@ -15,7 +15,6 @@ from functools import cached_property
 import numpy as np
 import shapely
 from numpy.typing import NDArray
-from scipy import ndimage
 
 from facetlog.perception.flat_faces import FlatFace, plane_axes
 from facetlog.perception.row_table import Indices, row_starts
@@ -165,6 +164,8 @@ def _flooded(surface: _Cells, on_ground: bool, missed: int) -> _Cells:
 
     Gaps of up to twice as many cells as `missed` do not let the flood through, only in.
     """
+    from scipy import ndimage  # loaded only now: what pictures show does without
+
     below = 0 if on_ground else 1
     margin = max(1, missed)
     rim = ((margin, margin), (margin, margin), (below * margin, margin))
@@ -184,6 +185,8 @@ def _flooded(surface: _Cells, on_ground: bool, missed: int) -> _Cells:
 
 def _closed(free: _Cells, on_ground: bool, missed: int) -> _Cells:
     """The surface in a grid of which these cells are `free`, and the gaps in it."""
+    from scipy import ndimage
+
     # what stands on the ground goes on beneath it
     full = np.pad(~free, ((0, 0), (0, 0), (missed, 0)), constant_values=False)
     if on_ground:

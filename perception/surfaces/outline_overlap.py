@@ -11,7 +11,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.row_table import Bools, Indices, row_starts
+from facetlog.perception.row_table import Bools, Indices, padded_sums, row_starts
 from facetlog.perception.types import FloatArray
 
 __all__ = [
@@ -60,8 +60,17 @@ def _areas(loops: FloatArray) -> FloatArray:
     """Signed areas (r,) of loops (r, k, 2), counter-clockwise positive."""
     spokes = loops[:, 1:] - loops[:, :1]
     one, two = spokes[:, :-1], spokes[:, 1:]
-    areas: FloatArray = 0.5 * (one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0]).sum(axis=1)
-    return areas
+    return 0.5 * padded_sums(one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0])
+
+
+def _extreme(which: np.ufunc, loops: FloatArray) -> FloatArray:
+    """Lowest or highest coordinates (r, 2) of loops (r, k, 2), corner by corner: numpy reduces an
+    axis in the middle slowly.
+    """
+    found = loops[:, 0] if loops.shape[1] else np.zeros((len(loops), 2))
+    for k in range(1, loops.shape[1]):
+        found = which(found, loops[:, k])
+    return found
 
 
 def valid_polygons(corners: FloatArray, rings: Indices, faces: Indices, sound: Bools) -> Shapes:
@@ -95,7 +104,10 @@ def distances_outside(
     square = np.maximum(span_x * span_x + span_y * span_y, 1e-300)
     t = np.clip((beside_x * span_x + beside_y * span_y) / square, 0.0, 1.0)
     apart_x, apart_y = beside_x - t * span_x, beside_y - t * span_y
-    rim: FloatArray = np.sqrt((apart_x * apart_x + apart_y * apart_y).min(axis=2))
+    square = apart_x * apart_x + apart_y * apart_y
+    # What repeats the last corner must not say where it is once more, rounded otherwise.
+    square = np.where((np.arange(loops.shape[1]) < sizes[:, None])[:, None], square, np.inf)
+    rim: FloatArray = np.sqrt(square.min(axis=2))
     return np.where(within, 0.0, rim), rim
 
 
@@ -143,12 +155,12 @@ class Outlines:
     @property
     def low(self) -> FloatArray:
         """Lowest coordinates (r, 2)."""
-        return np.asarray(self.loops.min(axis=1), dtype=np.float64)
+        return _extreme(np.minimum, self.loops)
 
     @property
     def high(self) -> FloatArray:
         """Highest coordinates (r, 2)."""
-        return np.asarray(self.loops.max(axis=1), dtype=np.float64)
+        return _extreme(np.maximum, self.loops)
 
     def take(self, rows: Indices | Bools) -> "Outlines":
         """Some of them."""

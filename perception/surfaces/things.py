@@ -13,21 +13,24 @@ a sheet. Then cores join where they touch, unless one merely stands on a face of
 """
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from facetlog.perception.behind_face import stands_behind
-from facetlog.perception.flat_faces import FlatFace
-from facetlog.perception.row_table import Bools, Indices, row_starts, row_table
-from facetlog.perception.scene import Scene
+from facetlog.perception.row_products import dots
+from facetlog.perception.row_table import Bools, Indices, pairs_in_rows, row_starts, row_table
+from facetlog.perception.scene import Body, Scene
 from facetlog.perception.surfaces.contacts import SideContacts, touches
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Thing", "components", "find_things"]
+
+NONE = np.zeros(0, dtype=np.intp)
 
 # A face reaches on beyond a contact when it is this much longer than that, along it. A chair's
 # back is as wide as its seat; a thing on a floor or table rarely takes two thirds of it.
@@ -41,15 +44,17 @@ LEVEL_ENOUGH = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Thing:
-    """Faces, loose edges and patches (indices into the scene) that are judged as one object.
+    """Faces, loose edges and patches that are judged as one object.
 
-    `whole` says that its surface is known from all sides.
+    Faces and edges are indices into all that the scenes of a block have, patches into those of the
+    thing's own `scene`. `whole` says that its surface is known from all sides.
     """
 
     faces: tuple[int, ...]
     edges: tuple[int, ...]
     patches: tuple[int, ...] = ()
     whole: bool = False
+    scene: int = 0
 
 
 def components(count: int, pairs: Iterable[tuple[int, int]]) -> tuple[int, ...]:
@@ -72,36 +77,41 @@ def components(count: int, pairs: Iterable[tuple[int, int]]) -> tuple[int, ...]:
     return tuple(names.setdefault(root(node), len(names)) for node in range(count))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class _Parts:
-    """The scene's faces and then its loose edges, numbered as parts; who holds which vertex.
+    """All faces and then all loose edges, numbered as parts; who holds which vertex.
 
     Part `part` (h,) has the vertex `vertex` (h,); those of a part stand together, `counts` (p,) of
-    them. `loose` (l, 2) are the loose edges' ends.
+    them. `loose` (l, 2) are the loose edges' ends. `rise` (f,) is how far the faces' normals point
+    up, 0 where up is not known.
     """
 
     table: FaceTable
-    up: FloatArray | None
+    rise: FloatArray
     loose: Indices
     part: Indices
     vertex: Indices
     counts: Indices
 
     @classmethod
-    def of(cls, table: FaceTable, up: FloatArray | None, loose: Indices) -> "_Parts":
+    def of(cls, table: FaceTable, rise: FloatArray, loose: Indices) -> "_Parts":
         counts = np.concatenate((table.members.counts, np.full(len(loose), 2)))
         vertex = np.concatenate((table.members.vertex, loose.ravel()))
-        return cls(table, up, loose, np.repeat(np.arange(len(counts)), counts), vertex, counts)
+        return cls(table, rise, loose, np.repeat(np.arange(len(counts)), counts), vertex, counts)
 
-    @property
+    @cached_property
     def used(self) -> Indices:
         """All vertices that some part has, ascending."""
         return np.unique(self.vertex)
 
+    @cached_property
+    def _ordered(self) -> tuple[Indices, Indices]:
+        order = np.argsort(self.vertex, kind="stable")
+        return order, self.vertex[order]
+
     def holders(self, vertices: Indices) -> tuple[Indices, Indices]:
         """(place among `vertices`, part) (m,) each, for all parts that have one of these (v,)."""
-        order = np.argsort(self.vertex, kind="stable")
-        ordered = self.vertex[order]
+        order, ordered = self._ordered
         first = np.searchsorted(ordered, vertices, "left")
         counts = np.searchsorted(ordered, vertices, "right") - first
         steps = np.arange(int(counts.sum())) - np.repeat(row_starts(counts), counts)
@@ -111,18 +121,26 @@ class _Parts:
 
     def on_loose_edges(self) -> tuple[Indices, Indices]:
         """(vertex, part) (m,) each, wherever a vertex lies on a loose edge that ends elsewhere."""
-        points, used, tolerance = self.table.points, self.used, self.table.tolerance
+        points, tolerance = self.table.points, self.table.tolerance
+        if not len(self.loose):
+            return NONE, NONE
+        scenes = len(self.table.face_counts)
+        loose_scene = tolerance.scene[self.loose[:, 0]]
+        row, edge = pairs_in_rows(
+            np.bincount(tolerance.scene[self.used], minlength=scenes),
+            np.bincount(loose_scene, minlength=scenes),
+        )
+        vertex, both = self.used[row], self.loose[edge]
+        start = points[both[:, 0]]
+        span, beside = points[both[:, 1]] - start, points[vertex] - start
+        square = np.maximum(dots(span, span), 1e-300)
+        t = np.clip(dots(beside, span) / square, 0.0, 1.0)
+        away = beside - t[:, None] * span
         sds = tolerance.vertex_sds
-        ends = points[self.loose]
-        span = ends[:, 1] - ends[:, 0]
-        square = np.maximum((span * span).sum(axis=1), 1e-300)
-        beside = points[used][:, None] - ends[:, 0]
-        t = np.clip((beside * span).sum(axis=2) / square, 0.0, 1.0)
-        gap = np.linalg.norm(beside - t[:, :, None] * span, axis=2)
-        slack = np.hypot(sds[used][:, None], sds[self.loose].max(axis=1))
-        own = (used[:, None, None] == self.loose).any(axis=2)
-        row, edge = np.nonzero((gap <= tolerance.within(slack)) & ~own)
-        return used[row], len(self.table) + edge
+        slack = np.hypot(sds[vertex], sds[both].max(axis=1))
+        limit = tolerance.within(slack, loose_scene[edge])
+        on = (np.sqrt(dots(away, away)) <= limit) & (vertex[:, None] != both).all(axis=1)
+        return vertex[on], len(self.table) + edge[on]
 
 
 def _loose_pairs(parts: _Parts) -> Iterator[tuple[int, int]]:
@@ -173,10 +191,10 @@ class _Meetings:
 
 
 def _meetings(
-    parts: _Parts, cores: _Cores, contacts: SideContacts, near: Bools
+    parts: _Parts, cores: _Cores, contacts: SideContacts, near: tuple[Indices, Indices]
 ) -> tuple[_Meetings, ...]:
-    """All meetings of parts with faces of other cores; `near` (v, f): which of the used vertices
-    are at a face's plane.
+    """All meetings of parts with faces of other cores; `near` are vertices (v,) and faces (v,) at
+    whose planes they are.
     """
     found: list[_Meetings] = []
 
@@ -205,8 +223,7 @@ def _meetings(
     add(part[row], face, vertex, rim, np.zeros(len(row), dtype=np.bool_))
 
     # A vertex may lie within a face: it matters where some part that has it is of another core.
-    row, face = np.nonzero(near)
-    vertex = parts.used[row]
+    vertex, face = near
     row, part = parts.holders(vertex)
     inside, apart = np.zeros((2, len(vertex)), dtype=np.bool_)
     inside[row[part == face[row]]] = True
@@ -221,12 +238,14 @@ def _meetings(
     return tuple(found)
 
 
-def _reaches_on(face: FlatFace, span: FloatArray, points: FloatArray) -> bool:
-    """Whether the face is much longer than the contact, whose farthest points `span` (3,) joins."""
+def _reaches_on(outline: FloatArray, span: FloatArray) -> bool:
+    """Whether a face of some outline (k, 3) is much longer than the contact, whose farthest points
+    `span` (3,) joins.
+    """
     length = float(np.linalg.norm(span))
     if length == 0.0:
         return True
-    extent = float(np.ptp(points[list(face.outline)] @ span)) / length
+    extent = float(np.ptp(outline @ span)) / length
     return extent > SUPPORT_REACH * length
 
 
@@ -248,6 +267,48 @@ class _Stance:
     by_side: bool = False
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _Heights:
+    """Used vertices over planes of faces of their scenes: pair (p,) is of `vertex` and `face`.
+
+    `begin` (n,) is where the pairs of each vertex of a scene begin, less its scene's first face.
+    Scenes of one core have none.
+    """
+
+    vertex: Indices
+    face: Indices
+    begin: Indices
+    gap: FloatArray
+    limit: FloatArray
+
+    @classmethod
+    def of(cls, parts: _Parts, cores: _Cores) -> "_Heights":
+        table, tolerance, used = parts.table, parts.table.tolerance, parts.used
+        faces = table.face_counts
+        first = row_starts(faces)
+        several = np.zeros(len(faces), dtype=np.bool_)
+        of_face = cores.of[: len(table)]
+        several[table.scene[of_face != of_face[first[table.scene]]]] = True
+        loose = tolerance.scene[parts.loose[:, 0]]
+        some = faces[loose] > 0
+        several[loose[some]] |= (cores.of[len(table) :] != of_face[first[loose] % len(table)])[some]
+        scene = tolerance.scene[used]
+        used, scene = used[several[scene]], scene[several[scene]]
+        counts = faces[scene]
+        begin = np.zeros(len(table.points), dtype=np.intp)
+        begin[used] = row_starts(counts) - first[scene]
+        row = np.repeat(np.arange(len(used)), counts)
+        vertex = used[row]
+        face = np.arange(len(row)) - begin[vertex]
+        gap, sds = table.planes.heights(face, vertex, table.points, table.covs)
+        return cls(vertex, face, begin, gap, tolerance.within(sds, table.scene[face]))
+
+    def near(self) -> tuple[Indices, Indices]:
+        """Vertices (v,) and the faces (v,) at whose planes they are."""
+        near = np.abs(self.gap) <= self.limit
+        return self.vertex[near], self.face[near]
+
+
 def _stances(
     parts: _Parts, cores: _Cores, contacts: SideContacts
 ) -> dict[tuple[int, int], _Stance]:
@@ -255,17 +316,17 @@ def _stances(
     stances: dict[tuple[int, int], _Stance] = defaultdict(_Stance)
     if len(cores.bodies) == 1:
         return stances
-    table, planes, used = parts.table, parts.table.planes, parts.used
+    table, planes = parts.table, parts.table.planes
     count = len(table)
-    gaps, sds = planes.distances(table.points[used], table.covs[used])
-    limits = table.tolerance.within(sds)
+    heights = _Heights.of(parts, cores)
     place, there = row_table(parts.counts)
-    rows = np.searchsorted(used, parts.vertex)[place]
-    for met in _meetings(parts, cores, contacts, np.abs(gaps) <= limits):
+    vertices = parts.vertex[place]
+    for met in _meetings(parts, cores, contacts, heights.near()):
         part, face = met.part, met.face
-        own = np.where(there[part], np.abs(gaps[rows[part], face[:, None]]), -1.0)
-        farthest = rows[part, own.argmax(axis=1)]
-        reach, limit = gaps[farthest, face], limits[farthest, face]
+        pairs = heights.begin[vertices[part]] + face[:, None]
+        own = np.where(there[part], np.abs(heights.gap[pairs]), -1.0)
+        farthest = pairs[np.arange(len(part)), own.argmax(axis=1)]
+        reach, limit = heights.gap[farthest], heights.limit[farthest]
         in_front = reach > limit
         # Flat on the face and facing it: the underside of something that stands there.
         flat = (np.abs(reach) <= limit) & (part < count)
@@ -296,46 +357,52 @@ def _hanging(parts: _Parts, cores: _Cores) -> Iterator[tuple[int, int]]:
     table = parts.table
     if not len(parts.loose):
         return
-    ends = table.points[parts.loose]
-    for face in table.faces:
-        if face.area == 0.0:
-            continue
-        behind = stands_behind(ends, table.points[list(face.outline)], face.normal)
-        other = int(cores.of[face.index])
-        for core in cores.of[len(table) :][behind].tolist():
+    scene = table.tolerance.scene[parts.loose[:, 0]]
+    for face in np.flatnonzero((table.areas > 0.0) & np.isin(table.scene, scene)).tolist():
+        own = scene == table.scene[face]
+        outline = table.points[table.outlines[face, table.there[face]]]
+        behind = stands_behind(table.points[parts.loose[own]], outline, table.planes.normals[face])
+        other = int(cores.of[face])
+        for core in cores.of[len(table) :][own][behind].tolist():
             if core != other:
                 yield min(core, other), max(core, other)
 
 
-def _stands_apart(parts: _Parts, cores: _Cores, core: int, face: FlatFace, how: _Stance) -> bool:
+def _stands_apart(parts: _Parts, cores: _Cores, core: int, face: int, how: _Stance) -> bool:
     """Whether a core in front of a face only stands there: see the module's rules."""
-    points = parts.table.points
-    rise = 0.0 if parts.up is None else float(face.normal @ parts.up)
+    table, rise = parts.table, float(parts.rise[face])
     if not how.in_front or rise < -LEVEL_ENOUGH:
         return False
-    if cores.bodies[cores.of[face.index]]:
+    if cores.bodies[cores.of[face]]:
         if how.at_rim or rise <= LEVEL_ENOUGH:
             return False
     elif how.by_side and not cores.bodies[core]:
         return False
-    return _reaches_on(face, _farthest(points[sorted(how.vertices)]), points)
+    outline = table.points[table.outlines[face, table.there[face]]]
+    return _reaches_on(outline, _farthest(table.points[sorted(how.vertices)]))
 
 
 def find_things(
-    scene: Scene, table: FaceTable, contacts: SideContacts, loose: tuple[int, ...]
+    scenes: Sequence[Scene],
+    table: FaceTable,
+    contacts: SideContacts,
+    edges: tuple[Indices, Indices],
+    loose: Indices,
 ) -> tuple[Thing, ...]:
-    """The scene's bodies where it tells them apart, else its things in the order of first faces.
+    """The bodies of scenes that tell them apart, of others their things by their first faces.
 
-    `loose` are the edges that bound no face; those that join no face belong to no thing.
+    `edges` are vertices (e, 2) and how many of them each scene has (s,); `loose` (l,) are those
+    that bound no face, ascending. What of these joins no face belongs to no thing.
     """
-    if scene.bodies:
-        known = set(loose)
-        own = ((b, tuple(e for e in b.edges if e in known)) for b in scene.bodies)
-        return tuple(Thing(b.faces, edges, b.patches, b.whole) for b, edges in own)
-    if not len(table):
-        return ()
-    ends = np.array([(scene.edges[i].start, scene.edges[i].end) for i in loose], dtype=np.intp)
-    parts = _Parts.of(table, scene.up, ends.reshape(-1, 2))
+    ends, counts = edges
+    bodies = [scene.bodies for scene in scenes]
+    told = list(_told(bodies, row_starts(table.face_counts), row_starts(counts), loose))
+    if all(bodies) or not len(table):
+        return tuple(told)
+    unknown = np.zeros(3)
+    ups = np.array([unknown if scene.up is None else scene.up for scene in scenes])
+    rise = dots(table.planes.normals, ups[table.scene])
+    parts = _Parts.of(table, rise, ends[loose])
     cores = _Cores.among(parts, contacts)
     met = set(_hanging(parts, cores))
     apart: set[tuple[int, int]] = set()
@@ -343,7 +410,7 @@ def find_things(
         other = int(cores.of[face])
         pair = (min(core, other), max(core, other))
         met.add(pair)
-        if _stands_apart(parts, cores, core, table.faces[face], stance):
+        if _stands_apart(parts, cores, core, face, stance):
             apart.add(pair)
     groups = components(len(cores.bodies), met - apart)
     things: dict[int, tuple[list[int], list[int]]] = {}
@@ -352,5 +419,22 @@ def find_things(
         if part < len(table):
             own_faces.append(part)
         else:
-            own_edges.append(loose[part - len(table)])
-    return tuple(Thing(tuple(f), tuple(e)) for f, e in things.values() if f)
+            own_edges.append(int(loose[part - len(table)]))
+    of = table.scene.tolist()
+    found = (Thing(tuple(f), tuple(e), scene=of[f[0]]) for f, e in things.values() if f)
+    return tuple(
+        sorted((*told, *(t for t in found if not bodies[t.scene])), key=lambda thing: thing.scene)
+    )
+
+
+def _told(
+    bodies: Sequence[tuple[Body, ...]], first_face: Indices, first_edge: Indices, loose: Indices
+) -> Iterator[Thing]:
+    """The bodies that scenes tell apart as things."""
+    known = set(loose.tolist())
+    begins = zip(first_face.tolist(), first_edge.tolist(), strict=True)
+    for scene, (own, (face, edge)) in enumerate(zip(bodies, begins, strict=True)):
+        for body in own:
+            edges = tuple(edge + i for i in body.edges if edge + i in known)
+            faces = tuple(face + i for i in body.faces)
+            yield Thing(faces, edges, body.patches, body.whole, scene)

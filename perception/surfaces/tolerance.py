@@ -1,14 +1,14 @@
-""" "Within 3 sd": how far apart two places may be and still count as one, for one scene."""
+""" "Within 3 sd": how far apart two places may be and still count as one, for scenes of a block."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from facetlog.perception.scene import Scene
+from facetlog.perception.row_table import Indices, row_starts
 from facetlog.perception.types import FloatArray
 
-__all__ = ["ANGLE_RESOLUTION", "SDS", "Tolerance"]
+__all__ = ["ANGLE_RESOLUTION", "SDS", "Tolerance", "Tolerances"]
 
 # 99.7 % of a normal distribution.
 SDS = 3.0
@@ -23,26 +23,11 @@ WIDEST = 0.02
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tolerance:
-    """Worst 1σ of every vertex (n,), and the bounds of a tolerance, all in the scene's unit."""
+    """Worst 1σ of every vertex (n,) of a scene, and the bounds of a tolerance, in its unit."""
 
     vertex_sds: FloatArray
     finest: float
     widest: float
-
-    @classmethod
-    def of(cls, scene: Scene) -> "Tolerance":
-        """The scene's tolerance."""
-        covs = np.array([v.cov for v in scene.vertices]).reshape(-1, 3, 3)
-        return cls.of_vertices(scene.points, covs)
-
-    @classmethod
-    def of_vertices(cls, points: FloatArray, covs: FloatArray) -> "Tolerance":
-        """That of vertices (n, 3) with covariances (n, 3, 3), in proportion to their diagonal."""
-        if not len(points):
-            return cls(np.zeros(0), 0.0, 0.0)
-        sds = np.sqrt(np.maximum(np.linalg.eigvalsh(covs)[:, -1], 0.0))
-        diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
-        return cls(sds, LENGTH_RESOLUTION * diagonal, WIDEST * diagonal)
 
     def within(self, sds: ArrayLike) -> FloatArray:
         """Three of each sd, not below rounding and not above the widest.
@@ -52,6 +37,43 @@ class Tolerance:
         """
         return np.minimum(SDS * np.asarray(sds) + self.finest, self.widest)
 
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Tolerances:
+    """The same of the scenes (s,) of a block; vertex (n,) is of the scene `scene` (n,)."""
+
+    vertex_sds: FloatArray
+    scene: Indices
+    finest: FloatArray
+    widest: FloatArray
+
+    @classmethod
+    def of_vertices(cls, points: FloatArray, covs: FloatArray, counts: Indices) -> "Tolerances":
+        """Those of vertices (n, 3) with covariances (n, 3, 3), in proportion to their diagonals.
+
+        The scenes (s,) have `counts` vertices each.
+        """
+        diagonals = np.zeros(len(counts))
+        some = np.flatnonzero(counts)
+        sds = np.zeros(0)
+        if len(some):
+            starts = row_starts(counts)[some]
+            spans = np.maximum.reduceat(points, starts) - np.minimum.reduceat(points, starts)
+            diagonals[some] = np.sqrt((spans * spans).sum(axis=1))
+            sds = np.sqrt(np.maximum(np.linalg.eigvalsh(covs)[:, -1], 0.0))
+        scene = np.repeat(np.arange(len(counts)), counts)
+        return cls(sds, scene, LENGTH_RESOLUTION * diagonals, WIDEST * diagonals)
+
+    def of_scene(self, scene: int) -> Tolerance:
+        """That of one of the scenes."""
+        sds = self.vertex_sds[self.scene == scene]
+        return Tolerance(sds, float(self.finest[scene]), float(self.widest[scene]))
+
+    def within(self, sds: FloatArray, scenes: Indices) -> FloatArray:
+        """Three of each sd (...), not below rounding and not above the widest of `scenes` (...)."""
+        found: FloatArray = np.minimum(SDS * sds + self.finest[scenes], self.widest[scenes])
+        return found
+
     def highest(self, vertices: NDArray[np.intp], reach: FloatArray) -> NDArray[np.bool_]:
         """Which of the vertices (r, k) of each row have its highest reach (r, k), within 3 sd.
 
@@ -60,6 +82,7 @@ class Tolerance:
         """
         rows, top = np.arange(len(reach)), reach.argmax(axis=1)
         sds = self.vertex_sds[vertices]
-        limit = self.within(np.hypot(sds, sds[rows, top, None]))
+        scenes = self.scene[vertices[:, :1]]
+        limit = self.within(np.hypot(sds, sds[rows, top, None]), scenes)
         equal = reach >= reach[rows, top, None] - limit
         return np.asarray(equal & (reach > -np.inf))

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from facetlog.batch.output import FORMATS, check_format, read_rows, write_rows
-from facetlog.batch.rows import Row, row_from
+from facetlog.batch.row_records import row_from
+from facetlog.batch.rows import Row
 from facetlog.errors import InputError
 from tests.batch.fake_worker import fake_row
 

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from facetlog.batch.rows import RowRecord, best_verdict, error_row, results_schema, row_from
+from facetlog.batch.row_records import RowRecord, results_schema, row_from
+from facetlog.batch.rows import COLUMNS, best_verdict, error_row
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
 from facetlog.kb.proof import State
@@ -19,6 +20,10 @@ class _Verdict:
     state: State
     degree: float
     probability: float | None = None
+
+
+def test_a_row_has_the_columns_that_its_record_has() -> None:
+    assert tuple(RowRecord.model_fields) == COLUMNS
 
 
 def test_the_published_schema_is_that_of_the_program() -> None:

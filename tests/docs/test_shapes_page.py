@@ -10,8 +10,7 @@ import pytest
 import trimesh
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.shape_files.cloud_files import CLOUD_SUFFIXES
-from facetlog.perception.reading.shape_files.mesh_checks import MESH_SUFFIXES
+from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES, MESH_SUFFIXES
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 
 DOCS = Path(__file__).parents[2] / "docs"

@@ -67,7 +67,7 @@ def test_only_floats_of_each_two_names_become_a_matrix() -> None:
     twice: list[Fact] = [*each[:-1], ("x", "y", 1.0)]
 
     def header(rows: list[Fact]) -> str:
-        return facts_text("s", {("overlap", 3): rows}).partition("\n")[0]
+        return facts_text("s", {("overlap", 3): tuple(zip(*rows, strict=True))}).partition("\n")[0]
 
     assert "matrices(3,5,['overlap'-3])" in header(each)
     for rows in (integer, twice, each[:-1], each[1:] + each[:1], each[:2]):
@@ -77,7 +77,8 @@ def test_only_floats_of_each_two_names_become_a_matrix() -> None:
 def test_matrices_of_other_names_are_columns() -> None:
     one: list[Fact] = [(a, b, 1.0) for a, b in permutations("xyz", 2)]
     other: list[Fact] = [(a, b, 1.0) for a, b in permutations("abc", 2)]
-    text = facts_text("s", {("overlap", 3): one, ("share", 3): other})
+    made = {("overlap", 3): one, ("share", 3): other}
+    text = facts_text("s", {k: tuple(zip(*rows, strict=True)) for k, rows in made.items()})
     assert "['overlap'-3]" in text
     assert "kind('share',6,[a-11,a-11,f-54])" in text
 

@@ -160,9 +160,8 @@ def test_labels_of_solids_are_what_their_faces_are_to_each_other(
 def possible(base: KnowledgeBase, points: object, lines: object) -> bool:
     """Whether a drawing has a labelling when nothing is known of what is behind it."""
     drawing = LineDrawing.between(np.array(points, dtype=np.float64), np.array(lines))
-    rows: dict[str, list[tuple[str | int | float, ...]]] = defaultdict(list)
     names = [f"x{i}" for i in range(1, len(drawing.points) + 1)]
-    drawing_rows("view1", drawing, names, [f"e{i}" for i in range(1, 99)], rows)  # type: ignore[arg-type]
+    rows = drawing_rows("view1", drawing, names, [f"e{i}" for i in range(1, 99)])
     facts = [(name, *row) for name, found in rows.items() for row in found]
     base.load_scene("drawing", [("view", "view1", "by hand"), *facts])
     return not list(base.query("impossible_drawing(V, J)", scenes=("drawing",)))

@@ -16,12 +16,10 @@ from facetlog.perception.reading.shape_files.las_points import las_points
 from facetlog.perception.reading.shape_files.pcd_points import read_pcd_points
 from facetlog.perception.reading.shape_files.ply_points import read_ply_points
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES
 from facetlog.perception.reading.shape_files.text_points import points_from_text
 
-__all__ = ["CLOUD_SUFFIXES", "DEFAULT_LIMITS", "CloudLimits", "read_cloud"]
-
-CLOUD_SUFFIXES = (".csv", ".las", ".laz", ".pcd", ".ply", ".pts", ".txt", ".xyz")
-"""The files that `read_cloud` reads, by their suffix; a COLMAP model is a folder."""
+__all__ = ["DEFAULT_LIMITS", "CloudLimits", "read_cloud"]
 
 # A laser scan of a building; the arrays of so many points take 2.4 GB.
 MOST_POINTS = 50_000_000

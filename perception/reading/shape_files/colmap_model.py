@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
@@ -161,6 +160,8 @@ def _pictures(folder: Path, binary: bool) -> Iterator[tuple[int, _Picture]]:
 
 def _picture(camera: int, pose: list[float]) -> _Picture:
     w, x, y, z = pose[:4]
+    from scipy.spatial.transform import Rotation  # loaded only now: scenes do without
+
     camera_from_world = Rotation.from_quat([x, y, z, w]).as_matrix()
     return _Picture(camera, -camera_from_world.T @ np.array(pose[4:]), -camera_from_world[1])
 

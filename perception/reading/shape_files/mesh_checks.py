@@ -15,19 +15,16 @@ from typing import Any, BinaryIO
 from urllib.parse import unquote
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.shape_files.suffixes import MESH_SUFFIXES
 
 __all__ = [
     "DEFAULT_LIMITS",
-    "MESH_SUFFIXES",
     "Claim",
     "Limits",
     "NoTrianglesError",
     "binary_stl_bytes",
     "check_file",
 ]
-
-MESH_SUFFIXES = (".dae", ".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
-"""The files that `read_mesh` reads, by their suffix."""
 
 # Four times the 5 million triangles that must work: a binary STL of them has 1 GB.
 MAX_TRIANGLES = 20_000_000

@@ -21,7 +21,6 @@ from facetlog.perception.grouped import Indices
 from facetlog.perception.reading.shape_files.coordinate_resolution import check_resolution
 from facetlog.perception.reading.shape_files.mesh_checks import (
     DEFAULT_LIMITS,
-    MESH_SUFFIXES,
     Limits,
     NoTrianglesError,
     check_file,
@@ -29,7 +28,7 @@ from facetlog.perception.reading.shape_files.mesh_checks import (
 from facetlog.perception.reading.shape_files.mesh_text import readable
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MESH_SUFFIXES", "Limits", "Mesh", "NoTrianglesError", "read_mesh"]
+__all__ = ["Limits", "Mesh", "NoTrianglesError", "read_mesh"]
 
 _load_scene: Callable[..., Any] = trimesh.load_scene  # trimesh leaves it half without types
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.perception.shapes.read_shape import shapes_among
+from facetlog.perception.shapes.shape_options import shapes_among
 
 __all__ = ["paths_listed", "scene_paths"]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.poses_file import METRES_PER
-from facetlog.perception.shapes.read_shape import UP_AXES
+from facetlog.perception.length_units import METRES_PER
+from facetlog.perception.shapes.shape_options import UP_AXES
 from facetlog.regular_file import read_regular_text
 
 __all__ = [

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, BinaryIO
 
-from facetlog.batch.rows import Row, RowRecord, row_from
+from facetlog.batch.rows import COLUMNS, Row
 from facetlog.errors import InputError
 from facetlog.perception.whole_file import writing_whole
 from facetlog.regular_file import check_regular
@@ -22,7 +22,6 @@ __all__ = ["FORMATS", "check_format", "read_rows", "write_rows"]
 ROWS_AT_ONCE = 1000
 """Rows of a group of Parquet: some megabytes, so that neither side needs memory for the whole."""
 
-COLUMNS = tuple(RowRecord.model_fields)
 # Columns that are lists: as JSON in a cell of CSV.
 LISTS = ("verdicts", "up")
 # Columns that are no text, and are empty in a cell of CSV where there is none.
@@ -52,6 +51,8 @@ def read_rows(path: Path) -> Iterator[Row]:
 
     The format is that of the suffix.
     """
+    from facetlog.batch.row_records import row_from
+
     check_format(path)
     check_regular(path)
     _, read = FORMATS[path.suffix.lower()]

@@ -1,37 +1,30 @@
-"""A row of results: what one scene came to. The models here are the border; inside it is a dict.
+"""A row of results: what one scene came to, a dict.
 
 Rows are made where the scenes are read and travel, and wait in the journal, as lines of JSON. What
-reads them back from somebody's file checks them here.
+reads them back from somebody's file checks them by row_records.py.
 """
 
-import json
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
-
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt, ValidationError
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from facetlog import __version__
 from facetlog.batch.settings import Item, Settings
-from facetlog.errors import InputError
 
 if TYPE_CHECKING:
     from facetlog.kb.batch_judge import BriefVerdict
 
 __all__ = [
+    "COLUMNS",
     "HOLDS",
     "TOOK_LONGER",
     "Row",
-    "RowRecord",
     "best_verdict",
     "closest",
     "error_row",
     "ran_out_of_time",
-    "results_schema",
-    "row_from",
     "scene_row",
 ]
 
-SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
 HOLDS = "holds"
 
 TOOK_LONGER = "took longer than"
@@ -40,89 +33,27 @@ TOOK_LONGER = "took longer than"
 OUT_OF_TIME = (TOOK_LONGER, "the time limit was reached")
 
 Row: TypeAlias = dict[str, Any]
-"""A row as plain data, with the fields of RowRecord in their order."""
+"""A row as plain data, with the COLUMNS in their order."""
 
-Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
-
-
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class PartRecord(_Record):
-    """A part of a model and the faces (or edges) that play it, by the names of docs/facts.md."""
-
-    role: str
-    names: tuple[str, ...]
-
-
-class SizeRecord(_Record):
-    """A length of the thing: metres if the row is metric, else units of the scene."""
-
-    name: str
-    value: FiniteFloat
-    sd: FiniteFloat
-
-
-class VerdictRecord(_Record):
-    """What one model says of one thing; without the thing if there was none to ask about."""
-
-    model: str
-    thing: str
-    state: Literal["holds", "fails", "unknown"]
-    degree: Share
-    degree_at_most: Share
-    probability: Share | None
-    parts: tuple[PartRecord, ...] = ()
-    sizes: tuple[SizeRecord, ...] = ()
-
-
-class RowRecord(_Record):
-    """One scene: what was read, by what it was judged, and the verdicts; or the error."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", title="facetlog-results/1")
-
-    path: str = Field(description="of the scene, as it was given")
-    sha256: str | None = Field(description="of the file's content; null if it was not read")
-    models_hash: str = Field(description="of all models that were asked")
-    model: str | None = Field(description="the model that holds with the highest degree")
-    thing: str | None = Field(description="the thing that it holds of")
-    degree: Share | None = Field(description="the degree to which it holds")
-    probability: Share | None = Field(description="how often a verdict of this degree was right")
-    verdicts: tuple[VerdictRecord, ...] = Field(description="of each model on each thing")
-    faces: NonNegativeInt | None
-    things: NonNegativeInt | None
-    seconds: Annotated[FiniteFloat, Field(ge=0.0)] = Field(description="to read and to judge it")
-    error: str | None = Field(description="why there are no verdicts, in one line")
-    up: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None = Field(
-        description="unit vector upwards in the scene's frame, if known"
-    )
-    metric: bool | None = Field(description="whether lengths are metres")
-    read_as: str = Field(description="the options that it was read and judged with")
-    facetlog: str = Field(description="version of the program")
-
-
-def results_schema() -> str:
-    """The JSON Schema of a row, as docs/results.schema.json holds it."""
-    schema = {"$schema": SCHEMA_DIALECT, **RowRecord.model_json_schema()}
-    return json.dumps(schema, indent=2) + "\n"
-
-
-def row_from(data: object, source: str) -> Row:
-    """The row of somebody's data; raises InputError, with the source and the field, if it is none.
-
-    Columns that facetlog does not know, as others may add to a table, are left out.
-    """
-    known = data
-    if isinstance(data, dict):
-        known = {key: value for key, value in data.items() if key in RowRecord.model_fields}
-    try:
-        return RowRecord.model_validate(known).model_dump()
-    except ValidationError as exc:
-        first = exc.errors(include_url=False)[0]
-        place = ".".join(map(str, first["loc"])) or "row"
-        message = " ".join(first["msg"].split())
-        raise InputError(f"{source}: {place}: {message}: is it a table of classify?") from exc
+COLUMNS = (
+    "path",
+    "sha256",
+    "models_hash",
+    "model",
+    "thing",
+    "degree",
+    "probability",
+    "verdicts",
+    "faces",
+    "things",
+    "seconds",
+    "error",
+    "up",
+    "metric",
+    "read_as",
+    "facetlog",
+)
+"""What a row says: the fields of RowRecord."""
 
 
 def best_verdict(verdicts: Sequence["BriefVerdict"]) -> "BriefVerdict | None":
@@ -181,7 +112,7 @@ def scene_row(
     settings: Settings,
     verdicts: Sequence["BriefVerdict"],
     *,
-    sha256: str,
+    sha256: str | None,
     models_hash: str,
     faces: int,
     things: int,

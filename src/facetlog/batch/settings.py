@@ -5,7 +5,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 from facetlog.errors import InputError
-from facetlog.perception.shapes.read_shape import ShapeOptions, says_itself, unit_from, up_from
+from facetlog.perception.shapes.shape_options import ShapeOptions, says_itself, unit_from, up_from
 
 __all__ = ["CRISP", "Item", "Settings", "shape_options", "told_options"]
 

@@ -8,7 +8,6 @@ import json
 import os
 import queue
 import threading
-from collections.abc import Iterator
 from enum import Enum
 from multiprocessing.connection import Connection
 from typing import Any
@@ -76,21 +75,18 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
         say(Word.REFUSED, {"kind": "engine", "error": f"{type(exc).__name__}: {exc}"})
         return
     say(Word.READY, {"models_hash": engine.models_hash, "models": engine.models})
-    for task in _tasks(messages):
-        doubt = task.pop("explain", None)
-        item = Item(**task)
-        if doubt is not None:
-            from facetlog.batch.explain import explained
-
-            say(Word.EXPLAINED, explained(item, settings, doubt))
-            continue
-        row = engine.row(item)
-        say(Word.ROW if row["error"] is None else Word.FAULT, row)
-
-
-def _tasks(messages: "queue.SimpleQueue[Any]") -> Iterator[dict[str, Any]]:
     while True:
-        yield from messages.get()
+        tasks = messages.get()
+        doubts = [task.pop("explain", None) for task in tasks]
+        items = [Item(**task) for task in tasks]
+        if doubts[0] is None:  # a list is of one kind
+            for row in engine.rows(items):
+                say(Word.ROW if row["error"] is None else Word.FAULT, row)
+            continue
+        from facetlog.batch.explain import explained
+
+        for item, doubt in zip(items, doubts, strict=True):
+            say(Word.EXPLAINED, explained(item, settings, doubt))
 
 
 if __name__ == "__main__":

@@ -134,7 +134,6 @@ def classify_command(
     from facetlog.batch.display import showing_rate
     from facetlog.batch.labels import read_labels
     from facetlog.batch.outcome import Outcome
-    from facetlog.batch.report import check_report, write_report
     from facetlog.batch.run import Plan, check_output
     from facetlog.batch.settings import Settings
 
@@ -159,6 +158,8 @@ def classify_command(
     plan = Plan(items, settings, out, resume, overwrite, old)
     check_output(plan)
     if report is not None:
+        from facetlog.batch.report import check_report, write_report
+
         check_report(report)
     outcome = Outcome(comparison=comparison)
     with _workers(settings, workers, dask, len(items)) as crew:

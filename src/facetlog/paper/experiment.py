@@ -17,7 +17,7 @@ from facetlog.perception.detection.block_front_end.picture_features import (
 from facetlog.perception.estimation.ekf import State
 from facetlog.perception.estimation.point_filter import plain_recursion
 from facetlog.perception.estimation.point_recursion import PointFilters
-from facetlog.perception.reading.poses_file import METRES_PER
+from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.scene import Vertex
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.grey_agreement import GreyAgreement, grey_agreement

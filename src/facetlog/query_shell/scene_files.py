@@ -103,7 +103,7 @@ def is_raw_shape(path: Path) -> bool:
         from facetlog.perception.reading.shape_files.colmap_model import find_colmap_model
 
         return not (path / SCENE_FILE).exists() and find_colmap_model(path) is not None
-    from facetlog.perception.shapes.read_shape import SUFFIXES, says_itself
+    from facetlog.perception.shapes.shape_options import SUFFIXES, says_itself
 
     return path.suffix.lower() in SUFFIXES and not says_itself(path.name)
 

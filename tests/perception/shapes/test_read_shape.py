@@ -8,7 +8,8 @@ import trimesh
 
 from facetlog.errors import InputError
 from facetlog.perception.scene import Scene
-from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape, unit_from, up_from
+from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
+from facetlog.perception.shapes.shape_options import unit_from, up_from
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.mesh_export import write_mesh
 from facetlog.perception.surfaces.scene_file import write_scene

@@ -49,13 +49,8 @@ def read(path: Path, up: str, unit: str) -> Shape:
 
     Raises InputError for words that are none, and for what cannot be read.
     """
-    from facetlog.perception.shapes.read_shape import (
-        ShapeOptions,
-        read_shape,
-        says_itself,
-        unit_from,
-        up_from,
-    )
+    from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
+    from facetlog.perception.shapes.shape_options import says_itself, unit_from, up_from
 
     up, unit = up.lower(), unit.lower()
     options = ShapeOptions(up_from(up), find_floor=up == AUTO, unit=unit_from(unit))
