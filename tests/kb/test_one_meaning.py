@@ -34,6 +34,7 @@ class Judging:
             ["swipl", "-q", "-g", program, "-t", "halt"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,  # what a mutant says of itself
             text=True,
         )
 
@@ -42,13 +43,19 @@ class Judging:
         words = ",".join(f"'{word}'(X)-{prolog(meaning)}" for word, meaning in case.words.items())
         tests = ",".join(map(prolog, case.tests))
         crisp = str(case.crisp).lower()
-        assert self._process.stdin is not None and self._process.stdout is not None
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
         self._process.stdin.write(f"scene([{facts}], [{words}], {crisp}, [{tests}]).\n")
         self._process.stdin.flush()
         return json.loads(self._process.stdout.readline())  # type: ignore[no-any-return]
 
+    def kill(self) -> None:
+        self._process.kill()
+        self._process.wait(10)
+
     def close(self) -> None:
-        assert self._process.stdin is not None and self._process.stdout is not None
+        assert self._process.stdin is not None
+        assert self._process.stdout is not None
         self._process.stdin.close()
         self._process.stdout.close()
         self._process.wait(10)
