@@ -1,7 +1,7 @@
 """A model file, read and checked: the one door for the compiler, the commands and the editor."""
 
 import gc
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +10,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.model import Checked, check_file, check_model
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.library import Library, Read, read_library, read_text
+from facetlog.grammar.lint.allowed import not_allowed
 from facetlog.grammar.lint.lint import lint
 from facetlog.grammar.resolve import FlatModel, flat_models
 from facetlog.grammar.scope import Scope, file_scope, model_roles, model_scope
@@ -89,10 +90,11 @@ def _analysed(path: Path, text: str | None, read: Read) -> Analysis:
         faults.extend(f for f in one.faults if f.code not in _LACKING or f.source not in unread)
     faults.extend(_circles(every, checked))
     faults.extend(lint(scopes, library.main, faults))
-    return Analysis(library, own, every, scopes, words, _sorted(faults, library.main))
+    left = not_allowed(library.main, faults)
+    return Analysis(library, own, every, scopes, words, _sorted(left, library.main))
 
 
-def _sorted(faults: list[Fault], main: s.File) -> tuple[Fault, ...]:
+def _sorted(faults: Iterable[Fault], main: s.File) -> tuple[Fault, ...]:
     def order(fault: Fault) -> tuple[bool, str, int, int]:
         other = fault.source is not main.source
         return other, fault.source.name, fault.span.start, fault.span.end

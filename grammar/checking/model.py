@@ -8,6 +8,7 @@ from facetlog.grammar.checking.extent import Extents
 from facetlog.grammar.checking.types import EVERY
 from facetlog.grammar.constants import constant
 from facetlog.grammar.faults import Fault, said
+from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.layout import STATEMENT_WORDS
 from facetlog.grammar.library import builtin_names
 from facetlog.grammar.scope import THIS, Local, Scope, names_in, part_kind
@@ -190,6 +191,7 @@ class _ModelChecker(ConditionChecker):
                 part.kind,
                 said(part.kind.text, known)
                 or "a face, an edge, a vertex, an element, or a model that this file uses",
+                respelling(part.kind, known),
             )
             return
         if kind[1]:
@@ -282,7 +284,11 @@ class _ModelChecker(ConditionChecker):
         for label in example.because:
             if label.text not in labels:
                 self.fault(
-                    "unknown-line", f"there is no line `{label}`", label, said(label.text, labels)
+                    "unknown-line",
+                    f"there is no line `{label}`",
+                    label,
+                    said(label.text, labels),
+                    respelling(label, labels),
                 )
         if isinstance(example.scene, s.SceneBuilt):
             for setting in example.scene.settings:

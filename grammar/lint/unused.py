@@ -4,6 +4,7 @@ from collections.abc import Iterable, Iterator
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import Fault, Severity
+from facetlog.grammar.fixing.fix import Fix, removal
 from facetlog.grammar.lint.claims import Claims
 from facetlog.grammar.source import Source
 
@@ -46,7 +47,11 @@ def unused_statements(models: Iterable[Claims], main: s.File) -> Iterator[Fault]
         if id(statement) not in used:
             what = "constant" if isinstance(statement, s.Let) else "definition"
             message = f"the {what} `{statement.name}` is never used"
-            yield _warning(f"unused-{what}", message, main.source, statement.name, "leave it out")
+            title = f"leave out the {what} `{statement.name}`"
+            fixes = removal(title, main.source.text, statement.span, sure=False)
+            yield _warning(
+                f"unused-{what}", message, main.source, statement.name, "leave it out", fixes
+            )
         if isinstance(statement, s.Define):
             inside = set(_references(statement.body))
             for parameter in statement.parameters:
@@ -86,5 +91,12 @@ def _references(node: s.Expression) -> Iterator[str]:
                 yield from (n.text for n in of)
 
 
-def _warning(code: str, message: str, source: Source, node: s.Name, hint: str) -> Fault:
-    return Fault(code, message, source, node.span, hint, Severity.WARNING)
+def _warning(
+    code: str,
+    message: str,
+    source: Source,
+    node: s.Name,
+    hint: str,
+    fixes: tuple[Fix, ...] = (),
+) -> Fault:
+    return Fault(code, message, source, node.span, hint, Severity.WARNING, fixes)
