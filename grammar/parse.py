@@ -1,7 +1,7 @@
 """Model text into its syntax tree, with all faults of the text at once."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
@@ -25,6 +25,9 @@ LARGEST = 4_000_000
 
 DEEPEST = 60
 """Expressions within expressions; what is deeper no person wrote."""
+
+MOST_KNOWN = 20_000
+"""Statements that are kept, some 40 MB: those of five hundred models."""
 
 LONGEST = 4000
 """Words and signs of one statement."""
@@ -93,7 +96,48 @@ def _statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator
             yield node
 
 
+@dataclass(slots=True)
+class _Known:
+    """Statements that were read before, by their text, with the file and place of the last."""
+
+    found: dict[str, tuple[object, str, int]] = field(default_factory=dict)
+
+    def take(self, text: str, name: str, start: int) -> object:
+        """The statement as it would be read there; None if it was not read before.
+
+        No node stands in two places: some are told apart by what they are, not by what they say.
+        """
+        known = self.found.get(text)
+        if known is None:
+            return None
+        node, before, at = known
+        if (before, at) != (name, start):
+            node = s.moved(node, start - at)
+            self.found[text] = node, name, start
+        return node
+
+    def keep(self, text: str, name: str, start: int, node: object) -> None:
+        """Keeps a statement, and forgets all others where there are too many."""
+        if len(self.found) >= MOST_KNOWN:
+            self.found.clear()
+        self.found[text] = node, name, start
+
+
+_known = _Known()
+
+
 def _parsed(source: Source, statement: Statement, faults: list[Fault]) -> object:
+    start, end = statement.span
+    text = source.text[start:end]
+    node = _known.take(text, source.name, start)
+    if node is None:
+        node = _parsed_anew(source, statement, faults)
+        if node is not None:
+            _known.keep(text, source.name, start, node)
+    return node
+
+
+def _parsed_anew(source: Source, statement: Statement, faults: list[Fault]) -> object:
     try:
         node: object = _parser().parse(statement.tokens)
     except NotParsed:

@@ -224,7 +224,7 @@ class _ModelChecker(ConditionChecker):
             )
         if part.count is not None:
             self.whole_numbers(part.count)
-        if part.where is not None and not self._too_much(part.where, part.kind):
+        if part.where is not None and not self._too_much(part.where, part.kind, part):
             name = part.names[0].text
             self.condition(part.where, {name: Local(name, *kind)})
 
@@ -233,7 +233,7 @@ class _ModelChecker(ConditionChecker):
             weight = float(line.expect.split()[0])
             if weight > 100:
                 self.fault("weight", f"a weight of {line.expect} is more than all", line.condition)
-        if not self._too_much(line.condition, line.condition):
+        if not self._too_much(line.condition, line.condition, line):
             self.condition(line.condition, {})
 
     def _let(self, let: s.Let) -> None:
@@ -255,14 +255,14 @@ class _ModelChecker(ConditionChecker):
                 return
         self._no_shadow(define.parameters, {})
         unknown = {name: Local(name, EVERY) for name in names}
-        if not self._too_much(define.body, define.name):
+        if not self._too_much(define.body, define.name, define):
             self.defining = (define.name.text,)
             self.type_of(define.body, unknown)
             self.defining = ()
 
-    def _too_much(self, node: s.Expression, where: s.Node) -> bool:
+    def _too_much(self, node: s.Expression, where: s.Node, statement: s.Statement) -> bool:
         """Tells a condition that is too large or too deep; nothing else is then said of it."""
-        why = self.extents.too_much(node)
+        why = self.extents.too_much(node, statement.span)
         if why:
             self.fault("too-large", "this is too much for one condition", where, why)
         return bool(why)
