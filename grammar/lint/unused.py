@@ -6,6 +6,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.fixing.fix import Fix, removal
 from facetlog.grammar.lint.claims import Claims
+from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.source import Source
 
 __all__ = ["unused_parts", "unused_statements"]
@@ -35,11 +36,16 @@ def unused_parts(claims: Claims, main: s.File) -> Iterator[Fault]:
             yield _warning("unused-part", message, owned.source, name, "add a line about it")
 
 
-def unused_statements(models: Iterable[Claims], main: s.File) -> Iterator[Fault]:
-    """Constants, definitions and parameters of a file that no model uses, heirs included."""
+def unused_statements(
+    models: Iterable[tuple[frozenset[str], FlatModel]], main: s.File
+) -> Iterator[Fault]:
+    """Constants, definitions and parameters of a file that no model uses, heirs included.
+
+    `models` are all models, with the names that each looks up.
+    """
     used: set[int] = set()
-    for claims in models:
-        _mark(claims, used)
+    for names, model in models:
+        _mark(names, model, used)
     every = [*main.statements, *(x for model in main.models for x in model.statements)]
     for statement in every:
         if not isinstance(statement, s.Let | s.Define):
@@ -62,10 +68,9 @@ def unused_statements(models: Iterable[Claims], main: s.File) -> Iterator[Fault]
                     )
 
 
-def _mark(claims: Claims, used: set[int]) -> None:
+def _mark(names: frozenset[str], model: FlatModel, used: set[int]) -> None:
     """Notes the constants and definitions that a model needs, and what its constants need."""
-    model = claims.scope.model
-    waiting = [name for name in claims.used if name in model.lets or name in model.defines]
+    waiting = [name for name in names if name in model.lets or name in model.defines]
     seen: set[str] = set()
     while waiting:
         name = waiting.pop()
