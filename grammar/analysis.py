@@ -93,6 +93,10 @@ def _collector_paused() -> Iterator[None]:
         yield
     finally:
         if was_on:
+            if gc.get_freeze_count() == 0:
+                # All that is new counts as old, without a walk through it on the way out.
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 

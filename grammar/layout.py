@@ -5,6 +5,7 @@ open, after a word or sign that cannot end one, and where the next line begins w
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ from facetlog.grammar.faults import Fault
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.syntax import Comment
 
-__all__ = ["STATEMENT_WORDS", "Layout", "Statement", "Token", "laid_out"]
+__all__ = ["STATEMENT_WORDS", "Layout", "Statement", "Token", "laid_out", "pieces"]
 
 STATEMENT_WORDS = frozenset(
     ("use model let define drop size example face edge vertex element one optional expect").split()  # noqa: SIM905  a list of words is read more easily so
@@ -97,10 +98,23 @@ class Layout:
     faults: tuple[Fault, ...]
 
 
-def laid_out(source: Source) -> Layout:
-    """The statements and comments of a text."""
+_MODEL = re.compile(r"^[^\S\n]*model\b", re.MULTILINE)
+
+
+def pieces(text: str) -> Iterator[Span]:
+    """The text cut before each line that begins with `model`: each piece is laid out by itself.
+
+    Such a line begins a statement, whatever was left open before.
+    """
+    starts = [match.start() for match in _MODEL.finditer(text) if match.start()]
+    return map(Span, [0, *starts], [*starts, len(text)])
+
+
+def laid_out(source: Source, piece: Span | None = None) -> Layout:
+    """The statements and comments of a text, or of a piece of it."""
     lines = _Lines(source)
-    for match in _TOKEN.finditer(source.text):
+    start, end = piece or (0, len(source.text))
+    for match in _TOKEN.finditer(source.text, start, end):
         kind = match.lastgroup or "sign"
         lines.take(Token(kind, match[kind], match.start(kind)))
     lines.end_statement()

@@ -127,13 +127,17 @@ def _models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
     for model in file.models:
         if model.parent is not None:
             yield model.parent.text
-        named = (one for one in model.statements if places.touch(one.span))
+        named = (x for x in model.statements if isinstance(x, _ASKING) and places.touch(x.span))
         for node in (inner for one in named for inner in s.walk(one)):
             if isinstance(node, s.Part | s.There):
                 yield node.kind.text
                 yield node.kind.text.removesuffix("s")
             elif isinstance(node, s.Property):
                 yield node.name.text
+
+
+_ASKING = (s.Part, s.Line, s.Define)
+"""Statements that can ask about a model; examples name what they build."""
 
 
 class _Places:

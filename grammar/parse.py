@@ -1,9 +1,10 @@
 """Model text into its syntax tree, with all faults of the text at once."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
@@ -11,7 +12,7 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS, Fault
 from facetlog.grammar.lalr import NotParsed, TableParser
-from facetlog.grammar.layout import Layout, Statement, laid_out
+from facetlog.grammar.layout import Layout, Statement, laid_out, pieces
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.tree import TreeToSyntax
 from facetlog.grammar.unexpected import Parsing, explained
@@ -26,11 +27,15 @@ LARGEST = 4_000_000
 DEEPEST = 60
 """Expressions within expressions; what is deeper no person wrote."""
 
-MOST_KNOWN = 20_000
-"""Statements that are kept, some 40 MB: those of five hundred models."""
+MOST_STATEMENTS = 20_000
+MOST_PIECES = 500
+"""What is kept of what was read, some 40 MB: the statements of five hundred models."""
 
 LONGEST = 4000
 """Words and signs of one statement."""
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,10 +66,40 @@ def parse(source: Source) -> Parsed:
         message = f"a model file of {size} is not read: {LARGEST / 1e6:.0f} million at most"
         fault = Fault("too-large", message, source, Span(0, 0), "cut it into several files")
         return Parsed(s.File(source, (), (), ()), (fault,))
-    layout = laid_out(source)
-    faults = list(layout.faults[:MOST_FAULTS])
-    found = list(_statements(source, layout, faults))
-    return Parsed(_file(source, layout, found, faults), tuple(sorted(faults, key=_order)))
+    faults: list[Fault] = []
+    found: list[object] = []
+    comments: list[s.Comment] = []
+    for span in pieces(source.text):
+        text = source.text[span.start : span.end]
+        piece = _PIECES.take(text, source.name, span.start)
+        if piece is None:
+            before = len(faults)
+            piece = _read_anew(source, span, faults)
+            if len(faults) == before:
+                _PIECES.keep(text, source.name, span.start, piece)
+        found += piece.nodes
+        comments += piece.comments
+    file = _file(source, tuple(comments), found, faults)
+    return Parsed(file, tuple(sorted(faults, key=_order)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """The statements and comments of a piece of a text."""
+
+    nodes: tuple[object, ...]
+    comments: tuple[s.Comment, ...]
+
+
+def _read_anew(source: Source, span: Span, faults: list[Fault]) -> _Piece:
+    layout = laid_out(source, span)
+    faults.extend(layout.faults[: max(0, MOST_FAULTS - len(faults))])
+    return _Piece(tuple(_statements(source, layout, faults)), layout.comments)
+
+
+def _piece_moved(piece: _Piece, by: int) -> _Piece:
+    nodes = tuple(s.moved(node, by) for node in piece.nodes)
+    return _Piece(nodes, tuple(s.moved(comment, by) for comment in piece.comments))
 
 
 def statement_trees(source: Source) -> Iterator[Tree[Token]]:
@@ -97,13 +132,18 @@ def _statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator
 
 
 @dataclass(slots=True)
-class _Known:
-    """Statements that were read before, by their text, with the file and place of the last."""
+class _Known(Generic[T]):
+    """What was read before, by its text, with the file and place of the last.
 
-    found: dict[str, tuple[object, str, int]] = field(default_factory=dict)
+    `moved` makes a copy of it that stands elsewhere.
+    """
 
-    def take(self, text: str, name: str, start: int) -> object:
-        """The statement as it would be read there; None if it was not read before.
+    most: int
+    moved: Callable[[T, int], T]
+    found: dict[str, tuple[T, str, int]] = field(default_factory=dict)
+
+    def take(self, text: str, name: str, start: int) -> T | None:
+        """What would be read there; None if it was not read before.
 
         No node stands in two places: some are told apart by what they are, not by what they say.
         """
@@ -112,28 +152,29 @@ class _Known:
             return None
         node, before, at = known
         if (before, at) != (name, start):
-            node = s.moved(node, start - at)
+            node = self.moved(node, start - at)
             self.found[text] = node, name, start
         return node
 
-    def keep(self, text: str, name: str, start: int, node: object) -> None:
-        """Keeps a statement, and forgets all others where there are too many."""
-        if len(self.found) >= MOST_KNOWN:
+    def keep(self, text: str, name: str, start: int, node: T) -> None:
+        """Keeps what was read, and forgets all else where it is too much."""
+        if len(self.found) >= self.most:
             self.found.clear()
         self.found[text] = node, name, start
 
 
-_known = _Known()
+_STATEMENTS: _Known[object] = _Known(MOST_STATEMENTS, s.moved)
+_PIECES: _Known[_Piece] = _Known(MOST_PIECES, _piece_moved)
 
 
 def _parsed(source: Source, statement: Statement, faults: list[Fault]) -> object:
     start, end = statement.span
     text = source.text[start:end]
-    node = _known.take(text, source.name, start)
+    node = _STATEMENTS.take(text, source.name, start)
     if node is None:
         node = _parsed_anew(source, statement, faults)
         if node is not None:
-            _known.keep(text, source.name, start, node)
+            _STATEMENTS.keep(text, source.name, start, node)
     return node
 
 
@@ -178,7 +219,9 @@ def _depth(node: object) -> int:
 # ------------------------------------------------------------------ assembly
 
 
-def _file(source: Source, layout: Layout, found: list[object], faults: list[Fault]) -> s.File:
+def _file(
+    source: Source, comments: tuple[s.Comment, ...], found: list[object], faults: list[Fault]
+) -> s.File:
     first: list[s.Statement] = []
     models: list[s.Model] = []
     statements: list[s.Statement] = []
@@ -207,7 +250,7 @@ def _file(source: Source, layout: Layout, found: list[object], faults: list[Faul
                 else:
                     target.append(node)  # type: ignore[arg-type]
     finish()
-    return s.File(source, tuple(first), tuple(models), layout.comments)
+    return s.File(source, tuple(first), tuple(models), comments)
 
 
 def _no_model(source: Source, node: object) -> Fault:

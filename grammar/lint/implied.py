@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity
-from facetlog.grammar.lint.asked import Asked, Given, Needed, asked_of, given_by
+from facetlog.grammar.lint.asked import Asked, Given, Needed, brief_of
 from facetlog.grammar.lint.bound_graph import EQUAL
 from facetlog.grammar.lint.claims import Claim, Claims
 from facetlog.grammar.lint.knowledge import Knowledge, claims_on
@@ -49,8 +49,9 @@ def implied_models(
     `models` are those models as they stand in the text. Told at the implied model's name, or, if
     that is in another file, at the other's.
     """
-    asked = {name: found for name, k in known.items() if (found := asked_of(k)) is not None}
-    given = {name: given_by(k) for name, k in known.items()}
+    briefs = {name: brief_of(k) for name, k in known.items()}
+    asked = {name: wanted for name, (wanted, _) in briefs.items() if wanted is not None}
+    given = {name: has for name, (_, has) in briefs.items()}
     holders: dict[Hashable, list[str]] = {}
     for name, one in given.items():
         for shape in one.shapes:

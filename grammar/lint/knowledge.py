@@ -37,12 +37,16 @@ class Contradiction:
 
 @dataclass(slots=True)
 class Knowledge:
-    """What a model says that must hold, without what contradicts what came before it."""
+    """What a model says that must hold, without what contradicts what came before it.
+
+    `brief` is the same in short (`asked.brief_of`), once it was wanted.
+    """
 
     claims: Claims
     graph: Graph = field(default_factory=Graph)
     conditions: dict[Hashable, tuple[Claim, bool]] = field(default_factory=dict)
     contradictions: list[Contradiction] = field(default_factory=list)
+    brief: object = None
     heights: dict[str, list[tuple[str, Claim, bool]]] = field(default_factory=dict)
 
     def follows(

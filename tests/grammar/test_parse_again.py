@@ -30,7 +30,8 @@ def test_a_changed_text_is_read_as_if_anew(seed: int) -> None:
     lines[at : at + chance.randint(0, 1)] = chance.choice([[], ["# what"], ["  face new_one"]])
     changed = "\n".join(lines)
     found = _nodes(changed)
-    parsing._known.found.clear()
+    parsing._STATEMENTS.found.clear()
+    parsing._PIECES.found.clear()
     assert found == _nodes(changed)
 
 
