@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.fixing.fix import Edit, applied
 
-__all__ = ["Done", "Fixed", "fixed"]
+__all__ = ["Done", "Fixed", "apart", "fixed"]
 
 MOST_ROUNDS = 100
 """Rounds of fixing: at most fifty faults are told at a time, and some hide others."""
@@ -46,7 +46,7 @@ def fixed(text: str, check: Check) -> Fixed:
     refused: set[tuple[str, str]] = set()
     faults = _own(text, check(text))
     for _ in range(MOST_ROUNDS):
-        chosen = [f for f in _apart(faults) if _what(f) not in refused]
+        chosen = [f for f in apart(faults) if _what(f) not in refused]
         if not chosen:
             break
         after, left = _after(text, chosen, check)
@@ -71,8 +71,8 @@ def _own(text: str, faults: Iterable[Fault]) -> tuple[Fault, ...]:
     return tuple(fault for fault in faults if fault.source.text == text)
 
 
-def _apart(faults: Iterable[Fault]) -> tuple[Fault, ...]:
-    """Faults with sure fixes whose pieces of the text do not touch."""
+def apart(faults: Iterable[Fault]) -> tuple[Fault, ...]:
+    """The faults with sure fixes, as many as can be made at once: those that do not touch."""
     found: list[Fault] = []
     end = -1
     for fault in sorted(faults, key=_place):
