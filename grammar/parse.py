@@ -17,7 +17,7 @@ from facetlog.grammar.source import Source, Span
 from facetlog.grammar.tree import TreeToSyntax
 from facetlog.grammar.unexpected import Parsing, explained
 
-__all__ = ["GRAMMAR", "LARGEST", "Parsed", "parse", "statement_trees"]
+__all__ = ["GRAMMAR", "LARGEST", "Parsed", "forget", "parse", "statement_trees"]
 
 GRAMMAR = Path(__file__).with_name("model.lark")
 
@@ -165,6 +165,12 @@ class _Known(Generic[T]):
 
 _STATEMENTS: _Known[object] = _Known(MOST_STATEMENTS, s.moved)
 _PIECES: _Known[_Piece] = _Known(MOST_PIECES, _piece_moved)
+
+
+def forget() -> None:
+    """Forgets what was read before, so that all is read anew: for measurements and tests."""
+    _STATEMENTS.found.clear()
+    _PIECES.found.clear()
 
 
 def _parsed(source: Source, statement: Statement, faults: list[Fault]) -> object:
