@@ -8,7 +8,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
 NUMERICAL := tests/perception tests/robot/rendering
 export FACETLOG_DATA ?= $(wildcard ../shared/data)
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-all test-kernels check format models reference bench lock clean
+.PHONY: help setup demo test test-all test-kernels check format models reference bench vsix lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1\t\2/p' Makefile | expand -t 20
@@ -56,6 +56,9 @@ reference: $(STAMP) ## make the reference of docs/models.md, and its picture of 
 
 models: $(STAMP) ## make rules/NAME.pl of each rules/NAME.model
 	$(BIN)/python scripts/compile_models.py
+
+vsix: ## build the VS Code extension into dist/; needs Python alone
+	python3 scripts/build_vsix.py
 
 lock: $(STAMP) ## renew requirements.lock from pyproject.toml
 	$(BIN)/python -m pip install --quiet uv

@@ -1,21 +1,23 @@
 """A model file, read and checked: the one door for the compiler, the commands and the editor."""
 
 import gc
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from facetlog.grammar import syntax as s
-from facetlog.grammar.checking.model import Checked, check_file, check_model
+from facetlog.grammar.checking.model import check_file, check_model
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.library import Library, Read, read_library, read_text
-from facetlog.grammar.lint.lint import lint
+from facetlog.grammar.lint.allowed import not_allowed
+from facetlog.grammar.lint.lint import KnowledgeMemo, lint
+from facetlog.grammar.passes.memo import Fingerprints, Memo
 from facetlog.grammar.resolve import FlatModel, flat_models
 from facetlog.grammar.scope import Scope, file_scope, model_roles, model_scope
-from facetlog.grammar.vocabulary import VOCABULARY, Word
+from facetlog.grammar.vocabulary import VOCABULARY, Kinds, Word
 
-__all__ = ["Analysis", "analyse"]
+__all__ = ["PASSES", "Analysis", "Memory", "analyse"]
 
 
 _LACKING = frozenset({"no-parts", "no-lines"})
@@ -48,13 +50,35 @@ class Analysis:
         return tuple(f for f in self.faults if f.severity is Severity.ERROR)
 
 
-def analyse(path: Path, text: str | None = None, *, read: Read = read_text) -> Analysis:
+Asked = tuple[tuple[str, s.Name], ...]
+"""The models that one asks about, with where it does."""
+
+
+@dataclass(slots=True)
+class Memory:
+    """What analyses of one file as it is edited have found out, for the next of them."""
+
+    checked: Memo[Asked] = field(default_factory=Memo)
+    known: KnowledgeMemo = field(default_factory=Memo)
+
+
+def analyse(
+    path: Path,
+    text: str | None = None,
+    *,
+    read: Read = read_text,
+    memory: Memory | None = None,
+) -> Analysis:
     """Reads and checks a model file; `text` takes the place of the file's own.
 
-    Never raises for anything that the file holds: what is wrong is in `faults`.
+    Never raises for anything that the file holds: what is wrong is in `faults`. With the `memory`
+    of analyses of the same file, only what has changed since the last is looked at.
     """
     with _collector_paused():
-        return _analysed(path, text, read)
+        draft = _Draft(path, text, read, memory)
+        for step in PASSES:
+            step(draft)
+        return draft.analysis()
 
 
 @contextmanager
@@ -69,30 +93,120 @@ def _collector_paused() -> Iterator[None]:
         yield
     finally:
         if was_on:
+            if gc.get_freeze_count() == 0:
+                # All that is new counts as old, without a walk through it on the way out.
+                gc.freeze()
+                gc.unfreeze()
             gc.enable()
 
 
-def _analysed(path: Path, text: str | None, read: Read) -> Analysis:
-    library = read_library(path, text, read)
-    faults = list(library.faults)
-    words = {**VOCABULARY, **{w.name: w for own in library.words.values() for w in own.words}}
-    every = flat_models(library.files.values(), faults)
-    own = {m.name.text: every[m.name.text] for m in library.main.models if m.name.text in every}
-    roles = model_roles(every, library)
-    scopes = {name: model_scope(model, words, roles) for name, model in every.items()}
-    for file in library.files.values():
-        faults.extend(check_file(file_scope(file, words, roles)))
-    checked = {name: check_model(scope) for name, scope in scopes.items()}
+# ----------------------------------------------------------------------- passes
+
+
+@dataclass(slots=True)
+class _Draft:
+    """An analysis as its passes make it, each from what those before it have found."""
+
+    path: Path
+    text: str | None
+    read: Read
+    memory: Memory | None
+    faults: list[Fault] = field(default_factory=list)
+    library: Library = field(init=False)
+    words: Mapping[str, Word] = field(init=False)
+    models: Mapping[str, FlatModel] = field(init=False)
+    scopes: Mapping[str, Scope] = field(init=False)
+    roles: Mapping[str, Mapping[str, Kinds]] = field(init=False)
+    prints: Fingerprints | None = None
+    asked: dict[str, Asked] = field(default_factory=dict)
+
+    def analysis(self) -> Analysis:
+        main = self.library.main
+        names = (model.name.text for model in main.models)
+        own = {name: self.models[name] for name in names if name in self.models}
+        faults = _sorted(self.faults, main)
+        return Analysis(self.library, own, self.models, self.scopes, self.words, faults)
+
+
+def _read(draft: _Draft) -> None:
+    """The file, and the files that it uses."""
+    draft.library = read_library(draft.path, draft.text, draft.read)
+    draft.faults.extend(draft.library.faults)
+    own = draft.library.words.values()
+    draft.words = {**VOCABULARY, **{word.name: word for one in own for word in one.words}}
+
+
+def _resolve(draft: _Draft) -> None:
+    """What models inherit, and what their names stand for."""
+    draft.models = flat_models(draft.library.files.values(), draft.faults)
+    draft.roles = roles = model_roles(draft.models, draft.library)
+    models = draft.models.items()
+    draft.scopes = {name: model_scope(model, draft.words, roles) for name, model in models}
+    if draft.memory is not None:
+        draft.prints = Fingerprints(draft.library, draft.models, roles)
+        draft.memory.checked.begin()
+        draft.memory.known.begin()
+
+
+def _check_files(draft: _Draft) -> None:
+    """What stands before the first model of each file."""
+    for file in draft.library.files.values():
+        draft.faults.extend(check_file(file_scope(file, draft.words, draft.roles)))
+
+
+def _check_models(draft: _Draft) -> None:
+    """Names, kinds and dimensions in each model."""
     # What could not be read may be what a model seems to lack.
-    unread = {fault.source for fault in library.faults}
-    for one in checked.values():
-        faults.extend(f for f in one.faults if f.code not in _LACKING or f.source not in unread)
-    faults.extend(_circles(every, checked))
-    faults.extend(lint(scopes, library.main, faults))
-    return Analysis(library, own, every, scopes, words, _sorted(faults, library.main))
+    unread = {fault.source for fault in draft.library.faults}
+    for name, scope in draft.scopes.items():
+        draft.asked[name], faults = _checked(scope, draft)
+        draft.faults.extend(f for f in faults if f.code not in _LACKING or f.source not in unread)
 
 
-def _sorted(faults: list[Fault], main: s.File) -> tuple[Fault, ...]:
+def _checked(scope: Scope, draft: _Draft) -> tuple[Asked, tuple[Fault, ...]]:
+    model, memory, prints = scope.model, draft.memory, draft.prints
+    start = model.written.span.start
+    kept = memory.checked.take(model, prints) if memory is not None and prints else None
+    if kept is None:
+        checked = check_model(scope)
+        asked = tuple((name, s.moved(where, -start)) for name, where in checked.asked)
+        if memory is not None and prints is not None:
+            memory.checked.keep(model, prints, asked, checked.faults)
+        return tuple(checked.asked), checked.faults
+    # Places are kept from the model's own beginning.
+    return tuple((name, s.moved(where, start)) for name, where in kept[0]), kept[1]
+
+
+def _find_circles(draft: _Draft) -> None:
+    """Models that are asked about in order to judge themselves."""
+    draft.faults.extend(_circles(draft.models, draft.asked))
+
+
+def _lint(draft: _Draft) -> None:
+    """What is odd about models without errors."""
+    known = draft.memory.known if draft.memory is not None else None
+    found = lint(draft.scopes, draft.library.main, draft.faults, draft.prints, known)
+    draft.faults.extend(found)
+
+
+def _allow(draft: _Draft) -> None:
+    """Warnings that the author allows are no faults."""
+    draft.faults = list(not_allowed(draft.library.main, draft.faults))
+
+
+PASSES: tuple[Callable[[_Draft], None], ...] = (
+    _read,
+    _resolve,
+    _check_files,
+    _check_models,
+    _find_circles,
+    _lint,
+    _allow,
+)
+"""The passes of an analysis, in their order."""
+
+
+def _sorted(faults: Iterable[Fault], main: s.File) -> tuple[Fault, ...]:
     def order(fault: Fault) -> tuple[bool, str, int, int]:
         other = fault.source is not main.source
         return other, fault.source.name, fault.span.start, fault.span.end
@@ -100,15 +214,15 @@ def _sorted(faults: list[Fault], main: s.File) -> tuple[Fault, ...]:
     return tuple(dict.fromkeys(sorted(faults, key=order)))
 
 
-def _circles(models: Mapping[str, FlatModel], checked: Mapping[str, Checked]) -> Iterator[Fault]:
+def _circles(models: Mapping[str, FlatModel], asked: Mapping[str, Asked]) -> Iterator[Fault]:
     """Models that are asked about in order to judge themselves, directly or not."""
     needs: dict[str, tuple[str, ...]] = {}
     for name, model in models.items():
         parent = model.written.parent
-        own = tuple(other for other, _ in checked[name].asked)
+        own = tuple(other for other, _ in asked[name])
         needs[name] = (*own, parent.text) if parent is not None else own
     for name, model in models.items():
-        for other, where in checked[name].asked:
+        for other, where in asked[name]:
             if other == name or _reaches(other, name, needs):
                 by = "itself" if other == name else f"`{other}`, and that on `{name}`"
                 message = f"whether something is a `{name}` depends on {by}"

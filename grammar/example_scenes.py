@@ -11,6 +11,8 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.constants import quantity
 from facetlog.grammar.faults import Fault, said
+from facetlog.grammar.fixing.missing_unit import missing_unit
+from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.source import Source
 from facetlog.grammar.units import Dimension
 
@@ -48,7 +50,8 @@ def _scene_faults(scene: s.SceneBuilt, source: Source, builders: Builders) -> It
     if sizes is None:
         message = f"nothing can be built that is called `{scene.builder}`"
         hint = said(scene.builder.text, builders) or f"there are {', '.join(builders)}"
-        yield Fault("unknown-builder", message, source, scene.builder.span, hint)
+        fixes = respelling(scene.builder, builders)
+        yield Fault("unknown-builder", message, source, scene.builder.span, hint, fixes=fixes)
         return
     given: set[str] = set()
     for setting in scene.settings:
@@ -57,21 +60,27 @@ def _scene_faults(scene: s.SceneBuilt, source: Source, builders: Builders) -> It
         if wanted is None:
             message = f"a {scene.builder} has no size `{name}`"
             hint = said(name, sizes) or f"it has {', '.join(sizes)}"
-            yield Fault("unknown-size", message, source, setting.name.span, hint)
+            fixes = respelling(setting.name, sizes)
+            yield Fault("unknown-size", message, source, setting.name.span, hint, fixes=fixes)
         elif name in given:
             message = f"the size `{name}` is given twice"
             yield Fault("twice", message, source, setting.name.span)
         else:
-            yield from _unit_faults(setting, wanted, source)
+            beside = tuple(other.quantity for other in scene.settings)
+            yield from _unit_faults(setting, wanted, source, beside)
         given.add(name)
 
 
-def _unit_faults(setting: s.Setting, wanted: Dimension, source: Source) -> Iterator[Fault]:
+def _unit_faults(
+    setting: s.Setting, wanted: Dimension, source: Source, beside: tuple[s.Quantity, ...]
+) -> Iterator[Fault]:
     found = quantity(setting.quantity)
     if found is not None and found.dimension is not wanted:
         message = f"the {setting.name} is {wanted}, this is {found.dimension}"
         hint = f"write `{setting.name} {_AS_WRITTEN[wanted]}`"
-        yield Fault("dimension", message, source, setting.quantity.span, hint)
+        unitless = found.dimension is Dimension.NUMBER
+        fixes = missing_unit(setting.quantity, wanted, beside) if unitless else ()
+        yield Fault("dimension", message, source, setting.quantity.span, hint, fixes=fixes)
 
 
 def sizes_si(scene: s.SceneBuilt) -> dict[str, float]:

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from enum import StrEnum
 
+from facetlog.grammar.fixing.fix import Fix
 from facetlog.grammar.source import Source, Span
 
-__all__ = ["MOST_FAULTS", "Fault", "Severity", "nearest", "said"]
+__all__ = ["ALIKE", "MOST_FAULTS", "Fault", "Severity", "nearest", "said"]
 
 MOST_FAULTS = 50
 """Faults told of one file: who has more has sent the wrong file."""
@@ -31,7 +32,7 @@ class Fault:
     """One fault: what it is, where, and the way out.
 
     `code` is a stable name ("unknown-word"), `hint` a sentence that begins with a small letter, or
-    empty.
+    empty. `fixes` are edits that put it right, the likeliest first; one at most is sure.
     """
 
     code: str
@@ -40,6 +41,12 @@ class Fault:
     span: Span
     hint: str = ""
     severity: Severity = Severity.ERROR
+    fixes: tuple[Fix, ...] = ()
+
+    @property
+    def sure_fix(self) -> Fix | None:
+        """What puts it right without anybody being asked."""
+        return next((fix for fix in self.fixes if fix.sure), None)
 
     @property
     def place(self) -> str:

@@ -5,13 +5,15 @@ open, after a word or sign that cannot end one, and where the next line begins w
 """
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.syntax import Comment
 
-__all__ = ["STATEMENT_WORDS", "Layout", "Statement", "Token", "laid_out"]
+__all__ = ["STATEMENT_WORDS", "Layout", "Statement", "Token", "laid_out", "pieces"]
 
 STATEMENT_WORDS = frozenset(
     ("use model let define drop size example face edge vertex element one optional expect").split()  # noqa: SIM905  a list of words is read more easily so
@@ -24,18 +26,21 @@ _OPEN_WORDS = frozenset(
     because""".split()  # noqa: SIM905
 )
 _OPEN_SIGNS = frozenset(",:+-*/=±.(")
+_BRACKETS = ("(", ")")
 DEEPEST = 40
 """Brackets within brackets; more is no sentence that a person reads."""
 
+# Blanks before a token are read with it.
 _TOKEN = re.compile(
     r"""
+    (?:[^\S\n]|\ufeff)*(?:
       (?P<string>"[^"\n]*"?)
     | (?P<comment>\#[^\n]*)
     | (?P<newline>\n)
-    | (?P<blank>[^\S\n]+|\ufeff)
     | (?P<word>[^\W\d]\w*)
     | (?P<number>[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)
-    | (?P<sign>\+/-|.)
+    | (?P<sign>\+/-|\S)
+    )
     """,
     re.VERBOSE,
 )
@@ -44,8 +49,7 @@ _TOKEN = re.compile(
 _LABEL = re.compile(r"[^\W\d]\w*[ \t]*:")
 
 
-@dataclass(frozen=True, slots=True)
-class Token:
+class Token(NamedTuple):
     """A word, number, string, comment or sign: its kind, text and place."""
 
     kind: str
@@ -94,13 +98,25 @@ class Layout:
     faults: tuple[Fault, ...]
 
 
-def laid_out(source: Source) -> Layout:
-    """The statements and comments of a text."""
+_MODEL = re.compile(r"^[^\S\n]*model\b", re.MULTILINE)
+
+
+def pieces(text: str) -> Iterator[Span]:
+    """The text cut before each line that begins with `model`: each piece is laid out by itself.
+
+    Such a line begins a statement, whatever was left open before.
+    """
+    starts = [match.start() for match in _MODEL.finditer(text) if match.start()]
+    return map(Span, [0, *starts], [*starts, len(text)])
+
+
+def laid_out(source: Source, piece: Span | None = None) -> Layout:
+    """The statements and comments of a text, or of a piece of it."""
     lines = _Lines(source)
-    for match in _TOKEN.finditer(source.text):
+    start, end = piece or (0, len(source.text))
+    for match in _TOKEN.finditer(source.text, start, end):
         kind = match.lastgroup or "sign"
-        if kind != "blank":
-            lines.take(Token(kind, match[0], match.start()))
+        lines.take(Token(kind, match[kind], match.start(kind)))
     lines.end_statement()
     return Layout(tuple(lines.statements), tuple(lines.comments), tuple(lines.faults))
 
@@ -132,7 +148,8 @@ class _Lines:
             self.end_statement()
         self._line_is_empty = self._fresh_line = False
         self._tokens.append(token)
-        self._check(token)
+        if token.kind == "string" or token.text in _BRACKETS:
+            self._check(token)
 
     def _goes_on(self, token: Token) -> bool:
         """Whether the statement goes on with this first token of a line."""

@@ -1,7 +1,8 @@
 """A model file and the files that it uses."""
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from bisect import bisect_left
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -10,7 +11,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.own_words import OwnWords, own_words
 from facetlog.grammar.parse import LARGEST, parse
-from facetlog.grammar.source import NOWHERE, Source
+from facetlog.grammar.source import NOWHERE, Source, Span
 from facetlog.regular_file import read_regular
 
 __all__ = ["BUILTIN", "Library", "Read", "builtin_names", "read_library", "read_text"]
@@ -120,13 +121,14 @@ class _Reader:
 
 def _models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
     """The names of these models, and others: parents, kinds of parts, properties."""
-    words = set(_WORD.findall(file.source.text))
-    if not any(name in words or f"{name}s" in words for name in models):
+    if not models:
         return
+    places = _Places(file, models)
     for model in file.models:
         if model.parent is not None:
             yield model.parent.text
-        for node in (inner for one in model.statements for inner in s.walk(one)):
+        named = (x for x in model.statements if isinstance(x, _ASKING) and places.touch(x.span))
+        for node in (inner for one in named for inner in s.walk(one)):
             if isinstance(node, s.Part | s.There):
                 yield node.kind.text
                 yield node.kind.text.removesuffix("s")
@@ -134,7 +136,21 @@ def _models_named(file: s.File, models: frozenset[str]) -> Iterator[str]:
                 yield node.name.text
 
 
-_WORD = re.compile(r"\w+")
+_ASKING = (s.Part, s.Line, s.Define)
+"""Statements that can ask about a model; examples name what they build."""
+
+
+class _Places:
+    """Where the names of some models stand in a file, in the singular or the plural."""
+
+    def __init__(self, file: s.File, models: Iterable[str]) -> None:
+        words = re.compile(rf"\b(?:{'|'.join(map(re.escape, sorted(models)))})s?\b")
+        self._starts = [match.start() for match in words.finditer(file.source.text)]
+
+    def touch(self, span: Span) -> bool:
+        """Whether one stands in a piece of the text."""
+        at = bisect_left(self._starts, span.start)
+        return at < len(self._starts) and self._starts[at] < span.end
 
 
 def _why(error: Exception) -> str:

@@ -1,9 +1,10 @@
 """Model text into its syntax tree, with all faults of the text at once."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
@@ -11,12 +12,12 @@ from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedTok
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS, Fault
 from facetlog.grammar.lalr import NotParsed, TableParser
-from facetlog.grammar.layout import Layout, Statement, laid_out
+from facetlog.grammar.layout import Layout, Statement, laid_out, pieces
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.tree import TreeToSyntax
 from facetlog.grammar.unexpected import Parsing, explained
 
-__all__ = ["GRAMMAR", "LARGEST", "Parsed", "parse", "statement_trees"]
+__all__ = ["GRAMMAR", "LARGEST", "Parsed", "forget", "parse", "statement_trees"]
 
 GRAMMAR = Path(__file__).with_name("model.lark")
 
@@ -26,8 +27,15 @@ LARGEST = 4_000_000
 DEEPEST = 60
 """Expressions within expressions; what is deeper no person wrote."""
 
+MOST_STATEMENTS = 20_000
+MOST_PIECES = 500
+"""What is kept of what was read, some 40 MB: the statements of five hundred models."""
+
 LONGEST = 4000
 """Words and signs of one statement."""
+
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +66,40 @@ def parse(source: Source) -> Parsed:
         message = f"a model file of {size} is not read: {LARGEST / 1e6:.0f} million at most"
         fault = Fault("too-large", message, source, Span(0, 0), "cut it into several files")
         return Parsed(s.File(source, (), (), ()), (fault,))
-    layout = laid_out(source)
-    faults = list(layout.faults[:MOST_FAULTS])
-    found = list(_statements(source, layout, faults))
-    return Parsed(_file(source, layout, found, faults), tuple(sorted(faults, key=_order)))
+    faults: list[Fault] = []
+    found: list[object] = []
+    comments: list[s.Comment] = []
+    for span in pieces(source.text):
+        text = source.text[span.start : span.end]
+        piece = _PIECES.take(text, source.name, span.start)
+        if piece is None:
+            before = len(faults)
+            piece = _read_anew(source, span, faults)
+            if len(faults) == before:
+                _PIECES.keep(text, source.name, span.start, piece)
+        found += piece.nodes
+        comments += piece.comments
+    file = _file(source, tuple(comments), found, faults)
+    return Parsed(file, tuple(sorted(faults, key=_order)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """The statements and comments of a piece of a text."""
+
+    nodes: tuple[object, ...]
+    comments: tuple[s.Comment, ...]
+
+
+def _read_anew(source: Source, span: Span, faults: list[Fault]) -> _Piece:
+    layout = laid_out(source, span)
+    faults.extend(layout.faults[: max(0, MOST_FAULTS - len(faults))])
+    return _Piece(tuple(_statements(source, layout, faults)), layout.comments)
+
+
+def _piece_moved(piece: _Piece, by: int) -> _Piece:
+    nodes = tuple(s.moved(node, by) for node in piece.nodes)
+    return _Piece(nodes, tuple(s.moved(comment, by) for comment in piece.comments))
 
 
 def statement_trees(source: Source) -> Iterator[Tree[Token]]:
@@ -93,7 +131,60 @@ def _statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator
             yield node
 
 
+@dataclass(slots=True)
+class _Known(Generic[T]):
+    """What was read before, by its text, with the file and place of the last.
+
+    `moved` makes a copy of it that stands elsewhere.
+    """
+
+    most: int
+    moved: Callable[[T, int], T]
+    found: dict[str, tuple[T, str, int]] = field(default_factory=dict)
+
+    def take(self, text: str, name: str, start: int) -> T | None:
+        """What would be read there; None if it was not read before.
+
+        No node stands in two places: some are told apart by what they are, not by what they say.
+        """
+        known = self.found.get(text)
+        if known is None:
+            return None
+        node, before, at = known
+        if (before, at) != (name, start):
+            node = self.moved(node, start - at)
+            self.found[text] = node, name, start
+        return node
+
+    def keep(self, text: str, name: str, start: int, node: T) -> None:
+        """Keeps what was read, and forgets all else where it is too much."""
+        if len(self.found) >= self.most:
+            self.found.clear()
+        self.found[text] = node, name, start
+
+
+_STATEMENTS: _Known[object] = _Known(MOST_STATEMENTS, s.moved)
+_PIECES: _Known[_Piece] = _Known(MOST_PIECES, _piece_moved)
+
+
+def forget() -> None:
+    """Forgets what was read before, so that all is read anew: for measurements and tests."""
+    _STATEMENTS.found.clear()
+    _PIECES.found.clear()
+
+
 def _parsed(source: Source, statement: Statement, faults: list[Fault]) -> object:
+    start, end = statement.span
+    text = source.text[start:end]
+    node = _STATEMENTS.take(text, source.name, start)
+    if node is None:
+        node = _parsed_anew(source, statement, faults)
+        if node is not None:
+            _STATEMENTS.keep(text, source.name, start, node)
+    return node
+
+
+def _parsed_anew(source: Source, statement: Statement, faults: list[Fault]) -> object:
     try:
         node: object = _parser().parse(statement.tokens)
     except NotParsed:
@@ -134,7 +225,9 @@ def _depth(node: object) -> int:
 # ------------------------------------------------------------------ assembly
 
 
-def _file(source: Source, layout: Layout, found: list[object], faults: list[Fault]) -> s.File:
+def _file(
+    source: Source, comments: tuple[s.Comment, ...], found: list[object], faults: list[Fault]
+) -> s.File:
     first: list[s.Statement] = []
     models: list[s.Model] = []
     statements: list[s.Statement] = []
@@ -163,7 +256,7 @@ def _file(source: Source, layout: Layout, found: list[object], faults: list[Faul
                 else:
                     target.append(node)  # type: ignore[arg-type]
     finish()
-    return s.File(source, tuple(first), tuple(models), layout.comments)
+    return s.File(source, tuple(first), tuple(models), comments)
 
 
 def _no_model(source: Source, node: object) -> Fault:

@@ -7,6 +7,8 @@ from typing import Generic, TypeVar
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import Fault, said
+from facetlog.grammar.fixing.fix import Fix
+from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.source import Source
 
 __all__ = ["FlatModel", "Owned", "flat_models", "line_label"]
@@ -111,9 +113,17 @@ class _Resolver:
                     self._flatten(one)
         return self.flat
 
-    def _fault(self, code: str, message: str, node: s.Node, file: s.File, hint: str = "") -> None:
+    def _fault(
+        self,
+        code: str,
+        message: str,
+        node: s.Node,
+        file: s.File,
+        hint: str = "",
+        fixes: tuple[Fix, ...] = (),
+    ) -> None:
         if len(self.faults) < ENOUGH:
-            self.faults.append(Fault(code, message, file.source, node.span, hint))
+            self.faults.append(Fault(code, message, file.source, node.span, hint, fixes=fixes))
 
     def _line_of_descent(self, name: str) -> list[str]:
         """The model, its parent, and so on, as far as they are known and no circle closes."""
@@ -213,7 +223,8 @@ class _Resolver:
             else:
                 hint = said(model.parent.text, self.written) or "`use` the file that defines it"
                 message = f"there is no model `{model.parent}`"
-                self._fault("unknown-model", message, model.parent, file, hint)
+                fixes = respelling(model.parent, self.written)
+                self._fault("unknown-model", message, model.parent, file, hint, fixes)
         return found
 
     def _line(
@@ -287,4 +298,5 @@ class _Resolver:
         for label in statement.labels:
             if lines.pop(label.text, None) is None:
                 hint = said(label.text, lines)
-                self._fault("drop", f"there is no line `{label}`", label, file, hint)
+                fixes = respelling(label, lines)
+                self._fault("drop", f"there is no line `{label}`", label, file, hint, fixes)

@@ -2,12 +2,12 @@
 
 from bisect import bisect_right
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 __all__ = ["NOWHERE", "Source", "Span"]
 
 
-@dataclass(frozen=True, slots=True, order=True)
-class Span:
+class Span(NamedTuple):
     """From one character of a text to before another, counted from 0."""
 
     start: int
@@ -17,8 +17,8 @@ class Span:
         """From the beginning of this span to the end of another."""
         return Span(self.start, max(self.end, other.end))
 
-    def __contains__(self, offset: int) -> bool:
-        return self.start <= offset <= self.end
+    def __contains__(self, offset: object) -> bool:
+        return isinstance(offset, int) and self.start <= offset <= self.end
 
 
 NOWHERE = Span(0, 0)
@@ -33,8 +33,10 @@ class Source:
     _starts: list[int] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        starts = [0]
-        starts.extend(i + 1 for i, letter in enumerate(self.text) if letter == "\n")
+        starts, at = [0], self.text.find("\n")
+        while at >= 0:
+            starts.append(at + 1)
+            at = self.text.find("\n", at + 1)
         object.__setattr__(self, "_starts", starts)
 
     def line_and_column(self, offset: int) -> tuple[int, int]:

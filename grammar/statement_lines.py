@@ -1,7 +1,7 @@
 """A statement's tokens in lines: where blanks stand, and where a long statement is broken."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.layout import STATEMENT_WORDS, Token
@@ -27,7 +27,7 @@ _NO_REASON = ("use", "model", "example")
 
 def canonical(token: Token) -> Token:
     """The token as it is written."""
-    return replace(token, text="±") if token.text == "+/-" else token
+    return token._replace(text="±") if token.text == "+/-" else token
 
 
 def has_reason(tokens: Sequence[Token]) -> bool:

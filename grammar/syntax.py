@@ -4,9 +4,10 @@ Names are not looked up yet: a `Reference` may be a part, a constant or a name t
 One ladder of expressions serves conditions and measures; check.py says which is which.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from enum import StrEnum
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from facetlog.grammar.expressions import (
     Aggregate,
@@ -78,6 +79,7 @@ __all__ = [
     "There",
     "Use",
     "children",
+    "moved",
     "walk",
 ]
 
@@ -278,27 +280,27 @@ Node: TypeAlias = (
 """Whatever has a place."""
 
 _PLAIN = (str, bool, float, str | None)
-_FIELDS: dict[type, tuple[str, ...]] = {}
+_FIELDS: dict[type, tuple[tuple[str, bool], ...]] = {}
 
 
-def children(node: object) -> tuple[Node, ...]:
+def children(node: object) -> "list[Node]":
     """The nodes directly inside a node, in the order of their fields."""
     names = _FIELDS.get(type(node))
     if names is None:
-        names = tuple(
-            f.name
+        # Whatever stands in a tuple is a node.
+        names = _FIELDS[type(node)] = tuple(
+            (f.name, str(f.type).strip("\"'").startswith("tuple"))
             for f in fields(node)  # type: ignore[arg-type]
             if f.name not in ("span", "source") and f.type not in _PLAIN
         )
-        _FIELDS[type(node)] = names
     found: list[Node] = []
-    for name in names:
+    for name, many in names:
         value = getattr(node, name)
-        if isinstance(value, tuple):
-            found.extend(v for v in value if hasattr(v, "span"))
+        if many:
+            found += value
         elif hasattr(value, "span"):
             found.append(value)
-    return tuple(found)
+    return found
 
 
 def walk(node: object) -> "list[Node]":
@@ -308,5 +310,39 @@ def walk(node: object) -> "list[Node]":
     while waiting:
         one = waiting.pop()
         found.append(one)  # type: ignore[arg-type]
-        waiting.extend(reversed(children(one)))
+        inner = children(one)
+        inner.reverse()
+        waiting += inner
     return found
+
+
+def moved(node: Any, by: int) -> Any:
+    """A copy of a node, with all inside it, so many letters further on in its text."""
+    kind = node.__class__
+    slots = _SLOTS.get(kind)
+    if slots is None:
+        slots = _SLOTS[kind] = tuple(_slot(kind, f.name, str(f.type)) for f in fields(kind))
+    copy = object.__new__(kind)
+    for read, write, many in slots:
+        value = read(node)
+        if many:
+            write(copy, tuple([moved(one, by) for one in value]))
+        elif value.__class__ is Span:
+            # What is nowhere, as a name that was left out, stays so.
+            write(copy, Span(value[0] + by, value[1] + by) if value[1] else value)
+        elif value.__class__ in _LEAVES:
+            write(copy, value)
+        else:
+            write(copy, moved(value, by))
+    return copy
+
+
+_Slot = tuple[Callable[[Any], Any], Callable[[Any, Any], None], bool]
+_SLOTS: dict[type, tuple[_Slot, ...]] = {}
+_LEAVES = frozenset({str, bool, float, type(None), Outcome, Ancestry, Comparator, CountKind})
+
+
+def _slot(kind: Any, name: str, annotation: str) -> _Slot:
+    """How a field is read and, in a new copy of a frozen node, written."""
+    slot = kind.__dict__[name]
+    return slot.__get__, slot.__set__, annotation.strip("\"'").startswith("tuple")

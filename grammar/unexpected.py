@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 
 from facetlog.grammar.faults import Fault
+from facetlog.grammar.fixing.respelling import is_slip, respelt
 from facetlog.grammar.layout import STATEMENT_WORDS, Statement, Token
 from facetlog.grammar.source import Source, Span
 
@@ -59,7 +60,8 @@ def explained(
         token, word = meant
         message = f"`{token.text}` is not a word of the language"
         span = Span(token.start, token.end)
-        return Fault("misspelt", message, source, span, f"did you mean `{word}`?")
+        fix = respelt(span, word, sure=is_slip(token.text, word))
+        return Fault("misspelt", message, source, span, f"did you mean `{word}`?", fixes=(fix,))
     at_end = here.reach >= len(text)
     wanted = _wanted(here.expected)
     if at_end:

@@ -8,11 +8,17 @@ from facetlog.grammar.checking.measures import MeasureChecker, Names
 from facetlog.grammar.checking.types import CONDITION, EVERY, Element, Type, unit_hint
 from facetlog.grammar.constants import constant
 from facetlog.grammar.faults import said
+from facetlog.grammar.fixing.fix import swap
+from facetlog.grammar.fixing.missing_unit import missing_unit
+from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.scope import Local, PartSymbol, SetSymbol, part_kind
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import THING, Gives, Kinds
 
 __all__ = ["ConditionChecker"]
+
+ELEMENTS = ("face", "faces", "edge", "edges", "element")
+"""What `there is` and `each` go through, as it is spelt."""
 
 
 @dataclass(slots=True)
@@ -73,12 +79,15 @@ class ConditionChecker(MeasureChecker):
                 self.fault("count", f"`{number}` is no whole number", number)
                 return
         if count.low and count.high and int(count.low.text) > int(count.high.text):
-            self.fault("count", f"`{count.low}` is more than `{count.high}`", count.low)
+            fix = swap(self.source.text, count.low.span, count.high.span, sure=True)
+            message = f"`{count.low}` is more than `{count.high}`"
+            self.fault("count", message, count.low, fixes=(fix,))
 
     def _comparison(self, node: s.Comparison, names: Names) -> None:
         left = self.measure(node.measure, names)
         right = self.measure(node.limit, names)
-        self._alike(left, right, node.limit)
+        beside = node.limit, node.second, node.fading
+        self._alike(left, right, node.limit, beside)
         exactly = node.comparator is s.Comparator.EQUAL and node.second is None
         if exactly and not (self._counts(node.measure) or self._counts(node.limit)):
             hint = "give a tolerance: `= ... ± ...`"
@@ -93,7 +102,7 @@ class ConditionChecker(MeasureChecker):
             value = constant(extra, self.scope.lets)
             if is_share and value is not None and value.percent:
                 continue
-            self._alike(left, found, extra)
+            self._alike(left, found, extra, beside)
 
     def _counts(self, node: s.Expression) -> bool:
         match node:
@@ -102,14 +111,22 @@ class ConditionChecker(MeasureChecker):
                 return name.text == "count" or (word is not None and word.gives is Gives.COUNT)
         return False
 
-    def _alike(self, left: Dimension | None, right: Dimension | None, node: s.Expression) -> None:
+    def _alike(
+        self,
+        left: Dimension | None,
+        right: Dimension | None,
+        node: s.Expression,
+        beside: Iterable[s.Expression | None],
+    ) -> None:
         if left is None or right is None or left is right:
             return
         if right is Dimension.NUMBER:
             value = constant(node, self.scope.lets)
             if value is not None and value.value == 0 and not value.percent:
                 return
-        self.fault("dimension", f"{left} is compared with {right}", node, unit_hint(left, right))
+        fixes = missing_unit(node, left, beside) if right is Dimension.NUMBER else ()
+        message = f"{left} is compared with {right}"
+        self.fault("dimension", message, node, unit_hint(left, right), fixes)
 
     def _property(self, node: s.Property, names: Names) -> None:
         name = node.name.text
@@ -128,6 +145,7 @@ class ConditionChecker(MeasureChecker):
             f"`{name}` is no property",
             node.name,
             said(name, [*known, *self.scope.roles, *self.scope.defines]),
+            respelling(node.name, [*known, *self.scope.roles, *self.scope.defines]),
         )
 
     def _no_shadow(self, new: Iterable[s.Name], names: Names) -> bool:
@@ -153,6 +171,7 @@ class ConditionChecker(MeasureChecker):
                         f"there is no set `{node.name}`",
                         node.name,
                         said(node.name.text, sets) or "write `each face x: ...`",
+                        respelling(node.name, sets),
                     )
                 else:
                     self.fault(
@@ -217,7 +236,8 @@ class ConditionChecker(MeasureChecker):
                 "unknown-kind",
                 f"`{node.kind}` is no kind of part",
                 node.kind,
-                said(node.kind.text, ("face", "faces", "edge", "edges", "element")),
+                said(node.kind.text, ELEMENTS),
+                respelling(node.kind, ELEMENTS),
             )
             return
         local = Local(node.name.text, kind[0])

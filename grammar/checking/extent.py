@@ -9,11 +9,15 @@ from dataclasses import dataclass, field
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.resolve import Owned
+from facetlog.grammar.source import Span
 
 __all__ = ["DEEPEST", "LARGEST", "Extents"]
 
 LARGEST = 3000
 """Words of one condition, with those of the definitions that it names."""
+
+WRITTEN = 60
+"""Expressions within expressions of one statement as it is written (`parse.DEEPEST`)."""
 
 DEEPEST = 80
 """Expressions within expressions, those of definitions counted where they are named."""
@@ -29,14 +33,28 @@ class Extents:
     defines: Mapping[str, Owned[s.Define]]
     known: dict[str, tuple[int, int]] = field(default_factory=dict)
 
-    def too_much(self, node: s.Expression) -> str:
-        """What is too much about an expression, or nothing."""
+    def too_much(self, node: s.Expression, statement: Span) -> str:
+        """What is too much about an expression, or nothing; `statement` is that it stands in."""
+        if self._surely_little(statement.end - statement.start):
+            return ""
         size, depth = self.of(node, ())
         if size > LARGEST:
             return f"it comes to more than {LARGEST} words, those of its definitions included"
         if depth > DEEPEST:
             return f"it is more than {DEEPEST} expressions deep, those of its definitions included"
         return ""
+
+    def _surely_little(self, letters: int) -> bool:
+        """Whether a statement of so many letters cannot be too much, whatever it names.
+
+        A letter is three nodes at most (a part alone is a name, a reference and a property's
+        subject), a call takes three letters, and no statement is deeper than it may be written.
+        """
+        for name in self.defines:
+            self._of_definition(name, ())
+        size = max((size for size, _ in self.known.values()), default=0)
+        depth = max((depth for _, depth in self.known.values()), default=0)
+        return 3 * letters + letters // 3 * size <= LARGEST and WRITTEN + depth <= DEEPEST
 
     def of(self, node: s.Expression, within: tuple[str, ...]) -> tuple[int, int]:
         """Size and depth of an expression."""

@@ -8,6 +8,9 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.types import CONDITION, DIMENSIONS, EVERY, Element, Type, unit_hint
 from facetlog.grammar.constants import combined_dimension, constant, quantity
 from facetlog.grammar.faults import Fault, said
+from facetlog.grammar.fixing.fix import Fix
+from facetlog.grammar.fixing.missing_unit import missing_unit
+from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
 from facetlog.grammar.source import Source
 from facetlog.grammar.units import UNITS, Dimension
@@ -33,9 +36,11 @@ class MeasureChecker(ABC):
     def __post_init__(self) -> None:
         self.source = self.scope.model.source
 
-    def fault(self, code: str, message: str, node: s.Node, hint: str = "") -> None:
+    def fault(
+        self, code: str, message: str, node: s.Node, hint: str = "", fixes: tuple[Fix, ...] = ()
+    ) -> None:
         """Tells a fault of the model's own text."""
-        self.faults.append(Fault(code, message, self.source, node.span, hint))
+        self.faults.append(Fault(code, message, self.source, node.span, hint, fixes=fixes))
 
     @abstractmethod
     def type_of(self, node: s.Expression, names: Names) -> Type | None:
@@ -53,7 +58,8 @@ class MeasureChecker(ABC):
     def _quantity(self, node: s.Quantity) -> Dimension | None:
         if node.unit is not None and node.unit.text not in UNITS:
             hint = said(node.unit.text, UNITS) or f"units are {', '.join(UNITS)}"
-            self.fault("unknown-unit", f"`{node.unit}` is no unit", node.unit, hint)
+            fixes = respelling(node.unit, UNITS)
+            self.fault("unknown-unit", f"`{node.unit}` is no unit", node.unit, hint, fixes)
             return None
         found = quantity(node)
         if found is None:
@@ -105,6 +111,7 @@ class MeasureChecker(ABC):
             f"nothing here is called `{name}`",
             name,
             said(name.text, known) or self._as_unit(name),
+            respelling(name, known),
         )
 
     def _as_unit(self, name: s.Name) -> str:
@@ -130,7 +137,7 @@ class MeasureChecker(ABC):
         if node.part.text not in roles:
             hint = said(node.part.text, roles) or f"it has {', '.join(roles) or 'none'}"
             message = f"`{owner.model}` has no part `{node.part}`"
-            self.fault("member", message, node.part, hint)
+            self.fault("member", message, node.part, hint, respelling(node.part, roles))
             return None
         return Element(roles[node.part.text])
 
@@ -171,6 +178,7 @@ class MeasureChecker(ABC):
                 f"`{name}` is no word of the vocabulary",
                 name,
                 said(name.text, known),
+                respelling(name, known),
             )
             return None
         if not self._right_number(word, name, arguments):
@@ -205,7 +213,9 @@ class MeasureChecker(ABC):
         wanted = DIMENSIONS[word.number_last]  # type: ignore[index]
         found = self.measure(argument, names)
         if found is not None and found is not wanted:
-            self.fault("dimension", f"this is {found}, `{word.name}` wants {wanted}", argument)
+            fixes = missing_unit(argument, wanted, ()) if found is Dimension.NUMBER else ()
+            message = f"this is {found}, `{word.name}` wants {wanted}"
+            self.fault("dimension", message, argument, fixes=fixes)
 
     def _wanted_kind(self, word: Word, argument: s.Expression, wanted: Kinds, names: Names) -> None:
         found = self.type_of(argument, names)

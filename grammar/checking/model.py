@@ -8,6 +8,7 @@ from facetlog.grammar.checking.extent import Extents
 from facetlog.grammar.checking.types import EVERY
 from facetlog.grammar.constants import constant
 from facetlog.grammar.faults import Fault, said
+from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.layout import STATEMENT_WORDS
 from facetlog.grammar.library import builtin_names
 from facetlog.grammar.scope import THIS, Local, Scope, names_in, part_kind
@@ -190,6 +191,7 @@ class _ModelChecker(ConditionChecker):
                 part.kind,
                 said(part.kind.text, known)
                 or "a face, an edge, a vertex, an element, or a model that this file uses",
+                respelling(part.kind, known),
             )
             return
         if kind[1]:
@@ -222,7 +224,7 @@ class _ModelChecker(ConditionChecker):
             )
         if part.count is not None:
             self.whole_numbers(part.count)
-        if part.where is not None and not self._too_much(part.where, part.kind):
+        if part.where is not None and not self._too_much(part.where, part.kind, part):
             name = part.names[0].text
             self.condition(part.where, {name: Local(name, *kind)})
 
@@ -231,7 +233,7 @@ class _ModelChecker(ConditionChecker):
             weight = float(line.expect.split()[0])
             if weight > 100:
                 self.fault("weight", f"a weight of {line.expect} is more than all", line.condition)
-        if not self._too_much(line.condition, line.condition):
+        if not self._too_much(line.condition, line.condition, line):
             self.condition(line.condition, {})
 
     def _let(self, let: s.Let) -> None:
@@ -253,14 +255,14 @@ class _ModelChecker(ConditionChecker):
                 return
         self._no_shadow(define.parameters, {})
         unknown = {name: Local(name, EVERY) for name in names}
-        if not self._too_much(define.body, define.name):
+        if not self._too_much(define.body, define.name, define):
             self.defining = (define.name.text,)
             self.type_of(define.body, unknown)
             self.defining = ()
 
-    def _too_much(self, node: s.Expression, where: s.Node) -> bool:
+    def _too_much(self, node: s.Expression, where: s.Node, statement: s.Statement) -> bool:
         """Tells a condition that is too large or too deep; nothing else is then said of it."""
-        why = self.extents.too_much(node)
+        why = self.extents.too_much(node, statement.span)
         if why:
             self.fault("too-large", "this is too much for one condition", where, why)
         return bool(why)
@@ -282,7 +284,11 @@ class _ModelChecker(ConditionChecker):
         for label in example.because:
             if label.text not in labels:
                 self.fault(
-                    "unknown-line", f"there is no line `{label}`", label, said(label.text, labels)
+                    "unknown-line",
+                    f"there is no line `{label}`",
+                    label,
+                    said(label.text, labels),
+                    respelling(label, labels),
                 )
         if isinstance(example.scene, s.SceneBuilt):
             for setting in example.scene.settings:

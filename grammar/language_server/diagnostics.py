@@ -12,7 +12,7 @@ from facetlog.grammar.language_server.positions import EditorText
 from facetlog.grammar.language_server.project import Project
 from facetlog.grammar.source import Span
 
-__all__ = ["SOURCE", "diagnostics"]
+__all__ = ["SOURCE", "diagnostic", "diagnostics"]
 
 SOURCE = "facetlog"
 
@@ -27,10 +27,11 @@ def diagnostics(project: Project, path: Path) -> list[lsp.Diagnostic]:
     analysis = project.analysis(path)
     text = project.text(path)
     own = [fault for fault in analysis.faults if fault.source.name == str(path)]
-    return [_diagnostic(fault, text) for fault in own] + list(_of_others(project, analysis, text))
+    return [diagnostic(fault, text) for fault in own] + list(_of_others(project, analysis, text))
 
 
-def _diagnostic(fault: Fault, text: EditorText) -> lsp.Diagnostic:
+def diagnostic(fault: Fault, text: EditorText) -> lsp.Diagnostic:
+    """A fault of the text."""
     message = f"{fault.message}; {fault.hint}" if fault.hint else fault.message
     return lsp.Diagnostic(
         text.range(fault.span),

@@ -8,7 +8,7 @@ from pathlib import Path
 from lsprotocol import types as lsp
 from pygls import uris
 
-from facetlog.grammar.analysis import Analysis, analyse
+from facetlog.grammar.analysis import Analysis, Memory, analyse
 from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.positions import UTF_16, EditorText
 from facetlog.grammar.language_server.symbols import Occurrences
@@ -33,6 +33,7 @@ class Project:
     _uris: dict[Path, str] = field(default_factory=dict)
     _analyses: dict[Path, Analysis] = field(default_factory=dict)
     _symbols: dict[Path, Occurrences] = field(default_factory=dict)
+    _memories: dict[Path, Memory] = field(default_factory=dict)
 
     # ------------------------------------------------------------- texts
 
@@ -57,6 +58,7 @@ class Project:
         path = path_of(uri)
         self._open.pop(path, None)
         self._uris.pop(path, None)
+        self._memories.pop(path, None)
         self.forget()
         return path
 
@@ -97,7 +99,8 @@ class Project:
         if found is None:
             if len(self._analyses) >= ANALYSES:
                 self.forget()
-            found = analyse(path, self.text(path).text, read=self.read)
+            memory = self._memories.setdefault(path, Memory())
+            found = analyse(path, self.text(path).text, read=self.read, memory=memory)
             self._analyses[path] = found
         return found
 

@@ -1,27 +1,32 @@
 """The server: each request of the protocol, and the module that answers it."""
 
 import asyncio
-from collections.abc import Iterator
+from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 from pygls.lsp.server import LanguageServer
-from pygls.protocol.language_server import LanguageServerProtocol, lsp_method
 from pygls.uris import to_fs_path
 
 from facetlog.grammar.format import formatted
 from facetlog.grammar.language_server import Builders
+from facetlog.grammar.language_server.code_actions import KINDS, code_actions
 from facetlog.grammar.language_server.completion import TRIGGERS, completions
 from facetlog.grammar.language_server.diagnostics import diagnostics
+from facetlog.grammar.language_server.folding import folds
 from facetlog.grammar.language_server.hover import hover_text
 from facetlog.grammar.language_server.outline import outline
 from facetlog.grammar.language_server.project import Project, path_of
+from facetlog.grammar.language_server.protocol import Protocol
 from facetlog.grammar.language_server.references import references
 from facetlog.grammar.language_server.rename import Refusal, renamed, why_fixed
+from facetlog.grammar.language_server.semantic_tokens import LEGEND, semantic_tokens
+from facetlog.grammar.language_server.signature_help import TRIGGERS as CALLS
+from facetlog.grammar.language_server.signature_help import signature_help
 from facetlog.grammar.language_server.symbols import Occurrence
-from facetlog.grammar.source import Source
+from facetlog.grammar.source import Source, Span
 
 __all__ = ["PAUSE_S", "ModelServer", "model_server"]
 
@@ -32,26 +37,11 @@ REFUSED = -32803
 """RequestFailed of the protocol: the request was understood and cannot be fulfilled."""
 
 
-class _Protocol(LanguageServerProtocol):
-    """The protocol, with texts kept by `Project` alone.
-
-    The library's own keeping of changed texts breaks lines where the protocol does not (U+2028,
-    form feed), and clips the ranges of a change in place, so that no handler sees what was sent.
-    """
-
-    @lsp_method(lsp.TEXT_DOCUMENT_DID_CHANGE)
-    def lsp_text_document__did_change(
-        self, params: lsp.DidChangeTextDocumentParams
-    ) -> Iterator[object]:
-        """Hands the change on."""
-        yield self.fm.features[lsp.TEXT_DOCUMENT_DID_CHANGE], (params,), None
-
-
 class ModelServer(LanguageServer):
     """A server with the texts of one editor."""
 
     def __init__(self, builders: Builders) -> None:
-        super().__init__("facetlog-model", _version(), protocol_cls=_Protocol)
+        super().__init__("facetlog-model", _version(), protocol_cls=Protocol)
         self.builders = builders
         self.project = Project()
         self._waiting: asyncio.TimerHandle | None = None
@@ -94,6 +84,7 @@ def model_server(builders: Builders) -> ModelServer:
     server = ModelServer(builders)
     _serve_texts(server)
     _serve_questions(server)
+    _serve_looks(server)
     _serve_names(server)
     return server
 
@@ -183,6 +174,49 @@ def _serve_questions(server: ModelServer) -> None:
     def symbols(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
         path = path_of(params.text_document.uri)
         return outline(project.analysis(path).file, project.text(path))
+
+    @server.feature(
+        lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions(trigger_characters=list(CALLS))
+    )
+    def help_with_call(params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
+        path = path_of(params.text_document.uri)
+        text = project.text(path)
+        offset = text.offset(params.position)
+        return signature_help(project.analysis(path), text.text, offset, server.builders)
+
+    @server.feature(
+        lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions(code_action_kinds=list(KINDS))
+    )
+    def actions(params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
+        path, uri = path_of(params.text_document.uri), params.text_document.uri
+        text = project.text(path)
+        span = Span(text.offset(params.range.start), text.offset(params.range.end))
+        found = code_actions(project.analysis(path), text, uri, span)
+        wanted = params.context.only
+        return [one for one in found if wanted is None or _is_of(one, wanted)]
+
+
+def _is_of(action: lsp.CodeAction, kinds: Sequence[lsp.CodeActionKind | str]) -> bool:
+    """Whether an action is of one of some kinds: `source.fixAll` is of `source`, too."""
+    own = str(getattr(action.kind, "value", action.kind))
+    asked = [str(getattr(kind, "value", kind)) for kind in kinds]
+    return any(own == kind or not kind or own.startswith(f"{kind}.") for kind in asked)
+
+
+# -------------------------------------------------------------------- looks
+
+
+def _serve_looks(server: ModelServer) -> None:
+    project = server.project
+
+    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, LEGEND)
+    def colours(params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
+        path = path_of(params.text_document.uri)
+        return semantic_tokens(project.symbols(path), project.text(path), path)
+
+    @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
+    def folding(params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
+        return folds(Source("", project.text(path_of(params.text_document.uri)).text))
 
 
 # -------------------------------------------------------------------- names

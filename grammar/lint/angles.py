@@ -123,7 +123,8 @@ def angle_faults(claims: Claims, told: set[Place], effort: Effort) -> Iterator[F
 
     `told` are the places of claims of which something is told already, and grows.
     """
-    angles = _angles_of(claims).all()
+    found = _angles_of(claims)
+    angles = found.all()
     names = sorted({name for pair in angles for name in pair})
     if not names or len(names) > MOST_FACES:
         return
@@ -134,17 +135,38 @@ def angle_faults(claims: Claims, told: set[Place], effort: Effort) -> Iterator[F
             yield from _fault("no two faces have such an angle", (known,), told, pair)
     if not clean:
         return
+    for pair, leaning in _leaning(found):
+        clean = False
+        yield from _fault("no two faces that lean so have such an angle", leaning, told, pair)
+    if not clean:
+        return
     for three in combinations(names, 3):
         pairs = [frozenset(p) for p in combinations(three, 2)]
         if any(p not in angles for p in pairs):
             continue
-        found = [angles[p] for p in pairs]
-        why = impossible_three(*(k.region for k in found))
+        known_of = [angles[p] for p in pairs]
+        why = impossible_three(*(k.region for k in known_of))
         if why:
             clean = False
-            yield from _fault(f"no three faces have such angles: {why}", found, told, three)
+            yield from _fault(f"no three faces have such angles: {why}", known_of, told, three)
     if clean and len(names) > 3:
         yield from _searched(angles, names, told, effort)
+
+
+def _leaning(found: _Angles) -> Iterator[tuple[frozenset[str], tuple[_Known, ...]]]:
+    """Pairs of faces whose angle their tilts do not allow, and what is known of the three.
+
+    A tilt does not say whether a face looks up or down. Two faces of tilts s and t are turned from
+    one another by s + t at most, or by 180 degrees less s + t at least.
+    """
+    for pair, known in found.all().items():
+        if UP in pair:
+            continue
+        tilts = tuple(found.tilts[name] for name in sorted(pair) if name in found.tilts)
+        most = sum(tilt.region[1] for tilt in tilts) + GIVE
+        low, high = known.region
+        if len(tilts) == 2 and most < low and high < 180.0 - most:
+            yield pair, (known, *tilts)
 
 
 def _searched(

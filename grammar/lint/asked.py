@@ -9,7 +9,7 @@ from facetlog.grammar.lint.knowledge import Knowledge
 from facetlog.grammar.lint.solids import IMPLIES
 from facetlog.grammar.scope import PartSymbol, SetSymbol
 
-__all__ = ["Asked", "Given", "Needed", "asked_of", "given_by"]
+__all__ = ["Asked", "Given", "Needed", "brief_of"]
 
 # Measures that bound one another; what is asked of one may follow from what is asked of another.
 _SIZES = frozenset({
@@ -60,6 +60,13 @@ class Given:
         return asked.shapes <= self.shapes and all(
             self.strengths.get(of, 0.0) >= factor * (1 - EQUAL) for of, factor in asked.strengths
         )
+
+
+def brief_of(known: Knowledge) -> "tuple[Asked | None, Given]":
+    """What a model asks for (None if that cannot be compared) and gives; worked out once."""
+    if not isinstance(known.brief, tuple):
+        known.brief = asked_of(known), given_by(known)
+    return known.brief
 
 
 def asked_of(known: Knowledge) -> Asked | None:

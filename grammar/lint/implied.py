@@ -9,11 +9,12 @@ from dataclasses import dataclass
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity
-from facetlog.grammar.lint.asked import Asked, Given, Needed, asked_of, given_by
+from facetlog.grammar.lint.asked import Asked, Given, Needed, brief_of
 from facetlog.grammar.lint.bound_graph import EQUAL
 from facetlog.grammar.lint.claims import Claim, Claims
 from facetlog.grammar.lint.knowledge import Knowledge, claims_on
 from facetlog.grammar.lint.solids import IMPLIES
+from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.scope import PartSymbol, SetSymbol
 
 __all__ = ["implied_models"]
@@ -40,13 +41,17 @@ class _Tried:
     left: int
 
 
-def implied_models(known: Mapping[str, Knowledge], main: s.File) -> Iterator[Fault]:
+def implied_models(
+    known: Mapping[str, Knowledge], models: Mapping[str, FlatModel], main: s.File
+) -> Iterator[Fault]:
     """Models that others imply without being one of them, each told once.
 
-    Told at the implied model's name, or, if that is in another file, at the other's.
+    `models` are those models as they stand in the text. Told at the implied model's name, or, if
+    that is in another file, at the other's.
     """
-    asked = {name: found for name, k in known.items() if (found := asked_of(k)) is not None}
-    given = {name: given_by(k) for name, k in known.items()}
+    briefs = {name: brief_of(k) for name, k in known.items()}
+    asked = {name: wanted for name, (wanted, _) in briefs.items() if wanted is not None}
+    given = {name: has for name, (_, has) in briefs.items()}
     holders: dict[Hashable, list[str]] = {}
     for name, one in given.items():
         for shape in one.shapes:
@@ -65,7 +70,7 @@ def implied_models(known: Mapping[str, Knowledge], main: s.File) -> Iterator[Fau
             if mutual and order[other] > order[name]:
                 # They are the same: told at the later one.
                 continue
-            fault = _told(known[name], known[other], main, mutual)
+            fault = _told(models[name], models[other], main, mutual)
             if fault is not None:
                 yield fault
                 left -= 1
@@ -74,8 +79,7 @@ def implied_models(known: Mapping[str, Knowledge], main: s.File) -> Iterator[Fau
             return
 
 
-def _told(one: Knowledge, other: Knowledge, main: s.File, mutual: bool) -> Fault | None:
-    implied, by = one.claims.scope.model, other.claims.scope.model
+def _told(implied: FlatModel, by: FlatModel, main: s.File, mutual: bool) -> Fault | None:
     at = implied if implied.file is main else by
     if at.file is not main:
         return None

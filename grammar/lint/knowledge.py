@@ -1,7 +1,8 @@
 """What follows from a model: bounds in a graph, conditions by their forms, and contradictions."""
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Set
+from collections import deque
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Set
 from dataclasses import dataclass, field
 
 from facetlog.grammar.checking.types import DIMENSIONS
@@ -9,16 +10,20 @@ from facetlog.grammar.lint.bound_graph import EQUAL, ONE, Edge, Graph, edge_of, 
 from facetlog.grammar.lint.claims import Claim, Claims
 from facetlog.grammar.lint.linear import Atom
 from facetlog.grammar.lint.premises import premises
-from facetlog.grammar.lint.solids import excluded, solid_bounds
+from facetlog.grammar.lint.solids import (
+    HIGHER,
+    THROUGH_AT_LEAST,
+    THROUGH_AT_MOST,
+    TILT_AT_LEAST,
+    TILT_AT_MOST,
+    excluded,
+    solid_bounds,
+)
 from facetlog.grammar.scope import PartSymbol, SetSymbol
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import THING
 
 __all__ = ["Contradiction", "Knowledge", "knowledge_of"]
-
-# `level` and `upright` as bounds of the tilt in degrees (rules/vocabulary.pl).
-_TILT_AT_MOST = {"level": 10.0}
-_TILT_AT_LEAST = {"upright": 80.0}
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,12 +37,17 @@ class Contradiction:
 
 @dataclass(slots=True)
 class Knowledge:
-    """What a model says that must hold, without what contradicts what came before it."""
+    """What a model says that must hold, without what contradicts what came before it.
+
+    `brief` is the same in short (`asked.brief_of`), once it was wanted.
+    """
 
     claims: Claims
     graph: Graph = field(default_factory=Graph)
     conditions: dict[Hashable, tuple[Claim, bool]] = field(default_factory=dict)
     contradictions: list[Contradiction] = field(default_factory=list)
+    brief: object = None
+    heights: dict[str, list[tuple[str, Claim, bool]]] = field(default_factory=dict)
 
     def follows(
         self, claim: Claim, without: Iterable[object] = (), *, if_known: bool = True
@@ -70,9 +80,40 @@ class Knowledge:
             found = Contradiction((claim, other), sure and other_sure)
             self.contradictions.append(found)
             return
+        if not self._stack(claim, sure):
+            return
         for edge in _edges(claim, sure, atoms):
             self._add(claim, edge)
         self.conditions.setdefault(claim.key, (claim, sure))
+
+    def _stack(self, claim: Claim, sure: bool) -> bool:
+        """Notes what is higher than what; False if that would make a circle, which is told."""
+        match claim.said:
+            case (str() as word, (str() as one, str() as other)) if word in HIGHER:
+                both = one, other
+                upper, lower = (both[i] for i in HIGHER[word])
+            case _:
+                return True
+        around = self._downward(lower, upper)
+        if around:
+            claims = tuple(dict.fromkeys((claim, *(c for c, _ in around))))
+            certain = sure and all(x for _, x in around)
+            self.contradictions.append(Contradiction(claims, certain))
+            return False
+        self.heights.setdefault(upper, []).append((lower, claim, sure))
+        return True
+
+    def _downward(self, upper: str, lower: str) -> tuple[tuple[Claim, bool], ...]:
+        """The claims by which one is higher than another, directly or not; nothing if none say."""
+        came: dict[str, tuple[tuple[Claim, bool], ...]] = {upper: ()}
+        waiting = deque([upper])
+        while waiting:
+            at = waiting.popleft()
+            for below, claim, sure in self.heights.get(at, ()):
+                if below not in came:
+                    came[below] = (*came[at], (claim, sure))
+                    waiting.append(below)
+        return came.get(lower, ())
 
     def _add(self, claim: Claim, edge: Edge) -> None:
         factor, path = self.graph.best(edge.lesser, edge.greater)
@@ -95,7 +136,22 @@ def knowledge_of(claims: Claims) -> Knowledge:
         found.graph.add(edge)
     for claim, sure in premises(claims):
         found.add(claim, sure, atoms)
+    found.contradictions.extend(_too_large(found, atoms))
     return found
+
+
+def _too_large(known: Knowledge, atoms: Set[Atom]) -> Iterator[Contradiction]:
+    """Areas that are larger than the longest sides allow: no face is larger than its rectangle."""
+    one, one_area = (ONE, Dimension.LENGTH), (ONE, Dimension.AREA)
+    for atom in sorted((a for a in atoms if a[0] == "area"), key=repr):
+        least, path = known.graph.best(atom, one_area)
+        long, by_length = known.graph.best(one, ("length", *atom[1:]))
+        wide, by_width = known.graph.best(one, ("width", *atom[1:]))
+        if wide < long:
+            wide, by_width = long, by_length  # the width is no more than the length
+        edges = (*path, *by_length, *by_width)
+        if least * long * wide > 1 + EQUAL and claims_on(edges):
+            yield Contradiction(tuple(dict.fromkeys(claims_on(edges))), all(e.sure for e in edges))
 
 
 def claims_on(path: Iterable[Edge]) -> list[Claim]:
@@ -124,14 +180,33 @@ def _given(claims: Claims, atoms: list[Atom]) -> Iterator[Edge]:
 
 
 def _edges(claim: Claim, sure: bool, atoms: Set[Atom]) -> Iterator[Edge]:
+    """The bounds that a claim makes, those of the condition that it says among them."""
+    for edge in _bounds(claim, sure, atoms):
+        yield Edge(edge.greater, edge.lesser, edge.factor, sure, claim)
+
+
+def _angle_edges(
+    word: str,
+    atom: Atom,
+    at_most: Mapping[str, float],
+    at_least: Mapping[str, float],
+    atoms: Set[Atom],
+) -> Iterator[Edge]:
+    one = (ONE, Dimension.ANGLE)
+    if atom in atoms and word in at_most:
+        yield Edge(one, atom, 1 / at_most[word], True)
+    elif atom in atoms and word in at_least:
+        yield Edge(atom, one, at_least[word], True)
+
+
+def _bounds(claim: Claim, sure: bool, atoms: Set[Atom]) -> Iterator[Edge]:
     for bound in claim.bounds:
         edge = edge_of(bound.half, sure, claim)
         if edge is not None:
             yield edge
     match claim.said:
-        case (str() as word, (str() as of,)) if ("tilt", of) in atoms:
-            one = (ONE, Dimension.ANGLE)
-            if word in _TILT_AT_MOST:
-                yield Edge(one, ("tilt", of), 1 / _TILT_AT_MOST[word], sure, claim)
-            elif word in _TILT_AT_LEAST:
-                yield Edge(("tilt", of), one, _TILT_AT_LEAST[word], sure, claim)
+        case (str() as word, (str() as of,)):
+            yield from _angle_edges(word, ("tilt", of), TILT_AT_MOST, TILT_AT_LEAST, atoms)
+        case (str() as word, frozenset() as pair):
+            through = ("dihedral", pair)
+            yield from _angle_edges(word, through, THROUGH_AT_MOST, THROUGH_AT_LEAST, atoms)

@@ -1,13 +1,14 @@
 """What is odd about models without faults: the door to everything that lint tells."""
 
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity
 from facetlog.grammar.lint.angles import Effort, angle_faults
 from facetlog.grammar.lint.bounds import bound_faults
-from facetlog.grammar.lint.claims import Place
+from facetlog.grammar.lint.claims import Claims, Place
 from facetlog.grammar.lint.habits import absolute_sizes, habits, in_vain
 from facetlog.grammar.lint.implied import implied_models
 from facetlog.grammar.lint.knowledge import Knowledge, knowledge_of
@@ -15,10 +16,11 @@ from facetlog.grammar.lint.normal import claims_of
 from facetlog.grammar.lint.parts import part_faults
 from facetlog.grammar.lint.ranges import region_faults
 from facetlog.grammar.lint.unused import unused_parts, unused_statements
+from facetlog.grammar.passes.memo import Fingerprints, Memo
 from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.scope import Scope
 
-__all__ = ["lint"]
+__all__ = ["RULES", "KnowledgeMemo", "lint"]
 
 MOST_STEPS = 20_000
 """Expressions of one model, its definitions opened. A large model has some hundreds."""
@@ -30,53 +32,126 @@ SEARCH_STEPS = 150_000
 """Steps of all searches for directions: about half a second."""
 
 
-def lint(scopes: Mapping[str, Scope], main: s.File, faults: Iterable[Fault]) -> tuple[Fault, ...]:
+@dataclass(frozen=True, slots=True)
+class Look:
+    """One model as its rules see it.
+
+    `told` are the places of claims of which something is told already, `seen` the comparisons that
+    were looked at, `effort` what searches may still cost: they grow from rule to rule.
+    """
+
+    claims: Claims
+    known: Knowledge
+    main: s.File
+    effort: Effort
+    told: set[Place] = field(default_factory=set)
+    seen: dict[int, bool] = field(default_factory=dict)
+
+
+Rule = Callable[[Look], Iterator[Fault]]
+
+_HOLDING: tuple[Rule, ...] = (
+    lambda x: region_faults(x.claims, x.seen, x.told),
+    lambda x: bound_faults(x.claims, x.known, x.told),
+    lambda x: angle_faults(x.claims, x.told, x.effort),
+)
+"""Whether lines can hold, and whether they say anything."""
+
+_SAYING: tuple[Rule, ...] = (
+    lambda x: _parts(x.claims, x.main),
+    lambda x: in_vain(x.claims),
+    lambda x: absolute_sizes(x.claims, x.told),
+)
+"""Whether something is said of what is named, and so that it can be judged."""
+
+RULES = (*_HOLDING, *_SAYING)
+"""What is asked of each model, in this order; habits come first, models beside one another last."""
+
+KnowledgeMemo: TypeAlias = Memo[Knowledge | None]
+"""What follows from models, kept from one text to the next; None of a model that is too large."""
+
+
+def lint(
+    scopes: Mapping[str, Scope],
+    main: s.File,
+    faults: Iterable[Fault],
+    prints: Fingerprints | None = None,
+    memo: KnowledgeMemo | None = None,
+) -> tuple[Fault, ...]:
     """What is odd about the models of a file, and about what stands before them.
 
     `scopes` are those of all models in reach, `faults` what was told before: a model that has an
     error is left out, and what it might use is not said to be unused. At most MOST_FAULTS are
-    given, errors first. Never raises, and is bounded in time whatever the models say.
+    given, errors first. Never raises, and is bounded in time whatever the models say. With a
+    `memo`, only models that are not in it are looked at.
     """
     errors = _Errors(faults)
     sound = {name: x for name, x in scopes.items() if not errors.touch(x, scopes)}
     complete = len(sound) == len(scopes) and not errors.before_models(main)
-    found = list(
-        dict.fromkeys([*_faults(sound, main, complete), *_of_other_lines(scopes, main, errors)])
-    )
+    every = [
+        *_faults(sound, main, complete, prints, memo or Memo()),
+        *_of_other_lines(scopes, main, errors),
+    ]
+    # What stands in a definition is met in each model that uses it.
+    found = list({(f.code, f.source, f.span): f for f in reversed(every)}.values())[::-1]
     found.sort(key=lambda f: (f.severity is not Severity.ERROR, f.span.start, f.span.end))
     return tuple(found[:MOST_FAULTS])
 
 
-def _faults(sound: Mapping[str, Scope], main: s.File, complete: bool) -> Iterator[Fault]:
+def _faults(
+    sound: Mapping[str, Scope],
+    main: s.File,
+    complete: bool,
+    prints: Fingerprints | None,
+    memo: KnowledgeMemo,
+) -> Iterator[Fault]:
     """`complete`: all models are looked at, so that what none of them uses is not used."""
-    seen: dict[int, bool] = {}
     effort = Effort(SEARCH_STEPS)
     left = STEPS_IN_ALL
     looked: dict[str, Knowledge] = {}
     for name, scope in sound.items():
-        is_own = scope.model.file is main
-        if is_own:
-            yield from habits(scope)
-        claims = claims_of(scope, main, min(MOST_STEPS, left))
-        if claims is None:
+        kept = memo.take(scope.model, prints) if prints is not None else None
+        if kept is None:
+            known, faults = _looked_at(scope, main, min(MOST_STEPS, left), effort)
+            if prints is not None:
+                memo.keep(scope.model, prints, known, faults)
+        else:
+            known, faults = kept
+        yield from faults
+        if known is None:
             complete = False
             continue
-        left -= claims.steps
-        known = looked[name] = knowledge_of(claims)
-        if not is_own:
-            continue
-        told: set[Place] = set()
-        yield from region_faults(claims, seen, told)
-        yield from bound_faults(claims, known, told)
-        yield from angle_faults(claims, told, effort)
-        parts = tuple(unused_parts(claims, main))
-        yield from parts
-        yield from part_faults(claims, main, frozenset(_text(f) for f in parts))
-        yield from in_vain(claims)
-        yield from absolute_sizes(claims, told)
+        left -= known.claims.steps
+        known.graph.visits = 0
+        looked[name] = known
+    models = {name: scope.model for name, scope in sound.items()}
     if complete:
-        yield from unused_statements((k.claims for k in looked.values()), main)
-    yield from implied_models(looked, main)
+        used = ((known.claims.used, models[name]) for name, known in looked.items())
+        yield from unused_statements(used, main)
+    yield from implied_models(looked, models, main)
+
+
+def _looked_at(
+    scope: Scope, main: s.File, most: int, effort: Effort
+) -> tuple[Knowledge | None, tuple[Fault, ...]]:
+    """What follows from a model, and what is odd about it if it is of the file itself."""
+    is_own = scope.model.file is main
+    found = list(habits(scope)) if is_own else []
+    claims = claims_of(scope, main, most)
+    if claims is None:
+        return None, tuple(found)
+    known = knowledge_of(claims)
+    if is_own:
+        look = Look(claims, known, main, effort)
+        for rule in RULES:
+            found.extend(rule(look))
+    return known, tuple(found)
+
+
+def _parts(claims: Claims, main: s.File) -> Iterator[Fault]:
+    parts = tuple(unused_parts(claims, main))
+    yield from parts
+    yield from part_faults(claims, main, frozenset(_text(f) for f in parts))
 
 
 def _of_other_lines(
@@ -94,10 +169,9 @@ def _of_other_lines(
         mended = replace(scope, model=replace(model, lines=lines))
         claims = claims_of(mended, main, MOST_STEPS)
         if claims is not None:
-            told: set[Place] = set()
-            yield from region_faults(claims, {}, told)
-            yield from bound_faults(claims, knowledge_of(claims), told)
-            yield from angle_faults(claims, told, Effort(SEARCH_STEPS // 10))
+            look = Look(claims, knowledge_of(claims), main, Effort(SEARCH_STEPS // 10))
+            for rule in _HOLDING:
+                yield from rule(look)
 
 
 def _text(fault: Fault) -> str:

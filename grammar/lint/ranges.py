@@ -5,8 +5,10 @@ from collections.abc import Iterator
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import Fault, Severity
+from facetlog.grammar.fixing.fix import Edit, Fix, swap
 from facetlog.grammar.lint.claims import Bound, Claims, Place, Region, in_short
 from facetlog.grammar.lint.linear import Linear
+from facetlog.grammar.source import Span
 from facetlog.grammar.units import Dimension
 from facetlog.grammar.vocabulary import Gives, Word
 
@@ -42,9 +44,18 @@ class _Look:
         self.region = region
         self.node = region.node
 
-    def fault(self, code: str, message: str, node: s.Node, hint: str, *, sure: bool) -> Fault:
+    def fault(
+        self,
+        code: str,
+        message: str,
+        node: s.Node,
+        hint: str,
+        fixes: tuple[Fix, ...] = (),
+        *,
+        sure: bool,
+    ) -> Fault:
         severity = Severity.ERROR if sure else Severity.WARNING
-        return Fault(code, message, self.region.source, node.span, hint, severity)
+        return Fault(code, message, self.region.source, node.span, hint, severity, fixes)
 
     def faults(self) -> Iterator[Fault]:
         region = self.region
@@ -78,7 +89,7 @@ class _Look:
             if _is_zero(region.fading):
                 return self.fault(
                     "zero-fading", "a fading of 0 changes nothing", node.fading,
-                    "leave it out", sure=False,
+                    "leave it out", self._without_fading(node.fading), sure=False,
                 )  # fmt: skip
         return None
 
@@ -86,7 +97,26 @@ class _Look:
         if not width.is_constant or width.constant >= 0:
             return None
         message = f"a {what} cannot be negative"
-        return self.fault("negative-width", message, node, "write it without the sign", sure=True)
+        hint = "write it without the sign"
+        return self.fault("negative-width", message, node, hint, self._unsigned(node), sure=True)
+
+    def _unsigned(self, node: s.Expression) -> tuple[Fix, ...]:
+        if not isinstance(node, s.Negative) or not isinstance(node.operand, s.Quantity):
+            return ()
+        number = node.operand.span.start
+        before = self.region.source.text[:number].rstrip()
+        if not before.endswith("-"):
+            return ()  # brackets stand there
+        sign = Span(len(before) - 1, number)
+        return (Fix("leave the sign out", (Edit(sign, ""),), True),)
+
+    def _without_fading(self, fading: s.Expression) -> tuple[Fix, ...]:
+        before = self.node.second or self.node.limit
+        word = self.region.source.text[before.span.end : fading.span.start]
+        if word.strip() != "fading":
+            return ()  # brackets stand there
+        edit = Edit(Span(before.span.end, fading.span.end), "")
+        return (Fix("leave the fading out", (edit,), True),)
 
     def _counts(self) -> bool:
         words = self.claims.scope.words
@@ -100,7 +130,8 @@ class _Look:
         if low is not None and high is not None and self._impossible(low.half.plus(high.half)):
             first, second = self._ends()
             message = f"this never holds: {first} is more than {second}"
-            return self.fault("never-holds", message, self.node, "change them round", sure=True)
+            hint, fixes = "change them round", self._ends_swapped()
+            return self.fault("never-holds", message, self.node, hint, fixes, sure=True)
         for bound in self.region.bounds:
             if self._impossible(bound.half):
                 why = self._why(bound)
@@ -111,6 +142,13 @@ class _Look:
     def _ends(self) -> tuple[str, str]:
         limit, second = self.node.limit, self.node.second or self.node.limit
         return tuple(f"`{in_short(self.region.source, n)}`" for n in (limit, second))  # type: ignore[return-value]
+
+    def _ends_swapped(self) -> tuple[Fix, ...]:
+        node, region = self.node, self.region
+        if node.comparator is not s.Comparator.BETWEEN or node.second is None:
+            return ()
+        constant = all(end is not None and end.is_constant for end in (region.low, region.high))
+        return (swap(region.source.text, node.limit.span, node.second.span, sure=constant),)
 
     def _impossible(self, rest: Linear) -> bool:
         """Whether what should not be negative is."""

@@ -11,7 +11,17 @@ from collections.abc import Hashable, Iterable, Iterator, Mapping
 from facetlog.grammar.lint.linear import Atom
 from facetlog.grammar.scope import THIS
 
-__all__ = ["IMPLIES", "SolidBound", "excluded", "solid_bounds"]
+__all__ = [
+    "HIGHER",
+    "IMPLIES",
+    "THROUGH_AT_LEAST",
+    "THROUGH_AT_MOST",
+    "TILT_AT_LEAST",
+    "TILT_AT_MOST",
+    "SolidBound",
+    "excluded",
+    "solid_bounds",
+]
 
 SolidBound = tuple[Atom, Atom, float, bool]
 """The first is at least so many times the second; whether that is sure."""
@@ -54,6 +64,7 @@ def solid_bounds(atoms: Iterable[Atom], this_holds_all: bool) -> Iterator[SolidB
                 shared.append(atom)
             elif isinstance(atom[1], str):
                 of_one.setdefault(atom[1], {})[word] = atom
+    yield from _rectangles(atoms)
     for words in of_one.values():
         for greater, lesser, sure in _OF_ONE:
             if greater in words and lesser in words:
@@ -69,6 +80,33 @@ def solid_bounds(atoms: Iterable[Atom], this_holds_all: bool) -> Iterator[SolidB
     for atom in shared:
         if "length" in this:
             yield this["length"], atom, _DIAGONAL, True
+
+
+def _rectangles(atoms: Iterable[Atom]) -> Iterator[SolidBound]:
+    """No face has a larger area than the least rectangle round it."""
+    there = set(atoms)
+    for atom in there:
+        match atom:
+            case ("*", frozenset() as sides):
+                found = [_one_measure(side) for side in sides] * (3 - len(sides))
+                if any(side is None for side in found):
+                    continue
+                (first, a), (second, b) = found  # type: ignore[misc]
+                words = {first[0], second[0]}
+                area: Atom = ("area", *first[1:])
+                if first[1:] == second[1:] and area in there and words in _SIDES and a * b > 0:
+                    yield atom, area, a * b, True
+
+
+_SIDES = ({"length", "width"}, {"length"})
+
+
+def _one_measure(key: Hashable) -> tuple[Atom, float] | None:
+    """The measure and its factor, of a sum that is so many times one measure."""
+    match key:
+        case (0.0, frozenset() as terms) if len(terms) == 1:
+            return next(iter(terms))  # type: ignore[no-any-return]
+    return None
 
 
 def _within(this: Mapping[str, Atom], words: Mapping[str, Atom]) -> Iterator[SolidBound]:
@@ -95,6 +133,17 @@ _EXCLUDES = {
     "below": ("above",),
 }
 _ONE_WAY = frozenset({"above", "below", "underside_of", "closes", "supports"})
+
+TILT_AT_MOST: Mapping[str, float] = {"level": 10.0}
+TILT_AT_LEAST: Mapping[str, float] = {"upright": 80.0}
+"""`level` and `upright` as bounds of the tilt in degrees (rules/vocabulary.pl)."""
+
+THROUGH_AT_MOST: Mapping[str, float] = {"convex": 180.0}
+THROUGH_AT_LEAST: Mapping[str, float] = {"concave": 180.0}
+"""`convex` and `concave` as bounds of the dihedral in degrees (docs/facts.md)."""
+
+HIGHER: Mapping[str, tuple[int, int]] = {"above": (0, 1), "below": (1, 0)}
+"""Which of the two is the higher, and which the lower, of conditions that compare heights."""
 
 IMPLIES: Mapping[str, tuple[str, ...]] = {
     "convex": ("adjoins",),

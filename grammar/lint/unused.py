@@ -4,7 +4,9 @@ from collections.abc import Iterable, Iterator
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import Fault, Severity
+from facetlog.grammar.fixing.fix import Fix, removal
 from facetlog.grammar.lint.claims import Claims
+from facetlog.grammar.resolve import FlatModel
 from facetlog.grammar.source import Source
 
 __all__ = ["unused_parts", "unused_statements"]
@@ -34,11 +36,16 @@ def unused_parts(claims: Claims, main: s.File) -> Iterator[Fault]:
             yield _warning("unused-part", message, owned.source, name, "add a line about it")
 
 
-def unused_statements(models: Iterable[Claims], main: s.File) -> Iterator[Fault]:
-    """Constants, definitions and parameters of a file that no model uses, heirs included."""
+def unused_statements(
+    models: Iterable[tuple[frozenset[str], FlatModel]], main: s.File
+) -> Iterator[Fault]:
+    """Constants, definitions and parameters of a file that no model uses, heirs included.
+
+    `models` are all models, with the names that each looks up.
+    """
     used: set[int] = set()
-    for claims in models:
-        _mark(claims, used)
+    for names, model in models:
+        _mark(names, model, used)
     every = [*main.statements, *(x for model in main.models for x in model.statements)]
     for statement in every:
         if not isinstance(statement, s.Let | s.Define):
@@ -46,7 +53,11 @@ def unused_statements(models: Iterable[Claims], main: s.File) -> Iterator[Fault]
         if id(statement) not in used:
             what = "constant" if isinstance(statement, s.Let) else "definition"
             message = f"the {what} `{statement.name}` is never used"
-            yield _warning(f"unused-{what}", message, main.source, statement.name, "leave it out")
+            title = f"leave out the {what} `{statement.name}`"
+            fixes = removal(title, main.source.text, statement.span, sure=False)
+            yield _warning(
+                f"unused-{what}", message, main.source, statement.name, "leave it out", fixes
+            )
         if isinstance(statement, s.Define):
             inside = set(_references(statement.body))
             for parameter in statement.parameters:
@@ -57,10 +68,9 @@ def unused_statements(models: Iterable[Claims], main: s.File) -> Iterator[Fault]
                     )
 
 
-def _mark(claims: Claims, used: set[int]) -> None:
+def _mark(names: frozenset[str], model: FlatModel, used: set[int]) -> None:
     """Notes the constants and definitions that a model needs, and what its constants need."""
-    model = claims.scope.model
-    waiting = [name for name in claims.used if name in model.lets or name in model.defines]
+    waiting = [name for name in names if name in model.lets or name in model.defines]
     seen: set[str] = set()
     while waiting:
         name = waiting.pop()
@@ -86,5 +96,12 @@ def _references(node: s.Expression) -> Iterator[str]:
                 yield from (n.text for n in of)
 
 
-def _warning(code: str, message: str, source: Source, node: s.Name, hint: str) -> Fault:
-    return Fault(code, message, source, node.span, hint, Severity.WARNING)
+def _warning(
+    code: str,
+    message: str,
+    source: Source,
+    node: s.Name,
+    hint: str,
+    fixes: tuple[Fix, ...] = (),
+) -> Fault:
+    return Fault(code, message, source, node.span, hint, Severity.WARNING, fixes)

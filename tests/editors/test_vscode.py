@@ -1,11 +1,19 @@
 """The extension for VS Code: its colours know the language's words, its files belong together."""
 
 import json
+import os
 import re
+import runpy
+import shutil
+import subprocess
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
+from zipfile import ZipFile
 
+import pytest
 from lark import Lark
 from lark.lexer import PatternStr
 
@@ -133,9 +141,13 @@ def test_the_files_of_the_extension_belong_together() -> None:
         assert (FOLDER / name).is_file()
     assert grammar["language"] == language["id"] == "facetlog-model"
     assert grammar["scopeName"] == _colours()["scopeName"]
-    script = (FOLDER / package["main"]).read_text(encoding="utf-8")
-    required = set(re.findall(r'require\("([^"/]+)', script))
-    assert required == {"vscode", *package["dependencies"]}
+    scripts = {path.stem: path.read_text(encoding="utf-8") for path in FOLDER.glob("*.js")}
+    script = scripts[package["main"].removeprefix("./").removesuffix(".js")]
+    required = set(re.findall(r'require\("([^"]+)', "\n".join(scripts.values())))
+    # What is no part of VS Code or of Node would have to be packed as well.
+    others = {name.removeprefix("./") for name in required - {"vscode", "child_process"}}
+    assert others == scripts.keys() - {"extension"}
+    assert "dependencies" not in package
     for command in contributes["commands"]:
         assert f'registerCommand("{command["command"]}"' in script
     default = contributes["configuration"]["properties"]["facetlog.command"]["default"]
@@ -147,3 +159,47 @@ def test_words_are_what_the_language_takes_for_names() -> None:
     assert pattern["flags"] == "u"
     words = _pattern(pattern["pattern"])
     assert words.findall("größe x_1 3cm") == ["größe", "x_1", "cm"]
+
+
+def test_the_extension_is_packed_without_node(tmp_path: Path) -> None:
+    main = runpy.run_path(str(FOLDER.parents[1] / "scripts" / "build_vsix.py"))["main"]
+    first, second = tmp_path / "a.vsix", tmp_path / "b.vsix"
+    assert main(["-o", str(first)]) == main(["-o", str(second)]) == 0
+    assert first.read_bytes() == second.read_bytes()
+    with ZipFile(first) as archive:
+        names = set(archive.namelist())
+        manifest = ElementTree.fromstring(archive.read("extension.vsixmanifest"))  # noqa: S314
+        packed = json.loads(archive.read("extension/package.json"))
+    assets = {one.attrib["Path"] for one in manifest.iter() if "Path" in one.attrib}
+    assert assets <= names
+    wanted = [packed["main"], packed["contributes"]["grammars"][0]["path"]]
+    assert {f"extension/{name.removeprefix('./')}" for name in wanted} <= names
+    identity = next(one for one in manifest.iter() if one.tag.endswith("Identity"))
+    assert identity.attrib["Version"] == packed["version"]
+
+
+STAND_IN = Path(__file__).with_name("vscode_stand_in.js")
+
+
+@pytest.mark.skipif(shutil.which("node") is None, reason="needs node")
+def test_the_extension_speaks_with_the_server(tmp_path: Path) -> None:
+    server = [sys.executable, "-m", "facetlog.grammar.language_server"]
+    run = subprocess.run(
+        ["node", str(STAND_IN), str(FOLDER), json.dumps(server)],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(FOLDER.parents[1] / "src")},
+    )
+    assert run.stderr == ""
+    found = json.loads(run.stdout)
+    assert found["faults"] == ["unknown-word"]
+    assert found["actions"][0] == "write `level`"
+    assert "level" in found["completions"]
+    assert found["hover"]
+    assert found["symbols"] == ["board"]
+    assert found["tokens"] > 0
+    assert found["folds"] == 1
+    assert found["errors"] == []

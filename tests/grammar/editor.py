@@ -127,9 +127,13 @@ class Editor:
 
     def ask(self, method: str, params: object) -> Any:
         """The answer to a request; RequestRefused if it is an error."""
+        return self.ask_as({"method": method, "params": params})
+
+    def ask_as(self, message: Mapping[str, object]) -> Any:
+        """The answer to a message that gets the next number, whatever else is in it."""
         self._last_id += 1
         number = self._last_id
-        self._send({"id": number, "method": method, "params": params})
+        self._send({"id": number, **message})
         while number not in self._answers:
             self._take()
         answer = self._answers.pop(number)

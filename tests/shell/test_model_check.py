@@ -5,6 +5,7 @@ import io
 import json
 import re
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -20,6 +21,10 @@ GOOD = """model slab
 """
 FAULTY = GOOD.replace("top is level,", "top is levle,")
 THREE_FAULTS = GOOD.replace("upward", "upwrad").replace("2 cm", "2 deg").replace("40 cm", "40 cmm")
+
+
+def _tree(text: str) -> ElementTree.Element:
+    return ElementTree.fromstring(text)  # noqa: S314  what this program has just written
 
 
 def _write(folder: Path, **texts: str) -> None:
@@ -210,3 +215,76 @@ def _codes(tree: ast.AST) -> set[str]:
             texts = (p.value for p in ast.walk(node.args[0]) if isinstance(p, ast.Constant))
             found |= {text for text in texts if isinstance(text, str) and CODE.fullmatch(text)}
     return found
+
+
+def test_fix_writes_what_is_sure_and_tells_the_rest(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _write(tmp_path, a=THREE_FAULTS, good=GOOD)
+    before = (tmp_path / "good.model").stat()
+    assert main(["model", "check", "--fix", "a.model", "good.model"]) == 1
+    out, err = capsys.readouterr()
+    mended = (tmp_path / "a.model").read_text(encoding="utf-8")
+    assert "top is upward" in mended
+    assert "40 cmm," in mended  # cm or mm?
+    assert "facetlog: a.model:4:31: write `upward` [unknown-word]" in err
+    assert "facetlog: a.model: 1 fault put right" in err
+    assert out.splitlines()[-1] == "2 files, 2 errors"
+    after = (tmp_path / "good.model").stat()
+    assert (before.st_mtime_ns, before.st_ino) == (after.st_mtime_ns, after.st_ino)
+    assert main(["model", "check", "--fix", "a.model"]) == 1
+    assert capsys.readouterr().err == ""
+
+
+def test_fix_keeps_line_ends_and_modes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.model"
+    path.write_bytes(FAULTY.replace("\n", "\r\n").encode())
+    path.chmod(0o640)
+    assert main(["model", "check", "--fix", "a.model"]) == 0
+    assert path.read_bytes() == GOOD.replace("\n", "\r\n").encode()
+    assert path.stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.parametrize("arguments", [["-"], ["a.model", "--watch"]])
+def test_fix_needs_files_that_nobody_is_editing(
+    arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    _write(tmp_path, a=FAULTY)
+    assert main(["model", "check", "--fix", *arguments]) == 2
+    assert (tmp_path / "a.model").read_text(encoding="utf-8") == FAULTY
+
+
+def test_sarif_and_json_hold_the_fixes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    _write(tmp_path, a=FAULTY)
+    assert main(["model", "check", "a.model", "--output", "sarif"]) == 1
+    (result,) = json.loads(capsys.readouterr().out)["runs"][0]["results"]
+    (fix,) = result["fixes"]
+    (change,) = fix["artifactChanges"]
+    assert fix["description"]["text"] == "write `level`"
+    assert change["artifactLocation"] == {"uri": "a.model"}
+    region = {"startLine": 4, "startColumn": 17, "endLine": 4, "endColumn": 22}
+    assert change["replacements"] == [
+        {"deletedRegion": region, "insertedContent": {"text": "level"}}
+    ]
+    assert main(["model", "check", "a.model", "--output", "json"]) == 1
+    (fault,) = json.loads(capsys.readouterr().out)["faults"]
+    assert [(f["title"], f["sure"]) for f in fault["fixes"]] == [("write `level`", True)]
+
+
+def test_junit_has_a_suite_for_each_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    doubtful = GOOD.replace("  example", "  let square = 15 deg\n  example")
+    _write(tmp_path, bad=FAULTY, doubtful=doubtful, good=GOOD)
+    arguments = ["model", "check", "bad.model", "doubtful.model", "good.model", "--output", "junit"]
+    assert main(arguments) == 1
+    root = _tree(capsys.readouterr().out)
+    assert (root.tag, root.get("tests"), root.get("failures")) == ("testsuites", "3", "1")
+    bad, warned, good = root
+    (failure,) = bad.iter("failure")
+    assert failure.get("type") == "unknown-word"
+    assert "bad.model:4:17: error:" in (failure.text or "")
+    assert [one.tag for one in warned[0]] == ["system-out"]
+    assert [case.get("name") for case in good] == ["no faults"]
+    assert main([*arguments, "--warnings-as-errors"]) == 1
+    assert _tree(capsys.readouterr().out).get("failures") == "2"

@@ -1,5 +1,6 @@
 """`facetlog model check`: all faults of model files, each with its place and the way out."""
 
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -25,16 +26,23 @@ class Output(StrEnum):
     TEXT = "text"
     JSON = "json"
     SARIF = "sarif"
+    JUNIT = "junit"
 
 
 @command
 def check_command(
     files: Files,
     output: Annotated[
-        Output, typer.Option("--output", help="For readers, for programs, for code hosts.")
+        Output,
+        typer.Option(
+            "--output", help="For readers, for programs, for code hosts, for build servers."
+        ),
     ] = Output.TEXT,
     warnings_as_errors: Annotated[
         bool, typer.Option("--warnings-as-errors", help="End with 1 for warnings as well.")
+    ] = False,
+    fix: Annotated[
+        bool, typer.Option("--fix", help="First put right what is sure, in the files themselves.")
     ] = False,
     watch: Watch = False,
 ) -> int:
@@ -42,6 +50,12 @@ def check_command(
 
     Exit code 0: no errors, 1: there are some, 2: a file cannot be read.
     """
+    if fix and watch:
+        raise InputError("--fix without --watch: files that are being edited are not rewritten")
+    if fix:
+        from facetlog.commands.model.fix import fix_files
+
+        fix_files(model_files(files))
     run = partial(_check, files, output, warnings_as_errors=warnings_as_errors)
     return watched(run, partial(model_files, files), watch=watch)
 
@@ -53,6 +67,7 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool) ->
         faults_json,
         faults_text,
     )
+    from facetlog.commands.model.junit import faults_junit
     from facetlog.commands.model.sarif import faults_sarif
 
     paths = model_files(arguments)
@@ -63,7 +78,12 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool) ->
         used |= {*analysis.library.files, *analysis.library.words}
         found.extend(faults)
     faults = distinct(found)
-    write = {Output.TEXT: faults_text, Output.JSON: faults_json, Output.SARIF: faults_sarif}
+    write: dict[Output, Callable[[Sequence[Path], Sequence[Fault]], str]] = {
+        Output.TEXT: faults_text,
+        Output.JSON: faults_json,
+        Output.SARIF: faults_sarif,
+        Output.JUNIT: partial(faults_junit, warnings_as_errors=warnings_as_errors),
+    }
     typer.echo(write[output](paths, faults))
     if any(fault.code == "unreadable" for fault in faults):
         return Ran(InputError.exit_code, frozenset(used))
@@ -71,19 +91,25 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool) ->
     return Ran(NO if bad else YES, frozenset(used))
 
 
-def analysed(path: Path) -> "Analysis":
-    """What is known of a model file, or of the text on standard input."""
+def analysed(path: Path, text: str | None = None) -> "Analysis":
+    """What is known of a model file, or of the text on standard input.
+
+    `text` takes the place of the file's own.
+    """
     from facetlog.grammar.analysis import analyse
 
-    return analyse(path, stdin_text() if is_stdin(path) else None)
+    return analyse(path, stdin_text() if is_stdin(path) else text)
 
 
-def checked(path: Path) -> "tuple[Analysis, tuple[Fault, ...]]":
-    """What is known of a model file, and its faults with those of the things its examples build."""
+def checked(path: Path, text: str | None = None) -> "tuple[Analysis, tuple[Fault, ...]]":
+    """What is known of a model file, and its faults with those of the things its examples build.
+
+    `text` takes the place of the file's own.
+    """
     from facetlog.grammar import syntax as s
     from facetlog.grammar.example_scenes import examples_of, scene_faults
 
-    analysis = analysed(path)
+    analysis = analysed(path, text)
     faults = analysis.faults
     if any(isinstance(example.scene, s.SceneBuilt) for _, example in examples_of(analysis)):
         from facetlog.commands.model.scenes import builder_sizes

@@ -6,6 +6,8 @@ from pathlib import Path
 
 from facetlog import __version__
 from facetlog.grammar.faults import Fault, Severity
+from facetlog.grammar.fixing.fix import Fix
+from facetlog.grammar.source import Source
 
 __all__ = ["counted", "distinct", "errors_in", "faults_data", "faults_json", "faults_text", "plain"]
 
@@ -93,4 +95,15 @@ def _fault(fault: Fault) -> dict[str, object]:
         "column": column,
         "end_line": end_line,
         "end_column": end_column,
+        "fixes": [_fix(fault.source, fix) for fix in fault.fixes],
     }
+
+
+def _fix(source: Source, fix: Fix) -> dict[str, object]:
+    edits = []
+    for edit in fix.edits:
+        line, column = source.line_and_column(edit.span.start)
+        end_line, end_column = source.line_and_column(edit.span.end)
+        place = {"line": line, "column": column, "end_line": end_line, "end_column": end_column}
+        edits.append({**place, "text": edit.text})
+    return {"title": fix.title, "sure": fix.sure, "edits": edits}

@@ -11,7 +11,8 @@ from urllib.parse import quote
 from facetlog import __version__
 from facetlog.commands.model.fault_codes import described
 from facetlog.grammar.faults import Fault
-from facetlog.grammar.source import Source
+from facetlog.grammar.fixing.fix import Fix
+from facetlog.grammar.source import Source, Span
 
 __all__ = ["faults_sarif"]
 
@@ -43,14 +44,7 @@ def _rule(code: str) -> dict[str, object]:
 
 def _result(fault: Fault, rule: int) -> dict[str, object]:
     hint = f"; {fault.hint}" if fault.hint else ""
-    start_line, start_column = _place(fault.source, fault.span.start)
-    end_line, end_column = _place(fault.source, fault.span.end)
-    region = {
-        "startLine": start_line,
-        "startColumn": start_column,
-        "endLine": end_line,
-        "endColumn": end_column,
-    }
+    region = _region(fault.source, fault.span)
     location = {"artifactLocation": {"uri": _address(fault.source.name)}, "region": region}
     return {
         "ruleId": fault.code,
@@ -58,6 +52,28 @@ def _result(fault: Fault, rule: int) -> dict[str, object]:
         "level": fault.severity.value,
         "message": {"text": f"{fault.message}{hint}"},
         "locations": [{"physicalLocation": location}],
+        **({"fixes": [_fix(fault.source, fix) for fix in fault.fixes]} if fault.fixes else {}),
+    }
+
+
+def _fix(source: Source, fix: Fix) -> dict[str, object]:
+    """Section 3.55: what would put a fault right."""
+    changes = [
+        {"deletedRegion": _region(source, edit.span), "insertedContent": {"text": edit.text}}
+        for edit in fix.edits
+    ]
+    artifact = {"artifactLocation": {"uri": _address(source.name)}, "replacements": changes}
+    return {"description": {"text": fix.title}, "artifactChanges": [artifact]}
+
+
+def _region(source: Source, span: Span) -> dict[str, int]:
+    start_line, start_column = _place(source, span.start)
+    end_line, end_column = _place(source, span.end)
+    return {
+        "startLine": start_line,
+        "startColumn": start_column,
+        "endLine": end_line,
+        "endColumn": end_column,
     }
 
 

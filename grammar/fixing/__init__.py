@@ -1,0 +1,1 @@
+"""What puts faults right: edits of a text, and a file with all that is sure of them made."""

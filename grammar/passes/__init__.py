@@ -1,0 +1,1 @@
+"""What an analysis keeps between its passes, and from one text to the next."""

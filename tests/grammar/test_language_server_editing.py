@@ -1,0 +1,183 @@
+"""The language server while a model is written: fixes, colours, calls, folds, faulty requests."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from lsprotocol import types as lsp
+
+from facetlog.grammar.language_server.code_actions import code_actions
+from facetlog.grammar.language_server.folding import folds
+from facetlog.grammar.language_server.positions import EditorText
+from facetlog.grammar.language_server.project import Project
+from facetlog.grammar.language_server.semantic_tokens import LEGEND, semantic_tokens
+from facetlog.grammar.language_server.signature_help import signature_help
+from facetlog.grammar.source import Source, Span
+from tests.grammar.editor import Editor, RequestRefused
+
+URI = "file:///nowhere/m.model"
+
+MODEL = """\
+# A board
+# that lies.
+model board
+  "A level board."
+  define flat(f, g): f is level, f adjoins g   "flat beside another"
+  face top, side
+  ok: top is level, flat(top, side),
+      top adjoins side
+  tilt(top) at most 5 degs
+  example "x" of cuboid(width 70 cm) holds
+
+model other is board
+"""
+
+
+def _project(text: str) -> tuple[Project, Path]:
+    project = Project()
+    return project, project.open(URI, text)
+
+
+def _after(text: str, action: lsp.CodeAction) -> str:
+    assert action.edit is not None
+    assert action.edit.changes is not None
+    editor = EditorText(text)
+    (edits,) = action.edit.changes.values()
+    for edit in sorted(edits, key=lambda e: editor.offset(e.range.start), reverse=True):
+        start, end = editor.offset(edit.range.start), editor.offset(edit.range.end)
+        text = text[:start] + edit.new_text + text[end:]
+    return text
+
+
+def _actions(text: str, at: str) -> list[lsp.CodeAction]:
+    project, path = _project(text)
+    start = text.index(at)
+    span = Span(start, start + len(at))
+    return code_actions(project.analysis(path), project.text(path), URI, span)
+
+
+def test_a_fault_is_offered_its_fix() -> None:
+    first, everything = _actions(MODEL, "degs")
+    assert (first.title, first.kind, first.is_preferred) == ("write `deg`", "quickfix", True)
+    assert "at most 5 deg\n" in _after(MODEL, first)
+    assert everything.kind == lsp.CodeActionKind.SourceFixAll
+    assert _after(MODEL, everything) == _after(MODEL, first)
+
+
+def test_a_warning_can_be_allowed() -> None:
+    text = MODEL.replace("degs", "deg").replace("  face", "  let spare = 3\n  face")
+    left_out, allowed = _actions(text, "spare")
+    assert "spare" not in _after(text, left_out)
+    assert "  let spare = 3  # lint: allow unused-constant\n" in _after(text, allowed)
+
+
+def test_names_have_colours() -> None:
+    project, path = _project(MODEL)
+    data = semantic_tokens(project.symbols(path), project.text(path), path).data
+    found: dict[tuple[str, str], int] = {}
+    line = column = 0
+    for down, right, length, colour, marks in zip(*[iter(data)] * 5, strict=True):
+        line, column = line + down, right if down else column + right
+        word = MODEL.splitlines()[line][column : column + length]
+        found.setdefault((word, LEGEND.token_types[colour]), marks)
+    assert found["board", "class"] == 1
+    assert found["flat", "function"] == 1
+    assert found["f", "parameter"] == 1
+    assert found["top", "variable"] == 1
+    assert found["adjoins", "method"] == 2
+    assert ("cuboid", "type") in found
+
+
+@pytest.mark.parametrize(
+    ("line", "label", "active"),
+    [
+        ("  angle(", "angle(face, face): angle", 0),
+        ("  angle(top, ", "angle(face, face): angle", 1),
+        ("  2 * (angle(top, side) + height(", "height(edge/face/thing): length", 0),
+        ("  flat(top, ", "flat(f, g)", 1),
+        ('  example "y" of cuboid(width 3 cm, ', "cuboid(width, depth)", 1),
+    ],
+)
+def test_calls_are_explained_while_they_are_written(line: str, label: str, active: int) -> None:
+    text = MODEL.replace("  tilt(top) at most 5 degs", line)
+    project, path = _project(text)
+    offset = text.index(line) + len(line)
+    builders = {"cuboid": ("width", "depth")}
+    found = signature_help(project.analysis(path), text, offset, builders)
+    assert found is not None
+    assert (found.signatures[0].label, found.active_parameter) == (label, active)
+
+
+def test_outside_of_calls_nothing_is_explained() -> None:
+    project, path = _project(MODEL)
+    for place in ("face top", "A level", "(top) at most"):
+        offset = MODEL.index(place)
+        assert signature_help(project.analysis(path), MODEL, offset, {}) is None
+
+
+def test_models_statements_and_comments_fold() -> None:
+    found = [(fold.start_line, fold.end_line, fold.kind) for fold in folds(Source("", MODEL))]
+    assert found == [(0, 1, lsp.FoldingRangeKind.Comment), (2, 9, None), (6, 7, None)]
+
+
+# ------------------------------------------------------------ over the wire
+
+
+@pytest.fixture(scope="module")
+def editor(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Editor]:
+    with Editor(tmp_path_factory.mktemp("models")) as opened:
+        opened.open("m.model", MODEL)
+        yield opened
+
+
+def _document(editor: Editor) -> dict[str, Any]:
+    return {"textDocument": {"uri": editor.uri("m.model")}}
+
+
+def test_the_server_says_what_it_can(editor: Editor) -> None:
+    for name in ("codeAction", "semanticTokens", "signatureHelp", "foldingRange"):
+        assert editor.capabilities[f"{name}Provider"]
+
+
+def test_an_editor_is_answered(editor: Editor) -> None:
+    place = {"line": 8, "character": 23}
+    asked = {**_document(editor), "range": {"start": place, "end": place}}
+    found = editor.ask("textDocument/codeAction", {**asked, "context": {"diagnostics": []}})
+    assert [one["title"] for one in found] == ["write `deg`", "put right all that is sure"]
+    only = {"diagnostics": [], "only": ["source"]}
+    found = editor.ask("textDocument/codeAction", {**asked, "context": only})
+    assert [one["kind"] for one in found] == ["source.fixAll"]
+    assert editor.ask("textDocument/semanticTokens/full", _document(editor))["data"]
+    assert len(editor.ask("textDocument/foldingRange", _document(editor))) == 3
+    found = editor.at("signatureHelp", "m.model", 8, 7)
+    assert found["signatures"][0]["label"].startswith("tilt(")
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        {"method": "textDocument/hover", "params": {}},
+        {"method": "textDocument/hover", "params": {"textDocument": 3, "position": "here"}},
+        {"method": "textDocument/completion", "params": [1, 2]},
+        {"method": "textDocument/codeAction", "params": None},
+        {"method": "textDocument/rename"},
+        {"method": "textDocument/what", "params": {}},
+        {"method": 7, "params": {}},
+        {"method": "textDocument/hover", "params": {}, "jsonrpc": "1.0"},
+        {"method": "textDocument/hover", "params": {}, "jsonrpc": None},
+    ],
+)
+def test_every_faulty_request_is_refused(editor: Editor, message: dict[str, object]) -> None:
+    with pytest.raises(RequestRefused):
+        editor.ask_as(message)
+    assert editor.at("hover", "m.model", 8, 3)["contents"]
+
+
+def test_after_the_shutdown_requests_are_refused(tmp_path: Path) -> None:
+    opened = Editor(tmp_path)
+    opened.ask("shutdown", None)
+    with pytest.raises(RequestRefused):
+        opened.at("hover", "m.model", 0, 0)
+    opened.tell("exit", None)
+    opened.leave()

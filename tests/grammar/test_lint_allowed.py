@@ -1,0 +1,81 @@
+"""Warnings that a comment allows, and comments that allow what there is not."""
+
+from pathlib import Path
+
+import pytest
+
+from facetlog.grammar.analysis import analyse
+from facetlog.grammar.fixing.fix import applied
+from facetlog.grammar.format import formatted
+from facetlog.grammar.lint.allowed import allowance
+from facetlog.grammar.source import Source
+from tests.grammar.linted import codes, complete, told, told_of
+
+HEAD = "face top, side\nok: top is level, top adjoins side\n"
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        "side adjoins top  # lint: allow said-twice",
+        "# lint: allow said-twice\nside adjoins top",
+        "# lint: allow said-twice\n# for the sake of clarity\n\nside adjoins top",
+        "side adjoins top  #lint:allow said-twice",
+        "side adjoins top, share(top) at least 0 %  # lint: allow said-twice, always-holds",
+    ],
+)
+def test_a_warning_is_allowed_on_its_line_or_the_one_above(lines: str) -> None:
+    assert codes(HEAD + lines) == []
+
+
+def test_other_warnings_and_other_lines_are_told() -> None:
+    line = "side adjoins top, share(top) at least 0 %"
+    assert codes(f"{HEAD}{line}  # lint: allow said-twice") == ["always-holds"]
+    twice = f"{HEAD}side adjoins top  # lint: allow said-twice\ntop adjoins side"
+    assert codes(twice) == ["said-twice"]
+
+
+def test_errors_cannot_be_allowed() -> None:
+    body = f"{HEAD}top is upright  # lint: allow contradiction"
+    assert codes(body) == ["contradiction"]
+
+
+def test_what_is_allowed_in_vain_is_told() -> None:
+    (fault,) = told(f"{HEAD}top is upward  # lint: allow said-twice")
+    assert fault.code == "idle-allowance"
+    assert fault.sure_fix is not None
+
+
+def test_nothing_is_in_vain_where_errors_keep_lint_from_looking() -> None:
+    body = f"{HEAD}topp is upward\nside adjoins top  # lint: allow said-twice"
+    assert codes(body) == ["unknown-name"]
+
+
+def test_an_unknown_code_is_told_with_what_is_meant() -> None:
+    (fault, *_) = told(f"{HEAD}side adjoins top  # lint: allow said-twise")
+    assert fault.code in ("unknown-allowance", "said-twice")
+    found = {f.code: f for f in told(f"{HEAD}side adjoins top  # lint: allow said-twise")}
+    assert found.keys() == {"unknown-allowance", "said-twice"}
+    assert found["unknown-allowance"].hint == "did you mean `said-twice`?"
+
+
+def test_comments_of_another_kind_say_nothing() -> None:
+    assert codes(f"{HEAD}side adjoins top  # allow said-twice") == ["said-twice"]
+
+
+def test_formatting_keeps_what_is_allowed() -> None:
+    text = complete(f"{HEAD}side adjoins top  # lint: allow said-twice")
+    assert told_of(formatted(Source("", text))) == ()
+
+
+@pytest.mark.parametrize("comment", ["", "  # why", "  # lint: allow always-holds"])
+def test_the_editor_can_write_the_comment(comment: str) -> None:
+    line = f"side adjoins top, share(top) at least 0 %{comment}"
+    text = complete(HEAD + line)
+    for _ in range(2):
+        analysis = analyse(Path("test.model"), text)
+        if not analysis.faults:
+            break
+        fix = allowance(analysis.faults[0], analysis.file.comments)
+        text = applied(text, fix.edits)
+    assert told_of(text) == ()
