@@ -5,9 +5,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from facetlog.batch.content import content_hash
+from facetlog.batch.memory import left_mb, needs_more, share_mb
 from facetlog.batch.rows import Row, error_row, scene_row
 from facetlog.batch.settings import Item, Settings, shape_options
-from facetlog.errors import FacetlogError
+from facetlog.errors import EngineError, FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.limits import Limits
 from facetlog.perception.facts.all_facts import fact_rows
@@ -19,17 +20,24 @@ if TYPE_CHECKING:
 
 __all__ = ["SceneEngine"]
 
+STACKS = "the limit of memory (Prolog's stacks)"
+"""How bridge.pl begins what it says when a stack cannot grow."""
+
 
 class SceneEngine:
     """Scenes into rows by the models of the settings; opened once, for it takes a second."""
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
+        self._memory_mb = settings.memory_mb or share_mb(1)
+        self.spent = False
+        """Whether memory ran out: whoever has more scenes takes a fresh process for them."""
+        self._limits = Limits(seconds=settings.seconds)
         self._judge = BatchJudge(
             tuple(map(Path, settings.models)),
             trusted=settings.trusted,
             crisp=settings.crisp,
-            limits=Limits(seconds=settings.seconds),
+            limits=self._limits,
         )
         self.models_hash = self._judge.models_hash
         self.models = self._judge.models
@@ -43,6 +51,14 @@ class SceneEngine:
         try:
             sha256 = content_hash(Path(item.place))
             return self._judged(item, sha256, start)
+        except MemoryError:
+            self.spent = True
+            error = one_line(f"{item.path}: {needs_more(self._memory_mb)}")
+        except EngineError as exc:
+            # Prolog says the same when it reaches its own limit and when it gets no more memory.
+            self.spent = STACKS in str(exc) and left_mb() < self._limits.stack_mb
+            reason = f"{item.path}: {needs_more(self._memory_mb)}" if self.spent else str(exc)
+            error = one_line(reason.replace(item.place, item.path))
         except FacetlogError as exc:
             error = one_line(str(exc).replace(item.place, item.path))
         except Exception as exc:  # a fault of ours: it must not cost the other scenes
@@ -71,6 +87,7 @@ class SceneEngine:
             seconds=time.perf_counter() - start,
             up=None if scene.up is None else scene.up.tolist(),
             metric=scene.metric,
+            warnings=tuple(map(one_line, scene.warnings)),
         )
 
     def close(self) -> None:

@@ -24,7 +24,7 @@ ROWS_AT_ONCE = 1000
 
 COLUMNS = tuple(RowRecord.model_fields)
 # Columns that are lists: as JSON in a cell of CSV.
-LISTS = ("verdicts", "up")
+LISTS = ("verdicts", "up", "warnings")
 # Columns that are no text, and are empty in a cell of CSV where there is none.
 NUMBERS = ("degree", "probability", "faces", "things", "seconds", "metric")
 
@@ -77,7 +77,8 @@ def printable(text: str) -> str:
 def _printable_row(row: Row) -> Row:
     error = row["error"]
     said = None if error is None else printable(error)
-    return {**row, "path": printable(row["path"]), "error": said}
+    warnings = list(map(printable, row["warnings"]))
+    return {**row, "path": printable(row["path"]), "error": said, "warnings": warnings}
 
 
 def _write_lines(file: BinaryIO, rows: Iterable[Row]) -> None:
@@ -182,6 +183,7 @@ def _arrow_schema() -> "pyarrow.Schema":
         "things": pa.int64(),
         "seconds": number,
         "up": pa.list_(number),
+        "warnings": pa.list_(text),
         "metric": pa.bool_(),
     }
     return pa.schema([(name, special.get(name, text)) for name in COLUMNS])
