@@ -1,4 +1,4 @@
-"""A run of classify comes out the same, however many scenes it has and however often it is killed."""
+"""A batch comes out the same, however many workers it has and however often it is killed."""
 
 from pathlib import Path
 
