@@ -61,6 +61,8 @@ class SceneEngine:
             error = one_line(reason.replace(item.place, item.path))
         except FacetlogError as exc:
             error = one_line(str(exc).replace(item.place, item.path))
+        except RecursionError:
+            error = one_line(f"{item.path}: it is nested too deeply")
         except Exception as exc:  # a fault of ours: it must not cost the other scenes
             error = one_line(f"{item.path}: {type(exc).__name__}: {exc}")
         return error_row(

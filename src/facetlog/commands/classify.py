@@ -12,7 +12,7 @@ import typer
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
 from facetlog.counted import many
 from facetlog.errors import InputError
-from facetlog.terminal import note, one_line, warn
+from facetlog.terminal import note, one_line, printable, warn
 
 if TYPE_CHECKING:
     from facetlog.batch.confusion import Confusion
@@ -324,4 +324,4 @@ def _tell(outcome: "Outcome", *, as_json: bool) -> None:
         typer.echo(json.dumps(outcome.to_json()))
     else:
         for line in outcome.lines():
-            typer.echo(line)
+            typer.echo(printable(line))
