@@ -17,8 +17,8 @@ from facetlog.perception.surfaces.scene_file import write_scene
 from tests.perception.reading.view_folders import transforms, write_transforms
 
 # A title, a bell, the 8-bit form of an escape, a carriage return, a new line, a delete, and what
-# turns the direction of writing. Not only sequences that a terminal would understand: those are left out
-# where standard output is none.
+# turns the direction of writing. Not only sequences that a terminal would understand: those are
+# left out where standard output is none.
 EVIL = "e\x1b]0;t\x07v\x9b31mi\u202el\nX\r\x7f"
 STEERS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
 RULES = r"""
