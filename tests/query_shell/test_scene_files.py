@@ -100,3 +100,20 @@ def test_the_key_follows_the_content(tmp_path: Path) -> None:
     assert scene_file(first).key == scene_file(second).key
     write_block(second, name="other")
     assert scene_file(first).key != scene_file(second).key
+
+
+def test_a_scene_has_another_key_once_the_code_that_makes_facts_is_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "scene.json"
+    path.write_text('{"name": "s"}')
+    before = scene_file(path).key
+    monkeypatch.setattr("facetlog.perception.facts.facts_code.facts_code_hash", lambda: "other")
+    assert scene_file(path).key != before
+
+
+def test_a_scene_nested_too_deeply_is_named_with_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "scene.json"
+    path.write_text("[" * 100_000)
+    with pytest.raises(InputError, match=r"scene\.json: .*recursion"):
+        list(scene_file(path).facts())

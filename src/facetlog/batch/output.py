@@ -93,6 +93,8 @@ def _read_lines(file: BinaryIO, path: Path) -> Iterator[object]:
             yield json.loads(line)
         except ValueError as exc:
             raise InputError(f"{path}:{number}: is no line of JSON: {exc}") from exc
+        except RecursionError as exc:
+            raise InputError(f"{path}:{number}: is no line of JSON that can be read") from exc
 
 
 def _write_csv(file: BinaryIO, rows: Iterable[Row]) -> None:

@@ -90,7 +90,11 @@ def scene_file(path: Path) -> SceneFile:
         ) from None
     except OSError as exc:
         raise InputError(f"{inside} cannot be read: {exc.strerror or exc}") from exc
-    key = hashlib.sha256(data + __version__.encode()).hexdigest()
+    # Loaded only now: a shell without scenes does without.
+    from facetlog.perception.facts.facts_code import facts_code_hash
+
+    made_by = f"{__version__} {facts_code_hash()}"
+    key = hashlib.sha256(data + made_by.encode()).hexdigest()
     return SceneFile(inside, _own_name(data) or inside.stem, data, key)
 
 
@@ -111,7 +115,7 @@ def is_raw_shape(path: Path) -> bool:
 def _own_name(data: bytes) -> str | None:
     try:
         record = json.loads(data)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None  # not a scene: its facts will say why
     name = record.get("name") if isinstance(record, dict) else None
     return name if isinstance(name, str) and name else None
