@@ -12,6 +12,7 @@ from facetlog.errors import EngineError, FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.limits import Limits
 from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.facts.most_faces import check_face_count
 from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import one_line
 
@@ -76,6 +77,7 @@ class SceneEngine:
 
     def _judged(self, item: Item, sha256: str, start: float) -> Row:
         scene: Scene = read_shape(Path(item.place), shape_options(item, self._settings))
+        check_face_count(scene, item.place)
         facts = fact_rows(scene, self._kinds)
         verdicts = self._judge.judge(facts)
         return scene_row(

@@ -50,10 +50,15 @@ class SceneFile:
 
         Raises InputError for a file that holds no scene.
         """
-        from facetlog.perception.facts.all_facts import scene_facts
+        from facetlog.perception.facts.all_facts import fact_rows
 
-        for fact in scene_facts(self._scene()):
-            yield (fact.functor, *fact.args)
+        rows = fact_rows(self._scene())
+        for functor in tuple(rows):  # in the order of scene_facts
+            found = rows.pop(functor)
+            # Handed over is let go: of many faces the rest needs the room.
+            found.reverse()
+            while found:
+                yield (functor, *found.pop())
 
     def facts_on_demand(self) -> Iterator[Fact]:
         """The facts that `facts` leaves out; InputError as there."""
@@ -63,13 +68,17 @@ class SceneFile:
             yield (fact.functor, *fact.args)
 
     def _scene(self) -> "Scene":
+        from facetlog.perception.facts.most_faces import check_face_count
         from facetlog.perception.surfaces.scene_file import scene_from_json
 
         if self.data is not None:
-            return scene_from_json(self.data, str(self.path))
-        from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
+            scene = scene_from_json(self.data, str(self.path))
+        else:
+            from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 
-        return read_shape(self.path, ShapeOptions(find_floor=True))
+            scene = read_shape(self.path, ShapeOptions(find_floor=True))
+        check_face_count(scene, self.path)
+        return scene
 
 
 def scene_file(path: Path) -> SceneFile:
