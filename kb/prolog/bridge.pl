@@ -329,21 +329,6 @@ problem(Error0, Operation, Text, [Reply]) :-
           ( Kind = "prolog", Message = "an error that cannot be shown", Place = [] )),
     json_reply([text("error"), text(Kind), text(Message), term(Place)], Reply).
 
-%   Where in the question, or in which model, a goal went wrong.
-placed("prolog", _, [], Error, "query", Text, "question", Message, [Start, End]) :-
-    term_string(query(_, _, _, _, _, Question), Text),
-    place_of_error(Error, Question, Word, Start, End),
-    plain_error(Error, Word, Message),
-    !.
-placed("prolog", Message0, [], _, _, Text, "prolog", Message, []) :-
-    catch(term_string(asked(_, _, _, Request), Text), _, fail),
-    compound(Request),
-    Request =.. [Name, _, Model|_],
-    memberchk(Name, [judge, why, why_not]),
-    !,
-    format(string(Message), "model ~w: ~s", [Model, Message0]).
-placed(Kind, Message, Place, _, _, _, Kind, Message, Place).
-
 %   Faults are our own texts; whatever else may hold a term of any size.
 told_shortly(Error, Error) :-
     ( Error = rule_faults(_) ; Error = question_error(_, _, _, _) ),

@@ -1,6 +1,6 @@
 :- module(facetlog_plain_errors, [ plain_error/2,      % +Error, -Message
-                                   plain_error/3,      % +Error, +Word, -Message
-                                   place_of_error/5    % +Error, +Text, -Word, -Start, -End
+                                   placed/9            % +Kind0, +Message0, +Place0, +Error,
+                                                       % +Operation, +Text, -Kind, -Message, -Place
                                  ]).
 
 /** <module> Errors of Prolog in words that need no Prolog
@@ -29,7 +29,7 @@ plain_error(error(Formal, Context), Message) :-
     ),
     plain_error(error(Formal, Context), Word, Message).
 
-%!  plain_error(+Error, +Word, -Message) is semidet.
+%   plain_error(+Error, +Word, -Message) is semidet.
 %
 %   The same where the Word that was called is known, Name/Arity, or none.
 
@@ -207,7 +207,7 @@ part_of((>)/2, limit/2).
 part_of((>)/2, offset/2).
 part_of('$btree_find_node'/5, distinct/1).
 
-%!  place_of_error(+Error, +Text, -Word, -Start, -End) is semidet.
+%   place_of_error(+Error, +Text, -Word, -Start, -End) is semidet.
 %
 %   Where in the question Text the word is that threw Error; fails if it is there several times, or
 %   not at all.
@@ -245,3 +245,21 @@ place_of_word(Term, Position, Word, Found) :-
     compound(Part),
     argument_position(Position, Index, PartPosition),
     place_of_word(Part, PartPosition, Word, Found).
+
+%!  placed(+Kind0, +Message0, +Place0, +Error, +Operation, +Text, -Kind, -Message, -Place) is det.
+%
+%   Where in the question, or in which model, a goal went wrong; Operation and Text are the request.
+
+placed("prolog", _, [], Error, "query", Text, "question", Message, [Start, End]) :-
+    term_string(query(_, _, _, _, _, Question), Text),
+    place_of_error(Error, Question, Word, Start, End),
+    plain_error(Error, Word, Message),
+    !.
+placed("prolog", Message0, [], _, _, Text, "prolog", Message, []) :-
+    catch(term_string(asked(_, _, _, Request), Text), _, fail),
+    compound(Request),
+    Request =.. [Name, _, Model|_],
+    memberchk(Name, [judge, why, why_not]),
+    !,
+    format(string(Message), "model ~w: ~s", [Model, Message0]).
+placed(Kind, Message, Place, _, _, _, Kind, Message, Place).
