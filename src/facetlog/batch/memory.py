@@ -53,13 +53,17 @@ def share_mb(workers: int, of_mb: float | None = None) -> int:
 
 
 def limit_memory(most_mb: int) -> None:
-    """From now on this process, and those that it starts, get no more than that."""
+    """From now on this process gets no more than that.
+
+    So do those that it starts, unless they lift it, as the isolated process does, which has a limit
+    of its own (kb/isolated_process.py).
+    """
     most = most_mb * MEGABYTE
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)
     if hard != resource.RLIM_INFINITY:
         most = min(most, hard)
     with suppress(OSError, ValueError):  # a system that has no such limit
-        resource.setrlimit(resource.RLIMIT_DATA, (most, most))
+        resource.setrlimit(resource.RLIMIT_DATA, (most, hard))
 
 
 def left_mb() -> float:
