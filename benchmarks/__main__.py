@@ -47,6 +47,7 @@ NAMES = (
     "time_compiled",
     "time_mesh",
     "time_batch",
+    "time_many_scenes",
     "fuzz_models",
 )
 HERE = Path(__file__).resolve().parent

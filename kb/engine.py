@@ -6,6 +6,7 @@ interface with its true types, since pyswip's queries may not be nested, interle
 another thread, and its conversions cut large integers and text with NUL.
 """
 
+import atexit
 import ctypes
 import os
 import threading
@@ -239,6 +240,9 @@ def _started() -> Engine:
     except Exception as exc:  # pyswip raises bare Exception where SWI-Prolog is missing or old
         raise EngineError(f"SWI-Prolog is missing or cannot be used: {INSTALL_HINT}") from exc
     del prolog  # importing it starts SWI-Prolog without signal handlers
+    # Who started it stops it (engine_pool.py). pyswip would at the end of the process, on another
+    # thread, and SWI-Prolog complains of threads that a Ctrl-C left in the middle of their start.
+    atexit.unregister(core.cleanupProlog)
     major, minor, patch = _version(core.PL_VERSION)
     if (major, minor, patch) < MINIMUM_VERSION:
         raise EngineError(f"SWI-Prolog {major}.{minor}.{patch} is too old: {INSTALL_HINT}")

@@ -115,7 +115,7 @@ class _Process:
         self._lock = threading.RLock()
         self.dead: EngineError | None = None
         # What is to be sent; a process that does not read must not hold up who writes.
-        self._outbox: queue.SimpleQueue[_Message | None] = queue.SimpleQueue()
+        self._outbox: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
         self.told = False  # whether someone who waited knows that it is dead
         for task in (self._read, self._write):
             threading.Thread(target=task, name="facetlog-isolated", daemon=True).start()
@@ -139,14 +139,15 @@ class _Process:
             self._open.pop(number, None)
 
     def send(self, message: _Message) -> None:
-        self._outbox.put(message)
+        # Encoded here: who asks is told if there is no memory for it, not a thread of ours.
+        self._outbox.put(json.dumps(message).encode())
 
     def _write(self) -> None:
         try:
             while (message := self._outbox.get()) is not None:
-                self._connection.send_bytes(json.dumps(message).encode())
-        except OSError:
-            pass  # it is dead: the reading thread tells those who wait
+                self._connection.send_bytes(message)
+        except (OSError, MemoryError):
+            self.kill()  # or is now: the reading thread tells those who wait
 
     def kill(self) -> None:
         """Ends the process; who asks from now on gets another one."""
@@ -164,7 +165,7 @@ class _Process:
                 head = json.loads(self._connection.recv_bytes())
                 pieces = tuple(self._piece(kind) for kind in head["pieces"])
                 self._deliver(int(head["id"]), pieces, bool(head["last"]), head.get("error"))
-        except (EOFError, OSError, ValueError, KeyError, TypeError):
+        except (EOFError, OSError, ValueError, KeyError, TypeError, MemoryError):
             self._died()
 
     def _piece(self, kind: str) -> Piece:
@@ -367,6 +368,9 @@ def main() -> None:
     memory = int(sys.argv[1]) * MEGABYTE
     threading.stack_size(SERVING_STACK_BYTES)
     resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    # A worker's limit is its own: Prolog that gets no memory may stand still.
+    _, hard = resource.getrlimit(resource.RLIMIT_DATA)
+    resource.setrlimit(resource.RLIMIT_DATA, (hard, hard))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))  # it writes no file
     _Server(Connection(os.dup(0))).run()

@@ -15,9 +15,11 @@ import tempfile
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from facetlog.errors import EngineError
+from facetlog.kb.engine import house
 from facetlog.kb.terms import Atom, Struct, Term, term_text
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
@@ -34,6 +36,8 @@ MOST_SCENE_BYTES = MOST_BYTES // 4
 
 STALE_SECONDS = 3600.0
 """A half-written file of this age has nobody left who writes it."""
+
+LOADING_CODE = ("encode.py", "fact_columns.py", "prolog/schema.pl", "prolog/scenes/*.pl")
 
 OFF = "off"
 """The value of FACETLOG_CACHE that forbids any cache."""
@@ -68,6 +72,16 @@ def schema_hash() -> str:
         (k.functor, [(a.name, a.kind.value) for a in k.arguments], k.meaning) for k in FACT_SCHEMA
     ]
     return hashlib.sha256(json.dumps(declared).encode()).hexdigest()
+
+
+@cache
+def loading_code_hash() -> str:
+    """What differs when the code does that turns facts into the clauses of a scene."""
+    total = hashlib.sha256()
+    for pattern in LOADING_CODE:
+        for path in sorted(house("kb").glob(pattern)):
+            total.update(path.read_bytes())
+    return total.hexdigest()
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +130,8 @@ class SceneCache:
         """
         if self.folder is None:
             return None
-        parts = [content_key, identity, schema_hash() if schema is None else schema]
+        schema = schema_hash() if schema is None else schema
+        parts = [content_key, identity, schema, loading_code_hash()]
         digest = hashlib.sha256(json.dumps(parts).encode("ascii"))
         return self.folder / f"{digest.hexdigest()}{_SUFFIX}"
 

@@ -38,6 +38,7 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(words)).
 :- use_module(facetlog_kb(bounded_text)).
 :- use_module(facetlog_kb(small_terms)).
+:- use_module(facetlog_kb(plain_errors)).
 :- use_module(facetlog_kb(answers)).
 :- use_module(facetlog_kb(python)).
 :- use_module(facetlog(vocabulary)).
@@ -49,7 +50,7 @@ request(Number, Operation, Text, Reply) :-
     catch(call_cleanup(operation(Operation, Text, Reply0), Last = true), Error, true),
     (   nonvar(Error)
     ->  leave,
-        problem(Error, Reply)
+        problem(Error, Operation, Text, Reply)
     ;   Last == true
     ->  leave,
         Reply = Reply0
@@ -321,9 +322,10 @@ much_garbage(1_000_000).
 ok(Result, Reply) :-
     json_reply([text("ok"), term(Result)], Reply).
 
-problem(Error0, [Reply]) :-
+problem(Error0, Operation, Text, [Reply]) :-
     told_shortly(Error0, Error),
-    catch(fault(Error, Kind, Message, Place), _,
+    catch(( fault(Error, Kind0, Message0, Place0),
+            placed(Kind0, Message0, Place0, Error, Operation, Text, Kind, Message, Place) ), _,
           ( Kind = "prolog", Message = "an error that cannot be shown", Place = [] )),
     json_reply([text("error"), text(Kind), text(Message), term(Place)], Reply).
 
@@ -370,6 +372,9 @@ fault(models_not_ready(Models, Error), Kind, Message, Place) :-
     fault(Error, Kind, Why, Place),
     atomic_list_concat(Models, ', ', Names),
     format(string(Message), "the model ~w cannot be prepared: ~w", [Names, Why]).
+fault(Error, "prolog", Message, []) :-
+    plain_error(Error, Message),
+    !.
 fault(Error, "prolog", Message, []) :-
     '$messages':translate_message(Error, Lines, [nl]),
     with_output_to(string(Message0), print_message_lines(current_output, '', Lines)),

@@ -10,6 +10,7 @@ from time import monotonic, sleep
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.lens import Lens
+from facetlog.perception.reading.own_folder import check_own_folder
 from facetlog.perception.reading.picture_of_view import picture_as_stored, picture_of_view
 from facetlog.perception.reading.poses_file import PosedPicture, PosesFile
 from facetlog.perception.reading.read_views import poses_path, read_poses
@@ -29,7 +30,8 @@ class FollowedViews:
     for `timeout` seconds; `ended` says so then. `problems` names the frames without a pose and the
     pictures that could not be read so far, in the end also a poses file that could not. `up`,
     `metric` and `error_kind` are what the poses file says, from the first view on. InputError if
-    there was nothing to be read at all.
+    there was nothing to be read at all, OutsideError for a picture outside of the folder unless
+    the file is `trusted` (own_folder.py).
     """
 
     def __init__(
@@ -37,6 +39,7 @@ class FollowedViews:
         path: Path,
         *,
         unit: str | None = None,
+        trusted: bool = False,
         timeout: float,
         clock: Callable[[], float] = monotonic,
         wait: Callable[[float], None] = sleep,
@@ -46,6 +49,7 @@ class FollowedViews:
         self.metric = False
         self.error_kind = PoseErrorKind.ODOMETRY
         self.ended = ""
+        self._trusted, self._source = trusted, path
         self._unit, self._timeout, self._clock, self._wait = unit, timeout, clock, wait
         self._file: PosesFile | None = None
         self._stamp: tuple[int, int] | None = None
@@ -64,6 +68,8 @@ class FollowedViews:
                 key = picture.path, picture.frame, picture.name
                 if key in self._taken:
                     continue
+                if not self._trusted:  # only now: what is there may become a link until it is read
+                    check_own_folder(picture, self._source)
                 try:
                     view = self._view(picture)
                 except InputError as exc:
@@ -89,7 +95,7 @@ class FollowedViews:
     def _read_poses(self) -> None:
         # Keeps what was read before while the file is being written anew.
         try:
-            source = poses_path(self.path)
+            source = self._source = poses_path(self.path)
             about = source.stat()
             stamp = (about.st_mtime_ns, about.st_size)
             if stamp == self._stamp and self._fault is None:

@@ -11,6 +11,7 @@ import numpy as np
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.left_out import LeftOut, lines_of
 from facetlog.perception.reading.lens import Lens
+from facetlog.perception.reading.own_folder import check_own_folder
 from facetlog.perception.reading.pan_tilt_file import CAMERA_FILE, COLUMNS, read_pan_tilt
 from facetlog.perception.reading.picture_of_view import picture_as_stored, picture_of_view
 from facetlog.perception.reading.poses_file import Intrinsics, PosedPicture, PosesFile
@@ -55,6 +56,7 @@ def read_views(
     path: str | Path,
     *,
     unit: str | None = None,
+    trusted: bool = False,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> ViewSet:
     """The views in a folder with transforms.json or with a pan-tilt CSV, or in such a file itself.
@@ -68,6 +70,8 @@ def read_views(
     ----------
     unit
         "m", "cm", "mm", "in" or "ft": the unit of a file that does not tell its own.
+    trusted
+        Whether the file may name pictures outside of its folder (own_folder.py).
     progress
         Called with ("pictures", done, all) after each picture.
 
@@ -75,6 +79,8 @@ def read_views(
     ------
     InputError
         The folder, file or pictures cannot be used; one line that names the file and the way out.
+    OutsideError
+        A picture is outside of the folder of a file that is not trusted; none was opened.
     CalibrationError
         A camera or pose is missing or impossible, or all views were taken from one place.
     """
@@ -83,6 +89,9 @@ def read_views(
     if file.faults:
         raise file.faults[0]
     _check_names(file.pictures, source)
+    if not trusted:
+        for picture in file.pictures:
+            check_own_folder(picture, source)
     views: list[View] = []
     used: list[PosedPicture] = []
     left_out: list[LeftOut] = []

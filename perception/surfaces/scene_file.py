@@ -50,6 +50,9 @@ __all__ = [
 ]
 
 
+MOST_COPIES = 8
+"""Faces with the same corners, of other vertices, that are read."""
+
 END = np.dtype("<f4")
 """A coordinate of an end of a line of sight."""
 
@@ -250,13 +253,30 @@ def _missing(record: SceneRecord) -> Iterator[SceneFault]:
 
 
 def _repeated(record: SceneRecord) -> Iterator[SceneFault]:
-    """Faults for faces that are there twice: of n copies n² angles would be facts."""
+    """Faults for faces that are there twice: of n copies n² angles would be facts.
+
+    Of other vertices at the same places a few are let through: models that people draw have doubled
+    panels.
+    """
     first: dict[tuple[int, ...], int] = {}
+    copies: dict[tuple[int, ...], list[int]] = {}
+    known: dict[tuple[float, ...], int] = {}
+    places = [known.setdefault(tuple(v.point), i) for i, v in enumerate(record.vertices)]
     for i, face in enumerate(record.faces):
-        at = face.outline.index(min(face.outline))
-        loop = (*face.outline[at:], *face.outline[:at])
-        if (before := first.setdefault(loop, i)) != i:
+        if (before := first.setdefault(_from_least(face.outline), i)) != i:
             yield SceneFault(f"$.faces[{i}].outline", f"is that of face {before}: remove one")
+            continue
+        copies.setdefault(_from_least([places[v] for v in face.outline]), []).append(i)
+    for same in copies.values():
+        for i in same[MOST_COPIES:]:
+            said = f"has the corners of face {same[0]}, as {len(same) - 1} others: remove them"
+            yield SceneFault(f"$.faces[{i}].outline", said)
+
+
+def _from_least(loop: Sequence[int]) -> tuple[int, ...]:
+    """The loop from its least vertex on."""
+    at = loop.index(min(loop))
+    return (*loop[at:], *loop[:at])
 
 
 def _said(kind: str, message: str) -> str:
@@ -278,7 +298,7 @@ def _record(text: str | bytes, source: str) -> SceneRecord:
             for fault in exc.errors(include_url=False)
         )
         raise SceneFileError(source, faults) from exc
-    if faults := (*_missing(record), *_repeated(record)):
+    if faults := tuple(_missing(record)) or tuple(_repeated(record)):
         raise SceneFileError(source, faults)
     return record
 

@@ -167,7 +167,7 @@ def recognize_command(
     if until is not None or max_views is not None or timeout is not None or no_polish:
         raise InputError("--until, --max-views, --timeout and --no-polish go with --follow")
     return _recognized(
-        partial(views_from, views, unit=unit, keep_poses=keep_poses),
+        partial(views_from, views, unit=unit, trusted=trust, keep_poses=keep_poses),
         models=models,
         trusted=trust,
         crisp=crisp,
@@ -183,6 +183,7 @@ def recognize_command(
 def reconstruct_command(
     views: Views,
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The scene as JSON.")],
+    trust: Trust = False,
     unit: Unit = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
@@ -195,7 +196,12 @@ def reconstruct_command(
     clock = StepClock()
     with showing_progress() as progress:
         view_set = views_from(
-            views, unit=unit, keep_poses=keep_poses, progress=progress, clock=clock
+            views,
+            unit=unit,
+            trusted=trust,
+            keep_poses=keep_poses,
+            progress=progress,
+            clock=clock,
         )
         scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
     write_scene_file(scene, out)

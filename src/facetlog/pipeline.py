@@ -85,6 +85,7 @@ def views_from(
     path: Path,
     *,
     unit: str | None,
+    trusted: bool = False,
     keep_poses: bool = False,
     progress: Progress | None,
     clock: StepClock,
@@ -97,7 +98,7 @@ def views_from(
     from facetlog.perception.reading.read_views import read_views
 
     with clock.step("read pictures"):
-        view_set = read_views(path, unit=unit, progress=progress)
+        view_set = read_views(path, unit=unit, trusted=trusted, progress=progress)
     if keep_poses or view_set.pose_errors is None:
         return view_set
     from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses

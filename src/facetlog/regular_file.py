@@ -41,9 +41,13 @@ def read_regular(path: Path, most: int = MOST_BYTES) -> bytes:
     """
     try:
         with open(path, "rb", opener=_without_waiting) as file:
-            if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            about = os.fstat(file.fileno())
+            if not stat.S_ISREG(about.st_mode):
                 raise OSError(errno.EINVAL, IRREGULAR, str(path))
-            data = file.read(most + 1)
+            # Memory is taken for all that is asked for: not for the longest file there may be.
+            data = file.read(min(about.st_size, most) + 1)
+            if len(data) > about.st_size:  # it grows, or says nothing of its size
+                data += file.read(most + 1 - len(data))
     except ValueError as exc:  # a NUL in the name
         raise OSError(errno.EINVAL, str(exc), str(path)) from exc
     except OSError as exc:

@@ -1,9 +1,10 @@
 """A worker process without an engine, which does what the name of a file says.
 
-`die-…` ends itself, `once-…` only the first time, `busy-…` works for ever, `slow-…` waits for
-ever unless there is a file `slow-….quick`, `bad-…` is an error; any other holds for the model that
-its name begins with. Models called `refused` cannot be opened, and a worker of `dead` ones never
-starts. It loads nothing of facetlog: it starts at once.
+`die-…` ends itself, `once-…` only the first time, `full-…` as one does whose memory ran out,
+`busy-…` works for ever, `slow-…` waits for ever unless there is a file `slow-….quick`, `bad-…` is
+an error; any other holds for the model that its name begins with. Models called `refused` cannot be
+opened, a worker of `dead` ones never starts, and one of `late` ones, which are a file, only once so
+many died at it as the file says. It loads nothing of facetlog: it starts at once.
 """
 
 import json
@@ -24,7 +25,7 @@ def fake_row(path: str, models: tuple[str, ...], read_as: str = "degrees") -> di
     stem = Path(path).stem
     degree = 0.5 if "better" in models else 0.9
     holding = next((model for model in MODELS if stem.startswith(model)), None)
-    bad = stem.startswith("bad") or not Path(path).exists()
+    bad = stem.startswith(("bad", "full")) or not Path(path).exists()
     verdicts = [
         {
             "model": model,
@@ -52,6 +53,7 @@ def fake_row(path: str, models: tuple[str, ...], read_as: str = "degrees") -> di
         "things": None if bad else 1,
         "seconds": 0.25,
         "error": f"{path}: is bad" if bad else None,
+        "warnings": [f"{stem} is doubtful"] if stem.startswith("table") else [],
         "up": None if bad else [0.0, 0.0, 1.0],
         "metric": None if bad else True,
         "read_as": read_as,
@@ -72,6 +74,12 @@ def main() -> None:
     judged = "crisp" if settings["crisp"] else "degrees"
     if "dead" in models:
         os._exit(3)
+    if "late" in models:
+        path = Path(settings["models"][models.index("late")])
+        left = int(path.read_text())
+        path.write_text(str(left - 1))
+        if left > 0:
+            os.kill(os.getpid(), signal.SIGKILL)
     if "refused" in models:
         refusal = json.dumps({"kind": "rules", "error": "refused:1: no model"})
         connection.send_bytes(b"!" + refusal.encode())
@@ -81,6 +89,8 @@ def main() -> None:
     while True:
         for task in json.loads(connection.recv_bytes()):
             connection.send_bytes(_answer(task, models, judged))
+            if Path(task["path"]).stem.startswith("full"):
+                return
 
 
 def _answer(task: dict[str, Any], models: tuple[str, ...], judged: str) -> bytes:
@@ -99,7 +109,8 @@ def _answer(task: dict[str, Any], models: tuple[str, ...], judged: str) -> bytes
         return b"?" + json.dumps({"picture": "UE5H", "reasons": reasons}).encode()
     read = "".join(f"{key}={task[key]} " for key in ("up", "unit") if key in task)
     row = fake_row(task["path"], models, read + judged)
-    return (b"-" if row["error"] else b"+") + json.dumps(row).encode()
+    word = b"*" if stem.startswith("full") else b"-" if row["error"] else b"+"
+    return word + json.dumps(row).encode()
 
 
 if __name__ == "__main__":

@@ -19,9 +19,7 @@ def _row(path: str, error: str | None = None, **degrees: float) -> Row:
 
 def _counted(*cases: tuple[str, Row], count_as: tuple[str, ...] = ()) -> Confusion:
     labels = {row["path"]: Label(row["path"], label) for label, row in cases}
-    confusion = Confusion(
-        labels, CLASSES, truths(count_as, CLASSES, [text.partition("=")[0] for text in count_as])
-    )
+    confusion = Confusion(labels, CLASSES, truths(count_as, CLASSES))
     for _, row in cases:
         confusion.add(row)
     return confusion

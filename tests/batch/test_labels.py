@@ -62,7 +62,7 @@ def test_a_table_that_is_not_there_or_no_text_is_one_line(tmp_path: Path) -> Non
 
 def test_labels_count_as_they_are_told_to() -> None:
     given = ["armchair=chair", "desk=", "cabinet=none|box"]
-    found = truths(given, ["chair", "box"], ["armchair", "desk", "cabinet", "chair"])
+    found = truths(given, ["chair", "box"])
     assert found == {
         "armchair": Truth("chair"),
         "desk": Truth(None),
@@ -76,17 +76,11 @@ def test_labels_count_as_they_are_told_to() -> None:
         ("desk", "write LABEL=CLASS"),
         ("=chair", "write LABEL=CLASS"),
         ("desk=sofa", "sofa is none of the classes chair, none"),
-        ("dsek=chair", "dsek is none of the labels box, desk"),
     ],
 )
 def test_a_way_to_count_that_cannot_be_is_refused(text: str, says: str) -> None:
     with pytest.raises(InputError, match=f"--count-as {text}: {says}"):
-        truths([text], ["chair"], ["desk", "box"])
-
-
-def test_of_many_labels_some_are_listed() -> None:
-    with pytest.raises(InputError, match=r"labels a0, a1, .* and 5 more$"):
-        truths(["b="], [], [f"a{n}" for n in range(25)])
+        truths([text], ["chair"])
 
 
 def test_classes_are_models_that_are_there() -> None:

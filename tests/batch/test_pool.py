@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from facetlog.batch.memory import share_mb
 from facetlog.batch.pool import Pool, Task
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import EngineError, InputError, RuleSyntaxError
@@ -75,7 +76,7 @@ def test_models_that_cannot_be_used_are_the_error_of_their_kind() -> None:
 
 
 def test_a_worker_that_cannot_start_is_an_error_of_the_engine() -> None:
-    with pytest.raises(EngineError, match="could not start: ended with code 3"):
+    with pytest.raises(EngineError, match="could not start, 3 times: ended with code 3"):
         Pool(Settings(models=("dead",)))
 
 
@@ -101,3 +102,54 @@ def test_answers_that_nobody_wants_any_more_leave_no_process(tmp_path: Path) -> 
         ids = [worker.popen.pid for worker in pool._crew]
     with pytest.raises(ProcessLookupError):
         os.kill(ids[0], 0)
+
+
+def test_a_worker_killed_while_it_starts_is_replaced(tmp_path: Path) -> None:
+    late = tmp_path / "late"
+    late.write_text("2")
+    with Pool(Settings(models=(str(late),))) as pool:
+        assert pool.models
+        answers = list(pool.answers(map(Task, scene_files(tmp_path, "box-1"))))
+    assert [answer.failed for answer in answers] == [False]
+
+
+def test_workers_killed_while_they_replace_another_are_replaced(tmp_path: Path) -> None:
+    late = tmp_path / "late"
+    late.write_text("0")
+    items = scene_files(tmp_path, "box-1", "once-1", "table-1")
+    with Pool(Settings(models=(str(late),))) as pool:
+        late.write_text("2")
+        rows = [json.loads(answer.line) for answer in pool.answers(map(Task, items))]
+    assert [row["error"] for row in rows] == [None, None, None]
+
+
+def test_a_worker_that_never_starts_ends_the_run_and_leaves_no_process(tmp_path: Path) -> None:
+    late = tmp_path / "late"
+    late.write_text("0")
+    items = scene_files(tmp_path, "once-1")
+    with Pool(Settings(models=(str(late),))) as pool:
+        late.write_text("100")
+        with pytest.raises(EngineError, match="could not start, 3 times: ended by SIGKILL"):
+            list(pool.answers(map(Task, items)))
+    assert late.read_text() == "97"
+
+
+def test_a_worker_whose_memory_ran_out_is_replaced_and_its_next_scenes_lose_nothing(
+    tmp_path: Path,
+) -> None:
+    rows = _rows(scene_files(tmp_path, "box-1", "full-1", "full-2", "table-1"), count=1)
+    assert [rows[name]["error"] is None for name in ("box-1", "full-1", "full-2", "table-1")] == [
+        *(True, False, False, True)
+    ]
+
+
+def test_workers_share_the_memory_unless_it_is_said() -> None:
+    with Pool(Settings(), 2) as pool:
+        assert pool._settings.memory_mb == share_mb(2)
+    with Pool(Settings(memory_mb=500)) as pool:
+        assert pool._settings.memory_mb == 500
+
+
+def test_less_memory_than_a_worker_needs_is_refused() -> None:
+    with pytest.raises(InputError, match="--memory 100: give 400 MB or more"):
+        Settings(memory_mb=100)

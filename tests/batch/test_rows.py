@@ -6,8 +6,9 @@ from typing import Any
 
 import pytest
 
+from facetlog.batch.engine import SceneEngine
 from facetlog.batch.row_records import RowRecord, results_schema, row_from
-from facetlog.batch.rows import COLUMNS, best_verdict, error_row
+from facetlog.batch.rows import COLUMNS, best_verdict, error_row, run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
 from facetlog.kb.proof import State
@@ -69,3 +70,26 @@ def test_the_surest_of_what_holds_is_the_answer(verdicts: Any, best: str | None)
 def test_a_row_of_an_error_is_a_row() -> None:
     row = error_row(Item("a.ply", up="z"), Settings(crisp=True), "a.ply: no", models_hash="h")
     assert row_from(row, "t")["read_as"] == "up=z unit=none crisp"
+
+
+@pytest.mark.parametrize(
+    ("fault", "says", "spent"),
+    [
+        (RecursionError("maximum"), "b.json: it is nested too deeply", False),
+        (MemoryError(), "b.json: needs more memory than 500 MB: give more by --memory, or", True),
+    ],
+)
+def test_whatever_goes_wrong_with_a_scene_is_one_line_of_its_row(
+    fault: BaseException, says: str, spent: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def failing(*_: object) -> None:
+        raise fault
+
+    (tmp_path / "b.json").touch()
+    engine = SceneEngine(Settings(memory_mb=500))
+    monkeypatch.setattr("facetlog.batch.engine.read_shape", failing)
+    row = engine.row(Item("b.json", file=str(tmp_path / "b.json")))
+    engine.close()
+    assert row["error"].startswith(says)
+    assert engine.spent is spent
+    assert run_out(row) is spent

@@ -129,7 +129,7 @@ def test_at_most_so_many_answers_come(base: KnowledgeBase) -> None:
 
 
 def test_prologs_errors_come_with_prologs_text(base: KnowledgeBase) -> None:
-    with pytest.raises(QueryError, match=r"Arithmetic: evaluation error.*zero_divisor"):
+    with pytest.raises(QueryError, match=r"^//2 divides by 0$"):
         base.query("X is 1/0")
 
 
@@ -220,7 +220,7 @@ def test_the_facts_are_the_documented_ones(base: KnowledgeBase) -> None:
         ("(member(X, [1, 2]) ; between(1, inf, X), X < 0)", Limits(seconds=0.2), "time"),
         ("(member(X, [1, 2]) ; between(1, inf, X), X < 0)", Limits(inferences=10_000), "inferen"),
         ("(member(X, [1, 2]) ; length(X, N), N < 0)", Limits(stack_mb=8), "memory"),
-        ("member(X, [1, 2, a]), Y is X + 1", Limits(), "not a function"),
+        ("member(X, [1, 2, a]), Y is X + 1", Limits(), "is no number"),
     ],
 )
 def test_what_was_found_before_an_error_is_answered(
@@ -255,7 +255,7 @@ def test_limits_may_be_as_large_as_one_likes(base: KnowledgeBase) -> None:
 
 
 def test_any_character_is_taken_or_refused_at_once(base: KnowledgeBase) -> None:
-    with pytest.raises(QueryError, match="code_point"):
+    with pytest.raises(QueryError, match="is given a character that it cannot take"):
         base.query("X = Y", bindings={"Y": "a\ud800b"})
     with pytest.raises(QueryError, match="half a character"):
         base.query("X = '\ud800'")

@@ -80,6 +80,13 @@ class Terminal:
             pass
         return self.process.wait(timeout=1.0)
 
+    def end_said(self) -> tuple[int, str]:
+        """The exit code, and all that appeared since the last keys."""
+        end = time.monotonic() + SECONDS
+        while data := self._read(end):
+            self.text += _CONTROLS.sub("", data.decode(errors="replace"))
+        return self.process.wait(timeout=1.0), self.text
+
     def _read(self, end: float) -> bytes | None:
         """What appears next: nothing if the program has ended, None if it is silent till then."""
         ready, _, _ = select.select([self._fd], [], [], max(0.0, end - time.monotonic()))
@@ -141,6 +148,17 @@ def test_ctrl_c_stops_a_question_within_a_second(terminal: Terminal) -> None:
     assert time.monotonic() - pressed < allowed(0.0)
     terminal.keys("face(f1)\r")
     terminal.until(rf"yes[\s\S]*{READY}")
+
+
+def test_ctrl_c_in_a_question_of_the_command_line_says_nothing_but_that(scene: Path) -> None:
+    goal = "numlist(1, 3000, L), member(X, L), member(Y, L), member(Z, L), X + Y + Z < 0"
+    asked = Terminal("query", str(scene), f"ignore((face(F), fail)), {goal}")
+    try:
+        time.sleep(2.5)  # it loads the scene, and asks
+        asked.keys("\x03")
+        assert asked.end_said() == (130, "^Cfacetlog: interrupted\n")
+    finally:
+        asked.close()
 
 
 def test_ctrl_c_clears_the_line_and_an_empty_line_does_nothing(terminal: Terminal) -> None:

@@ -6,6 +6,9 @@ import pytest
 import trimesh
 
 from facetlog.errors import InputError
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.surfaces.exact_solids.polyhedra import boxes
+from facetlog.perception.surfaces.scene_file import read_scene, write_scene
 from facetlog.query_shell.scene_files import (
     is_raw_shape,
     scene_file,
@@ -100,3 +103,34 @@ def test_the_key_follows_the_content(tmp_path: Path) -> None:
     assert scene_file(first).key == scene_file(second).key
     write_block(second, name="other")
     assert scene_file(first).key != scene_file(second).key
+
+
+def test_a_scene_has_another_key_once_the_code_that_makes_facts_is_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "scene.json"
+    path.write_text('{"name": "s"}')
+    before = scene_file(path).key
+    monkeypatch.setattr("facetlog.perception.facts.facts_code.facts_code_hash", lambda: "other")
+    assert scene_file(path).key != before
+
+
+def test_a_scene_nested_too_deeply_is_named_with_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "scene.json"
+    path.write_text("[" * 100_000)
+    with pytest.raises(InputError, match=r"scene\.json: .*recursion"):
+        list(scene_file(path).facts())
+
+
+def test_facts_are_those_of_the_scene_in_their_order(scene: Path) -> None:
+    file = scene_file(scene)
+    known = [(fact.functor, *fact.args) for fact in scene_facts(read_scene(file.path))]
+    assert list(file.facts()) == known
+    assert list(file.facts()) == known  # nothing was taken from what is kept
+
+
+def test_a_scene_of_too_many_faces_is_refused_in_one_line_and_little_memory(tmp_path: Path) -> None:
+    boxes_there = [((x, y, 0.0), (x + 0.3, y + 0.2, 0.1)) for x in range(20) for y in range(17)]
+    write_scene(boxes(boxes_there, 0.001, "many"), tmp_path / "many.json")
+    with pytest.raises(InputError, match=r"many\.json: has 2,040 faces, of at most 2,000 facts"):
+        list(scene_file(tmp_path / "many.json").facts())

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import pytest
 
 from facetlog.batch.output import read_rows, write_rows
 from facetlog.cli import main
-from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, table
+from facetlog.perception.surfaces.exact_solids.polyhedra import boxes, cuboid, table
 from facetlog.perception.surfaces.scene_file import write_scene
 from tests.batch.fake_worker import PAUSE, fake_row
 from tests.batch.fakes import PROGRAM, fake_workers, scene_files
@@ -108,7 +109,6 @@ def test_a_path_that_vanished_is_a_row(folder: Path) -> None:
         (["in", "--report", "r.html"], "give --labels as well"),
         (["in", "--classes", "box"], "give --labels as well"),
         (["in", "--labels", "l.csv", "--classes", "bx"], "bx is no model; there are box, table"),
-        (["in", "--labels", "l.csv", "--count-as", "desk="], "desk is none of the labels box"),
         (["in", "--labels", "l.csv", "--count-as", "box=sofa"], "none of the classes box, table"),
         (["in", "--labels", "absent.csv"], "absent.csv: cannot be read"),
         (["in", "--labels", "l.csv", "--report", "no/r.html"], "no/r.html cannot be written"),
@@ -406,3 +406,48 @@ def test_scenes_are_judged_by_the_models_and_bad_ones_told(
     assert "Why not table" in page
     assert "data:image/png;base64,iVBOR" in page
     assert "accuracy 0.500 (1 of 2" in capsys.readouterr().out
+
+
+@pytest.mark.real_engine
+def test_a_scene_that_would_take_all_memory_is_a_row_and_the_batch_goes_on(
+    real_scenes: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    many = [((x, y, 0.0), (x + 0.3, y + 0.2, 0.1)) for x in range(20) for y in range(10)]
+    write_scene(boxes(many, 0.001, "many"), real_scenes / "in" / "a-many.json")
+    argv = ["classify", "in/a-many.json", "in/a.json", "in/b.json", "--workers", "1"]
+    assert main([*argv, "--memory", "400"]) == 0
+    many_told, *others = capsys.readouterr().out.splitlines()
+    assert many_told == (
+        "in/a-many.json: error: needs more memory than 400 MB: give more by --memory, or fewer "
+        "--workers"
+    )
+    assert [re.sub(r" \(.*", "", line) for line in others] == [
+        "in/a.json: box",
+        "in/b.json: table",
+    ]
+
+
+@pytest.mark.real_engine
+@pytest.mark.parametrize("suffix", ["jsonl", "csv", "parquet"])
+def test_what_is_doubtful_about_a_scene_is_in_its_row(suffix: str, real_scenes: Path) -> None:
+    if suffix == "parquet":
+        pytest.importorskip("pyarrow")
+    doubtful = replace(cuboid(0.3, 0.2, 0.1), warnings=("a \x1b[31mred\nlie",))
+    write_scene(doubtful, real_scenes / "in" / "a.json")
+    assert main(["classify", "in/a.json", "in/b.json", "-o", f"r.{suffix}"]) == 0
+    rows = list(read_rows(Path(f"r.{suffix}")))
+    assert [tuple(row["warnings"]) for row in rows] == [("a [31mred lie",), ()]
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_label_to_count_that_does_not_occur_is_warned_of(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    Path("labels.csv").write_text(LABELS)
+    argv = ["classify", "in", "--labels", "labels.csv", "--classes", "chair,table,box"]
+    assert main([*argv, "--json"]) == 0
+    plain = capsys.readouterr().out
+    assert main([*argv, "--json", "--count-as", "sofa=chair"]) == 0
+    out, err = capsys.readouterr()
+    assert out == plain
+    assert "facetlog: warning: --count-as sofa: no label is called so\n" in err

@@ -2,6 +2,7 @@
 
 import os
 import socket
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 
@@ -125,3 +126,25 @@ def test_a_colmap_model_with_a_pipe_is_refused(part: str, tmp_path: Path) -> Non
     os.mkfifo(tmp_path / part)
     with pytest.raises(InputError, match=r"is a pipe|has no points3D"):
         read_shape(tmp_path, ShapeOptions())
+
+
+def test_to_read_takes_the_memory_of_the_file_and_not_of_the_longest_there_may_be(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "small"
+    path.write_bytes(b"small")
+    tracemalloc.start()
+    try:
+        assert read_regular(path, 1 << 30) == b"small"
+        assert tracemalloc.get_traced_memory()[1] < 1 << 20
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_file_that_says_nothing_of_its_size_is_read_to_its_end() -> None:
+    path = Path("/proc/self/status")
+    if not path.exists():
+        pytest.skip("no such files here")
+    assert read_regular(path).startswith(b"Name:")
+    with pytest.raises(OSError, match="too long"):
+        read_regular(path, 10)

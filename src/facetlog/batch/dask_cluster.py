@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from facetlog.batch.content import content_hash
+from facetlog.batch.memory import share_mb
 from facetlog.batch.pool import ATTEMPTS, Answer, Pool, Task
 from facetlog.batch.rows import error_row
 from facetlog.batch.settings import Item, Settings
@@ -250,7 +251,7 @@ def _engine(package: Package) -> Iterator[Pool]:
     try:
         pool = idle.get_nowait()
     except queue.Empty:
-        pool = Pool(_unpacked(package, digest))
+        pool = Pool(_within_share(_unpacked(package, digest)))
         atexit.register(pool.close)
     try:
         yield pool
@@ -258,6 +259,21 @@ def _engine(package: Package) -> Iterator[Pool]:
         pool.close()
         raise
     idle.put(pool)
+
+
+def _within_share(settings: Settings) -> Settings:
+    """The settings with a limit of memory: that of this worker of the cluster by its threads."""
+    if settings.memory_mb is not None:
+        return settings
+    from distributed import get_worker
+
+    try:
+        worker: Any = get_worker()  # untyped where it is installed
+    except ValueError:  # called outside of a cluster
+        return settings
+    limit = worker.memory_manager.memory_limit  # bytes; None: it has none
+    of_mb = limit / (1 << 20) if limit else None
+    return replace(settings, memory_mb=share_mb(worker.state.nthreads, of_mb))
 
 
 def _unpacked(package: Package, digest: str) -> Settings:

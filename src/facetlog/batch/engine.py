@@ -7,18 +7,23 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.batch.content import content_hash
+from facetlog.batch.memory import left_mb, needs_more, share_mb
 from facetlog.batch.rows import Row, error_row, scene_row
 from facetlog.batch.settings import Item, Settings, shape_options
-from facetlog.errors import FacetlogError
+from facetlog.errors import EngineError, FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.limits import Limits
 from facetlog.perception.facts.all_facts import FactColumns, fact_columns
+from facetlog.perception.facts.most_faces import check_face_count
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.perception.shapes.shape_options import says_itself
 from facetlog.terminal import one_line
 
 __all__ = ["SceneEngine"]
+
+STACKS = "the limit of memory (Prolog's stacks)"
+"""How bridge.pl begins what it says when a stack cannot grow."""
 
 BYTES_AT_ONCE = 400_000
 """Of scene files that are read and made into facts together: some 500 faces, and 40 ms."""
@@ -34,16 +39,6 @@ class _Read:
     scene: Scene | None = None
     facts: FactColumns | None = None
     error: str = ""
-
-    @contextmanager
-    def told(self) -> Iterator[None]:
-        """What goes wrong within is the scene's error."""
-        try:
-            yield
-        except FacetlogError as exc:
-            self.error = one_line(str(exc).replace(self.item.place, self.item.path))
-        except Exception as exc:  # a fault of ours: it must not cost the other scenes
-            self.error = one_line(f"{self.item.path}: {type(exc).__name__}: {exc}")
 
 
 def _blocks(items: Iterable[Item]) -> Iterator[list[Item]]:
@@ -76,11 +71,15 @@ class SceneEngine:
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
+        self._memory_mb = settings.memory_mb or share_mb(1)
+        self.spent = False
+        """Whether memory ran out: whoever has more scenes takes a fresh process for them."""
+        self._limits = Limits(seconds=settings.seconds)
         self._judge = BatchJudge(
             tuple(map(Path, settings.models)),
             trusted=settings.trusted,
             crisp=settings.crisp,
-            limits=Limits(seconds=settings.seconds),
+            limits=self._limits,
         )
         self.models_hash = self._judge.models_hash
         self.models = self._judge.models
@@ -106,9 +105,11 @@ class SceneEngine:
     def _read(self, item: Item) -> _Read:
         """What a file holds."""
         start, read = time.perf_counter(), _Read(item)
-        with read.told():
+        with self._told(read):
             read.sha256 = content_hash(Path(item.place))
-            read.scene = read_shape(Path(item.place), shape_options(item, self._settings))
+            scene = read_shape(Path(item.place), shape_options(item, self._settings))
+            check_face_count(scene, item.place)
+            read.scene = scene
         read.seconds = time.perf_counter() - start
         return read
 
@@ -120,7 +121,7 @@ class SceneEngine:
             found = fact_columns([scene for _, scene in known], self._kinds)
         except Exception:  # of one of them: the others go on without it
             for read, scene in known:
-                with read.told():
+                with self._told(read):
                     (read.facts,) = fact_columns((scene,), self._kinds)
         else:
             for (read, _), facts in zip(known, found, strict=True):
@@ -128,9 +129,30 @@ class SceneEngine:
         for read, _ in known:
             read.seconds += (time.perf_counter() - start) / len(known)
 
+    @contextmanager
+    def _told(self, read: _Read) -> Iterator[None]:
+        """What goes wrong within is the scene's error."""
+        item = read.item
+        try:
+            yield
+        except MemoryError:
+            self.spent = True
+            read.error = one_line(f"{item.path}: {needs_more(self._memory_mb)}")
+        except EngineError as exc:
+            # Prolog says the same when it reaches its own limit and when it gets no more memory.
+            self.spent = STACKS in str(exc) and left_mb() < self._limits.stack_mb
+            reason = f"{item.path}: {needs_more(self._memory_mb)}" if self.spent else str(exc)
+            read.error = one_line(reason.replace(item.place, item.path))
+        except FacetlogError as exc:
+            read.error = one_line(str(exc).replace(item.place, item.path))
+        except RecursionError:
+            read.error = one_line(f"{item.path}: it is nested too deeply")
+        except Exception as exc:  # a fault of ours: it must not cost the other scenes
+            read.error = one_line(f"{item.path}: {type(exc).__name__}: {exc}")
+
     def _row(self, read: _Read) -> Row:
         start = time.perf_counter()
-        with read.told():
+        with self._told(read):
             if read.scene is not None and read.facts is not None:
                 return self._judged(read, read.scene, read.facts, start)
         return error_row(
@@ -155,6 +177,7 @@ class SceneEngine:
             seconds=read.seconds + time.perf_counter() - start,
             up=None if scene.up is None else scene.up.tolist(),
             metric=scene.metric,
+            warnings=tuple(map(one_line, scene.warnings)),
         )
 
     def close(self) -> None:

@@ -52,7 +52,7 @@ def explained(item: Item, settings: Settings, question: Doubt) -> dict[str, Any]
     """
     try:
         scene = read_shape(Path(item.place), shape_options(item, settings))
-    except FacetlogError:
+    except (FacetlogError, MemoryError):
         return {"picture": None, "reasons": []}  # the row says why
     from facetlog.batch.thumbnail import thumbnail
 

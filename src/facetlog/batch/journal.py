@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Self
 
-from facetlog.batch.rows import Row, ran_out_of_time
+from facetlog.batch.rows import Row, run_out
 from facetlog.counted import many
 from facetlog.errors import InputError
 
@@ -43,7 +43,7 @@ class Journal:
         """The journal of a run: a new one, or the one that is there with all that it holds.
 
         `run` says what it was made by, `read_as` with what options each scene is read. Rows of
-        scenes that ran out of time count for none: they are to be tried again.
+        scenes that ran out of time or memory count for none: they are to be tried again.
 
         Raises InputError if it cannot be written, is in use, or was begun by another run.
         """
@@ -96,7 +96,9 @@ class Journal:
         """The rows of these scenes, in this order, read one by one."""
         for path in paths:
             start, length = self._places[path]
-            yield json.loads(os.pread(self._descriptor, length, start))
+            row: Row = json.loads(os.pread(self._descriptor, length, start))
+            row.setdefault("warnings", [])  # a journal that an older version began has none
+            yield row
 
     def _take_up(self, run: Mapping[str, Any], read_as: Mapping[str, str]) -> None:
         try:
@@ -116,7 +118,7 @@ class Journal:
                     asked = read_as.get(row["path"], row["read_as"])
                     if asked != row["read_as"]:
                         raise _begun_with(self.path, "options", row["read_as"], asked)
-                    if not ran_out_of_time(row):
+                    if not run_out(row):
                         self._places[row["path"]] = (self._end, len(line))
                     self._end += len(line)
         os.ftruncate(self._descriptor, self._end)

@@ -25,9 +25,6 @@ __all__ = [
 NONE = "none"
 """The answer that no model of those asked for holds, and the truth of what is none of them."""
 
-LABELS_TOLD = 20
-"""Of labels that there are so many are listed."""
-
 
 @dataclass(frozen=True, slots=True)
 class Label:
@@ -135,16 +132,14 @@ def classes_labelled(
     return found
 
 
-def truths(
-    counted_as: Sequence[str], classes: Collection[str], labels: Collection[str]
-) -> dict[str, Truth]:
+def truths(counted_as: Sequence[str], classes: Collection[str]) -> dict[str, Truth]:
     """How labels count that are not called as their class, from texts like 'armchair=chair'.
 
     'desk=' leaves a label out. 'cabinet=none|box' says that none is right, and box neither right
-    nor wrong. Raises InputError for another text, for a label that is none of `labels`, and for a
-    class that is none of `classes`.
+    nor wrong. A label need not occur: one list of them serves many tables. Raises InputError for
+    another text, and for a class that is none of `classes`.
 
-    >>> truths(["armchair=chair"], ["chair"], ["armchair", "chair"])["armchair"].answer
+    >>> truths(["armchair=chair"], ["chair"])["armchair"].answer
     'chair'
     """
     found: dict[str, Truth] = {}
@@ -152,8 +147,6 @@ def truths(
         label, equals, answers = text.partition("=")
         if not (label and equals):
             raise InputError(f"--count-as {text}: write LABEL=CLASS, LABEL=CLASS|CLASS or LABEL=")
-        if label not in labels:
-            raise InputError(f"--count-as {text}: {label} is none of the labels {_listed(labels)}")
         named = [name.strip() for name in answers.split("|") if name.strip()]
         for name in named:
             if name not in (*classes, NONE):
@@ -161,9 +154,3 @@ def truths(
                 raise InputError(f"--count-as {text}: {name} is none of the classes {known}")
         found[label] = Truth(named[0] if named else None, frozenset(named[1:]))
     return found
-
-
-def _listed(labels: Collection[str]) -> str:
-    known = sorted(set(labels))
-    more = f" and {len(known) - LABELS_TOLD} more" if len(known) > LABELS_TOLD else ""
-    return ", ".join(known[:LABELS_TOLD]) + more

@@ -23,7 +23,7 @@ ROWS_AT_ONCE = 1000
 """Rows of a group of Parquet: some megabytes, so that neither side needs memory for the whole."""
 
 # Columns that are lists: as JSON in a cell of CSV.
-LISTS = ("verdicts", "up")
+LISTS = ("verdicts", "up", "warnings")
 # Columns that are no text, and are empty in a cell of CSV where there is none.
 NUMBERS = ("degree", "probability", "faces", "things", "seconds", "metric")
 
@@ -78,7 +78,8 @@ def printable(text: str) -> str:
 def _printable_row(row: Row) -> Row:
     error = row["error"]
     said = None if error is None else printable(error)
-    return {**row, "path": printable(row["path"]), "error": said}
+    warnings = list(map(printable, row["warnings"]))
+    return {**row, "path": printable(row["path"]), "error": said, "warnings": warnings}
 
 
 def _write_lines(file: BinaryIO, rows: Iterable[Row]) -> None:
@@ -93,6 +94,8 @@ def _read_lines(file: BinaryIO, path: Path) -> Iterator[object]:
             yield json.loads(line)
         except ValueError as exc:
             raise InputError(f"{path}:{number}: is no line of JSON: {exc}") from exc
+        except RecursionError as exc:
+            raise InputError(f"{path}:{number}: is no line of JSON that can be read") from exc
 
 
 def _write_csv(file: BinaryIO, rows: Iterable[Row]) -> None:
@@ -183,6 +186,7 @@ def _arrow_schema() -> "pyarrow.Schema":
         "things": pa.int64(),
         "seconds": number,
         "up": pa.list_(number),
+        "warnings": pa.list_(text),
         "metric": pa.bool_(),
     }
     return pa.schema([(name, special.get(name, text)) for name in COLUMNS])

@@ -15,11 +15,12 @@ import time
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import Any, Self
 
+from facetlog.batch.memory import needs_more, share_mb, took_all
 from facetlog.batch.processor_time import processor_seconds
 from facetlog.batch.rows import TOOK_LONGER, error_row
 from facetlog.batch.settings import Item, Settings
@@ -40,11 +41,20 @@ FADES_OVER = 20
 """Scenes over whose mean time a rare slow one fades."""
 LARGEST_BATCH = 64
 
+FAULTS = (Word.FAULT.value, Word.SPENT.value)
+
 ATTEMPTS = 2
 """How often a scene is tried at which a worker process died: it may have been another's fault."""
 
+STARTS = 3
+"""How often in turn a worker may die while it starts: once it may have been killed, three times it
+cannot start."""
+
 LOOKED_SECONDS = 0.05
 """Processor time is looked at no more often: a tick of it is a fifth of that."""
+
+# getrusage(2): kilobytes, but on macOS bytes.
+RSS_UNITS_PER_MB = 1 << 20 if sys.platform == "darwin" else 1 << 10
 
 # -P: nothing is imported from the folder that the user happens to be in.
 WORKER = (sys.executable, "-P", "-m", "facetlog.batch.worker")
@@ -71,6 +81,14 @@ class Answer:
     task: Task
     line: bytes
     failed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class _Death:
+    """How a process ended, and the most memory (MB) that it ever had resident."""
+
+    how: str
+    resident_mb: float
 
 
 @dataclass(slots=True)
@@ -122,17 +140,20 @@ class _Worker:
         now = processor_seconds(self.popen.pid)
         return self.waited() if now is None or self.worked is None else now - self.worked
 
-    def end(self) -> str:
+    def end(self) -> "_Death":
         """Ends the process, and says what it died of if it had."""
-        code = self.popen.poll()
+        code = self.popen.returncode
+        resident_mb = 0.0
         if code is None:
-            self.popen.kill()
+            # It is still there, if only as what may be asked for: its number is no other's yet.
+            os.kill(self.popen.pid, signal.SIGKILL)
             # The socket closes before the process is gone: wait for what it says of itself.
-            code = self.popen.wait()
+            _, status, usage = os.wait4(self.popen.pid, 0)
+            code = self.popen.returncode = os.waitstatus_to_exitcode(status)
+            resident_mb = usage.ru_maxrss / RSS_UNITS_PER_MB
         self.connection.close()
-        if code < 0:
-            return f"ended by {signal.Signals(-code).name}"
-        return f"ended with code {code}"
+        how = f"ended by {signal.Signals(-code).name}" if code < 0 else f"ended with code {code}"
+        return _Death(how, resident_mb)
 
 
 def _environment() -> dict[str, str]:
@@ -146,7 +167,9 @@ class Pool:
     def __init__(self, settings: Settings, count: int = 1) -> None:
         if count < 1:
             raise InputError(f"{count} workers: give a number above 0")
-        self._settings = settings
+        self._most_mb = settings.memory_mb or share_mb(count)
+        self._settings = replace(settings, memory_mb=self._most_mb)
+        self._starts = 0  # in turn, at which a worker died
         self._crew: list[_Worker] = []
         self._seconds_each = BATCH_SECONDS  # of a scene, at first one at a time
         self._answered = 0
@@ -155,7 +178,7 @@ class Pool:
         self.models: tuple[str, ...] = ()
         try:
             # All at once, for each takes a second; the first says whether the models can be used.
-            self._crew.extend(_Worker.started(settings) for _ in range(count))
+            self._crew.extend(_Worker.started(self._settings) for _ in range(count))
             self._await_first()
         except BaseException:
             self.close()
@@ -173,14 +196,24 @@ class Pool:
             self._crew.pop().end()
 
     def _await_first(self) -> None:
-        worker = self._crew[0]
-        if not worker.connection.poll(START_SECONDS):
-            raise EngineError(f"a worker process was not ready after {START_SECONDS:g} s")
-        try:
-            message = worker.connection.recv_bytes()
-        except (EOFError, OSError):
-            raise EngineError(f"a worker process could not start: {worker.end()}") from None
-        self._got_ready(worker, message)
+        while not self.models_hash:
+            worker = self._crew[0]
+            if not worker.connection.poll(START_SECONDS):
+                raise EngineError(f"a worker process was not ready after {START_SECONDS:g} s")
+            try:
+                message = worker.connection.recv_bytes()
+            except (EOFError, OSError):
+                self._crew.remove(worker)
+                self._died_at_start(worker.end())
+                self._crew.append(_Worker.started(self._settings))
+            else:
+                self._got_ready(worker, message)
+
+    def _died_at_start(self, death: _Death) -> None:
+        """Counts it; raises EngineError if that was not the first or second time in turn."""
+        self._starts += 1
+        if self._starts >= STARTS:
+            raise EngineError(f"a worker process could not start, {STARTS} times: {death.how}")
 
     def _got_ready(self, worker: _Worker, message: bytes) -> None:
         word, content = Word(message[:1]), json.loads(message[1:])
@@ -190,14 +223,16 @@ class Pool:
         if self.models_hash and content["models_hash"] != self.models_hash:
             raise InputError("the models were changed while they were in use: run it again")
         self.models_hash, self.models = content["models_hash"], tuple(content["models"])
+        self._starts = 0
         worker.ready = True
         worker.begin()
 
     def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
         """An answer to each task, as they come; raises EngineError if no worker can be started.
 
-        A worker that dies is replaced. The scene at which it died is tried once more, and has an
-        error for an answer if another worker dies at it; so has one that takes too long.
+        A worker that dies is replaced, also while it starts. The scene at which it died is tried
+        once more, and has an error for an answer if another worker dies at it; so has one that
+        takes too long, or more memory than a worker may take.
         """
         waiting = deque(tasks)
         while waiting or any(worker.assigned for worker in self._crew):
@@ -242,6 +277,10 @@ class Pool:
                     self._got_ready(worker, message)
                 else:
                     yield self._answer(worker, message)
+                    if message[:1] == Word.SPENT.value:
+                        worker.end()
+                        self._replace(worker, waiting)
+                        return
                 if not worker.connection.poll():
                     return
         except (EOFError, OSError):
@@ -253,18 +292,21 @@ class Pool:
         share = 1.0 / min(self._answered, FADES_OVER)
         self._seconds_each += share * (now - worker.since - self._seconds_each)
         worker.begin()
-        return Answer(worker.assigned.popleft(), message[1:], message[:1] == Word.FAULT.value)
+        return Answer(worker.assigned.popleft(), message[1:], message[:1] in FAULTS)
 
     def _died(self, worker: _Worker, waiting: deque[Task]) -> Iterator[Answer]:
-        how = worker.end()
+        death = worker.end()
         if not worker.ready:
-            raise EngineError(f"a worker process could not start: {how}")
-        if worker.assigned:
+            self._died_at_start(death)
+        elif worker.assigned:
             task = worker.assigned[0]
             self._deaths[task.item] += 1
             if self._deaths[task.item] >= ATTEMPTS:
                 worker.assigned.popleft()
-                yield self._failed(task, f"the worker process died at it, {ATTEMPTS} times: {how}")
+                why = f"the worker process died at it, {ATTEMPTS} times: {death.how}"
+                if took_all(death.resident_mb, self._most_mb):
+                    why = needs_more(self._most_mb)
+                yield self._failed(task, why)
         self._replace(worker, waiting)
 
     def _overdue(self, waiting: deque[Task]) -> Iterator[Answer]:

@@ -1,7 +1,7 @@
 """The parts of the report as HTML: figures, the confusion matrix, and a card for each mistake."""
 
+import html
 from collections.abc import Iterator, Sequence
-from html import escape
 from importlib.resources import files
 from typing import TypedDict
 
@@ -11,6 +11,7 @@ from facetlog.batch.explain import Reason
 from facetlog.batch.outcome import Outcome
 from facetlog.batch.rows import HOLDS, Row, closest
 from facetlog.counted import many
+from facetlog.terminal import printable
 
 __all__ = ["Explanation", "card", "foot", "group_head", "head"]
 
@@ -28,6 +29,11 @@ class Explanation(TypedDict):
     reasons: list[Reason]
 
 
+def _escaped(text: str, *, quote: bool = True) -> str:
+    """The text as HTML, without control characters that names of files and labels may hold."""
+    return html.escape("\n".join(map(printable, text.split("\n"))), quote)
+
+
 def head(outcome: Outcome, confusion: Confusion) -> Iterator[str]:
     """The page down to the mistakes."""
     style = files("facetlog.batch").joinpath("report.css").read_text(encoding="utf-8")
@@ -37,7 +43,7 @@ def head(outcome: Outcome, confusion: Confusion) -> Iterator[str]:
         f"<title>facetlog classify</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
     )
     yield "<h1>What was recognised</h1>\n"
-    yield f'<p class="soft">{escape(outcome.summary)}</p>\n'
+    yield f'<p class="soft">{_escaped(outcome.summary)}</p>\n'
     yield from _figures(outcome, confusion)
     yield from _matrix(confusion)
     yield from _shares(confusion)
@@ -61,18 +67,18 @@ def _figures(outcome: Outcome, confusion: Confusion) -> Iterator[str]:
 
 
 def _figure(value: str, about: str) -> str:
-    said = f'<b>{escape(value)}</b><span class="soft">{escape(about)}</span>'
+    said = f'<b>{_escaped(value)}</b><span class="soft">{_escaped(about)}</span>'
     return f'<div class="figure">{said}</div>\n'
 
 
 def _matrix(confusion: Confusion) -> Iterator[str]:
     yield '<h2>Right and answered</h2>\n<div class="scroll"><table>\n'
     yield "<thead><tr><th>right \\ answered</th>"
-    yield "".join(f"<th>{escape(name)}</th>" for name in confusion.columns)
+    yield "".join(f"<th>{_escaped(name)}</th>" for name in confusion.columns)
     yield "<th>all</th></tr></thead>\n<tbody>\n"
     for right in confusion.rows:
         total = sum(confusion.counts[right, given] for given in confusion.columns)
-        yield f"<tr><th>{escape(right)}</th>"
+        yield f"<tr><th>{_escaped(right)}</th>"
         for given in confusion.columns:
             yield _cell(confusion.counts[right, given], total, right, given)
         yield f'<td class="soft">{total}</td></tr>\n'
@@ -91,7 +97,7 @@ def _cell(count: int, total: int, right: str, given: str) -> str:
 
 
 def _anchor(right: str, given: str) -> str:
-    return escape(f"{right}-as-{given}")
+    return _escaped(f"{right}-as-{given}")
 
 
 def _shares(confusion: Confusion) -> Iterator[str]:
@@ -100,11 +106,12 @@ def _shares(confusion: Confusion) -> Iterator[str]:
     yield "<thead><tr><th>class</th><th>recall</th><th>precision</th></tr></thead>\n<tbody>\n"
     for name in confusion.rows:
         recall, precision = confusion.recall(name), confusion.precision(name)
-        yield f"<tr><th>{escape(name)}</th><td>{_bar(recall)}</td><td>{_bar(precision)}</td></tr>\n"
+        cells = f"<td>{_bar(recall)}</td><td>{_bar(precision)}</td>"
+        yield f"<tr><th>{_escaped(name)}</th>{cells}</tr>\n"
     yield "</tbody></table></div>\n"
     for kind, share in confusion.kinds():
         about = f"Of kind {kind or '(none)'}: accuracy {share}"
-        yield f'<p class="soft">{escape(about)}</p>\n'
+        yield f'<p class="soft">{_escaped(about)}</p>\n'
 
 
 def _bar(share: Proportion) -> str:
@@ -119,7 +126,7 @@ def _left_out(confusion: Confusion) -> Iterator[str]:
     if confusion.left_out:
         counts = sorted(confusion.left_out.items())
         listed = ", ".join(f"{label} → {given} ({n})" for (label, given), n in counts)
-        yield f'<p class="soft">Not counted: {escape(listed)}</p>\n'
+        yield f'<p class="soft">Not counted: {_escaped(listed)}</p>\n'
     if confusion.unlabelled:
         yield f'<p class="soft">Without a label: {confusion.unlabelled}</p>\n'
 
@@ -130,14 +137,14 @@ def _errors(outcome: Outcome) -> Iterator[str]:
     yield f'<h2>Errors ({len(outcome.errors)})</h2>\n<ul class="errors">\n'
     for path, error in outcome.errors[:ERRORS_LISTED]:
         said = error.removeprefix(f"{path}: ")
-        yield f'<li><span class="path">{escape(path)}</span>: {escape(said)}</li>\n'
+        yield f'<li><span class="path">{_escaped(path)}</span>: {_escaped(said)}</li>\n'
     more = len(outcome.errors) - ERRORS_LISTED
     yield (f"<li>and {more} more</li>\n" if more > 0 else "") + "</ul>\n"
 
 
 def group_head(right: str, given: str, count: int) -> str:
     """What comes before the cards of one kind of mistake."""
-    title = f"{escape(right)} answered {escape(given)} ({count})"
+    title = f"{_escaped(right)} answered {_escaped(given)} ({count})"
     return f'<h3 id="{_anchor(right, given)}">{title}</h3>\n<div class="cards">\n'
 
 
@@ -147,7 +154,7 @@ def card(mistake: Mistake, row: Row, explanation: Explanation, classes: Sequence
     if picture is None:
         shown = '<div class="nothing">no picture</div>'
     else:
-        about = escape(f"picture of {mistake.path}", quote=True)
+        about = _escaped(f"picture of {mistake.path}", quote=True)
         shown = f'<img alt="{about}" loading="lazy" src="data:image/png;base64,{picture}">'
     degree = "" if mistake.degree is None else f" ({mistake.degree:.0%})"
     counts = (
@@ -156,12 +163,12 @@ def card(mistake: Mistake, row: Row, explanation: Explanation, classes: Sequence
         else f" · {many(row['faces'], 'face')}, {many(row['things'], 'thing')}"
     )
     said = (mistake.error or "").removeprefix(f"{mistake.path}: ")
-    error = f"<p>{escape(said)}</p>" if said else ""
+    error = f"<p>{_escaped(said)}</p>" if said else ""
     return (
         f'<article class="card">{shown}<div class="about">'
-        f'<p class="path">{escape(mistake.path)}</p>'
-        f"<p><b>{escape(mistake.label)}</b>, answered <b>{escape(mistake.answered)}</b>{degree}"
-        f'<span class="soft">{escape(counts)}</span></p>{error}'
+        f'<p class="path">{_escaped(mistake.path)}</p>'
+        f"<p><b>{_escaped(mistake.label)}</b>, answered <b>{_escaped(mistake.answered)}</b>{degree}"
+        f'<span class="soft">{_escaped(counts)}</span></p>{error}'
         f"<p>{''.join(_chips(row, mistake, classes))}</p>"
         f"{''.join(map(_reason, explanation['reasons']))}</div></article>\n"
     )
@@ -175,12 +182,12 @@ def _chips(row: Row, mistake: Mistake, classes: Sequence[str]) -> Iterator[str]:
         holds = verdict["state"] == HOLDS
         kind = ("wrong" if model == mistake.answered else "holds") if holds else ""
         state = f"{verdict['degree']:.0%}" if holds else verdict["state"]
-        yield f'<span class="chip {kind}">{escape(model)} {escape(state)}</span>'
+        yield f'<span class="chip {kind}">{_escaped(model)} {_escaped(state)}</span>'
 
 
 def _reason(reason: Reason) -> str:
-    text = escape("\n".join(reason["lines"]))
-    return f"<details><summary>{escape(reason['title'])}</summary><pre>{text}</pre></details>"
+    text = _escaped("\n".join(reason["lines"]))
+    return f"<details><summary>{_escaped(reason['title'])}</summary><pre>{text}</pre></details>"
 
 
 def foot() -> str:

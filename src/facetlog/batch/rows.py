@@ -21,7 +21,7 @@ __all__ = [
     "best_verdict",
     "closest",
     "error_row",
-    "ran_out_of_time",
+    "run_out",
     "scene_row",
 ]
 
@@ -29,8 +29,9 @@ HOLDS = "holds"
 
 TOOK_LONGER = "took longer than"
 """What the error says of a scene whose worker was ended."""
-# The same of the engine's own limit (engine_pool.py and isolated_process.py of facetlog.kb).
-OUT_OF_TIME = (TOOK_LONGER, "the time limit was reached")
+# The same of the engine's own limit (engine_pool.py and isolated_process.py of facetlog.kb), and of
+# a worker's memory (memory.py).
+RUN_OUT = (TOOK_LONGER, "the time limit was reached", "needs more memory than")
 
 Row: TypeAlias = dict[str, Any]
 """A row as plain data, with the COLUMNS in their order."""
@@ -48,6 +49,7 @@ COLUMNS = (
     "things",
     "seconds",
     "error",
+    "warnings",
     "up",
     "metric",
     "read_as",
@@ -84,14 +86,15 @@ def _standing(verdict: Row) -> tuple[bool, float, float]:
     return verdict["state"] == HOLDS, verdict["degree"], verdict["degree_at_most"]
 
 
-def ran_out_of_time(row: Row) -> bool:
-    """Whether its error depends on how busy the machine was, so that it may go well another time.
+def run_out(row: Row) -> bool:
+    """Whether it ran out of time or memory: that depends on the machine, so that it may go well
+    another time.
 
-    >>> ran_out_of_time({"path": "a.ply", "error": "a.ply: took longer than 60 s"})
+    >>> run_out({"path": "a.ply", "error": "a.ply: took longer than 60 s"})
     True
     """
     said = (row["error"] or "").removeprefix(row["path"])
-    return any(words in said for words in OUT_OF_TIME)
+    return any(words in said for words in RUN_OUT)
 
 
 def _verdict(verdict: "BriefVerdict") -> Row:
@@ -119,6 +122,7 @@ def scene_row(
     seconds: float,
     up: Sequence[float] | None,
     metric: bool,
+    warnings: Sequence[str] = (),
 ) -> Row:
     """The row of a scene that was read and judged."""
     best = best_verdict(verdicts)
@@ -135,6 +139,7 @@ def scene_row(
         "things": things,
         "seconds": round(seconds, 6),
         "error": None,
+        "warnings": list(warnings),
         "up": None if up is None else list(up),
         "metric": metric,
         "read_as": item.read_as(settings),
@@ -165,6 +170,7 @@ def error_row(
         "things": None,
         "seconds": round(seconds, 6),
         "error": error,
+        "warnings": [],
         "up": None,
         "metric": None,
         "read_as": item.read_as(settings),

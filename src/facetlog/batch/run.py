@@ -13,7 +13,7 @@ from facetlog.batch.content import content_hash
 from facetlog.batch.journal import Journal, journal_path
 from facetlog.batch.output import check_format, read_rows
 from facetlog.batch.pool import Answer, Task
-from facetlog.batch.rows import Row, ran_out_of_time
+from facetlog.batch.rows import Row, run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
 
@@ -44,7 +44,7 @@ class Plan:
     """What a run is to do: its scenes in order, and where its rows go, if anywhere.
 
     `resume` takes up what an earlier run to the same output left, but for scenes that ran out of
-    time, `overwrite` throws it away.
+    time or memory, `overwrite` throws it away.
     `old` are rows of an earlier table by path: of a scene whose content, models and options are
     the same as then, the row is taken over.
     """
@@ -151,7 +151,7 @@ def _take_up(output: Path, models_hash: str, read_as: Mapping[str, str], journal
                 f"{output}: {row['path']} was read with {row['read_as']}, now {asked}: give the "
                 "options as then, or --overwrite"
             )
-        if asked is not None and not ran_out_of_time(row):
+        if asked is not None and not run_out(row):
             journal.append(row["path"], _line(row))
 
 

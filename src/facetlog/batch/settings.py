@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
+from facetlog.batch.memory import LEAST_MB
 from facetlog.errors import InputError
 from facetlog.perception.shapes.shape_options import ShapeOptions, says_itself, unit_from, up_from
 
@@ -26,7 +27,8 @@ class Settings:
 
     `up` is x, y, z, -x, -y, -z, auto or none; `unit` m, cm, mm, in, ft or none. `seconds` is the
     processor time that one scene may take; by the clock it may take five times that, and what
-    models are asked of it once. What cannot be understood is an InputError.
+    models are asked of it once. `memory_mb` is what one worker may take; None: its share of the
+    memory there is. What cannot be understood is an InputError.
     """
 
     models: tuple[str, ...] = ()
@@ -35,12 +37,18 @@ class Settings:
     up: str = "auto"
     unit: str = "none"
     seconds: float = SECONDS_PER_SCENE
+    memory_mb: int | None = None
 
     def __post_init__(self) -> None:
         up_from(self.up)
         unit_from(self.unit)
         if not self.seconds > 0:
             raise InputError(f"a time limit of {self.seconds:g} s: give seconds above 0")
+        if self.memory_mb is not None and self.memory_mb < LEAST_MB:
+            raise InputError(
+                f"--memory {self.memory_mb}: give {LEAST_MB} MB or more: a worker takes half of "
+                "that before its first scene"
+            )
 
     @property
     def clock_seconds(self) -> float:

@@ -12,6 +12,7 @@ from enum import Enum
 from multiprocessing.connection import Connection
 from typing import Any
 
+from facetlog.batch.memory import limit_memory, needs_more
 from facetlog.errors import FacetlogError, RuleSyntaxError
 
 __all__ = ["Word", "main"]
@@ -28,6 +29,9 @@ class Word(bytes, Enum):
     """The row of the item that was first in turn."""
     FAULT = b"-"
     """The same, for a row that has an error."""
+    SPENT = b"*"
+    """The same, of a scene for which memory ran out. The process ends: what was cut off in the
+    middle of it may have left it in disorder."""
     EXPLAINED = b"?"
     """The picture and the reasons of the item that was first in turn."""
 
@@ -60,6 +64,8 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
         connection.send_bytes(word.value + text.encode())
 
     first = messages.get()
+    most_mb = first["memory_mb"]
+    limit_memory(most_mb)
     try:
         # Loaded only now: a fault in what it loads can be told.
         from facetlog.batch.engine import SceneEngine
@@ -71,6 +77,9 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
         kind = "rules" if isinstance(exc, RuleSyntaxError) else "input"
         say(Word.REFUSED, {"kind": kind if exc.exit_code == 2 else "engine", "error": str(exc)})
         return
+    except MemoryError:
+        say(Word.REFUSED, {"kind": "input", "error": f"a worker {needs_more(most_mb)}"})
+        return
     except Exception as exc:  # the other side must not wait for ever
         say(Word.REFUSED, {"kind": "engine", "error": f"{type(exc).__name__}: {exc}"})
         return
@@ -81,6 +90,9 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
         items = [Item(**task) for task in tasks]
         if doubts[0] is None:  # a list is of one kind
             for row in engine.rows(items):
+                if engine.spent and row["error"] is not None:
+                    say(Word.SPENT, row)
+                    return
                 say(Word.ROW if row["error"] is None else Word.FAULT, row)
             continue
         from facetlog.batch.explain import explained

@@ -12,7 +12,7 @@ import typer
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
 from facetlog.counted import many
 from facetlog.errors import InputError
-from facetlog.terminal import note, one_line, warn
+from facetlog.terminal import note, one_line, printable, warn
 
 if TYPE_CHECKING:
     from facetlog.batch.confusion import Confusion
@@ -56,6 +56,14 @@ def classify_command(
     workers: Annotated[
         int | None,
         typer.Option("--workers", metavar="N", help="Worker processes; else one a core."),
+    ] = None,
+    memory: Annotated[
+        int | None,
+        typer.Option(
+            "--memory",
+            metavar="MB",
+            help="What a worker may take; else its share of what there is.",
+        ),
     ] = None,
     dask: Annotated[
         str | None,
@@ -150,6 +158,7 @@ def classify_command(
         (up or AUTO).lower(),
         (unit or NONE).lower(),
         timeout,
+        memory,
     )
     known = {} if labels is None else read_labels(labels)
     items = _items(_paths(scenes or (), listed or (), known, old), known)
@@ -259,7 +268,7 @@ def _confusion(
     classes: str,
     count_as: Sequence[str],
 ) -> "Confusion":
-    """The matrix to fill; raises InputError for names that no model or no label has."""
+    """The matrix to fill; raises InputError for classes that no model is."""
     from facetlog.batch.confusion import Confusion
     from facetlog.batch.labels import classes_labelled, classes_named, truths
 
@@ -269,7 +278,11 @@ def _confusion(
         if (label := labels.get(os.path.realpath(item.path))) is not None
     }
     asked = classes_named(classes, models)
-    counted_as = truths(count_as, asked or models, {label.label for label in labels.values()})
+    counted_as = truths(count_as, asked or models)
+    occurring = {label.label for label in labels.values()}
+    for name in counted_as.keys() - occurring:
+        warn(f"--count-as {name}: no label is called so")
+    counted_as = {name: truth for name, truth in counted_as.items() if name in occurring}
     return Confusion(
         by_path, asked or classes_labelled(models, by_path.values(), counted_as), counted_as
     )
@@ -312,4 +325,4 @@ def _tell(outcome: "Outcome", *, as_json: bool) -> None:
         typer.echo(json.dumps(outcome.to_json()))
     else:
         for line in outcome.lines():
-            typer.echo(line)
+            typer.echo(printable(line))

@@ -123,7 +123,7 @@ def followed(
     if out is not None:
         check_replaceable(out)
     clock = StepClock()
-    source = FollowedViews(path, unit=unit, timeout=timeout)
+    source = FollowedViews(path, unit=unit, trusted=trusted, timeout=timeout)
     last: StreamStep | None = None
     degrees: list[Degrees] = []
     interrupted = False

@@ -27,8 +27,13 @@ AsJson = Annotated[bool, typer.Option("--json", help="One JSON object instead of
 Full = Annotated[bool, typer.Option("--full", help="Every step of the proofs, not only reasons.")]
 Trust = Annotated[
     bool,
-    typer.Option("--trust", help="The models are yours: any Prolog, in this process, unchecked."),
+    typer.Option(
+        "--trust", help="What you give is yours: models of any Prolog, pictures anywhere."
+    ),
 ]
+"""Who gives it answers for all files that are given: models are loaded into this process as
+ordinary Prolog, unchecked (`KnowledgeBase.load_rules`), and poses files may name cameras, and
+pictures outside of their folder (`own_folder.py`). Without it they may be a stranger's."""
 
 
 def command(body: Callable[P, int]) -> Callable[P, None]:

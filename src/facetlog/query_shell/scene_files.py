@@ -50,10 +50,15 @@ class SceneFile:
 
         Raises InputError for a file that holds no scene.
         """
-        from facetlog.perception.facts.all_facts import scene_facts
+        from facetlog.perception.facts.all_facts import fact_rows
 
-        for fact in scene_facts(self._scene()):
-            yield (fact.functor, *fact.args)
+        rows = fact_rows(self._scene())
+        for functor in tuple(rows):  # in the order of scene_facts
+            found = rows.pop(functor)
+            # Handed over is let go: of many faces the rest needs the room.
+            found.reverse()
+            while found:
+                yield (functor, *found.pop())
 
     def facts_on_demand(self) -> Iterator[Fact]:
         """The facts that `facts` leaves out; InputError as there."""
@@ -63,13 +68,17 @@ class SceneFile:
             yield (fact.functor, *fact.args)
 
     def _scene(self) -> "Scene":
+        from facetlog.perception.facts.most_faces import check_face_count
         from facetlog.perception.surfaces.scene_file import scene_from_json
 
         if self.data is not None:
-            return scene_from_json(self.data, str(self.path))
-        from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
+            scene = scene_from_json(self.data, str(self.path))
+        else:
+            from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 
-        return read_shape(self.path, ShapeOptions(find_floor=True))
+            scene = read_shape(self.path, ShapeOptions(find_floor=True))
+        check_face_count(scene, self.path)
+        return scene
 
 
 def scene_file(path: Path) -> SceneFile:
@@ -90,7 +99,11 @@ def scene_file(path: Path) -> SceneFile:
         ) from None
     except OSError as exc:
         raise InputError(f"{inside} cannot be read: {exc.strerror or exc}") from exc
-    key = hashlib.sha256(data + __version__.encode()).hexdigest()
+    # Loaded only now: a shell without scenes does without.
+    from facetlog.perception.facts.facts_code import facts_code_hash
+
+    made_by = f"{__version__} {facts_code_hash()}"
+    key = hashlib.sha256(data + made_by.encode()).hexdigest()
     return SceneFile(inside, _own_name(data) or inside.stem, data, key)
 
 
@@ -111,7 +124,7 @@ def is_raw_shape(path: Path) -> bool:
 def _own_name(data: bytes) -> str | None:
     try:
         record = json.loads(data)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None  # not a scene: its facts will say why
     name = record.get("name") if isinstance(record, dict) else None
     return name if isinstance(name, str) and name else None

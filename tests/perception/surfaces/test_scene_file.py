@@ -25,6 +25,7 @@ from facetlog.perception.scene import (
 )
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, room_corner, stick_table
 from facetlog.perception.surfaces.scene_file import (
+    MOST_COPIES,
     SceneFileError,
     read_scene,
     scene_from_json,
@@ -151,6 +152,22 @@ def test_a_face_that_is_there_twice_is_refused_and_its_other_side_is_not() -> No
         scene_from_json(_change(faces=[*faces, *[faces[0]] * 3000]))
     back = {**faces[0], "outline": faces[0]["outline"][::-1]}
     assert len(scene_from_json(_change(faces=[*faces, back])).faces) == 7
+
+
+def _with_copies(count: int) -> str:
+    content = json.loads(scene_to_json(cuboid()))
+    vertices, faces = content["vertices"], content["faces"]
+    for _ in range(count):
+        outline = list(range(len(vertices), len(vertices) + 4))
+        vertices += [vertices[i] for i in faces[0]["outline"]]
+        faces.append({**faces[0], "outline": outline})
+    return json.dumps(content)
+
+
+def test_many_faces_with_the_same_corners_are_refused_and_a_few_are_read() -> None:
+    assert len(scene_from_json(_with_copies(MOST_COPIES - 1)).faces) == 6 + MOST_COPIES - 1
+    with pytest.raises(SceneFileError, match=r"has the corners of face 0, as 3000 others: remove"):
+        scene_from_json(_with_copies(3000))
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import typer
 
 from facetlog.commands.shared import YES, command
 from facetlog.errors import InputError
+from facetlog.terminal import one_line
 
 __all__ = ["TEMPLATE", "new_command"]
 
@@ -64,7 +65,7 @@ def new_command(
         why = f": {faults[0].message}" if faults else ""
         raise InputError(f"{name!r} is no name for a model{why}; take a word as coffee_table")
     _write_new(path, text)
-    typer.echo(path)
+    typer.echo(one_line(str(path)))
     return YES
 
 
