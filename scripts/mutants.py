@@ -89,15 +89,16 @@ def mutants(root: Path, file: str) -> Iterator[Mutant]:
             in_comment = False
 
 
-def killed(mutant: Mutant, scenes: int) -> bool:
-    """Whether the oracle sees that something is wrong."""
+def killed(mutant: Mutant | None, scenes: int) -> bool:
+    """Whether the oracle sees that something is wrong: of the program as it is, if there is none."""
     with tempfile.TemporaryDirectory() as name:
         for part in ("kb/prolog", "rules"):
             shutil.copytree(house(part.partition("/")[0]).parent / part, Path(name) / part)
-        path = Path(name) / "kb" / "prolog" / mutant.file
-        lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-        lines[mutant.line - 1] = mutant.after + "\n"
-        path.write_text("".join(lines), encoding="utf-8")
+        if mutant is not None:
+            path = Path(name) / "kb" / "prolog" / mutant.file
+            lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
+            lines[mutant.line - 1] = mutant.after + "\n"
+            path.write_text("".join(lines), encoding="utf-8")
         judging = Judging(Path(name) / "kb" / "prolog")
         try:
             return any(_differs(judging, seed) for seed in range(scenes))
@@ -132,6 +133,8 @@ def main() -> int:
     root = house("kb") / "prolog"
     found = [one for file in options.only or FILES for one in mutants(root, file)]
     found = found[:: options.every]
+    if killed(None, options.scenes):
+        raise SystemExit("the program itself differs from the reference: run the test first")
     survivors = []
     for mutant in found:
         if not killed(mutant, options.scenes):

@@ -118,7 +118,6 @@ def _test(draw: Random, depth: int, names: Sequence[str], words: Mapping[str, Te
         "each_pair": lambda: (
             "each_pair", variable, f"{variable}b", some_faces(),
             quantified(variable, f"{variable}b"),
-            quantified(variable, f"{variable}b"),
         ),
         "at_least_of": lambda: (
             "at_least_of", draw.randint(0, 3), variable,
