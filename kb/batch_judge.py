@@ -1,7 +1,7 @@
 """Brief verdicts on one scene after the other: what a batch keeps of each, and nothing else.
 
 Verdicts have the states, degrees, parts and sizes that `KnowledgeBase.judge` gives, without their
-proofs. Models are written anew once for that (prolog/batch/specialise.pl), only the facts that they
+proofs. Models are specialised once for that (prolog/batch/specialise.pl), only the facts that they
 ask for are handed over, and a scene is one request.
 """
 

@@ -20,7 +20,7 @@ BEYOND = 1e-9
 
 # Too few of what is counted may be all that was seen: kb/prolog/judging/compare.pl, so_far/1.
 _SO_FAR = re.compile(r"^(count of |count\(|faces_at\()")
-# How a proof names counted groups: kb/prolog/judging/evaluate.pl.
+# How a proof names counted groups: kb/prolog/judging/prove.pl.
 _COUNTED = re.compile(r"^(at_least_of|at_most_of)\((\d+)\b")
 
 

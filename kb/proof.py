@@ -227,7 +227,7 @@ class Proof:
 
     @property
     def name(self) -> str:
-        """How it was decided, as kb/prolog/judging/evaluate.pl names it; empty of comparisons."""
+        """How it was decided, as kb/prolog/judging/prove.pl names it; empty of comparisons."""
         return self.detail.name if isinstance(self.detail, Note) else ""
 
     def comparisons(self) -> Iterator[Comparison]:

@@ -90,7 +90,7 @@ def mutants(root: Path, file: str) -> Iterator[Mutant]:
 
 
 def killed(mutant: Mutant | None, scenes: int) -> bool:
-    """Whether the oracle sees that something is wrong: of the program as it is, if there is none."""
+    """Whether the oracle sees that something is wrong; without a mutant, of what is there."""
     with tempfile.TemporaryDirectory() as name:
         for part in ("kb/prolog", "rules"):
             shutil.copytree(house(part.partition("/")[0]).parent / part, Path(name) / part)

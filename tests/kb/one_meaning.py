@@ -2,8 +2,8 @@
 paper and docs/models.md, that shares nothing with the program's.
 
 A test is a term as a nested tuple (functor, arguments...); faces are names, lists are lists. The
-reference says (state, low, high) of it, states as numbers: 0 fails, ½ unknown, 1 holds, which makes
-Kleene's connectives a minimum, a maximum and a difference.
+reference says (state, low, high, miss) of it, states as numbers: 0 fails, ½ unknown, 1 holds, which
+makes Kleene's connectives a minimum, a maximum and a difference.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ STATES = {0.0: "fails", 0.5: "unknown", 1.0: "holds"}
 HOLDS, UNKNOWN, FAILS = 1.0, 0.5, 0.0
 
 Term = object
-Outline = tuple[float, float, float]
+Outline = tuple[float, float, float, float]
 
 # Measures of one face by their kind, with values that limits are drawn from.
 OF_FACE = {
@@ -200,7 +200,7 @@ class _Scene:
 
 
 def reference(case: Case, test: Term) -> Outline:
-    """(state, least and greatest probability) of the test."""
+    """(state, least and greatest probability, by how much it fails) of the test."""
     return _said(_Scene(case), test)
 
 
@@ -215,14 +215,14 @@ def _said(scene: _Scene, test: Term) -> Outline:
             return _not(_said(scene, one))
         case ("if_known", one):
             said = _said(scene, one)
-            return (HOLDS, 1, 1) if said[0] == UNKNOWN else said
+            return (HOLDS, 1, 1, 0) if said[0] == UNKNOWN else said
         case ("implies", where, one):
             return _any([_not(_said(scene, where)), _said(scene, one)])
         case ("expect", weight, one):
-            _, low, high = _said(scene, one)
+            _, low, high, _ = _said(scene, one)
             if scene.case.crisp:
-                return (HOLDS, 1, 1)
-            return (HOLDS, 1 - weight * (1 - low), 1 - weight * (1 - high))
+                return (HOLDS, 1, 1, 0)
+            return (HOLDS, 1 - weight * (1 - low), 1 - weight * (1 - high), 0)
         case ("each", variable, list(values), one):
             return _all([_said(scene.with_names(**{variable: value}), one) for value in values])
         case ("some", variable, list(values), one):
@@ -244,20 +244,22 @@ def _said(scene: _Scene, test: Term) -> Outline:
 
 def _all(said: Sequence[Outline]) -> Outline:
     return (
-        min((state for state, _, _ in said), default=HOLDS),
-        math.prod(low for _, low, _ in said),
-        math.prod(high for _, _, high in said),
+        min((state for state, _, _, _ in said), default=HOLDS),
+        math.prod(low for _, low, _, _ in said),
+        math.prod(high for _, _, high, _ in said),
+        1 - math.prod(1 - miss for _, _, _, miss in said),
     )
 
 
 def _any(said: Sequence[Outline]) -> Outline:
-    columns = zip(*said, strict=True) if said else ((), (), ())
-    state, low, high = (max(column, default=0) for column in columns)
-    return state, low, high
+    columns = zip(*said, strict=True) if said else ((), (), (), ())
+    state, low, high, _ = (max(column, default=0) for column in columns)
+    misses = (miss for _, _, _, miss in said)
+    return state, low, high, min(misses, default=1) if state == FAILS else 0
 
 
 def _not(said: Outline) -> Outline:
-    return 1 - said[0], 1 - said[2], 1 - said[1]
+    return 1 - said[0], 1 - said[2], 1 - said[1], float(said[0] == HOLDS)
 
 
 def _ranked(said: Sequence[Outline], place: int, part: int) -> float:
@@ -269,16 +271,17 @@ def _ranked(said: Sequence[Outline], place: int, part: int) -> float:
 
 
 def _at_least(count: int, said: Sequence[Outline]) -> Outline:
-    enough = sum(state == HOLDS for state, _, _ in said) >= count
+    enough = sum(one[0] == HOLDS for one in said) >= count
     low, high = _ranked(said, count, 1), _ranked(said, count, 2)
-    return (HOLDS, low, high) if enough else (UNKNOWN, low, 1)
+    return (HOLDS, low, high, 0) if enough else (UNKNOWN, low, 1, 0)
 
 
 def _at_most(count: int, said: Sequence[Outline]) -> Outline:
-    holding = sum(state == HOLDS for state, _, _ in said)
-    possible = sum(state != FAILS for state, _, _ in said)
+    holding = sum(one[0] == HOLDS for one in said)
+    possible = sum(one[0] != FAILS for one in said)
     state = FAILS if holding > count else UNKNOWN if possible > count else HOLDS
-    return state, 1 - _ranked(said, count + 1, 2), 1 - _ranked(said, count + 1, 1)
+    miss = (holding - count) / holding if state == FAILS else 0
+    return state, 1 - _ranked(said, count + 1, 2), 1 - _ranked(said, count + 1, 1), miss
 
 
 def _related(scene: _Scene, name: str, parts: Sequence[str]) -> Outline:
@@ -289,10 +292,10 @@ def _related(scene: _Scene, name: str, parts: Sequence[str]) -> Outline:
         found = (name, *parts) in facts
     against = {"convex": "concave", "upward": "tilt"}.get(name)
     if found:
-        return (HOLDS, 1, 1)
+        return (HOLDS, 1, 1, 0)
     if (against, *parts) in facts if against else "unseen" not in parts:
-        return (FAILS, 0, 0)
-    return (UNKNOWN, 0, 1)
+        return (FAILS, 0, 0, 1)
+    return (UNKNOWN, 0, 1, 0)
 
 
 def _compared(
@@ -300,26 +303,32 @@ def _compared(
 ) -> Outline:
     values = [_value(scene, expression) for expression in (measure, *limits)]
     slope = (0.0, 0.0) if width is None else _value(scene, width)
-    if any(value is None for value in (*values, slope)):
-        return (UNKNOWN, 0, 1)
-    (v, var), *bounds = values  # type: ignore[misc]
-    fade, fade_var = max(0, slope[0]), slope[1]  # type: ignore[index]
+    known = [value for value in values if value is not None]
+    if slope is None or len(known) < len(values):
+        return (UNKNOWN, 0, 1, 0)
+    (v, var), *bounds = known
+    fade, fade_var = max(0, slope[0]), slope[1]
     if form == "near":
         (t, t_var), (w, w_var) = bounds
         edges = [(v - t + w, var + t_var + w_var), (t + w - v, var + t_var + w_var)]
+        scale = abs(w)
     elif form == "between":
+        scale = abs(bounds[1][0] - bounds[0][0]) / 2
         edges = [(v - bounds[0][0], var + bounds[0][1]), (bounds[1][0] - v, var + bounds[1][1])]
-    elif form == "at_least":
-        edges = [(v - bounds[0][0], var + bounds[0][1])]
     else:
-        edges = [(bounds[0][0] - v, var + bounds[0][1])]
+        scale = abs(bounds[0][0])
+        distance = v - bounds[0][0] if form == "at_least" else bounds[0][0] - v
+        edges = [(distance, var + bounds[0][1])]
     edges = [(d + fade / 2, var + fade_var / 4) for d, var in edges]
     sharp = width is None or scene.case.crisp
     inside = [_mass(*edge) if sharp else _faded(*edge, fade) for edge in edges]
     degree = min(1, max(0, sum(inside) - len(inside) + 1))
-    if min(d for d, _ in edges) < 0:
-        return (FAILS, degree, degree)
-    return (UNKNOWN if degree < 0.5 else HOLDS, degree, degree)
+    distance, edge_var = min(edges, key=lambda edge: edge[0])
+    if distance < 0:
+        # A miss by a tolerance is a half; what is not measured more exactly has its deviation.
+        tolerance = max(scale + (fade / 2 if width is not None else 0), math.sqrt(edge_var))
+        return (FAILS, degree, degree, distance / (distance - tolerance))
+    return (UNKNOWN if degree < 0.5 else HOLDS, degree, degree, 0)
 
 
 def _mass(distance: float, var: float) -> float:
@@ -330,8 +339,6 @@ def _mass(distance: float, var: float) -> float:
 
 def _faded(distance: float, var: float, width: float) -> float:
     """The mean of a slope's membership over the normal distribution."""
-    if math.isinf(distance):
-        return float(distance > 0)
     sd = math.sqrt(var)
     if width <= 1e-4 * sd or (width == 0 and sd == 0):
         return _mass(distance, var)
@@ -349,7 +356,8 @@ def _faded(distance: float, var: float, width: float) -> float:
 def _value(scene: _Scene, expression: Term) -> tuple[float, float] | None:
     """A value and its variance; None where the scene does not know."""
     if not isinstance(expression, tuple):
-        return float(expression), 0.0  # type: ignore[arg-type]
+        # No measured value comes near an infinite limit: one far away is the same.
+        return min(1e100, max(-1e100, float(expression))), 0.0  # type: ignore[arg-type]
     name, *args = expression
     if name in ("lowest", "highest", "sum", "mean"):
         some = [_value(scene, one) for one in args[0]]

@@ -13,7 +13,7 @@
                             forget_code/1         % +Target
                           ]).
 
-/** <module> The module that rules are written anew into
+/** <module> The module that rules are specialised into
 
 It holds the new clauses, the facts of the scene at hand, and what was worked out of these. Context is
 as in specialise.pl.

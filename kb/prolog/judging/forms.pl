@@ -152,8 +152,8 @@ start(at_least(_), _, []).
 start(at_most(_), _, []).
 start(all, Want, sum(holds, Degree)) :- start_degree(Want, degree(1, 1, left(1, [])), Degree).
 start(any, Want, sum(fails, Degree)) :- start_degree(Want, degree(0, 0, 1), Degree).
-start(not, Want, sum(unknown, Degree)) :- start_degree(Want, degree(0, 1, 0), Degree).
-start(if_known, Want, sum(unknown, Degree)) :- start_degree(Want, degree(0, 1, 0), Degree).
+start(not, Want, sum(none, Degree)) :- start_degree(Want, degree(0, 1, 0), Degree).
+start(if_known, Want, sum(none, Degree)) :- start_degree(Want, degree(0, 1, 0), Degree).
 start(expect(_), Want, sum(holds, Degree)) :- start_degree(Want, degree(0, 1, 0), Degree).
 
 start_degree(state, _, none).
