@@ -8,7 +8,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
 NUMERICAL := tests/perception tests/robot/rendering
 export FACETLOG_DATA ?= $(wildcard ../shared/data)
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-all test-kernels check format models reference bench vsix lock clean
+.PHONY: help setup demo test test-all test-kernels check format models reference bench mutants vsix lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1\t\2/p' Makefile | expand -t 20
@@ -45,6 +45,9 @@ check: $(STAMP) ## before a commit: format, lint, types, import contracts, quick
 
 bench: $(STAMP) ## measure everything, and write docs/benchmarks.md
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --write
+
+mutants: $(STAMP) ## change each clause that judges in turn: which change would nobody notice?
+	PYTHONPATH=. $(BIN)/python scripts/mutants.py
 
 format: $(STAMP) ## put the Python files into form
 	$(BIN)/ruff format .
