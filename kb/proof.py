@@ -281,6 +281,11 @@ class Proof:
         """The same from the longest to the shortest, as for a comparison."""
         if isinstance(self.detail, Comparison):
             return self.detail.sentences(self.state, length_unit, is_wanted=is_wanted)
+        if self.name in {"all", "any"} and not self.children and self.state is State.UNKNOWN:
+            return (
+                "nothing was found, and a part that it belongs to was not seen",
+                "nothing was found",
+            )
         if self.name == "any" and not self.children:
             return "there is nothing to choose from", "there is none"
         words = self.detail.words or _JOINED.get(self.detail.name, self.test)

@@ -207,6 +207,13 @@ def reference(case: Case, test: Term) -> Outline:
 def _said(scene: _Scene, test: Term) -> Outline:
     assert isinstance(test, tuple)
     match test:
+        # Nothing to choose from, for a part that was not seen: nobody knows.
+        case ("each" | "some", variable, [], one) if _unseen(scene, one, variable):
+            return (UNKNOWN, 0, 1, 0)
+        case ("each_pair", a, b, [], one) if _unseen(scene, one, a, b):
+            return (UNKNOWN, 0, 1, 0)
+        case ("at_least_of" | "at_most_of", _, variable, [], one) if _unseen(scene, one, variable):
+            return (UNKNOWN, 0, 1, 0)
         case ("all", list(tests)):
             return _all([_said(scene, one) for one in tests])
         case ("any", list(tests)):
@@ -231,7 +238,10 @@ def _said(scene: _Scene, test: Term) -> Outline:
             pairs = combinations(values, 2)
             return _all([_said(scene.with_names(**{a: x, b: y}), one) for x, y in pairs])
         case ("at_least_of" | "at_most_of" as bound, count, variable, groups, one):
-            said = [_said(scene, ("some", variable, group, one)) for group in groups]
+            said = [
+                _any([_said(scene.with_names(**{variable: value}), one) for value in group])
+                for group in groups
+            ]
             return _at_least(count, said) if bound == "at_least_of" else _at_most(count, said)
         case ("fading", (form, measure, *limits), width):
             return _compared(scene, form, measure, limits, width)
@@ -240,6 +250,13 @@ def _said(scene: _Scene, test: Term) -> Outline:
         case (str(name), *args) if name in scene.case.words:
             return _said(_Scene(scene.case, {"X": scene.name(args[0])}), scene.case.words[name])
     return _related(scene, str(test[0]), [scene.name(arg) for arg in test[1:]])
+
+
+def _unseen(scene: _Scene, test: Term, *variables: str) -> bool:
+    """Whether the test names a part that was not seen."""
+    if isinstance(test, (tuple, list)):
+        return any(_unseen(scene, part, *variables) for part in test)
+    return test not in variables and scene.name(test) == "unseen"
 
 
 def _all(said: Sequence[Outline]) -> Outline:

@@ -353,8 +353,9 @@ remembered_code(Key, Args, Said, Goal, Module, Context, Code) :-
 
 %   A predicate for what is asked of each element of a list that a scene has.
 loop(Goal, Module, Context, Code) :-
-    loop_over(Goal, List, Locals, Fixed, Sum0, Sum),
+    loop_over(Goal, List, Patterns, Fixed, Sum0, Sum),
     var(List),
+    term_variables(Patterns, Locals),
     term_variables(Fixed, Variables),
     exclude(among(Locals), Variables, Inputs),
     sum_shape(Sum0, Shape0),

@@ -51,7 +51,10 @@ proof_of(comparison(Measure, Bounds), Test, Module, proof(State, Low, High, Test
 proof_of(joined(Join, Parts), Test, Module, proof(State, Low, High, Shown, Detail, Children)) :-
     form(Test, _, _, Shown),
     part_proofs(Parts, Module, Proofs, Saids),
-    all_together(Join, Saids, said(State, degree(Low, High, _))),
+    (   left_open(Parts)
+    ->  State = unknown, Low = 0, High = 1
+    ;   all_together(Join, Saids, said(State, degree(Low, High, _)))
+    ),
     shown(Join, Shown, Proofs, Saids, Detail, Children).
 proof_of(relation, Test, Module, proof(State, Low, High, Test, fact(Truth, Cause), [])) :-
     relation(Test, Truth),

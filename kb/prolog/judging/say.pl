@@ -2,6 +2,7 @@
                           state/3,          % +Test, +Module, -State
                           said/4,           % +Test, +Module, +Want, -Said
                           sort_of/3,        % +Test, +Module, -Sort
+                          left_open/1,      % +Parts
                           meaning/3,        % +Word, +Module, -Test
                           instance/4        % +Variables, +Test, +Values, -Instance
                         ]).
@@ -62,9 +63,12 @@ said(Test, Module, Want, Said) :-
 said_of(comparison(Measure, Bounds), Test, Module, Want, Said) :-
     compared(Measure, Bounds, Module, Test, Want, Said).
 said_of(joined(Join, Parts), _, Module, Want, Said) :-
-    start(Join, Want, Sum0),
-    ask(Parts, Join, Module, Want, Sum0, Sum),
-    together(Join, Want, Sum, Said).
+    (   left_open(Parts)
+    ->  plain(Want, unknown, Said)
+    ;   start(Join, Want, Sum0),
+        ask(Parts, Join, Module, Want, Sum0, Sum),
+        together(Join, Want, Sum, Said)
+    ).
 said_of(relation, Relation, _, Want, Said) :-
     static(vocabulary:truth(Relation, For, Against)),
     (   call(vocabulary:For)
@@ -124,6 +128,46 @@ meaning(Word, _, Test) :-
                  *             PARTS            *
                  *******************************/
 
+%!  left_open(+Parts) is semidet.
+%
+%   There is nothing to choose from, and the test asks for a part that was not seen: who knows what
+%   there is beside that?
+
+left_open(over(Variables, List, Test)) :-
+    List == [],
+    static(names_beside(Variables, Test, Names)),
+    any_unseen(Names).
+left_open(groups(Variable, Groups, Test)) :-
+    Groups == [],
+    static(names_beside([Variable], Test, Names)),
+    any_unseen(Names).
+
+any_unseen([Name|Names]) :-
+    (   Name == unseen
+    ->  true
+    ;   any_unseen(Names)
+    ).
+
+%   What Test names beside Variables, or may name.
+names_beside(Variables, Test, Names) :-
+    term_variables(Variables, Locals),
+    names_in(Locals, Test, Names).
+
+names_in(Variables, Test, Names) :-
+    (   var(Test)
+    ->  ( among(Variables, Test) -> Names = [] ; Names = [Test] )
+    ;   compound(Test)
+    ->  Test =.. [_|Args],
+        names_in_all(Args, Variables, Names)
+    ;   Names = [Test]
+    ).
+
+names_in_all([], _, []).
+names_in_all([Arg|Args], Variables, Names) :-
+    names_in(Variables, Arg, Names0),
+    names_in_all(Args, Variables, Names1),
+    append(Names0, Names1, Names).
+
 %   ask(Parts, Join, Module, Want, Sum0, Sum)
 ask(tests(Tests), Join, Module, Want, Sum0, Sum) :-
     each_test(Tests, Join, Module, Want, Sum0, Sum).
@@ -182,11 +226,12 @@ each_group([Members|Groups], X, Test, Join, Module, Want, Sum0, Sum) :-
 
 %!  instance(+Variables, +Test, +Values, -Instance) is det.
 %
-%   Instance is Test with Values in the place of Variables; other variables stay what they are.
+%   Instance is Test with Values in the place of Variables; others stay what they are.
 
 instance(Variables, Test, Values, Instance) :-
+    term_variables(Variables, Locals),  % one may be a pattern, as of an object and its parts
     term_variables(Test, All),
-    others(All, Variables, Kept),
+    others(All, Locals, Kept),
     copy_term(Variables-Kept-Test, Values-Kept-Instance).
 
 others([], _, []).
