@@ -16,6 +16,7 @@ called where it is. Context is as in specialise.pl.
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(partial)).
 :- use_module(facetlog_kb(first_answer)).
+:- use_module(facetlog_kb(joins)).
 
 %   Modules whose predicates may ask for facts, beside that of the rules.
 fact_asking(vocabulary).
@@ -49,6 +50,9 @@ code(possible_in(Module, Test), _, Context, Code) :-
     !,
     test_goal(possible, Test, Module, Context, Code).
 code(holds_in(Module, Test), _, Context, Code) :- !, test_goal(holds, Test, Module, Context, Code).
+code(chosen(Thing, X, Goals), Module, Context, Code) :-
+    !,
+    chosen_code(Thing, X, Goals, Module, Context, Code).
 code(as_far_as_seen(Thing, Steps, Parts), Module, Context, Code) :-
     !,
     seen_code(Thing, Steps, Parts, Module, Context, Code).
@@ -231,6 +235,19 @@ copy(Source, Goal, Context, Code) :-
     Goal =.. [_|Args],
     Code =.. [New|Args].
 
+%   Code finds X, one of the faces of joins.pl.
+chosen_code(Thing, X, Goals, Module, Context, ( Chosen, lists:member(X, Xs) )) :-
+    copy_term(Thing-X-Goals, Thing1-X1-Goals1),
+    helper(Context, chosen(Module, Thing1, X1, Goals1), [Thing1, Xs1], Head, New),
+    (   New == true
+    ->  conjunction(Goals1, Goal),
+        code(findall(X1, Goal, Xs1), Module, Context, Body),
+        put_remembered(Context, Head, [Thing1], [Xs1], Body)
+    ;   true
+    ),
+    Head =.. [Name|_],
+    Chosen =.. [Name, Thing, Xs].
+
 %   Words that go through the whole thing, and are asked again and again: a function of their first
 %   argument (det or semidet), or some answers for it (nondet).
 once_a_scene(grouping, separate(_, _), function).
@@ -258,7 +275,8 @@ kept_answers(answers, Head, Anew, Context) :-
 copy_clause(Source, New, Context, Head-Body0) :-
     Head =.. [_|Args],
     NewHead =.. [New|Args],
-    code(Body0, Source, Context, Body),
+    chosen_once(Body0, Body1),
+    code(Body1, Source, Context, Body),
     put_clause(Context, (NewHead :- Body)).
 
                  /*******************************

@@ -29,8 +29,8 @@ did; nothing is judged in another way.
 %   Target can judge the models of Module from now on. It has
 %
 %     - candidate(Model, Thing, Parts), nondet, as the module itself;
-%     - plan(Model, Plan), as plan/3 has it, with specialised(Target, Name) for label(Label):
-%       Name(Thing, Parts, Outlines) gives the outlines of the conditions of that label;
+%     - plan(Model, Plan), as plan/3 has it, with specialised(Target, Name) for one label(Label) or
+%       several: Name(Thing, Parts, Outlines) gives the outlines of their conditions;
 %     - lines(Model, Names): the same for each condition, in the order of the file;
 %     - group(Model, Thing, Parts, Role, Members), nondet;
 %     - size(Model, Thing, Parts, Name, Value, Variance), nondet.
@@ -55,7 +55,8 @@ model_code(Context, Model) :-
     maplist(line_code(Context, Model), Lines, Names),
     put_clause(Context, lines(Model, Names)),
     plan(Module, Model, Plan0),
-    maplist(group_of_lines(Context, Lines, Names), Plan0, Plan),
+    cheap_together(Plan0, Lines, Plan1),
+    maplist(group_of_lines(Context, Lines, Names), Plan1, Plan),
     put_clause(Context, plan(Model, Plan)),
     put_clause(Context, (group(Model, _, _, _, _) :- fail)),
     (   current_predicate(Module:group/5)
@@ -167,12 +168,32 @@ mentions(Term, Variable) :-
     term_variables(Term, Variables),
     among(Variables, Variable).
 
+%   Conditions that search for nothing are asked together: to choose the next costs more than they do.
+cheap_together(Plan0, Lines, Plan) :-
+    append(Cheap, Dear, Plan0),
+    \+ ( Dear = [Next|_], cheap(Lines, Next) ),
+    !,
+    (   Cheap = [group(_, Most)|_]
+    ->  maplist(label_of, Cheap, Labels),
+        maplist(one_label, Dear, Others),
+        Plan = [group(labels(Labels), Most)|Others]
+    ;   maplist(one_label, Dear, Plan)
+    ).
+
+cheap(Lines, group(label(Label), _)) :-
+    \+ ( member(line(Label0, _, _, _, Body), Lines), \+ Label0 \= Label, Body \== true ).
+
+label_of(group(label(Label), _), Label).
+
+one_label(group(label(Label), Most), group(labels([Label]), Most)).
+
 %   The conditions of each group of a plan in one predicate.
-group_of_lines(Context, Lines, Names, group(label(Label), Most),
+group_of_lines(Context, Lines, Names, group(labels(Labels), Most),
                group(specialised(Target, Name), Most)) :-
     Context = context(_, Target, _),
     findall(Of,
-            ( nth1(Number, Lines, line(Label0, _, _, _, _)),
+            ( member(Label, Labels),
+              nth1(Number, Lines, line(Label0, _, _, _, _)),
               \+ Label0 \= Label,
               nth1(Number, Names, Of) ),
             Those),
