@@ -29,6 +29,8 @@ FILES = (
     "judging/compare.pl",
     "judging/quantities.pl",
     "batch/partial.pl",
+    "batch/branches.pl",
+    "batch/loops.pl",
     "batch/arithmetic.pl",
 )
 SCENES = 60

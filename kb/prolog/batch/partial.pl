@@ -1,5 +1,6 @@
 :- module(facetlog_partial, [ said_code/5,          % +Test, +Want, +Context, -Said, -Code
-                              value_code/4          % +Expression, +Context, -V, -Code
+                              value_code/4,         % +Expression, +Context, -V, -Code
+                              residual/5            % +Goal, +Module, +Context, +Seen, -Code
                             ]).
 
 /** <module> Tests into goals, by partial evaluation
@@ -21,9 +22,10 @@ that part is said by say.pl each time. Context is as in specialise.pl.
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(pairs)).
-:- use_module(library(ordsets)).
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(arithmetic)).
+:- use_module(facetlog_kb(branches)).
+:- use_module(facetlog_kb(loops)).
 :- use_module(facetlog_kb(body_code)).
 :- use_module(facetlog_kb(first_answer)).
 :- use_module(facetlog_kb(say)).
@@ -69,8 +71,11 @@ shape(full, said(_, degree(_, _, _))).
                  *             GOALS            *
                  *******************************/
 
-%   residual(Goal, Module, Context, Seen, Code): Code is what is left of Module:Goal. Seen has the
-%   variables that others see. It may bind variables of Goal: what they are is known then.
+%!  residual(+Goal, +Module, +Context, +Seen, -Code) is det.
+%
+%   Code is what is left of Module:Goal. Seen has the variables that others see. It may bind variables of
+%   Goal: what they are is known then.
+
 residual(Goal, _, _, _, _) :-
     var(Goal),
     !,
@@ -189,23 +194,6 @@ defined_in(Goal, Module, Source) :-
     ;   Source = Module
     ).
 
-%   The variables of Goal that Code before it asks for or finds.
-shared(Goal, Code, Shared) :-
-    term_variables(Goal, Variables),
-    term_variables(Code, Known0),
-    sort(Variables, Sorted),
-    sort(Known0, Known),
-    ord_intersection(Sorted, Known, Shared).
-
-both(true, Code, Code) :- !.
-both(_, fail, fail) :- !.
-both(Code, true, Code) :- !.
-both(A, B, ( A, B )).
-
-either(fail, Code, Code) :- !.
-either(Code, fail, Code) :- !.
-either(A, B, ( A ; B )).
-
 %   What follows from the test alone; it must be there to follow from.
 known_now(Module:Goal0, Code) :-
     strip_module(Module:Goal0, Source, Goal),
@@ -219,51 +207,6 @@ known_now(Module:Goal0, Code) :-
 known_enough(Test) :-
     nonvar(Test),
     \+ ( Test = _-_, \+ ground(Test) ).
-
-%   Copies are Variable-Copy of what others see, those first that the condition asks for: of two that a
-%   branch makes the same, the first keeps its name.
-copies(Seen, Seen1, Condition, Copies) :-
-    term_variables(Seen, Variables),
-    copy_term(Seen-Variables, Seen1-Values),    % Seen1 is an instance of Seen
-    pairs_keys_values(Pairs, Variables, Values),
-    term_variables(Condition, Asked),
-    (   Asked == []
-    ->  Copies = Pairs
-    ;   partition(copy_among(Asked), Pairs, First, Others),
-        append(First, Others, Copies)
-    ).
-
-%   What a branch bound of the variables that others see, it binds when it is taken.
-bound_in_branch(Pairs, Code0, Code) :-
-    partition(free_copy, Pairs, Free, Bound),
-    pairs_keys_values(Free, Variables, Copies),
-    (   term_variables(Copies, Different),
-        same_length(Different, Copies)
-    ->  Copies = Variables,
-        Same = []
-    ;   bindings(Free, [], Same)
-    ),
-    pairs_keys_values(Bound, BoundVariables, Values),
-    maplist(binding, BoundVariables, Values, Bindings),
-    foldl(both, Bindings, Code0, Code1),
-    foldl(both, Same, Code1, Code).
-
-free_copy(_-Copy) :- var(Copy).
-
-binding(Variable, Value, Variable = Value).
-
-copy_among(Asked, _-Copy) :-
-    var(Copy),
-    among(Asked, Copy).
-
-bindings([], _, []).
-bindings([Variable-Copy|Pairs], Done, Bindings) :-
-    (   \+ among(Done, Copy)
-    ->  Copy = Variable,
-        bindings(Pairs, [Variable|Done], Bindings)
-    ;   Bindings = [Variable = Copy|Bindings1],
-        bindings(Pairs, Done, Bindings1)
-    ).
 
                  /*******************************
                  *             TESTS            *
@@ -346,73 +289,3 @@ remembered_code(Key, Args, Said, Goal, Module, Context, Code) :-
     append(Args, Answers, CallArgs),
     Head =.. [Name|_],
     Code =.. [Name|CallArgs].
-
-                 /*******************************
-                 *             LOOPS            *
-                 *******************************/
-
-%   A predicate for what is asked of each element of a list that a scene has.
-loop(Goal, Module, Context, Code) :-
-    loop_over(Goal, List, Patterns, Fixed, Sum0, Sum),
-    var(List),
-    term_variables(Patterns, Locals),
-    term_variables(Fixed, Variables),
-    exclude(among(Locals), Variables, Inputs),
-    sum_shape(Sum0, Shape0),
-    shaped(Goal),
-    general(Goal, Sum0, Shape0, Values, General),
-    term_variables(Shape0, Before),
-    term_variables(Sum, After),
-    append([[Values], Inputs, Before, After], Args),
-    copy_term(General-Args, General1-Args1),
-    helper(Context, General1, Args1, Head, New),
-    ( New == true -> loop_clauses(General1, Module, Head, Context) ; true ),
-    Head =.. [Name|_],
-    leaves(Shape0, Sum0, Leaves),
-    append([[List], Inputs, Leaves, After], CallArgs),
-    Code =.. [Name|CallArgs].
-
-loop_over(each_of(List, X, Test, _, _, _, Sum0, Sum), List, [X], Test, Sum0, Sum).
-loop_over(each_pair_of(List, X, Y, Test, _, _, _, Sum0, Sum), List, [X, Y], Test, Sum0, Sum).
-loop_over(each_with(List, Value, X, Y, Test, _, _, _, Sum0, Sum), List, [X, Y], Value-Test, Sum0,
-          Sum).
-loop_over(each_group(List, X, Test, _, _, _, Sum0, Sum), List, [X], Test, Sum0, Sum).
-
-%   What comes of a loop has the shape of what it begins with.
-shaped(Goal) :-
-    (   ( loop_over(Goal, _, _, _, Sum0, Sum) ; Goal = each_test(_, _, _, _, Sum0, Sum) ),
-        var(Sum)
-    ->  sum_shape(Sum0, Sum)
-    ;   true
-    ).
-
-%   A sum with variables for all that changes from one element to the next.
-sum_shape(Sum, Shape) :-
-    (   nonvar(Sum),
-        Sum = sum(_, Degree)
-    ->  Shape = sum(_, Shape1),
-        degree_shape(Degree, Shape1)
-    ;   true                            % a list of what was said, or not known
-    ).
-
-degree_shape(none, none).
-degree_shape(degree(_, _, Miss), degree(_, _, Shape)) :-
-    ( nonvar(Miss), Miss = left(_, _) -> Shape = left(_, _) ; true ).
-
-%   The test may ask for the same list: there it is another.
-general(Goal, Sum0, Shape0, Values, General) :-
-    Goal =.. [Name, _|Args0],
-    append(Before, [Old, Sum], Args0),
-    Old == Sum0,
-    append(Before, [Shape0, Sum], Args),
-    General =.. [Name, Values|Args].
-
-leaves(Shape, Sum, Leaves) :-
-    term_variables(Shape, Variables),
-    copy_term(Shape-Variables, Sum-Leaves).
-
-loop_clauses(General, Module, Head, Context) :-
-    findall(General-Head-Body, clause(Module:General, Body), Clauses),
-    forall(member(General-Head-Body, Clauses),
-           ( residual(Body, Module, Context, Head, Code),
-             put_clause(Context, (Head :- Code)) )).
