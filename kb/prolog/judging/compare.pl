@@ -162,8 +162,9 @@ inside(region(Margins, _, Width), State) :-
         mostly(Degree, State)
     ).
 
+%   A value in the middle of a slope is half inside, however that is rounded.
 mostly(Degree, State) :-
-    ( Degree < 0.5 -> State = unknown ; State = holds ).
+    ( Degree < 0.5 - 1.0e-9 -> State = unknown ; State = holds ).
 
 %   The edge that is nearest, or missed the most.
 nearest(region(Margins, _, _), Side, Distance, Var) :-
