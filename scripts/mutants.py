@@ -73,20 +73,19 @@ class Mutant:
 
 def mutants(root: Path, file: str) -> Iterator[Mutant]:
     """All single changes of the clauses of a file: not of comments, directives and headers."""
-    code = False
-    in_comment = False
+    in_header = in_comment = False
     for number, line in enumerate((root / file).read_text(encoding="utf-8").splitlines(), 1):
         if "/*" in line:
             in_comment = True
-        if not in_comment and line.startswith(":-"):
-            code = True  # after the header
-            continue
-        if code and not in_comment and line.strip() and not line.lstrip().startswith("%"):
+        in_header = in_header or (not in_comment and line.startswith(":-"))
+        if not (in_header or in_comment) and line.strip() and not line.lstrip().startswith("%"):
             body = re.split(r"\s%", line)[0]
             for pattern, new in CHANGES:
                 for found in re.finditer(pattern, body):
                     after = body[: found.start()] + new + body[found.end() :]
                     yield Mutant(file, number, body, after)
+        if in_header and line.rstrip().endswith("."):
+            in_header = False
         if "*/" in line:
             in_comment = False
 

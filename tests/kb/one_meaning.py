@@ -76,12 +76,15 @@ def random_case(seed: int, tests: int) -> Case:
             for name in names:
                 if draw.random() < 0.75:
                     value = draw.choice(VALUES[kind]) + draw.choice((0, 0, 0.01, -0.1))
-                    facts[name, face] = (value, draw.choice(SDS))
+                    facts[name, face] = (float(value), float(draw.choice(SDS)))
         if draw.random() < 0.5:
             facts["upward", face] = ()
     for a, b in combinations(FACES, 2):
         if draw.random() < 0.7:
-            angle = (draw.choice(VALUES["deg"]) + draw.choice((0, 4)), draw.choice(SDS))
+            angle = (
+                float(draw.choice(VALUES["deg"]) + draw.choice((0, 4))),
+                float(draw.choice(SDS)),
+            )
             facts["angle", a, b] = facts["angle", b, a] = angle
         for name in ("adjoins", draw.choice(("convex", "concave")), "opposite"):
             if draw.random() < 0.4:
@@ -148,6 +151,10 @@ def _test(draw: Random, depth: int, names: Sequence[str], words: Mapping[str, Te
 
 
 def _comparison(draw: Random, names: Sequence[str]) -> Term:
+    if draw.random() < 0.1:
+        counted = ("count", [draw.choice(names) for _ in range(draw.randint(0, 3))])
+        bound = draw.choice(("at_least", "at_most", "near"))
+        return (bound, counted, draw.randint(0, 3), *((1,) if bound == "near" else ()))
     kind = draw.choice(list(OF_FACE))
     measure = _expression(draw, kind, names, 1)
 
@@ -345,6 +352,10 @@ def _compared(
     degree = min(1, max(0, sum(inside) - len(inside) + 1))
     distance, edge_var = min(edges, key=lambda edge: edge[0])
     if distance < 0:
+        # More of what is counted may be there than was seen.
+        counted = isinstance(measure, tuple) and measure[0] == "count"
+        if counted and form != "at_most" and edges[0][0] < 0:
+            return (UNKNOWN, 0, 1, 0)
         # A miss by a tolerance is a half; what is not measured more exactly has its deviation.
         tolerance = max(scale + (fade / 2 if width is not None else 0), math.sqrt(edge_var))
         return (FAILS, degree, degree, distance / (distance - tolerance))
@@ -390,6 +401,8 @@ def _value(scene: _Scene, expression: Term) -> tuple[float, float] | None:
             return (min if name == "lowest" else max)(known)
         divisor = len(known) if name == "mean" else 1
         return sum(v for v, _ in known) / divisor, sum(s for _, s in known) / divisor**2
+    if name == "count":
+        return float(len(args[0])), 0.0
     if name in ("+", "-", "*", "/"):
         a, b = (_value(scene, arg) for arg in args)
         if a is None or b is None or (name == "/" and b[0] == 0):
