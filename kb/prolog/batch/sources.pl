@@ -1,10 +1,6 @@
 :- module(facetlog_sources, [ written_body/3,       % +Module, +Body, -Goals
                               sources/2,            % +Goals, -Steps
-                              source_code/4,        % +Source, +Scope, +Context, -Code
-                              all_code/5,           % +Source, +Inputs, +Context, -All, -Code
                               scope/4,              % +Thing, +Parts, +Goals, -Scope
-                              inputs/3,             % +Term, +Scope, -Inputs
-                              few_inputs/3,         % +Term, +Scope, -Inputs
                               step_code/4,          % +Scope, +Context, +Step, -Code
                               without/3             % +Excluded, +Names, -Others
                             ]).

@@ -4,7 +4,7 @@
                             joined/5,       % +Join, +Want, +Sum0, +Said, -Sum
                             together/4,     % +Join, +Want, +Sum, -Said
                             plain/3,        % +Want, +State, -Said
-                            counted/4,      % +Join, +States, -Holding, -Open
+                            counted/3,      % +Saids, -Holding, -Open
                             deciding/2      % +Join, -Place
                           ]).
 
@@ -257,15 +257,15 @@ plain(full, S, said(S, degree(L, H, Miss))) :-
 %   Of at least K groups the K-th best decides, of at most K the one after that. More of a thing may be
 %   there than was seen: too few is not known to be too few. A miss by as many as are allowed is a half.
 counted_together(Want, Join, Saids, S, Degree) :-
-    counted(Join, Saids, Holding, Open),
+    counted(Saids, Holding, Open),
     count_state(Join, Holding, Open, S),
     count_degree(Want, Join, S, Holding, Saids, Degree).
 
-%!  counted(+Join, +Saids, -Holding, -Open) is det.
+%!  counted(+Saids, -Holding, -Open) is det.
 %
 %   How many groups hold, and how many may.
 
-counted(_, Saids, Holding, Open) :-
+counted(Saids, Holding, Open) :-
     include(is_in(holds), Saids, AllHolding),
     include(is_in(unknown), Saids, AllOpen),
     length(AllHolding, Holding),

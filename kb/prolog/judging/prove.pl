@@ -149,7 +149,7 @@ shown(at_most(Count), _, Groups, Saids, Detail, Children) :-
     shown_groups(at_most(Count), Groups, Saids, Detail, Children).
 
 shown_groups(Join, Groups, Saids, counted(Holding, Open, Deciding), Proofs) :-
-    counted(Join, Saids, Holding, Open),
+    counted(Saids, Holding, Open),
     findall(Rank-(Member-Proof),
             ( member(group(Members), Groups), best_member(Members, Rank, Member, Proof) ),
             Best0),
