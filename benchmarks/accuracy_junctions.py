@@ -25,8 +25,8 @@ from benchmarks.accuracy_front_end import (
 from benchmarks.accuracy_pictures import CUBE, true_shape
 from benchmarks.common import Cell, Report, Row, Settings, Table, command, data_set
 from benchmarks.recognition import tour_views
+from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.terms import Atom
 from facetlog.perception.detection.block_front_end.correspondence import track_vertices
 from facetlog.perception.detection.block_front_end.faces_of_block import labelled_pictures
 from facetlog.perception.detection.block_front_end.picture_drawing import picture_drawing

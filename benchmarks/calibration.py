@@ -27,9 +27,9 @@ from facetlog.kb.calibration import (
     reliability_table,
     shipped_calibration,
 )
-from facetlog.kb.engine import house
+from facetlog.kb.engine.engine import house
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.proof import State
 
 __all__ = ["NAME", "Judged", "chance_error", "fitted", "judged", "main", "measure", "report"]
 

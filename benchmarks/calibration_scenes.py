@@ -20,7 +20,7 @@ import numpy as np
 import facetlog
 from benchmarks.recognition import in_metres, tour_views
 from facetlog.errors import FacetlogError
-from facetlog.kb.encode import Fact
+from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import reconstruct_views

@@ -17,7 +17,7 @@ import numpy as np
 
 import facetlog
 from benchmarks.common import Row, median_and_spread
-from facetlog.kb.encode import Fact
+from facetlog.kb.loading.encode import Fact
 
 __all__ = [
     "SQUARE_DEGREES",

@@ -25,10 +25,10 @@ import numpy as np
 from benchmarks.common import Report, Row, Settings, Table, command
 from benchmarks.knowledge_base import python_says, rows_against, swipl_says
 from facetlog.kb.batch_judge import BatchJudge
-from facetlog.kb.encode import Fact, fact_text
-from facetlog.kb.engine import house
+from facetlog.kb.engine.engine import house
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
-from facetlog.kb.schema import declarations
+from facetlog.kb.loading.encode import Fact, fact_text
+from facetlog.kb.loading.schema import declarations
 from facetlog.perception.facts.all_facts import fact_columns, scene_facts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build

@@ -14,8 +14,8 @@ import numpy as np
 
 from benchmarks.common import Cell, Report, Row, Settings, Table, command
 from benchmarks.knowledge_base import SQUARE_DEGREES, random_planes
-from facetlog.kb.encode import Fact
 from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.loading.encode import Fact
 
 __all__ = ["NAME", "main", "measure"]
 

@@ -14,8 +14,8 @@ import numpy as np
 from benchmarks.block_scenes import block_scene
 from benchmarks.common import Report, Row, Settings, Table, command
 from facetlog.grammar.library import BUILTIN
-from facetlog.kb.encode import Fact
 from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.surfaces.exact_solids.builders import build
 

@@ -15,10 +15,10 @@ from typing import cast
 
 from benchmarks.common import Report, Settings, Table, command
 from benchmarks.knowledge_base import angle_facts, cpu_ms, python_says, rows_against, swipl_says
-from facetlog.kb.encode import Fact, fact_text
-from facetlog.kb.engine_pool import engine_pool
+from facetlog.kb.engine.engine_pool import engine_pool
+from facetlog.kb.engine.terms import Atom, term_text
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.terms import Atom, term_text
+from facetlog.kb.loading.encode import Fact, fact_text
 
 __all__ = ["NAME", "main", "measure"]
 

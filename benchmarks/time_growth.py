@@ -13,8 +13,8 @@ import numpy as np
 from benchmarks.block_scenes import FACES_PER_BLOCK, block_scene
 from benchmarks.common import Cell, Report, Row, Settings, Table, command, median_and_spread
 from benchmarks.knowledge_base import SQUARE_DEGREES, exponent
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.proof import State
 
 __all__ = ["NAME", "main", "measure"]
 

@@ -13,22 +13,27 @@ from pathlib import Path
 
 from facetlog.errors import EngineError
 from facetlog.kb.calibration import Calibration
-from facetlog.kb.closing import Closing
-from facetlog.kb.encode import Fact
-from facetlog.kb.engine import house
-from facetlog.kb.facts_on_demand import Columns, facts_text
+from facetlog.kb.engine.closing import Closing
+from facetlog.kb.engine.engine import house
+from facetlog.kb.engine.leftovers import scene_module
+from facetlog.kb.engine.terms import Atom, Struct, Term
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.wording import UNSEEN
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.leftovers import scene_module
 from facetlog.kb.limits import Limits
-from facetlog.kb.proof import State
+from facetlog.kb.loading.encode import Fact
+from facetlog.kb.loading.facts_on_demand import Columns, facts_text
 from facetlog.kb.recognize import open_knowledge_base
-from facetlog.kb.terms import Atom, Struct, Term
-from facetlog.kb.wording import UNSEEN
 
 __all__ = ["BatchJudge", "BriefVerdict"]
 
 # What verdicts follow from beside the models: words, measures and how they are judged.
-JUDGING_CODE = ("rules/*.pl", "kb/prolog/judging/*.pl", "kb/prolog/batch/*.pl")
+JUDGING_CODE = (
+    "rules/*.pl",
+    "kb/prolog/meaning/*.pl",
+    "kb/prolog/searching/*.pl",
+    "kb/prolog/batch/*.pl",
+)
 HASH_DIGITS = 16
 
 # A scene with any of these is known from its surface, which no calibration was made for.

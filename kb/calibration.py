@@ -19,8 +19,8 @@ from itertools import groupby
 from types import MappingProxyType
 from typing import Any
 
-from facetlog.kb.proof import State
-from facetlog.kb.verdict import Verdict
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Verdict
 
 __all__ = [
     "Bin",

@@ -4,8 +4,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from facetlog.kb.proof import Note, Proof, State
-from facetlog.kb.verdict import Condition, Verdict
+from facetlog.kb.explaining.proof import Note, Proof, State
+from facetlog.kb.explaining.verdict import Condition, Verdict
 
 __all__ = ["LineCoverage", "ModelCoverage", "coverage"]
 

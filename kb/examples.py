@@ -10,11 +10,11 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.constants import quantity
 from facetlog.grammar.example_scenes import examples_of, sizes_si
-from facetlog.kb.encode import Fact
+from facetlog.kb.engine.terms import Atom
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.proof import State
-from facetlog.kb.terms import Atom
-from facetlog.kb.verdict import Verdict
+from facetlog.kb.loading.encode import Fact
 
 __all__ = ["Case", "CaseResult", "Expected", "SceneMaker", "example_cases", "run_cases"]
 

@@ -12,29 +12,36 @@ from pathlib import Path
 from types import MappingProxyType
 
 from facetlog.errors import EngineError, QueryError
-from facetlog.kb.answers import Answers
 from facetlog.kb.calibration import Calibration, shipped_calibration
-from facetlog.kb.closing import Closing
-from facetlog.kb.decode_origin import decode_origin
-from facetlog.kb.decode_verdict import decode_verdict, decode_verdicts
-from facetlog.kb.door import LOAD_SECONDS, Door, ask, checked
-from facetlog.kb.encode import Fact
-from facetlog.kb.engine import house
-from facetlog.kb.engine_pool import engine_pool
-from facetlog.kb.fact_columns import chunks_of_columns
-from facetlog.kb.isolated_process import IsolatedProcess
-from facetlog.kb.leftovers import Leftovers, clear, clear_all, destroy_scene, leave, scene_module
+from facetlog.kb.engine.answers import Answers
+from facetlog.kb.engine.closing import Closing
+from facetlog.kb.engine.door import LOAD_SECONDS, Door, ask, checked
+from facetlog.kb.engine.engine import house
+from facetlog.kb.engine.engine_pool import engine_pool
+from facetlog.kb.engine.isolated_process import IsolatedProcess
+from facetlog.kb.engine.leftovers import (
+    Leftovers,
+    clear,
+    clear_all,
+    destroy_scene,
+    leave,
+    scene_module,
+)
+from facetlog.kb.engine.python_predicates import PythonPredicate, remember
+from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
+from facetlog.kb.explaining.decode_origin import decode_origin
+from facetlog.kb.explaining.decode_verdict import decode_verdict, decode_verdicts
+from facetlog.kb.explaining.origin import Origin
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
-from facetlog.kb.loaded import LoadedScene, RuleFile
-from facetlog.kb.origin import Origin
-from facetlog.kb.promised_facts import FactMaker, PromisedFacts
-from facetlog.kb.python_predicates import PythonPredicate, remember
-from facetlog.kb.rule_files import RuleFiles
-from facetlog.kb.scene_cache import SceneCache
-from facetlog.kb.schema import declarations
-from facetlog.kb.terms import Atom, Struct, Term, term_text
-from facetlog.kb.verdict import Verdict
-from facetlog.kb.words import Word, decode_words
+from facetlog.kb.loading.encode import Fact
+from facetlog.kb.loading.fact_columns import chunks_of_columns
+from facetlog.kb.loading.loaded import LoadedScene, RuleFile
+from facetlog.kb.loading.promised_facts import FactMaker, PromisedFacts
+from facetlog.kb.loading.rule_files import RuleFiles
+from facetlog.kb.loading.scene_cache import SceneCache
+from facetlog.kb.loading.schema import declarations
+from facetlog.kb.loading.words import Word, decode_words
 
 __all__ = ["BUILTIN_MODELS", "KnowledgeBase"]
 

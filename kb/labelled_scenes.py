@@ -6,9 +6,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.kb.encode import Fact
 from facetlog.kb.examples import Case, Expected
-from facetlog.kb.proof import State
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.loading.encode import Fact
 from facetlog.regular_file import read_regular_text
 
 __all__ = ["COLUMNS", "labelled_cases"]

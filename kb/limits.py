@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from facetlog.kb.terms import Struct
+from facetlog.kb.engine.terms import Struct
 
 __all__ = ["Limits"]
 

@@ -4,13 +4,13 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from facetlog.errors import RuleSyntaxError
-from facetlog.kb.encode import Fact
+from facetlog.kb.engine.terms import Atom
+from facetlog.kb.explaining.verdict import Recognition
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.promised_facts import FactMaker
-from facetlog.kb.rule_source import RULE_SUFFIXES, holds_words_alone
-from facetlog.kb.terms import Atom
-from facetlog.kb.verdict import Recognition
+from facetlog.kb.loading.encode import Fact
+from facetlog.kb.loading.promised_facts import FactMaker
+from facetlog.kb.loading.rule_source import RULE_SUFFIXES, holds_words_alone
 
 __all__ = ["judge_scene", "open_knowledge_base", "recognize", "rule_files", "rules_in"]
 

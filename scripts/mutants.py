@@ -18,16 +18,16 @@ from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
 
-from facetlog.kb.engine import house
+from facetlog.kb.engine.engine import house
 from tests.kb.one_meaning import random_case
 from tests.kb.test_one_meaning import TESTS, Judging, differences
 
 # The rows of the table and what works on it, then the rules by which models are specialised.
 FILES = (
-    "judging/forms.pl",
-    "judging/say.pl",
-    "judging/compare.pl",
-    "judging/quantities.pl",
+    "meaning/forms.pl",
+    "meaning/say.pl",
+    "meaning/compare.pl",
+    "meaning/quantities.pl",
     "batch/partial.pl",
     "batch/branches.pl",
     "batch/loops.pl",
@@ -128,7 +128,7 @@ def main() -> int:
     """Prints the survivors."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--scenes", type=int, default=SCENES, help="that each mutant is tried on")
-    parser.add_argument("--only", action="append", help="a file, such as judging/forms.pl")
+    parser.add_argument("--only", action="append", help="a file, such as meaning/forms.pl")
     parser.add_argument("--every", type=int, default=1, help="one of so many mutants")
     options = parser.parse_args()
     root = house("kb") / "prolog"

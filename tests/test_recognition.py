@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InconsistentViewsError
-from facetlog.kb.proof import State
-from facetlog.kb.verdict import Recognition
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Recognition
 from facetlog.perception.reading.read_views import ViewSet, read_views
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import View

@@ -12,7 +12,7 @@ raises but for an interrupt that arrives on its very threshold.
 % This file is kb/prolog/bridge.pl; rules/ stands beside kb/.
 :- prolog_load_context(directory, Here),
    asserta(user:file_search_path(facetlog_kb, Here)),
-   forall(member(Folder, [scenes, checking, judging, batch]),
+   forall(member(Folder, [scenes, checking, meaning, searching, explaining, batch]),
           ( atomic_list_concat([Here, Folder], /, Path),
             assertz(user:file_search_path(facetlog_kb, Path)) )),
    absolute_file_name('../../rules', Rules, [relative_to(Here), file_type(directory)]),

@@ -16,8 +16,8 @@ from facetlog.errors import InputError
 from facetlog.perception.step_clock import StepClock
 
 if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Recognition
     from facetlog.kb.knowledge_base import KnowledgeBase
-    from facetlog.kb.verdict import Recognition
     from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.scene import Scene
     from facetlog.perception.types import View

@@ -79,7 +79,7 @@ def write_report(
     Of views that came one at a time also how `degrees` rose; with `full` the whole proofs. The
     folder appears as a whole when all is written (see output_folder.py).
     """
-    from facetlog.kb.encode import facts_program
+    from facetlog.kb.loading.encode import facts_program
     from facetlog.perception.facts.all_facts import facts_on_demand
     from facetlog.perception.surfaces.mesh_export import write_mesh
     from facetlog.perception.surfaces.scene_file import write_scene

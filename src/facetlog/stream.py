@@ -10,8 +10,8 @@ from facetlog.errors import InputError
 from facetlog.perception.step_clock import StepClock
 
 if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Recognition, Verdict
     from facetlog.kb.knowledge_base import KnowledgeBase
-    from facetlog.kb.verdict import Recognition, Verdict
     from facetlog.perception.online.online_scene import OnlineScene
     from facetlog.perception.scene import Scene
     from facetlog.perception.types import FloatArray, PoseErrorKind, View
@@ -102,7 +102,7 @@ class StreamStep:
     @property
     def undecided(self) -> "tuple[Verdict, ...]":
         """The verdicts that are open."""
-        from facetlog.kb.proof import State
+        from facetlog.kb.explaining.proof import State
 
         if self.recognition is None:
             return ()

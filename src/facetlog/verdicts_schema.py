@@ -1,7 +1,7 @@
 """The JSON Schema of `facetlog-verdicts/2`: what `recognize --json` prints and verdicts.json holds.
 
-Models of what kb/verdict.py, kb/reasons.py and kb/proof.py write, for those who read it elsewhere;
-a test holds both against each other.
+Models of what verdict.py, reasons.py and proof.py of kb/explaining/ write, for those who read it
+elsewhere; a test holds both against each other.
 """
 
 import json

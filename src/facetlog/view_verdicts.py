@@ -17,12 +17,12 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from facetlog.errors import FacetlogError
-from facetlog.kb.proof import State
+from facetlog.kb.explaining.proof import State
 from facetlog.perception.step_clock import StepClock
 
 if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Recognition
     from facetlog.kb.knowledge_base import KnowledgeBase
-    from facetlog.kb.verdict import Recognition
     from facetlog.perception.online.online_scene import OnlineScene
 
 __all__ = ["ViewVerdict", "ViewVerdicts"]

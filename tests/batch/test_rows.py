@@ -11,7 +11,7 @@ from facetlog.batch.row_records import RowRecord, results_schema, row_from
 from facetlog.batch.rows import COLUMNS, best_verdict, error_row, run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
-from facetlog.kb.proof import State
+from facetlog.kb.explaining.proof import State
 from tests.batch.fake_worker import fake_row
 
 

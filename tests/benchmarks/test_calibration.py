@@ -14,7 +14,7 @@ from benchmarks.common import Settings, text
 from benchmarks.recognition import tour_views
 from facetlog.errors import InputError
 from facetlog.kb.calibration import Calibration
-from facetlog.kb.encode import Fact
+from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.scene import Scene

@@ -15,8 +15,8 @@ from benchmarks.knowledge_base import (
     rows_against,
     swipl_says,
 )
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.proof import State
 from facetlog.perception.facts.fact_schema import Fact, fact_fault
 
 

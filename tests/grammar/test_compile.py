@@ -8,9 +8,9 @@ import pytest
 from facetlog.errors import RuleSyntaxError
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.compile import Program, compiled
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.proof import State
-from facetlog.kb.verdict import Verdict
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids import polyhedra

@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from facetlog.kb.encode import Fact
+from facetlog.kb.explaining.origin import Origin
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.origin import Origin
-from facetlog.kb.verdict import Verdict
+from facetlog.kb.loading.encode import Fact
 
 SCENE = "s"
 

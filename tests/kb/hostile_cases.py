@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from facetlog.kb.engine.terms import Term
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.terms import Term
 
 HERE = Path(__file__).parent / "hostile"
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from facetlog.kb.amounts import amount, deviation, measured, suiting
-from facetlog.kb.proof import Comparison, State, Within
+from facetlog.kb.explaining.amounts import amount, deviation, measured, suiting
+from facetlog.kb.explaining.proof import Comparison, State, Within
 
 SIZES = st.floats(min_value=1e-4, max_value=1e3)
 

@@ -16,14 +16,14 @@ import numpy as np
 import pytest
 
 from facetlog.errors import EngineError, RuleSyntaxError
-from facetlog.kb.batch_judge import BatchJudge, BriefVerdict
-from facetlog.kb.encode import Fact
-from facetlog.kb.engine import house
+from facetlog.kb.batch_judge import JUDGING_CODE, BatchJudge, BriefVerdict
+from facetlog.kb.engine.engine import house
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.proof import State
+from facetlog.kb.loading.encode import Fact
 from facetlog.kb.recognize import judge_scene, open_knowledge_base
-from facetlog.kb.verdict import Verdict
 from facetlog.perception.facts.all_facts import LEVEL_KINDS, scene_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 from facetlog.perception.surfaces.exact_solids.builders import build
@@ -445,3 +445,8 @@ def test_a_faulty_file_is_told(tmp_path: Path) -> None:
     path.write_text(":- module(m, []).\nmodel(m, ")
     with pytest.raises(RuleSyntaxError, match=r"faulty\.pl"):
         BatchJudge([path])
+
+
+def test_all_code_that_judges_changes_the_name_of_what_was_judged() -> None:
+    for pattern in JUDGING_CODE:
+        assert list(house("rules").parent.glob(pattern)), pattern

@@ -21,9 +21,9 @@ from facetlog.kb.calibration import (
     reliability_table,
     shipped_calibration,
 )
-from facetlog.kb.encode import Fact
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
-from facetlog.kb.proof import State
+from facetlog.kb.loading.encode import Fact
 
 Build = Callable[..., tuple[Fact, ...]]
 

@@ -12,9 +12,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import EngineError, QueryError
-from facetlog.kb.columns import Column, column_array, decode_chunk
+from facetlog.kb.engine.columns import Column, column_array, decode_chunk
+from facetlog.kb.engine.terms import Atom, Struct, Term, Var
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.terms import Atom, Struct, Term, Var
 
 # Surrogates are no characters: Prolog's text cannot hold them.
 TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=8) | st.sampled_from(

@@ -1,8 +1,8 @@
 """Which lines decided verdicts."""
 
 from facetlog.kb.coverage import LineCoverage, coverage
-from facetlog.kb.proof import Note, Proof, State
-from facetlog.kb.verdict import Condition, Verdict
+from facetlog.kb.explaining.proof import Note, Proof, State
+from facetlog.kb.explaining.verdict import Condition, Verdict
 
 HOLDS, FAILS, UNKNOWN = State.HOLDS, State.FAILS, State.UNKNOWN
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import EngineError
-from facetlog.kb.encode import Fact
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
-from facetlog.kb.proof import State
+from facetlog.kb.loading.encode import Fact
 from facetlog.kb.recognize import open_knowledge_base
 
 Build = Callable[..., tuple[Fact, ...]]

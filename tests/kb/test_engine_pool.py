@@ -13,10 +13,10 @@ from collections.abc import Iterator
 import pytest
 
 from facetlog.errors import EngineError
-from facetlog.kb.engine_pool import MOST_OPEN, engine_pool
+from facetlog.kb.engine.engine_pool import MOST_OPEN, engine_pool
+from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.terms import Atom
 from tests.patience import allowed
 
 from .fresh import ENVIRONMENT, python

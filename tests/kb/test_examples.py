@@ -9,11 +9,11 @@ from facetlog.errors import InputError
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.example_scenes import sizes_si
-from facetlog.kb.encode import Fact
 from facetlog.kb.examples import Case, CaseResult, Expected, example_cases, run_cases
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.labelled_scenes import labelled_cases
-from facetlog.kb.proof import State
+from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid

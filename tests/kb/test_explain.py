@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import QueryError
-from facetlog.kb.encode import Fact
+from facetlog.kb.explaining.proof import Comparison, Shortfall, Side, State, Within
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
-from facetlog.kb.proof import Comparison, Shortfall, Side, State, Within
-from facetlog.kb.verdict import Verdict
+from facetlog.kb.loading.encode import Fact
 
 from .explaining import asked
 

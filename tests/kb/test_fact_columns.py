@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import EngineError
-from facetlog.kb.encode import Fact, fact_text
-from facetlog.kb.fact_columns import FACTS_PER_CHUNK, columns_text
+from facetlog.kb.engine.terms import Atom, Term
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.terms import Atom, Term
+from facetlog.kb.loading.encode import Fact, fact_text
+from facetlog.kb.loading.fact_columns import FACTS_PER_CHUNK, columns_text
 
 NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=6) | st.sampled_from(
     ["", "\x1f", "\0", "\n", "[]", "f1", "😀", "'", "\\"]

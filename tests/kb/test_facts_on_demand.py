@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from facetlog.errors import EngineError
 from facetlog.kb.batch_judge import BatchJudge
-from facetlog.kb.encode import Fact
-from facetlog.kb.facts_on_demand import facts_text
+from facetlog.kb.loading.encode import Fact
+from facetlog.kb.loading.facts_on_demand import facts_text
 
 NAMES = st.lists(st.text(st.characters(exclude_categories=["Cs"]), max_size=3), max_size=6)
 VALUES = st.floats(-1e6, 1e6).map(lambda x: x + 0.0)

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 import pytest
 
 from facetlog.errors import EngineError, FacetlogError, InputError, QueryError
+from facetlog.kb.engine.terms import Atom, Struct, Term
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.terms import Atom, Struct, Term
 from tests.patience import allowed
 
 from .hostile_cases import Aviary, cases

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import EngineError, QueryError, RuleSyntaxError
+from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.terms import Atom
 from tests.patience import allowed
 
 from .fresh import python

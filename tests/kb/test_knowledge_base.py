@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 
 from facetlog.errors import EngineError, QueryError
-from facetlog.kb.encode import fact_text, facts_program
+from facetlog.kb.engine.terms import Atom, Term, Var
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.terms import Atom, Term, Var
+from facetlog.kb.loading.encode import fact_text, facts_program
 
 from .fresh import python
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
+from facetlog.kb.explaining.margins import margin, state_with, turned
+from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
+from facetlog.kb.explaining.verdict import Condition, Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.margins import margin, state_with, turned
-from facetlog.kb.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
-from facetlog.kb.verdict import Condition, Verdict
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.kb.engine import house
-from facetlog.kb.schema import declarations
+from facetlog.kb.engine.engine import house
+from facetlog.kb.loading.schema import declarations
 from tests.kb.one_meaning import STATES, Case, Outline, prolog, random_case, reference
 
 HERE = Path(__file__).parent

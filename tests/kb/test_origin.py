@@ -6,8 +6,8 @@ from collections.abc import Callable
 import pytest
 
 from facetlog.errors import QueryError
-from facetlog.kb.encode import Fact
-from facetlog.kb.origin import FaceOrigin, FactOrigin, ThingOrigin, VertexOrigin
+from facetlog.kb.explaining.origin import FaceOrigin, FactOrigin, ThingOrigin, VertexOrigin
+from facetlog.kb.loading.encode import Fact
 
 from .explaining import asked
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from facetlog.errors import QueryError
-from facetlog.kb.encode import Fact
+from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.terms import Atom
+from facetlog.kb.loading.encode import Fact
 
 FACES = tuple(f"f{i}" for i in range(12))
 

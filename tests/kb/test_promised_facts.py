@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import InputError
-from facetlog.kb.encode import Fact
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.promised_facts import asks_on_demand
+from facetlog.kb.loading.encode import Fact
+from facetlog.kb.loading.promised_facts import asks_on_demand
 from facetlog.kb.recognize import judge_scene
 from facetlog.perception.facts.fact_schema import ON_DEMAND
 

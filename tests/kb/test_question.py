@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import QueryError
-from facetlog.kb.engine import piece_text
-from facetlog.kb.engine_pool import engine_pool
+from facetlog.kb.engine.engine import piece_text
+from facetlog.kb.engine.engine_pool import engine_pool
+from facetlog.kb.engine.terms import Atom, Failure, Struct, Term, Var, decode_reply
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.terms import Atom, Failure, Struct, Term, Var, decode_reply
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
 from .hostile_cases import FACTS

@@ -2,8 +2,8 @@
 
 import pytest
 
-from facetlog.kb.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
-from facetlog.kb.reasons import reason
+from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
+from facetlog.kb.explaining.reasons import reason
 
 HOLDS, FAILS, UNKNOWN = State.HOLDS, State.FAILS, State.UNKNOWN
 AT_LEAST_HALF = Within("at_least", (0.5,))

@@ -9,10 +9,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from facetlog.errors import RuleSyntaxError
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Recognition, Verdict
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
-from facetlog.kb.proof import State
 from facetlog.kb.recognize import recognize
-from facetlog.kb.verdict import Recognition, Verdict
 
 Build = Callable[..., Any]
 

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import pytest
 
 from facetlog.errors import EngineError, RuleSyntaxError
-from facetlog.kb.engine import house, piece_text
-from facetlog.kb.engine_pool import engine_pool
+from facetlog.kb.engine.engine import house, piece_text
+from facetlog.kb.engine.engine_pool import engine_pool
+from facetlog.kb.engine.terms import Atom, Term, decode_reply
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
-from facetlog.kb.terms import Atom, Term, decode_reply
 
 from .hostile_cases import FACTS, GOOD
 

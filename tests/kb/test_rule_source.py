@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import RuleSyntaxError
-from facetlog.kb.encode import Fact
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.proof import State
+from facetlog.kb.loading.encode import Fact
+from facetlog.kb.loading.rule_source import rule_sources
 from facetlog.kb.recognize import recognize, rule_files
-from facetlog.kb.rule_source import rule_sources
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 

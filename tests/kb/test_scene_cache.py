@@ -18,10 +18,17 @@ from hypothesis import strategies as st
 
 import facetlog
 from facetlog.errors import EngineError
-from facetlog.kb.encode import Fact
+from facetlog.kb.engine.engine import house
+from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.scene_cache import SceneCache, _content, default_folder, schema_hash
-from facetlog.kb.terms import Atom, Struct, Term, term_text
+from facetlog.kb.loading.encode import Fact
+from facetlog.kb.loading.scene_cache import (
+    LOADING_CODE,
+    SceneCache,
+    _content,
+    default_folder,
+    schema_hash,
+)
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
@@ -388,7 +395,7 @@ TWO_AT_ONCE = """
 import sys
 from pathlib import Path
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.scene_cache import SceneCache
+from facetlog.kb.loading.scene_cache import SceneCache
 base, cache = KnowledgeBase(), SceneCache(Path(sys.argv[1]))
 path = cache.path("shared", str(base._request("cache_identity", "")))
 facts = [("corner", "f1", i, "v1") for i in range(2000)]
@@ -412,3 +419,8 @@ def test_two_processes_write_and_read_one_file_at_once(tmp_path: Path) -> None:
         _, errors = process.communicate(timeout=60)
         assert process.returncode == 0, errors.decode()
     assert len(list((tmp_path / "scenes").iterdir())) == 1
+
+
+def test_all_code_that_makes_facts_changes_the_name_of_kept_scenes() -> None:
+    for pattern in LOADING_CODE:
+        assert list(house("kb").glob(pattern)), pattern

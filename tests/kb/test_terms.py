@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import EngineError
+from facetlog.kb.engine.terms import Atom, Struct, Term, Var, decode_terms, term_text
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.terms import Atom, Struct, Term, Var, decode_terms, term_text
 
 NAMES = st.text(st.characters(exclude_categories=("Cs",)), max_size=8)
 TERMS: st.SearchStrategy[Term] = st.recursive(

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from facetlog.errors import RuleSyntaxError
-from facetlog.kb.encode import Fact
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.proof import State
-from facetlog.kb.verdict import Verdict
+from facetlog.kb.loading.encode import Fact
 
 FloatArray = NDArray[np.float64]
 

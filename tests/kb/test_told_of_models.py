@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import EngineError, RuleSyntaxError
-from facetlog.kb.encode import Fact
+from facetlog.kb.engine.terms import Atom
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Part, Recognition, Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.proof import State
-from facetlog.kb.terms import Atom
-from facetlog.kb.verdict import Part, Recognition, Verdict
+from facetlog.kb.loading.encode import Fact
 
 HEAD = """:- module(m, []).
 :- use_module(facetlog(vocabulary)).

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
+from facetlog.kb.explaining.reasons import reason
+from facetlog.kb.explaining.verdict import Condition, Part, Size, Verdict
+from facetlog.kb.explaining.verdict_text import WIDTH
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
-from facetlog.kb.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
-from facetlog.kb.reasons import reason
-from facetlog.kb.verdict import Condition, Part, Size, Verdict
-from facetlog.kb.verdict_text import WIDTH
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.surfaces.exact_solids.builders import build
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import EngineError
+from facetlog.kb.engine.terms import Atom, Struct
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.terms import Atom, Struct
 
 from .hostile_cases import FACTS
 

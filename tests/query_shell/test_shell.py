@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from facetlog.errors import EngineError, FacetlogError, InputError, QueryError, RuleSyntaxError
-from facetlog.kb.terms import Term
+from facetlog.kb.engine.terms import Term
 from facetlog.query_shell.asking import Outcome
 from facetlog.query_shell.batch import run_batch
 from facetlog.query_shell.commands import COMMANDS

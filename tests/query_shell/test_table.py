@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 from rich.cells import cell_len
 
-from facetlog.kb.terms import Atom, Struct, Term
+from facetlog.kb.engine.terms import Atom, Struct, Term
 from facetlog.perception.facts.fact_schema import ArgumentKind
 from facetlog.query_shell.meanings import Meaning, meanings
 from facetlog.query_shell.shown_terms import shown, term_json

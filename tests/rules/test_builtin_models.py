@@ -12,8 +12,8 @@ from facetlog.grammar.example_scenes import scene_faults
 from facetlog.grammar.format import formatted
 from facetlog.grammar.library import BUILTIN, builtin_names
 from facetlog.kb.examples import example_cases, run_cases
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
-from facetlog.kb.proof import State
 
 SCRIPT = Path(__file__).parents[2] / "scripts" / "compile_models.py"
 MODELS = sorted(BUILTIN.glob("*.model"))

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from facetlog.kb.encode import Fact
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.proof import State
-from facetlog.kb.verdict import Verdict
+from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids import polyhedra

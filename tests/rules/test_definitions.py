@@ -5,9 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
-from facetlog.kb.proof import State
-from facetlog.kb.verdict import Verdict
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from facetlog.kb.engine import house
-from facetlog.kb.schema import declarations
+from facetlog.kb.engine.engine import house
+from facetlog.kb.loading.schema import declarations
 
 HERE = Path(__file__).parent
 BRIDGE = house("kb") / "prolog" / "bridge.pl"

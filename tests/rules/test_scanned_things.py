@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from facetlog.kb.batch_judge import BatchJudge, BriefVerdict
-from facetlog.kb.proof import State
+from facetlog.kb.explaining.proof import State
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.scene import Body, Scene
 from facetlog.perception.surfaces.exact_solids.builders import build

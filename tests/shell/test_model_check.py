@@ -11,7 +11,7 @@ import pytest
 
 from facetlog.cli import main
 from facetlog.commands.model.fault_codes import FAULT_CODES
-from facetlog.kb.engine import house
+from facetlog.kb.engine.engine import house
 
 GOOD = """model slab
   "A level board."

@@ -5,7 +5,7 @@
 
 /** <module> Facts that are decoded when they are asked for
 
-The facts of a scene of a batch come as one text (kb/facts_on_demand.py): a first line
+The facts of a scene of a batch come as one text (kb/loading/facts_on_demand.py): a first line
 
     facts(Scene, matrices(Count, Length, [Name-Arity, ...]), [kind(Name, Rows, [Layout-Length, ...]), ...])
 

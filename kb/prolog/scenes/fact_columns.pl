@@ -22,7 +22,7 @@ and the columns follow it without anything between them, each of Length characte
 :- use_module(facetlog_kb(schema)).
 :- use_module(facetlog_kb(float_bytes)).
 
-separator('\x1f\').     % ASCII's unit separator; SEPARATOR of kb/encode.py
+separator('\x1f\').     % ASCII's unit separator; SEPARATOR of kb/loading/encode.py
 
 %!  add_columns(+Text) is det.
 %

@@ -15,7 +15,7 @@ with a dollar sign. Where another version of SWI-Prolog lacks one of them or the
 is met when a scene is saved, and then nothing is cached.
 
 A file names the module that it was written from, and is loaded into the module that it names; the
-caller (kb/scene_cache.py) puts another name there. It must also have checked that the file is what
+caller (kb/loading/scene_cache.py) puts another name there. It must also have checked that the file is what
 was written: SWI-Prolog ends the process on a damaged one.
 */
 

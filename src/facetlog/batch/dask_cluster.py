@@ -31,8 +31,8 @@ from facetlog.batch.pool import ATTEMPTS, Answer, Pool, Task
 from facetlog.batch.rows import error_row
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import EngineError, FacetlogError, InputError
+from facetlog.kb.loading.rule_source import rule_sources
 from facetlog.kb.recognize import rule_files
-from facetlog.kb.rule_source import rule_sources
 
 __all__ = ["Cluster", "cluster", "work"]
 

@@ -9,11 +9,11 @@ from typing import Any, TypedDict
 from facetlog.batch.rows import HOLDS, Row
 from facetlog.batch.settings import Item, Settings, shape_options
 from facetlog.errors import FacetlogError, QueryError
-from facetlog.kb.encode import Fact
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
+from facetlog.kb.loading.encode import Fact
 from facetlog.kb.recognize import open_knowledge_base
-from facetlog.kb.verdict import Verdict
 from facetlog.perception.facts.all_facts import FactRows, fact_rows
 from facetlog.perception.facts.fact_schema import ON_DEMAND
 from facetlog.perception.shapes.read_shape import read_shape

@@ -56,7 +56,7 @@ def limit_memory(most_mb: int) -> None:
     """From now on this process gets no more than that.
 
     So do those that it starts, unless they lift it, as the isolated process does, which has a limit
-    of its own (kb/isolated_process.py).
+    of its own (kb/engine/isolated_process.py).
     """
     most = most_mb * MEGABYTE
     _, hard = resource.getrlimit(resource.RLIMIT_DATA)

@@ -9,8 +9,8 @@ from itertools import islice
 from typing import Any
 
 from facetlog.errors import EngineError, FacetlogError, QueryError, RuleSyntaxError
-from facetlog.kb.answers import Answers
-from facetlog.kb.terms import Term
+from facetlog.kb.engine.answers import Answers
+from facetlog.kb.engine.terms import Term
 from facetlog.query_shell.caret import place_of
 from facetlog.query_shell.meanings import Meaning, meanings
 from facetlog.query_shell.screen import Screen

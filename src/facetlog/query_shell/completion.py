@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 
-from facetlog.kb.terms import Atom
+from facetlog.kb.engine.terms import Atom
 from facetlog.perception.facts.fact_schema import ArgumentKind
 from facetlog.query_shell.commands import COMMANDS
 from facetlog.query_shell.goal_text import COMMAND, call_at, variables

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from facetlog.errors import InputError
-from facetlog.kb.proof import State
-from facetlog.kb.verdict import Verdict
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Verdict
 from facetlog.perception.facts.fact_schema import ArgumentKind
 from facetlog.query_shell.scene_names import kind_of
 from facetlog.query_shell.session import Session

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from facetlog.kb.terms import Atom, Term
+from facetlog.kb.engine.terms import Atom, Term
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ArgumentKind, FactKind
 from facetlog.query_shell.meanings import length_unit, meanings
 from facetlog.query_shell.scene_names import kind_of, names_of_kind, scene_names

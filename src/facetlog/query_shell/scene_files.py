@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from facetlog import __version__
 from facetlog.errors import InputError
-from facetlog.kb.encode import Fact
+from facetlog.kb.loading.encode import Fact
 from facetlog.regular_file import MOST_SCENE_BYTES, read_regular
 
 if TYPE_CHECKING:

@@ -3,8 +3,8 @@
 import re
 from collections.abc import Mapping, Sequence
 
+from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.terms import Atom
 from facetlog.perception.facts.fact_schema import ArgumentKind
 
 __all__ = ["kind_of", "names_of_kind", "scene_names"]

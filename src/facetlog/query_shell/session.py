@@ -8,9 +8,9 @@ from typing import TypeAlias
 from facetlog.errors import InputError, RuleSyntaxError
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
-from facetlog.kb.loaded import RuleFile
+from facetlog.kb.loading.loaded import RuleFile
+from facetlog.kb.loading.rule_source import RULE_SUFFIXES
 from facetlog.kb.recognize import rule_files, rules_in
-from facetlog.kb.rule_source import RULE_SUFFIXES
 from facetlog.query_shell.meanings import length_unit
 from facetlog.query_shell.model_files import Stamp, stamp_of
 from facetlog.query_shell.scene_files import SCENE_FILE, SceneFile, scene_file, with_distinct_names

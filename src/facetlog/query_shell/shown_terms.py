@@ -5,7 +5,7 @@ import re
 from fractions import Fraction
 from typing import Any
 
-from facetlog.kb.terms import Atom, Struct, Term, Var, term_text
+from facetlog.kb.engine.terms import Atom, Struct, Term, Var, term_text
 
 __all__ = ["shown", "term_json", "visible"]
 

@@ -7,8 +7,8 @@ from fractions import Fraction
 
 from rich.cells import cell_len, set_cell_size
 
-from facetlog.kb.amounts import amount, with_unit
-from facetlog.kb.terms import Atom, Term
+from facetlog.kb.engine.terms import Atom, Term
+from facetlog.kb.explaining.amounts import amount, with_unit
 from facetlog.query_shell.meanings import Meaning, unit
 from facetlog.query_shell.shown_terms import shown, visible
 

@@ -11,7 +11,7 @@ from rich.table import Table
 from facetlog import __version__
 from facetlog.commands.model.fault_text import counted, faults_data, plain
 from facetlog.kb.coverage import ModelCoverage, coverage
-from facetlog.kb.margins import margin
+from facetlog.kb.explaining.margins import margin
 
 if TYPE_CHECKING:
     from facetlog.commands.model.examples import Tested

@@ -13,7 +13,7 @@ from facetlog.query_shell.scene_files import scene_file
 
 if TYPE_CHECKING:
     from facetlog.grammar.example_scenes import Builders
-    from facetlog.kb.encode import Fact
+    from facetlog.kb.loading.encode import Fact
 
 __all__ = ["builder_sizes", "example_facts", "labelled_facts"]
 

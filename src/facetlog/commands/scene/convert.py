@@ -59,7 +59,7 @@ def _write_mesh(scene: "Scene", path: Path) -> None:
 
 
 def _write_facts(scene: "Scene", path: Path) -> None:
-    from facetlog.kb.encode import facts_program
+    from facetlog.kb.loading.encode import facts_program
     from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
     from facetlog.perception.whole_file import write_whole
 

@@ -1,0 +1,267 @@
+"""The embedded SWI-Prolog: started once a process, the only importer of pyswip.
+
+Python and Prolog meet in one predicate, request/4 of bridge.pl: an operation and a text in,
+replies out, one for each solution. pyswip starts SWI-Prolog; the rest is said through the C
+interface with its true types, since pyswip's queries may not be nested, interleaved or moved to
+another thread, and its conversions cut large integers and text with NUL.
+"""
+
+import atexit
+import ctypes
+import os
+import threading
+from collections.abc import Callable, Generator, Iterator
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from facetlog.errors import EngineError
+from facetlog.kb.engine.python_predicates import called
+
+__all__ = [
+    "MINIMUM_VERSION",
+    "OK",
+    "CrashError",
+    "Engine",
+    "Piece",
+    "Reply",
+    "house",
+    "piece_text",
+    "start",
+]
+
+MINIMUM_VERSION = (9, 0, 4)
+"""SWI-Prolog of Debian 12, the oldest that this was tried with."""
+
+INSTALL_HINT = (
+    "install SWI-Prolog 9.0.4 or newer (Debian and Ubuntu: apt install swi-prolog-nox; "
+    "macOS: brew install swi-prolog)"
+)
+
+Piece: TypeAlias = bytes | str
+"""One string of a reply: bytes if all its characters are below 256, else text."""
+
+Reply: TypeAlias = tuple[Piece, ...]
+
+OK = '["ok",'
+"""How a reply begins that reports no error."""
+
+# What Python offers to rules: an identifier and arguments as text in, a reply as text out.
+Callback: TypeAlias = Callable[[str], str]
+
+
+class CrashError(Exception):
+    """A request ended with an exception that Prolog did not turn into a reply."""
+
+
+class Engine:
+    """SWI-Prolog's library, as one thread sees it that has attached itself.
+
+    Its methods belong on the thread that started Prolog, and on threads that called `attach`.
+    """
+
+    # term_t, fid_t and qid_t are uintptr_t. Constants of SWI-Prolog.h.
+    _TERM = ctypes.c_size_t
+    _ATOM, _STRING, _UTF8 = 2, 6, 0x00100000
+    _CATCH_EXCEPTION, _NODEBUG, _EXT_STATUS = 0x0008, 0x0004, 0x0040
+    _EXCEPTION, _FALSE, _LAST = -1, 0, 2
+    _CVT_STRING = 0x00000002
+    _QUICKLY = 0x00010000 | 0x00020000  # no reclaiming of memory, no cancelling
+
+    def __init__(self, library: ctypes.CDLL) -> None:
+        def declare(name: str, result: type | None, *arguments: type) -> Any:
+            return ctypes.CFUNCTYPE(result, *arguments)((name, library))
+
+        term, text, pointer, number = self._TERM, ctypes.c_char_p, ctypes.c_void_p, ctypes.c_int
+        size, int64 = ctypes.c_size_t, ctypes.c_int64
+        chars, length = ctypes.POINTER(ctypes.c_void_p), ctypes.POINTER(size)
+        self._attach = declare("PL_thread_attach_engine", number, pointer)
+        self._detach = declare("PL_thread_destroy_engine", number)
+        self._cleanup = declare("PL_cleanup", number, number)
+        self._open_frame = declare("PL_open_foreign_frame", term)
+        self._discard_frame = declare("PL_discard_foreign_frame", None, term)
+        self._new_terms = declare("PL_new_term_refs", term, number)
+        self._put_text = declare("PL_put_chars", number, term, number, size, text)
+        self._put_integer = declare("PL_put_int64", number, term, int64)
+        self._find_predicate = declare("PL_predicate", pointer, text, number, text)
+        self._open_query = declare("PL_open_query", term, pointer, number, pointer, term)
+        self._next = declare("PL_next_solution", number, term)
+        self._close = declare("PL_close_query", number, term)
+        self._get_list = declare("PL_get_list", number, term, term, term)
+        self._get_text = declare("PL_get_nchars", number, term, length, chars, ctypes.c_uint)
+        self._mark_strings = declare("PL_mark_string_buffers", None, ctypes.POINTER(term))
+        self._release_strings = declare("PL_release_string_buffers_from_mark", None, term)
+        self._unify_text = declare("PL_unify_chars", number, term, number, size, text)
+        self._register = declare(
+            "PL_register_foreign_in_module", number, text, text, number, pointer, number
+        )
+        self._request = None
+        self._main_thread = threading.get_ident()
+        self._kept: list[object] = []  # callbacks that C holds must not be collected
+
+    @property
+    def is_main_thread(self) -> bool:
+        """Whether the calling thread is the one that started Prolog."""
+        return threading.get_ident() == self._main_thread
+
+    def attach(self) -> int:
+        """The Prolog thread number of the calling thread, which from now on may call Prolog."""
+        number = int(self._attach(None))
+        if number < 0:
+            raise EngineError("SWI-Prolog has no room for another thread")
+        return number
+
+    def detach(self) -> None:
+        """Takes the calling thread's Prolog away again."""
+        self._detach()
+
+    def stop(self) -> None:
+        """Ends SWI-Prolog, on the thread that started it: at exit it would do so on another."""
+        self._cleanup(self._QUICKLY)
+
+    def consult(self, path: Path) -> bool:
+        """Whether Prolog loaded the file without an exception."""
+        frame = self._open_frame()
+        try:
+            terms = self._new_terms(1)
+            self._put(terms, os.fsencode(path), self._ATOM)
+            query = self._open_query(
+                None, self._CATCH_EXCEPTION, self._find_predicate(b"consult", 1, b"user"), terms
+            )
+            try:
+                return bool(self._next(query))
+            finally:
+                self._close(query)
+        finally:
+            self._discard_frame(frame)
+
+    def register(self, module: str, name: str, callback: Callback) -> None:
+        """Makes `callback` the predicate module:name(+Text, -Reply)."""
+
+        def called(text: int, reply: int) -> int:
+            # Must not raise: ctypes would print the exception and go on with garbage.
+            mark = self._TERM()
+            self._mark_strings(ctypes.byref(mark))
+            said = callback(piece_text(self._piece(text))).encode("utf-8", "surrogatepass")
+            self._release_strings(mark.value)
+            kind = self._STRING | self._UTF8
+            return int(self._unify_text(reply, kind, len(said), said))
+
+        foreign = ctypes.CFUNCTYPE(ctypes.c_size_t, self._TERM, self._TERM)(called)
+        self._kept.append(foreign)
+        address = ctypes.cast(foreign, ctypes.c_void_p)
+        if not self._register(module.encode(), name.encode(), 2, address, 0):
+            raise EngineError(f"SWI-Prolog refuses the predicate {module}:{name}/2")
+
+    def request(
+        self, number: int, operation: str, text: str
+    ) -> Generator[tuple[Reply, bool], None, None]:
+        """Each reply of request/4, and whether it is the last one; closing closes the query.
+
+        Raises CrashError if Prolog raises.
+        """
+        if self._request is None:
+            self._request = self._find_predicate(b"request", 4, b"facetlog_bridge")
+        frame = self._open_frame()
+        try:
+            terms = self._new_terms(4)
+            self._put_integer(terms, number)
+            self._put(terms + 1, operation.encode())
+            self._put(terms + 2, text.encode("utf-8", "surrogatepass"))
+            flags = self._CATCH_EXCEPTION | self._NODEBUG | self._EXT_STATUS
+            query = self._open_query(None, flags, self._request, terms)
+            try:
+                status = None
+                while status != self._LAST:
+                    status = self._next(query)
+                    if status == self._FALSE:
+                        return
+                    if status == self._EXCEPTION:
+                        raise CrashError
+                    # The scratch frame is discarded at once: a long answer must not pile up.
+                    inner = self._open_frame()
+                    mark = self._TERM()
+                    self._mark_strings(ctypes.byref(mark))
+                    try:
+                        reply = tuple(self._pieces(terms + 3))
+                    finally:
+                        self._release_strings(mark.value)
+                        self._discard_frame(inner)
+                    yield reply, status == self._LAST
+            finally:
+                self._close(query)
+        finally:
+            self._discard_frame(frame)
+
+    def _put(self, term: int, data: bytes, kind: int = _STRING) -> None:
+        self._put_text(term, kind | self._UTF8, len(data), data)
+
+    def _pieces(self, items: int) -> Iterator[Piece]:
+        terms = self._new_terms(2)
+        head, tail = terms, terms + 1
+        source = items
+        while self._get_list(source, head, tail):
+            yield self._piece(head)
+            source = tail
+
+    def _piece(self, term: int) -> Piece:
+        chars, length = ctypes.c_void_p(), ctypes.c_size_t()
+        place = ctypes.byref(length), ctypes.byref(chars)
+        # Without a flag for the encoding this is Latin-1, and refuses what does not fit.
+        if self._get_text(term, *place, self._CVT_STRING):
+            return ctypes.string_at(chars.value or 0, length.value)
+        if self._get_text(term, *place, self._CVT_STRING | self._UTF8):
+            return ctypes.string_at(chars.value or 0, length.value).decode("utf-8", "surrogatepass")
+        raise EngineError("SWI-Prolog's reply is no text")
+
+
+def piece_text(piece: Piece) -> str:
+    """The characters of a piece."""
+    return piece if isinstance(piece, str) else piece.decode("latin-1")
+
+
+_starting = threading.Lock()
+
+
+def start() -> Engine:
+    """The process's SWI-Prolog with bridge.pl loaded; the first caller's thread is its main one.
+
+    Raises EngineError if it is missing, too old, or does not load.
+    """
+    with _starting:
+        return _started()
+
+
+@cache
+def _started() -> Engine:
+    try:
+        from pyswip import core, prolog
+    except Exception as exc:  # pyswip raises bare Exception where SWI-Prolog is missing or old
+        raise EngineError(f"SWI-Prolog is missing or cannot be used: {INSTALL_HINT}") from exc
+    del prolog  # importing it starts SWI-Prolog without signal handlers
+    # Who started it stops it (engine_pool.py). pyswip would at the end of the process, on another
+    # thread, and SWI-Prolog complains of threads that a Ctrl-C left in the middle of their start.
+    atexit.unregister(core.cleanupProlog)
+    major, minor, patch = _version(core.PL_VERSION)
+    if (major, minor, patch) < MINIMUM_VERSION:
+        raise EngineError(f"SWI-Prolog {major}.{minor}.{patch} is too old: {INSTALL_HINT}")
+    engine = Engine(core._lib)
+    if not engine.consult(house("kb") / "prolog" / "bridge.pl"):
+        raise EngineError("the knowledge base's own Prolog files cannot be loaded")
+    engine.register("facetlog_bridge", "python", called)
+    return engine
+
+
+def _version(number: int) -> tuple[int, int, int]:
+    """Major, minor and patch of SWI-Prolog's version number.
+
+    >>> _version(90004)
+    (9, 0, 4)
+    """
+    return number // 10000, number // 100 % 100, number % 100
+
+
+def house(room: str) -> Path:
+    """The folder of a room of the program: Prolog loads files by path."""
+    return Path(str(files(f"facetlog.{room}"))).resolve()

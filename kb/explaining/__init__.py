@@ -1,0 +1,1 @@
+"""Verdicts and why: proofs and origins as data, and in words for those who do not program."""

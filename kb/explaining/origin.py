@@ -1,0 +1,245 @@
+"""Where a name or fact of a scene comes from: down to vertices, and to pixels of pictures."""
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any, TypeAlias
+
+from facetlog.kb.explaining.amounts import amount, measured, with_unit
+
+__all__ = [
+    "EdgeOrigin",
+    "FaceOrigin",
+    "FactOrigin",
+    "Origin",
+    "Plane",
+    "Sighting",
+    "ThingOrigin",
+    "VertexOrigin",
+    "ViewOrigin",
+]
+
+# Of a long list this many items are written unless all are asked for.
+SHOWN = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Sighting:
+    """A pixel at which a picture shows a vertex: column and row with deviations, pixels."""
+
+    view: str
+    picture: str
+    column_px: float
+    row_px: float
+    sd_column_px: float
+    sd_row_px: float
+
+    def __str__(self) -> str:
+        column = measured(self.column_px, self.sd_column_px)
+        row = measured(self.row_px, self.sd_row_px)
+        spread = max(self.sd_column_px, self.sd_row_px)
+        return f"{self.view} ({self.picture}): column {column}, row {row}, ± {spread:.2g} px"
+
+
+@dataclass(frozen=True, slots=True)
+class VertexOrigin:
+    """A vertex: its place and deviations along x, y, z (length units), and who saw it."""
+
+    name: str
+    position: tuple[float, float, float] | None
+    sd: tuple[float, float, float] | None
+    label: str | None
+    sightings: tuple[Sighting, ...]
+
+    def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
+        """The vertex, then a line for each picture that shows it."""
+        yield f"{self.name}{f' ({self.label})' if self.label else ''}{self._place(length_unit)}"
+        if not self.sightings:
+            yield "  seen in no picture"
+        shown = len(self.sightings) if full else SHOWN
+        for sighting in self.sightings[:shown]:
+            yield f"  seen in {sighting}"
+        yield from _rest(len(self.sightings) - shown, "view")
+
+    def _place(self, length_unit: str | None) -> str:
+        if self.position is None:
+            return ""
+        sds = self.sd or (0.0, 0.0, 0.0)
+        place = ", ".join(measured(p, s) for p, s in zip(self.position, sds, strict=True))
+        spread = f" ± {max(sds):.2g}" if self.sd else ""
+        return f" at ({place}){with_unit(spread, length_unit or '')}"
+
+    def to_json(self) -> dict[str, Any]:
+        """The origin as plain data."""
+        return {"kind": "vertex", **asdict(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """Unit outward normal and offset, a x + b y + c z + d = 0; deviations in degrees and length."""
+
+    normal: tuple[float, float, float]
+    offset: float
+    tilt_sd_deg: float | None
+    offset_sd: float | None
+
+    def __str__(self) -> str:
+        normal = ", ".join(f"{x:.3f}" for x in self.normal)
+        tilt = "" if self.tilt_sd_deg is None else f" ± {self.tilt_sd_deg:.2g}°"
+        return f"plane with outward normal ({normal}){tilt}, offset {amount(self.offset)}"
+
+
+@dataclass(frozen=True, slots=True)
+class FaceOrigin:
+    """A face: its thing, evidence (measured or implied), plane, and vertices in order."""
+
+    name: str
+    thing: str | None
+    evidence: str | None
+    plane: Plane | None
+    corners: tuple[VertexOrigin, ...]
+
+    def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
+        """The face, its plane, then its vertices."""
+        said = [self.evidence or "of unknown evidence"]
+        if self.thing:
+            said.append(f"part of {self.thing}")
+        yield f"{self.name}: a face, {', '.join(said)}, with {len(self.corners)} corners"
+        if self.plane is not None:
+            yield f"  {self.plane}"
+        for corner in self.corners:
+            yield from _indented(corner.lines(full=full, length_unit=length_unit))
+
+    def to_json(self) -> dict[str, Any]:
+        """The origin as plain data."""
+        return {"kind": "face", **asdict(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class EdgeOrigin:
+    """An edge: evidence, length, the share found in the views, its two ends, its faces."""
+
+    name: str
+    evidence: str | None
+    length: float | None
+    length_sd: float | None
+    support: float | None
+    ends: tuple[VertexOrigin, ...]
+    faces: tuple[str, ...]
+
+    def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
+        """The edge, then its ends."""
+        said = [self.evidence or "of unknown evidence"]
+        if self.length is not None:
+            sd = self.length_sd or 0.0
+            length = f"{measured(self.length, sd)}{f' ± {sd:.2g}' if sd > 0 else ''}"
+            said.append(f"{with_unit(length, length_unit or '')} long")
+        if self.support is not None:
+            said.append(f"{self.support:.0%} of it found in the views")
+        if self.faces:
+            said.append(f"side of {', '.join(self.faces)}")
+        yield f"{self.name}: an edge, {', '.join(said)}"
+        for end in self.ends:
+            yield from _indented(end.lines(full=full, length_unit=length_unit))
+
+    def to_json(self) -> dict[str, Any]:
+        """The origin as plain data."""
+        return {"kind": "edge", **asdict(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class ThingOrigin:
+    """A thing: the sides of its least box, longest first, its faces and its loose edges."""
+
+    name: str
+    size: tuple[float, float, float] | None
+    faces: tuple[FaceOrigin, ...]
+    edges: tuple[EdgeOrigin, ...]
+
+    def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
+        """The thing, then its faces and loose edges."""
+        size = ""
+        if self.size is not None:
+            sides = " × ".join(map(amount, self.size))
+            size = f", {with_unit(sides, length_unit or '')}"
+        loose = f" and {_count(len(self.edges), 'loose edge')}" if self.edges else ""
+        yield f"{self.name}: a thing of {_count(len(self.faces), 'face')}{loose}{size}"
+        for items, noun in ((self.faces, "face"), (self.edges, "loose edge")):
+            shown = len(items) if full else SHOWN
+            for item in items[:shown]:
+                yield from _indented(item.lines(full=full, length_unit=length_unit))
+            yield from _rest(len(items) - shown, noun)
+
+    def to_json(self) -> dict[str, Any]:
+        """The origin as plain data."""
+        return {
+            "kind": "thing",
+            "name": self.name,
+            "size": self.size,
+            "faces": [face.to_json() for face in self.faces],
+            "edges": [edge.to_json() for edge in self.edges],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class ViewOrigin:
+    """A picture and the vertices that it shows."""
+
+    name: str
+    picture: str
+    vertices: tuple[str, ...]
+
+    def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
+        """The picture, then what it shows; nothing of it is a length."""
+        del length_unit
+        yield f"{self.name}: the picture {self.picture}, which shows {len(self.vertices)} vertices"
+        shown = len(self.vertices) if full else 4 * SHOWN
+        if self.vertices:
+            yield f"  {', '.join(self.vertices[:shown])}"
+        yield from _rest(len(self.vertices) - shown, "vertex", "vertices")
+
+    def to_json(self) -> dict[str, Any]:
+        """The origin as plain data."""
+        return {"kind": "view", **asdict(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class FactOrigin:
+    """Facts of one functor, as text, and the origins of what they name."""
+
+    facts: tuple[str, ...]
+    of: tuple["Origin", ...]
+
+    def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
+        """The facts, then what they name."""
+        shown = len(self.facts) if full else SHOWN
+        yield from self.facts[:shown]
+        yield from _rest(len(self.facts) - shown, "fact")
+        named = len(self.of) if full else SHOWN
+        for origin in self.of[:named]:
+            yield from _indented(origin.lines(full=full, length_unit=length_unit))
+        yield from _rest(len(self.of) - named, "name")
+
+    def to_json(self) -> dict[str, Any]:
+        """The origin as plain data."""
+        return {
+            "kind": "facts",
+            "facts": list(self.facts),
+            "of": [origin.to_json() for origin in self.of],
+        }
+
+
+Origin: TypeAlias = VertexOrigin | FaceOrigin | EdgeOrigin | ThingOrigin | ViewOrigin | FactOrigin
+"""Where something of a scene comes from; each has lines() and to_json()."""
+
+
+def _indented(lines: Iterator[str]) -> Iterator[str]:
+    return (f"  {line}" for line in lines)
+
+
+def _count(count: int, noun: str) -> str:
+    return f"{count} {noun if count == 1 else f'{noun}s'}"
+
+
+def _rest(count: int, noun: str, plural: str = "") -> Iterator[str]:
+    if count > 0:
+        yield f"  and {count} more {noun if count == 1 else plural or noun + 's'}"

@@ -1,0 +1,321 @@
+"""Why a condition holds or not, as data: a tree down to the measured facts.
+
+As text it is in trace.py, the one step of it that a reader needs in reasons.py.
+"""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from facetlog.kb.explaining.amounts import (
+    Unit,
+    amount,
+    deviation,
+    measured,
+    sd_count,
+    suiting,
+    with_unit,
+)
+
+__all__ = ["MARKS", "Comparison", "Note", "Proof", "Shortfall", "Side", "State", "Within"]
+
+
+class State(StrEnum):
+    """What is known of a condition or a model."""
+
+    HOLDS = "holds"
+    FAILS = "fails"
+    UNKNOWN = "unknown"
+
+
+class Side(StrEnum):
+    """On which side of its region a value lies."""
+
+    BELOW = "below"
+    ABOVE = "above"
+
+
+MARKS = {State.HOLDS: "+", State.FAILS: "-", State.UNKNOWN: "?"}
+
+
+@dataclass(frozen=True, slots=True)
+class Within:
+    """The region that a value was tested against: near, between, at_least or at_most.
+
+    Its edges are sharp, or fall off to nothing over the width `fading`.
+    """
+
+    sort: str
+    limits: tuple[float, ...]
+    fading: float = 0.0
+
+    @property
+    def edges(self) -> tuple[float, float]:
+        """The least and the greatest value inside, the middle of the slope where they fade."""
+        match self.sort, self.limits:
+            case "near", (target, tolerance):
+                low, high = target - tolerance, target + tolerance
+            case "between", (low, high):
+                pass
+            case "at_least", (low,):
+                high = math.inf
+            case "at_most", (high,):
+                low = -math.inf
+            case _:
+                return -math.inf, math.inf
+        # Wider by half the slope: there the membership is 1/2, on which the state turns.
+        half = self.fading / 2
+        return low - half, high + half
+
+    def text(self, unit: Unit) -> str:
+        """For example 'at most 46 mm'; degrees, which need no unit to be understood, bare."""
+        limits = tuple(amount(unit.of(limit)) for limit in self.limits)
+        match self.sort, limits:
+            case "near", (target, tolerance):
+                region = f"{target} ± {tolerance}"
+            case "between", (low, high):
+                region = f"{low} to {high}"
+            case _:
+                region = f"{self.sort.replace('_', ' ')} {', '.join(limits)}"
+        if self.fading > 0:
+            region = f"{region} fading over {amount(unit.of(self.fading))}"
+        return region if unit.is_degree else with_unit(region, unit.name)
+
+
+@dataclass(frozen=True, slots=True)
+class Shortfall:
+    """By how much a value misses its region, in its unit; `sd` is the deviation of that difference.
+
+    A measured limit's deviation is in it too, to first order. 0 where none was measured.
+    """
+
+    amount: float
+    sd: float
+    side: Side
+
+    @property
+    def sds(self) -> float | None:
+        """The shortfall in standard deviations; None where the deviation is 0."""
+        return self.amount / self.sd if self.sd > 0 else None
+
+    def text(self, unit: Unit) -> str:
+        """For example '3.8° short'."""
+        word = "short" if self.side is Side.BELOW else "over"
+        missing = amount(float(measured(unit.of(self.amount), self.sd / unit.size)))
+        return f"{with_unit(missing, unit.name)} {word}"
+
+    def to_json(self) -> dict[str, Any]:
+        """The shortfall as plain data."""
+        return {"amount": self.amount, "sd": self.sd, "sds": self.sds, "side": self.side.value}
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A measured value and the region that it was tested against; kind is deg, length, ..."""
+
+    measure: str
+    value: float
+    sd: float
+    kind: str
+    within: Within
+    shortfall: Shortfall | None = None
+
+    def unit(self, length_unit: str | None) -> str:
+        """The unit of the value as it is kept; empty for pure numbers."""
+        match self.kind, length_unit:
+            case "deg", _:
+                return "°"
+            case "length", str(unit):
+                return unit
+            case "area", str(unit):
+                return f"{unit}²"
+            case _:
+                return ""
+
+    def written_in(self, length_unit: str | None) -> Unit:
+        """The unit in which value, deviation, limits and what is missing are all written."""
+        missing = () if self.shortfall is None else (self.shortfall.amount,)
+        limits = (*self.within.limits, self.within.fading)
+        return suiting(self.unit(length_unit), self.value, self.sd, *limits, *missing)
+
+    def text(self, length_unit: str | None, *, with_sd: bool = True) -> str:
+        """For example 'angle(f1, f2) = 90.3° ± 0.4°'."""
+        unit = self.written_in(length_unit)
+        value, sd = unit.of(self.value), self.sd / unit.size
+        number, spread = measured(value, sd), deviation(value, sd)
+        if not spread or not with_sd:
+            return f"{self.measure} = {with_unit(number, unit.name)}"
+        # A degree sign belongs to each number, a unit that is a word to both.
+        number = with_unit(number, unit.name if unit.is_degree else "")
+        return f"{self.measure} = {number} ± {with_unit(spread, unit.name)}"
+
+    def sentence(self, state: State, length_unit: str | None) -> str:
+        """The value, the region, and by how much it misses."""
+        return self.sentences(state, length_unit)[0]
+
+    def sentences(
+        self, state: State, length_unit: str | None, *, is_wanted: bool = True
+    ) -> tuple[str, ...]:
+        """The same from the longest to the shortest: what a reader misses least goes first.
+
+        Of a value that holds the region, then the deviation; of one that misses the deviations,
+        then by how much. What should not be and is not `is_wanted` to miss nothing.
+        """
+        unit = self.written_in(length_unit)
+        text, bare = self.text(length_unit), self.text(length_unit, with_sd=False)
+        region = self.within.text(unit)
+        if not is_wanted and state is State.FAILS:
+            return f"{text}, not {region}", f"{bare}, not {region}", bare
+        if self.shortfall is not None:
+            sds = "" if self.shortfall.sds is None else f", {sd_count(self.shortfall.sds)} sd"
+            miss = self.shortfall.text(unit)
+            so_far = " so far, but there may be more" if state is State.UNKNOWN else ""
+            needs = f"needs {region}"
+            return (
+                f"{text}, {needs}: {miss}{sds}{so_far}",
+                f"{bare}, {needs}: {miss}{sds}{so_far}",
+                f"{bare}, {needs}: {miss}{so_far}",
+                f"{bare}, {needs}{so_far}",
+                f"{self.measure} is {miss}{so_far}",
+            )
+        if state is State.UNKNOWN:
+            uncertain = "too uncertain to say whether it is"
+            return f"{text}, {uncertain} {region}", f"{bare}, {uncertain} {region}", text
+        within = "" if self.within.sort.startswith("at_") else "within "
+        return f"{text}, {within}{region}", text, bare
+
+    def to_json(self) -> dict[str, Any]:
+        """Value, region and what is missing as plain data."""
+        within = {"sort": self.within.sort, "limits": list(self.within.limits)}
+        fading = {"fading": self.within.fading} if self.within.fading > 0 else {}
+        missing = {} if self.shortfall is None else {"shortfall": self.shortfall.to_json()}
+        return {
+            "measure": self.measure,
+            "value": self.value,
+            "sd": self.sd,
+            "kind": self.kind,
+            "within": {**within, **fading},
+            **missing,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What else a step rests on: a relation, what is missing, what became of the children.
+
+    `words` says it as a reader does; it is empty for steps that only join others.
+    """
+
+    name: str
+    about: str = ""
+    words: str = ""
+    cause: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """One tested condition; `low` and `high` bound the probability that it truly holds."""
+
+    state: State
+    low: float
+    high: float
+    test: str
+    detail: Comparison | Note
+    children: tuple["Proof", ...] = ()
+
+    @property
+    def name(self) -> str:
+        """How it was decided, as kb/prolog/explaining/prove.pl names it; empty of comparisons."""
+        return self.detail.name if isinstance(self.detail, Note) else ""
+
+    def comparisons(self) -> Iterator[Comparison]:
+        """All measured values that the proof rests on, in order."""
+        if isinstance(self.detail, Comparison):
+            yield self.detail
+        for child in self.children:
+            yield from child.comparisons()
+
+    def shortfalls(self) -> Iterator[Comparison]:
+        """The comparisons that miss and by that make this fail or stay open, in order."""
+        if self.state is State.HOLDS or self.name == "not":
+            return
+        if isinstance(self.detail, Comparison) and self.detail.shortfall is not None:
+            yield self.detail
+        for child in self._wanting():
+            yield from child.shortfalls()
+
+    def _wanting(self) -> tuple["Proof", ...]:
+        """The children that should have held: of groups that are counted, the next best."""
+        if self.name == "implies":
+            return self.children[1:]
+        if self.name == "counted":
+            return tuple(c for c in self.children if c.state is not State.HOLDS)[:1]
+        return self.children
+
+    @property
+    def is_void(self) -> bool:
+        """Whether what a second test depends on is not so."""
+        return self.name == "implies" and self.children[0].state is State.FAILS
+
+    def lacking(self) -> tuple[bool, int, int]:
+        """Whether no value misses, how many of the joined tests fail, and, negated, how many hold.
+
+        An alternative for another kind of thing, as what is known from all sides, misses nothing
+        that could be measured better: it says less than one that a value misses.
+        """
+        unmeasured = next(self.shortfalls(), None) is None
+        if self.name != "all":
+            return unmeasured, 1, 0
+        states = [child.state for child in self.children]
+        return unmeasured, states.count(State.FAILS), -states.count(State.HOLDS)
+
+    def sentence(self, length_unit: str | None = None) -> str:
+        """This step alone, in words."""
+        return self.sentences(length_unit)[0]
+
+    def sentences(
+        self, length_unit: str | None = None, *, is_wanted: bool = True
+    ) -> tuple[str, ...]:
+        """The same from the longest to the shortest, as for a comparison."""
+        if isinstance(self.detail, Comparison):
+            return self.detail.sentences(self.state, length_unit, is_wanted=is_wanted)
+        if self.name in {"all", "any"} and not self.children and self.state is State.UNKNOWN:
+            return (
+                "nothing was found, and a part that it belongs to was not seen",
+                "nothing was found",
+            )
+        if self.name == "any" and not self.children:
+            return "there is nothing to choose from", "there is none"
+        words = self.detail.words or _JOINED.get(self.detail.name, self.test)
+        if self.name == "counted":
+            # What comes next or decides, and whether there may be more, stand behind.
+            return words, words.partition(";")[0], words.partition(", but")[0]
+        return (f"{words}, because {self.detail.cause}", words) if self.detail.cause else (words,)
+
+    def to_json(self) -> dict[str, Any]:
+        """The tree as plain data."""
+        data: dict[str, Any] = {
+            "test": self.test,
+            "state": self.state.value,
+            "degree": [self.low, self.high],
+        }
+        match self.detail:
+            case Comparison() as comparison:
+                data |= comparison.to_json()
+            case Note(name, about, _, cause):
+                data["note"] = f"{name}({about})" if about else name
+                if cause:
+                    data["cause"] = cause
+        if self.children:
+            data["because"] = [child.to_json() for child in self.children]
+        return data
+
+
+_JOINED = {
+    "any": "one of these at least:",
+    "not": "all this together should not be so:",
+    "not_asked": "not asked, for it is not known:",
+    "expect": "expected, but not required:",
+}

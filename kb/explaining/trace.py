@@ -1,0 +1,113 @@
+"""The whole proof of a condition as text: every step that it rests on, one a line."""
+
+from collections.abc import Iterator
+
+from facetlog.kb.explaining.proof import MARKS, Proof, State
+
+__all__ = ["first_reason", "trace"]
+
+_OPEN = f"{MARKS[State.UNKNOWN]} not known"
+
+# Of a list of steps that all hold, this many are written out: the rest says the same again.
+HOLDING_SHOWN = 6
+
+
+def first_reason(proof: Proof, length_unit: str | None = None) -> str:
+    """The first reason for the state, in words."""
+    if proof.name == "not" and proof.children:
+        reason = first_reason(proof.children[0], length_unit)
+        return f"{reason}, which should not be" if proof.state is State.FAILS else reason
+    if proof.name == "implies":
+        then = "" if proof.is_void else f"then {first_reason(proof.children[1], length_unit)}"
+        return f"{_where(proof, length_unit)}{then}"
+    same = [child for child in proof.children if child.state is proof.state]
+    if proof.name == "counted" or not same:
+        return proof.sentence(length_unit)
+    # Of alternatives that all fail, the one that lacks least is worth saying.
+    first = min(same, key=Proof.lacking) if proof.name == "any" else same[0]
+    return first_reason(first, length_unit)
+
+
+def trace(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Iterator[str]:
+    """The tree as text, one line a step; steps that only join others are left out.
+
+    Of alternatives that hold, those that do not are left out as well: they are no reason. Nor
+    are more than a few of many steps that hold written out, nor anything twice.
+    """
+    indent = "  " * depth
+    if proof.name == "not" and not proof.children[0].children:
+        yield f"{indent}{MARKS[proof.state]} {first_reason(proof, length_unit)}"
+        return
+    if proof.name == "implies":
+        yield from _implied(proof, length_unit, depth)
+        return
+    joins = _joins(proof)
+    if not joins:
+        yield f"{indent}{MARKS[proof.state]} {proof.sentence(length_unit)}"
+    inner = depth if joins else depth + 1
+    shown: set[str] = set()
+    open_ones: set[str] = set()
+    holding = 0
+    for child in _shown_children(proof):
+        holding += child.state is State.HOLDS
+        if child.state is State.HOLDS and holding > HOLDING_SHOWN:
+            continue
+        text = tuple(trace(child, length_unit, inner))
+        if "\n".join(text) not in shown:
+            shown.add("\n".join(text))
+            # What leaves several alternatives open is told of the first.
+            for line in text:
+                if line not in open_ones:
+                    yield line
+            open_ones.update(line for line in text if line.lstrip().startswith(_OPEN))
+    if holding > HOLDING_SHOWN:
+        yield f"{'  ' * inner}+ and {holding - HOLDING_SHOWN} more that hold"
+
+
+def _implied(proof: Proof, length_unit: str | None, depth: int) -> Iterator[str]:
+    then = proof.children[1]
+    head = f"{'  ' * depth}{MARKS[proof.state]} {_where(proof, length_unit)}"
+    if proof.is_void:
+        yield head
+    elif not then.children:
+        yield f"{head}then {then.sentence(length_unit)}"
+    else:
+        yield f"{head}then:"
+        yield from trace(then, length_unit, depth + 1)
+
+
+def _where(proof: Proof, length_unit: str | None) -> str:
+    where = f"where {first_reason(proof.children[0], length_unit)}, "
+    return f"{where}nothing is asked" if proof.is_void else where
+
+
+def _joins(proof: Proof) -> bool:
+    if proof.name == "any":
+        return proof.state is State.HOLDS or len(proof.children) == 1
+    if proof.name == "expect":
+        return proof.children[0].state is State.HOLDS
+    return proof.name in ("short", "if_known", "all")
+
+
+def _shown_children(proof: Proof) -> tuple[Proof, ...]:
+    if proof.name == "any":
+        if proof.state is State.HOLDS:
+            return tuple(c for c in proof.children if c.state is State.HOLDS)
+        return tuple(c for child in proof.children for c in _alternatives(child))
+    if proof.name == "counted":
+        # Those that hold are too many, or enough; else the best of the others are what lacks.
+        others = tuple(c for c in proof.children if c.state is not State.HOLDS)
+        wanting = others[:HOLDING_SHOWN] if proof.state is State.UNKNOWN else ()
+        return tuple(c for c in proof.children if c.state is State.HOLDS) + wanting
+    return proof.children
+
+
+def _alternatives(proof: Proof) -> tuple[Proof, ...]:
+    """An alternative that itself lists alternatives, taken apart."""
+    if proof.state is State.HOLDS or not proof.children:
+        return (proof,)
+    if proof.name == "short":
+        return _alternatives(proof.children[0])
+    if proof.name == "any":
+        return tuple(c for child in proof.children for c in _alternatives(child))
+    return (proof,)

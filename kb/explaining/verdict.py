@@ -1,0 +1,210 @@
+"""What the models say of a scene: verdicts, each with parts, sizes, angles and proof."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any
+
+from facetlog.kb.explaining.proof import Comparison, Proof, State
+from facetlog.kb.explaining.reasons import reason
+from facetlog.kb.explaining.verdict_text import miss_lines, summary, summary_line, verdict_lines
+
+__all__ = ["Condition", "Part", "Recognition", "Size", "Verdict"]
+
+SCHEMA = "facetlog-verdicts/2"
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part of a model and the faces that play it: one, several, or none if it was not seen.
+
+    A group is whatever belongs to a set, which may be nothing.
+    """
+
+    role: str
+    faces: tuple[str, ...]
+    is_group: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.role} = {', '.join(self.faces) or ('none' if self.is_group else 'unseen')}"
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """A length of the thing with its standard deviation, metres or units of the scene."""
+
+    name: str
+    value: float
+    sd: float
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """One line of a model: its label, the author's reason, and the proof of it.
+
+    `text` is the line as the author wrote it and `place` where it stands ('table.model:9'); both
+    are empty where the file does not say.
+    """
+
+    label: str
+    reason: str
+    proof: Proof
+    place: str = ""
+    text: str = ""
+
+    @property
+    def said(self) -> str:
+        """What the condition asks, in words: the reason, or the line itself where there is none."""
+        return self.reason or self.text or self.label
+
+    @property
+    def origin(self) -> str:
+        """The place and the line, in brackets with a blank before; empty if neither is known."""
+        line = "" if self.said == self.text else self.text
+        known = ": ".join(filter(None, (self.place, line)))
+        return f" [{known}]" if known else ""
+
+    def to_json(self, length_unit: str | None, *, full: bool = False) -> dict[str, Any]:
+        """The condition and the reason for its state as plain data; `full` the whole proof too."""
+        written = {"place": self.place, "text": self.text if full else ""}
+        found = reason(self.proof)
+        return {
+            "label": self.label,
+            "reason": self.reason,
+            **{key: value for key, value in written.items() if value},
+            "state": self.proof.state.value,
+            "degree": [self.proof.low, self.proof.high],
+            "because": None if found is None else found.to_json(length_unit),
+            **({"proof": self.proof.to_json()} if full else {}),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What one model says of one thing.
+
+    `state` is what the measured values say. `degree` and `degree_at_most` bound the probability
+    that the true values lie within the model's tolerances; they are equal where all was measured.
+    `also` counts the other ways to choose the parts that hold as well. `length_unit` is 'm', or
+    None where the scale is not known. `specialises` names the models of which this one is a special
+    case, the nearest first. `probability` is how often the model was right on rendered things where
+    it gave this degree; None where its text was never calibrated, and of scenes that are known from
+    their surface: the rendered things were found in pictures.
+    """
+
+    model: str
+    thing: str
+    state: State
+    degree: float
+    degree_at_most: float
+    parts: tuple[Part, ...]
+    sizes: tuple[Size, ...]
+    conditions: tuple[Condition, ...]
+    also: int = 0
+    length_unit: str | None = None
+    specialises: tuple[str, ...] = ()
+    probability: float | None = field(default=None, compare=False)
+
+    @property
+    def angles(self) -> tuple[Comparison, ...]:
+        """The angles that the proof rests on, degrees, each once."""
+        found = (c for line in self.conditions for c in line.proof.comparisons())
+        return tuple(dict.fromkeys(c for c in found if c.kind == "deg"))
+
+    def conditions_that(self, state: State) -> tuple[Condition, ...]:
+        """The conditions of this state, in the order of the file."""
+        return tuple(c for c in self.conditions if c.proof.state is state)
+
+    @property
+    def summary(self) -> str:
+        """One line: what it is, or why it is not, or what is missing."""
+        return summary(self)
+
+    def lines(self, *, full: bool = False) -> Iterator[str]:
+        """The verdict and why, a line for each condition; `full` with the whole proof of each."""
+        return verdict_lines(self, full=full)
+
+    def miss_lines(self) -> Iterator[str]:
+        """What keeps this assignment from holding, first what the least change would mend."""
+        return miss_lines(self)
+
+    def to_json(self, *, full: bool = False) -> dict[str, Any]:
+        """The verdict as plain data, with `full` the whole proof of each condition."""
+        return {
+            "model": self.model,
+            "thing": self.thing,
+            "state": self.state.value,
+            "degree": self.degree,
+            "degree_at_most": self.degree_at_most,
+            "specialises": list(self.specialises),
+            "probability": self.probability,
+            "summary": self.summary,
+            "parts": {part.role: list(part.faces) for part in self.parts},
+            "sizes": {s.name: {"value": s.value, "sd": s.sd} for s in self.sizes},
+            "length_unit": self.length_unit,
+            "angles": [{"of": a.measure, "deg": a.value, "sd": a.sd} for a in self.angles],
+            "also": self.also,
+            "shortfalls": [
+                {"label": c.label, "of": miss.measure, "kind": miss.kind, **short.to_json()}
+                for c in self.conditions
+                for miss in c.proof.shortfalls()
+                if (short := miss.shortfall) is not None
+            ],
+            "conditions": [c.to_json(self.length_unit, full=full) for c in self.conditions],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Recognition:
+    """All verdicts on a scene: one for each thing and model."""
+
+    scene: str
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def best(self) -> tuple[Verdict, ...]:
+        """What holds, the most probable first; of one thing what is special before what it is.
+
+        By the probabilities if all have one, else by the degrees.
+        """
+        holding = [v for v in self.verdicts if v.state is State.HOLDS]
+        counted = all(v.probability is not None for v in holding)
+
+        def sure(verdict: Verdict) -> float:
+            return (verdict.probability or 0.0) if counted else verdict.degree
+
+        degrees = {(v.thing, v.model): sure(v) for v in holding}
+
+        def standing(verdict: Verdict) -> tuple[float, int, float]:
+            # As probable as what it is a special case of, and before that.
+            general = [(verdict.thing, model) for model in verdict.specialises]
+            held = [degrees[key] for key in general if key in degrees]
+            return -max((sure(verdict), *held)), -len(held), -verdict.degree
+
+        return tuple(sorted(holding, key=standing))
+
+    @property
+    def models(self) -> frozenset[str]:
+        """Names of the models that hold somewhere in the scene."""
+        return frozenset(v.model for v in self.best)
+
+    def __bool__(self) -> bool:
+        return bool(self.best)
+
+    def lines(self, *, full: bool = False) -> Iterator[str]:
+        """What holds and why, then a line for all that does not; `full` with the whole proofs."""
+        for verdict in self.best:
+            yield from verdict.lines(full=full)
+        for verdict in self.verdicts:
+            if verdict.state is not State.HOLDS:
+                yield verdict.summary if full else summary_line(verdict)
+        if not self.verdicts:
+            yield "nothing was found that a model could be asked about"
+
+    def to_json(self, *, full: bool = False) -> dict[str, Any]:
+        """The recognition as plain data, with the schema's name; `full` with the whole proofs."""
+        return {
+            "schema": SCHEMA,
+            "scene": self.scene,
+            "recognised": [{"thing": v.thing, "model": v.model} for v in self.best],
+            "verdicts": [v.to_json(full=full) for v in self.verdicts],
+        }

@@ -1,0 +1,210 @@
+"""A verdict as a reader wants it: what it is, and for each condition the reason in one line.
+
+No line is longer than `WIDTH`: what would be is written without what a reader misses least.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from facetlog.kb.explaining.amounts import deviation, measured, suiting
+from facetlog.kb.explaining.margins import margin
+from facetlog.kb.explaining.proof import MARKS, State
+from facetlog.kb.explaining.reasons import reason
+from facetlog.kb.explaining.trace import trace
+from facetlog.kb.explaining.wording import listed, runs, with_article
+
+if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Condition, Part, Verdict
+
+__all__ = ["WIDTH", "miss_lines", "summary", "summary_line", "verdict_lines"]
+
+WIDTH = 100
+"""Characters of a line, except where the author's own words are longer."""
+
+# A degree that is written as 100 % says nothing that the verdict does not.
+CERTAIN = 0.995
+
+
+def summary(verdict: "Verdict") -> str:
+    """One sentence: what it is, or why it is not, or what is missing."""
+    return _summaries(verdict)[0]
+
+
+def summary_line(verdict: "Verdict") -> str:
+    """The same on a line."""
+    return _fitting(_summaries(verdict))
+
+
+def _summaries(verdict: "Verdict") -> tuple[str, ...]:
+    """It with all that belongs to it first, then with less and less."""
+    one = with_article(verdict.model)
+    if not verdict.thing:
+        return (f"nothing was found that could be {one}",)
+    if verdict.state is State.HOLDS:
+        which = listed(tuple(map(with_article, verdict.specialises)))
+        general = f", which is {which}" if verdict.specialises else ""
+        said, sure = f"{verdict.thing} is {one}", f"({verdict.degree:.0%})"
+        return f"{said}{general} {sure}", f"{said} {sure}"
+    if verdict.state is State.UNKNOWN:
+        head = f"{verdict.thing}: {verdict.model} is unknown: "
+        return tuple(f"{head}{why}" for group in _reasons(verdict) for why in group)
+    holding = len(verdict.conditions_that(State.HOLDS))
+    head = f"{verdict.thing} is no {verdict.model}: "
+    counts = f" ({holding} of {len(verdict.conditions)} conditions hold)"
+    return tuple(
+        f"{head}{why}{end}" for group in _reasons(verdict) for end in (counts, "") for why in group
+    )
+
+
+def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
+    """Why a verdict does not hold: groups of texts from the longest to the shortest.
+
+    Of what a group leaves out the count of conditions that hold is the first.
+    """
+    parts = [part for part in verdict.parts if not part.is_group]
+    unseen = [part.role for part in parts if not part.faces]
+    if not parts:
+        return (("no face of it was measured",),)
+    if verdict.state is State.UNKNOWN and len(unseen) == len(parts):
+        roles = " or ".join(unseen)
+        return (f"no face was measured that could be its {roles}",), ("no part was measured",)
+    if verdict.state is State.UNKNOWN and unseen:
+        seen = len(parts) - len(unseen)
+        return ((f"only {seen} of the {len(parts)} faces that it needs were measured",),)
+    line = next(c for c in verdict.conditions if c.proof.state is verdict.state)
+    open_or_not = "it is open whether" if verdict.state is State.UNKNOWN else "it is not so that"
+    head = f"{open_or_not} {line.said}"
+    texts = _reason_texts(line, verdict.length_unit)
+    return (
+        tuple(f"{head}: {text}" for text in texts),
+        (head,),
+        tuple(f"{line.label}: {text}" for text in texts),
+        (line.label,),
+    )
+
+
+def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
+    """The verdict as text: parts, sizes and conditions, with `full` the whole proof of each.
+
+    Conditions that hold because they are not asked of such a thing are counted. Where the verdict
+    does not hold, all that hold are.
+    """
+    yield summary(verdict) if full else summary_line(verdict)
+    if verdict.parts:
+        yield from _parts(verdict, full=full)
+    if verdict.sizes:
+        yield _sizes(verdict)
+    if full:
+        for line in verdict.conditions:
+            said = f"{line.label}: {line.said} ({line.proof.low:.0%}){line.origin}"
+            yield f"  {MARKS[line.proof.state]} {said}"
+            for step in trace(line.proof, verdict.length_unit):
+                yield f"      {step}"
+    elif verdict.state is State.HOLDS:
+        reasons = [(c, found) for c in verdict.conditions if (found := reason(c.proof)) is not None]
+        for line, found in reasons:
+            yield _condition(line, found.texts(verdict.length_unit))
+        unsaid = len(verdict.conditions) - len(reasons)
+        if unsaid:
+            more = " more" if reasons else ""
+            yield f"  + {unsaid}{more} condition{'s hold' if unsaid > 1 else ' holds'}"
+    else:
+        yield from _missing(verdict)
+
+
+def miss_lines(verdict: "Verdict") -> Iterator[str]:
+    """What keeps this assignment from holding: one head line, then only what fails or is open.
+
+    For example 't1 is no table with top = f3: 1 of 8 conditions fails'.
+    """
+    counts = {state: len(verdict.conditions_that(state)) for state in State}
+    fails, unknown = counts[State.FAILS], counts[State.UNKNOWN]
+    said = []
+    if fails:
+        said.append(f"{fails} of {len(verdict.conditions)} conditions fail{'s' * (fails == 1)}")
+    if unknown:
+        said.append(f"{unknown} cannot be told")
+    known = "is no" if fails else "may be a" if unknown else "is a"
+    end = f": {', '.join(said) or 'all hold'}"
+    head = f"{verdict.thing} {known} {verdict.model}"
+    named = tuple(f"{head} with {parts}{end}" for parts in _named(verdict.parts, ", "))
+    yield _fitting((*named, f"{head}{end}"))
+    yield from _missing(verdict)
+
+
+def _missing(verdict: "Verdict") -> Iterator[str]:
+    """What fails, then what is open, first what the least change would turn; then what holds."""
+    for state in (State.FAILS, State.UNKNOWN):
+        lines = verdict.conditions_that(state)
+        for line in sorted(lines, key=lambda line: _mending(verdict, line)):
+            yield _condition(line, _reason_texts(line, verdict.length_unit))
+    labels = [c.label for c in verdict.conditions_that(State.HOLDS)]
+    if labels:
+        count = f"  + {len(labels)} condition{'s hold' if len(labels) > 1 else ' holds'}"
+        yield _fitting((f"  + holds: {', '.join(labels)}", count))
+
+
+def _mending(verdict: "Verdict", line: "Condition") -> tuple[bool, tuple[bool, float, float]]:
+    """Sorts conditions by the least change of one value that would turn them, if one would."""
+    found = margin(replace(verdict, conditions=(line,)))
+    return (True, (False, 0.0, 0.0)) if found is None else (False, found.nearness)
+
+
+def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
+    """What the condition asks and the reason for its state, as far as there is room."""
+    head = f"  {MARKS[line.proof.state]} {line.label}"
+    asks = "" if line.said == line.label else f": {line.said}"
+    sure = line.proof.low >= CERTAIN or line.proof.state is not State.HOLDS
+    degree = "" if sure else f" ({line.proof.low:.0%})"
+    place = f" [{line.place}]" if line.place else ""
+    whole = [f"{head}{asks}{degree} – {text}" for text in texts]
+    short = [f"{head}{degree} – {text}" for text in texts]
+    return _fitting((f"{whole[0]}{place}", *whole, *short, f"{head}{degree}"))
+
+
+def _reason_texts(line: "Condition", length_unit: str | None) -> tuple[str, ...]:
+    found = reason(line.proof)
+    return ("it is not asked of such a thing",) if found is None else found.texts(length_unit)
+
+
+def _parts(verdict: "Verdict", *, full: bool) -> Iterator[str]:
+    named = [f"  parts: {parts}" for parts in _named(verdict.parts, "; ")]
+    yield named[0] if full else _fitting(named)
+
+
+def _named(parts: Iterable["Part"], between: str) -> tuple[str, ...]:
+    """Parts with their faces, from the longest text to the shortest.
+
+    First each face, then those that follow one another as one, then their number, then no parts
+    that are groups.
+    """
+    parts = tuple(parts)
+    if not parts:
+        return ("no part",)
+    many = [p for p in parts if len(p.faces) > 1]
+    ranges = {p: f"{p.role} = {runs(p.faces, ', ')}" for p in many}
+    counts = {p: f"{p.role} = {len(p.faces)} faces" for p in many}
+    forms = tuple(between.join(form.get(p, str(p)) for p in parts) for form in ({}, ranges, counts))
+    single = [str(part) for part in parts if not part.is_group]
+    return (*forms, between.join(single)) if single else forms
+
+
+def _sizes(verdict: "Verdict") -> str:
+    """The sizes, each in a unit of its own, in which its deviation can be read as well."""
+    whole, bare = [], []
+    for size in verdict.sizes:
+        unit = suiting(verdict.length_unit or "", size.value, size.sd)
+        value, sd = unit.of(size.value), size.sd / unit.size
+        number, spread = measured(value, sd), deviation(value, sd)
+        name = f" {unit.name}" if unit.name else ""
+        whole.append(f"{size.name} {number}{f' ± {spread}' if spread else ''}{name}")
+        bare.append(f"{size.name} {number}{name}")
+    scale = "" if verdict.length_unit else " (units of the scene)"
+    return _fitting(f"  sizes: {', '.join(sizes)}{scale}" for sizes in (whole, bare))
+
+
+def _fitting(texts: Iterable[str]) -> str:
+    """The first text that fits on a line; of none the shortest."""
+    found = tuple(texts)
+    return next((text for text in found if len(text) <= WIDTH), min(found, key=len))

@@ -1,0 +1,259 @@
+"""Relations and causes in words, for readers who do not program."""
+
+import re
+from collections.abc import Sequence
+
+from facetlog.kb.engine.terms import Atom, Struct, Term, Var
+from facetlog.perception.facts.fact_schema import FACT_SCHEMA
+
+__all__ = [
+    "HOW_SEEN",
+    "UNSEEN",
+    "cause_words",
+    "listed",
+    "readable",
+    "relation_words",
+    "runs",
+    "unknown_words",
+    "with_article",
+]
+
+UNSEEN = "unseen"
+"""What rules write for a part of which no face was measured."""
+HOW_SEEN = frozenset({"whole", "scanned"})
+"""Relations that say how a thing was seen, not what it is."""
+
+# What is so, what is not so, what is not known. {0} is the first argument, {1} the second, {all}
+# every one.
+_RELATIONS: dict[str, tuple[str, str, str]] = {
+    "measured": (
+        "{0} was measured",
+        "{0} was not measured, only completed from its neighbours",
+        "it is not known whether {0} was measured",
+    ),
+    "adjoins": (
+        "{all} share an edge",
+        "{all} share no edge",
+        "it is not known whether {all} share an edge",
+    ),
+    "coplanar": (
+        "{all} lie in one plane",
+        "{all} do not lie in one plane",
+        "it is not known whether {all} lie in one plane",
+    ),
+    "opposite": (
+        "{all} face away from each other",
+        "{all} do not face away from each other",
+        "it is not known whether {all} face away from each other",
+    ),
+    "convex": (
+        "{all} bulge outwards where they meet",
+        "{all} are hollow where they meet",
+        "it is not known whether {all} bulge outwards where they meet",
+    ),
+    "concave": (
+        "{all} are hollow where they meet",
+        "{all} bulge outwards where they meet",
+        "it is not known whether {all} are hollow where they meet",
+    ),
+    "upward": ("{0} faces up", "{0} does not face up", "it is not known whether {0} faces up"),
+    "downward": (
+        "{0} faces down",
+        "{0} does not face down",
+        "it is not known whether {0} faces down",
+    ),
+    "share_corner": (
+        "{all} meet at one corner",
+        "{all} do not meet at one corner",
+        "it is not known whether {all} meet at one corner",
+    ),
+    "bounds": (
+        "{0} is a side of {1}",
+        "{0} is no side of {1}",
+        "it is not known whether {0} is a side of {1}",
+    ),
+    "touches": (
+        "{all} touch",
+        "{all} do not touch",
+        "it is not known whether {all} touch",
+    ),
+    "on_ground": (
+        "{0} stands on the ground",
+        "{0} does not reach the ground",
+        "it is not known whether {0} stands on the ground",
+    ),
+    "at_rim": (
+        "{0} stands at the rim of {1}",
+        "{0} does not stand at the rim of {1}",
+        "it is not known whether {0} stands at the rim of {1}",
+    ),
+    "whole": (
+        "{0} is known from all sides",
+        "{0} is not known from all sides",
+        "it is not known whether {0} is known from all sides",
+    ),
+    "scanned": (
+        "{0} was scanned from some sides",
+        "{0} was not scanned from some sides",
+        "it is not known whether {0} was scanned from some sides",
+    ),
+}
+
+_CAUSES = {
+    "unseen": "a face that it needs was not seen",
+    "up": "which way is up was not given",
+    "scale": "the scale was not given",
+    "sides": "its surface is not known from all sides",
+}
+
+# More groups than this are not named one by one.
+COUNTED_NAMED = 8
+
+_ABSENT = {kind.functor: kind.absent for kind in FACT_SCHEMA if kind.absent}
+# Words whose absence is that of a fact of another name.
+_SAME_AS = {
+    "convex": "dihedral",
+    "concave": "dihedral",
+    "shared_length": "adjoins",
+    "height": "top_of",
+}
+
+
+def unknown_words(measure: Term, cause: str) -> str:
+    """That a measure is not known; of an unseen face there is no more to say.
+
+    >>> unknown_words(Struct("tilt", (Atom("f1"),)), "up")
+    'tilt(f1) is not known'
+    """
+    return "not known" if cause == UNSEEN else f"{readable(measure)} is not known"
+
+
+def relation_words(relation: Term, truth: str, cause: str = "none") -> str:
+    """A relation that is true, false or unknown, as a clause.
+
+    >>> relation_words(Struct("adjoins", (Atom("f1"), Atom("f2"))), "false")
+    'f1 and f2 share no edge'
+    """
+    if cause == UNSEEN:
+        return unknown_words(relation, cause)
+    match relation:
+        case Struct(name, args) if name in _RELATIONS:
+            faces = _names(args)
+            true, false, unknown = _RELATIONS[name]
+            form = {"true": true, "false": false}.get(truth, unknown)
+            # A list of faces may be empty.
+            return form.format(*faces, *("nothing",) * 2, all=listed(faces))
+    text = readable(relation)
+    return {"true": text, "false": f"not {text}"}.get(truth, f"{text} is not known")
+
+
+def cause_words(cause: str, about: Term) -> str:
+    """Why a measure or relation is not known, or an empty text.
+
+    >>> cause_words("unstated", Struct("dihedral", (Atom("f1"), Atom("f2"))))[:19]
+    'they do not adjoin,'
+    """
+    if cause in _CAUSES:
+        return _CAUSES[cause]
+    if cause == "none" or not isinstance(about, Struct):
+        return ""
+    absent = _ABSENT.get(_SAME_AS.get(about.functor, about.functor), "no picture tells")
+    # Were up the cause, it would have been given as such.
+    return absent.removeprefix("up is not known, or ")
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names joined as in a sentence.
+
+    >>> listed(("f1", "f2", "f3")), listed(())
+    ('f1, f2 and f3', 'nothing')
+    """
+    if len(names) < 2:
+        return names[0] if names else "nothing"
+    return f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+def with_article(noun: str) -> str:
+    """A model's name with its article.
+
+    >>> with_article("table"), with_article("armchair")
+    ('a table', 'an armchair')
+    """
+    return f"{'an' if noun[:1] in 'aeiou' else 'a'} {noun}"
+
+
+def _names(terms: Sequence[Term]) -> tuple[str, ...]:
+    found: list[str] = []
+    for term in terms:
+        match term:
+            case tuple():
+                found.extend(_names(term))
+            case _:
+                found.append(readable(term))
+    return tuple(found)
+
+
+def readable(term: Term) -> str:
+    """The term as a person writes it; what is counted is named as long as that can be read.
+
+    >>> readable(Struct("at_least", (Struct("share", (Atom("f1"),)), 0.8)))
+    'at_least(share(f1), 0.8)'
+    >>> readable(Struct("count", (((Atom("f9"), Atom("f10")), (Atom("f3"),)),)))
+    'count of f9–f10 and f3'
+    """
+    match term:
+        case Struct("+" | "-" | "*" | "/" as operator, (left, right)):
+            return f"{_operand(left)}{operator}{_operand(right)}"
+        case Struct("-", (inside,)):
+            return f"-{_operand(inside)}"
+        case Struct("count", (tuple(counted),)):
+            return f"count of {_counted(counted)}"
+        case Struct(functor, args):
+            return f"{functor}({', '.join(map(readable, args))})"
+        case ():
+            return "none"
+        case tuple():
+            return ", ".join(
+                "+".join(map(readable, item))
+                if isinstance(item, tuple) and item
+                else readable(item)
+                for item in term
+            )
+        case Var():
+            return "any"
+        case Atom(name):
+            return name
+        case _:
+            return str(term)
+
+
+def _counted(items: Sequence[Term]) -> str:
+    if len(items) > COUNTED_NAMED:
+        return f"{len(items)} groups"
+    return listed(tuple(runs(_names((item,))) for item in items))
+
+
+def runs(names: Sequence[str], between: str = "+") -> str:
+    """Names in order, those that follow one another as one.
+
+    >>> runs(("f9", "f2", "f8", "f10"))
+    'f2+f8–f10'
+    """
+    split = (re.fullmatch(r"(.*?)(\d*)", name) for name in names)
+    keys = sorted((m[1], int(m[2] or -1), m[0]) for m in split if m is not None)
+    found: list[list[tuple[str, int, str]]] = []
+    for key in keys:
+        if found and found[-1][-1][:2] == (key[0], key[1] - 1):
+            found[-1].append(key)
+        else:
+            found.append([key])
+    return between.join(r[0][2] if len(r) == 1 else f"{r[0][2]}–{r[-1][2]}" for r in found)
+
+
+def _operand(term: Term) -> str:
+    # Inside another operation a sum needs its brackets.
+    match term:
+        case Struct("+" | "-", (_, _)):
+            return f"({readable(term)})"
+        case _:
+            return readable(term)

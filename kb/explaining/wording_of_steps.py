@@ -1,0 +1,83 @@
+"""Steps of a proof that count groups or ask another model, in words."""
+
+from dataclasses import dataclass
+
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.wording import with_article
+
+__all__ = ["Tally", "model_cause", "model_words"]
+
+_MODEL_CAUSES = {
+    "unseen": "the thing was not seen",
+    "unstated": "the scene has no such thing",
+    "cycle": "that model is itself being judged for this thing",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """How many groups are wanted (at least or at most `count`), how many hold and how many may.
+
+    `deciding` is the member of a group that decides, or empty.
+    """
+
+    at_least: bool
+    count: int
+    holding: int
+    undecided: int
+    deciding: str
+
+    def brief(self) -> str:
+        """The numbers alone.
+
+        >>> Tally(True, 3, 4, 0, "f7").brief()
+        '4 hold, 0 may, f7 decides'
+        """
+        decides = f", {self.deciding} decides" if self.deciding else ""
+        return f"{self.holding} hold, {self.undecided} may{decides}"
+
+    def words(self) -> str:
+        """The numbers in a sentence.
+
+        >>> Tally(True, 3, 2, 1, "f7").words()
+        'it is so of 2, at least 3 are wanted, but there may be more; f7 comes next'
+        >>> Tally(False, 1, 2, 0, "f9").words()
+        'it is so of 2, at most 1 is wanted; f9 is one too many'
+        """
+        bound = "at least" if self.at_least else "at most"
+        more = f" and may be of {self.undecided} more" if self._is_open_above() else ""
+        wanted = f"{bound} {self.count} {'is' if self.count == 1 else 'are'} wanted"
+        return f"it is so of {self.holding}{more}, {wanted}{self._end()}"
+
+    def _is_open_above(self) -> bool:
+        some = self.holding <= self.count < self.holding + self.undecided
+        return not self.at_least and some
+
+    def _end(self) -> str:
+        if self.at_least and self.holding < self.count:
+            following = f"; {self.deciding} comes next" if self.deciding else ""
+            return f", but there may be more{following}"
+        if not self.at_least and self.holding > self.count:
+            return f"; {self.deciding} is one too many"
+        return f"; {self.deciding} decides" if self.deciding else ""
+
+
+def model_words(thing: str, model: str, state: State) -> str:
+    """What another model says of a thing, as a clause.
+
+    >>> model_words("t2", "table", State.FAILS)
+    't2 is no table'
+    """
+    one = with_article(model)
+    match state:
+        case State.HOLDS:
+            return f"{thing} is {one}"
+        case State.FAILS:
+            return f"{thing} is no {model}"
+        case State.UNKNOWN:
+            return f"it is open whether {thing} is {one}"
+
+
+def model_cause(cause: str) -> str:
+    """Why another model says nothing, or an empty text."""
+    return _MODEL_CAUSES.get(cause, "")

@@ -1,0 +1,52 @@
+"""Facts to Prolog text."""
+
+import math
+from collections.abc import Iterable, Iterator
+from functools import lru_cache
+from typing import TypeAlias
+
+from facetlog.kb.engine.terms import Atom, term_text
+
+__all__ = ["Fact", "argument_text", "fact_text", "facts_program"]
+
+Fact: TypeAlias = tuple[str | int | float, ...]
+"""A functor's name and its arguments: strings are atoms."""
+
+
+def fact_text(fact: Fact) -> str:
+    """The fact as one clause, with its full stop.
+
+    Raises TypeError for what is no fact, and ValueError for a number that is not finite.
+
+    >>> fact_text(("angle", "f1", "f2", 90.25, 1e-05))
+    "'angle'('f1','f2',90.25,1.0e-05)."
+    """
+    functor, *args = fact
+    if not isinstance(functor, str):
+        raise TypeError(f"a fact begins with the name of its functor, not {functor!r}")
+    texts = [argument_text(argument, fact) for argument in args]
+    return f"{_name(functor)}({','.join(texts)})."
+
+
+def argument_text(argument: object, fact: Fact) -> str:
+    """One argument of the fact in Prolog syntax; errors as in `fact_text`."""
+    if isinstance(argument, str):
+        return _name(argument)
+    if not isinstance(argument, int | float):
+        raise TypeError(f"{argument!r} in {fact} is neither a text nor a number")
+    if isinstance(argument, float) and not math.isfinite(argument):
+        raise ValueError(f"facts have no {argument}: {fact}")
+    return term_text(argument)
+
+
+@lru_cache(maxsize=10_000)
+def _name(text: str) -> str:
+    # The same few thousand names come again and again.
+    return term_text(Atom(text))
+
+
+def facts_program(facts: Iterable[Fact]) -> Iterator[str]:
+    """Lines of a file that `swipl` loads by itself, for `facts.pl`."""
+    yield "% Facts of one scene; docs/facts.md says what they mean."
+    yield ":- style_check(-discontiguous)."
+    yield from map(fact_text, facts)

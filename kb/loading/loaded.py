@@ -1,0 +1,57 @@
+"""What a knowledge base has loaded."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from facetlog.errors import EngineError
+from facetlog.kb.engine.terms import Atom, Struct, Term
+
+__all__ = ["LoadedScene", "RuleFile", "decode_rule_file"]
+
+
+@dataclass(frozen=True, slots=True)
+class RuleFile:
+    """A loaded file of rules: its Prolog module and the models that it defines.
+
+    `warnings` are what looks like a slip of the pen, each with file, line and column. `content` is
+    the digest of its text that calibrations go by. `files` are all that a user's file was made
+    from, itself first. `on_demand`: it may ask for facts that are made on demand.
+    """
+
+    path: Path
+    module: str
+    models: tuple[str, ...]
+    trusted: bool = False
+    warnings: tuple[str, ...] = ()
+    content: str = ""
+    files: tuple[Path, ...] = ()
+    on_demand: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedScene:
+    """A scene whose facts are in the knowledge base.
+
+    `facts` is how many there are; `length_unit` is 'm', or None where the scale is not known.
+    `surface`: its things are known from a mesh or a cloud, not from pictures.
+    """
+
+    name: str
+    module: str
+    facts: int
+    length_unit: str | None
+    surface: bool
+
+
+def decode_rule_file(
+    term: Term, path: Path, *, trusted: bool, content: str, files: tuple[Path, ...]
+) -> RuleFile:
+    """The file that Prolog has loaded; `content` is the key of its text, `files` what it is from.
+
+    Raises EngineError if the reply is something else.
+    """
+    match term:
+        case Struct("loaded", (Atom(module), tuple(models), tuple(warnings))):
+            names, said = tuple(map(str, models)), tuple(map(str, warnings))
+            return RuleFile(path, module, names, trusted, said, content, files)
+    raise EngineError(f"{path}: no rules were loaded")

@@ -1,0 +1,67 @@
+"""Facts that a scene gets only when somebody asks for them: some take as long as all others.
+
+Whether a question or a file of rules asks is seen by its text: whoever wants such a fact names it,
+or one of the vocabulary's words that rest on it. A word that stands there for nothing costs time,
+and changes no answer.
+"""
+
+import re
+import threading
+from collections.abc import Callable, Iterable
+from typing import TypeAlias
+
+from facetlog.kb.loading.encode import Fact
+from facetlog.perception.facts.fact_schema import ON_DEMAND
+
+__all__ = ["FactMaker", "PromisedFacts", "asks_on_demand"]
+
+FactMaker: TypeAlias = Callable[[], Iterable[Fact]]
+"""Works out the facts on demand of one scene."""
+
+# The vocabulary's words that ask for facts on demand (rules/line_labels.pl).
+RESTING_WORDS = ("line_label", "impossible_drawing")
+_NAMED = re.compile(rf"\b(?:{'|'.join(sorted((*ON_DEMAND, *RESTING_WORDS)))})\b")
+
+
+def asks_on_demand(text: str) -> bool:
+    """Whether a question, or the text of rules, may ask for a fact that is made on demand.
+
+    >>> asks_on_demand("line_label(view1, E, concave)"), asks_on_demand("face(F)")
+    (True, False)
+    """
+    return _NAMED.search(text) is not None
+
+
+class PromisedFacts:
+    """What the scenes of a knowledge base, by their modules, can still be asked for.
+
+    `load` adds facts to a module; `always` says whether any question may need them, as it may
+    where a model does. A scene keeps its promise where making or loading fails.
+    """
+
+    def __init__(
+        self, load: Callable[[str, Iterable[Fact]], object], always: Callable[[], bool]
+    ) -> None:
+        self._load, self._always = load, always
+        self._makers: dict[str, FactMaker] = {}
+        self._lock = threading.RLock()
+
+    def promise(self, module: str, make: FactMaker | None) -> None:
+        """The scene of that module has these facts, if anyone should ask."""
+        if make is not None:
+            self._makers[module] = make
+
+    def forget(self, module: str) -> None:
+        """The scene is gone."""
+        self._makers.pop(module, None)
+
+    def keep(self, text: str, modules: Iterable[str]) -> None:
+        """Makes and loads what was promised of these modules, once, if the question asks for it."""
+        if not self._makers or not (self._always() or asks_on_demand(text)):
+            return
+        with self._lock:
+            for module in modules:
+                make = self._makers.get(module)
+                if make is not None:
+                    self._load(module, make())
+                    self.forget(module)

@@ -1,0 +1,124 @@
+"""The rule files that a knowledge base has loaded: the built-in ones and the users'."""
+
+import re
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+from threading import RLock
+from types import MappingProxyType
+
+from facetlog.errors import RuleSyntaxError
+from facetlog.kb.calibration import content_key
+from facetlog.kb.engine.door import Door, ask
+from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
+from facetlog.kb.loading.loaded import RuleFile, decode_rule_file
+from facetlog.kb.loading.promised_facts import asks_on_demand
+from facetlog.kb.loading.rule_source import RuleSource, rule_sources
+from facetlog.kb.loading.rule_text import rule_text
+
+__all__ = ["RuleFiles"]
+
+
+def _told(message: str, source: RuleSource) -> str:
+    """What is wrong with compiled text, told of the files that it was made from."""
+    place = re.compile(rf"^{re.escape(str(source.path))}:(\d+):\d+", re.MULTILINE)
+    return place.sub(lambda found: source.place(int(found[1])), message)
+
+
+class RuleFiles:
+    """The rule files of the knowledge base of that name; `lock` is held while they change."""
+
+    def __init__(self, base: str, door: Door, lock: RLock) -> None:
+        self._base, self._door, self._lock = base, door, lock
+        self._numbers = count(1)
+        self._builtin: list[RuleFile] = []
+        self._users: dict[Path, RuleFile] = {}
+
+    @property
+    def modules(self) -> tuple[str, ...]:
+        """The Prolog modules of the users' files."""
+        return tuple(rules.module for rules in self._users.values())
+
+    @property
+    def on_demand(self) -> bool:
+        """Whether a user's file may ask for facts that are made on demand."""
+        return any(rules.on_demand for rules in self._users.values())
+
+    @property
+    def by_model(self) -> Mapping[str, RuleFile]:
+        """Each model and the file that defines it; the one loaded last wins."""
+        files = (*self._builtin, *self._users.values())
+        return MappingProxyType({model: rules for rules in files for model in rules.models})
+
+    def load_builtin(self, path: Path) -> None:
+        """Loads a file that belongs to facetlog."""
+        source, name = RuleSource(path, rule_text(path), ()), Atom(str(path))
+        rules = self._read("load_builtin", name, source, trusted=True, state=self._base)
+        self._name_models(rules, state=self._base)
+        self._builtin.append(rules)
+
+    def load(self, path: Path, *, trusted: bool) -> RuleFile:
+        """Loads a user's file, before it those that it needs: see KnowledgeBase.load_rules."""
+        with ExitStack() as undo:
+            for source in rule_sources(path, present=self._users):
+                loaded = self._load(source, trusted=trusted)
+                undo.callback(self.unload, loaded)
+            undo.pop_all()
+        return loaded
+
+    def _load(self, source: RuleSource, *, trusted: bool) -> RuleFile:
+        path, trusted = source.path, trusted and not source.is_compiled
+        operation = "load_trusted_rules" if trusted else "load_rules"
+        module = f"{self._base}:rules{next(self._numbers)}"
+        rules = Struct("rules", (Atom(module), Atom(str(path)), source.text))
+        loaded = self._read(operation, rules, source, trusted=trusted, state=module)
+        with self._lock:
+            before = self._users.get(path)
+            others = [rules for rules in self._users.values() if rules is not before]
+            twice = [(m, o.path) for o in others for m in o.models if m in loaded.models]
+            if not twice:
+                self._users.pop(path, None)
+                self._users[path] = loaded
+                self._name_models(loaded, state=loaded.module)
+        if twice:
+            self._drop(loaded)
+            model, other = twice[0]
+            raise RuleSyntaxError(f"{path}: the model {model} is already defined in {other}")
+        if before is not None:
+            self._drop(before)
+        return loaded
+
+    def unload(self, rules: RuleFile) -> None:
+        """Forgets a user's file."""
+        with self._lock:
+            if self._users.get(rules.path) is rules:
+                del self._users[rules.path]
+        self._drop(rules)
+
+    def _read(
+        self, operation: str, rules: Term, source: RuleSource, *, trusted: bool, state: str
+    ) -> RuleFile:
+        try:
+            loaded = ask(self._door, operation, term_text(rules), state=state)
+        except RuleSyntaxError as error:
+            if not source.is_compiled:
+                raise
+            raise RuleSyntaxError(_told(str(error), source)) from None
+        key = content_key(source.text)
+        rules_file = decode_rule_file(
+            loaded, source.path, trusted=trusted, content=key, files=source.files
+        )
+        return replace(rules_file, on_demand=asks_on_demand(source.text))
+
+    def _name_models(self, rules: RuleFile, *, state: str) -> None:
+        models = tuple(map(Atom, rules.models))
+        named = Struct("named", (Atom(self._base), models, Atom(rules.module)))
+        ask(self._door, "name_models", term_text(named), state=state)
+
+    def _drop(self, rules: RuleFile) -> None:
+        module = Atom(rules.module)
+        named = Struct("named", (Atom(self._base), module))
+        ask(self._door, "unname_models", term_text(named))
+        self._door.when_quiet("drop_rules", term_text(module), state=rules.module)

@@ -1,0 +1,96 @@
+"""Rule files and model files as the Prolog that is loaded."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from facetlog.errors import RuleSyntaxError
+from facetlog.kb.loading.rule_text import rule_text
+
+if TYPE_CHECKING:
+    from facetlog.grammar.compile import Program
+
+# The language takes a tenth of a second to load: who has no models of his own does without.
+
+__all__ = ["MODEL_SUFFIX", "RULE_SUFFIXES", "RuleSource", "holds_words_alone", "rule_sources"]
+
+MODEL_SUFFIX = ".model"
+"""Of files in the model language; all others are Prolog."""
+
+RULE_SUFFIXES = (MODEL_SUFFIX, ".pl")
+
+
+# What compiled clauses and the words beside them are headed by.
+_MADE_FROM = re.compile(r"% (\S+\.model:\d+|(\S+\.pl)$)")
+
+
+@dataclass(frozen=True, slots=True)
+class RuleSource:
+    """The Prolog of a file, and all files that it was made from, itself first."""
+
+    path: Path
+    text: str
+    files: tuple[Path, ...]
+
+    def place(self, line: int) -> str:
+        """The file and line that a line of the text, from 1, was made from."""
+        made, name, since = str(self.path), "", 0
+        for number, written in enumerate(self.text.splitlines()[:line], 1):
+            found = _MADE_FROM.match(written)
+            if found is not None:
+                made, name, since = found[1], found[2] or "", number
+        return f"{name}:{line - since}" if name else made
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether it was written in the model language."""
+        return self.path.suffix == MODEL_SUFFIX
+
+
+def holds_words_alone(path: Path) -> bool:
+    """Whether a Prolog file declares words for the models of other files, and no model itself."""
+    if path.suffix == MODEL_SUFFIX:
+        return False
+    from facetlog.grammar.own_words import own_words
+    from facetlog.grammar.source import Source
+
+    try:
+        own = own_words(Source(str(path), rule_text(path)))
+    except RuleSyntaxError:
+        return False  # loading it says why
+    return bool(own.words) and not own.models
+
+
+def rule_sources(path: Path, *, present: Iterable[Path] = ()) -> tuple[RuleSource, ...]:
+    """The file, last, after the model files whose models it asks about, and those that they ask.
+
+    Of these others, files that are `present` are left out with what they need.
+    Raises RuleSyntaxError, with all its faults, for a file that cannot be read or has any.
+    """
+    if path.suffix != MODEL_SUFFIX:
+        return (RuleSource(path, rule_text(path), (path,)),)
+    source, program = _compiled(path)
+    seen = {path.resolve(), *(known.resolve() for known in present)}
+    found = [source]
+    waiting = list(program.needs)
+    while waiting:
+        needed = waiting.pop()
+        if needed.resolve() not in seen:
+            seen.add(needed.resolve())
+            source, program = _compiled(needed)
+            found.append(source)
+            waiting.extend(program.needs)
+    return tuple(reversed(found))
+
+
+def _compiled(path: Path) -> tuple[RuleSource, "Program"]:
+    from facetlog.grammar.analysis import analyse
+    from facetlog.grammar.compile import compiled
+
+    analysis = analyse(path)
+    program = compiled(analysis)
+    library = analysis.library
+    files = tuple(dict.fromkeys((path, *library.files, *library.words)))
+    return RuleSource(path, program.prolog, files), program
