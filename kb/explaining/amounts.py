@@ -1,9 +1,21 @@
 """Numbers as a reader wants them: as many digits as mean something, in a unit that suits them."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-__all__ = ["Unit", "amount", "deviation", "measured", "sd_count", "suiting", "with_unit"]
+__all__ = [
+    "PERCENT",
+    "Unit",
+    "amount",
+    "beside",
+    "deviation",
+    "length_words",
+    "measured",
+    "sd_count",
+    "suiting",
+    "with_unit",
+]
 
 # More standard deviations than this say no more than this: the distribution's tails are not known.
 MOST_SDS = 1000.0
@@ -39,6 +51,8 @@ class Unit:
         return self.name == "°"
 
 
+PERCENT = Unit("%", 1e-2)
+"""The unit of shares."""
 _UNSCALED = Unit("")
 _UNITS = {
     "m": (Unit("m"), Unit("cm", 1e-2), Unit("mm", 1e-3)),
@@ -81,6 +95,18 @@ def amount(value: float) -> str:
     return _plain(value) if "e-0" in text and abs(value) >= 10**-DIGITS else text
 
 
+def beside(value: float, *others: float) -> str:
+    """The number with no more digits behind the point than the largest of all has, of four.
+
+    >>> beside(0.009072, 76.16), beside(0.254, 0.1), beside(12.0, 3.0)
+    ('0.01', '0.254', '12')
+    """
+    largest = max((abs(size) for size in (value, *others) if math.isfinite(size)), default=0.0)
+    if not math.isfinite(value) or largest == 0:
+        return amount(value)
+    return amount(round(value, 3 - math.floor(math.log10(largest))) + 0.0)
+
+
 def measured(value: float, sd: float) -> str:
     """The number with no more digits than its deviation is written with, and no more than four.
 
@@ -114,6 +140,28 @@ def _plain(value: float) -> str:
     """A small number without an exponent, with two digits at least."""
     text = f"{value:.{1 - math.floor(math.log10(abs(value)))}f}"
     return text.rstrip("0")
+
+
+def length_words(values: Sequence[float], sd: float, si_unit: str, *, sign: str = ", ") -> str:
+    """Lengths that stand together, with one deviation, in the unit that suits them.
+
+    >>> length_words((0.254,), 6.8e-05, "m"), length_words((0.2541, 0.1524), 0, "m", sign=" × ")
+    ('254.0 ± 0.068 mm', '25.41 × 15.24 cm')
+    >>> length_words((0.7362, 1.486), 5e-05, "m")
+    '(736.20, 1486.00) ± 0.05 mm'
+    """
+    unit = suiting(si_unit, *values, sd)
+    scaled, spread = [unit.of(value) for value in values], sd / unit.size
+    largest = max(map(abs, scaled), default=0.0)
+    said = deviation(largest, spread)
+    if not said:
+        return with_unit(sign.join(beside(value, largest) for value in scaled), unit.name)
+    if len(scaled) == 1:
+        return f"{measured(scaled[0], spread)} ± {with_unit(said, unit.name)}"
+    # A place may be far from the origin, and be known to a fraction of that.
+    digits = len(said.partition(".")[2])
+    numbers = sign.join(f"{value:.{digits}f}" for value in scaled)
+    return f"({numbers}) ± {with_unit(said, unit.name)}"
 
 
 def sd_count(sds: float) -> str:

@@ -16,6 +16,7 @@ from facetlog.kb.explaining.origin import (
     ViewOrigin,
 )
 from facetlog.kb.explaining.wording import readable
+from facetlog.perception.facts.fact_schema import Value
 
 __all__ = ["decode_origin"]
 
@@ -36,7 +37,15 @@ def decode_origin(term: Term) -> Origin:
         case Struct("view", (Atom(name), (picture,), tuple(vertices))):
             return ViewOrigin(name, readable(picture), tuple(map(readable, vertices)))
         case Struct("facts", (tuple(facts), tuple(origins))):
-            return FactOrigin(tuple(map(readable, facts)), tuple(map(decode_origin, origins)))
+            return FactOrigin(tuple(map(_fact, facts)), tuple(map(decode_origin, origins)))
+    raise _unreadable(term)
+
+
+def _fact(term: Term) -> tuple[str, tuple[Value, ...]]:
+    match term:
+        case Struct(name, args):
+            numbers = (int, float)
+            return name, tuple(a if isinstance(a, numbers) else readable(a) for a in args)
     raise _unreadable(term)
 
 

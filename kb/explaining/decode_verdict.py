@@ -1,5 +1,6 @@
 """Prolog's verdicts, verdict/10 of judge.pl, as Verdict."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from facetlog.errors import EngineError
@@ -72,8 +73,8 @@ def _part(term: Term) -> Part:
 
 def _size(term: Term) -> Size:
     match term:
-        case Struct("size", (Atom(name), int() | float() as value, int() | float() as sd)):
-            return Size(name, float(value), float(sd))
+        case Struct("size", (Atom(name), measure, int() | float() as value, int() | float() as sd)):
+            return Size(name, float(value), float(sd), readable(measure))
     raise _unreadable(term)
 
 
@@ -113,7 +114,7 @@ def _proof(term: Term) -> Proof:
 def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
     match test, detail:
         case (
-            Struct("fading", (Struct(_, (measure, *_)), _)) | Struct(_, (measure, *_)),
+            Struct("fading", (Struct(_, (measure, *limits)), _)) | Struct(_, (measure, *limits)),
             Struct(
                 "compared" | "uncertain",
                 (int() | float() as value, int() | float() as sd, kind, within, margin),
@@ -126,6 +127,7 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
                 readable(kind),
                 _within(within),
                 _shortfall(margin),
+                _measured_limits(limits),
             )
         case _, Struct("missing", (measure, Atom(cause))):
             text = readable(measure)
@@ -148,6 +150,22 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
         case _, Atom(name):
             return Note(name)
     raise _unreadable(detail)
+
+
+def _measured_limits(limits: Sequence[Term]) -> tuple[str, ...]:
+    """Limits that were measured themselves, as the rules have them; none if no limit was."""
+    found = tuple("" if _is_given(limit) else readable(limit) for limit in limits)
+    return found if any(found) else ()
+
+
+def _is_given(limit: Term) -> bool:
+    match limit:
+        case Struct("metres"):
+            return True
+        case Struct("+" | "-" | "*" | "/", args):
+            return all(map(_is_given, args))
+        case _:
+            return isinstance(limit, int | float)
 
 
 def _shortfall(term: Term) -> Shortfall | None:

@@ -6,7 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from facetlog.kb.explaining.amounts import amount, sd_count, suiting, with_unit
+from facetlog.kb.explaining.amounts import PERCENT, amount, sd_count, suiting, with_unit
+from facetlog.kb.explaining.measure_words import measure_words
+from facetlog.kb.explaining.nearness import Nearness, nearness
 from facetlog.kb.explaining.proof import Comparison, Note, Proof, State
 
 if TYPE_CHECKING:
@@ -29,7 +31,8 @@ class Margin:
     """The change of one measured value, all others as they are, that makes the verdict `becomes`.
 
     `change` is signed, in the measure's unit; `sd` is the deviation of that value, or of its
-    difference from a measured limit where that is known; `unit` is empty for pure numbers.
+    difference from a measured limit where that is known; `unit` is empty for pure numbers, `kind`
+    is deg, length, ratio, ...
     """
 
     label: str
@@ -39,6 +42,7 @@ class Margin:
     sd: float
     unit: str
     becomes: State
+    kind: str = ""
 
     @property
     def sds(self) -> float | None:
@@ -46,22 +50,17 @@ class Margin:
         return abs(self.change) / self.sd if self.sd > 0 else None
 
     @property
-    def relative(self) -> float:
-        """The size of the change relative to the value, for measures of different units."""
-        return abs(self.change) / max(abs(self.value), abs(self.value + self.change), BEYOND)
-
-    @property
-    def nearness(self) -> tuple[bool, float, float]:
-        """Sorts changes from the least: in standard deviations, then those that have none."""
-        return self.sds is None, self.sds or 0.0, self.relative
+    def nearness(self) -> Nearness:
+        """Sorts changes from the least, of measures of all kinds (nearness.py)."""
+        return nearness(self.change, self.value, self.sd, self.kind)
 
     def text(self) -> str:
         """For example 'unknown if tilt(f1) were 3.2° more (5.1 sd)'."""
-        unit = suiting(self.unit, self.change)
+        unit = PERCENT if self.kind == "ratio" else suiting(self.unit, self.change)
         size = with_unit(amount(abs(unit.of(self.change))), unit.name)
         more = "more" if self.change > 0 else "less"
         sds = "" if self.sds is None else f" ({sd_count(self.sds)} sd)"
-        return f"{self.becomes} if {self.measure} were {size} {more}{sds}"
+        return f"{self.becomes} if {measure_words(self.measure)} were {size} {more}{sds}"
 
     def to_json(self) -> dict[str, Any]:
         """The margin as plain data."""
@@ -80,8 +79,7 @@ class Margin:
 def margin(verdict: "Verdict") -> Margin | None:
     """The least change that turns the verdict on these parts; None if no single one does.
 
-    Least in standard deviations; values without one come last, by their relative change. Limits
-    that were measured themselves stay where they are.
+    Least as nearness.py has it. Limits that were measured themselves stay where they are.
     """
     return min(turned(verdict), key=lambda found: found.nearness, default=None)
 
@@ -114,6 +112,7 @@ def turned(verdict: "Verdict") -> Iterator[Margin]:
                 comparison.sd if shortfall is None else shortfall.sd,
                 comparison.unit(verdict.length_unit),
                 after,
+                comparison.kind,
             )
         yield from nearest.values()
 

@@ -4,7 +4,9 @@ from collections.abc import Iterator
 from dataclasses import asdict, dataclass
 from typing import Any, TypeAlias
 
-from facetlog.kb.explaining.amounts import amount, measured, with_unit
+from facetlog.kb.explaining.amounts import length_words, measured
+from facetlog.kb.explaining.fact_words import fact_words
+from facetlog.perception.facts.fact_schema import Value
 
 __all__ = [
     "EdgeOrigin",
@@ -63,10 +65,7 @@ class VertexOrigin:
     def _place(self, length_unit: str | None) -> str:
         if self.position is None:
             return ""
-        sds = self.sd or (0.0, 0.0, 0.0)
-        place = ", ".join(measured(p, s) for p, s in zip(self.position, sds, strict=True))
-        spread = f" ± {max(sds):.2g}" if self.sd else ""
-        return f" at ({place}){with_unit(spread, length_unit or '')}"
+        return f" at {length_words(self.position, max(self.sd or (0.0,)), length_unit or '')}"
 
     def to_json(self) -> dict[str, Any]:
         """The origin as plain data."""
@@ -82,10 +81,12 @@ class Plane:
     tilt_sd_deg: float | None
     offset_sd: float | None
 
-    def __str__(self) -> str:
-        normal = ", ".join(f"{x:.3f}" for x in self.normal)
+    def text(self, length_unit: str | None) -> str:
+        """The plane, its offset in a unit that suits."""
+        normal = ", ".join(f"{x + 0.0:.3f}" for x in (round(x, 3) for x in self.normal))
         tilt = "" if self.tilt_sd_deg is None else f" ± {self.tilt_sd_deg:.2g}°"
-        return f"plane with outward normal ({normal}){tilt}, offset {amount(self.offset)}"
+        offset = length_words((self.offset,), self.offset_sd or 0.0, length_unit or "")
+        return f"plane with outward normal ({normal}){tilt}, offset {offset}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +106,7 @@ class FaceOrigin:
             said.append(f"part of {self.thing}")
         yield f"{self.name}: a face, {', '.join(said)}, with {len(self.corners)} corners"
         if self.plane is not None:
-            yield f"  {self.plane}"
+            yield f"  {self.plane.text(length_unit)}"
         for corner in self.corners:
             yield from _indented(corner.lines(full=full, length_unit=length_unit))
 
@@ -130,9 +131,8 @@ class EdgeOrigin:
         """The edge, then its ends."""
         said = [self.evidence or "of unknown evidence"]
         if self.length is not None:
-            sd = self.length_sd or 0.0
-            length = f"{measured(self.length, sd)}{f' ± {sd:.2g}' if sd > 0 else ''}"
-            said.append(f"{with_unit(length, length_unit or '')} long")
+            length = length_words((self.length,), self.length_sd or 0.0, length_unit or "")
+            said.append(f"{length} long")
         if self.support is not None:
             said.append(f"{self.support:.0%} of it found in the views")
         if self.faces:
@@ -159,8 +159,7 @@ class ThingOrigin:
         """The thing, then its faces and loose edges."""
         size = ""
         if self.size is not None:
-            sides = " × ".join(map(amount, self.size))
-            size = f", {with_unit(sides, length_unit or '')}"
+            size = f", {length_words(self.size, 0.0, length_unit or '', sign=' × ')}"
         loose = f" and {_count(len(self.edges), 'loose edge')}" if self.edges else ""
         yield f"{self.name}: a thing of {_count(len(self.faces), 'face')}{loose}{size}"
         for items, noun in ((self.faces, "face"), (self.edges, "loose edge")):
@@ -204,15 +203,15 @@ class ViewOrigin:
 
 @dataclass(frozen=True, slots=True)
 class FactOrigin:
-    """Facts of one functor, as text, and the origins of what they name."""
+    """Facts of one functor, each its name and arguments, and the origins of what they name."""
 
-    facts: tuple[str, ...]
+    facts: tuple[tuple[str, tuple[Value, ...]], ...]
     of: tuple["Origin", ...]
 
     def lines(self, *, full: bool = False, length_unit: str | None = None) -> Iterator[str]:
         """The facts, then what they name."""
         shown = len(self.facts) if full else SHOWN
-        yield from self.facts[:shown]
+        yield from (fact_words(*fact, length_unit) for fact in self.facts[:shown])
         yield from _rest(len(self.facts) - shown, "fact")
         named = len(self.of) if full else SHOWN
         for origin in self.of[:named]:
@@ -223,7 +222,7 @@ class FactOrigin:
         """The origin as plain data."""
         return {
             "kind": "facts",
-            "facts": list(self.facts),
+            "facts": [f"{name}({', '.join(map(str, args))})" for name, args in self.facts],
             "of": [origin.to_json() for origin in self.of],
         }
 

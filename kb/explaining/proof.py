@@ -10,14 +10,18 @@ from enum import StrEnum
 from typing import Any
 
 from facetlog.kb.explaining.amounts import (
+    PERCENT,
     Unit,
     amount,
+    beside,
     deviation,
     measured,
     sd_count,
     suiting,
     with_unit,
 )
+from facetlog.kb.explaining.measure_words import limit_words, measure_words
+from facetlog.kb.explaining.nearness import Nearness, nearness
 
 __all__ = ["MARKS", "Comparison", "Note", "Proof", "Shortfall", "Side", "State", "Within"]
 
@@ -113,7 +117,11 @@ class Shortfall:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """A measured value and the region that it was tested against; kind is deg, length, ..."""
+    """A measured value and the region that it was tested against; kind is deg, length, ...
+
+    `limits` are those of the region as the rules have them where they were measured themselves
+    ('0.75*width(f1)'), else empty; there are none where no limit was.
+    """
 
     measure: str
     value: float
@@ -121,6 +129,7 @@ class Comparison:
     kind: str
     within: Within
     shortfall: Shortfall | None = None
+    limits: tuple[str, ...] = ()
 
     def unit(self, length_unit: str | None) -> str:
         """The unit of the value as it is kept; empty for pure numbers."""
@@ -136,20 +145,38 @@ class Comparison:
 
     def written_in(self, length_unit: str | None) -> Unit:
         """The unit in which value, deviation, limits and what is missing are all written."""
+        if self.kind == "ratio":
+            return PERCENT
         missing = () if self.shortfall is None else (self.shortfall.amount,)
         limits = (*self.within.limits, self.within.fading)
         return suiting(self.unit(length_unit), self.value, self.sd, *limits, *missing)
 
     def text(self, length_unit: str | None, *, with_sd: bool = True) -> str:
         """For example 'angle(f1, f2) = 90.3° ± 0.4°'."""
-        unit = self.written_in(length_unit)
+        unit, measure = self.written_in(length_unit), measure_words(self.measure)
         value, sd = unit.of(self.value), self.sd / unit.size
         number, spread = measured(value, sd), deviation(value, sd)
+        if not spread:
+            number = beside(value, *map(unit.of, self.within.limits))
         if not spread or not with_sd:
-            return f"{self.measure} = {with_unit(number, unit.name)}"
+            return f"{measure} = {with_unit(number, unit.name)}"
         # A degree sign belongs to each number, a unit that is a word to both.
         number = with_unit(number, unit.name if unit.is_degree else "")
-        return f"{self.measure} = {number} ± {with_unit(spread, unit.name)}"
+        return f"{measure} = {number} ± {with_unit(spread, unit.name)}"
+
+    @property
+    def nearness(self) -> Nearness:
+        """How near the value is to the nearest edge of its region; 0 where it has none."""
+        changes = [edge - self.value for edge in self.within.edges if math.isfinite(edge)]
+        change = min(changes, key=abs, default=0.0)
+        sd = self.sd if self.shortfall is None else self.shortfall.sd
+        return nearness(change, self.value, sd, self.kind)
+
+    def _broken_limit(self) -> str:
+        """What the limit is that the value misses, if it was measured itself; else empty."""
+        if self.shortfall is None or self.within.sort == "near" or not self.limits:
+            return ""
+        return limit_words(self.limits[0 if self.shortfall.side is Side.BELOW else -1])
 
     def sentence(self, state: State, length_unit: str | None) -> str:
         """The value, the region, and by how much it misses."""
@@ -172,13 +199,17 @@ class Comparison:
             sds = "" if self.shortfall.sds is None else f", {sd_count(self.shortfall.sds)} sd"
             miss = self.shortfall.text(unit)
             so_far = " so far, but there may be more" if state is State.UNKNOWN else ""
-            needs = f"needs {region}"
+            needs, limit = f"needs {region}", self._broken_limit()
+            told = f"{needs} ({limit}): {miss}"
+            whole = (f"{text}, {told}{sds}{so_far}", f"{text}, {told}{so_far}", f"{bare}, {told}")
             return (
+                *(whole if limit else ()),
                 f"{text}, {needs}: {miss}{sds}{so_far}",
                 f"{bare}, {needs}: {miss}{sds}{so_far}",
                 f"{bare}, {needs}: {miss}{so_far}",
                 f"{bare}, {needs}{so_far}",
-                f"{self.measure} is {miss}{so_far}",
+                f"{measure_words(self.measure)} is {miss}{so_far}",
+                f"{miss}{so_far}",
             )
         if state is State.UNKNOWN:
             uncertain = "too uncertain to say whether it is"
@@ -287,7 +318,7 @@ class Proof:
                 "nothing was found",
             )
         if self.name == "any" and not self.children:
-            return "there is nothing to choose from", "there is none"
+            return "nothing was found that could be it", "there is none"
         words = self.detail.words or _JOINED.get(self.detail.name, self.test)
         if self.name == "counted":
             # What comes next or decides, and whether there may be more, stand behind.

@@ -1,15 +1,15 @@
 """Why a condition holds or not in one step: what a reader needs of a proof, and no more.
 
-Of steps that are all needed the one nearest to its limit stands for the others, for it would be the
-first to give way; of alternatives one is enough.
+Of steps that are all needed the one nearest to its limit (nearness.py) stands for the others: of
+what holds it would be the first to give way, of what does not the first to be mended. Of
+alternatives one is enough.
 """
 
-import math
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from facetlog.kb.explaining.nearness import Nearness
 from facetlog.kb.explaining.proof import Comparison, Proof, State
 from facetlog.kb.explaining.wording import HOW_SEEN
 
@@ -59,7 +59,7 @@ def reason(proof: Proof) -> Reason | None:
     different: dict[object, _Step] = {}
     for step in steps:
         different.setdefault(_meaning(step.proof), step)
-    first, *_ = sorted(different.values(), key=lambda s: _nearness(s.proof)) if holds else steps
+    first = min(different.values(), key=lambda step: _nearness(step.proof))
     return Reason(first.proof, holds, first.is_wanted, len(different) - 1)
 
 
@@ -84,10 +84,11 @@ def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple
         case "all" | "short" if proof.state is State.HOLDS:
             return tuple(step for child in same for step in of(child))
         case "all" | "short" if same:
-            # One that fails is enough. Beneath a `not` the least to be said is; else the author's
-            # order decides.
+            # One that fails is enough beneath a `not`; else all have to be mended.
             found = tuple(map(of, same))
-            return min(found, key=len) if holds else found[0]
+            return (
+                min(found, key=len) if holds else tuple(step for steps in found for step in steps)
+            )
         case "any" if proof.state is State.HOLDS:
             asked = () if any(map(_is_exempt, same)) else tuple(of(c, beside=True) for c in same)
             return min(filter(None, asked), key=len, default=())
@@ -150,15 +151,8 @@ def _meaning(proof: Proof) -> object:
     return words, proof.state
 
 
-def _nearness(proof: Proof) -> tuple[bool, bool, float]:
+def _nearness(proof: Proof) -> tuple[bool, Nearness]:
     """Sorts steps from the one that is nearest to its limit; those without one come last."""
-    if not isinstance(proof.detail, Comparison):
-        return True, True, 0.0
-    value, sd = proof.detail.value, proof.detail.sd
-    distance = _least(abs(value - edge) for edge in proof.detail.within.edges)
-    return False, sd <= 0, distance / (sd if sd > 0 else max(abs(value), distance) or 1.0)
-
-
-def _least(distances: Iterable[float]) -> float:
-    """The least that is finite; 0 of none."""
-    return min(filter(math.isfinite, distances), default=0.0)
+    if isinstance(proof.detail, Comparison):
+        return False, proof.detail.nearness
+    return True, (True, 0.0)

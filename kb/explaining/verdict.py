@@ -30,11 +30,15 @@ class Part:
 
 @dataclass(frozen=True, slots=True)
 class Size:
-    """A length of the thing with its standard deviation, metres or units of the scene."""
+    """A length of the thing with its standard deviation, metres or units of the scene.
+
+    `measure` is what was measured, as 'elevation(f1)'.
+    """
 
     name: str
     value: float
     sd: float
+    measure: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +143,9 @@ class Verdict:
             "probability": self.probability,
             "summary": self.summary,
             "parts": {part.role: list(part.faces) for part in self.parts},
-            "sizes": {s.name: {"value": s.value, "sd": s.sd} for s in self.sizes},
+            "sizes": {
+                s.name: {"value": s.value, "sd": s.sd, "measure": s.measure} for s in self.sizes
+            },
             "length_unit": self.length_unit,
             "angles": [{"of": a.measure, "deg": a.value, "sd": a.sd} for a in self.angles],
             "also": self.also,

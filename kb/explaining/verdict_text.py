@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING
 
 from facetlog.kb.explaining.amounts import deviation, measured, suiting
 from facetlog.kb.explaining.margins import margin
-from facetlog.kb.explaining.proof import MARKS, State
+from facetlog.kb.explaining.measure_words import height_words, with_roles
+from facetlog.kb.explaining.nearness import Nearness
+from facetlog.kb.explaining.proof import MARKS, Comparison, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.trace import trace
 from facetlog.kb.explaining.wording import listed, runs, with_article
@@ -47,41 +49,43 @@ def _summaries(verdict: "Verdict") -> tuple[str, ...]:
         said, sure = f"{verdict.thing} is {one}", f"({verdict.degree:.0%})"
         return f"{said}{general} {sure}", f"{said} {sure}"
     if verdict.state is State.UNKNOWN:
-        head = f"{verdict.thing}: {verdict.model} is unknown: "
+        head = f"{verdict.thing}: {verdict.model} is unknown"
         return tuple(f"{head}{why}" for group in _reasons(verdict) for why in group)
     holding = len(verdict.conditions_that(State.HOLDS))
-    head = f"{verdict.thing} is no {verdict.model}: "
+    head = f"{verdict.thing} is no {verdict.model}"
     counts = f" ({holding} of {len(verdict.conditions)} conditions hold)"
     return tuple(
-        f"{head}{why}{end}" for group in _reasons(verdict) for end in (counts, "") for why in group
+        f"{head}{why}{end}" for group in _reasons(verdict) for why in group for end in (counts, "")
     )
 
 
 def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
     """Why a verdict does not hold: groups of texts from the longest to the shortest.
 
-    Of what a group leaves out the count of conditions that hold is the first.
+    It is the condition that the least change would turn, and by how much: the number is the last
+    to be left out.
     """
     parts = [part for part in verdict.parts if not part.is_group]
     unseen = [part.role for part in parts if not part.faces]
     if not parts:
-        return (("no face of it was measured",),)
+        return ((": no face of it was measured",),)
     if verdict.state is State.UNKNOWN and len(unseen) == len(parts):
         roles = " or ".join(unseen)
-        return (f"no face was measured that could be its {roles}",), ("no part was measured",)
+        return (f": no face was measured that could be its {roles}",), (": no part was measured",)
     if verdict.state is State.UNKNOWN and unseen:
         seen = len(parts) - len(unseen)
-        return ((f"only {seen} of the {len(parts)} faces that it needs were measured",),)
-    line = next(c for c in verdict.conditions if c.proof.state is verdict.state)
-    open_or_not = "it is open whether" if verdict.state is State.UNKNOWN else "it is not so that"
-    head = f"{open_or_not} {line.said}"
-    texts = _reason_texts(line, verdict.length_unit)
-    return (
-        tuple(f"{head}: {text}" for text in texts),
-        (head,),
-        tuple(f"{line.label}: {text}" for text in texts),
-        (line.label,),
-    )
+        return ((f": only {seen} of the {len(parts)} faces that it needs were measured",),)
+    line, *_ = _by_change(verdict, verdict.state)
+    known = "; open: " if verdict.state is State.UNKNOWN else "; fails: "
+    played = {part.faces[0]: part.role for part in parts if part.faces}
+    texts = tuple(with_roles(text, played) for text in _reason_texts(line, verdict.length_unit))
+    whole = tuple(f"{known}{line.said} – {text}" for text in texts)
+    labelled = tuple(f"{known}{line.label} – {text}" for text in texts)
+    said = (f"{known}{line.said}",)
+    found = reason(line.proof)
+    is_measured = found is not None and isinstance(found.step.detail, Comparison)
+    shorter = (labelled, said) if is_measured else (said, labelled)
+    return (whole, *shorter, (f"{known}{line.label}",))
 
 
 def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
@@ -94,7 +98,7 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
     if verdict.parts:
         yield from _parts(verdict, full=full)
     if verdict.sizes:
-        yield _sizes(verdict)
+        yield from _sizes(verdict)
     if full:
         for line in verdict.conditions:
             said = f"{line.label}: {line.said} ({line.proof.low:.0%}){line.origin}"
@@ -136,19 +140,34 @@ def miss_lines(verdict: "Verdict") -> Iterator[str]:
 def _missing(verdict: "Verdict") -> Iterator[str]:
     """What fails, then what is open, first what the least change would turn; then what holds."""
     for state in (State.FAILS, State.UNKNOWN):
-        lines = verdict.conditions_that(state)
-        for line in sorted(lines, key=lambda line: _mending(verdict, line)):
-            yield _condition(line, _reason_texts(line, verdict.length_unit))
+        for line in _by_change(verdict, state):
+            texts = _reason_texts(line, verdict.length_unit)
+            asked, in_one = _condition(line, ()), _condition(line, texts[:1])
+            if line.said in in_one and texts[0] in in_one:
+                yield in_one
+            else:
+                yield asked
+                yield _fitting(f"      {text}" for text in texts)
     labels = [c.label for c in verdict.conditions_that(State.HOLDS)]
     if labels:
         count = f"  + {len(labels)} condition{'s hold' if len(labels) > 1 else ' holds'}"
         yield _fitting((f"  + holds: {', '.join(labels)}", count))
 
 
-def _mending(verdict: "Verdict", line: "Condition") -> tuple[bool, tuple[bool, float, float]]:
-    """Sorts conditions by the least change of one value that would turn them, if one would."""
-    found = margin(replace(verdict, conditions=(line,)))
-    return (True, (False, 0.0, 0.0)) if found is None else (False, found.nearness)
+def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":
+    """The conditions of this state, first those that the least change would turn.
+
+    That of one value that turns the whole verdict, which several conditions may ask, comes before
+    all others; conditions that no one value turns come last.
+    """
+    whole = margin(verdict) if state is verdict.state else None
+
+    def mending(line: "Condition") -> tuple[bool, bool, Nearness]:
+        found = margin(replace(verdict, conditions=(line,)))
+        decides = whole is not None and whole.label == line.label
+        return (not decides, found is None, (False, 0.0) if found is None else found.nearness)
+
+    return sorted(verdict.conditions_that(state), key=mending)
 
 
 def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
@@ -158,7 +177,7 @@ def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
     sure = line.proof.low >= CERTAIN or line.proof.state is not State.HOLDS
     degree = "" if sure else f" ({line.proof.low:.0%})"
     place = f" [{line.place}]" if line.place else ""
-    whole = [f"{head}{asks}{degree} – {text}" for text in texts]
+    whole = [f"{head}{asks}{degree} – {text}" for text in texts] or [f"{head}{asks}{degree}"]
     short = [f"{head}{degree} – {text}" for text in texts]
     return _fitting((f"{whole[0]}{place}", *whole, *short, f"{head}{degree}"))
 
@@ -190,18 +209,29 @@ def _named(parts: Iterable["Part"], between: str) -> tuple[str, ...]:
     return (*forms, between.join(single)) if single else forms
 
 
-def _sizes(verdict: "Verdict") -> str:
-    """The sizes, each in a unit of its own, in which its deviation can be read as well."""
-    whole, bare = [], []
+def _sizes(verdict: "Verdict") -> Iterator[str]:
+    """The sizes, each in a unit of its own, in which its deviation can be read as well.
+
+    Of heights, of which a thing has several, it is said what they are the height of.
+    """
+    said = []
     for size in verdict.sizes:
         unit = suiting(verdict.length_unit or "", size.value, size.sd)
         value, sd = unit.of(size.value), size.sd / unit.size
         number, spread = measured(value, sd), deviation(value, sd)
         name = f" {unit.name}" if unit.name else ""
-        whole.append(f"{size.name} {number}{f' ± {spread}' if spread else ''}{name}")
-        bare.append(f"{size.name} {number}{name}")
-    scale = "" if verdict.length_unit else " (units of the scene)"
-    return _fitting(f"  sizes: {', '.join(sizes)}{scale}" for sizes in (whole, bare))
+        which = f" ({words})" if (words := height_words(size.measure)) else ""
+        said.append(f"{size.name} {number}{f' ± {spread}' if spread else ''}{name}{which}")
+    if not verdict.length_unit:
+        said[-1] += " (units of the scene)"
+    line = f"  sizes: {said[0]}"
+    for text in said[1:]:
+        if len(line) + len(f", {text},") > WIDTH:
+            yield f"{line},"
+            line = f"{' ' * len('  sizes:')} {text}"
+        else:
+            line += f", {text}"
+    yield line
 
 
 def _fitting(texts: Iterable[str]) -> str:

@@ -30,10 +30,11 @@ class FoundRecord(_Record):
 
 
 class SizeRecord(_Record):
-    """A size with its standard deviation, in `length_unit`."""
+    """A size with its standard deviation, in `length_unit`; `measure` is what was measured."""
 
     value: FiniteFloat
     sd: NotNegative
+    measure: str
 
 
 class AngleRecord(_Record):

@@ -52,27 +52,30 @@ def _verdict(*proofs: Proof) -> Verdict:
     return Verdict("m", "t1", state, 0, 1, (), (), conditions, length_unit="m")
 
 
-def test_the_nearest_value_in_standard_deviations_is_told() -> None:
-    near = _compared("width(f1)", 0.5, Within("at_least", (0.4,)), sd=0.02)
+def test_what_an_error_of_measurement_may_turn_is_nearest() -> None:
+    near = _compared("width(f1)", 0.5, Within("at_least", (0.4,)), sd=0.05)
     far = _compared("length(f1)", 0.5, Within("at_most", (0.55,)), sd=0.001)
     found = margin(_verdict(far, near))
     assert found is not None
     assert (found.label, found.measure, found.becomes) == ("line1", "width(f1)", FAILS)
     assert found.change == pytest.approx(-0.1)
-    assert found.sds == pytest.approx(5)
-    assert found.text() == "fails if width(f1) were 10 cm less (5.0 sd)"
+    assert found.sds == pytest.approx(2)
+    assert found.text() == "fails if width(f1) were 10 cm less (2.0 sd)"
 
 
-def test_a_value_without_deviation_comes_last() -> None:
+def test_beyond_errors_of_measurement_the_smallest_part_of_a_value_is_nearest() -> None:
     exact = _compared("share(f1)", 0.81, Within("at_least", (0.8,)), kind="ratio", sd=0.0)
-    measured = _compared("width(f1)", 5.0, Within("at_least", (1.0,)), sd=0.1)
-    found = margin(_verdict(exact, measured))
+    sharp = _compared("width(f1)", 5.0, Within("at_least", (4.9,)), sd=0.001)
+    blurred = _compared("length(f1)", 5.0, Within("at_least", (1.0,)), sd=1.0)
+    leaning = _compared("tilt(f1)", 1.0, Within("at_most", (2.0,)), kind="deg", sd=0.0)
+    found = margin(_verdict(exact, sharp, blurred))
     assert found is not None
-    assert found.measure == "width(f1)"
-    alone = margin(_verdict(exact))
-    assert alone is not None
-    assert alone.sds is None
-    assert alone.text() == "fails if share(f1) were 0.01 less"
+    assert found.measure == "share(f1)"
+    assert found.sds is None
+    assert found.text() == "fails if share(f1) were 1 % less"
+    found = margin(_verdict(blurred, sharp, leaning))
+    assert found is not None
+    assert found.measure == "tilt(f1)"  # a ninetieth of a right angle, though twice what it is
 
 
 @pytest.mark.parametrize(

@@ -50,7 +50,7 @@ def test_long_lists_are_shortened_unless_all_is_wanted(facts: list[Fact]) -> Non
         vertex = ask.origin("v5")
     assert isinstance(vertex, VertexOrigin)
     short = list(vertex.lines(length_unit="m"))
-    assert short[0] == "v5 (front_right_top) at (0.254, 0, 0.152) ± 0.003 m"
+    assert short[0] == "v5 (front_right_top) at (25.4, 0.0, 15.2) ± 0.3 cm"
     assert short[-1] == "  and 19 more views"
     assert len(list(vertex.lines(full=True))) == 23
 
@@ -61,7 +61,8 @@ def test_a_fact_comes_from_the_faces_that_it_names(facts: list[Fact]) -> None:
         same = ask.origin("angle(f1, f2, D, S)")
     assert isinstance(fact, FactOrigin)
     assert fact == same
-    assert fact.facts == ("angle(f1, f2, 90.0, 0.4)",)
+    assert fact.to_json()["facts"] == ["angle(f1, f2, 90.0, 0.4)"]
+    assert next(fact.lines(length_unit="m")) == "angle(f1, f2) = 90.0° ± 0.4°"
     assert [face.name for face in fact.of if isinstance(face, FaceOrigin)] == ["f1", "f2"]
 
 

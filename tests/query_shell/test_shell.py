@@ -30,10 +30,10 @@ def answer(shell: Shell, said: Said, line: str) -> str:
 
 def test_answers_are_a_table_with_units(shell: Shell, said: Said) -> None:
     assert answer(shell, said, "length(F, L, _), F @< f3.").splitlines() == [
-        "F    L (m)",
+        "F   L (cm)",
         "──  ──────",
-        "f1  0.3000",
-        "f2  0.3000",
+        "f1   30.00",
+        "f2   30.00",
     ]
 
 
@@ -379,7 +379,7 @@ def test_a_fault_while_asking_comes_after_the_answers_before_it(
 
 def test_tables_are_set_apart(shell: Shell, said: Said) -> None:
     out = answer(shell, said, "length(f1, L, _). face(f1). face(f2). face(F), F @< f2.")
-    assert out.split("\n\n") == [" L (m)\n──────\n0.3000", "yes\nyes", "F\n──\nf1\n"]
+    assert out.split("\n\n") == ["L (cm)\n──────\n 30.00", "yes\nyes", "F\n──\nf1\n"]
 
 
 def test_facts_that_were_left_out_can_be_shown(shell: Shell, said: Said) -> None:

@@ -33,7 +33,7 @@ def test_heads_have_units_and_numbers_are_rounded_by_their_deviation() -> None:
 
 
 def test_a_deviation_that_is_not_shown_rounds_nothing() -> None:
-    assert table("length(F, L, _)", "F L", [(Atom("f1"), 0.2540348)])[2] == "f1  0.2540"
+    assert table("length(F, L, _)", "F L", [(Atom("f1"), 0.2540348)])[2] == "f1   25.40"
 
 
 def test_areas_pixels_and_scenes_without_scale_have_their_units() -> None:
@@ -128,4 +128,13 @@ def test_json_tells_strings_from_atoms_and_has_no_infinities() -> None:
         {"string": "a"},
         {"float": "inf"},
         {"rational": "1/3"},
+    ]
+
+
+def test_lengths_of_a_table_share_a_unit_in_which_their_deviations_can_be_read() -> None:
+    rows = [(0.254, 7e-5, 0.0516)]
+    assert table("length(F, L, S), area(F, A, _)", "L S A", rows) == [
+        " L (mm)  S (mm)  A (cm²)",
+        "───────  ──────  ───────",
+        "254.000   0.070    516.0",
     ]

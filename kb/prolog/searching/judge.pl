@@ -15,9 +15,9 @@ A model's candidate/3 proposes faces for its parts. The best assignment is found
     verdict(Model, Thing, State, Low, High, Parts, Sizes, Conditions, Also, General)
 
 Parts is a list of Role-Face and, for sets beside the parts, group(Role, Faces); Sizes of
-size(Name, Value, Sd), Conditions of condition(Label, Reason, Place, Text, Proof), where Place and
-Text are what the author wrote where, or ''; Also counts the other assignments that hold; General
-lists the models of which this one is a special case.
+size(Name, Measure, Value, Sd), Conditions of condition(Label, Reason, Place, Text, Proof), where
+Place and Text are what the author wrote where, or ''; Also counts the other assignments that hold;
+General lists the models of which this one is a special case.
 */
 
 :- use_module(library(apply)).
@@ -151,7 +151,7 @@ prove_condition(Module, Model, (Label-Reason)-Test,
 
 sizes(Module, Model, Thing, Parts, Sizes) :-
     (   current_predicate(Module:size/5)
-    ->  findall(size(Name, V, Sd),
+    ->  findall(size(Name, Measure, V, Sd),
                 ( Module:size(Model, Thing, Parts, Name, Measure),
                   value(Measure, Module, quantity(V, Var, length)),
                   Sd is sqrt(Var) ),

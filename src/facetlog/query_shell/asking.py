@@ -12,7 +12,7 @@ from facetlog.errors import EngineError, FacetlogError, QueryError, RuleSyntaxEr
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.terms import Term
 from facetlog.query_shell.caret import place_of
-from facetlog.query_shell.meanings import Meaning, meanings
+from facetlog.query_shell.meanings import Meaning, height_notes, meanings
 from facetlog.query_shell.screen import Screen
 from facetlog.query_shell.session import Session
 from facetlog.query_shell.shown_terms import term_json
@@ -92,6 +92,8 @@ def show_answers(
             screen.say("no")
             return Outcome.NO
         rest = _count(answers) if shown == limit else _Rest(0, more=False)
+    for note in height_notes(meanings(goal)):
+        screen.remark(note)
     if rest.count:
         screen.say(f"{rest} ({ways.rows})")
     elif table.is_cut:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, Argument, ArgumentKind, FactKind
 from facetlog.query_shell.goal_text import Call, Token, TokenKind, calls
 
-__all__ = ["FACTS", "Meaning", "length_unit", "meanings", "unit"]
+__all__ = ["FACTS", "Meaning", "height_notes", "length_unit", "meanings", "unit"]
 
 FACTS: Mapping[tuple[str, int], FactKind] = {(k.functor, k.arity): k for k in FACT_SCHEMA}
 
@@ -17,13 +17,23 @@ FACTS: Mapping[tuple[str, int], FactKind] = {(k.functor, k.arity): k for k in FA
 _MEASURE = ("measure", 4)
 
 
+# Values that a reader takes for the height of the same thing, and that differ: fact and argument.
+_HEIGHTS = frozenset(
+    (functor, "H") for functor in ("elevation", "top_of", "bottom_of", "thing_size")
+)
+
+
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """What a variable stands for; `sd` is the variable with its standard deviation, if any."""
+    """What a variable stands for; `sd` is the variable with its standard deviation, if any.
+
+    `height` is the fact whose height it is, of which there are several.
+    """
 
     kind: ArgumentKind
     sd: str | None = None
     is_sd: bool = False
+    height: str = ""
 
 
 def meanings(goal: str) -> dict[str, Meaning]:
@@ -55,13 +65,16 @@ def _of_call(call: Call) -> Iterator[tuple[str, Meaning]]:
         for i, (argument, name) in enumerate(zip(kind.arguments, names, strict=True)):
             if name is not None:
                 sd = names[sds[i]] if i in sds else None
-                yield name, Meaning(argument.kind, sd, i in deviating)
+                height = call.functor if (call.functor, argument.name) in _HEIGHTS else ""
+                yield name, Meaning(argument.kind, sd, i in deviating, height)
     elif (call.functor, len(names)) == _MEASURE:
         measured = _measured(call.arguments[0])
         value, sd = names[1], names[2]
         if measured is not None:
             if value is not None:
-                yield value, Meaning(measured, sd)
+                named = call.arguments[0][0].functor or ""
+                height = named if (named, "H") in _HEIGHTS else ""
+                yield value, Meaning(measured, sd, height=height)
             if sd is not None:
                 yield sd, Meaning(measured, is_sd=True)
 
@@ -95,6 +108,21 @@ def _measured(measure: Sequence[Token]) -> ArgumentKind | None:
             deviating = _deviations(kind.arguments)
             return next((kind.arguments[i].kind for i in deviating), None)
     return None
+
+
+def height_notes(found: Mapping[str, Meaning]) -> tuple[str, ...]:
+    """What each of several different heights in one table is the height of; nothing of one alone.
+
+    >>> height_notes(meanings("elevation(f1, A, _), top_of(t1, B, _)"))[0]
+    "A is elevation: height of the face's middle above the lowest point of its thing"
+    >>> height_notes(meanings("elevation(f1, A, _), elevation(f2, B, _)"))
+    ()
+    """
+    named = {name: meaning.height for name, meaning in found.items() if meaning.height}
+    if len(set(named.values())) < 2:
+        return ()
+    told = {kind.functor: kind.meaning for kind in FACT_SCHEMA}
+    return tuple(f"{name} is {height}: {told[height]}" for name, height in named.items())
 
 
 def length_unit(units: Sequence[str | None]) -> str:

@@ -1,4 +1,7 @@
-"""Answers as a table: numbers aligned at their points, and rounded by their deviations."""
+"""Answers as a table: numbers aligned at their points, and rounded by their deviations.
+
+All lengths of a table are in one unit, and all areas, so that columns can be compared.
+"""
 
 import math
 from collections.abc import Collection, Mapping, Sequence
@@ -8,7 +11,7 @@ from fractions import Fraction
 from rich.cells import cell_len, set_cell_size
 
 from facetlog.kb.engine.terms import Atom, Term
-from facetlog.kb.explaining.amounts import amount, with_unit
+from facetlog.kb.explaining.amounts import Unit, amount, suiting, with_unit
 from facetlog.query_shell.meanings import Meaning, unit
 from facetlog.query_shell.shown_terms import shown, visible
 
@@ -49,30 +52,31 @@ class Table:
         width: int | None = None,
         scenes: Collection[str] = (),
     ) -> None:
-        """`length` is the unit of lengths, `width` the terminal's, None for no limit.
+        """`length` is the unit of lengths as they come, `width` the terminal's, None for no limit.
+
+        They are shown in a unit that suits those of the first block.
 
         Names of `scenes` stand without quotation marks, as in the column Scene.
         """
         self.names = tuple(names)
         self._meanings = tuple(meanings.get(name) for name in self.names)
-        self._units = tuple(unit(m.kind, length) if m else "" for m in self._meanings)
-        self._heads = tuple(
-            f"{name} ({sign})" if sign else name
-            for name, sign in zip(self.names, self._units, strict=True)
-        )
+        self._given = tuple(unit(m.kind, length) if m else "" for m in self._meanings)
+        self._units: tuple[Unit, ...] = ()
         places = {name: i for i, name in enumerate(self.names)}
         self._sds = tuple(places.get(m.sd) if m and m.sd else None for m in self._meanings)
         self._limit = width
         self._scenes = frozenset(scenes)
         self.is_cut = False
         """Whether a cell was too wide for the terminal, and ends with …"""
-        self._widths = [_cells(head) for head in self._heads]
+        self._widths = [0] * len(self.names)
 
     def block(self, rows: Sequence[Sequence[Term]]) -> list[str]:
         """The lines of some rows."""
+        rows = self._in_units(rows)
         columns = [self._column(i, rows) for i in range(len(self.names))]
         for i, column in enumerate(columns):
-            self._widths[i] = max(self._widths[i], *(_cells(text) for text in column))
+            cells = map(_cells, (self._heads[i], *column))
+            self._widths[i] = max(self._widths[i], *cells)
         self._fit()
         right = self._right(rows)
         return [self._line(texts, right) for texts in zip(*columns, strict=True)]
@@ -84,8 +88,41 @@ class Table:
 
     def values(self, row: Sequence[Term]) -> tuple[str, ...]:
         """The values of one row, each with its unit."""
-        texts = (self._column(i, [row])[0] for i in range(len(self.names)))
-        return tuple(map(with_unit, texts, self._units))
+        rows = self._in_units([row])
+        texts = (self._column(i, rows)[0] for i in range(len(self.names)))
+        return tuple(map(with_unit, texts, (unit.name for unit in self._units)))
+
+    @property
+    def _heads(self) -> tuple[str, ...]:
+        return tuple(
+            f"{name} ({unit.name})" if unit.name else name
+            for name, unit in zip(self.names, self._units, strict=True)
+        )
+
+    def _in_units(self, rows: Sequence[Sequence[Term]]) -> list[tuple[Term, ...]]:
+        """The rows with lengths and areas in the units of the table, chosen by the first rows."""
+        if not self._units:
+            of_sign = {
+                sign: suiting(
+                    sign,
+                    *(
+                        value
+                        for row in rows
+                        for value, given in zip(row, self._given, strict=True)
+                        if given == sign and isinstance(value, float)
+                    ),
+                )
+                for sign in dict.fromkeys(self._given)
+            }
+            self._units = tuple(of_sign[sign] for sign in self._given)
+        sizes = [unit.size for unit in self._units]
+        return [
+            tuple(
+                value / size if size != 1 and isinstance(value, float) else value
+                for value, size in zip(row, sizes, strict=True)
+            )
+            for row in rows
+        ]
 
     def _right(self, rows: Sequence[Sequence[Term]]) -> tuple[bool, ...]:
         return tuple(

@@ -1,0 +1,69 @@
+"""Measures as a reader names them: which height it is that was measured, and of which part."""
+
+import re
+from collections.abc import Mapping
+
+__all__ = ["height_words", "limit_words", "measure_words", "with_roles"]
+
+# Heights are above the lowest point of the thing, but for an own height.
+_HEIGHTS = {
+    "elevation": "the height of {}'s middle",
+    "top_of": "the height of {}'s highest point",
+    "thing_height": "the height of {}'s highest point",
+    "bottom_of": "the height of {}'s lowest point",
+    "height": "{}'s own height",
+}
+_HEIGHT = re.compile(rf"\b({'|'.join(_HEIGHTS)})\(([^\W\d]\w*)\)")
+_SHARE = re.compile(r"^(-?[\d.]+(?:e-?\d+)?)\*(.+)$")
+
+
+def measure_words(measure: str) -> str:
+    """The measure as it is written, but heights, of which there are several, by what they are of.
+
+    >>> measure_words("elevation(f1)"), measure_words("length(f1)")
+    ("height of f1's middle", 'length(f1)')
+    >>> measure_words("elevation(f1)-bottom_of(f2)")
+    "height of f1's middle - height of f2's lowest point"
+    """
+    words = _HEIGHT.sub(lambda m: _HEIGHTS[m[1]].format(m[2]).removeprefix("the "), measure)
+    return re.sub(r"(?<=[a-z)])([-+])(?=[a-z(])", r" \1 ", words) if words != measure else measure
+
+
+def height_words(measure: str) -> str:
+    """What a height is the height of; empty for what is none.
+
+    >>> height_words("elevation(f1)"), height_words("width(f1)")
+    ("of f1's middle", '')
+    """
+    found = _HEIGHT.fullmatch(measure)
+    words = "" if found is None else _HEIGHTS[found[1]].format(found[2])
+    return words.removeprefix("the height ") if words.startswith("the height ") else ""
+
+
+def limit_words(limit: str) -> str:
+    """A limit that was measured itself, as an author would write it.
+
+    >>> limit_words("0.75*thing_height(t1)"), limit_words("width(f2)")
+    ("75 % of the height of t1's highest point", 'width(f2)')
+    """
+    share = _SHARE.match(limit)
+    if share is None:
+        return measure_words(limit)
+    whole = _HEIGHT.sub(lambda m: _HEIGHTS[m[1]].format(m[2]), share[2])
+    return f"{100 * float(share[1]):g} % of {whole}"
+
+
+def with_roles(text: str, roles: Mapping[str, str]) -> str:
+    """The text with the parts that faces play in place of the faces' names.
+
+    >>> with_roles("height of f1's middle", {"f1": "seat"}), with_roles("fill(f1)", {"f1": "seat"})
+    ("height of the seat's middle", 'fill(seat)')
+    """
+
+    def role(match: re.Match[str]) -> str:
+        name, owns = roles[match[1]], match[2]
+        return f"the {name}{owns}" if owns and len(name) > 1 else f"{name}{owns}"
+
+    if not roles:
+        return text
+    return re.sub(rf"\b({'|'.join(map(re.escape, roles))})\b((?:'s)?)", role, text)

@@ -1,0 +1,34 @@
+"""How small a change is beside others: one order for values of all kinds and units."""
+
+__all__ = ["NOISE_SDS", "Nearness", "nearness"]
+
+NOISE_SDS = 3.0
+"""What is within so many standard deviations may be an error of measurement (docs/facts.md)."""
+
+# Angles have no size to be compared with: 0 is no less than 90.
+RIGHT_ANGLE = 90.0
+
+Nearness = tuple[bool, float]
+"""Sorts changes from the least; what an error of measurement explains comes before all else."""
+
+
+def nearness(change: float, value: float, sd: float, kind: str) -> Nearness:
+    """How small a change of a value of this kind (deg, length, ...) and standard deviation is.
+
+    A change of at most three standard deviations may be an error of measurement: such are compared
+    by their number of deviations, for they are the likelier the fewer these are. Beyond that no
+    error explains it, the thing itself would have to be another: how well it was measured says
+    nothing then, and a change is compared as a share of the value, before or after it, whichever is
+    larger, and that of an angle as a share of a right angle.
+
+    >>> near, far = nearness(0.02, 0.5, 0.01, "length"), nearness(0.02, 0.5, 0.001, "length")
+    >>> near, far, near < far
+    ((False, 2.0), (True, 0.038461538461538464), True)
+    """
+    size = abs(change)
+    if sd > 0 and size <= NOISE_SDS * sd:
+        return False, size / sd
+    if kind == "deg":
+        return True, size / RIGHT_ANGLE
+    scale = max(abs(value), abs(value + change))
+    return True, size / scale if scale > 0 else 0.0
