@@ -7,6 +7,7 @@ checked text: no text of a user is ever put into a goal.
 import sys
 import threading
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from types import MappingProxyType
@@ -32,6 +33,8 @@ from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
 from facetlog.kb.explaining.decode_origin import decode_origin
 from facetlog.kb.explaining.decode_verdict import decode_verdict, decode_verdicts
 from facetlog.kb.explaining.origin import Origin
+from facetlog.kb.explaining.sight import decode_sight
+from facetlog.kb.explaining.unseen import unseen
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
@@ -306,6 +309,7 @@ class KnowledgeBase(Closing):
         QueryError for a model, a role, a thing or a face that there is not.
         """
         verdict = self._verdict("why", scene, self._about(model, thing, parts))
+        verdict = self._with_unseen(verdict, scene)
         return verdict if parts else self._calibrated(verdict, scene)
 
     def _calibrated(self, verdict: Verdict, scene: str) -> Verdict:
@@ -313,6 +317,13 @@ class KnowledgeBase(Closing):
         if self._scene(scene).surface:
             return verdict
         return self.calibration.applied(verdict, self._model(verdict.model).content)
+
+    def _with_unseen(self, verdict: Verdict, scene: str) -> Verdict:
+        """The verdict, where something was not seen with why, and from where it could be."""
+        if not verdict.is_unseen:
+            return verdict
+        sight = decode_sight(self._explained("sight", scene, (Atom(verdict.thing),)))
+        return replace(verdict, unseen=unseen(sight, verdict.thing, verdict.length_unit))
 
     def _verdict(self, operation: str, scene: str, about: tuple[Term, ...]) -> Verdict:
         answer = self._explained(operation, scene, about)
@@ -332,8 +343,9 @@ class KnowledgeBase(Closing):
         Arguments and errors as for `why`.
         """
         about = (*self._about(model, thing, parts), int(count))
-        verdicts = self._explained("why_not", scene, about)
-        return decode_verdicts(verdicts, length_unit=self._scene(scene).length_unit)
+        found = self._explained("why_not", scene, about)
+        verdicts = decode_verdicts(found, length_unit=self._scene(scene).length_unit)
+        return tuple(self._with_unseen(verdict, scene) for verdict in verdicts)
 
     def origin(self, scene: str, about: str) -> Origin:
         """Where a face, edge, vertex, thing, view or fact comes from, down to views and pixels.

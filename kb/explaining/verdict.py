@@ -6,6 +6,7 @@ from typing import Any
 
 from facetlog.kb.explaining.proof import Comparison, Proof, State
 from facetlog.kb.explaining.reasons import reason
+from facetlog.kb.explaining.unseen import Unseen
 from facetlog.kb.explaining.verdict_text import miss_lines, summary, summary_line, verdict_lines
 
 __all__ = ["Condition", "Part", "Recognition", "Size", "Verdict"]
@@ -92,7 +93,8 @@ class Verdict:
     None where the scale is not known. `specialises` names the models of which this one is a special
     case, the nearest first. `probability` is how often the model was right on rendered things where
     it gave this degree; None where its text was never calibrated, and of scenes that are known from
-    their surface: the rendered things were found in pictures.
+    their surface: the rendered things were found in pictures. `unseen` says why parts may have been
+    missed and from where they could be seen, if someone asked why it does not hold.
     """
 
     model: str
@@ -107,12 +109,20 @@ class Verdict:
     length_unit: str | None = None
     specialises: tuple[str, ...] = ()
     probability: float | None = field(default=None, compare=False)
+    unseen: tuple[Unseen, ...] = field(default=(), compare=False)
 
     @property
     def angles(self) -> tuple[Comparison, ...]:
         """The angles that the proof rests on, degrees, each once."""
         found = (c for line in self.conditions for c in line.proof.comparisons())
         return tuple(dict.fromkeys(c for c in found if c.kind == "deg"))
+
+    @property
+    def is_unseen(self) -> bool:
+        """Whether it does not hold while a part was not seen, or a condition is open."""
+        missing = any(not part.faces and not part.is_group for part in self.parts)
+        open_ones = self.state is State.UNKNOWN or bool(self.conditions_that(State.UNKNOWN))
+        return self.state is not State.HOLDS and (missing or open_ones)
 
     def conditions_that(self, state: State) -> tuple[Condition, ...]:
         """The conditions of this state, in the order of the file."""
@@ -156,6 +166,7 @@ class Verdict:
                 if (short := miss.shortfall) is not None
             ],
             "conditions": [c.to_json(self.length_unit, full=full) for c in self.conditions],
+            **({"unseen": [found.to_json() for found in self.unseen]} if self.unseen else {}),
         }
 
 

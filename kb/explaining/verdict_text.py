@@ -7,14 +7,15 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from facetlog.kb.engine.terms import Atom
 from facetlog.kb.explaining.amounts import deviation, measured, suiting
 from facetlog.kb.explaining.margins import margin
 from facetlog.kb.explaining.measure_words import height_words, with_roles
 from facetlog.kb.explaining.nearness import Nearness
-from facetlog.kb.explaining.proof import MARKS, Comparison, State
+from facetlog.kb.explaining.proof import MARKS, Comparison, Note, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.trace import trace
-from facetlog.kb.explaining.wording import listed, runs, with_article
+from facetlog.kb.explaining.wording import UNSEEN, cause_words, listed, runs, with_article
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Condition, Part, Verdict
@@ -74,7 +75,10 @@ def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
         return (f": no face was measured that could be its {roles}",), (": no part was measured",)
     if verdict.state is State.UNKNOWN and unseen:
         seen = len(parts) - len(unseen)
-        return ((f": only {seen} of the {len(parts)} faces that it needs were measured",),)
+        if all(len(role) > 1 for role in unseen):
+            return ((f": no face was measured that could be its {' or '.join(unseen)}",),)
+        were = "was" if seen == 1 else "were"
+        return ((f": only {seen} of the {len(parts)} faces that it needs {were} measured",),)
     line, *_ = _by_change(verdict, verdict.state)
     known = "; open: " if verdict.state is State.UNKNOWN else "; fails: "
     played = {part.faces[0]: part.role for part in parts if part.faces}
@@ -140,7 +144,14 @@ def miss_lines(verdict: "Verdict") -> Iterator[str]:
 def _missing(verdict: "Verdict") -> Iterator[str]:
     """What fails, then what is open, first what the least change would turn; then what holds."""
     for state in (State.FAILS, State.UNKNOWN):
-        for line in _by_change(verdict, state):
+        lines = _by_change(verdict, state)
+        unseen = [line for line in lines if _needs_unseen(line)]
+        if len(unseen) > 1:
+            lines = [line for line in lines if line not in unseen]
+            said = "not known, because a face that they need was not seen"
+            labels = listed(tuple(line.label for line in unseen))
+            yield _fitting((f"  ? {labels}: {said}", f"  ? {len(unseen)} conditions: {said}"))
+        for line in lines:
             texts = _reason_texts(line, verdict.length_unit)
             asked, in_one = _condition(line, ()), _condition(line, texts[:1])
             if line.said in in_one and texts[0] in in_one:
@@ -148,10 +159,23 @@ def _missing(verdict: "Verdict") -> Iterator[str]:
             else:
                 yield asked
                 yield _fitting(f"      {text}" for text in texts)
+    missing = [part.role for part in verdict.parts if not part.faces and not part.is_group]
+    for nth, found in enumerate(verdict.unseen):
+        yield from found.lines(missing if nth == 0 else ())
     labels = [c.label for c in verdict.conditions_that(State.HOLDS)]
     if labels:
         count = f"  + {len(labels)} condition{'s hold' if len(labels) > 1 else ' holds'}"
         yield _fitting((f"  + holds: {', '.join(labels)}", count))
+
+
+def _needs_unseen(line: "Condition") -> bool:
+    """Whether a condition is open for nothing but that a part was not seen."""
+    found = reason(line.proof)
+    return (
+        found is not None
+        and isinstance(found.step.detail, Note)
+        and (found.step.detail.cause == cause_words(UNSEEN, Atom(UNSEEN)))
+    )
 
 
 def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":

@@ -31,6 +31,7 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(batch)).
 :- use_module(facetlog_kb(near_miss)).
 :- use_module(facetlog_kb(origin)).
+:- use_module(facetlog_kb(sight)).
 :- use_module(facetlog_kb(ask)).
 :- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(reading)).
@@ -244,6 +245,8 @@ result("close_batch", Text, true) :-
     close_batch(Batch).
 result("origin", Text, Origin) :-
     explained(Text, origin(Name), ( about(Name, About), origin(About, Origin) )).
+result("sight", Text, Sight) :-
+    explained(Text, sight(Thing), sight(Thing, Sight)).
 result("version", _, Version) :-
     current_prolog_flag(version, Version).
 result("statistics", _, [Modules, Clauses]) :-

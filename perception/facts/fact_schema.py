@@ -110,6 +110,24 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind("fill +F:face R:share Sd:share", _ONE, "area over that rectangle's"),
     _kind("coverage +F:face R:share", _ONE, "share of the face seen in at least one view"),
     _kind(
+        "viewpoint +P:symbol X:length Y:length Z:length",
+        _ONE,
+        "from where something was seen: P is a view, whose camera stood there, or `scan1` …, where "
+        "a scanner did",
+    ),
+    _kind(
+        "shows +View:view +F:face Seen:share Outside:share",
+        _MAYBE,
+        "share of the face that the view shows, and share that lies outside of its picture",
+        "the view looks at the face from behind or along it, or nobody noted what views show",
+    ),
+    _kind(
+        "hides +View:view +F:face +By:face R:share",
+        _MAYBE,
+        "share of the face F that the face By hides from the view",
+        "it hides nothing of it, or nobody noted what views show",
+    ),
+    _kind(
         "thing +T:thing", _ONE, "a connected group of faces and loose edges, judged as one object"
     ),
     _kind(

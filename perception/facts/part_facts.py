@@ -22,6 +22,7 @@ __all__ = [
     "opposite_facts",
     "plane_facts",
     "scene_facts",
+    "sight_facts",
     "size_facts",
     "spread_facts",
     "vertex_facts",
@@ -112,6 +113,23 @@ def face_facts(s: SceneMemo, rows: BlockFacts) -> None:
     rows.add("corner", scenes[face], found[face], place + 1, corner)
     coverage = [face.coverage for scene in s.scenes for face in scene.faces]
     rows.add("coverage", scenes, found, np.array(coverage, dtype=np.float64))
+
+
+def sight_facts(s: SceneMemo, rows: BlockFacts) -> None:
+    """From where something was seen, and what each view shows of each face."""
+    for nth, scene in enumerate(s.scenes):
+        places = [(f"view{i}", *pose.centre.tolist()) for i, pose in enumerate(scene.poses, 1)]
+        scans = [lines.origin.tolist() for lines in scene.sights if lines.view is None]
+        places += [(f"scan{i}", *origin) for i, origin in enumerate(scans, 1)]
+        rows.add_rows("viewpoint", nth, places)
+        shown, hidden = [], []
+        for i, face in enumerate(scene.faces, 1):
+            for sight in face.sights:
+                about = (f"view{sight.view + 1}", f"f{i}")
+                shown.append((*about, sight.seen, sight.outside))
+                hidden += [(*about, f"f{by + 1}", share) for by, share in sight.hidden]
+        rows.add_rows("shows", nth, shown)
+        rows.add_rows("hides", nth, hidden)
 
 
 def plane_facts(s: SceneMemo, rows: BlockFacts) -> None:

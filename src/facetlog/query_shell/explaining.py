@@ -149,8 +149,12 @@ def why_not(
         "model": about.model,
         "near_misses": [miss.to_json(full=full) for miss in misses],
     }
-    nothing = f"nothing in {scene} comes near {about.model} without being one"
-    return Explanation(bool(misses), lines or (nothing,), data, cut=bool(misses) and not full)
+    if not misses:
+        lines = (f"nothing in {scene} comes near {about.model} without being one",)
+        found = session.base.why(scene, about.model)
+        if not found.thing:
+            lines = tuple(found.lines())  # where there is nothing, why
+    return Explanation(bool(misses), lines, data, cut=bool(misses) and not full)
 
 
 def _miss(verdict: Verdict, *, full: bool) -> Iterator[str]:

@@ -1,0 +1,66 @@
+:- module(facetlog_sight, [ sight/2           % +Thing, -Sight
+                          ]).
+
+/** <module> From where a thing was seen
+
+What an explanation of what was not seen rests on, in the facts' own numbers.
+*/
+
+:- use_module(library(lists)).
+:- use_module(library(apply)).
+:- use_module(facetlog_kb(scene)).
+
+%!  sight(+Thing, -Sight) is det.
+%
+%   Sight is sight(Whole, Ups, Points, Places, Normals, Implied) of a thing of the current scene:
+%
+%     - Whole is true where its surface is known from all sides, else false;
+%     - Ups is a list of at most one at(X, Y, Z), the unit vector upwards;
+%     - Points are the places at(X, Y, Z) of the vertices of its faces and loose edges;
+%     - Places are from(Name, Picture, X, Y, Z, Count) of viewpoints; Count is how many of those
+%       vertices the view saw, and `unknown` where a scanner stood;
+%     - Normals are the outward normals at(X, Y, Z) of its measured faces;
+%     - Implied are implied(Face, Normal, Shown) of its other faces; Shown is a list of
+%       shows(View, Seen, Outside, Hidden), Hidden of By-Share.
+
+sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied)) :-
+    ( fact(whole(Thing)) -> Whole = true ; Whole = false ),
+    findall(at(X, Y, Z), fact(up(X, Y, Z)), Ups),
+    findall(V, vertex_of(Thing, V), Vs0),
+    sort(Vs0, Vs),
+    findall(at(X, Y, Z), ( member(V, Vs), fact(point(V, X, Y, Z)) ), Points),
+    findall(from(P, Picture, X, Y, Z, Count),
+            ( fact(viewpoint(P, X, Y, Z)), seen_from(P, Vs, Picture, Count) ),
+            Places),
+    findall(Normal, ( face_of(Thing, Face, measured), normal(Face, Normal) ), Normals),
+    findall(implied(Face, Normal, Shown),
+            ( face_of(Thing, Face, implied), normal(Face, Normal), shown(Face, Shown) ),
+            Implied).
+
+vertex_of(Thing, V) :-
+    fact(part_of(Part, Thing)),
+    (   fact(corner(Part, _, V))
+    ;   fact(edge(Part, V, _))
+    ;   fact(edge(Part, _, V))
+    ).
+
+seen_from(View, Vs, Picture, Count) :-
+    fact(view(View, Picture)),
+    !,
+    findall(V, ( member(V, Vs), fact(observed(V, View, _, _, _, _)) ), Seen),
+    length(Seen, Count).
+seen_from(Place, _, Place, unknown).
+
+face_of(Thing, Face, Evidence) :-
+    fact(part_of(Face, Thing)),
+    fact(face(Face)),
+    fact(evidence(Face, Evidence)).
+
+normal(Face, at(A, B, C)) :-
+    fact(plane(Face, A, B, C, _)).
+
+shown(Face, Shown) :-
+    findall(shows(View, Seen, Outside, Hidden),
+            ( fact(shows(View, Face, Seen, Outside)),
+              findall(By-Share, fact(hides(View, Face, By, Share)), Hidden) ),
+            Shown).
