@@ -10,11 +10,11 @@ from facetlog.perception.facts.relations import seen_along
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.row_products import along_axes, dots
 from facetlog.perception.row_table import Bools, Indices, pairs_in_rows
+from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.contacts import SideContacts
 from facetlog.perception.surfaces.convex_hulls import least_rectangles
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import Outlines
-from facetlog.perception.surfaces.things import components
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Plans", "clear_below", "overlaps"]

@@ -25,8 +25,9 @@ from facetlog.perception.facts.nearest_points import (
 )
 from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.row_table import Indices
+from facetlog.perception.surfaces.components import components
 from facetlog.perception.surfaces.face_table import FaceTable
-from facetlog.perception.surfaces.things import Thing, components
+from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.surfaces.tolerance import Tolerance
 from facetlog.perception.types import FloatArray
 
