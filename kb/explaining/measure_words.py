@@ -62,7 +62,7 @@ def with_roles(text: str, roles: Mapping[str, str]) -> str:
 
     def role(match: re.Match[str]) -> str:
         name, owns = roles[match[1]], match[2]
-        return f"the {name}{owns}" if owns and len(name) > 1 else f"{name}{owns}"
+        return f"the {name}{owns}" if owns else name
 
     if not roles:
         return text

@@ -1,7 +1,8 @@
 """What was not seen of a thing: why, as far as the scene knows, and from where it could be seen.
 
-Directions are those of the thing's middle towards whoever looks at it. Where up is known, they are
-compared in plan, and how high one looks from by itself; else the six axes stand for all.
+Where a part was not found, nobody knows where it would be; but what faces a direction from which
+no view came cannot have been seen. Directions are those from the thing's middle to whoever looks at
+it, or, where nobody noted that, those that its faces face.
 """
 
 import math
@@ -30,6 +31,8 @@ FEWEST_VIEWS = 3
 UPRIGHT = 1e-3
 # A way to go is said from this share of the distance to the thing on.
 WORTH_SAYING = 0.15
+# Digits to which directions and distances are compared.
+DIGITS = 6
 WAYS = (("to the left", "to the right"), ("further on", "back"), ("up", "down"))
 AXES = {
     "+x": (1.0, 0.0, 0.0),
@@ -47,8 +50,8 @@ Vector = NDArray[np.float64]
 class Unseen:
     """Why something of a thing may have been missed, and if known from where it could be seen.
 
-    `look` says that in the scene's words, `direction` is a unit vector from the thing, `place` is
-    in the scene's frame and unit; all may be missing.
+    `look` says that in the scene's words, empty where it is not known; `direction` is a unit vector
+    from the thing, `place` is in the scene's frame and unit, each None where it is not known.
     """
 
     why: str
@@ -59,9 +62,9 @@ class Unseen:
     def lines(self, roles: Sequence[str] = ()) -> Iterator[str]:
         """It as text, `roles` being the parts that were not seen."""
         named = f"{' and '.join(roles)} – " if roles else ""
-        yield f"  unseen: {named}{self.why}"
+        yield f"unseen: {named}{self.why}"
         if self.look:
-            yield f"      {self.look}"
+            yield f"    {self.look}"
 
     def to_json(self) -> dict[str, Any]:
         """It as plain data."""
@@ -80,7 +83,7 @@ def unseen(sight: Sight, thing: str, length_unit: str | None) -> tuple[Unseen, .
         return tuple(map(Unseen, _nothing_found(len(sight.places))))
     points = np.array(sight.points)
     about = _Thing(thing, (points.min(axis=0) + points.max(axis=0)) / 2, length_unit)
-    seers = [place for place in sight.places if place.count != 0]
+    seers = [p for p in sight.places if p.count != 0 and p.at != _point(about.middle)]
     found = list(_least_looked_at(sight, about, seers))
     found.extend(map(Unseen, _missed(sight, thing)))
     return tuple(found)
@@ -93,7 +96,7 @@ def _least_looked_at(sight: Sight, about: "_Thing", seers: Sequence[Place]) -> I
         return
     towards = np.array(steps) / np.linalg.norm(steps, axis=1)[:, None]
     for direction, off in _least_seen(towards, None if sight.up is None else np.array(sight.up)):
-        if any(math.degrees(math.acos(min(1.0, direction @ n))) < NEAR_DEG for n in sight.normals):
+        if any(direction @ n > math.cos(math.radians(NEAR_DEG)) for n in np.array(sight.normals)):
             continue  # a face that looks there was found
         if off > NEAR_DEG and seers:
             yield _beside_a_view(direction, off, sight, seers, about)
@@ -119,10 +122,9 @@ class _Thing:
 
 
 def _nothing_found(views: int) -> Iterator[str]:
+    found = f"a face is found where at least {FEWEST_VIEWS} agree on it"
     if 0 < views < FEWEST_VIEWS:
-        yield f"there {'are' if views > 1 else 'is'} too few views, {views}: a face is found " + (
-            f"where at least {FEWEST_VIEWS} agree on it"
-        )
+        yield f"there {'are' if views > 1 else 'is'} but {views} view{'s' * (views > 1)}: {found}"
     elif views:
         yield f"the {views} views agree on no face"
 
@@ -164,9 +166,9 @@ def _missed_face(face: ImpliedFace) -> str:
 
 
 def _least_seen(towards: Vector, up: Vector | None) -> Iterator[tuple[Vector, float]]:
-    """Directions that are farthest from all (n, 3) that were looked from, and by how many degrees.
+    """The directions farthest from all (n, 3) that it was seen from, and by how many degrees.
 
-    Where up is known that in plan, then up; else the farthest of the axes.
+    Where up is known the middle of the widest gap in plan, then up; else the farthest of the axes.
     """
     if up is None:
         axes = np.array(list(AXES.values()), dtype=np.float64)
@@ -180,7 +182,8 @@ def _least_seen(towards: Vector, up: Vector | None) -> Iterator[tuple[Vector, fl
         ahead, left = level[0], np.cross(up, level[0])
         turns = np.sort(np.arctan2(level @ left, level @ ahead))
         gaps = np.diff([*turns, turns[0] + 2 * math.pi])
-        middle = turns[gaps.argmax()] + gaps.max() / 2
+        widest = np.round(gaps, DIGITS).argmax()
+        middle = turns[widest] + gaps[widest] / 2
         yield math.cos(middle) * ahead + math.sin(middle) * left, math.degrees(gaps.max() / 2)
     yield up, float(_least_angles(up[None], towards)[0])
 
@@ -215,12 +218,14 @@ def _beside_a_view(
         rise = float(np.median(steps @ up / np.linalg.norm(steps, axis=1)))
         direction = math.sqrt(1 - rise**2) * direction + rise * up
     place = thing.middle + away * direction
-    nearest = min(seers, key=lambda seer: math.dist(seer.at, place))
+    # Of several as near the first, whatever their last digits.
+    nearest = min(seers, key=lambda seer: round(math.dist(seer.at, place) / away, DIGITS))
     named = nearest.name
     if nearest.picture != nearest.name:
         named = f"{nearest.name} ({nearest.picture})"
     if up is None:
-        side, move = f"the side towards {_axis_words(direction)}", f"as far away as {named}"
+        side = f"the side towards {_axis_words(direction)}"
+        move = f"from there, from as far away as {named} is"
     else:
         step = place - np.array(nearest.at)
         forward = thing.middle - np.array(nearest.at)
@@ -238,7 +243,7 @@ def _beside_a_view(
         move = f"from a place {listed(moves)} as seen from {named}"
     why = f"no view looks at {thing.name} from {side}"
     if GRAZING_DEG <= off < 90:
-        why = f"from {side}, {thing.name} is seen at {90 - off:.0f}° at most"
+        why = f"from {side}, {thing.name} is seen only at a grazing angle of {90 - off:.0f}°"
     return Unseen(why, f"look at it {move}", _point(direction), _point(place))
 
 

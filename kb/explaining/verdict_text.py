@@ -3,11 +3,11 @@
 No line is longer than `WIDTH`: what would be is written without what a reader misses least.
 """
 
+import textwrap
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from facetlog.kb.engine.terms import Atom
 from facetlog.kb.explaining.amounts import deviation, measured, suiting
 from facetlog.kb.explaining.margins import margin
 from facetlog.kb.explaining.measure_words import height_words, with_roles
@@ -15,7 +15,7 @@ from facetlog.kb.explaining.nearness import Nearness
 from facetlog.kb.explaining.proof import MARKS, Comparison, Note, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.trace import trace
-from facetlog.kb.explaining.wording import UNSEEN, cause_words, listed, runs, with_article
+from facetlog.kb.explaining.wording import CAUSES, UNSEEN, listed, runs, with_article
 
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Condition, Part, Verdict
@@ -73,7 +73,7 @@ def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
     if verdict.state is State.UNKNOWN and len(unseen) == len(parts):
         roles = " or ".join(unseen)
         return (f": no face was measured that could be its {roles}",), (": no part was measured",)
-    if verdict.state is State.UNKNOWN and unseen:
+    if unseen and any(map(_needs_unseen, verdict.conditions_that(verdict.state))):
         seen = len(parts) - len(unseen)
         if all(len(role) > 1 for role in unseen):
             return ((f": no face was measured that could be its {' or '.join(unseen)}",),)
@@ -81,7 +81,8 @@ def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
         return ((f": only {seen} of the {len(parts)} faces that it needs {were} measured",),)
     line, *_ = _by_change(verdict, verdict.state)
     known = "; open: " if verdict.state is State.UNKNOWN else "; fails: "
-    played = {part.faces[0]: part.role for part in parts if part.faces}
+    # Letters for parts that are alike say less than the names, which pictures show.
+    played = {part.faces[0]: part.role for part in parts if part.faces and len(part.role) > 1}
     texts = tuple(with_roles(text, played) for text in _reason_texts(line, verdict.length_unit))
     whole = tuple(f"{known}{line.said} – {text}" for text in texts)
     labelled = tuple(f"{known}{line.label} – {text}" for text in texts)
@@ -109,6 +110,7 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
             yield f"  {MARKS[line.proof.state]} {said}"
             for step in trace(line.proof, verdict.length_unit):
                 yield f"      {step}"
+        yield from _unseen(verdict)
     elif verdict.state is State.HOLDS:
         reasons = [(c, found) for c in verdict.conditions if (found := reason(c.proof)) is not None]
         for line, found in reasons:
@@ -149,33 +151,45 @@ def _missing(verdict: "Verdict") -> Iterator[str]:
         if len(unseen) > 1:
             lines = [line for line in lines if line not in unseen]
             said = "not known, because a face that they need was not seen"
-            labels = listed(tuple(line.label for line in unseen))
-            yield _fitting((f"  ? {labels}: {said}", f"  ? {len(unseen)} conditions: {said}"))
+            yield from _wrapped(f"  ? {listed([line.label for line in unseen])}: {said}")
         for line in lines:
-            texts = _reason_texts(line, verdict.length_unit)
-            asked, in_one = _condition(line, ()), _condition(line, texts[:1])
-            if line.said in in_one and texts[0] in in_one:
-                yield in_one
-            else:
-                yield asked
-                yield _fitting(f"      {text}" for text in texts)
-    missing = [part.role for part in verdict.parts if not part.faces and not part.is_group]
-    for nth, found in enumerate(verdict.unseen):
-        yield from found.lines(missing if nth == 0 else ())
+            yield from _condition_with_reason(line, _reason_texts(line, verdict.length_unit))
+    yield from _unseen(verdict)
     labels = [c.label for c in verdict.conditions_that(State.HOLDS)]
     if labels:
         count = f"  + {len(labels)} condition{'s hold' if len(labels) > 1 else ' holds'}"
         yield _fitting((f"  + holds: {', '.join(labels)}", count))
 
 
+def _condition_with_reason(line: "Condition", texts: tuple[str, ...]) -> Iterator[str]:
+    """The condition and the whole reason for its state, which may take a line of its own."""
+    in_one = _condition(line, texts[:1])
+    if line.said in in_one and texts[0] in in_one:
+        yield in_one
+    else:
+        yield _condition(line, ())
+        yield _fitting(f"      {text}" for text in texts)
+
+
 def _needs_unseen(line: "Condition") -> bool:
-    """Whether a condition is open for nothing but that a part was not seen."""
+    """Whether a condition is open because a part was not seen."""
     found = reason(line.proof)
-    return (
-        found is not None
-        and isinstance(found.step.detail, Note)
-        and (found.step.detail.cause == cause_words(UNSEEN, Atom(UNSEEN)))
-    )
+    step = None if found is None else found.step.detail
+    return isinstance(step, Note) and step.cause == CAUSES[UNSEEN]
+
+
+def _unseen(verdict: "Verdict") -> Iterator[str]:
+    """Why parts may have been missed, and from where they could be seen."""
+    roles = [part.role for part in verdict.parts if not part.faces and not part.is_group]
+    for found in verdict.unseen:
+        for line in found.lines(roles):
+            yield from _wrapped(f"  {line}")
+        roles = []
+
+
+def _wrapped(line: str) -> list[str]:
+    """The line, and what has no room on it beneath it."""
+    return textwrap.wrap(line, WIDTH, subsequent_indent=" " * 6)
 
 
 def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":
@@ -248,14 +262,14 @@ def _sizes(verdict: "Verdict") -> Iterator[str]:
         said.append(f"{size.name} {number}{f' ± {spread}' if spread else ''}{name}{which}")
     if not verdict.length_unit:
         said[-1] += " (units of the scene)"
-    line = f"  sizes: {said[0]}"
-    for text in said[1:]:
-        if len(line) + len(f", {text},") > WIDTH:
-            yield f"{line},"
-            line = f"{' ' * len('  sizes:')} {text}"
+    text = f"  sizes: {said[0]}"
+    for one in said[1:]:
+        if len(text) + len(f", {one},") > WIDTH:
+            yield f"{text},"
+            text = f"{' ' * len('  sizes:')} {one}"
         else:
-            line += f", {text}"
-    yield line
+            text += f", {one}"
+    yield text
 
 
 def _fitting(texts: Iterable[str]) -> str:

@@ -7,6 +7,7 @@ from facetlog.kb.engine.terms import Atom, Struct, Term, Var
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
 __all__ = [
+    "CAUSES",
     "HOW_SEEN",
     "UNSEEN",
     "cause_words",
@@ -99,12 +100,13 @@ _RELATIONS: dict[str, tuple[str, str, str]] = {
     ),
 }
 
-_CAUSES = {
+CAUSES = {
     "unseen": "a face that it needs was not seen",
     "up": "which way is up was not given",
     "scale": "the scale was not given",
     "sides": "its surface is not known from all sides",
 }
+"""Why a measure or relation is not known, by what the rules call it."""
 
 # More groups than this are not named one by one.
 COUNTED_NAMED = 8
@@ -153,8 +155,8 @@ def cause_words(cause: str, about: Term) -> str:
     >>> cause_words("unstated", Struct("dihedral", (Atom("f1"), Atom("f2"))))[:19]
     'they do not adjoin,'
     """
-    if cause in _CAUSES:
-        return _CAUSES[cause]
+    if cause in CAUSES:
+        return CAUSES[cause]
     if cause == "none" or not isinstance(about, Struct):
         return ""
     absent = _ABSENT.get(_SAME_AS.get(about.functor, about.functor), "no picture tells")

@@ -103,7 +103,7 @@ def test_what_is_not_as_expected_is_told_with_the_reasons(
     first, *rest = result.lines()
     assert first == f'{tmp_path / "slab.model"}:6:3: failed: slab "one": {problem}'
     assert any("thin" in line for line in rest)
-    assert any("height(t1)" in line for line in rest)
+    assert any("height of t1's highest point" in line for line in rest)
 
 
 def test_a_degree_that_is_not_reached_is_a_problem() -> None:

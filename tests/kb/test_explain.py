@@ -90,7 +90,7 @@ def test_a_measured_limit_adds_its_deviation(tmp_path: Path) -> None:
 
 def test_no_deviation_claims_no_number_of_them(tmp_path: Path) -> None:
     verdict = judge_pair(tmp_path, faces(71.0, sd=0.0), CONDITIONS[0])
-    assert "angle(a, b) = 71°, needs 90 ± 15: 4° short (" in verdict.summary
+    assert "angle(f2, f3) = 71°, needs 90 ± 15: 4° short (" in verdict.summary
     assert verdict.to_json()["shortfalls"][0]["sds"] is None
 
 
@@ -361,5 +361,5 @@ def test_what_is_counted_can_be_read_and_limits_have_their_unit(facts_of: Build)
         text = "\n".join(ask.why_not("table", count=1)[0].lines(full=True))
         why = "\n".join(ask.judge("chair").lines(full=True))
     assert "needs at most 4.6 cm (10 % of the height of f1's middle): 39.4 cm over" in text
-    assert "it is so of 4, at least 3 are wanted" in why
+    assert "there are 4, at least 3 are wanted" in why
     assert "leg = f14, f15, f16, f17, f20, f21, f22, f23, f26, f27, f28, f29, f32, f33" in why

@@ -88,7 +88,7 @@ def test_a_condition_shows_the_line_that_it_was_made_from(desk: Desk) -> None:
 def test_a_condition_without_a_reason_is_told_by_its_line(desk: Desk) -> None:
     fails = model("m", WRITTEN, reason="", test="at_least(fill(A), 0.95)")
     verdict = desk.verdict(fails)
-    assert "fails: large: fill(a) at least 50 % – fill(a)" in verdict.summary
+    assert "fails: large: fill(a) at least 50 % – fill(f1)" in verdict.summary
     assert "large: large: fill(a) at least 50 % (31%) [slab.model:9]" in said(verdict)
 
 
@@ -125,7 +125,7 @@ def test_groups_are_further_parts(desk: Desk) -> None:
 def test_an_empty_group_is_no_part_that_was_not_seen(desk: Desk) -> None:
     verdict = desk.verdict(model("m", GROUP, test="at_least(area(A), area(A))"))
     assert verdict.state is State.UNKNOWN
-    assert "area(a) is not known" in verdict.summary
+    assert "area(f1) is not known" in verdict.summary
 
 
 @pytest.mark.parametrize("members", ["f1", "[f(1)]", "[1]", "[_]", "[f1|_]"])
@@ -204,7 +204,7 @@ def test_a_measure_of_the_files_own(desk: Desk, test: str, state: State, words: 
 def test_a_measure_of_which_no_clause_answers_is_unknown(desk: Desk) -> None:
     verdict = desk.verdict(model("m", "measured(lean(f9), 1, 1, deg).", test="at_most(lean(A), 5)"))
     assert verdict.state is State.UNKNOWN
-    assert "lean(a) is not known" in verdict.summary
+    assert "lean(f1) is not known" in verdict.summary
 
 
 def test_own_measures_are_sorted(desk: Desk) -> None:

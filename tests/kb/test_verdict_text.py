@@ -188,7 +188,7 @@ def test_what_the_least_change_would_turn_is_told_first() -> None:
         ["+", "holds:"],
     ]
     head, _, *lines = verdict.lines()
-    assert head.startswith("t1 is no slab; fails: near – fill(a) = 48 ± 1 %, needs")
+    assert head.startswith("t1 is no slab; fails: near – fill(f1) = 48 ± 1 %, needs")
     assert lines[1:] == list(verdict.miss_lines())[1:]
 
 

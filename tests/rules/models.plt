@@ -47,7 +47,7 @@ test(three_faces_are_a_box, State == holds) :-
 test(sizes_are_the_edges_longest_first, Sizes == [length-10.0, width-8.0, height-6.0]) :-
     block(Facts),
     verdict(Facts, verdict(_, _, _, _, _, _, Named, _, _, _)),
-    findall(N-V, member(size(N, V, _), Named), Sizes).
+    findall(N-V, member(size(N, _, V, _), Named), Sizes).
 test(each_choice_of_faces_is_proposed_once, Also == 0) :-
     block(Facts),
     verdict(Facts, verdict(_, _, _, _, _, _, _, _, Also, _)).

@@ -47,7 +47,7 @@ def test_a_failing_example_is_explained_where_it_stands(
     out = capsys.readouterr().out
     assert 'slab.model:7:3: failed: slab "board": it fails, expected was that it holds' in out
     assert "- thin: it is thin" in out
-    assert "height(t1) = 5.000 ± 0.087 cm, needs at most 4 cm: 1 cm over" in out
+    assert "height of t1's highest point = 5.000 ± 0.087 cm, needs at most 4 cm: 1 cm over" in out
     assert out.splitlines()[-1] == "2 examples, 1 passed, 1 failed"
 
 
@@ -115,7 +115,7 @@ def test_coverage_counts_lines_and_tells_margins(capsys: pytest.CaptureFixture[s
     assert "line 6 2 0 0 expected only" in lines
     assert "never decided: level" in lines
     (block,) = (line for line in lines if line.startswith("slab block fails"))
-    assert "height(t1) were 34 cm less" in block
+    assert "height of t1's highest point were 34 cm less" in block
 
 
 def test_json_holds_examples_coverage_and_margins(capsys: pytest.CaptureFixture[str]) -> None:

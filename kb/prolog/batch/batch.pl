@@ -140,7 +140,8 @@ brief_verdicts(Batch, Verdicts) :-
 
 brief(none, Module, Model, Thing, brief(Model, Of, State, Low, High, Parts, Sizes)) :-
     !,
-    judge(Module, Model, Thing, verdict(_, Of, State, Low, High, Parts, Sizes, _, _, _)).
+    judge(Module, Model, Thing, verdict(_, Of, State, Low, High, Parts, Measured, _, _, _)),
+    findall(size(Name, V, Sd), member(size(Name, _, V, Sd), Measured), Sizes).
 brief(Target, Module, Model, Thing, Verdict) :-
     findall(Thing-Parts, Target:candidate(Model, Thing, Parts), Bag),
     sort(Bag, Candidates),

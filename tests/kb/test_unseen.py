@@ -1,0 +1,152 @@
+"""Why something of a thing was not seen, and from where it could be."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+
+from facetlog.kb.explaining.sight import ImpliedFace, Look, Place, Point, Sight
+from facetlog.kb.explaining.unseen import Unseen, unseen
+from facetlog.kb.loading.encode import Fact
+
+from .explaining import asked
+
+UP = (0.0, 0.0, 1.0)
+CUBE = tuple((x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5))
+
+
+def camera(number: int, azimuth_deg: float, *, high: float = 0.0, count: int = 8) -> Place:
+    """A camera 2 m away; 0° looks from +x, 90° from +y."""
+    turn, rise = math.radians(azimuth_deg), math.radians(high)
+    at = (
+        2 * math.cos(rise) * math.cos(turn),
+        2 * math.cos(rise) * math.sin(turn),
+        2 * math.sin(rise),
+    )
+    return Place(f"view{number}", f"{number}.png", at, count)
+
+
+def sight(
+    *places: Place,
+    normals: tuple[Point, ...] = (),
+    implied: tuple[ImpliedFace, ...] = (),
+    up: Point | None = UP,
+    whole: bool = False,
+) -> Sight:
+    return Sight(whole, up, CUBE, places, normals, implied)
+
+
+def told(seen: Sight, unit: str | None = "m") -> list[Unseen]:
+    return list(unseen(seen, "t1", unit))
+
+
+FRONT = [camera(1, -30), camera(2, 0), camera(3, 30)]
+
+
+def test_the_middle_of_the_widest_gap_between_views_is_where_to_look_from() -> None:
+    behind, *_ = told(sight(*FRONT))
+    assert behind.direction == pytest.approx((-1, 0, 0), abs=1e-9)
+    assert behind.place == pytest.approx((-2, 0, 0), abs=1e-9)
+    assert behind.why == "no view looks at t1 from behind and the left, as view1 sees it"
+
+
+def test_the_way_there_is_told_from_the_nearest_view_in_metres() -> None:
+    # Of views from +x to +y the middle of the widest gap is at 225°.
+    first, *_ = told(sight(camera(1, 0), camera(2, 45), camera(3, 90)))
+    place = np.array(first.place)
+    assert place == pytest.approx(2 * np.array([-math.sqrt(0.5), -math.sqrt(0.5), 0]), abs=1e-9)
+    # view1 looks along -x: its left is -y.
+    assert first.look == (
+        "look at it from a place 1.4 m to the left and 3.4 m further on as seen from view1 (1.png)"
+    )
+
+
+def test_without_a_scale_the_way_is_told_by_the_distance_to_the_thing() -> None:
+    first, *_ = told(sight(camera(1, 0), camera(2, 45), camera(3, 90)), unit=None)
+    assert "0.7 of the distance to the left and 1.7 of the distance further on" in first.look
+
+
+def test_what_is_looked_at_from_all_round_and_above_asks_for_nothing() -> None:
+    ring = [camera(i, 60 * i, high=50) for i in range(6)]
+    assert told(sight(*ring)) == []
+
+
+def test_low_views_miss_what_faces_up_unless_such_a_face_was_found() -> None:
+    ring = [camera(i, 60 * i, high=10) for i in range(6)]
+    (above,) = told(sight(*ring))
+    assert above.why == "from above, t1 is seen only at a grazing angle of 10°"
+    assert told(sight(*ring, normals=(UP,))) == []
+
+
+def test_a_side_of_which_a_face_was_found_is_not_missed() -> None:
+    assert all("behind" not in u.why for u in told(sight(*FRONT, normals=((-1.0, 0.0, 0.0),))))
+
+
+def test_views_that_are_too_few_or_show_nothing_of_the_thing_are_named() -> None:
+    texts = [u.why for u in told(sight(camera(1, 0), camera(2, 20), camera(3, 40, count=0)))]
+    assert "too few views: view1 and view2 alone show something of t1" in texts
+    assert "outside the pictures: nothing of t1 was found in view3" in texts
+
+
+@pytest.mark.parametrize(
+    ("look", "why"),
+    [
+        (None, "every view is behind it, or looks along it"),
+        (Look("view2", 0.1, 0.0, (("f4", 0.7),)), "f4 hides 70% of it from view2"),
+        (
+            Look("view2", 0.1, 0.8, ()),
+            "view2, which is before it, has 80% of it outside the picture",
+        ),
+        (Look("view2", 0.2, 0.0, ()), "views do not agree on it; view2 shows most, 20%"),
+    ],
+)
+def test_a_face_known_from_its_neighbours_is_told_why_it_was_not_measured(
+    look: Look | None, why: str
+) -> None:
+    face = ImpliedFace("f6", (0.0, 0.0, 1.0), () if look is None else (look,))
+    assert told(sight(*FRONT, implied=(face,)))[-1].why == f"f6 was not measured: {why}"
+
+
+def test_without_cameras_the_sides_that_no_face_faces_are_told_by_axes() -> None:
+    (side, above) = told(sight(normals=((-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0))))
+    assert side.look == "look at it from the side towards +x"
+    assert above.look == "look at it from the side towards +z"
+    (without_up,) = told(sight(normals=((-1.0, 0.0, 0.0),), up=None))
+    assert without_up.look == "look at it from the side towards +x"
+
+
+def test_a_camera_in_the_middle_of_the_thing_says_nothing_of_its_sides() -> None:
+    assert told(sight(Place("view1", "1.png", (0.0, 0.0, 0.0), 8))) == [
+        Unseen("too few views: view1 alone shows something of t1")
+    ]
+
+
+def test_of_what_is_known_from_all_sides_nothing_is_missed() -> None:
+    assert told(sight(*FRONT, whole=True)) == []
+
+
+def test_where_there_is_nothing_the_number_of_views_says_why() -> None:
+    two = Sight(False, UP, (), (camera(1, 0, count=0), camera(2, 9, count=0)), (), ())
+    assert unseen(two, "", "m") == (
+        Unseen("there are but 2 views: a face is found where at least 3 agree on it"),
+    )
+
+
+def test_who_asks_why_not_is_told_which_part_and_from_where(facts_of) -> None:  # type: ignore[no-untyped-def]
+    places: list[Fact] = []
+    for i in range(1, 4):
+        place = camera(i, 20.0 * i, high=20).at
+        places += [("view", f"view{i}", f"{i}.png"), ("viewpoint", f"view{i}", *place)]
+    kept = facts_of("chair", seen=(0,))
+    corners = [fact[3] for fact in kept if fact[0] == "corner"]
+    seen = [("observed", v, f"view{i}", 1.0, 1.0, 0.1, 0.1) for v in corners for i in range(1, 4)]
+    with asked([*kept, *places, *seen]) as ask:
+        verdict = ask.why("chair")
+        (miss, *_) = ask.why_not("chair", count=1)
+    text = "\n".join(verdict.lines())
+    assert re.search("^  unseen: (seat and )?back – no view looks at t1 from ", text, re.MULTILINE)
+    assert "as seen from view" in text
+    assert list(miss.unseen) == list(verdict.unseen)
+    data = verdict.to_json()["unseen"][0]
+    assert set(data) == {"why", "look", "direction", "place"}
