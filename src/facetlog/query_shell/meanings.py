@@ -42,7 +42,7 @@ def meanings(goal: str) -> dict[str, Meaning]:
     A variable that stands for different kinds has none.
 
     >>> meanings("angle(A, f2, Deg, Sd), Deg > 80")["Deg"]
-    Meaning(kind=<ArgumentKind.DEGREES: 'deg'>, sd='Sd', is_sd=False)
+    Meaning(kind=<ArgumentKind.DEGREES: 'deg'>, sd='Sd', is_sd=False, height='')
     """
     found: dict[str, Meaning] = {}
     doubtful = set()
