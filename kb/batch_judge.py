@@ -27,13 +27,9 @@ from facetlog.kb.recognize import open_knowledge_base
 
 __all__ = ["BatchJudge", "BriefVerdict"]
 
-# What verdicts follow from beside the models: words, measures and how they are judged.
-JUDGING_CODE = (
-    "rules/*.pl",
-    "kb/prolog/meaning/*.pl",
-    "kb/prolog/searching/*.pl",
-    "kb/prolog/batch/*.pl",
-)
+# What verdicts follow from beside the models: words, measures and how they are judged; of models
+# that cannot be specialised also by how it is proved.
+JUDGING_CODE = ("rules/*.pl", "kb/prolog/**/*.pl")
 HASH_DIGITS = 16
 
 # A scene with any of these is known from its surface, which no calibration was made for.
