@@ -1,5 +1,7 @@
 """Rows of different lengths that stand end to end in one array, as a table and as sums."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,6 +16,7 @@ __all__ = [
     "row_starts",
     "row_sums",
     "row_table",
+    "stacked",
 ]
 
 Indices = NDArray[np.intp]
@@ -86,3 +89,10 @@ def pairs_in_rows(firsts: Indices, seconds: Indices) -> tuple[Indices, Indices]:
     begins = np.repeat(row_starts(seconds), firsts)
     one = np.repeat(np.arange(len(counts)), counts)
     return one, np.arange(len(one)) - np.repeat(row_starts(counts) - begins, counts)
+
+
+def stacked(arrays: Sequence[FloatArray], *shape: int) -> FloatArray:
+    """Arrays of one shape as rows (n, ...)."""
+    if not arrays:
+        return np.zeros((0, *shape))
+    return np.concatenate(arrays).reshape(-1, *shape)

@@ -7,7 +7,8 @@ import numpy as np
 from facetlog.perception.facts.measures import Estimates
 from facetlog.perception.row_products import dots, quadratic_forms
 from facetlog.perception.row_table import Indices, row_starts, row_table
-from facetlog.perception.surfaces.face_table import FaceTable, PlaneTable
+from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.surfaces.plane_table import PlaneTable
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION
 from facetlog.perception.types import FloatArray
 

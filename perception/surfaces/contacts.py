@@ -9,8 +9,9 @@ import shapely
 from facetlog.perception.flat_faces import cross
 from facetlog.perception.row_products import dots, quadratic_forms
 from facetlog.perception.row_table import Bools, Indices, row_starts
-from facetlog.perception.surfaces.face_table import FaceTable, PlaneTable
+from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.outline_overlap import distances_outside
+from facetlog.perception.surfaces.plane_table import PlaneTable
 from facetlog.perception.surfaces.tolerance import ANGLE_RESOLUTION, SDS
 from facetlog.perception.types import FloatArray
 

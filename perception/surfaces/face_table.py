@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import FlatFace, cross, plane_axes
-from facetlog.perception.row_products import dots, quadratic_forms
 from facetlog.perception.row_table import (
     Bools,
     Indices,
@@ -24,70 +23,18 @@ from facetlog.perception.row_table import (
     row_starts,
     row_sums,
     row_table,
+    stacked,
 )
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.outline_overlap import convex_loops, valid_polygons
+from facetlog.perception.surfaces.plane_table import PlaneTable
 from facetlog.perception.surfaces.tolerance import Tolerances
 from facetlog.perception.types import FloatArray
 
-__all__ = ["FaceTable", "Members", "PlaneTable", "Sides", "flat_faces"]
+__all__ = ["FaceTable", "Members", "Sides", "flat_faces"]
 
 # A face with less area than this share of its extent, squared, has no middle to speak of.
 LEAST_AREA = 1e-9
-
-
-@dataclass(frozen=True, eq=False)
-class PlaneTable:
-    """Unit outward normals (f, 3), offsets (f,), covariances (f, 4, 4) of the faces' planes."""
-
-    normals: FloatArray
-    offsets: FloatArray
-    covs: FloatArray
-
-    @classmethod
-    def of(cls, *scenes: Scene) -> "PlaneTable":
-        """The planes of the scenes' faces, in order."""
-        planes = [face.plane for scene in scenes for face in scene.faces]
-        return cls(
-            _stacked([p.normal for p in planes], 3),
-            np.array([p.offset for p in planes], dtype=np.float64),
-            _stacked([p.cov for p in planes], 4, 4),
-        )
-
-    @property
-    def normal_covs(self) -> FloatArray:
-        """Covariances (f, 3, 3) of the normals."""
-        return self.covs[:, :3, :3]
-
-    def distances(self, points: FloatArray, covs: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Signed distances (n, f) of points (n, 3) of covariances (n, 3, 3), and their 1σ."""
-        levers = np.column_stack([points, np.ones(len(points))])
-        # var d = (p, 1) C (p, 1)ᵀ + nᵀ V n, both as products of flattened squares
-        variance = _squares(levers) @ self.covs.reshape(-1, 16).T
-        variance += covs.reshape(-1, 9) @ _squares(self.normals).T
-        return points @ self.normals.T + self.offsets, np.sqrt(np.maximum(variance, 0.0))
-
-    def heights(
-        self, faces: Indices, places: Indices, points: FloatArray, covs: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Signed distances (r,) from the planes of faces (r,), and their 1σ.
-
-        They are of `places` (r,) of points (n, 3) of covariances (n, 3, 3).
-        """
-        normals, levers = self.normals[faces], np.ones((len(places), 4))
-        levers[:, :3] = points[places]
-        variance = quadratic_forms(levers, self.covs, faces)
-        variance += quadratic_forms(normals, covs, places)
-        away = dots(levers[:, :3], normals) + self.offsets[faces]
-        return away, np.sqrt(np.maximum(variance, 0.0))
-
-    @cached_property
-    def tilt_sds(self) -> FloatArray:
-        """Worst 1σ tilts (f,) of the normals, in radians: largest roots of their covariances."""
-        if not len(self.normals):
-            return np.zeros(0)
-        largest = np.linalg.eigvalsh(self.normal_covs)[:, -1]
-        return np.asarray(np.sqrt(np.maximum(largest, 0.0)), dtype=np.float64)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -153,8 +100,8 @@ class FaceTable:
     def of(cls, *scenes: Scene) -> "FaceTable":
         """The faces of some scenes, in order."""
         vertices = [vertex for scene in scenes for vertex in scene.vertices]
-        points = _stacked([v.point for v in vertices], 3)
-        covs = _stacked([v.cov for v in vertices], 3, 3)
+        points = stacked([v.point for v in vertices], 3)
+        covs = stacked([v.cov for v in vertices], 3, 3)
         vertex_counts = np.array([len(scene.vertices) for scene in scenes], dtype=np.intp)
         face_counts = np.array([len(scene.faces) for scene in scenes], dtype=np.intp)
         planes = PlaneTable.of(*scenes)
@@ -276,19 +223,6 @@ class FaceTable:
 def flat_faces(scene: Scene) -> tuple[FlatFace, ...]:
     """Every face of the scene as a polygon in its plane, in order."""
     return FaceTable.of(scene).faces
-
-
-def _stacked(arrays: Sequence[FloatArray], *shape: int) -> FloatArray:
-    """Arrays of one shape as rows (n, ...)."""
-    if not arrays:
-        return np.zeros((0, *shape))
-    return np.concatenate(arrays).reshape(-1, *shape)
-
-
-def _squares(vectors: FloatArray) -> FloatArray:
-    """v vᵀ (n, k²) of vectors (n, k), flattened."""
-    products: FloatArray = vectors[:, :, None] * vectors[:, None]
-    return products.reshape(len(vectors), vectors.shape[1] ** 2)
 
 
 def _flattened(spokes: FloatArray, axes: FloatArray) -> FloatArray:
