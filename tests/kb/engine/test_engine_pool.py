@@ -17,9 +17,8 @@ from facetlog.kb.engine.engine_pool import MOST_OPEN, engine_pool
 from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
+from tests.kb.fresh import ENVIRONMENT, python
 from tests.patience import allowed
-
-from .fresh import ENVIRONMENT, python
 
 ENDLESS = "between(1, inf, X), X < 0"
 STUCK = "sleeps"  # a single step outside Prolog, which heeds no signal

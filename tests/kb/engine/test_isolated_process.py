@@ -14,9 +14,8 @@ from facetlog.errors import EngineError, QueryError, RuleSyntaxError
 from facetlog.kb.engine.terms import Atom
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
+from tests.kb.fresh import python
 from tests.patience import allowed
-
-from .fresh import python
 
 ENDLESS = "between(1, inf, X), X < 0"
 UNLIMITED = Limits(seconds=60.0, inferences=10**15)

@@ -17,10 +17,9 @@ from facetlog.kb.explaining.proof import Comparison, Shortfall, Side, State, Wit
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
 from facetlog.kb.loading.encode import Fact
+from tests.kb.asked import asked
 
-from .explaining import asked
-
-BY_HAND = Path(__file__).parents[1] / "rules" / "by_hand"
+BY_HAND = Path(__file__).parents[2] / "rules" / "by_hand"
 
 Build = Callable[..., tuple[Fact, ...]]
 

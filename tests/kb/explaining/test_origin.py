@@ -8,8 +8,7 @@ import pytest
 from facetlog.errors import QueryError
 from facetlog.kb.explaining.origin import FaceOrigin, FactOrigin, ThingOrigin, VertexOrigin
 from facetlog.kb.loading.encode import Fact
-
-from .explaining import asked
+from tests.kb.asked import asked
 
 Build = Callable[..., tuple[Fact, ...]]
 

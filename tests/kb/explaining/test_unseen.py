@@ -9,8 +9,7 @@ import pytest
 from facetlog.kb.explaining.sight import ImpliedFace, Look, Place, Point, Sight
 from facetlog.kb.explaining.unseen import Unseen, unseen
 from facetlog.kb.loading.encode import Fact
-
-from .explaining import asked
+from tests.kb.asked import asked
 
 UP = (0.0, 0.0, 1.0)
 CUBE = tuple((x, y, z) for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5))

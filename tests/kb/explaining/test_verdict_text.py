@@ -17,8 +17,7 @@ from facetlog.kb.explaining.verdict_text import WIDTH
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.surfaces.exact_solids.builders import build
-
-from .explaining import asked
+from tests.kb.asked import asked
 
 HOLDS, FAILS, UNKNOWN = State.HOLDS, State.FAILS, State.UNKNOWN
 SOLIDS = ("cuboid", "table", "chair", "stool", "shelf", "cabinet", "stairs", "room_corner", "desk")

@@ -13,8 +13,7 @@ from facetlog.kb.engine.engine import house, piece_text
 from facetlog.kb.engine.engine_pool import engine_pool
 from facetlog.kb.engine.terms import Atom, Term, decode_reply
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
-
-from .hostile_cases import FACTS, GOOD
+from tests.kb.hostile_cases import FACTS, GOOD
 
 
 class Shelf(NamedTuple):
@@ -216,7 +215,7 @@ def test_a_checked_model_says_what_the_built_in_one_does(base: KnowledgeBase, mo
 
 
 def test_the_model_of_the_documentation_loads(shelf: Shelf) -> None:
-    text = (Path(__file__).parents[2] / "docs" / "models.md").read_text()
+    text = (Path(__file__).parents[3] / "docs" / "models.md").read_text()
     blocks = [block.split("```")[0] for block in text.split("```prolog")[1:]]
     (slab,) = (block.split("\n", 1)[1] for block in blocks if ":- module(slab" in block)
     assert shelf.load(slab) == ()
