@@ -309,7 +309,7 @@ class KnowledgeBase(Closing):
         QueryError for a model, a role, a thing or a face that there is not.
         """
         verdict = self._verdict("why", scene, self._about(model, thing, parts))
-        verdict = self._with_unseen(verdict, scene)
+        (verdict,) = self._with_unseen((verdict,), scene)
         return verdict if parts else self._calibrated(verdict, scene)
 
     def _calibrated(self, verdict: Verdict, scene: str) -> Verdict:
@@ -318,12 +318,19 @@ class KnowledgeBase(Closing):
             return verdict
         return self.calibration.applied(verdict, self._model(verdict.model).content)
 
-    def _with_unseen(self, verdict: Verdict, scene: str) -> Verdict:
-        """The verdict, where something was not seen with why, and from where it could be."""
-        if not verdict.is_unseen:
-            return verdict
-        sight = decode_sight(self._explained("sight", scene, (Atom(verdict.thing),)))
-        return replace(verdict, unseen=unseen(sight, verdict.thing, verdict.length_unit))
+    def _with_unseen(self, verdicts: Sequence[Verdict], scene: str) -> tuple[Verdict, ...]:
+        """The verdicts, where something was not seen with why, and from where it could be."""
+        unit = self._scene(scene).length_unit
+        missed = {
+            thing: unseen(
+                decode_sight(self._explained("sight", scene, (Atom(thing),))), thing, unit
+            )
+            for thing in dict.fromkeys(found.thing for found in verdicts if found.is_unseen)
+        }
+        return tuple(
+            replace(found, unseen=missed[found.thing]) if found.is_unseen else found
+            for found in verdicts
+        )
 
     def _verdict(self, operation: str, scene: str, about: tuple[Term, ...]) -> Verdict:
         answer = self._explained(operation, scene, about)
@@ -345,7 +352,7 @@ class KnowledgeBase(Closing):
         about = (*self._about(model, thing, parts), int(count))
         found = self._explained("why_not", scene, about)
         verdicts = decode_verdicts(found, length_unit=self._scene(scene).length_unit)
-        return tuple(self._with_unseen(verdict, scene) for verdict in verdicts)
+        return self._with_unseen(verdicts, scene)
 
     def origin(self, scene: str, about: str) -> Origin:
         """Where a face, edge, vertex, thing, view or fact comes from, down to views and pixels.

@@ -3,11 +3,10 @@
 from collections.abc import Iterator, Sequence
 
 from facetlog.kb.explaining.amounts import amount, deviation, length_words, measured, with_unit
-from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ArgumentKind, FactKind, Value
+from facetlog.perception.facts.fact_schema import FACT_KINDS, ArgumentKind, FactKind, Value
 
 __all__ = ["fact_words"]
 
-_KINDS = {(kind.functor, kind.arity): kind for kind in FACT_SCHEMA}
 _UNITS = {ArgumentKind.DEGREES: "°", ArgumentKind.PIXELS: "px"}
 
 
@@ -21,18 +20,15 @@ def fact_words(functor: str, args: Sequence[Value], length_unit: str | None) -> 
     >>> fact_words("convex", ("f1", "f2"), "m")
     'convex(f1, f2)'
     """
-    kind = _KINDS.get((functor, len(args)))
-    if kind is None:
+    kind = FACT_KINDS.get(functor)
+    if kind is None or kind.arity != len(args):
         return f"{functor}({', '.join(map(str, args))})"
     about = f"{functor}({', '.join(map(str, args[: kind.keys]))})"
     values = list(_values(kind, args, length_unit))
     if len(values) == 1:
         return f"{about} = {values[0][1]}"
-    return (
-        ": ".join((about, ", ".join(f"{name} = {text}" for name, text in values)))
-        if values
-        else about
-    )
+    said = ", ".join(f"{name} = {text}" for name, text in values)
+    return f"{about}: {said}" if said else about
 
 
 def _values(

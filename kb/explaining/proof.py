@@ -200,8 +200,12 @@ class Comparison:
             miss = self.shortfall.text(unit)
             so_far = " so far, but there may be more" if state is State.UNKNOWN else ""
             needs, limit = f"needs {region}", self._broken_limit()
-            told = f"{needs} ({limit}): {miss}"
-            whole = (f"{text}, {told}{sds}{so_far}", f"{text}, {told}{so_far}", f"{bare}, {told}")
+            lack = f"{needs} ({limit}): {miss}"
+            whole = (
+                f"{text}, {lack}{sds}{so_far}",
+                f"{text}, {lack}{so_far}",
+                f"{bare}, {lack}",
+            )
             return (
                 *(whole if limit else ()),
                 f"{text}, {needs}: {miss}{sds}{so_far}",

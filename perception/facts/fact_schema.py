@@ -385,6 +385,9 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     ),
 )
 
+FACT_KINDS = {kind.functor: kind for kind in FACT_SCHEMA}
+"""The kinds of facts by their functors: there are no two of one functor."""
+
 ON_DEMAND = frozenset(kind.functor for kind in FACT_SCHEMA if kind.on_demand)
 """Facts that are worked out only for who asks for them by name."""
 
@@ -395,7 +398,7 @@ def fact_fault(fact: Fact) -> str | None:
     >>> fact_fault(Fact("area", ("f1", 2.0)))
     'area takes 3 arguments, not 2'
     """
-    kind = _BY_FUNCTOR.get(fact.functor)
+    kind = FACT_KINDS.get(fact.functor)
     if kind is None:
         return f"{fact.functor} is no fact of perception"
     if len(fact.args) != kind.arity:
@@ -405,9 +408,6 @@ def fact_fault(fact: Fact) -> str | None:
         if type(value) is not wanted:
             return f"{fact.functor}: {argument.name} is {value!r}, not of type {wanted.__name__}"
     return None
-
-
-_BY_FUNCTOR = {kind.functor: kind for kind in FACT_SCHEMA}
 
 
 def schema_table() -> str:

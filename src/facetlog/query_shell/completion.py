@@ -7,10 +7,9 @@ from itertools import islice
 from pathlib import Path
 
 from facetlog.kb.engine.terms import Atom
-from facetlog.perception.facts.fact_schema import ArgumentKind
+from facetlog.perception.facts.fact_schema import FACT_KINDS, ArgumentKind
 from facetlog.query_shell.commands import COMMANDS
 from facetlog.query_shell.goal_text import COMMAND, call_at, variables
-from facetlog.query_shell.meanings import FACTS
 from facetlog.query_shell.scene_names import names_of_kind
 from facetlog.query_shell.shell import Shell
 from facetlog.query_shell.shown_terms import shown
@@ -153,10 +152,10 @@ def _in_goal(shell: Shell, text: str) -> Iterator[Proposal]:
 
 def _names_at(shell: Shell, functor: str, place: int) -> Iterable[str]:
     """What an argument of a word may be, by the schema or by the argument's name."""
-    for kind in FACTS.values():
-        if kind.functor == functor and place < kind.arity:
-            argument = kind.arguments[place].kind
-            return names_of_kind(shell.names, argument) if argument.is_name else ()
+    kind = FACT_KINDS.get(functor)
+    if kind is not None and place < kind.arity:
+        argument = kind.arguments[place].kind
+        return names_of_kind(shell.names, argument) if argument.is_name else ()
     name = _argument(shell, functor, place)
     if name == "Scene":
         return (_quoted(file.name) for file in shell.session.scene_files)

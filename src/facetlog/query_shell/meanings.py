@@ -6,12 +6,15 @@ Found by looking at which argument of which fact a variable is.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from facetlog.perception.facts.fact_schema import FACT_SCHEMA, Argument, ArgumentKind, FactKind
+from facetlog.perception.facts.fact_schema import (
+    FACT_KINDS,
+    FACT_SCHEMA,
+    Argument,
+    ArgumentKind,
+)
 from facetlog.query_shell.goal_text import Call, Token, TokenKind, calls
 
-__all__ = ["FACTS", "Meaning", "height_notes", "length_unit", "meanings", "unit"]
-
-FACTS: Mapping[tuple[str, int], FactKind] = {(k.functor, k.arity): k for k in FACT_SCHEMA}
+__all__ = ["Meaning", "height_notes", "length_unit", "meanings", "unit"]
 
 # measure(Measure, Value, Sd, Kind) of the vocabulary: the place of value and deviation.
 _MEASURE = ("measure", 4)
@@ -58,8 +61,8 @@ def meanings(goal: str) -> dict[str, Meaning]:
 
 def _of_call(call: Call) -> Iterator[tuple[str, Meaning]]:
     names = [_variable(argument) for argument in call.arguments]
-    kind = FACTS.get((call.functor, len(names)))
-    if kind is not None:
+    kind = FACT_KINDS.get(call.functor)
+    if kind is not None and kind.arity == len(names):
         sds = _deviations(kind.arguments)
         deviating = set(sds.values())
         for i, (argument, name) in enumerate(zip(kind.arguments, names, strict=True)):
@@ -121,8 +124,9 @@ def height_notes(found: Mapping[str, Meaning]) -> tuple[str, ...]:
     named = {name: meaning.height for name, meaning in found.items() if meaning.height}
     if len(set(named.values())) < 2:
         return ()
-    told = {kind.functor: kind.meaning for kind in FACT_SCHEMA}
-    return tuple(f"{name} is {height}: {told[height]}" for name, height in named.items())
+    return tuple(
+        f"{name} is {height}: {FACT_KINDS[height].meaning}" for name, height in named.items()
+    )
 
 
 def length_unit(units: Sequence[str | None]) -> str:

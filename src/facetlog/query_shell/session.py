@@ -2,10 +2,10 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import TypeAlias
 
 from facetlog.errors import InputError, RuleSyntaxError
+from facetlog.kb.engine.closing import Closing
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.loaded import RuleFile
@@ -22,7 +22,7 @@ Stamps: TypeAlias = dict[Path, Stamp | None]
 """Of all files that a model file was made from."""
 
 
-class Session:
+class Session(Closing):
     """The knowledge base, the files that it was loaded from, and which scenes are asked.
 
     Models of users are evaluated in a process of its own, unless `trust` says that they are the
@@ -39,15 +39,8 @@ class Session:
         self.generation = 0
         """Grows when scenes or models change, so that whoever remembers names knows."""
 
-    def __enter__(self) -> "Session":
-        return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        value: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def close(self) -> None:
+        """Forgets the knowledge base, if one was made."""
         if self._base is not None:
             self._base.close()
 

@@ -4,8 +4,7 @@ from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 
 from facetlog.kb.loading.words import Word
-from facetlog.perception.facts.fact_schema import FACT_SCHEMA, FactKind
-from facetlog.query_shell.meanings import FACTS
+from facetlog.perception.facts.fact_schema import FACT_KINDS, FACT_SCHEMA, FactKind
 
 __all__ = ["all_words", "described", "fact_signature", "nearest", "plain", "summary"]
 
@@ -46,7 +45,7 @@ def summary(word: Word) -> str:
 def described(word: Word) -> Iterator[str]:
     """What the word is and means; for a fact also what its arguments are."""
     yield f"{word.kind} {summary(word)}"
-    kind = FACTS.get((word.name, word.arity)) if word.kind == "fact" else None
+    kind = FACT_KINDS.get(word.name) if word.kind == "fact" else None
     if kind is not None:
         width = max(len(argument.name) for argument in kind.arguments)
         for argument in kind.arguments:
