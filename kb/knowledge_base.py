@@ -13,6 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from facetlog.errors import EngineError, QueryError
+from facetlog.kb.arrays.scene_columns import SceneColumns
 from facetlog.kb.calibration import Calibration, shipped_calibration
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
@@ -38,13 +39,14 @@ from facetlog.kb.explaining.unseen import unseen
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.fact_columns import chunks_of_columns
+from facetlog.kb.loading.fact_columns import fact_chunks
 from facetlog.kb.loading.loaded import LoadedScene, RuleFile
 from facetlog.kb.loading.promised_facts import FactMaker, PromisedFacts
 from facetlog.kb.loading.rule_files import RuleFiles
 from facetlog.kb.loading.scene_cache import SceneCache
 from facetlog.kb.loading.schema import declarations
 from facetlog.kb.loading.words import Word, decode_words
+from facetlog.kb.questions import Question
 
 __all__ = ["BUILTIN_MODELS", "KnowledgeBase"]
 
@@ -85,6 +87,7 @@ class KnowledgeBase(Closing):
         self._lock = threading.RLock()
         self._scenes: dict[str, LoadedScene] = {}
         self._functions: list[int] = []
+        self._columns: dict[str, SceneColumns] = {}
         self._cache = SceneCache()
         self._closed = True  # until there is a door
         self._process = IsolatedProcess(memory_mb) if isolated else None
@@ -157,6 +160,7 @@ class KnowledgeBase(Closing):
         """
         module = scene_module()
         self._request("new_scene", term_text(Atom(module)), state=module)
+        self._columns[module] = SceneColumns()
         try:
             total = self._load_facts(module, facts, cache_key)
             said = self._request("known_of_scene", term_text(Atom(module)))
@@ -170,6 +174,7 @@ class KnowledgeBase(Closing):
                 self._scenes[name] = scene
                 self._promised.promise(module, on_demand)
         except BaseException:
+            self._columns.pop(module, None)
             destroy_scene(self._door, module)
             raise
         if old is not None:
@@ -182,6 +187,7 @@ class KnowledgeBase(Closing):
         if cache_key is not None and not self.isolated:
             path = self._cache.path(cache_key, str(self._request("cache_identity", "")))
             if (cached := self._cache.load(path, module, self._request)) is not None:
+                self._columns[module].compiled()
                 return cached
         total = self._add_facts(module, facts)
         self._cache.save(path, module, self._request)
@@ -189,13 +195,15 @@ class KnowledgeBase(Closing):
 
     def _add_facts(self, module: str, facts: Iterable[Fact]) -> int:
         total = 0
-        for columns, size in chunks_of_columns(module, facts):
-            self._request("add_columns", columns, state=module)
-            total += size
+        for chunk in fact_chunks(module, facts):
+            self._request("add_columns", chunk.request, state=module)
+            self._columns[module].add(chunk.columns)
+            total += chunk.facts
         return total
 
     def _destroy(self, scene: LoadedScene) -> None:
         self._promised.forget(scene.module)
+        self._columns.pop(scene.module, None)
         destroy_scene(self._door, scene.module)
 
     def drop_scene(self, name: str) -> None:
@@ -266,28 +274,13 @@ class KnowledgeBase(Closing):
             raise ValueError(f"at most {most} answers cannot be asked for")
         with self._lock:
             self._check_open()
-            asked = self._asked(scenes)
-            self._promised.keep(goal, [self._scenes[s].module for s in scenes or self._scenes])
-            question = Struct(
-                "query",
-                (
-                    Atom(self._name),
-                    asked,
-                    Atom("inf") if most is None else int(most),
-                    limits.bounds,
-                    tuple(Struct("=", (Atom(k), v)) for k, v in bindings.items()),
-                    goal,
-                ),
-            )
-            replies = self._door.replies("query", term_text(question), seconds=limits.seconds)
-        return Answers((checked(reply, goal) for reply in replies), replies.close)
-
-    def _asked(self, scenes: Sequence[str] | None) -> Term:
-        if scenes is None:
-            return Atom("all")
-        for name in scenes:
-            self._scene(name)
-        return tuple(map(Atom, dict.fromkeys(scenes)))
+            names = scenes if scenes is None else tuple(dict.fromkeys(scenes))
+            chosen = tuple(self._scenes) if names is None else names
+            modules = [self._scene(name).module for name in chosen]
+            self._promised.keep(goal, modules)
+            question = Question(self._name, goal, names, limits, most, tuple(bindings.items()))
+            asked = question.put(self._door, self._columns)
+        return asked.answers()
 
     def judge(self, scene: str, model: str, thing: str) -> Verdict:
         """What a model says of a thing of a scene: the best assignment of its parts."""

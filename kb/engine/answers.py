@@ -2,11 +2,9 @@
 
 from collections.abc import Callable, Iterator
 
-from facetlog.errors import EngineError
 from facetlog.kb.engine.closing import Closing
-from facetlog.kb.engine.columns import Array, Chunk, Column, column_array, decode_chunk
-from facetlog.kb.engine.engine import Reply
-from facetlog.kb.engine.terms import Atom, Term
+from facetlog.kb.engine.columns import Array, Chunk, Column, column_array
+from facetlog.kb.engine.terms import Term
 
 __all__ = ["Answers"]
 
@@ -19,13 +17,14 @@ class Answers(Closing):
     dropping the object. The methods read on where the last one stopped.
     """
 
-    def __init__(self, replies: Iterator[tuple[Term, Reply]], close: Callable[[], None]) -> None:
-        self._replies, self._close_replies = replies, close
-        # The first chunk is read at once: a faulty question is an error where it is asked.
-        first = next(replies, None)
-        self.names: tuple[str, ...] = decode_names(first[0]) if first else ()
+    def __init__(
+        self, names: tuple[str, ...], chunks: Iterator[Chunk], close: Callable[[], None]
+    ) -> None:
+        self.names = names
         """The variables in the order of appearance; `Scene` first if several scenes are asked."""
-        self._first = first
+        self._chunks, self._close = chunks, close
+        # The first chunk is read at once: an error is one where the question is asked.
+        self._first = next(chunks, None)
         self._rows: Iterator[tuple[Term, ...]] = iter(())
 
     def chunks(self) -> Iterator[Chunk]:
@@ -35,9 +34,8 @@ class Answers(Closing):
             yield Chunk.of_rows(rest, len(self.names))
         if self._first is not None:
             first, self._first = self._first, None
-            yield decode_chunk(first[1])
-        for _, pieces in self._replies:
-            yield decode_chunk(pieces)
+            yield first
+        yield from self._chunks
 
     def __iter__(self) -> Iterator[tuple[Term, ...]]:
         yield from self._rows
@@ -65,12 +63,5 @@ class Answers(Closing):
 
     def close(self) -> None:
         """Ends the question; what was not read is lost."""
-        self._close_replies()
-        self._first, self._rows = None, iter(())
-
-
-def decode_names(term: Term) -> tuple[str, ...]:
-    """The names of columns from the head of a reply."""
-    if isinstance(term, tuple) and all(isinstance(name, Atom) for name in term):
-        return tuple(map(str, term))
-    raise EngineError("Prolog's answer cannot be read")
+        self._close()
+        self._first, self._rows, self._chunks = None, iter(()), iter(())

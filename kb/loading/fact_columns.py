@@ -2,24 +2,26 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import islice
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.kb.engine.columns import Column
 from facetlog.kb.engine.terms import Atom, Struct, Term, integer_text, term_text
 from facetlog.kb.loading.encode import Fact, argument_text
 
 __all__ = [
     "FACTS_PER_CHUNK",
     "SEPARATOR",
+    "FactChunk",
     "Floats",
-    "chunks_of_columns",
     "column_text",
-    "columns_text",
+    "fact_chunk",
+    "fact_chunks",
     "floats_text",
-    "rows_text",
 ]
 
 Floats: TypeAlias = NDArray[np.float64]
@@ -33,43 +35,65 @@ FLOAT_BYTE = 14  # float_byte/1 of float_bytes.pl
 FLOAT = np.dtype([("byte", "u1"), ("value", "<f8")])
 
 
-def chunks_of_columns(scene: str, facts: Iterable[Fact]) -> Iterator[tuple[str, int]]:
-    """The requests that add the facts, each with how many it adds; errors as for columns_text."""
+@dataclass(frozen=True, slots=True)
+class FactChunk:
+    """Some facts of a scene: the request that adds them, how many there are, and their columns."""
+
+    request: str
+    facts: int
+    columns: Mapping[tuple[str, int], tuple[Column, ...]]
+
+
+def fact_chunks(scene: str, facts: Iterable[Fact]) -> Iterator[FactChunk]:
+    """The facts in chunks; errors as for fact_chunk."""
     source = iter(facts)
     while chunk := tuple(islice(source, FACTS_PER_CHUNK)):
-        yield columns_text(scene, chunk), len(chunk)
+        yield fact_chunk(scene, chunk)
 
 
-def columns_text(scene: str, facts: Iterable[Fact]) -> str:
-    """The request that adds the facts to the module `scene`; those of a kind stay in order.
+def fact_chunk(scene: str, facts: Sequence[Fact]) -> FactChunk:
+    """The facts, to be added to the module `scene`; those of a kind stay in order.
 
     Raises TypeError for what is no fact, and ValueError for a number that is not finite.
     """
     kinds: dict[tuple[object, int], list[Fact]] = defaultdict(list)
     for fact in facts:
         kinds[fact[0], len(fact)].append(fact)
-    rows: dict[tuple[str, int], list[Fact]] = {}
+    heads: list[Term] = []
+    texts: list[str] = []
+    columns: dict[tuple[str, int], tuple[Column, ...]] = {}
     for (name, length), alike in kinds.items():
         if not isinstance(name, str):
             raise TypeError(f"a fact begins with the name of its functor, not {name!r}")
-        rows[name, length - 1] = [fact[1:] for fact in alike]
-    return rows_text(scene, rows)
-
-
-def rows_text(scene: str, rows: Mapping[tuple[str, int], Sequence[Fact]]) -> str:
-    """The same of facts by functor and number of arguments, each without its functor."""
-    heads: list[Term] = []
-    columns: list[str] = []
-    for (name, _), alike in rows.items():
-        values = zip(*alike, strict=True)
         layouts: list[Term] = []
-        for column in values:
-            layout, text = column_text(column, name, alike)
+        decoded: list[Column] = []
+        rows = [fact[1:] for fact in alike]
+        for values in zip(*rows, strict=True):
+            layout, text = column_text(values, name, rows)
             layouts.append(Struct("-", (Atom(layout), len(text))))
-            columns.append(text)
+            texts.append(text)
+            decoded.append(_column(layout, text, values))
         heads.append(Struct("kind", (Atom(name), len(alike), tuple(layouts))))
+        columns[name, length - 1] = tuple(decoded)
     head = term_text(Struct("facts", (Atom(scene), tuple(heads))))
-    return "".join((head, "\n", *columns))
+    return FactChunk("".join((head, "\n", *texts)), len(facts), columns)
+
+
+def _column(layout: str, text: str, values: Sequence[str | int | float]) -> Column:
+    """The same as a column of answers has it."""
+    match layout:
+        case "a":
+            return Column.of_joined_names(text, len(values))
+        case "f":
+            return Column.of_float_bytes(text.encode("latin-1"))
+        case _:
+            return Column.of_terms(map(_term, values))
+
+
+def _term(value: str | int | float) -> Term:
+    if isinstance(value, str):
+        return Atom(value)
+    return float(value) if isinstance(value, float) else int(value)
 
 
 def column_text(

@@ -107,35 +107,58 @@ operation("add_facts", Text, [Reply]) :-
           add_facts(Scene, Stream) ),
         close(Stream)),
     ok(true, Reply).
-operation("query", Text, [Names|Chunk]) :-
-    term_string(query(Base, Scenes, Most, Bounds, Bindings, Question), Text),
-    bounded(Bounds, answers(Base, Scenes, Most, Bindings, Question, Names0, Chunk)),
-    ok(Names0, Names).
+operation("query", Text, [Head|Chunk]) :-
+    term_string(query(Base, Scenes, Most, Way, Bounds, Bindings, Question), Text),
+    bounded(Bounds, answers(Way, Base, Scenes, Most, Bindings, Question, Head0, Chunk)),
+    ok(Head0, Head).
 
-answers(Base, Scenes, Most, Bindings, Text, Names, Chunk) :-
+%   Head are the names of the columns of each Chunk; or where the Way may be `arrays`, once
+%   plan(Names, Scenes, Plan), whose answers are found in arrays (array_plan.pl). Of its scenes it has
+%   scene(Name, Scene, Generations), which tell when each fact of the plan was last changed.
+answers(Way, Base, Scenes, Most, Bindings, Text, Head, Chunk) :-
     ask_base(Base, Scenes),
-    question(Text, Bindings, question(Goal, Names0, Vars, PerScene)),
+    question(Text, Bindings, question(Goal, Names0, Vars, PerScene, Plan)),
     (   PerScene == true
     ->  findall(Asked, asked_scene(Base, Scenes, Asked), All),
-        per_scene(All, Goal, Names0, Vars, Names, Row, Run)
+        scene_column(All, Names0, Names),
+        (   Way == arrays,
+            Plan = plan(_, _, Facts)
+        ->  Head = plan(Names, Dated, Plan),
+            Chunk = [],
+            maplist(dated(Facts), All, Dated)
+        ;   Head = Names,
+            per_scene(All, Goal, Vars, Row, Run),
+            chunk(Row, Run, Most, Chunk)
+        )
     ;   nb_setval(facetlog_scene, none),
-        Names = Names0,
-        Row = Vars,
-        Run = facetlog_query:Goal
-    ),
-    chunk(Row, Run, Most, Chunk).
+        Head = Names0,
+        chunk(Vars, facetlog_query:Goal, Most, Chunk)
+    ).
 
-per_scene([_-Scene], Goal, Names, Vars, Names, Vars, Run) :-
-    !,
-    direct(Goal, Scene, Direct),
-    Run = in_scene(Scene, facetlog_query:Direct).
-per_scene(_, _, Names, _, _, _, _) :-
+scene_column([_], Names, Names) :- !.
+scene_column(_, Names, _) :-
     memberchk('Scene', Names),
     !,
     throw(question_error(0, 0, "Scene is the name of the first column when several scenes are asked: call this variable something else", [])).
-per_scene(All, Goal, Names, Vars, ['Scene'|Names], [Name|Vars], Run) :-
-    direct(Goal, Scene, Direct),
-    Run = ( member(Name-Scene, All), in_scene(Scene, facetlog_query:Direct) ).
+scene_column(_, Names, ['Scene'|Names]).
+
+dated(Facts, Name-Scene, scene(Name, Scene, Generations)) :-
+    maplist(last_changed(Scene), Facts, Generations).
+
+%   To count the clauses would take as long as to visit them.
+last_changed(Scene, Name/Arity, Generation) :-
+    functor(Head, Name, Arity),
+    (   predicate_property(Scene:Head, last_modified_generation(Generation0))
+    ->  Generation = Generation0
+    ;   Generation = 0
+    ).
+
+per_scene([_-Scene], Goal, Vars, Vars, in_scene(Scene, facetlog_query:Direct)) :-
+    !,
+    direct(Goal, Scene, Direct).
+per_scene(All, Goal, Vars, [Name|Vars],
+          ( member(Name-Scene, All), in_scene(Scene, facetlog_query:Direct) )) :-
+    direct(Goal, Scene, Direct).
 
 %   Facts that are asked outright are asked of the scene itself: that is twice as fast as to look for
 %   the current one.
