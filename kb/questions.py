@@ -6,12 +6,16 @@ same rows in the same order. What arrays cannot answer Prolog is asked for after
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
+from facetlog.errors import QueryError, RuleSyntaxError
+from facetlog.kb.arrays.cliques import PairGraph
+from facetlog.kb.arrays.face_pairs import graph_by_measure, graph_by_prolog
 from facetlog.kb.arrays.lookups import SceneTables, batches
 from facetlog.kb.arrays.pace import Pace
-from facetlog.kb.arrays.plan_terms import Plan, PlannedScene, decode_plan
+from facetlog.kb.arrays.plan_terms import Pairs, Plan, PlannedScene, decode_plan
 from facetlog.kb.arrays.scene_columns import FactKind, SceneColumns
 from facetlog.kb.arrays.values import NotOnArraysError
 from facetlog.kb.engine.answers import Answers
@@ -70,13 +74,11 @@ class Asked:
             if first is None:
                 return Answers((), iter(()), self.close)
             head, pieces = checked(first, self._question.goal)
-            match head:
-                case tuple(names):
-                    chunks = self._from_prolog(decode_chunk(pieces))
-                    return Answers(tuple(map(str, names)), chunks, self.close)
-                case _:
-                    plan = decode_plan(head)
-                    return Answers(plan.names, self._planned(plan), self.close)
+            if isinstance(head, tuple):
+                chunks = self._from_prolog(decode_chunk(pieces))
+                return Answers(tuple(map(str, head)), chunks, self.close)
+            plan = decode_plan(head)
+            return Answers(plan.names, self._planned(plan), self.close)
         except BaseException:
             self.close()
             raise
@@ -93,21 +95,21 @@ class Asked:
             yield decode_chunk(checked(reply, self._question.goal)[1])
 
     def _planned(self, plan: Plan) -> Iterator[Chunk]:
+        """The answers by the plan. Meanwhile Prolog keeps the question, and so the scenes."""
         given = 0
         try:
             for chunk in self._on_arrays(plan):
                 given += chunk.length
                 yield chunk
         except NotOnArraysError:
-            self._replies = self._question.replies(self._door, "prolog")
             yield from _without_first(given, self._from_prolog())
+        self._replies.close()
 
     def _on_arrays(self, plan: Plan) -> Iterator[Chunk]:
         pace = self._pace = Pace(self._question.limits.seconds)
         left = self._question.most
-        # All tables are fetched before the first answer: a scene may be dropped after it.
-        scenes = [(scene, self._tables(plan, scene, pace)) for scene in plan.scenes]
-        for scene, tables in scenes:
+        for scene in plan.scenes:
+            tables = self._tables(plan, scene, pace)
             for batch in batches(plan.steps, frozenset(plan.columns), tables):
                 length = batch.length if left is None else min(batch.length, left)
                 columns = [
@@ -132,7 +134,29 @@ class Asked:
             kind: columns.table(kind, generation, lambda kind: self._read(scene, kind))
             for kind, generation in zip(plan.kinds, scene.generations, strict=True)
         }
-        return SceneTables(tables, columns.names, pace)
+
+        def graph(step: Pairs) -> PairGraph:
+            def ask(request: Struct) -> Term:
+                return self._about_scene(scene, request)
+
+            if step.way is None:
+                return graph_by_prolog(step.text, ask, columns.names)
+            make = partial(graph_by_measure, step.way, step.text, tables, ask)
+            return columns.graph(step.text, scene.generations, make)
+
+        return SceneTables(tables, columns.names, pace, graph)
+
+    def _about_scene(self, scene: PlannedScene, request: Struct) -> Term:
+        """What Prolog says to a request about a scene, within the limits of the question."""
+        limits = self._question.limits
+        about = (Atom(self._question.base), Atom(scene.module), limits.bounds, request)
+        text = term_text(Struct("asked", about))
+        reply = self._door.reply(request.functor, text, seconds=limits.seconds)
+        try:
+            return checked(reply, self._question.goal)[0]
+        except (QueryError, RuleSyntaxError):
+            # The question itself meets it in Prolog, with its place.
+            raise NotOnArraysError from None
 
     def _read(self, scene: PlannedScene, kind: FactKind) -> Sequence[tuple[Column, ...]]:
         """The facts of a kind as Prolog has them."""

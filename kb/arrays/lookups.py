@@ -4,7 +4,7 @@ Prolog takes the steps for one row after the other. Here a step takes many rows 
 its own in the same order: for each row all that it comes to, in the order of the facts.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.kb.arrays.arithmetic import passing
+from facetlog.kb.arrays.cliques import PairGraph, clique_count, cliques
 from facetlog.kb.arrays.join import JoinIndex, expanded
 from facetlog.kb.arrays.pace import Pace
 from facetlog.kb.arrays.plan_terms import (
@@ -20,6 +21,7 @@ from facetlog.kb.arrays.plan_terms import (
     Constant,
     Fact,
     Order,
+    Pairs,
     Step,
     Summed,
     Variable,
@@ -42,11 +44,12 @@ class Batch:
 
 @dataclass(frozen=True, slots=True)
 class SceneTables:
-    """What the steps look at, and at what pace."""
+    """What the steps look at, and at what pace; `graph` is that of a step of pairs."""
 
     tables: Mapping[FactKind, FactTable]
     names: Names
     pace: Pace
+    graph: Callable[[Pairs], PairGraph]
 
 
 def batches(steps: Sequence[Step], needed: frozenset[int], scene: SceneTables) -> Iterator[Batch]:
@@ -78,6 +81,9 @@ def _stages(
         match step:
             case Fact():
                 stages.append(_Lookup(step, early[place], bound, later, scene))
+                bound |= frozenset(variables_of([step]))
+            case Pairs():
+                stages.append(_FacePairs(step, later, scene))
                 bound |= frozenset(variables_of([step]))
             case Absent(inner):
                 stages.append(_Absence(inner, bound, scene))
@@ -191,6 +197,36 @@ class _Lookup:
             mask = passing(test, asked, length if rows is None else len(rows), self._scene.names)
             rows = np.flatnonzero(mask) if rows is None else rows[mask]
         return rows
+
+
+class _FacePairs:
+    """The faces of which each two pass a test; the step is the first of its plan."""
+
+    def __init__(self, step: Pairs, needed: frozenset[int], scene: SceneTables) -> None:
+        self._step, self._scene = step, scene
+        self._needed = [
+            (place, face.number)
+            for place, face in enumerate(step.faces)
+            if isinstance(face, Variable) and face.number in needed
+        ]
+        self._given = [face for face in step.faces if isinstance(face, Constant)]
+
+    def rows(self, batch: Batch) -> Iterator[Batch]:
+        del batch  # of one row, in which nothing is known
+        graph, names, pace = self._scene.graph(self._step), self._scene.names, self._scene.pace
+        if not self._needed and not self._given:
+            for count in clique_count(graph, len(self._step.faces), pace):
+                yield Batch(count, {})
+            return
+        given: list[int | None] = [
+            graph.number(str(face.value), names) if isinstance(face, Constant) else None
+            for face in self._step.faces
+        ]
+        if sum(number is not None for number in given) < len(self._given):
+            return
+        for chosen in cliques(graph, given, pace):
+            values = {n: graph.values(chosen[at], names) for at, n in self._needed}
+            yield Batch(len(chosen[0]), values)
 
 
 class _Test:

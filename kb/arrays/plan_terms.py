@@ -15,8 +15,10 @@ __all__ = [
     "Constant",
     "Expression",
     "Fact",
+    "Measured",
     "Operation",
     "Order",
+    "Pairs",
     "Plan",
     "PlannedScene",
     "Step",
@@ -98,7 +100,32 @@ class Summed:
     steps: tuple["Step", ...]
 
 
-Step: TypeAlias = Fact | Compare | Order | Absent | Summed
+@dataclass(frozen=True, slots=True)
+class Measured:
+    """The fact that has a value of each two faces, with the places of what it says of them.
+
+    The value is to be inside of `bounds`: `near`, `between`, `at_least` or `at_most` these limits.
+    """
+
+    kind: FactKind
+    first: int
+    second: int
+    value: int
+    deviation: int
+    bounds: str
+    limits: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs:
+    """Faces of which each two pass the test of `text`, for Prolog; `way` if a fact says."""
+
+    faces: tuple[Argument, ...]
+    text: str
+    way: Measured | None
+
+
+Step: TypeAlias = Fact | Compare | Order | Absent | Summed | Pairs
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +175,7 @@ def variables_of(parts: Iterable[Step | Expression]) -> Iterator[int]:
         match part:
             case Variable(number):
                 yield number
-            case Fact(_, args) | Operation(_, args):
+            case Fact(_, args) | Operation(_, args) | Pairs(args):
                 yield from variables_of(args)
             case Compare(_, left, right) | Order(_, left, right):
                 yield from variables_of((left, right))
@@ -199,6 +226,19 @@ def _step(term: Term) -> Step:
             return Summed(functor, None, result, _steps(steps))
         case Struct("summed", (Struct(functor, (int(of),)), int(result), steps)):
             return Summed(functor, Variable(of), result, _steps(steps))
+        case Struct("pairs", (tuple(faces), str(text), Atom("graph"))):
+            return Pairs(tuple(map(_argument, faces)), text, None)
+        case Struct("pairs", (tuple(faces), str(text), way)):
+            return Pairs(tuple(map(_argument, faces)), text, _measured(way))
+    raise _unreadable(term)
+
+
+def _measured(term: Term) -> Measured:
+    match term:
+        case Struct("measured", (Atom(name), int(arity), *places, Struct(bounds, limits))):
+            first, second, value, deviation = map(_integer, places)
+            numbers = tuple(float(x) for x in limits if isinstance(x, int | float))
+            return Measured((name, arity), first, second, value, deviation, bounds, numbers)
     raise _unreadable(term)
 
 

@@ -31,26 +31,32 @@ class Kind(Enum):
     TERM = "anything"
 
 
+class _Places(dict[str, int]):
+    """The place of each name, given when it is first asked for."""
+
+    def __init__(self, atoms: list[Atom]) -> None:
+        self._atoms = atoms
+
+    def __missing__(self, name: str) -> int:
+        place = self[name] = len(self._atoms)
+        self._atoms.append(Atom(name))
+        return place
+
+
 class Names:
     """The names that occur in a scene, each with its place; names are only ever added."""
 
     def __init__(self) -> None:
         self.atoms: list[Atom] = []
-        self._places: dict[str, int] = {}
+        self._places = _Places(self.atoms)
         self._ranks: NDArray[np.int32] = np.empty(0, np.int32)
 
     def place(self, name: str) -> int:
         """The place of a name, which has one from now on."""
-        place = self._places.get(name)
-        if place is None:
-            place = self._places[name] = len(self.atoms)
-            self.atoms.append(Atom(name))
-        return place
+        return self._places[name]
 
     def places(self, names: Sequence[str]) -> NDArray[np.int32]:
         """The place of each."""
-        for name in dict.fromkeys(names):
-            self.place(name)
         return np.fromiter(map(self._places.__getitem__, names), np.int32, len(names))
 
     @property
@@ -77,18 +83,31 @@ class Values:
         """The values of columns that follow each other."""
         if all(part.is_floats for part in parts):
             return cls(Kind.FLOAT, column_array(parts), names)
-        texts = [part.joined_names() for part in parts]
+        texts = [part.atom_names() for part in parts]
         if all(text is not None for text in texts):
-            return cls(Kind.NAME, names.places(list(chain(*filter(None, texts)))), names)
+            return cls.of_names(list(chain(*filter(None, texts))), names)
         return cls.of_terms(list(chain.from_iterable(part.terms() for part in parts)), names)
 
     @classmethod
+    def of_names(cls, texts: Sequence[str], names: Names) -> "Values":
+        """The values of atoms by their names."""
+        return cls(Kind.NAME, names.places(texts), names)
+
+    @classmethod
+    def of_parts(cls, parts: "Sequence[Values]", names: Names) -> "Values":
+        """Values that follow each other."""
+        kinds = {part.kind for part in parts}
+        if len(kinds) == 1:
+            return cls(kinds.pop(), np.concatenate([part.data for part in parts]), names)
+        return cls.of_terms([term for part in parts for term in part.column().terms()], names)
+
+    @classmethod
     def of_terms(cls, terms: Sequence[Term], names: Names) -> "Values":
-        """The same of terms."""
+        """The same of terms; no terms are no floats."""
         kinds = set(map(type, terms))
         if kinds == {Atom}:
             return cls(Kind.NAME, names.places([str(term) for term in terms]), names)
-        if kinds == {float} and all(map(np.isfinite, terms)):  # type: ignore[arg-type]
+        if kinds <= {float} and all(map(np.isfinite, terms)):  # type: ignore[arg-type]
             return cls(Kind.FLOAT, np.array(terms, np.float64), names)
         if kinds == {int} and all(-(1 << 63) <= term < 1 << 63 for term in terms):  # type: ignore[operator]
             return cls(Kind.INTEGER, np.array(terms, np.int64), names)

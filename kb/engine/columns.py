@@ -78,11 +78,6 @@ class Column:
         """A column of the floats that float_bytes.pl has in so many bytes."""
         return cls(_Layout.FLOATS, len(data) // FLOAT_BYTES, data)
 
-    @classmethod
-    def of_joined_names(cls, text: str, length: int) -> "Column":
-        """A column of so many atoms with separators between them."""
-        return cls(_Layout.ATOMS, length, text)
-
     def terms(self) -> Sequence[Term]:
         """The values, exact: `Atom`, `str`, `int`, `float`, `Fraction`, `Struct`, `Var`, tuple."""
         if isinstance(self.data, tuple):
@@ -116,7 +111,7 @@ class Column:
         """Whether it was seen that all values are floats."""
         return self.layout is _Layout.FLOATS
 
-    def joined_names(self) -> Sequence[str] | None:
+    def atom_names(self) -> Sequence[str] | None:
         """The names of atoms that stand together as a text; None if it has anything else."""
         return self._text().split(SEPARATOR) if self.layout is _Layout.ATOMS else None
 

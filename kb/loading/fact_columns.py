@@ -1,7 +1,7 @@
 """Facts to the text that fact_columns.pl reads: the values of each argument together."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from typing import TypeAlias
@@ -9,7 +9,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.kb.engine.columns import Column
+from facetlog.kb.arrays.scene_columns import FactKind, KindColumns, LoadedColumn
 from facetlog.kb.engine.terms import Atom, Struct, Term, integer_text, term_text
 from facetlog.kb.loading.encode import Fact, argument_text
 
@@ -41,7 +41,7 @@ class FactChunk:
 
     request: str
     facts: int
-    columns: Mapping[tuple[str, int], tuple[Column, ...]]
+    columns: KindColumns
 
 
 def fact_chunks(scene: str, facts: Iterable[Fact]) -> Iterator[FactChunk]:
@@ -61,39 +61,22 @@ def fact_chunk(scene: str, facts: Sequence[Fact]) -> FactChunk:
         kinds[fact[0], len(fact)].append(fact)
     heads: list[Term] = []
     texts: list[str] = []
-    columns: dict[tuple[str, int], tuple[Column, ...]] = {}
+    columns: dict[FactKind, tuple[LoadedColumn, ...]] = {}
     for (name, length), alike in kinds.items():
         if not isinstance(name, str):
             raise TypeError(f"a fact begins with the name of its functor, not {name!r}")
         layouts: list[Term] = []
-        decoded: list[Column] = []
+        kept: list[LoadedColumn] = []
         rows = [fact[1:] for fact in alike]
         for values in zip(*rows, strict=True):
             layout, text = column_text(values, name, rows)
             layouts.append(Struct("-", (Atom(layout), len(text))))
             texts.append(text)
-            decoded.append(_column(layout, text, values))
+            kept.append(LoadedColumn(layout, text, values))
         heads.append(Struct("kind", (Atom(name), len(alike), tuple(layouts))))
-        columns[name, length - 1] = tuple(decoded)
+        columns[name, length - 1] = tuple(kept)
     head = term_text(Struct("facts", (Atom(scene), tuple(heads))))
     return FactChunk("".join((head, "\n", *texts)), len(facts), columns)
-
-
-def _column(layout: str, text: str, values: Sequence[str | int | float]) -> Column:
-    """The same as a column of answers has it."""
-    match layout:
-        case "a":
-            return Column.of_joined_names(text, len(values))
-        case "f":
-            return Column.of_float_bytes(text.encode("latin-1"))
-        case _:
-            return Column.of_terms(map(_term, values))
-
-
-def _term(value: str | int | float) -> Term:
-    if isinstance(value, str):
-        return Atom(value)
-    return float(value) if isinstance(value, float) else int(value)
 
 
 def column_text(

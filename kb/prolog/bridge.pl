@@ -28,6 +28,7 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(fact_columns)).
 :- use_module(facetlog_kb(scene_cache)).
 :- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(pairs)).
 :- use_module(facetlog_kb(batch)).
 :- use_module(facetlog_kb(near_miss)).
 :- use_module(facetlog_kb(origin)).
@@ -112,9 +113,10 @@ operation("query", Text, [Head|Chunk]) :-
     bounded(Bounds, answers(Way, Base, Scenes, Most, Bindings, Question, Head0, Chunk)),
     ok(Head0, Head).
 
-%   Head are the names of the columns of each Chunk; or where the Way may be `arrays`, once
-%   plan(Names, Scenes, Plan), whose answers are found in arrays (array_plan.pl). Of its scenes it has
-%   scene(Name, Scene, Generations), which tell when each fact of the plan was last changed.
+%   Head are the names of the columns of each Chunk. Where the Way may be `arrays` there is first
+%   plan(Names, Scenes, Plan), by which arrays find all the answers (array_plan.pl). The chunks come
+%   after it, for whoever cannot follow it. Of its scenes it has scene(Name, Scene, Generations),
+%   which tell when each fact of the plan was last changed.
 answers(Way, Base, Scenes, Most, Bindings, Text, Head, Chunk) :-
     ask_base(Base, Scenes),
     question(Text, Bindings, question(Goal, Names0, Vars, PerScene, Plan)),
@@ -122,8 +124,8 @@ answers(Way, Base, Scenes, Most, Bindings, Text, Head, Chunk) :-
     ->  findall(Asked, asked_scene(Base, Scenes, Asked), All),
         scene_column(All, Names0, Names),
         (   Way == arrays,
-            Plan = plan(_, _, Facts)
-        ->  Head = plan(Names, Dated, Plan),
+            Plan = plan(_, _, Facts),
+            Head = plan(Names, Dated, Plan),
             Chunk = [],
             maplist(dated(Facts), All, Dated)
         ;   Head = Names,
@@ -266,6 +268,10 @@ result("judge_batch", Text, Verdicts) :-
 result("close_batch", Text, true) :-
     term_string(Batch, Text),
     close_batch(Batch).
+result("pair_graph", Text, graph(Names, Later)) :-
+    explained(Text, pair_graph(Test), pair_graph(Test, Names, Later)).
+result("passing_values", Text, Numbers) :-
+    explained(Text, passing_values(Test, Values), passing_values(Test, Values, Numbers)).
 result("origin", Text, Origin) :-
     explained(Text, origin(Name), ( about(Name, About), origin(About, Origin) )).
 result("sight", Text, Sight) :-

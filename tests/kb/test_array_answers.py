@@ -179,6 +179,72 @@ def shared_base() -> KnowledgeBase:
     return _BASES[0]
 
 
+@st.composite
+def measured_faces(draw: st.DrawFn) -> list[Fact]:
+    """Faces with angles about 90, some of them twice, at a limit, or of a face not measured."""
+    faces = draw(st.lists(names, max_size=6))
+    angles = st.one_of(st.sampled_from([75.0, 105.0, 90.0]), st.floats(70, 110))
+    deviations = st.sampled_from([0.0, 0.1, 3.0, 40.0])
+    facts: list[Fact] = [("face", name) for name in faces]
+    evidence = st.sampled_from(["measured", "measured", "measured", "implied"])
+    facts += [("evidence", name, draw(evidence)) for name in faces]
+    pairs = st.tuples(st.just("angle"), names, names, angles, deviations)
+    adjoin = st.tuples(st.just("adjoins"), names, names, st.just("e1"))
+    return facts + draw(st.lists(st.one_of(pairs, pairs, adjoin), max_size=30))
+
+
+PAIR_TESTS = (
+    "near(angle(X, Y), 90, 15)",
+    "near(angle(Y, X), 90, 15.0)",
+    "between(angle(X, Y), 75, 105)",
+    "at_least(angle(X, Y), 75)",
+    "at_most(angle(X, Y), 105.0)",
+    "at_most(angle(X, Y), tolerance(upright) * 10)",
+    "fading(near(angle(X, Y), 90, 15), 5)",
+    "near(angle(X, X), 90, 15)",
+    "adjoins(X, Y)",
+    "not(adjoins(X, Y))",
+    "at_most(offset(X, Y), 3)",
+)
+FACE_LISTS = ("[A]", "[A, B]", "[A, B, C]", "[A, f1]", "[f2, B, C]", "[A, A]", "[A, X]", "[]", "L")
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.data())
+def test_pairs_on_arrays_are_those_of_prolog(data: st.DataObject) -> None:
+    base = shared_base()
+    base.load_scene("s", data.draw(measured_faces(), label="facts"))
+    test = data.draw(st.sampled_from(PAIR_TESTS))
+    for faces in data.draw(st.lists(st.sampled_from(FACE_LISTS), min_size=1, max_size=4)):
+        goal = f"each_pair(X, Y, {faces}, {test})"
+        counted = f"aggregate_all(count, {goal}, N)"
+        for asked in (goal, counted, f"{goal}, angle(A, B, D, _), D > 80"):
+            found = said(lambda: base.query(asked, scenes=["s"]))  # noqa: B023
+            wanted = said(lambda: base.query(by_prolog(asked), scenes=["s"]))  # noqa: B023
+            assert found[0] == wanted[0], asked
+            assert bool(found[1]) == bool(wanted[1]), asked
+
+
+def test_pairs_of_a_crisp_base_have_no_deviations() -> None:
+    facts: list[Fact] = [("face", "f1"), ("face", "f2"), ("angle", "f1", "f2", 104.0, 40.0)]
+    facts += [("evidence", name, "measured") for name in ("f1", "f2")]
+    for crisp in (False, True):
+        with KnowledgeBase(crisp=crisp) as base:
+            base.load_scene("s", facts)
+            found = list(base.query("each_pair(X, Y, [A, B], near(angle(X, Y), 90, 15))"))
+            assert len(found) == crisp
+
+
+def test_pairs_follow_the_facts(ways: Ways) -> None:
+    goal = "each_pair(X, Y, [A, B], near(angle(X, Y), 90, 15))"
+    facts = [*FACTS, *((("evidence", f, "measured")) for f in ("f1", "f2", "f3"))]
+    scene = ways.base.load_scene("s", facts)
+    assert [tuple(map(str, row)) for row in ways.base.query(goal)] == [("f1", "f2")]
+    ways.base._add_facts(scene.module, [("angle", "f2", "f3", 88.0, 0.1)])
+    assert len(list(ways.base.query(goal))) == 2
+    assert ways.answered == 2
+
+
 FACTS: list[Fact] = [
     ("face", "f1"),
     ("face", "f2"),
@@ -203,6 +269,8 @@ FACTS: list[Fact] = [
         "aggregate_all(count, (face(A), face(B), A \\== B), N)",
         "aggregate_all(sum(X), angle(_, _, X, _), S)",
         "aggregate_all(max(X), (angle(A, _, X, _), A == f9), S)",
+        "each_pair(X, Y, [A, B], near(angle(X, Y), 90, 15))",
+        "aggregate_all(count, each_pair(X, Y, [A, B, C], adjoins(X, Y)), N)",
     ],
 )
 def test_what_looks_facts_up_is_answered_on_arrays(ways: Ways, goal: str) -> None:

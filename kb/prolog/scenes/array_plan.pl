@@ -3,7 +3,7 @@
 
 /** <module> Questions that need no search: what is to be looked up in columns of facts
 
-Facts alone, compared and joined, are answered from arrays in Python (kb/arrays/), with the same rows
+Facts alone, compared and joined, and faces of which each two pass a test are answered from arrays in Python (kb/arrays/), with the same rows
 in the same order as Prolog finds them. A plan is
 
     plan(Columns, Steps, Facts)
@@ -16,6 +16,9 @@ facts, Name/Arity, that it looks up. Variables are variable(Number). A step is
   - compare(Op, A, B): the values of two expressions of numbers and variables;
   - order(Op, A, B): the standard order of two names, each a variable or constant(Name);
   - absent(Steps): there is none;
+  - pairs(Faces, Text, Way): each two of Faces, variables or constant(Name), pass the test of Text,
+    pair(X, Y, Test). Way is `graph`, or measured(Name, Arity, A, B, Value, Sd, Bounds) where one fact says
+    which do: the places of its arguments from 0, and what the value is compared with;
   - summed(Summary, Number, Steps): the variable Number is count, sum(Number), max(Number) or
     min(Number) of all.
 
@@ -26,6 +29,7 @@ Whatever is none of these has no plan, and is Prolog's: so are all errors.
 :- use_module(library(assoc)).
 :- use_module(library(apply)).
 :- use_module(facetlog_kb(prepare)).
+:- use_module(facetlog_kb(pairs)).
 
 %!  array_plan(+Goal, +Vars, +Scope, -Plan) is semidet.
 %
@@ -96,6 +100,25 @@ step(aggregate_all(What, Goal, Result), Context, [], [Number], summed(Summary, N
     number_of(All, 1, Result, Number),
     planned(Goal, Context, [], Bound, Steps, Facts0, Facts),
     summary(What, All, Bound, Summary).
+step(each_pair(X, Y, Faces0, Test), context(All, _), [], Bound, pairs(Faces, Text, Way),
+     Facts, [face/1, evidence/2|Facts1]) :-
+    !,
+    is_list(Faces0),
+    Faces0 = [_|_],
+    var(X), var(Y), X \== Y,
+    term_variables(Faces0, Variables),
+    length(Variables, Count),
+    foldl(argument(All), Faces0, Faces, [], Bound),
+    length(Bound, Count),
+    include(var, Faces0, Unbound),
+    length(Unbound, Count),                 % none twice
+    \+ ( member(Variable, Variables), ( Variable == X ; Variable == Y ) ),
+    term_variables(X-Y-Test, [_, _]),
+    format(string(Text), "~W",
+           [ pair(X, Y, Test),
+             [ quoted(true), ignore_ops(true), numbervars(false),
+               variable_names(['X'=X, 'Y'=Y]) ] ]),
+    pairs_by(X, Y, Test, Way, Facts, Facts1).
 step(Goal, Context, Bound, Bound, compare(Op, A, B), Facts, Facts) :-
     compares(Goal, Op, A0, B0),
     !,
@@ -115,6 +138,23 @@ step(Goal, Context, Bound0, Bound, fact(Name, Args), Facts, [Name/Arity|Facts]) 
     compound_name_arguments(Goal, Name, Args0),
     length(Args0, Arity),
     foldl(argument(All), Args0, Args, Bound0, Bound).
+
+pairs_by(X, Y, Test, measured(Name, Arity, A, B, V, S, Bounds), Facts, [Name/Arity|Facts]) :-
+    measured_pairs(X, Y, Test, Fact, Value, Sd, _, Bounds),
+    compound_name_arguments(Bounds, Form, Limits),
+    memberchk(Form, [near, between, at_least, at_most]),
+    maplist(plain_number, Limits),
+    compound_name_arguments(Fact, Name, Args),
+    length(Args, Arity),
+    maplist(place_of(Args), [X, Y, Value, Sd], [A, B, V, S]),
+    !.
+pairs_by(_, _, _, graph, Facts, Facts).
+
+place_of(Args, Variable, Place) :-
+    var(Variable),
+    nth0(Place, Args, Arg),
+    Arg == Variable,
+    !.
 
 argument(All, Argument, variable(Number), Bound0, Bound) :-
     var(Argument),
