@@ -13,7 +13,6 @@ from pathlib import Path
 from types import MappingProxyType
 
 from facetlog.errors import EngineError, QueryError
-from facetlog.kb.arrays.scene_columns import SceneColumns
 from facetlog.kb.calibration import Calibration, shipped_calibration
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
@@ -39,11 +38,10 @@ from facetlog.kb.explaining.unseen import unseen
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.loading.fact_columns import fact_chunks
 from facetlog.kb.loading.loaded import LoadedScene, RuleFile
-from facetlog.kb.loading.promised_facts import FactMaker, PromisedFacts
+from facetlog.kb.loading.promised_facts import FactMaker
 from facetlog.kb.loading.rule_files import RuleFiles
-from facetlog.kb.loading.scene_cache import SceneCache
+from facetlog.kb.loading.scene_facts import SceneFacts
 from facetlog.kb.loading.schema import declarations
 from facetlog.kb.loading.words import Word, decode_words
 from facetlog.kb.questions import Question
@@ -87,13 +85,11 @@ class KnowledgeBase(Closing):
         self._lock = threading.RLock()
         self._scenes: dict[str, LoadedScene] = {}
         self._functions: list[int] = []
-        self._columns: dict[str, SceneColumns] = {}
-        self._cache = SceneCache()
         self._closed = True  # until there is a door
         self._process = IsolatedProcess(memory_mb) if isolated else None
         self._door: Door = self._process or engine_pool()
         self._rules = RuleFiles(self._name, self._door, self._lock)
-        self._promised = PromisedFacts(self._add_facts, lambda: self._rules.on_demand)
+        self._facts = SceneFacts(self._request, lambda: self._rules.on_demand)
         self._closed = False
         self._request("declare_facts", declarations(), state=self._name)
         if crisp:
@@ -160,9 +156,10 @@ class KnowledgeBase(Closing):
         """
         module = scene_module()
         self._request("new_scene", term_text(Atom(module)), state=module)
-        self._columns[module] = SceneColumns()
+        # An isolated process writes no files, and may have to load again when ours are gone.
+        key = None if self.isolated else cache_key
         try:
-            total = self._load_facts(module, facts, cache_key)
+            total = self._facts.load(module, facts, key)
             said = self._request("known_of_scene", term_text(Atom(module)))
             known = said if isinstance(said, tuple) else ()
             unit = "m" if Atom("metric") in known else None
@@ -172,46 +169,25 @@ class KnowledgeBase(Closing):
                 self._request("name_scene", named, state=module)
                 old = self._scenes.pop(name, None)
                 self._scenes[name] = scene
-                self._promised.promise(module, on_demand)
+                self._facts.promise(module, on_demand)
         except BaseException:
-            self._columns.pop(module, None)
+            self._facts.forget(module)
             destroy_scene(self._door, module)
             raise
         if old is not None:
-            self._destroy(old)
+            self._forget(old)
         return scene
-
-    def _load_facts(self, module: str, facts: Iterable[Fact], cache_key: str | None) -> int:
-        path = None
-        # An isolated process writes no files, and may have to load again when ours are gone.
-        if cache_key is not None and not self.isolated:
-            path = self._cache.path(cache_key, str(self._request("cache_identity", "")))
-            if (cached := self._cache.load(path, module, self._request)) is not None:
-                self._columns[module].compiled()
-                return cached
-        total = self._add_facts(module, facts)
-        self._cache.save(path, module, self._request)
-        return total
-
-    def _add_facts(self, module: str, facts: Iterable[Fact]) -> int:
-        total = 0
-        for chunk in fact_chunks(module, facts):
-            self._request("add_columns", chunk.request, state=module)
-            self._columns[module].add(chunk.columns)
-            total += chunk.facts
-        return total
-
-    def _destroy(self, scene: LoadedScene) -> None:
-        self._promised.forget(scene.module)
-        self._columns.pop(scene.module, None)
-        destroy_scene(self._door, scene.module)
 
     def drop_scene(self, name: str) -> None:
         """Forgets the scene. Raises KeyError if there is none of that name."""
         with self._lock:
             scene = self._scenes.pop(name)
             self._request("unname_scene", _terms("named", self._name, name))
-        self._destroy(scene)
+        self._forget(scene)
+
+    def _forget(self, scene: LoadedScene) -> None:
+        self._facts.forget(scene.module)
+        destroy_scene(self._door, scene.module)
 
     def load_rules(self, path: Path, *, trusted: bool = False) -> RuleFile:
         """The models of a user's file, loaded into a module of their own.
@@ -277,9 +253,9 @@ class KnowledgeBase(Closing):
             names = scenes if scenes is None else tuple(dict.fromkeys(scenes))
             chosen = tuple(self._scenes) if names is None else names
             modules = [self._scene(name).module for name in chosen]
-            self._promised.keep(goal, modules)
+            self._facts.keep(goal, modules)
             question = Question(self._name, goal, names, limits, most, tuple(bindings.items()))
-            asked = question.put(self._door, self._columns)
+            asked = question.put(self._door, self._facts.columns)
         return asked.answers()
 
     def judge(self, scene: str, model: str, thing: str) -> Verdict:
@@ -368,7 +344,7 @@ class KnowledgeBase(Closing):
             module = Atom(self._scene(scene).module)
             request = (Atom(self._name), module, limits.bounds, Struct(operation, about))
             text = term_text(Struct("asked", request))
-            self._promised.keep(text, (module.name,))
+            self._facts.keep(text, (module.name,))
             replies = self._door.replies(operation, text, seconds=limits.seconds)
         try:
             return checked(next(iter(replies), ()))[0]

@@ -26,6 +26,9 @@ from facetlog.kb.limits import Limits
 
 __all__ = ["Asked", "Question"]
 
+FEWEST_FACTS = 2000
+"""Of a kind in a scene: of fewer Prolog is as fast, since a plan takes a millisecond."""
+
 
 @dataclass(frozen=True, slots=True)
 class Question:
@@ -44,16 +47,17 @@ class Question:
 
     def put(self, door: Door, columns: Mapping[str, SceneColumns]) -> "Asked":
         """The question, on its way to Prolog; `columns` are those of scenes by their modules."""
-        return Asked(self, door, dict(columns), self.replies(door, "arrays"))
+        return Asked(self, door, dict(columns), self.replies(door, FEWEST_FACTS))
 
-    def replies(self, door: Door, way: str) -> Replies:
-        """What Prolog says: with the way `prolog` answers, with `arrays` a plan if there is one."""
+    def replies(self, door: Door, fewest: int | None = None) -> Replies:
+        """What Prolog says: answers; before them a plan, of questions about `fewest` facts."""
         scenes: Term = Atom("all")
         if self.scenes is not None:
             scenes = tuple(map(Atom, self.scenes))
         most: Term = Atom("inf") if self.most is None else self.most
+        few: Term = Atom("inf") if fewest is None else fewest
         bindings = tuple(Struct("=", (Atom(name), value)) for name, value in self.bindings)
-        args = (Atom(self.base), scenes, most, Atom(way), self.limits.bounds, bindings, self.goal)
+        args = (Atom(self.base), scenes, most, few, self.limits.bounds, bindings, self.goal)
         return door.replies("query", term_text(Struct("query", args)), seconds=self.limits.seconds)
 
 
@@ -163,7 +167,7 @@ class Asked:
         name, arity = kind
         goal = term_text(Struct(name, tuple(Var(f"V{place}") for place in range(arity))))
         question = Question(self._question.base, goal, (scene.name,), Limits())
-        replies = question.replies(self._door, "prolog")
+        replies = question.replies(self._door)
         try:
             return [decode_chunk(checked(reply, goal)[1]).columns for reply in replies]
         finally:

@@ -1,7 +1,8 @@
 """The facts of one scene as arrays, which are made when a fact is first looked up."""
 
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple, TypeAlias
 
 from facetlog.kb.arrays.cliques import PairGraph
@@ -60,23 +61,29 @@ class SceneColumns:
 
     def __init__(self) -> None:
         self.names = Names()
-        self._compiled = False
+        self._kept = True
         self._parts: dict[FactKind, list[FactTable]] = {}
         self._tables: dict[FactKind, tuple[int, FactTable]] = {}
         self._graphs: dict[str, tuple[tuple[int, ...], PairGraph]] = {}
         self._lock = threading.Lock()
 
-    def add(self, facts: KindColumns) -> None:
-        """Keeps facts that were loaded."""
+    @contextmanager
+    def adding(self, facts: KindColumns) -> Iterator[None]:
+        """Keeps facts that are loaded into Prolog meanwhile."""
         with self._lock:
+            try:
+                yield
+            except BaseException:
+                self._kept = False  # who knows which of them are there
+                raise
             for kind, columns in facts.items():
-                if not self._compiled and kind not in self._tables:
+                if self._kept and kind not in self._tables:
                     part = tuple(column.decoded(self.names) for column in columns)
                     self._parts.setdefault(kind, []).append(part)
 
-    def compiled(self) -> None:
-        """The scene has other facts than those that were added."""
-        self._compiled = True
+    def forget(self) -> None:
+        """Prolog has other facts than those that were added."""
+        self._kept = False
 
     def table(
         self,
@@ -87,7 +94,7 @@ class SceneColumns:
         """The facts of a kind as they are in a generation; `read` gets them from Prolog."""
         with self._lock:
             known, table = self._tables.get(kind, (generation, None))
-            if table is None and not self._compiled:
+            if table is None and self._kept:
                 table = self._joined(kind, self._parts.pop(kind, []))
             elif table is None or known != generation:
                 parts = read(kind)

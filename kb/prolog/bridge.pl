@@ -37,6 +37,7 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(reading)).
 :- use_module(facetlog_kb(question)).
+:- use_module(facetlog_kb(array_plan)).
 :- use_module(facetlog_kb(words)).
 :- use_module(facetlog_kb(bounded_text)).
 :- use_module(facetlog_kb(small_terms)).
@@ -109,25 +110,23 @@ operation("add_facts", Text, [Reply]) :-
         close(Stream)),
     ok(true, Reply).
 operation("query", Text, [Head|Chunk]) :-
-    term_string(query(Base, Scenes, Most, Way, Bounds, Bindings, Question), Text),
-    bounded(Bounds, answers(Way, Base, Scenes, Most, Bindings, Question, Head0, Chunk)),
+    term_string(query(Base, Scenes, Most, Fewest, Bounds, Bindings, Question), Text),
+    bounded(Bounds, answers(Fewest, Base, Scenes, Most, Bindings, Question, Head0, Chunk)),
     ok(Head0, Head).
 
-%   Head are the names of the columns of each Chunk. Where the Way may be `arrays` there is first
-%   plan(Names, Scenes, Plan), by which arrays find all the answers (array_plan.pl). The chunks come
-%   after it, for whoever cannot follow it. Of its scenes it has scene(Name, Scene, Generations),
-%   which tell when each fact of the plan was last changed.
-answers(Way, Base, Scenes, Most, Bindings, Text, Head, Chunk) :-
+%   Head are the names of the columns of each Chunk. Where arrays can find the answers, and there are
+%   at least Fewest facts to look at, there is first plan(Names, Scenes, Plan) (array_plan.pl). The
+%   chunks come after it, for whoever cannot follow it. Of its scenes it has
+%   scene(Name, Scene, Generations), which tell when each fact of the plan was last changed.
+answers(Fewest, Base, Scenes, Most, Bindings, Text, Head, Chunk) :-
     ask_base(Base, Scenes),
-    question(Text, Bindings, question(Goal, Names0, Vars, PerScene, Plan)),
+    question(Text, Bindings, question(Goal, Names0, Vars, PerScene, Checked)),
     (   PerScene == true
     ->  findall(Asked, asked_scene(Base, Scenes, Asked), All),
         scene_column(All, Names0, Names),
-        (   Way == arrays,
-            Plan = plan(_, _, Facts),
+        (   planned(Fewest, All, Checked, Vars, Dated, Plan),
             Head = plan(Names, Dated, Plan),
-            Chunk = [],
-            maplist(dated(Facts), All, Dated)
+            Chunk = []
         ;   Head = Names,
             per_scene(All, Goal, Vars, Row, Run),
             chunk(Row, Run, Most, Chunk)
@@ -144,8 +143,32 @@ scene_column(_, Names, _) :-
     throw(question_error(0, 0, "Scene is the name of the first column when several scenes are asked: call this variable something else", [])).
 scene_column(_, Names, ['Scene'|Names]).
 
+planned(Fewest, All, checked(Goal, Scope), Vars, Dated, Plan) :-
+    integer(Fewest),
+    findall(Indicator, fact_schema(Indicator, _), Every),
+    mostly_large(All, Every, Fewest),   % sooner seen than a plan is made
+    array_plan(Goal, Vars, Scope, Plan),
+    !,
+    Plan = plan(_, _, Facts),
+    mostly_large(All, Facts, Fewest),
+    maplist(dated(Facts), All, Dated).
+
 dated(Facts, Name-Scene, scene(Name, Scene, Generations)) :-
     maplist(last_changed(Scene), Facts, Generations).
+
+%   Most scenes have a fact that is there so often. Of few facts Prolog is as fast.
+mostly_large(All, Facts, Fewest) :-
+    partition(large(Facts, Fewest), All, Large, Small),
+    length(Large, Count),
+    length(Small, Rest),
+    Count > Rest.
+
+large(_, 0, _) :- !.
+large(Facts, Fewest, _-Scene) :-
+    member(Name/Arity, Facts),
+    functor(Head, Name, Arity),
+    nth_clause(Scene:Head, Fewest, _),
+    !.
 
 %   To count the clauses would take as long as to visit them.
 last_changed(Scene, Name/Arity, Generation) :-

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.errors import EngineError, FacetlogError, QueryError
+from facetlog.kb import questions
 from facetlog.kb.engine.terms import Atom, Struct, Term
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
@@ -100,6 +101,13 @@ def goals(draw: st.DrawFn) -> str:
             return goal
 
 
+@pytest.fixture(autouse=True, scope="module")
+def few_facts_are_enough() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(questions, "FEWEST_FACTS", 0)
+        yield
+
+
 @dataclass
 class Ways:
     """How many questions were answered on arrays, and whether they may be."""
@@ -156,14 +164,14 @@ def by_prolog(goal: str) -> str:
 @given(st.data())
 def test_arrays_answer_as_prolog_does(data: st.DataObject) -> None:
     facts = [data.draw(some_facts(), label=name) for name in SCENES]
-    questions = data.draw(st.lists(goals(), min_size=1, max_size=6), label="goals")
+    asked = data.draw(st.lists(goals(), min_size=1, max_size=6), label="goals")
     one = data.draw(st.booleans(), label="one scene")
     most = data.draw(st.sampled_from([None, None, 0, 1, 3]), label="most")
     base = shared_base()
     for name, loaded in zip(SCENES, facts, strict=True):
         base.load_scene(name, loaded)
     scenes = SCENES[:1] if one else SCENES
-    for goal in questions:
+    for goal in asked:
         found = said(lambda: base.query(goal, scenes=scenes, most=most))  # noqa: B023
         wanted = said(lambda: base.query(by_prolog(goal), scenes=scenes, most=most))  # noqa: B023
         assert found[0] == wanted[0], goal
@@ -240,7 +248,7 @@ def test_pairs_follow_the_facts(ways: Ways) -> None:
     facts = [*FACTS, *((("evidence", f, "measured")) for f in ("f1", "f2", "f3"))]
     scene = ways.base.load_scene("s", facts)
     assert [tuple(map(str, row)) for row in ways.base.query(goal)] == [("f1", "f2")]
-    ways.base._add_facts(scene.module, [("angle", "f2", "f3", 88.0, 0.1)])
+    ways.base._facts.add(scene.module, [("angle", "f2", "f3", 88.0, 0.1)])
     assert len(list(ways.base.query(goal))) == 2
     assert ways.answered == 2
 
@@ -261,8 +269,7 @@ FACTS: list[Fact] = [
     [
         "face(F)",
         "angle(_, _, X, Sd)",
-        "face(f1)",
-        "angle(f1, B, X, _)",
+        "angle(A, f1, X, _), face(A)",
         "angle(A, B, X, _), A @< B, abs(X - 90) =< 15",
         "face(A), angle(A, B, X, _), area(B, Y, _), X > Y",
         "face(F), \\+ area(F, _, _)",
@@ -285,6 +292,8 @@ def test_what_looks_facts_up_is_answered_on_arrays(ways: Ways, goal: str) -> Non
     "goal",
     [
         "(face(F) ; fail)",
+        "face(f1)",
+        "angle(f1, B, X, _), X > 80",
         "is_a(T, box)",
         "shared_edge(A, B, E)",
         "in(S, face(F))",
@@ -302,6 +311,14 @@ def test_all_else_is_answered_by_prolog(ways: Ways, goal: str) -> None:
     ways.arrays = False
     said(lambda: ways.base.query(goal))
     assert ways.answered == 0
+
+
+def test_of_few_facts_prolog_is_asked(ways: Ways, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(questions, "FEWEST_FACTS", 50)
+    for count, answered in ((49, 0), (50, 1)):
+        ways.base.load_scene("s", [("face", f"f{i}") for i in range(count)])
+        assert len(list(ways.base.query("face(F)"))) == count
+        assert ways.answered == answered
 
 
 def test_a_python_function_hides_the_fact_of_its_name(ways: Ways) -> None:
@@ -325,7 +342,7 @@ def test_facts_are_those_of_the_scene_as_it_is(ways: Ways) -> None:
 def test_facts_that_come_later_are_looked_up_too(ways: Ways) -> None:
     scene = ways.base.load_scene("s", FACTS)
     assert len(list(ways.base.query("face(F)"))) == 3
-    ways.base._add_facts(scene.module, [("face", "f4"), ("area", "f4", 1.5, 0.1)])
+    ways.base._facts.add(scene.module, [("face", "f4"), ("area", "f4", 1.5, 0.1)])
     assert [str(f) for (f,) in ways.base.query("face(F)")] == ["f1", "f2", "f3", "f4"]
     assert [x for _, x in ways.base.query("area(F, X, _)")] == [2.0, 1.5]
 

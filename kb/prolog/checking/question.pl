@@ -6,11 +6,11 @@
 A question is one goal, as in Prolog, over the facts by name, the vocabulary, the verdicts and the
 list of harmless words. Question is
 
-    question(Goal, Names, Vars, PerScene, Plan)
+    question(Goal, Names, Vars, PerScene, checked(Asked, Scope))
 
 Goal runs in the module facetlog_query, under in_scene/2 if PerScene is true; Names and Vars are
-those of the variables that an answer can give a value. Plan is how the same answers are found in
-arrays (array_plan.pl), or `none`.
+those of the variables that an answer can give a value. Asked is the same goal as it was written,
+without a fault in Scope.
 */
 
 :- use_module(library(assoc)).
@@ -20,7 +20,6 @@ arrays (array_plan.pl), or `none`.
 :- use_module(facetlog_kb(spelling)).
 :- use_module(facetlog_kb(check)).
 :- use_module(facetlog_kb(prepare)).
-:- use_module(facetlog_kb(array_plan)).
 :- use_module(facetlog_kb(white_list)).
 :- use_module(facetlog_kb(rule_module)).
 :- use_module(facetlog_kb(python)).
@@ -33,7 +32,7 @@ arrays (array_plan.pl), or `none`.
 %
 %   @throws question_error(Start, End, Format, Args), offsets into Text from 0.
 
-question(Text, Bindings, question(Runnable, Names, Vars, PerScene, Plan)) :-
+question(Text, Bindings, question(Runnable, Names, Vars, PerScene, checked(Goal, Scope))) :-
     read_question(Text, Goal, Position, Named0),
     bind(Bindings, Text, Named0, Named),
     question_scope(Scope),
@@ -45,7 +44,6 @@ question(Text, Bindings, question(Runnable, Names, Vars, PerScene, Plan)) :-
     ),
     asked(Named, Goal, Scope, Names, Vars),
     ( scene_dependent(Goal, Scope) -> PerScene = true ; PerScene = false ),
-    ( array_plan(Goal, Vars, Scope, Plan0) -> Plan = Plan0 ; Plan = none ),
     prepared(Goal, Scope, facetlog_query, Runnable).
 
 %   The leftmost, and there the shortest.

@@ -38,11 +38,19 @@ Whatever is none of these has no plan, and is Prolog's: so are all errors.
 array_plan(Goal, Vars, Scope, plan(Columns, Steps, Facts)) :-
     term_variables(Goal, All),
     planned(Goal, context(All, Scope), [], Bound, Steps, [], Facts0),
+    \+ found_by_index(Steps),
     deepest(Deepest),
     no_deeper(Deepest, Steps),
     sort(Facts0, Facts),
     Facts = [_|_],
     maplist(bound_number(All, Bound), Vars, Columns).
+
+%   One fact of a known name: Prolog goes there at once, arrays look at all of them.
+found_by_index([fact(_, Args)|Tests]) :-
+    member(constant(Name), Args),
+    atom(Name),
+    forall(member(Test, Tests), ( Test = compare(_, _, _) ; Test = order(_, _, _) )),
+    !.
 
 %   Levels of a plan; Python reads and follows it by recursion.
 deepest(40).
