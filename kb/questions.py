@@ -82,7 +82,7 @@ class Asked:
                 chunks = self._from_prolog(decode_chunk(pieces))
                 return Answers(tuple(map(str, head)), chunks, self.close)
             plan = decode_plan(head)
-            return Answers(plan.names, self._planned(plan), self.close)
+            return Answers(plan.names, self._planned(plan), self.close, on_arrays=True)
         except BaseException:
             self.close()
             raise

@@ -315,10 +315,12 @@ def test_all_else_is_answered_by_prolog(ways: Ways, goal: str) -> None:
 
 def test_of_few_facts_prolog_is_asked(ways: Ways, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(questions, "FEWEST_FACTS", 50)
-    for count, answered in ((49, 0), (50, 1)):
+    for count, on_arrays in ((49, False), (50, True)):
         ways.base.load_scene("s", [("face", f"f{i}") for i in range(count)])
-        assert len(list(ways.base.query("face(F)"))) == count
-        assert ways.answered == answered
+        answers = ways.base.query("face(F)")
+        assert answers.on_arrays == on_arrays
+        assert len(list(answers)) == count
+        assert ways.answered == on_arrays
 
 
 def test_a_python_function_hides_the_fact_of_its_name(ways: Ways) -> None:
