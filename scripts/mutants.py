@@ -1,5 +1,5 @@
 """Does a wrong meaning of a test stay unseen? Changes the clauses that judge, one place at a time,
-and lets the oracle of tests/kb/test_one_meaning.py look at each change.
+and lets the oracle of tests/kb/meaning look at each change.
 
     python scripts/mutants.py [--scenes N] [--only FILE] [--list]
 
@@ -19,8 +19,9 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 
 from facetlog.kb.engine.engine import house
-from tests.kb.one_meaning import random_case
-from tests.kb.test_one_meaning import TESTS, Judging, differences
+from tests.kb.meaning.cases import random_case
+from tests.kb.meaning.judging import Judging, differences
+from tests.kb.meaning.test_meaning import TESTS
 
 # The rows of the table and what works on it, then the rules by which models are specialised.
 FILES = (
