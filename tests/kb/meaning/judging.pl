@@ -84,17 +84,15 @@ dropped(Module) :-
                  *******************************/
 
 test_row(Rules, Scene, Crisp, Test, [Proof, Outline, State, Full, Specialised, Steps], N, Next) :-
-    said(facetlog_prove:evaluate(Test, Rules, Proved), Said1, Answer1, Proof),
     Proved = proof(S1, L1, H1, _, _, _),
-    Said1 = true,
-    Answer1 = [S1, L1, H1],
-    said(facetlog_say:outline(Test, Rules, outline(S2, L2, H2, M2)), true, [S2, L2, H2, M2], Outline),
-    said(facetlog_say:state(Test, Rules, S3), true, [S3], State),
+    answered(facetlog_prove:evaluate(Test, Rules, Proved), [S1, L1, H1], Proof),
+    answered(facetlog_say:outline(Test, Rules, outline(S2, L2, H2, M2)), [S2, L2, H2, M2], Outline),
+    answered(facetlog_say:state(Test, Rules, S3), [S3], State),
     Context = context(Rules, Scene, Crisp),
     specialised(Test, full, Context, said(S4, degree(L4, H4, M4)), [S4, L4, H4, M4], Full),
     specialised(Test, state, Context, said(S5, none), [S5], Specialised),
     (   N mod 4 =:= 0,
-        nonvar(Proved)
+        nonvar(S1)
     ->  proof_row(Proved, Steps)
     ;   Steps = none
     ),
@@ -107,12 +105,12 @@ specialised(Test0, Want, Context, Said, Answer, Row) :-
     pairs_keys_values(Pairs, Names, Variables),
     with_variables(Test0, Pairs, Test),
     Context = context(_, Scene, _),
-    said(( facetlog_partial:said_code(Test, Want, Context, Said, Code),
-           flag(tests, Number, Number + 1),
-           facetlog_target:helper(Context, test(Number), [Variables, Said], Head, _),
-           assertz(Scene:(Head :- Code)),
-           Variables = Names,
-           call(Scene:Head) ), true, Answer, Row).
+    answered(( facetlog_partial:said_code(Test, Want, Context, Said, Code),
+               flag(tests, Number, Number + 1),
+               facetlog_target:helper(Context, test(Number), [Variables, Said], Head, _),
+               assertz(Scene:(Head :- Code)),
+               Variables = Names,
+               call(Scene:Head) ), Answer, Row).
 
 with_variables(Term, Pairs, Variable) :-
     atom(Term),
@@ -128,7 +126,7 @@ with_variables(Term, _, Term).
 
 with_variables_in(Pairs, Term, New) :- with_variables(Term, Pairs, New).
 
-said(Goal, true, Answer, Row) :-
+answered(Goal, Answer, Row) :-
     catch(( call(Goal) -> Row = Answer ; Row = [failed] ), Error, error_row(Error, Row)).
 
 error_row(error(Formal, _), [error, Kind, Expected, Culprit]) :-

@@ -19,7 +19,7 @@ from tests.kb.meaning.scene import HOLDS, STATES, FaultyTestError, Scene
 from tests.kb.meaning.terms import Term, mentions, prolog
 from tests.kb.meaning.verdicts import rank, scene_of, verdict, verdict_on
 
-__all__ = ["Judging", "differences", "program", "written"]
+__all__ = ["HERE", "Judging", "close", "differences", "program", "written"]
 
 HERE = Path(__file__).parent
 WAYS = ("proof", "outline", "state", "specialised", "specialised state")
@@ -28,9 +28,9 @@ TOLERANCE = 1e-9
 ALIKE = (0, 0, 0, 2, 2, 2)
 
 
-def program(code: Path | None = None) -> str:
-    """The goal that loads judging.pl and the program, of another folder if wanted."""
-    bridge = (code or house("kb") / "prolog") / "bridge.pl"
+def program() -> str:
+    """The goal that loads the program and judging.pl."""
+    bridge = house("kb") / "prolog" / "bridge.pl"
     return (
         f"load_files({str(bridge)!r}, [silent(true)]),"
         f"schema:declare_facts({declarations()}),"
@@ -42,9 +42,9 @@ def program(code: Path | None = None) -> str:
 class Judging:
     """A process of SWI-Prolog with the program's code, asked of one case after the other."""
 
-    def __init__(self, code: Path | None = None) -> None:
+    def __init__(self) -> None:
         self._process = subprocess.Popen(
-            ["swipl", "-q", "-g", f"{program(code)},serve", "-t", "halt"],
+            ["swipl", "-q", "-g", f"{program()},serve", "-t", "halt"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,
@@ -57,11 +57,6 @@ class Judging:
         self._process.stdin.write(written(case))
         self._process.stdin.flush()
         return json.loads(self._process.stdout.readline())
-
-    def kill(self) -> None:
-        """Ends it at once."""
-        self._process.kill()
-        self._process.wait(10)
 
     def close(self) -> None:
         """Ends the process."""
@@ -132,7 +127,7 @@ def _of_test(scene: Scene, test: Term, ways: Sequence[Any]) -> Iterator[str]:
     for way, row in zip(WAYS, ways[:-1], strict=True):
         if general and way.startswith("specialised") and "facetlog_general" in str(row):
             continue  # what depends on verdicts is left to the interpreter
-        if not _close(row, expected[: len(row)]):
+        if not close(row, expected[: len(row)]):
             yield f"{way} of {prolog(test)}: {row}, not {expected}"
     if ways[-1] != "none" and expected[0] != "error":
         wrong = _wrong_step(ways[-1], proof_of(scene, test))
@@ -140,10 +135,10 @@ def _of_test(scene: Scene, test: Term, ways: Sequence[Any]) -> Iterator[str]:
             yield f"proof of {prolog(test)}: {wrong}"
 
 
-def _close(said_now: Any, expected: Any) -> bool:
+def close(said_now: Any, expected: Any) -> bool:
     """The same words, and numbers that are as good as equal."""
     if isinstance(said_now, list):
-        return len(said_now) == len(expected) and all(map(_close, said_now, expected))
+        return len(said_now) == len(expected) and all(map(close, said_now, expected))
     if isinstance(expected, (int, float)) and isinstance(said_now, (int, float)):
         return abs(said_now - expected) <= TOLERANCE * max(1, abs(expected))
     return bool(said_now == expected)
@@ -152,9 +147,9 @@ def _close(said_now: Any, expected: Any) -> bool:
 def _wrong_step(row: Any, expected: Proof) -> str:
     """What is wrong with the first step that is not as expected."""
     state, low, high, detail, rows = row
-    if not _close([state, low, high], [expected.state, expected.low, expected.high]):
+    if not close([state, low, high], [expected.state, expected.low, expected.high]):
         return f"{row[:4]}, not {expected.state, expected.low, expected.high}"
-    if not any(_close(detail, list(one)) for one in expected.details):
+    if not any(close(detail, list(one)) for one in expected.details):
         return f"{detail}, not {expected.details}"
     if len(rows) != len(expected.steps):
         return f"{len(rows)} steps below {detail}, not {len(expected.steps)}"
@@ -162,7 +157,7 @@ def _wrong_step(row: Any, expected: Proof) -> str:
         wrong = map(_wrong_step, rows, expected.steps)
         return next((one for one in wrong if one), "")
     below = [[step.state, step.low, step.high] for step in expected.steps]
-    return "" if _close([one[:3] for one in rows], below) else f"{rows} below, not {below}"
+    return "" if close([one[:3] for one in rows], below) else f"{rows} below, not {below}"
 
 
 def _pairs(scene: Scene, test: Term) -> list[list[str]]:
@@ -191,7 +186,7 @@ def _same_verdict(scene: Scene, model: Model, row: Any) -> bool:
         if all(a == b or abs(a - b) <= most for a, b, most in ranks):
             expected = verdict_on(scene, model, chosen)
     return (
-        _close(row[:3], expected[:3])
+        close(row[:3], expected[:3])
         and roles == expected.roles
-        and _close(row[4], [list(size) for size in expected.sizes])
+        and close(row[4], [list(size) for size in expected.sizes])
     )
