@@ -207,14 +207,13 @@ as_far_as_seen(Thing, Module:Steps, Parts) :-
 %   Truth is true, false or unknown. Fails if Relation is not a word of the vocabulary.
 
 relation(Relation, Truth) :-
-    truth(Relation, For, Against),
-    !,
-    (   call(For)
-    ->  Truth = true
-    ;   call(Against)
-    ->  Truth = false
-    ;   Truth = unknown
-    ).
+    once(known_relation(Relation)),
+    state(Relation, vocabulary, State),
+    said_as(State, Truth).
+
+said_as(holds, true).
+said_as(fails, false).
+said_as(unknown, unknown).
 
 %!  known_relation(?Relation) is nondet.
 %!  derived_word(?Word) is nondet.

@@ -1,148 +1,270 @@
 """Does a wrong meaning of a test stay unseen? Changes the clauses that judge, one place at a time,
-and lets the oracle of tests/kb/test_one_meaning.py look at each change.
+and lets the oracle and the unit tests of tests/kb/meaning look at each change.
 
-    python scripts/mutants.py [--scenes N] [--only FILE] [--list]
+    python scripts/mutants.py [--only FILE …] [--every N] [--processes N]
 
-A mutant is killed when a way of judging says something else than the reference, or an error. The
-survivors are printed with their lines; the exit status is 1 if there are any.
+A mutant is killed when a way of judging says something else than the reference, or an error, or a
+unit test fails. The survivors are printed with their lines; the exit status is 1 if there are any
+that `EQUIVALENT` does not name, or if one that it names is killed or does not exist.
 """
 
 import argparse
-import re
-import shutil
+import json
+import os
+import signal
+import subprocess
 import sys
-import tempfile
-from collections.abc import Iterator
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
+from typing import IO, Any, cast
 
 from facetlog.kb.engine.engine import house
-from tests.kb.one_meaning import random_case
-from tests.kb.test_one_meaning import TESTS, Judging, differences
+from tests.kb.meaning.cases import Case, random_case
+from tests.kb.meaning.judging import HERE, close, differences, program, written
 
-# The rows of the table and what works on it, then the rules by which models are specialised.
+ROOT = house("kb") / "prolog"
+# What tests mean, then the rules by which models are specialised.
 FILES = (
-    "meaning/forms.pl",
-    "meaning/say.pl",
-    "meaning/compare.pl",
-    "meaning/quantities.pl",
-    "batch/partial.pl",
-    "batch/branches.pl",
-    "batch/loops.pl",
-    "batch/arithmetic.pl",
-)
-SCENES = 60
-SECONDS = 30  # for the tests of a scene: a mutant that never ends is seen, too
-
-# What may be written for what: whole words and operators of clauses.
-CHANGES = (
-    (r"\bholds\b", "fails"),
-    (r"\bfails\b", "unknown"),
-    (r"\bunknown\b", "holds"),
-    (r"\bmax\(", "min("),
-    (r"\bmin\(", "max("),
-    (r" is 1 - ", " is 1 + "),
-    (r" - ", " + "),
-    (r" \+ ", " - "),
-    (r"(?<=[A-Za-z0-9)])\*(?=[A-Z(])", "+"),
-    (r"(?<=[A-Za-z0-9)])/(?=[A-Z(0-9])", "*"),
-    (r" >= ", " < "),
-    (r" < ", " >= "),
-    (r" > ", " =< "),
-    (r" == ", " \\== "),
-    (r"\bstate\b(?=[,)])", "full"),
-    (r"\bbelow\b", "above"),
-    (r"\babove\b", "below"),
+    *(f"meaning/{name}.pl" for name in (
+        "forms", "say", "compare", "fading", "quantities", "model_test", "left_open", "static",
+        "variables",
+    )),
+    *(f"batch/{name}.pl" for name in (
+        "partial", "branches", "loops", "arithmetic", "first_answer", "body_code", "joins",
+        "sources", "specialise", "target",
+    )),
 )  # fmt: skip
+CASES = 60  # that each mutant is tried on
+TESTS = 12  # of a case
+SECONDS = 10  # for a case or a file of unit tests: a mutant that never ends is seen, too
+
+# Changes that change nothing: file, predicate, what stands there and what instead, and why.
+EQUIVALENT: dict[tuple[str, str, str, str], str] = {}
 
 
 @dataclass(frozen=True)
 class Mutant:
-    """One change of one line of a file."""
+    """One change of one place of a file."""
 
     file: str
     line: int
-    before: str
-    after: str
+    start: int
+    end: int
+    new: str
+    predicate: str
+
+    @property
+    def old(self) -> str:
+        return _text(self.file)[self.start : self.end]
+
+    def text(self) -> str:
+        """The file with the change."""
+        before = _text(self.file)
+        return before[: self.start] + self.new + before[self.end :]
+
+    def key(self) -> tuple[str, str, str, str]:
+        """As EQUIVALENT names it."""
+        return self.file, self.predicate, " ".join(self.old.split()), " ".join(self.new.split())
 
     def __str__(self) -> str:
-        return f"{self.file}:{self.line}: {self.before.strip()}  →  {self.after.strip()}"
+        _, predicate, old, new = self.key()
+        return f"{self.file}:{self.line}: {predicate}: {old}  →  {new or '(left out)'}"
 
 
-def mutants(root: Path, file: str) -> Iterator[Mutant]:
-    """All single changes of the clauses of a file: not of comments, directives and headers."""
-    in_header = in_comment = False
-    for number, line in enumerate((root / file).read_text(encoding="utf-8").splitlines(), 1):
-        if "/*" in line:
-            in_comment = True
-        in_header = in_header or (not in_comment and line.startswith(":-"))
-        if not (in_header or in_comment) and line.strip() and not line.lstrip().startswith("%"):
-            body = re.split(r"\s%", line)[0]
-            for pattern, new in CHANGES:
-                for found in re.finditer(pattern, body):
-                    after = body[: found.start()] + new + body[found.end() :]
-                    yield Mutant(file, number, body, after)
-        if in_header and line.rstrip().endswith("."):
-            in_header = False
-        if "*/" in line:
-            in_comment = False
+@cache
+def _text(file: str) -> str:
+    return (ROOT / file).read_text(encoding="utf-8")
 
 
-def killed(mutant: Mutant | None, scenes: int) -> bool:
-    """Whether the oracle sees that something is wrong; without a mutant, of what is there."""
-    with tempfile.TemporaryDirectory() as name:
-        for part in ("kb/prolog", "rules"):
-            shutil.copytree(house(part.partition("/")[0]).parent / part, Path(name) / part)
-        if mutant is not None:
-            path = Path(name) / "kb" / "prolog" / mutant.file
-            lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-            lines[mutant.line - 1] = mutant.after + "\n"
-            path.write_text("".join(lines), encoding="utf-8")
-        judging = Judging(Path(name) / "kb" / "prolog")
+class Program:
+    """SWI-Prolog with the program and mutants.pl, which forks a process for each mutant."""
+
+    def __init__(self) -> None:
+        helper = Path(__file__).with_suffix(".pl")
+        goal = f"{program()},load_files({str(helper)!r}, [silent(true)]),serve_mutants"
+        process = subprocess.Popen(
+            ["swipl", "-q", "-g", goal, "-t", "halt"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,  # what a mutant says of itself
+            text=True,
+            start_new_session=True,
+        )
+        self._process = process.pid
+        self._questions = cast(IO[str], process.stdin)
+        self._answers: SimpleQueue[str] = SimpleQueue()
+        self._mutant: int | None = None
+        Thread(target=self._read, args=(process.stdout,), daemon=True).start()
+
+    def _read(self, answers: IO[str]) -> None:
+        for line in answers:
+            self._answers.put(line)
+
+    def ask(self, question: str) -> Any:
+        """The answer. Raises Empty if it takes too long or the mutant died, ValueError if it cannot
+        be read."""
+        self._questions.write(question)
+        self._questions.flush()
+        end = time.monotonic() + SECONDS
+        while True:
+            try:
+                return json.loads(self._answers.get(timeout=1))
+            except Empty:
+                if time.monotonic() > end or not self._alive():
+                    raise
+
+    def _alive(self) -> bool:
+        if self._mutant is None:
+            return True
         try:
-            return any(_differs(judging, seed) for seed in range(scenes))
-        finally:
-            judging.kill()
-
-
-def _differs(judging: Judging, seed: int) -> bool:
-    case = random_case(seed, TESTS)
-    answer: SimpleQueue[bool] = SimpleQueue()
-
-    def ask() -> None:
-        try:
-            answer.put(bool(differences(case, judging.said(case))))
-        except (OSError, ValueError, LookupError):
-            answer.put(True)  # it died, or writes what nobody can read
-
-    Thread(target=ask, daemon=True).start()
-    try:
-        return answer.get(timeout=SECONDS)
-    except Empty:
+            os.kill(self._mutant, 0)
+        except ProcessLookupError:
+            return False
         return True
+
+    def become(self, mutant: Mutant | None) -> None:
+        """Is the mutant from now on; without one, the program as it is. Raises as ask."""
+        file = mutant.file if mutant else FILES[0]
+        text = mutant.text() if mutant else _text(file)
+        self._mutant = self.ask(f"mutant({str(ROOT / file)!r}, {json.dumps(text)}).\n")
+
+    def done(self) -> None:
+        """Ends the mutant, whatever it is at."""
+        if self._mutant is not None:
+            with suppress(ProcessLookupError):
+                os.kill(self._mutant, signal.SIGKILL)
+            # Before that it might still read what is meant for the next.
+            while not self._answers.get(timeout=SECONDS).rstrip().endswith('"ended"'):
+                pass
+        self._mutant = None
+
+    def close(self) -> None:
+        """Ends all processes."""
+        os.killpg(self._process, signal.SIGKILL)
+
+
+class Killers:
+    """Cases and unit tests, those first that killed a mutant last."""
+
+    def __init__(self, cases: int) -> None:
+        self._cases = [random_case(seed, TESTS) for seed in range(cases)]
+        self._units = sorted(HERE.glob("*.plt"))
+        self._said: list[Any] = []
+        self._order = [*range(cases), *(-1 - number for number in range(len(self._units)))]
+
+    def learn(self, program: Program) -> None:
+        """What the program says as it is. Raises SystemExit if a test fails already."""
+        program.become(None)
+        for case in self._cases:
+            self._said.append(program.ask(written(case)))
+            if differences(case, self._said[-1]):
+                raise SystemExit("the program itself differs from the reference: run the tests")
+        for path in self._units:
+            if not program.ask(_unit(path)):
+                raise SystemExit(f"{path.name} fails of the program itself")
+        program.done()
+
+    def kill(self, program: Program, mutant: Mutant) -> bool:
+        """Whether one of them does. Raises Empty or ValueError for what cannot be loaded."""
+        program.become(mutant)
+        try:
+            for killer in tuple(self._order):
+                if self._killed(program, killer):
+                    self._order.remove(killer)
+                    self._order.insert(0, killer)
+                    return True
+            return False
+        finally:
+            program.done()
+
+    def _killed(self, program: Program, killer: int) -> bool:
+        try:
+            if killer < 0:
+                return not program.ask(_unit(self._units[-1 - killer]))
+            case, before = self._cases[killer], self._said[killer]
+            said = program.ask(written(case))
+            return not close(said, before) and _differs(case, said)
+        except (Empty, ValueError):
+            return True
+
+
+def _unit(path: Path) -> str:
+    return f"unit({str(path)!r}).\n"
+
+
+def _differs(case: Case, said: Any) -> bool:
+    try:
+        return bool(differences(case, said))
+    except (ValueError, TypeError, LookupError):
+        return True  # it is no answer at all
+
+
+def found_in(program: Program, file: str) -> list[Mutant]:
+    """All single changes of the clauses of a file."""
+    changes = program.ask(f"changes({str(ROOT / file)!r}).\n")
+    return [
+        Mutant(file, line, start, end, new, predicate)
+        for line, start, end, new, predicate in sorted(changes, key=lambda one: one[:3])
+    ]
+
+
+def survivors(mutants: Sequence[Mutant], cases: int) -> list[Mutant]:
+    """Those that nothing kills, printed as they are found."""
+    program = Program()
+    killers = Killers(cases)
+    killers.learn(program)
+    left = []
+    for mutant in mutants:
+        try:
+            killed = killers.kill(program, mutant)
+        except (Empty, ValueError):
+            killed = True
+            program.close()
+            program = Program()
+        if not killed:
+            left.append(mutant)
+            if mutant.key() not in EQUIVALENT:
+                print(f"survives: {mutant}", flush=True)
+    program.close()
+    return left
 
 
 def main() -> int:
     """Prints the survivors."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("--scenes", type=int, default=SCENES, help="that each mutant is tried on")
     parser.add_argument("--only", action="append", help="a file, such as meaning/forms.pl")
+    parser.add_argument("--cases", type=int, default=CASES, help="that each mutant is tried on")
     parser.add_argument("--every", type=int, default=1, help="one of so many mutants")
+    parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()
-    root = house("kb") / "prolog"
-    found = [one for file in options.only or FILES for one in mutants(root, file)]
-    found = found[:: options.every]
-    if killed(None, options.scenes):
-        raise SystemExit("the program itself differs from the reference: run the test first")
-    survivors = []
-    for mutant in found:
-        if not killed(mutant, options.scenes):
-            survivors.append(mutant)
-            print(f"survives: {mutant}", flush=True)
-    print(f"{len(found)} mutants, {len(survivors)} survive")
-    return 1 if survivors else 0
+    files = options.only or FILES
+    program = Program()
+    every = [mutant for file in files for mutant in found_in(program, file)]
+    program.close()
+    known = {mutant.key() for mutant in every}
+    wrong = [key for key in EQUIVALENT if key[0] in files and key not in known]
+    tried = every[:: options.every]
+    shares = [tried[first :: options.processes] for first in range(options.processes)]
+    with ThreadPoolExecutor(options.processes) as pool:
+        found = pool.map(lambda share: survivors(share, options.cases), shares)
+        left = [mutant for some in found for mutant in some]
+    keys = {mutant.key() for mutant in left}
+    wrong += [mutant.key() for mutant in tried if mutant.key() in set(EQUIVALENT) - keys]
+    for key in wrong:
+        print(f"named equivalent, but killed or not there: {key}")
+    for file in files:
+        of_file = [mutant for mutant in tried if mutant.file == file]
+        alive = [mutant for mutant in left if mutant.file == file]
+        named = sum(mutant.key() in EQUIVALENT for mutant in alive)
+        print(f"{file}: {len(of_file)} mutants, {len(alive) - named} survive, {named} equivalent")
+    return 1 if wrong or keys - set(EQUIVALENT) else 0
 
 
 if __name__ == "__main__":

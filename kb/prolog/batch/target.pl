@@ -2,7 +2,6 @@
                             declared/2,           % +Target, +Head
                             helper/5,             % +Context, +Key, +Args, -Head, -New
                             called/4,             % +Code, +Source, +Context, -Call
-                            among/2,              % +Variables, +Variable
                             put_remembered/5,     % +Context, +Head, +Inputs, +Outputs, +Body
                             forget_remembered/1,  % +Target
                             copied/2,             % +Target, +Indicator
@@ -22,6 +21,7 @@ as in specialise.pl.
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(facetlog_kb(schema)).
+:- reexport(facetlog_kb(variables)).
 
 :- dynamic asks/2,                      % Target, Indicator or all
            copy/2,                      % Target, Indicator
@@ -61,13 +61,6 @@ control((_ ; _)).
 control((_ -> _)).
 control((_ *-> _)).
 control(\+ _).
-
-%!  among(+Variables, +Variable) is semidet.
-
-among(Variables, Variable) :-
-    member(Other, Variables),
-    Other == Variable,
-    !.
 
 %!  put_clause(+Context, +Clause) is det.
 

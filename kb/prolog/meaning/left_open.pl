@@ -11,6 +11,7 @@ not fail then settles what the verdict is.
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(facetlog_kb(say)).
+:- use_module(facetlog_kb(variables)).
 :- use_module(facetlog_kb(in_progress)).
 
 %   As many assignments as are tried of near misses (as_far_as_seen: 6*3*3): so many are searched
@@ -66,11 +67,6 @@ asked(Thing, Parts, Test, Asked) :-
     term_variables(Test, TestVariables),
     include(among(TestVariables), PartVariables, Asked),
     \+ same_length(Asked, PartVariables).
-
-among(Variables, Variable) :-
-    member(Other, Variables),
-    Other == Variable,
-    !.
 
 may_hold(Module, Model, Thing, Test) :-
     (   noted(Module, Model, Thing)

@@ -179,8 +179,10 @@ own_measure(Module, Measure, Value, Sd, Kind) :-
 
 finite(Number, Float) :-
     must_be(number, Number),
-    Float is float(Number),
-    ( abs(Float) < inf -> true ; domain_error(finite_number, Number) ).
+    (   catch(Float is float(Number), error(evaluation_error(_), _), fail)
+    ->  true
+    ;   domain_error(finite_number, Number)
+    ).
 
 %!  longest_first_in(+Module, +Measures, -Sorted) is semidet.
 %
@@ -242,10 +244,11 @@ alike(Kind, LimitKind) :-
     (   Kind == LimitKind
     ->  true
     ;   dimension(Kind, D),
-        dimension(LimitKind, D)
+        dimension(LimitKind, LimitD),
+        D =:= LimitD
     ).
 
-%   Power of length of a kind.
+%   Power of length of a kind: what comes of it must not be known before.
 dimension(length, 1) :- !.
 dimension(area, 2) :- !.
 dimension(power(D), D) :- !.

@@ -22,6 +22,7 @@ by its arguments alone, and what follows from the test, and not from the scene, 
 :- use_module(library(lists)).
 :- use_module(library(error)).
 :- use_module(facetlog_kb(static)).
+:- use_module(facetlog_kb(variables)).
 :- use_module(facetlog_kb(forms)).
 :- use_module(facetlog_kb(compare)).
 :- use_module(facetlog_kb(model_test)).
@@ -241,6 +242,3 @@ others([Variable|All], Variables, Kept) :-
     ;   Kept = [Variable|Kept1]
     ),
     others(All, Variables, Kept1).
-
-among([Other|Others], Variable) :-
-    ( Other == Variable -> true ; among(Others, Variable) ).
