@@ -1,5 +1,6 @@
 :- module(facetlog_search, [ start/4,         % +Aim, +Candidates, +Plan, -Queue
                              next_best/4,     % +Aim, +Queue0, -Queue, -Found
+                             outlines/6,      % +Module, +Model, +Thing, ?Test, +Goal, -Outlines
                              total/2,         % +Misses, -Total
                              key/3,           % +Sought, +Open, -Key
                              improbability/2, % +Probability, -Whole
@@ -82,16 +83,22 @@ ask_next(open(Thing, Parts, Tally0, [group(What, _)|Groups]), aim(_, Module, Mod
     count_all(Outlines, Tally0, Tally).
 
 ask(label(Label), Module, Model, Thing, Parts, Outlines) :-
-    (   noted(Module, Model, Thing)     % where one thing is judged: most is asked there
-    ->  ask_rules(Module, Model, Label, Thing, Parts, Outlines)
-    ;   while_judging(Module, Model, Thing,
-                      ask_rules(Module, Model, Label, Thing, Parts, Outlines))
-    ).
+    outlines(Module, Model, Thing, Test, condition(Model, Label, _, Thing, Parts, Test), Outlines).
 ask(specialised(Target, Name), _, _, Thing, Parts, Outlines) :-
     call(Target:Name, Thing, Parts, Outlines).
 
-ask_rules(Module, Model, Label, Thing, Parts, Outlines) :-
-    findall(Test, Module:condition(Model, Label, _, Thing, Parts, Test), Tests),
+%!  outlines(+Module, +Model, +Thing, ?Test, +Goal, -Outlines) is det.
+%
+%   Outlines of Test for each solution of Goal in Module, while Model is judged for Thing.
+
+outlines(Module, Model, Thing, Test, Goal, Outlines) :-
+    (   noted(Module, Model, Thing)     % where one thing is judged: most is asked there
+    ->  outlines_now(Module, Test, Goal, Outlines)
+    ;   while_judging(Module, Model, Thing, outlines_now(Module, Test, Goal, Outlines))
+    ).
+
+outlines_now(Module, Test, Goal, Outlines) :-
+    findall(Test, Module:Goal, Tests),
     maplist(outline_in(Module), Tests, Outlines).
 
 outline_in(Module, Test, Outline) :-
