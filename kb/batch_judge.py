@@ -8,7 +8,7 @@ ask for are handed over, and a scene is one request.
 import hashlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from facetlog.errors import EngineError
@@ -25,7 +25,7 @@ from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.facts_on_demand import Columns, facts_text
 from facetlog.kb.recognize import open_knowledge_base
 
-__all__ = ["BatchJudge", "BriefVerdict"]
+__all__ = ["BatchJudge", "BriefVerdict", "Conditions", "Cost"]
 
 # What verdicts follow from beside the models: words, measures and how they are judged; of models
 # that cannot be specialised also by how it is proved.
@@ -36,6 +36,32 @@ HASH_DIGITS = 16
 SURFACE = frozenset({("whole", 1), ("scanned", 1)})
 
 SEPARATOR = "\x7f"  # separator/1 of batch.pl
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What it took to judge one thing by one model: assignments proposed, inferences of Prolog,
+    seconds of processor time."""
+
+    candidates: int = 0
+    inferences: int = 0
+    seconds: float = 0.0
+
+    def __add__(self, other: "Cost") -> "Cost":
+        return Cost(
+            self.candidates + other.candidates,
+            self.inferences + other.inferences,
+            self.seconds + other.seconds,
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """How many conditions a model has, and the labels of those that the interpreter judges, in
+    whole or in part, since they could not be specialised."""
+
+    count: int
+    interpreted: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +80,7 @@ class BriefVerdict:
     probability: float | None
     parts: tuple[tuple[str, tuple[str, ...]], ...]
     sizes: tuple[tuple[str, float, float], ...]
+    cost: Cost = field(default=Cost(), compare=False)
 
 
 class BatchJudge(Closing):
@@ -111,6 +138,12 @@ class BatchJudge(Closing):
         """The facts that the models ask for, as (functor, number of arguments)."""
         return self._asked
 
+    def conditions(self) -> dict[str, Conditions]:
+        """How the conditions of each model are judged."""
+        self._batch = self._batch or self._opened()
+        about = Struct("batch", (Atom(self._batch),))
+        return dict(map(_conditions, _items(self._base.request("batch_conditions", about))))
+
     def close(self) -> None:
         """Forgets the models."""
         if self._batch is not None:
@@ -155,6 +188,7 @@ class BatchJudge(Closing):
         field = iter(fields)
         for model in field:
             thing, state, low, high = (next(field) for _ in range(4))
+            cost = Cost(int(next(field)), int(next(field)), float(next(field)))
             parts = tuple(_part(field) for _ in range(int(next(field))))
             sizes = tuple(
                 (next(field), float(next(field)), float(next(field)))
@@ -172,6 +206,7 @@ class BatchJudge(Closing):
                 probability=probability if thing else None,
                 parts=parts,
                 sizes=sizes,
+                cost=cost,
             )
 
 
@@ -215,6 +250,13 @@ def _functor(term: Term) -> tuple[str, int]:
     match term:
         case Struct("-", (Atom(name), int(arity))):
             return str(name), arity
+    raise _unreadable()
+
+
+def _conditions(term: Term) -> tuple[str, Conditions]:
+    match term:
+        case Struct("conditions", (Atom(model), int(count), labels)):
+            return str(model), Conditions(count, tuple(map(str, _items(labels))))
     raise _unreadable()
 
 

@@ -190,6 +190,9 @@ middle(Points, [X, Y, Z]) :-
     Y is SY/N,
     Z is SZ/N.
 
+%!  distance(+Point, +Point, -Distance) is det.
+%!  dot(+Vector, +Vector, -Product) is det.
+
 distance([A, B, C], [X, Y, Z], D) :-
     D is sqrt((A-X)**2 + (B-Y)**2 + (C-Z)**2).
 

@@ -18,18 +18,22 @@ likely(room_corner, Thing, [A, B]) :-
     possible(all([measured(A), if_known(any([level(A), upright(A)])),
                   if_known(any([not(level(A)), at_most(elevation(A), 0.1*thing_height(Thing))]))])),
     shared_edge(A, B, _),
+    A @< B,
     possible(all([measured(B), if_known(any([level(B), upright(B)])),
                   if_known(any([not(level(B)), at_most(elevation(B), 0.1*thing_height(Thing))]))])),
     possible(near(dihedral(A, B), 270, 15)).
 
 % room_corner.model:18  near misses
-distant(room_corner, Thing, [A, B]) :-
+distant(room_corner, Thing, [A2, B2]) :-
     largest_faces(Thing, Faces),
-    limit(40, ( member(A, Faces), shared_edge(A, B, _) )).
+    limit(40, ( member(A, Faces), shared_edge(A, B, _) )),
+    msort([A, B], [A2, B2]).
 % room_corner.model:18  near misses
-distant(room_corner, Thing, [A, B]) :-
-    \+ ( face_of(Thing, A), possible(measured(A)), shared_edge(A, B, _), possible(measured(B)) ),
-    as_far_as_seen(Thing, [step(A, 10, measured(A)), step(B, 4, measured(B))], [A, B]).
+distant(room_corner, Thing, [A2, B2]) :-
+    \+ ( face_of(Thing, A), possible(measured(A)), shared_edge(A, B, _), A @< B,
+         possible(measured(B)) ),
+    as_far_as_seen(Thing, [step(A, 10, measured(A)), step(B, 4, measured(B))], [A, B]),
+    msort([A, B], [A2, B2]).
 
 % room_corner.model:19  third adjoins a, third adjoins b, concave(third, a), concave(third, b)
 means('room_corner.third'(Third, A, B),

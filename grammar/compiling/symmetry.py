@@ -8,9 +8,10 @@ from collections.abc import Mapping
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.scope import PartSymbol, Scope, SetSymbol
-from facetlog.grammar.vocabulary import Word
 
 __all__ = ["interchangeable"]
+
+PAIR = 2
 
 
 def interchangeable(scope: Scope) -> tuple[tuple[str, ...], ...]:
@@ -18,11 +19,12 @@ def interchangeable(scope: Scope) -> tuple[tuple[str, ...], ...]:
     names = [p.name for p in scope.singular if not p.owned.node.optional]
     if len(names) < 2 or scope.of_things:
         return ()
-    before = _lines(scope, {})
+    symmetric = _symmetric(scope)
+    before = _lines(scope, symmetric, {})
     groups: list[list[str]] = []
     for name in names:
         for group in groups:
-            if _swaps(scope, before, group[0], name):
+            if _lines(scope, symmetric, {group[0]: name, name: group[0]}) == before:
                 group.append(name)
                 break
         else:
@@ -30,29 +32,56 @@ def interchangeable(scope: Scope) -> tuple[tuple[str, ...], ...]:
     return tuple(tuple(group) for group in groups if len(group) > 1)
 
 
-def _swaps(scope: Scope, before: frozenset[object], a: str, b: str) -> bool:
-    return _lines(scope, {a: b, b: a}) == before
+def _symmetric(scope: Scope) -> Mapping[str, bool]:
+    """What says the same with its arguments changed about, and whether a number comes after them.
+
+    Words of the vocabulary, and definitions of two parameters with such a body.
+    """
+    found = {
+        name: word.number_last is not None for name, word in scope.words.items() if word.symmetric
+    }
+    defines = {
+        name: owned.node
+        for name, owned in scope.defines.items()
+        if len(owned.node.parameters) == PAIR
+    }
+    while True:
+        more = {
+            name
+            for name, define in defines.items()
+            if name not in found and _turns(define.parameters, define.body, found)
+        }
+        if not more:
+            return found
+        found |= dict.fromkeys(more, False)
 
 
-def _lines(scope: Scope, swap: Mapping[str, str]) -> frozenset[object]:
+def _turns(names: tuple[s.Name, ...], body: s.Expression, symmetric: Mapping[str, bool]) -> bool:
+    plain, turned = _bodies(names, body, symmetric, {})
+    return plain == turned
+
+
+def _lines(
+    scope: Scope, symmetric: Mapping[str, bool], swap: Mapping[str, str]
+) -> frozenset[object]:
     """All that is said of the parts, in a form that does not depend on order."""
     said: list[object] = []
     every: tuple[PartSymbol | SetSymbol, ...] = (*scope.singular, *scope.sets)
     for part in every:
         node = part.owned.node
         name = swap.get(part.name, part.name)
-        where = _form(node.where, scope.words, swap) if node.where is not None else None
+        where = _form(node.where, symmetric, swap) if node.where is not None else None
         count = (node.count.kind, str(node.count.low), str(node.count.high)) if node.count else None
         said.append((name, part.kinds, part.model, node.optional, node.separate, count, where))
     for _, owned in scope.model.lines:
         line = owned.node
-        said.append((line.expect, line.if_known, _form(line.condition, scope.words, swap)))
+        said.append((line.expect, line.if_known, _form(line.condition, symmetric, swap)))
     said += [
-        (define.node.name.text, _form(define.node.body, scope.words, swap))
+        (define.node.name.text, _form(define.node.body, symmetric, swap))
         for define in scope.defines.values()
     ]
     for size in scope.model.sizes:
-        forms = [_form(m, scope.words, swap) for m in size.node.measures]
+        forms = [_form(m, symmetric, swap) for m in size.node.measures]
         names = tuple(n.text for n in size.node.names)
         said.append((names, _bag(forms) if size.node.longest_first else tuple(forms)))
     return frozenset(said)
@@ -62,11 +91,11 @@ def _bag(forms: list[object]) -> tuple[object, ...]:
     return tuple(sorted(forms, key=repr))
 
 
-def _form(node: s.Node, words: Mapping[str, Word], swap: Mapping[str, str]) -> object:
+def _form(node: s.Node, symmetric: Mapping[str, bool], swap: Mapping[str, str]) -> object:
     """A node without places; arguments of what is symmetric in one order."""
 
     def inner(one: s.Node) -> object:
-        return _form(one, words, swap)
+        return _form(one, symmetric, swap)
 
     match node:
         case s.Name(text):
@@ -78,24 +107,22 @@ def _form(node: s.Node, words: Mapping[str, Word], swap: Mapping[str, str]) -> o
         case s.Quantity(number, unit):
             return number.text, unit.text if unit else ""
         case s.Call(name, arguments):
-            word = words.get(name.text)
             forms = [inner(a) for a in arguments]
-            if word is not None and word.symmetric:
-                last = forms[-1:] if word.number_last else []
-                first = forms[:-1] if word.number_last else forms
+            if name.text in symmetric:
+                last = forms[-1:] if symmetric[name.text] else []
+                first = forms[:-1] if symmetric[name.text] else forms
                 return name.text, _bag(first), tuple(last)
             return name.text, tuple(forms), ()
         case s.Relation(left, name, right):
-            word = words.get(name.text)
             forms = [inner(left), inner(right)]
-            ordered = _bag(forms) if word is not None and word.symmetric else tuple(forms)
+            ordered = _bag(forms) if name.text in symmetric else tuple(forms)
             return name.text, ordered, ()
         case s.Property(subject, name, negated):
             return "is", inner(subject), name.text, negated
         case s.And(conditions) | s.Or(conditions):
             return type(node).__name__, _bag([inner(c) for c in conditions])
         case s.EachOf(names, of, body):
-            plain, turned = _bodies(names, body, words, swap)
+            plain, turned = _bodies(names, body, symmetric, swap)
             among = [inner(n) for n in of]
             # Of two that are not alike in it, which comes first says which is which.
             alike = len(names) == 1 or plain == turned
@@ -127,13 +154,13 @@ def _form(node: s.Node, words: Mapping[str, Word], swap: Mapping[str, str]) -> o
 def _bodies(
     names: tuple[s.Name, ...],
     body: s.Expression,
-    words: Mapping[str, Word],
+    symmetric: Mapping[str, bool],
     swap: Mapping[str, str],
 ) -> tuple[object, object]:
     """The body of `each pair x, y`, and the same with x and y changed about."""
     plain = {name.text: f"#{number}" for number, name in enumerate(names)}
     turned = {name.text: f"#{len(names) - 1 - number}" for number, name in enumerate(names)}
     return (
-        _form(body, words, {**swap, **plain}),
-        _form(body, words, {**swap, **turned}),
+        _form(body, symmetric, {**swap, **plain}),
+        _form(body, symmetric, {**swap, **turned}),
     )

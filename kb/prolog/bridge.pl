@@ -288,6 +288,9 @@ result("judge_batch", Text, Verdicts) :-
         true,
         bounded(Bounds, told_verdicts(Batch, Columns, Verdicts)),
         empty_batch(Batch)).
+result("batch_conditions", Text, Models) :-
+    term_string(batch(_, Batch), Text),
+    batch_conditions(Batch, Models).
 result("close_batch", Text, true) :-
     term_string(Batch, Text),
     close_batch(Batch).

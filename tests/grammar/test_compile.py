@@ -82,6 +82,25 @@ def test_parts_are_not_swapped_where_a_pair_of_them_is_not_alike() -> None:
     assert "@<" not in program(text).prolog
 
 
+@pytest.mark.parametrize(
+    ("body", "swapped"),
+    [
+        ("x adjoins y, angle(y, x) = 90 deg ± 5 deg", True),
+        ("beside(x, y)", True),
+        ("x adjoins y, x is level", False),
+        ("offset(x, y) at least 1 cm", False),
+    ],
+)
+def test_parts_of_a_definition_are_swapped_if_it_reads_the_same_changed_about(
+    body: str, *, swapped: bool
+) -> None:
+    text = (
+        "model m\n  define beside(f, g): f adjoins g, convex(g, f)\n"
+        f"  define of_both(x, y): {body}\n  face a, b\n  l: of_both(a, b)\n"
+    )
+    assert ("@<" in program(text).prolog) is swapped
+
+
 def test_a_reason_that_is_the_line_itself_keeps_its_brackets() -> None:
     (line,) = (
         analyse(

@@ -28,7 +28,7 @@ from facetlog.perception.facts.all_facts import LEVEL_KINDS, scene_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 from facetlog.perception.surfaces.exact_solids.builders import build
 
-# Measures of a file's own, and a model that asks of another, are not written anew.
+# Measures of a file's own, and what another model says, are left to the interpreter.
 OWN = """:- module(m, []).
 :- use_module(facetlog(vocabulary)).
 tolerance(enough, 0.4).
@@ -303,7 +303,7 @@ def test_what_quantifiers_go_through_is_judged_as_in_full(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("trusted", [False, True], ids=["isolated", "trusted"])
-def test_models_that_cannot_be_written_anew_are_judged_as_in_full(
+def test_models_that_cannot_be_specialised_are_judged_as_in_full(
     tmp_path: Path, *, trusted: bool
 ) -> None:
     path = tmp_path / "own.pl"
@@ -319,15 +319,50 @@ def test_models_that_cannot_be_written_anew_are_judged_as_in_full(
         assert judge.judge(facts) == found
 
 
+def test_what_is_left_to_the_interpreter_is_known(tmp_path: Path) -> None:
+    path = tmp_path / "own.pl"
+    path.write_text(OWN)
+    with BatchJudge([path]) as judge:
+        conditions = judge.conditions()
+        found = judge.judge(facts_of("cuboid"))
+    assert conditions["own"].count == 3
+    assert conditions["own"].interpreted == ("measure",)
+    assert conditions["asking"].interpreted == ("other",)
+    assert all(not conditions[name].interpreted for name in BUILTIN_MODELS)
+    costs = {verdict.model: verdict.cost for verdict in found}
+    assert costs["own"].candidates == 6
+    assert all(cost.inferences > 0 for cost in costs.values())
+
+
+def test_a_word_that_cannot_be_specialised_is_interpreted_wherever_it_stands(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "twice.pl"
+    path.write_text(
+        ":- module(twice, []).\n:- use_module(facetlog(vocabulary)).\n"
+        "means(boxed(F, T), all([measured(F), is_a(T, box)])).\n"
+        'model(twice, "A word with a model in it, twice.", [a]).\n'
+        "candidate(twice, Thing, [F]) :- face_of(Thing, F).\n"
+        'condition(twice, one, "so", Thing, [F], boxed(F, Thing)).\n'
+        'condition(twice, two, "not so", Thing, [F], not(boxed(F, Thing))).\n'
+        'condition(twice, three, "each", Thing, [F], each(G, Gs, boxed(G, Thing))) :-\n'
+        "    findall(G, ( face_of(Thing, G), \\+ memberchk(G, [F]) ), Found), sort(Found, Gs).\n"
+    )
+    with BatchJudge([path]) as judge, open_knowledge_base([path]) as base:
+        assert judge.conditions()["twice"].interpreted == ("one", "two", "three")
+        for facts in (facts_of("cuboid"), facts_of("table"), noisy(facts_of("cuboid"), 3)):
+            assert judge.judge(facts) == in_full(base, facts)
+
+
 @pytest.mark.parametrize("trusted", [False, True], ids=["isolated", "trusted"])
-def test_copies_of_the_built_in_models_are_written_anew_as_these_are(
+def test_copies_of_the_built_in_models_are_specialised_as_these_are(
     judge: BatchJudge, tmp_path: Path, *, trusted: bool
 ) -> None:
     for name in BUILTIN_MODELS:
         copyfile(house("rules") / f"{name}.model", tmp_path / f"same_{name}.model")
     scenes = [SCENES[name]() for name in ("whole desk", "noisy whole cuboid", "noisy cabinet")]
     with BatchJudge([tmp_path], trusted=trusted) as copies:
-        # What is not written anew asks for all facts.
+        # What is not specialised asks for all facts.
         assert copies.asked == judge.asked
         assert len(judge.asked) < len(FACT_SCHEMA)
         for facts in scenes:

@@ -114,6 +114,7 @@ def test_a_path_that_vanished_is_a_row(folder: Path) -> None:
         (["in", "--labels", "l.csv", "--report", "no/r.html"], "no/r.html cannot be written"),
         (["in", "--changed-since", "absent.csv"], "absent.csv: cannot be read"),
         (["in", "--dask", "tcp://127.0.0.1:1", "--workers", "2"], "give one of them"),
+        (["in", "--dask", "tcp://127.0.0.1:1", "--profile"], "leave out --dask"),
     ],
 )
 def test_what_cannot_be_is_refused_in_one_line_before_the_work(
@@ -406,6 +407,30 @@ def test_scenes_are_judged_by_the_models_and_bad_ones_told(
     assert "Why not table" in page
     assert "data:image/png;base64,iVBOR" in page
     assert "accuracy 0.500 (1 of 2" in capsys.readouterr().out
+
+
+@pytest.mark.real_engine
+def test_a_profile_says_what_each_model_cost(
+    real_scenes: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (real_scenes / "asking.pl").write_text(
+        ":- module(asking, []).\n:- use_module(facetlog(vocabulary)).\n"
+        'model(asking, "What another model says.", [a]).\n'
+        "candidate(asking, Thing, [F]) :- face_of(Thing, F).\n"
+        'condition(asking, seen, "it is seen", _, [F], measured(F)).\n'
+        'condition(asking, other, "it is a box", Thing, [_], is_a(Thing, box)).\n'
+    )
+    argv = ["classify", "in/a.json", "in/b.json", "in/c.json", "-o", "r.jsonl", "--json"]
+    assert main([*argv, "--models", "asking.pl", "--workers", "1", "--profile"]) == 0
+    out, err = capsys.readouterr()
+    profile = json.loads(out)["profile"]
+    assert profile["scenes"] == 2
+    assert all(seconds > 0 for seconds in profile["stages"].values())
+    assert profile["models"]["asking"]["conditions"] == 2
+    assert profile["models"]["asking"]["interpreted"] == ["other"]
+    assert profile["models"]["asking"]["candidates"] > 6
+    assert profile["models"]["box"]["inferences"] > 0
+    assert "left to the interpreter: asking: other" in err.splitlines()
 
 
 @pytest.mark.real_engine

@@ -1,6 +1,7 @@
 :- module(facetlog_batch, [ open_batch/4,         % +Batch, +Scene, +Models, -Asked
                             told_verdicts/3,      % +Batch, +Facts, -Told
                             brief_verdicts/2,     % +Batch, -Verdicts
+                            batch_conditions/2,   % +Batch, -Models
                             empty_batch/1,        % +Batch
                             close_batch/1         % +Batch
                           ]).
@@ -10,9 +11,11 @@
 A batch has one module for the facts of the scene at hand, filled and emptied, and its models written
 anew for it (specialise.pl). A brief verdict is
 
-    brief(Model, Thing, State, Low, High, Parts, Sizes)
+    brief(Model, Thing, State, Low, High, Parts, Sizes, Cost)
 
-with the same values as in the verdict of judge.pl, whose other arguments it lacks.
+with the same values as in the verdict of judge.pl, whose other arguments it lacks. Cost is
+cost(Candidates, Inferences, Seconds): how many assignments were proposed, and what the verdict took, in
+seconds of processor time.
 */
 
 :- use_module(library(lists)).
@@ -49,15 +52,16 @@ open_batch(Batch, Scene, Models, Asked) :-
 
 %   The module of the facts is that of the new clauses, too: they call no other temporary one.
 open_models(Batch, Scene, Crisp, Module, Names) :-
-    (   catch(specialised(Module, context(Module, Scene, Crisp)), Error, not_written(Error, Names))
+    forall(member(Name, Names), open_model(Batch, context(Module, Scene, Crisp), Name)).
+
+open_model(Batch, Context, Name) :-
+    Context = context(Module, Scene, _),
+    (   catch(attempt(Context, facetlog_general(_), specialised(Name, Context)),
+              Error, throw(models_not_ready([Name], Error)))
     ->  Target = Scene
     ;   Target = none
     ),
-    forall(member(Name, Names), assertz(batch_model(Batch, Name, Module, Target))).
-
-not_written(Error, Names) :-
-    Error \= facetlog_general(_),
-    throw(models_not_ready(Names, Error)).
+    assertz(batch_model(Batch, Name, Module, Target)).
 
 needed(_, _, thing/1).
 needed(_, Scene, Indicator) :-
@@ -106,8 +110,8 @@ told_verdicts(Batch, Facts, Told) :-
 
 separator('\x7f\').     % as in batch_judge.py; no JSON escapes it
 
-fields(brief(Model, Thing, State, Low, High, Parts, Sizes),
-       [Model, Thing, State, Low, High, PartCount|Fields], Rest) :-
+fields(brief(Model, Thing, State, Low, High, Parts, Sizes, cost(Candidates, Inferences, Seconds)),
+       [Model, Thing, State, Low, High, Candidates, Inferences, Seconds, PartCount|Fields], Rest) :-
     length(Parts, PartCount),
     foldl(part_fields, Parts, Fields, [SizeCount|SizeFields]),
     length(Sizes, SizeCount),
@@ -138,27 +142,66 @@ brief_verdicts(Batch, Verdicts) :-
               brief(Target, Module, Model, Thing, Verdict) ),
             Verdicts).
 
-brief(none, Module, Model, Thing, brief(Model, Of, State, Low, High, Parts, Sizes)) :-
-    !,
+brief(Target, Module, Model, Thing, Verdict) :-
+    Verdict = brief(Model, _, _, _, _, _, _, cost(_, Inferences, Seconds)),
+    statistics(inferences, Inferences0),
+    statistics(cputime, Seconds0),
+    judged(Target, Module, Model, Thing, Verdict),
+    statistics(cputime, Seconds1),
+    statistics(inferences, Inferences1),
+    Inferences is Inferences1 - Inferences0,
+    Seconds is Seconds1 - Seconds0.
+
+judged(none, Module, Model, Thing,
+       brief(Model, Of, State, Low, High, Parts, Sizes, cost(0, _, _))) :-
+    !,                                  % how many were proposed only search.pl knows
     judge(Module, Model, Thing, verdict(_, Of, State, Low, High, Parts, Measured, _, _, _)),
     findall(size(Name, V, Sd), member(size(Name, _, V, Sd), Measured), Sizes).
-brief(Target, Module, Model, Thing, Verdict) :-
+judged(Target, Module, Model, Thing, Verdict) :-
     findall(Thing-Parts, Target:candidate(Model, Thing, Parts), Bag),
     sort(Bag, Candidates),
+    length(Candidates, Count),
     Target:plan(Model, Plan),
     best_by(Plan, Module, Model, Candidates, Found, _),
     (   Found = found(Of, Parts, _)
     ->  brief_on(Target, Module, Model, Of, Parts, Verdict)
-    ;   Verdict = brief(Model, Thing, unknown, 0, 1, [], [])
+    ;   Verdict = brief(Model, Thing, unknown, 0, 1, [], [], _)
     ),
+    Verdict = brief(_, _, _, _, _, _, _, cost(Count, _, _)),
     !.
 
 %   The conditions in the order of the file, in which a proof has them: not a digit differs.
 brief_on(Target, Module, Model, Thing, Parts,
-         brief(Model, Thing, State, Low, High, Roled, Sizes)) :-
+         brief(Model, Thing, State, Low, High, Roled, Sizes, _)) :-
     Target:lines(Model, Names),
     all_outlined(Names, Target, Thing, Parts, outline(State, Low, High)),
     roled_in(Module, Model, Target, Thing, Parts, Roled),
     findall(size(Name, V, Sd),
             ( Target:size(Model, Thing, Parts, Name, V, Var), Sd is sqrt(Var) ),
             Sizes).
+
+                 /*******************************
+                 *       WHAT RUNS HOW          *
+                 *******************************/
+
+%!  batch_conditions(+Batch, -Models) is det.
+%
+%   Models has conditions(Model, Count, Interpreted) for each model, in their order: Interpreted are the
+%   labels of those of its Count conditions of which some or all is left to the interpreter.
+
+batch_conditions(Batch, Models) :-
+    findall(conditions(Model, Count, Interpreted),
+            ( batch_model(Batch, Model, Module, Target),
+              findall(Label, clause(Module:condition(Model, Label, _, _, _, _), _), Labels),
+              length(Labels, Count),
+              interpreted(Target, Model, Labels, Interpreted) ),
+            Models).
+
+interpreted(none, _, Labels, Labels) :- !.
+interpreted(Target, Model, Labels, Interpreted) :-
+    Target:lines(Model, Names),
+    findall(Label,
+            ( nth1(Number, Names, Name),
+              calls_interpreter(Target, Name/3),
+              nth1(Number, Labels, Label) ),
+            Interpreted).

@@ -50,9 +50,14 @@ code(possible_in(Module, Test), _, Context, Code) :-
     !,
     test_goal(possible, Test, Module, Context, Code).
 code(holds_in(Module, Test), _, Context, Code) :- !, test_goal(holds, Test, Module, Context, Code).
-code(chosen(Thing, X, Goals), Module, Context, Code) :-
+code(chosen(Inputs, X, Goals), Module, Context, Code) :-
     !,
-    chosen_code(Thing, X, Goals, Module, Context, Code).
+    chosen_code(Inputs, Goals, X, Module, Context, Chosen, Xs),
+    Code = ( Chosen, lists:member(X, Xs) ).
+code(among_chosen(Inputs, X, Goals), Module, Context, Code) :-
+    !,
+    chosen_code(Inputs, Goals, X, Module, Context, Chosen, Xs),
+    Code = ( Chosen, memberchk(X, Xs) ).
 code(as_far_as_seen(Thing, Steps, Parts), Module, Context, Code) :-
     !,
     seen_code(Thing, Steps, Parts, Module, Context, Code).
@@ -67,7 +72,8 @@ code(longest_first_in(Module, Measures, Sorted), _, Context, Code) :-
     sorted_code(Measures, Sorted, Module, Context, Code).
 code(measure(Measure, V, Sd, Kind), measures, Context, Code) :-
     callable(Measure),
-    catch(first_answer_code(Measure, V, Sd, Kind, Context, Code), facetlog_unknown(_), fail),
+    attempt(Context, facetlog_unknown(_),
+            first_answer_code(Measure, V, Sd, Kind, Context, Code)),
     !.
 code(measure(Measure, V, Sd, Kind), _, Context, Code) :-
     !,
@@ -227,26 +233,28 @@ copy(Source, Goal, Context, Code) :-
         ->  atom_concat(New, ' anew', Anew),
             functor(AnewHead, Anew, Arity),
             declared(Target, AnewHead),
-            maplist(copy_clause(Source, Anew, Context), Clauses),
+            copy_clauses(Clauses, Source, Anew, Context),
             kept_answers(How, NewHead, AnewHead, Context)
-        ;   maplist(copy_clause(Source, New, Context), Clauses)
+        ;   copy_clauses(Clauses, Source, New, Context)
         )
     ),
     Goal =.. [_|Args],
     Code =.. [New|Args].
 
-%   Code finds X, one of the faces of joins.pl.
-chosen_code(Thing, X, Goals, Module, Context, ( Chosen, lists:member(X, Xs) )) :-
-    copy_term(Thing-X-Goals, Thing1-X1-Goals1),
-    helper(Context, chosen(Module, Thing1, X1, Goals1), [Thing1, Xs1], Head, New),
+%   Chosen finds Xs, the faces of joins.pl.
+chosen_code(Inputs, Goals, X, Module, Context, Chosen, Xs) :-
+    copy_term(Inputs-X-Goals, Inputs1-X1-Goals1),
+    append(Inputs1, [Xs1], Args1),
+    helper(Context, chosen(Module, Inputs1, X1, Goals1), Args1, Head, New),
     (   New == true
     ->  conjunction(Goals1, Goal),
         code(findall(X1, Goal, Xs1), Module, Context, Body),
-        put_remembered(Context, Head, [Thing1], [Xs1], Body)
+        put_remembered(Context, Head, Inputs1, [Xs1], Body)
     ;   true
     ),
     Head =.. [Name|_],
-    Chosen =.. [Name, Thing, Xs].
+    append(Inputs, [Xs], Args),
+    Chosen =.. [Name|Args].
 
 %   Words that go through the whole thing, and are asked again and again: a function of their first
 %   argument (det or semidet), or some answers for it (nondet).
@@ -272,12 +280,16 @@ kept_answers(answers, Head, Anew, Context) :-
     put_clause(Context, (Head :- nonvar(Given), !, Kept, lists:member(Answer, Answers))),
     put_clause(Context, (Head :- Anew)).
 
-copy_clause(Source, New, Context, Head-Body0) :-
+%   All or none: one may not be seen through.
+copy_clauses(Clauses, Source, New, Context) :-
+    maplist(copy_clause(Source, New, Context), Clauses, Copies),
+    maplist(put_clause(Context), Copies).
+
+copy_clause(Source, New, Context, Head-Body0, (NewHead :- Body)) :-
     Head =.. [_|Args],
     NewHead =.. [New|Args],
-    chosen_once(Body0, Body1),
-    code(Body1, Source, Context, Body),
-    put_clause(Context, (NewHead :- Body)).
+    by_pairs(Body0, Body1),
+    code(Body1, Source, Context, Body).
 
                  /*******************************
                  *       TESTS AND PARTS        *
@@ -326,7 +338,8 @@ in_target(Target, step(Part, Count, Code), step(Part, Count, Target:Code)).
 sorted_code(Measures, Sorted, Module, Context0, Code) :-
     in_module(Context0, Module, Context),
     (   is_list(Measures),
-        catch(maplist(one_value(Context), Measures, Goals, Values), facetlog_unknown(_), fail)
+        attempt(Context, facetlog_unknown(_),
+                maplist(one_value(Context), Measures, Goals, Values))
     ->  foldl(joined, Goals, true, Known),
         pairs(Values, Measures, Pairs),
         Code = ( Known, sort(1, @>=, Pairs, Descending), pairs:pairs_values(Descending, Sorted) )

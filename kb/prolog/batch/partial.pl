@@ -158,8 +158,8 @@ residual(own_measure(_, _, _, _, _), _, _, _, _) :-
 residual(said(Test, Module, Want, Said), facetlog_say, Context, Seen, Code) :-
     !,
     shape(Want, Said),
-    (   catch(said_residual(Test, Module, Want, Said, Context, Seen, Code0),
-              facetlog_unknown(_), fail)
+    (   attempt(Context, facetlog_unknown(_),
+                said_residual(Test, Module, Want, Said, Context, Seen, Code0))
     ->  Code = Code0
     ;   asks_no_model(Test),
         asks_all(Context),
@@ -219,18 +219,24 @@ said_residual(Test, _, _, _, _, _, _) :-
 said_residual(after(Step, Test), Module, Want, Said, Context, Seen, ( Step, Code )) :-
     !,                                  % what specialise.pl puts off
     residual(said(Test, Module, Want, Said), facetlog_say, Context, Step-Seen, Code).
-said_residual(any(Tests0), Module, Want, Said, Context, Seen, Code) :-
+said_residual(Test0, Module, Want, Said, Context, Seen, Code) :-
+    in_any_order(Test0, Want, Tests0, Test, Tests),
     is_list(Tests0),
     cheapest_first(Tests0, Tests),
     Tests \== Tests0,
-    !,                                  % in whatever order, the greatest is the same
-    said_residual(any(Tests), Module, Want, Said, Context, Seen, Code).
+    !,
+    said_residual(Test, Module, Want, Said, Context, Seen, Code).
 said_residual(Test, Module, Want, Said, Context, Seen, Code) :-
     (   has_word(Module, Test)
     ->  meaning_code(Test, Module, Want, Said, Context, Code)
     ;   known_now(facetlog_say:sort_of(Test, Module, Sort), _),
         residual(said_of(Sort, Test, Module, Want, Said), facetlog_say, Context, Seen, Code)
     ).
+
+%   What is said of Test0 is that of Test, whatever the order of its Tests. (A product of degrees would differ
+%   in its last digit.)
+in_any_order(any(Tests0), _, Tests0, any(Tests), Tests).
+in_any_order(all(Tests0), state, Tests0, all(Tests), Tests).
 
 cheapest_first(Tests0, Tests) :-
     maplist(test_cost, Tests0, Costs),

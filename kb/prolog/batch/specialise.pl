@@ -1,18 +1,18 @@
-:- module(facetlog_specialise, [ specialised/2,       % +Module, +Context
+:- module(facetlog_specialise, [ specialised/2,       % +Model, +Context
                                  all_outlines/5,       % +Names, +Target, +Thing, +Parts, -Outlines
                                  all_outlined/5        % +Names, +Target, +Thing, +Parts, -Outline
                                ]).
 
 /** <module> Rules for one scene after the other
 
-A batch asks the same few models of thousands of scenes. For that a module of rules is specialised once:
-what its goals ask of the vocabulary is copied beside it (body_code.pl), each test becomes what is left of
+A batch asks the same few models of thousands of scenes. For that a model is specialised once: what its
+goals ask of the vocabulary is copied beside it (body_code.pl), each test becomes what is left of
 the clauses that say what it means (partial.pl), and every fact is asked of one module, which holds one
 scene at a time. What was asked of a scene once is remembered until the next.
 
 Context is context(Module, Target, Crisp): the rules, the module of the facts and of the new clauses,
-and whether values are exact. What cannot be specialised is asked as always, and costs what it always
-did; nothing is judged in another way.
+and whether values are exact. A condition that cannot be specialised is asked as always, and costs what it
+always did; nothing is judged in another way.
 */
 
 :- use_module(library(lists)).
@@ -24,9 +24,9 @@ did; nothing is judged in another way.
 :- use_module(facetlog_kb(forms)).
 :- use_module(facetlog_kb(plan)).
 
-%!  specialised(+Module, +Context) is det.
+%!  specialised(+Model, +Context) is det.
 %
-%   Target can judge the models of Module from now on. It has
+%   Target can judge Model, one of Module, from now on. It has
 %
 %     - candidate(Model, Thing, Parts), nondet, as the module itself;
 %     - plan(Model, Plan), as plan/3 has it, with specialised(Target, Name) for one label(Label) or
@@ -35,14 +35,13 @@ did; nothing is judged in another way.
 %     - group(Model, Thing, Parts, Role, Members), nondet;
 %     - size(Model, Thing, Parts, Name, Value, Variance), nondet.
 %
-%   @throws facetlog_general(Goal) if Goal cannot be seen through.
+%   @throws facetlog_general(Goal) if a Goal that proposes or collects faces cannot be seen through.
 
-specialised(Module, Context) :-
-    findall(Model, Module:model(Model, _, _), Models),
+specialised(Model, Context) :-
     current_prolog_flag(optimise, Before),
     setup_call_cleanup(
         set_prolog_flag(optimise, true),    % arithmetic is most of the work
-        maplist(model_code(Context), Models),
+        model_code(Context, Model),
         set_prolog_flag(optimise, Before)).
 
 model_code(Context, Model) :-
@@ -76,9 +75,34 @@ model_code(Context, Model) :-
                  *******************************/
 
 %   line_code(Context, Model, Line, Name): Name(Thing, Parts, Outlines).
-line_code(Context, Model, line(Label, Thing, Parts, Test, Body), Name) :-
+line_code(Context, Model, Line, Name) :-
+    Line = line(Label, _, _, Test, Body),
     helper(Context, line(Model, Label, Test, Body), [Thing, Parts, Outlines], Head, true),
     functor(Head, Name, _),
+    (   attempt(Context, facetlog_general(_),
+                specialised_line(Context, Model, Line, Thing, Parts, Outlines, Head))
+    ->  true
+    ;   interpreted_line(Context, Model, Line, Thing, Parts, Outlines, Head)
+    ).
+
+%   A condition that asks for verdicts, or whatever else depends on more than the scene.
+interpreted_line(Context, Model, line(_, Thing, Parts, Test, Body), Thing, Parts, Outlines, Head) :-
+    Context = context(Module, _, _),
+    asks_all(Context),
+    put_clause(Context,
+               (Head :- facetlog_search:outlines(Module, Model, Thing, Test, Body, Outlines), !)),
+    no_outlines_else(Context, Thing, Parts, Head).
+
+no_outlines_else(Context, Thing, Parts, Head) :-
+    (   Thing-Parts =@= _-_
+    ->  true
+    ;   functor(Head, Name, 3),
+        functor(Other, Name, 3),
+        arg(3, Other, []),
+        put_clause(Context, Other)
+    ).
+
+specialised_line(Context, Model, line(Label, Thing, Parts, Test, Body), Thing, Parts, Outlines, Head) :-
     Context = context(Module, _, _),
     written_body(Module, Body, Goals),
     scope(Thing, Parts, Goals, Scope),
@@ -104,12 +128,7 @@ line_code(Context, Model, line(Label, Thing, Parts, Test, Body), Name) :-
         put_clause(Context, (Head :- Kept, !))
     ;   put_clause(Context, (Head :- Answer, !))
     ),
-    (   Thing-Parts =@= _-_
-    ->  true
-    ;   functor(Other, Name, 3),
-        arg(3, Other, []),
-        put_clause(Context, Other)
-    ).
+    no_outlines_else(Context, Thing, Parts, Head).
 
 %   What does not depend on all parts is asked once for those that it depends on.
 few_parts(Inputs, Parts) :-
@@ -259,7 +278,7 @@ asks_all_if_unknown(Measure, Written, Context) :-
         is_list(Measures)
     ->  true
     ;   nonvar(Measure),
-        catch(value_code(Measure, Context, _, _), facetlog_unknown(_), fail)
+        attempt(Context, facetlog_unknown(_), value_code(Measure, Context, _, _))
     ->  true
     ;   asks_all(Context)
     ).

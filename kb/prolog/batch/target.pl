@@ -9,6 +9,8 @@
                             note/2,               % +Target, +Indicator
                             asks_all/1,           % +Context
                             asked_of_scene/2,     % +Target, ?Indicator
+                            attempt/3,            % +Context, +Ball, :Goal
+                            calls_interpreter/2,  % +Target, +Indicator
                             forget_code/1         % +Target
                           ]).
 
@@ -20,12 +22,15 @@ as in specialise.pl.
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
+:- use_module(library(occurs)).
 :- use_module(facetlog_kb(schema)).
 :- reexport(facetlog_kb(variables)).
 
+:- meta_predicate attempt(+, +, 0).
+
 :- dynamic asks/2,                      % Target, Indicator or all
-           copy/2,                      % Target, Indicator
-           made/4,                      % Target, Key, Arity, Name
+           copy/3,                      % Target, Indicator, Number
+           made/5,                      % Target, Key, Arity, Name, Number
            remembered/2.                % Target, Head
 
                  /*******************************
@@ -74,17 +79,33 @@ put_clause(context(_, Target, _), Clause) :-
 
 helper(context(_, Target, _), Key, Args, Head, New) :-
     length(Args, Arity),
-    (   made(Target, Key0, Arity, Name),
+    (   made(Target, Key0, Arity, Name, _),
         Key0 =@= Key
     ->  New = false
     ;   flag(facetlog_code, Number, Number + 1),
         functor(Key, Kind, _),
         atomic_list_concat([Kind, Number], '#', Name),
-        assertz(made(Target, Key, Arity, Name)),
+        assertz(made(Target, Key, Arity, Name, Number)),
         New = true
     ),
     Head =.. [Name|Args],
     ( New == true -> declared(Target, Head) ; true ).
+
+%!  attempt(+Context, +Ball, :Goal) is semidet.
+%
+%   Goal, once; fails if it throws Ball. Predicates that were begun then, and lack clauses, are forgotten:
+%   who needs one later begins it again.
+
+attempt(context(_, Target, _), Ball, Goal) :-
+    flag(facetlog_code, Number, Number),
+    catch(Goal, Ball, ( forget_since(Target, Number), fail )),
+    !.
+
+forget_since(Target, Least) :-
+    forall(( made(Target, Key, Arity, Name, Number), Number >= Least ),
+           retract(made(Target, Key, Arity, Name, Number))),
+    forall(( copy(Target, Indicator, Number), Number >= Least ),
+           retract(copy(Target, Indicator, Number))).
 
 %!  put_remembered(+Context, +Head, +Inputs, +Outputs, +Body) is det.
 %
@@ -119,12 +140,51 @@ joined(Goal, Before, ( Before, Goal )).
 forget_remembered(Target) :-
     forall(remembered(Target, Kept), retractall(Target:Kept)).
 
+%!  calls_interpreter(+Target, +Indicator) is semidet.
+%
+%   The predicate, or one of the target that it calls, leaves something to the modules that judge any test.
+
+calls_interpreter(Target, Indicator) :-
+    reached(Target, [Indicator], [], Goals),
+    member(Module:Goal, Goals),
+    interpreting(Module, Goal),
+    !.
+
+interpreting(facetlog_say, said(_, _, _, _)).
+interpreting(facetlog_search, outlines(_, _, _, _, _, _)).
+interpreting(facetlog_quantities, value(_, _, _)).
+interpreting(facetlog_quantities, longest_first_in(_, _, _)).
+interpreting(measures, measure(_, _, _, _)).
+
+%   Goals are those of other modules that the clauses of the predicates hold.
+reached(_, [], _, []).
+reached(Target, [Indicator|Next], Seen, Goals) :-
+    (   memberchk(Indicator, Seen)
+    ->  reached(Target, Next, Seen, Goals)
+    ;   Indicator = Name/Arity,
+        functor(Head, Name, Arity),
+        findall(Body, clause(Target:Head, Body), Bodies),
+        findall(Other,
+                ( sub_term(Goal, Bodies),
+                  callable(Goal),
+                  functor(Goal, OtherName, OtherArity),
+                  Other = OtherName/OtherArity,
+                  of_target(Target, Other) ),
+                Called),
+        findall(Module:Goal, ( sub_term(Of, Bodies), nonvar(Of), Of = Module:Goal ), Goals, Others),
+        append(Called, Next, All),
+        reached(Target, All, [Indicator|Seen], Others)
+    ).
+
+of_target(Target, Indicator) :- copied(Target, Indicator), !.
+of_target(Target, Name/Arity) :- made(Target, _, Arity, Name, _), !.
+
 %!  forget_code(+Target) is det.
 
 forget_code(Target) :-
     retractall(asks(Target, _)),
-    retractall(copy(Target, _)),
-    retractall(made(Target, _, _, _)),
+    retractall(copy(Target, _, _)),
+    retractall(made(Target, _, _, _, _)),
     retractall(remembered(Target, _)).
 
                  /*******************************
@@ -137,10 +197,11 @@ forget_code(Target) :-
 %   Which predicates of others were copied.
 
 copied(Target, Indicator) :-
-    copy(Target, Indicator).
+    copy(Target, Indicator, _).
 
 copy_noted(Target, Indicator) :-
-    assertz(copy(Target, Indicator)).
+    flag(facetlog_code, Number, Number + 1),
+    assertz(copy(Target, Indicator, Number)).
 
 %!  note(+Target, +Indicator) is det.
 %

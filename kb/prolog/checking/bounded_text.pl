@@ -1,18 +1,18 @@
 :- module(facetlog_bounded_text, [ bounded_text_word/2,          % ?Indicator, -Bounded
                                    renew_text_budget/0,
-                                   bounded_atom_concat/3,
-                                   bounded_atomic_list_concat/2,
-                                   bounded_atomic_list_concat/3,
-                                   bounded_sub_atom/5,
-                                   bounded_atom_string/2,
-                                   bounded_atom_codes/2,
-                                   bounded_atom_chars/2,
-                                   bounded_atom_number/2,
-                                   bounded_number_string/2,
-                                   bounded_number_codes/2,
+                                   bounded_atom_concat/3,       % ?A, ?B, ?AB
+                                   bounded_atomic_list_concat/2, % +Parts, -Atom
+                                   bounded_atomic_list_concat/3, % ?Parts, +Separator, ?Atom
+                                   bounded_sub_atom/5,          % +Atom, ?Before, ?Length, ?After, ?Sub
+                                   bounded_atom_string/2,       % ?Atom, ?String
+                                   bounded_atom_codes/2,        % ?Atom, ?Codes
+                                   bounded_atom_chars/2,        % ?Atom, ?Chars
+                                   bounded_atom_number/2,       % ?Atom, ?Number
+                                   bounded_number_string/2,     % ?Number, ?String
+                                   bounded_number_codes/2,      % ?Number, ?Codes
                                    spend_on_answer/1,           % +Answer
-                                   bounded_functor/3,
-                                   bounded_univ/2
+                                   bounded_functor/3,           % ?Term, ?Name, ?Arity
+                                   bounded_univ/2               % ?Term, ?List
                                  ]).
 
 /** <module> Words that make atoms, with a budget
@@ -82,6 +82,16 @@ spend_on(Text) :-
     ;   true
     ).
 
+%!  bounded_atom_concat(?A, ?B, ?AB) is nondet.
+%
+%   What the word of its name does, for a price; so each of the words below.
+%
+%     ==
+%     bounded_atom_concat(A, B, AB) :- atom_concat(A, B, AB).
+%     ==
+%
+%   @error resource_error(text) if the atoms of this question come to more than the budget.
+
 bounded_atom_concat(A, B, AB) :-
     (   nonvar(A),
         nonvar(B)
@@ -92,9 +102,19 @@ bounded_atom_concat(A, B, AB) :-
         spend_on(AB)
     ).
 
+%!  bounded_atomic_list_concat(+Parts, -Atom) is det.
+%
+%   @error resource_error(text), before anything is made
+
 bounded_atomic_list_concat(Parts, Atom) :-
     spend_on_all(Parts, 0),
     atomic_list_concat(Parts, Atom).
+
+%!  bounded_atomic_list_concat(?Parts, +Separator, ?Atom) is semidet.
+%
+%   Joins, or with unknown Parts splits.
+%
+%   @error resource_error(text), before anything is made
 
 bounded_atomic_list_concat(Parts, Separator, Atom) :-
     (   ground(Parts),
@@ -113,9 +133,21 @@ spend_on_all(Parts, More) :-
              Spent is Length + More,
              spend(Spent) )).
 
+%!  bounded_sub_atom(+Atom, ?Before, ?Length, ?After, ?Sub) is nondet.
+%
+%   @error resource_error(text)
+
 bounded_sub_atom(Atom, Before, Length, After, Sub) :-
     sub_atom(Atom, Before, Length, After, Sub),
     spend(Length).
+
+%!  bounded_atom_string(?Atom, ?String) is semidet.
+%!  bounded_atom_codes(?Atom, ?Codes) is semidet.
+%!  bounded_atom_chars(?Atom, ?Chars) is semidet.
+%
+%   Only an atom that is made costs.
+%
+%   @error resource_error(text)
 
 bounded_atom_string(Atom, String) :-
     ( nonvar(Atom) -> true ; spend_on(String) ),
@@ -135,6 +167,15 @@ spend_on_list(Items) :-
         spend(Length)
     ;   spend_on(Items)
     ).
+
+%!  bounded_atom_number(?Atom, ?Number) is semidet.
+%!  bounded_number_string(?Number, ?String) is semidet.
+%!  bounded_number_codes(?Number, ?Codes) is semidet.
+%
+%   Reading and writing a number takes time that grows with the square of its digits.
+%
+%   @error resource_error(number_length) if it has more digits than longest_number/1
+%   @error resource_error(text)
 
 bounded_atom_number(Atom, Number) :-
     must_be_short(Atom),
@@ -198,6 +239,13 @@ spend_on_answer(Answer) :-
     term_size(Answer, Cells),
     Spent is Least + Cells,
     spend(Spent).
+
+%!  bounded_functor(?Term, ?Name, ?Arity) is det.
+%!  bounded_univ(?Term, ?List) is det.
+%
+%   As functor/3 and (=..)/2: a compound whose name and arity were not there before costs.
+%
+%   @error resource_error(text)
 
 bounded_functor(Term, Name, Arity) :-
     ( nonvar(Term) -> true ; spend_on_functor(Name, Arity) ),

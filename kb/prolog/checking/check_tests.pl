@@ -93,6 +93,11 @@ may_be_groups(Groups) :-
         may_be_groups(Others)
     ).
 
+%!  measure_fault(+Measure, +Position, +Scope, -Fault) is nondet.
+%
+%   What is wrong with an expression of measures: an unknown name, with what is spelt nearly so, or what
+%   cannot be one. A variable or a number is right.
+
 measure_fault(Measure, _, _, _) :-
     ( var(Measure) ; number(Measure) ),
     !,

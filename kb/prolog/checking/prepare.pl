@@ -226,7 +226,11 @@ bounded_list_word(min_list/2).
                  *           RUN TIME           *
                  *******************************/
 
-%!  lambda(+Shared, +Parameters, :Goal, ?A, ...) is nondet.
+%!  lambda(+Shared, +Parameters, :Goal, ?A) is nondet.
+%!  lambda(+Shared, +Parameters, :Goal, ?A, ?B) is nondet.
+%!  lambda(+Shared, +Parameters, :Goal, ?A, ?B, ?C) is nondet.
+%!  lambda(+Shared, +Parameters, :Goal, ?A, ?B, ?C, ?D) is nondet.
+%!  lambda(+Shared, +Parameters, :Goal, ?A, ?B, ?C, ?D, ?E) is nondet.
 %
 %   Goal with the arguments in the place of Parameters. All its variables are fresh each time but
 %   those of Shared.

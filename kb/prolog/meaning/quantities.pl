@@ -107,12 +107,18 @@ expression(Expression, Module, Sort) :-
     ;   callable(Expression),
         operation(Expression, Module, Sort0)
     ->  Sort = Sort0
-    ;   current_predicate(Module:measured/4)
-    ->  callable(Expression),
-        Sort = own_measure
     ;   callable(Expression),
-        Sort = measure
+        (   defines(Module, Expression)
+        ->  Sort = own_measure
+        ;   Sort = measure
+        )
     ).
+
+%   Module may have a measure of that form.
+defines(Module, Measure) :-
+    current_predicate(Module:measured/4),
+    clause(Module:measured(Measure, _, _, _), _),
+    !.
 
 operation(tolerance(Name), Module, number(X)) :-
     (   named_tolerance(Name, Module, X0)

@@ -30,7 +30,15 @@ again.
 %
 %   Faces is a list of measured faces of the current scene, in the order of terms, and Test holds of
 %   each two of them. X and Y stand for the two in Test; words and tolerances are those of Module.
-%   A list of a given length is filled in all ways.
+%   A list of a given length is filled in all ways. But for the time that takes it is
+%
+%     ==
+%     each_pair_in(Module, X, Y, Faces, Test) :-
+%         findall(F, ( fact(face(F)), fact(evidence(F, measured)) ), All0),
+%         sort(All0, All),
+%         in_order(Faces, All),           % some of All, in their order
+%         state(each_pair(X, Y, Faces, Test), Module, holds).
+%     ==
 
 each_pair_in(Module, X, Y, Faces, Test) :-
     must_be(list, Faces),

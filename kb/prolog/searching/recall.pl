@@ -18,7 +18,12 @@ forgets what it knew.
 %!  recall(+Module, +Model, +Thing, +What, -Answer, :Goal) is det.
 %
 %   Answer is what Goal binds it to, found once for the current scene and remembered, if what was
-%   asked is known and small and does not depend on what is being judged at the moment.
+%   asked is known and small and does not depend on what is being judged at the moment. But for the time
+%   that takes it is
+%
+%     ==
+%     recall(_, _, _, _, _, Goal) :- once(Goal).
+%     ==
 %
 %   @error resource_error(term_size) if the question or the answer is too deep or too large.
 

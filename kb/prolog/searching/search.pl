@@ -1,5 +1,6 @@
 :- module(facetlog_search, [ start/4,         % +Aim, +Candidates, +Plan, -Queue
                              next_best/4,     % +Aim, +Queue0, -Queue, -Found
+                             outlines/6,      % +Module, +Model, +Thing, ?Test, +Goal, -Outlines
                              total/2,         % +Misses, -Total
                              key/3,           % +Sought, +Open, -Key
                              improbability/2, % +Probability, -Whole
@@ -45,11 +46,14 @@ candidates(Module, Model, Thing, Candidates) :-
     sort(Bag, Candidates).
 
 %!  start(+Aim, +Candidates, +Plan, -Queue) is det.
+%
+%   Each of Candidates with the first of Plan asked: what nothing was asked of is always the most promising.
 
-start(aim(Sought, _, _), Candidates, Plan, Queue) :-
+start(Aim, Candidates, Plan, Queue) :-
+    Aim = aim(Sought, _, _),
     findall(Key-Open,
             ( member(Thing-Parts, Candidates),
-              Open = open(Thing, Parts, tally(0, 0, 0, 1, 1, []), Plan),
+              ask_next(open(Thing, Parts, tally(0, 0, 0, 1, 1, []), Plan), Aim, Open),
               key(Sought, Open, Key) ),
             Pairs),
     list_to_heap(Pairs, Queue).
@@ -57,7 +61,19 @@ start(aim(Sought, _, _), Candidates, Plan, Queue) :-
 %!  next_best(+Aim, +Queue0, -Queue, -Found) is semidet.
 %
 %   Found is found(Thing, Parts, Tally), the best of Queue0; Queue holds the rest. Fails if none is
-%   left.
+%   left. Asked for all, they come in the order that asking everything of each would give:
+%
+%     ==
+%     in_turn(Aim, Candidates, Plan, Found) :-
+%         Aim = aim(Sought, _, _),
+%         findall(Key-found(Thing, Parts, Tally),
+%                 ( member(Thing-Parts, Candidates), ask_all(Aim, Plan, Thing, Parts, Tally),
+%                   key(Sought, open(Thing, Parts, Tally, []), Key) ),
+%                 Pairs),
+%         keysort(Pairs, Sorted),
+%         pairs_values(Sorted, All),
+%         member(Found, All).
+%     ==
 
 next_best(Aim, Queue0, Queue, Found) :-
     get_from_heap(Queue0, _, Open, Queue1),
@@ -76,22 +92,29 @@ go_on(Open0, Aim, Queue0, Queue, Found) :-
     ;   go_on(Open, Aim, Queue0, Queue, Found)
     ).
 
+ask_next(open(Thing, Parts, Tally, []), _, open(Thing, Parts, Tally, [])).
 ask_next(open(Thing, Parts, Tally0, [group(What, _)|Groups]), aim(_, Module, Model),
          open(Thing, Parts, Tally, Groups)) :-
     ask(What, Module, Model, Thing, Parts, Outlines),
     count_all(Outlines, Tally0, Tally).
 
 ask(label(Label), Module, Model, Thing, Parts, Outlines) :-
-    (   noted(Module, Model, Thing)     % where one thing is judged: most is asked there
-    ->  ask_rules(Module, Model, Label, Thing, Parts, Outlines)
-    ;   while_judging(Module, Model, Thing,
-                      ask_rules(Module, Model, Label, Thing, Parts, Outlines))
-    ).
+    outlines(Module, Model, Thing, Test, condition(Model, Label, _, Thing, Parts, Test), Outlines).
 ask(specialised(Target, Name), _, _, Thing, Parts, Outlines) :-
     call(Target:Name, Thing, Parts, Outlines).
 
-ask_rules(Module, Model, Label, Thing, Parts, Outlines) :-
-    findall(Test, Module:condition(Model, Label, _, Thing, Parts, Test), Tests),
+%!  outlines(+Module, +Model, +Thing, ?Test, +Goal, -Outlines) is det.
+%
+%   Outlines of Test for each solution of Goal in Module, while Model is judged for Thing.
+
+outlines(Module, Model, Thing, Test, Goal, Outlines) :-
+    (   noted(Module, Model, Thing)     % where one thing is judged: most is asked there
+    ->  outlines_now(Module, Test, Goal, Outlines)
+    ;   while_judging(Module, Model, Thing, outlines_now(Module, Test, Goal, Outlines))
+    ).
+
+outlines_now(Module, Test, Goal, Outlines) :-
+    findall(Test, Module:Goal, Tests),
     maplist(outline_in(Module), Tests, Outlines).
 
 outline_in(Module, Test, Outline) :-

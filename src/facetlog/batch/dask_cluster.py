@@ -28,6 +28,7 @@ from typing import Any
 from facetlog.batch.content import content_hash
 from facetlog.batch.memory import share_mb
 from facetlog.batch.pool import ATTEMPTS, Answer, Pool, Task
+from facetlog.batch.profile import Profile
 from facetlog.batch.rows import error_row
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import EngineError, FacetlogError, InputError
@@ -86,6 +87,11 @@ class Cluster:
     def models(self) -> tuple[str, ...]:
         """The names of the models here."""
         return self._pool.models
+
+    @property
+    def profile(self) -> Profile:
+        """Of what was done here."""
+        return self._pool.profile
 
     def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
         """An answer to each task, as they come; raises EngineError if the cluster is lost.

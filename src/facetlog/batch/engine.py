@@ -8,6 +8,7 @@ from pathlib import Path
 
 from facetlog.batch.content import content_hash
 from facetlog.batch.memory import left_mb, needs_more, share_mb
+from facetlog.batch.profile import Profile
 from facetlog.batch.rows import Row, error_row, scene_row
 from facetlog.batch.settings import Item, Settings, shape_options
 from facetlog.errors import EngineError, FacetlogError
@@ -85,6 +86,8 @@ class SceneEngine:
         self.models = self._judge.models
         # What the models ask for, and the things that a row counts: no other fact is worked out.
         self._kinds = {name for name, _ in self._judge.asked} | {"thing"}
+        self.profile = Profile(self._judge.conditions() if settings.profile else {})
+        """Where the time went, of all scenes so far."""
 
     def row(self, item: Item) -> Row:
         """The row of a scene; whatever goes wrong with it is the row's error."""
@@ -105,7 +108,7 @@ class SceneEngine:
     def _read(self, item: Item) -> _Read:
         """What a file holds."""
         start, read = time.perf_counter(), _Read(item)
-        with self._told(read):
+        with self.profile.timed("read"), self._told(read):
             read.sha256 = content_hash(Path(item.place))
             scene = read_shape(Path(item.place), shape_options(item, self._settings))
             check_face_count(scene, item.place)
@@ -117,15 +120,16 @@ class SceneEngine:
         """Works out the facts of scenes together, and, if one of them is at fault, one by one."""
         known = [(read, read.scene) for read in scenes if read.scene is not None]
         start = time.perf_counter()
-        try:
-            found = fact_columns([scene for _, scene in known], self._kinds)
-        except Exception:  # of one of them: the others go on without it
-            for read, scene in known:
-                with self._told(read):
-                    (read.facts,) = fact_columns((scene,), self._kinds)
-        else:
-            for (read, _), facts in zip(known, found, strict=True):
-                read.facts = facts
+        with self.profile.timed("facts"):
+            try:
+                found = fact_columns([scene for _, scene in known], self._kinds)
+            except Exception:  # of one of them: the others go on without it
+                for read, scene in known:
+                    with self._told(read):
+                        (read.facts,) = fact_columns((scene,), self._kinds)
+            else:
+                for (read, _), facts in zip(known, found, strict=True):
+                    read.facts = facts
         for read, _ in known:
             read.seconds += (time.perf_counter() - start) / len(known)
 
@@ -165,7 +169,9 @@ class SceneEngine:
         )
 
     def _judged(self, read: _Read, scene: Scene, facts: FactColumns, start: float) -> Row:
-        verdicts = self._judge.judge_columns(facts)
+        with self.profile.timed("judge"):
+            verdicts = self._judge.judge_columns(facts)
+        self.profile.add(verdicts)
         return scene_row(
             read.item,
             self._settings,

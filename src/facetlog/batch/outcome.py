@@ -7,6 +7,7 @@ from typing import Any
 
 from facetlog.batch.compare import Comparison
 from facetlog.batch.confusion import Confusion
+from facetlog.batch.profile import Profile
 from facetlog.batch.rows import Row
 from facetlog.counted import many
 
@@ -25,6 +26,7 @@ class Outcome:
     kept: int = 0
     seconds: float = 0.0
     models: Counter[str] = field(default_factory=Counter)
+    profile: Profile | None = None
     errors: list[tuple[str, str]] = field(default_factory=list)
 
     def noting(self, rows: Iterable[Row]) -> Iterator[Row]:
@@ -73,4 +75,5 @@ class Outcome:
             "errors": [{"path": path, "error": error} for path, error in self.errors],
             "confusion": None if self.confusion is None else self.confusion.to_json(),
             "changed": None if self.comparison is None else self.comparison.to_json(),
+            "profile": None if self.profile is None else self.profile.to_json(),
         }

@@ -22,6 +22,7 @@ from typing import Any, Self
 
 from facetlog.batch.memory import needs_more, share_mb, took_all
 from facetlog.batch.processor_time import processor_seconds
+from facetlog.batch.profile import Profile
 from facetlog.batch.rows import TOOK_LONGER, error_row
 from facetlog.batch.settings import Item, Settings
 from facetlog.batch.worker import Word
@@ -174,6 +175,7 @@ class Pool:
         self._seconds_each = BATCH_SECONDS  # of a scene, at first one at a time
         self._answered = 0
         self._deaths: Counter[Item] = Counter()
+        self._profiles: dict[int, bytes] = {}  # the last of each process
         self.models_hash = ""
         self.models: tuple[str, ...] = ()
         try:
@@ -194,6 +196,14 @@ class Pool:
         """Ends all processes, whatever they are doing."""
         while self._crew:
             self._crew.pop().end()
+
+    @property
+    def profile(self) -> Profile:
+        """Where the time of all workers went, if the settings ask for it."""
+        total = Profile()
+        for said in self._profiles.values():
+            total += Profile.from_json(json.loads(said))
+        return total
 
     def _await_first(self) -> None:
         while not self.models_hash:
@@ -275,6 +285,8 @@ class Pool:
                 message = worker.connection.recv_bytes()
                 if not worker.ready:
                     self._got_ready(worker, message)
+                elif message[:1] == Word.PROFILE.value:
+                    self._profiles[worker.popen.pid] = message[1:]
                 else:
                     yield self._answer(worker, message)
                     if message[:1] == Word.SPENT.value:

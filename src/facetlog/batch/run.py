@@ -13,6 +13,7 @@ from facetlog.batch.content import content_hash
 from facetlog.batch.journal import Journal, journal_path
 from facetlog.batch.output import check_format, read_rows
 from facetlog.batch.pool import Answer, Task
+from facetlog.batch.profile import Profile
 from facetlog.batch.rows import Row, run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
@@ -33,6 +34,10 @@ class Workers(Protocol):
     @property
     def models(self) -> tuple[str, ...]:
         """The names of the models that they ask."""
+
+    @property
+    def profile(self) -> Profile:
+        """Where their time went."""
 
     def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
         """An answer to each task, as they come."""

@@ -32,6 +32,8 @@ class Word(bytes, Enum):
     SPENT = b"*"
     """The same, of a scene for which memory ran out. The process ends: what was cut off in the
     middle of it may have left it in disorder."""
+    PROFILE = b"%"
+    """Where the time went, of all scenes up to the next row."""
     EXPLAINED = b"?"
     """The picture and the reasons of the item that was first in turn."""
 
@@ -90,6 +92,8 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
         items = [Item(**task) for task in tasks]
         if doubts[0] is None:  # a list is of one kind
             for row in engine.rows(items):
+                if settings.profile:
+                    say(Word.PROFILE, engine.profile.to_json())
                 if engine.spent and row["error"] is not None:
                     say(Word.SPENT, row)
                     return

@@ -126,6 +126,9 @@ def classify_command(
         Path | None,
         typer.Option("--changed-since", metavar="TABLE", help="Compare with older results."),
     ] = None,
+    profile: Annotated[
+        bool, typer.Option("--profile", help="Say where the time went, by stage and model.")
+    ] = False,
     as_json: AsJson = False,
 ) -> int:
     """Classifies many scenes; a bad one becomes a row with its error.
@@ -149,6 +152,8 @@ def classify_command(
         raise InputError("--report tells what went wrong: give --labels as well")
     if labels is None and (classes or count_as):
         raise InputError("--classes and --count-as say what is right: give --labels as well")
+    if profile and dask is not None:
+        raise InputError("--profile is of workers of this machine: leave out --dask")
     comparison = None if changed_since is None else Comparison(older_rows(changed_since))
     old = {} if comparison is None else comparison.old
     settings = Settings(
@@ -159,6 +164,7 @@ def classify_command(
         (unit or NONE).lower(),
         timeout,
         memory,
+        profile,
     )
     known = {} if labels is None else read_labels(labels)
     items = _items(_paths(scenes or (), listed or (), known, old), known)
@@ -180,6 +186,8 @@ def classify_command(
             if report is not None and outcome.confusion is not None:
                 with showing_rate("report", "mistake") as show:
                     write_report(report, outcome, outcome.confusion, done, crew, show)
+        if profile:
+            outcome.profile = crew.profile
     _tell(outcome, as_json=as_json and out is not None)
     differ = comparison is not None and bool(comparison.changes)
     return NO if differ or (strict and outcome.errors) else YES
@@ -321,6 +329,8 @@ def _tell(outcome: "Outcome", *, as_json: bool) -> None:
         more = len(outcome.errors) - ERRORS_NAMED
         warn(many(more, "more scene has an error", "more scenes have errors"))
     note(outcome.summary)
+    for line in () if outcome.profile is None else outcome.profile.lines():
+        typer.echo(printable(line), err=True)
     if as_json:
         typer.echo(json.dumps(outcome.to_json()))
     else:
