@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
@@ -28,6 +29,9 @@ from facetlog.grammar.language_server.signature_help import signature_help
 from facetlog.grammar.language_server.symbols import Occurrence
 from facetlog.grammar.source import Source, Span
 
+if TYPE_CHECKING:
+    from pygls.server import ServerErrors
+
 __all__ = ["PAUSE_S", "ModelServer", "model_server"]
 
 PAUSE_S = 0.15
@@ -39,6 +43,8 @@ REFUSED = -32803
 
 class ModelServer(LanguageServer):
     """A server with the texts of one editor."""
+
+    protocol: Protocol
 
     def __init__(self, builders: Builders) -> None:
         super().__init__("facetlog-model", _version(), protocol_cls=Protocol)
@@ -60,6 +66,13 @@ class ModelServer(LanguageServer):
         for path in self._told - set(self.project.open_models):
             self._publish(path, [])
         self._told = set(self.project.open_models)
+
+    def report_server_error(self, error: Exception, source: "ServerErrors") -> None:
+        """Answers what is no JSON; shows the editor's user anything else that went wrong."""
+        if isinstance(error, ValueError | RecursionError) and source is JsonRpcException:
+            self.protocol.refuse_unreadable()
+        else:
+            super().report_server_error(error, source)
 
     def _publish(self, path: Path, found: list[lsp.Diagnostic]) -> None:
         self.text_document_publish_diagnostics(

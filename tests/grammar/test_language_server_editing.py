@@ -154,30 +154,73 @@ def test_an_editor_is_answered(editor: Editor) -> None:
     assert found["signatures"][0]["label"].startswith("tilt(")
 
 
+NO_JSON, INVALID, UNKNOWN, PARAMETERS = -32700, -32600, -32601, -32602
+TOO_EARLY = -32002
+HOVER = "textDocument/hover"
+
+
 @pytest.mark.parametrize(
-    "message",
+    ("message", "code"),
     [
-        {"method": "textDocument/hover", "params": {}},
-        {"method": "textDocument/hover", "params": {"textDocument": 3, "position": "here"}},
-        {"method": "textDocument/completion", "params": [1, 2]},
-        {"method": "textDocument/codeAction", "params": None},
-        {"method": "textDocument/rename"},
-        {"method": "textDocument/what", "params": {}},
-        {"method": 7, "params": {}},
-        {"method": "textDocument/hover", "params": {}, "jsonrpc": "1.0"},
-        {"method": "textDocument/hover", "params": {}, "jsonrpc": None},
+        ({"method": HOVER, "params": {}}, PARAMETERS),
+        ({"method": HOVER, "params": {"textDocument": 3, "position": "here"}}, PARAMETERS),
+        ({"method": "textDocument/completion", "params": [1, 2]}, PARAMETERS),
+        ({"method": "textDocument/codeAction", "params": None}, PARAMETERS),
+        ({"method": "textDocument/rename"}, PARAMETERS),
+        ({"method": "textDocument/what", "params": {}}, UNKNOWN),
+        ({"method": "textDocument/what"}, UNKNOWN),
+        ({"method": "textDocument/what", "params": [{"jsonrpc": "2.0"}]}, UNKNOWN),
+        # A request of the protocol that this server does not say it answers.
+        ({"method": "textDocument/codeLens", "params": {"textDocument": 3}}, UNKNOWN),
+        ({"method": "$/what", "params": {}}, UNKNOWN),
+        ({"method": 7, "params": {}}, INVALID),
+        ({"method": HOVER, "params": {}, "jsonrpc": "1.0"}, INVALID),
+        ({"method": HOVER, "params": {}, "jsonrpc": None}, INVALID),
+        ({"method": "initialize", "params": {"capabilities": {}, "processId": None}}, INVALID),
     ],
 )
-def test_every_faulty_request_is_refused(editor: Editor, message: dict[str, object]) -> None:
-    with pytest.raises(RequestRefused):
+def test_every_faulty_request_is_refused(
+    editor: Editor, message: dict[str, object], code: int
+) -> None:
+    with pytest.raises(RequestRefused) as refused:
         editor.ask_as(message)
+    assert refused.value.code == code
     assert editor.at("hover", "m.model", 8, 3)["contents"]
 
 
-def test_after_the_shutdown_requests_are_refused(tmp_path: Path) -> None:
-    opened = Editor(tmp_path)
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        (b"{nonsense", NO_JSON),
+        (b'{"id": \xff}', NO_JSON),
+        (b"[" * 100_000, NO_JSON),
+        (b"[]", INVALID),
+        (b"7", INVALID),
+        (b'{"jsonrpc": "2.0", "id": null, "method": "textDocument/hover"}', INVALID),
+        (b'{"jsonrpc": "2.0", "id": [1], "method": "textDocument/hover"}', INVALID),
+    ],
+)
+def test_what_is_no_request_is_answered_without_a_number(
+    editor: Editor, body: bytes, code: int
+) -> None:
+    editor.send_raw(body)
+    with pytest.raises(RequestRefused) as refused:
+        editor.answer(None)
+    assert refused.value.code == code
+    assert editor.at("hover", "m.model", 8, 3)["contents"]
+
+
+def test_requests_come_after_the_beginning_and_before_the_shutdown(tmp_path: Path) -> None:
+    opened = Editor(tmp_path, initialize=False)
+    for method in (HOVER, "textDocument/what", "shutdown"):
+        with pytest.raises(RequestRefused) as refused:
+            opened.ask(method, {})
+        assert refused.value.code == TOO_EARLY
+    opened.initialize()
     opened.ask("shutdown", None)
-    with pytest.raises(RequestRefused):
-        opened.at("hover", "m.model", 0, 0)
+    for method in (HOVER, "textDocument/what", "shutdown"):
+        with pytest.raises(RequestRefused) as refused:
+            opened.ask(method, {})
+        assert refused.value.code == INVALID
     opened.tell("exit", None)
     opened.leave()

@@ -16,6 +16,7 @@ from facetlog.errors import InputError
 if TYPE_CHECKING:
     from facetlog.grammar.analysis import Analysis
     from facetlog.grammar.faults import Fault
+    from facetlog.grammar.syntax import File
 
 __all__ = ["analysed", "check_command", "checked"]
 
@@ -72,17 +73,19 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool) ->
 
     paths = model_files(arguments)
     used: set[Path] = set()
+    read: dict[str, File] = {}
     found: list[Fault] = []
     for path in paths:
         analysis, faults = checked(path)
         used |= {*analysis.library.files, *analysis.library.words}
+        read |= {str(name): file for name, file in analysis.library.files.items()}
         found.extend(faults)
     faults = distinct(found)
     write: dict[Output, Callable[[Sequence[Path], Sequence[Fault]], str]] = {
         Output.TEXT: faults_text,
         Output.JSON: faults_json,
         Output.SARIF: faults_sarif,
-        Output.JUNIT: partial(faults_junit, warnings_as_errors=warnings_as_errors),
+        Output.JUNIT: partial(faults_junit, read=read, warnings_as_errors=warnings_as_errors),
     }
     typer.echo(write[output](paths, faults))
     if any(fault.code == "unreadable" for fault in faults):
