@@ -48,9 +48,7 @@ class Parsed:
 
 @cache
 def _parser() -> TableParser:
-    grammar = GRAMMAR.read_text(encoding="utf-8")
-    lark = Lark(grammar, parser="lalr", transformer=TreeToSyntax(), maybe_placeholders=True)
-    return TableParser(lark)
+    return TableParser(_tree_parser(), TreeToSyntax())
 
 
 @cache
