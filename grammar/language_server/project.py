@@ -11,6 +11,7 @@ from pygls import uris
 from facetlog.grammar.analysis import Analysis, Memory, analyse
 from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.positions import UTF_16, EditorText
+from facetlog.grammar.language_server.semantic_tokens import semantic_tokens
 from facetlog.grammar.language_server.symbols import Occurrences
 from facetlog.grammar.library import BUILTIN, read_text
 
@@ -34,6 +35,7 @@ class Project:
     _analyses: dict[Path, Analysis] = field(default_factory=dict)
     _symbols: dict[Path, Occurrences] = field(default_factory=dict)
     _memories: dict[Path, Memory] = field(default_factory=dict)
+    _colours: dict[Path, tuple[int, ...]] = field(default_factory=dict)
 
     # ------------------------------------------------------------- texts
 
@@ -66,6 +68,7 @@ class Project:
         """Whatever was found out from texts may have changed."""
         self._analyses.clear()
         self._symbols.clear()
+        self._colours.clear()
 
     @property
     def open_models(self) -> tuple[Path, ...]:
@@ -109,6 +112,14 @@ class Project:
         found = self._symbols.get(path)
         if found is None:
             found = self._symbols[path] = occurrences(self.analysis(path))
+        return found
+
+    def colours(self, path: Path) -> tuple[int, ...]:
+        """The semantic tokens of a file; found once for each state of the texts."""
+        found = self._colours.get(path)
+        if found is None:
+            found = semantic_tokens(self.symbols(path), self.text(path), path)
+            self._colours[path] = found
         return found
 
     def files_that_say(self, word: str) -> Iterator[Path]:

@@ -23,7 +23,11 @@ from facetlog.grammar.language_server.project import Project, path_of
 from facetlog.grammar.language_server.protocol import Protocol
 from facetlog.grammar.language_server.references import references
 from facetlog.grammar.language_server.rename import Refusal, renamed, why_fixed
-from facetlog.grammar.language_server.semantic_tokens import LEGEND, semantic_tokens
+from facetlog.grammar.language_server.semantic_tokens import (
+    LEGEND,
+    GivenColours,
+    semantic_tokens,
+)
 from facetlog.grammar.language_server.signature_help import TRIGGERS as CALLS
 from facetlog.grammar.language_server.signature_help import signature_help
 from facetlog.grammar.language_server.symbols import Occurrence
@@ -52,6 +56,7 @@ class ModelServer(LanguageServer):
         self.project = Project()
         self._waiting: asyncio.TimerHandle | None = None
         self._told: set[Path] = set()
+        self.colours = GivenColours()
 
     def tell_soon(self, delay: float = PAUSE_S) -> None:
         """Faults of all open files are told after a pause; what was waiting waits anew."""
@@ -225,7 +230,21 @@ def _serve_looks(server: ModelServer) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, LEGEND)
     def colours(params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
         path = path_of(params.text_document.uri)
-        return semantic_tokens(project.symbols(path), project.text(path), path)
+        return server.colours.full(path, project.colours(path))
+
+    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL_DELTA)
+    def new_colours(
+        params: lsp.SemanticTokensDeltaParams,
+    ) -> lsp.SemanticTokens | lsp.SemanticTokensDelta:
+        path = path_of(params.text_document.uri)
+        return server.colours.delta(path, project.colours(path), params.previous_result_id)
+
+    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE)
+    def colours_in_sight(params: lsp.SemanticTokensRangeParams) -> lsp.SemanticTokens:
+        path = path_of(params.text_document.uri)
+        text = project.text(path)
+        piece = Span(text.offset(params.range.start), text.offset(params.range.end))
+        return lsp.SemanticTokens(list(semantic_tokens(project.symbols(path), text, path, piece)))
 
     @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
     def folding(params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:

@@ -74,7 +74,7 @@ def test_a_warning_can_be_allowed() -> None:
 
 def test_names_have_colours() -> None:
     project, path = _project(MODEL)
-    data = semantic_tokens(project.symbols(path), project.text(path), path).data
+    data = semantic_tokens(project.symbols(path), project.text(path), path)
     found: dict[tuple[str, str], int] = {}
     line = column = 0
     for down, right, length, colour, marks in zip(*[iter(data)] * 5, strict=True):
@@ -152,6 +152,48 @@ def test_an_editor_is_answered(editor: Editor) -> None:
     assert len(editor.ask("textDocument/foldingRange", _document(editor))) == 3
     found = editor.at("signatureHelp", "m.model", 8, 7)
     assert found["signatures"][0]["label"].startswith("tilt(")
+
+
+def _given(editor: Editor, name: str, how: str = "full", **more: object) -> Any:
+    document = {"textDocument": {"uri": editor.uri(name)}}
+    return editor.ask(f"textDocument/semanticTokens/{how}", {**document, **more})
+
+
+def test_an_editor_is_given_only_the_colours_that_are_new(editor: Editor) -> None:
+    editor.open("colours.model", MODEL)
+    before = _given(editor, "colours.model")
+    numbers, name = list(before["data"]), before["resultId"]
+    for text in (MODEL, f"\n\n{MODEL}", MODEL + "\nmodel more\n  face it\n", MODEL, ""):
+        editor.change("colours.model", {"text": text})
+        delta = _given(editor, "colours.model", "full/delta", previousResultId=name)
+        for edit in delta["edits"]:
+            start = edit["start"]
+            numbers[start : start + edit["deleteCount"]] = edit.get("data", [])
+        name = delta["resultId"]
+        assert numbers == _given(editor, "colours.model", "full")["data"]
+        name = _given(editor, "colours.model", "full/delta", previousResultId="forgotten")
+        assert name["data"] == numbers
+        name = name["resultId"]
+
+
+def test_colours_of_a_piece_are_those_of_the_whole_that_stand_there(editor: Editor) -> None:
+    editor.open("piece.model", MODEL)
+    lines = range(MODEL.count("\n") + 1)
+    together: list[list[int]] = []
+    for line in lines:
+        piece = {"start": {"line": line, "character": 0}, "end": {"line": line, "character": 999}}
+        data = _given(editor, "piece.model", "range", range=piece)["data"]
+        column = 0
+        for i in range(0, len(data), 5):
+            column += data[i + 1]
+            together.append([data[i] if i == 0 else line, column, *data[i + 2 : i + 5]])
+    whole, line, column = [], 0, 0
+    data = _given(editor, "piece.model")["data"]
+    for i in range(0, len(data), 5):
+        column = data[i + 1] if data[i] else column + data[i + 1]
+        line += data[i]
+        whole.append([line, column, *data[i + 2 : i + 5]])
+    assert together == whole
 
 
 NO_JSON, INVALID, UNKNOWN, PARAMETERS = -32700, -32600, -32601, -32602
