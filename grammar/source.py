@@ -1,10 +1,11 @@
 """Texts and places in them."""
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-__all__ = ["NOWHERE", "Source", "Span"]
+__all__ = ["NOWHERE", "Source", "Span", "differing"]
 
 
 class Span(NamedTuple):
@@ -22,6 +23,19 @@ class Span(NamedTuple):
 
 
 NOWHERE = Span(0, 0)
+
+
+def differing(before: Sequence[object], after: Sequence[object]) -> tuple[Span, Span]:
+    """The pieces in which two sequences differ, between their ends that are alike.
+
+    >>> differing("top is levl", "top is level")
+    (Span(start=10, end=10), Span(start=10, end=11))
+    """
+    shorter = min(len(before), len(after))
+    start = next((i for i in range(shorter) if before[i] != after[i]), shorter)
+    left = shorter - start
+    same = next((i for i in range(left) if before[-1 - i] != after[-1 - i]), left)
+    return Span(start, len(before) - same), Span(start, len(after) - same)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,7 +1,7 @@
 """The files that an editor works on: open texts before those on disk, and what is known of each."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,6 +9,7 @@ from lsprotocol import types as lsp
 from pygls import uris
 
 from facetlog.grammar.analysis import Analysis, Memory, analyse
+from facetlog.grammar.faults import Fault
 from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.positions import UTF_16, EditorText
 from facetlog.grammar.language_server.semantic_tokens import semantic_tokens
@@ -106,6 +107,11 @@ class Project:
             found = analyse(path, self.text(path).text, read=self.read, memory=memory)
             self._analyses[path] = found
         return found
+
+    def check_of(self, path: Path) -> Callable[[str], tuple[Fault, ...]]:
+        """What says which faults a file would have with another text."""
+        memory = Memory()
+        return lambda text: analyse(path, text, read=self.read, memory=memory).faults
 
     def symbols(self, path: Path) -> Occurrences:
         """The symbols of a file; found once for each state of the texts."""

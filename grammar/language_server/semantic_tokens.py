@@ -1,6 +1,6 @@
 """The colours of names: what each word stands for, which no pattern can tell."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from itertools import count
 from pathlib import Path
 
@@ -8,7 +8,7 @@ from lsprotocol import types as lsp
 
 from facetlog.grammar.language_server.positions import EditorText
 from facetlog.grammar.language_server.symbols import Occurrence, Occurrences, SymbolKind
-from facetlog.grammar.source import Span
+from facetlog.grammar.source import Span, differing
 
 __all__ = ["LEGEND", "GivenColours", "semantic_tokens"]
 
@@ -79,25 +79,16 @@ class GivenColours:
         name, before = self._last.get(path, ("", ()))
         if name != known:
             return self.full(path, numbers)
-        edit = _difference(before, numbers)
-        return lsp.SemanticTokensDelta([edit] if edit else [], result_id=self._give(path, numbers))
+        old, new = differing(before, numbers)
+        data = list(numbers[new.start : new.end])
+        edits = [lsp.SemanticTokensEdit(old.start, old.end - old.start, data)]
+        given = self._give(path, numbers)
+        return lsp.SemanticTokensDelta(edits if before != numbers else [], result_id=given)
 
     def _give(self, path: Path, numbers: tuple[int, ...]) -> str:
         name = next(self._names)
         self._last[path] = name, numbers
         return name
-
-
-def _difference(before: Sequence[int], after: Sequence[int]) -> lsp.SemanticTokensEdit | None:
-    """The one edit that makes the one of the other; None if they are the same."""
-    if before == after:
-        return None
-    shorter = min(len(before), len(after))
-    start = next((i for i in range(shorter) if before[i] != after[i]), shorter)
-    left = shorter - start
-    same = next((i for i in range(left) if before[-1 - i] != after[-1 - i]), left)
-    new = list(after[start : len(after) - same])
-    return lsp.SemanticTokensEdit(start, len(before) - same - start, new)
 
 
 def _marks(one: Occurrence, path: object) -> int:

@@ -13,7 +13,7 @@ from pygls.uris import to_fs_path
 
 from facetlog.grammar.format import formatted
 from facetlog.grammar.language_server import Builders
-from facetlog.grammar.language_server.code_actions import KINDS, code_actions
+from facetlog.grammar.language_server.code_actions import KINDS, code_actions, fix_all
 from facetlog.grammar.language_server.completion import TRIGGERS, completions
 from facetlog.grammar.language_server.diagnostics import diagnostics
 from facetlog.grammar.language_server.folding import folds
@@ -209,14 +209,18 @@ def _serve_questions(server: ModelServer) -> None:
         path, uri = path_of(params.text_document.uri), params.text_document.uri
         text = project.text(path)
         span = Span(text.offset(params.range.start), text.offset(params.range.end))
-        found = code_actions(project.analysis(path), text, uri, span)
         wanted = params.context.only
-        return [one for one in found if wanted is None or _is_of(one, wanted)]
+        found: list[lsp.CodeAction] = []
+        if wanted is None or _is_of(lsp.CodeActionKind.QuickFix, wanted):
+            found += code_actions(project.analysis(path), text, uri, span)
+        # It costs a look after each fix: done when asked for, not at each step of the cursor.
+        if wanted is not None and _is_of(lsp.CodeActionKind.SourceFixAll, wanted):
+            found += fix_all(text, uri, project.check_of(path))
+        return found
 
 
-def _is_of(action: lsp.CodeAction, kinds: Sequence[lsp.CodeActionKind | str]) -> bool:
-    """Whether an action is of one of some kinds: `source.fixAll` is of `source`, too."""
-    own = str(getattr(action.kind, "value", action.kind))
+def _is_of(own: lsp.CodeActionKind, kinds: Sequence[lsp.CodeActionKind | str]) -> bool:
+    """Whether a kind is of one of some kinds: `source.fixAll` is of `source`, too."""
     asked = [str(getattr(kind, "value", kind)) for kind in kinds]
     return any(own == kind or not kind or own.startswith(f"{kind}.") for kind in asked)
 

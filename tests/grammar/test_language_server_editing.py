@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from lsprotocol import types as lsp
 
-from facetlog.grammar.language_server.code_actions import code_actions
+from facetlog.grammar.language_server.code_actions import code_actions, fix_all
 from facetlog.grammar.language_server.folding import folds
 from facetlog.grammar.language_server.positions import EditorText
 from facetlog.grammar.language_server.project import Project
@@ -58,11 +58,19 @@ def _actions(text: str, at: str) -> list[lsp.CodeAction]:
 
 
 def test_a_fault_is_offered_its_fix() -> None:
-    first, everything = _actions(MODEL, "degs")
+    (first,) = _actions(MODEL, "degs")
     assert (first.title, first.kind, first.is_preferred) == ("write `deg`", "quickfix", True)
     assert "at most 5 deg\n" in _after(MODEL, first)
+
+
+def test_all_that_is_sure_is_done_at_once_as_the_command_does_it() -> None:
+    text = MODEL.replace("is level,", "is levl,")
+    project, path = _project(text)
+    (everything,) = fix_all(project.text(path), URI, project.check_of(path))
     assert everything.kind == lsp.CodeActionKind.SourceFixAll
-    assert _after(MODEL, everything) == _after(MODEL, first)
+    right = MODEL.replace("degs", "deg")
+    assert _after(text, everything) == right
+    assert fix_all(EditorText(right), URI, project.check_of(path)) == []
 
 
 def test_a_warning_can_be_allowed() -> None:
@@ -144,7 +152,7 @@ def test_an_editor_is_answered(editor: Editor) -> None:
     place = {"line": 8, "character": 23}
     asked = {**_document(editor), "range": {"start": place, "end": place}}
     found = editor.ask("textDocument/codeAction", {**asked, "context": {"diagnostics": []}})
-    assert [one["title"] for one in found] == ["write `deg`", "put right all that is sure"]
+    assert [one["title"] for one in found] == ["write `deg`"]
     only = {"diagnostics": [], "only": ["source"]}
     found = editor.ask("textDocument/codeAction", {**asked, "context": only})
     assert [one["kind"] for one in found] == ["source.fixAll"]
