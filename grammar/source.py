@@ -40,7 +40,7 @@ def differing(before: Sequence[object], after: Sequence[object]) -> tuple[Span, 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """A text and the name that its faults are told by."""
+    """A text and the name that its faults give."""
 
     name: str
     text: str
@@ -75,6 +75,6 @@ class Source:
         return min(self._starts[max(line, 1) - 1] + max(column, 1) - 1, len(self.text))
 
     def place(self, offset: int) -> str:
-        """Name, line and column, as compilers tell them."""
+        """Name, line and column, as compilers write them."""
         line, column = self.line_and_column(offset)
         return f"{self.name}:{line}:{column}"

@@ -116,7 +116,7 @@ def _place(fault: Fault) -> tuple[int, int]:
 
 
 def _what(fault: Fault) -> Hashable:
-    """What tells a fault from others while places move: what it is, and which of these it is."""
+    """What identifies a fault: what it is, and where."""
     line, column = fault.source.line_and_column(fault.span.start)
     return fault.code, fault.message, line, column
 

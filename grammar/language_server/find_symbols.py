@@ -86,7 +86,7 @@ class _Finder:
         """The pieces of the text in which something could not be read."""
         source = self.analysis.file.source
         places = [f.span.start for f in self.analysis.library.faults if f.source is source]
-        # Of what is read after so many faults none is told.
+        # After so many faults no more are listed.
         every = len(places) >= MOST_FAULTS
         for piece in pieces(source.text) if places else ():
             if every or any(place in piece for place in places):

@@ -1,4 +1,4 @@
-"""The colours of names: what each word stands for, which no pattern can tell."""
+"""The colours of names: what each word stands for, which no pattern can find."""
 
 from collections.abc import Mapping
 from itertools import count

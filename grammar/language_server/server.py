@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 __all__ = ["PAUSE_S", "ModelServer", "model_server"]
 
 PAUSE_S = 0.15
-"""Seconds without typing after which faults are told: shorter than a person pauses to look."""
+"""Seconds without typing after which faults are sent: shorter than a person pauses to look."""
 
 REFUSED = -32803
 """RequestFailed of the protocol: the request was understood and cannot be fulfilled."""
@@ -55,22 +55,22 @@ class ModelServer(LanguageServer):
         self.builders = builders
         self.project = Project()
         self._waiting: asyncio.TimerHandle | None = None
-        self._told: set[Path] = set()
+        self._published: set[Path] = set()
         self.colours = GivenColours()
 
-    def tell_soon(self, delay: float = PAUSE_S) -> None:
-        """Faults of all open files are told after a pause; what was waiting waits anew."""
+    def publish_soon(self, delay: float = PAUSE_S) -> None:
+        """Faults of all open files are sent after a pause; what was waiting waits anew."""
         if self._waiting is not None:
             self._waiting.cancel()
-        self._waiting = asyncio.get_running_loop().call_later(delay, self._tell)
+        self._waiting = asyncio.get_running_loop().call_later(delay, self._publish_all)
 
-    def _tell(self) -> None:
+    def _publish_all(self) -> None:
         self._waiting = None
         for path in self.project.open_models:
             self._publish(path, diagnostics(self.project, path))
-        for path in self._told - set(self.project.open_models):
+        for path in self._published - set(self.project.open_models):
             self._publish(path, [])
-        self._told = set(self.project.open_models)
+        self._published = set(self.project.open_models)
 
     def report_server_error(self, error: Exception, source: "ServerErrors") -> None:
         """Answers what is no JSON; shows the editor's user anything else that went wrong."""
@@ -136,23 +136,23 @@ def _serve_texts(server: ModelServer) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
     def opened(params: lsp.DidOpenTextDocumentParams) -> None:
         project.open(params.text_document.uri, params.text_document.text)
-        server.tell_soon(0)
+        server.publish_soon(0)
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
     def changed(params: lsp.DidChangeTextDocumentParams) -> None:
         project.change(params.text_document.uri, params.content_changes)
-        server.tell_soon()
+        server.publish_soon()
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
     def closed(params: lsp.DidCloseTextDocumentParams) -> None:
         project.close(params.text_document.uri)
-        server.tell_soon()
+        server.publish_soon()
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
     @server.feature(lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     def files_changed(_: object) -> None:
         project.forget()
-        server.tell_soon()
+        server.publish_soon()
 
     @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
     def formatting(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
@@ -213,7 +213,7 @@ def _serve_questions(server: ModelServer) -> None:
         found: list[lsp.CodeAction] = []
         if wanted is None or _is_of(lsp.CodeActionKind.QuickFix, wanted):
             found += code_actions(project.analysis(path), text, uri, span)
-        # It costs a look after each fix: done when asked for, not at each step of the cursor.
+        # It costs a look after each fix: done on demand, not at each step of the cursor.
         if wanted is not None and _is_of(lsp.CodeActionKind.SourceFixAll, wanted):
             found += fix_all(text, uri, project.check_of(path))
         return found
@@ -221,8 +221,8 @@ def _serve_questions(server: ModelServer) -> None:
 
 def _is_of(own: lsp.CodeActionKind, kinds: Sequence[lsp.CodeActionKind | str]) -> bool:
     """Whether a kind is of one of some kinds: `source.fixAll` is of `source`, too."""
-    asked = [str(getattr(kind, "value", kind)) for kind in kinds]
-    return any(own == kind or not kind or own.startswith(f"{kind}.") for kind in asked)
+    wanted = [str(getattr(kind, "value", kind)) for kind in kinds]
+    return any(own == kind or not kind or own.startswith(f"{kind}.") for kind in wanted)
 
 
 # -------------------------------------------------------------------- looks

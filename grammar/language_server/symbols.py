@@ -38,7 +38,7 @@ class Symbol:
     """What a word stands for; `home` is None if the language or facetlog itself brings it.
 
     A part, constant, definition or line that a model inherits or changes is one with that of its
-    ancestor. `model` is the one that it was met in, for what is told of it.
+    ancestor. `model` is the one that it was met in, for its description.
     """
 
     kind: SymbolKind
@@ -51,7 +51,7 @@ class Symbol:
 class Occurrence:
     """A symbol at a place; `plural` are the letters that follow a model's name there.
 
-    Not `sure` if its statement cannot be read, so that only the word itself tells what it is.
+    Not `sure` if its statement cannot be read, so that only the word itself says what it is.
     """
 
     symbol: Symbol

@@ -57,7 +57,7 @@ class Editor:
         )
         self._answers: dict[int | None, dict[str, Any]] = {}
         self._messages: queue.Queue[dict[str, Any] | None] = queue.Queue()
-        self._told: dict[str, list[dict[str, Any]]] = {}
+        self._sent: dict[str, list[dict[str, Any]]] = {}
         self._last_id = 0
         self._versions: dict[str, int] = {}
         self._reader = threading.Thread(target=self._read, daemon=True)
@@ -134,8 +134,8 @@ class Editor:
         message = self._messages.get(timeout=PATIENCE_S)
         assert message is not None, "the server has ended"
         if message.get("method") == "textDocument/publishDiagnostics":
-            told = message["params"]
-            self._told.setdefault(told["uri"], []).append(told["diagnostics"])
+            sent = message["params"]
+            self._sent.setdefault(sent["uri"], []).append(sent["diagnostics"])
         elif "id" in message and "method" not in message:
             self._answers[message["id"]] = message
         elif message.get("method") == "window/showMessage":
@@ -175,7 +175,7 @@ class Editor:
         """Opens a text, which need not be on disk; returns its faults."""
         self._versions[name] = 1
         item = {"uri": self.uri(name), "languageId": "facetlog-model", "version": 1, "text": text}
-        self._told.pop(self.uri(name), None)
+        self._sent.pop(self.uri(name), None)
         self.tell("textDocument/didOpen", {"textDocument": item})
         return self.faults(name)
 
@@ -183,7 +183,7 @@ class Editor:
         """Changes a text; a change has a `range` and a `text`, or a text alone."""
         self._versions[name] += 1
         document = {"uri": self.uri(name), "version": self._versions[name]}
-        self._told.pop(self.uri(name), None)
+        self._sent.pop(self.uri(name), None)
         self.tell(
             "textDocument/didChange", {"textDocument": document, "contentChanges": list(changes)}
         )
@@ -193,10 +193,10 @@ class Editor:
         self.tell("textDocument/didClose", {"textDocument": {"uri": self.uri(name)}})
 
     def faults(self, name: str, severity: int = 1) -> list[dict[str, Any]]:
-        """The errors of a text (2: its warnings) that are told next."""
-        while not self._told.get(self.uri(name)):
+        """The errors of a text (2: its warnings) that are sent next."""
+        while not self._sent.get(self.uri(name)):
             self._take()
-        return [one for one in self._told[self.uri(name)].pop() if one["severity"] == severity]
+        return [one for one in self._sent[self.uri(name)].pop() if one["severity"] == severity]
 
     def at(self, method: str, name: str, line: int, column: int, **more: object) -> Any:
         """Asks about a place: line and column from 0."""

@@ -14,7 +14,7 @@ from facetlog.grammar.analysis import analyse
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.fixing.fix import applied
 from facetlog.grammar.fixing.fix_all import UNREAD, fixed
-from tests.grammar.linted import complete, told_of
+from tests.grammar.linted import complete, faults_of
 
 HEAD = "face top, side\nok: top is measured, top adjoins side\n"
 RULES = [p.read_text("utf-8") for p in sorted(Path(facetlog.rules.__path__[0]).glob("*.model"))]
@@ -81,7 +81,7 @@ def test_what_is_not_sure_is_left_alone(line: str) -> None:
 
 
 def test_likely_fixes_are_offered_though_they_are_not_sure() -> None:
-    (fault,) = [f for f in told_of(complete(f"{HEAD}length(top) at most 40")) if f.fixes]
+    (fault,) = [f for f in faults_of(complete(f"{HEAD}length(top) at most 40")) if f.fixes]
     assert [fix.title for fix in fault.fixes] == [
         "write the unit `cm`",
         "write the unit `m`",
@@ -90,7 +90,7 @@ def test_likely_fixes_are_offered_though_they_are_not_sure() -> None:
     assert fault.sure_fix is None
 
 
-def test_each_fix_is_told_with_its_place() -> None:
+def test_each_fix_is_reported_with_its_place() -> None:
     found = fixed(complete(f"{HEAD}top is levl"), _faults)
     (one,) = found.done
     assert (one.line, one.code, one.title) == (5, "unknown-word", "write `level`")
