@@ -50,15 +50,15 @@ class Analysis:
         return tuple(f for f in self.faults if f.severity is Severity.ERROR)
 
 
-Asked = tuple[tuple[str, s.Name], ...]
-"""The models that one asks about, with where it does."""
+References = tuple[tuple[str, s.Name], ...]
+"""The models that one refers to, with where it does."""
 
 
 @dataclass(slots=True)
 class Memory:
     """What analyses of one file as it is edited have found out, for the next of them."""
 
-    checked: Memo[Asked] = field(default_factory=Memo)
+    checked: Memo[References] = field(default_factory=Memo)
     known: KnowledgeMemo = field(default_factory=Memo)
 
 
@@ -118,7 +118,7 @@ class _Draft:
     scopes: Mapping[str, Scope] = field(init=False)
     roles: Mapping[str, Mapping[str, Kinds]] = field(init=False)
     prints: Fingerprints | None = None
-    asked: dict[str, Asked] = field(default_factory=dict)
+    references: dict[str, References] = field(default_factory=dict)
 
     def analysis(self) -> Analysis:
         main = self.library.main
@@ -159,27 +159,27 @@ def _check_models(draft: _Draft) -> None:
     # What could not be read may be what a model seems to lack.
     unread = {fault.source for fault in draft.library.faults}
     for name, scope in draft.scopes.items():
-        draft.asked[name], faults = _checked(scope, draft)
+        draft.references[name], faults = _checked(scope, draft)
         draft.faults.extend(f for f in faults if f.code not in _LACKING or f.source not in unread)
 
 
-def _checked(scope: Scope, draft: _Draft) -> tuple[Asked, tuple[Fault, ...]]:
+def _checked(scope: Scope, draft: _Draft) -> tuple[References, tuple[Fault, ...]]:
     model, memory, prints = scope.model, draft.memory, draft.prints
     start = model.written.span.start
     kept = memory.checked.take(model, prints) if memory is not None and prints else None
     if kept is None:
         checked = check_model(scope)
-        asked = tuple((name, s.moved(where, -start)) for name, where in checked.asked)
+        references = tuple((name, s.moved(where, -start)) for name, where in checked.references)
         if memory is not None and prints is not None:
-            memory.checked.keep(model, prints, asked, checked.faults)
-        return tuple(checked.asked), checked.faults
+            memory.checked.keep(model, prints, references, checked.faults)
+        return tuple(checked.references), checked.faults
     # Places are kept from the model's own beginning.
     return tuple((name, s.moved(where, start)) for name, where in kept[0]), kept[1]
 
 
 def _find_circles(draft: _Draft) -> None:
-    """Models that are asked about in order to judge themselves."""
-    draft.faults.extend(_circles(draft.models, draft.asked))
+    """Models that must be judged to judge themselves."""
+    draft.faults.extend(_circles(draft.models, draft.references))
 
 
 def _lint(draft: _Draft) -> None:
@@ -214,15 +214,17 @@ def _sorted(faults: Iterable[Fault], main: s.File) -> tuple[Fault, ...]:
     return tuple(dict.fromkeys(sorted(faults, key=order)))
 
 
-def _circles(models: Mapping[str, FlatModel], asked: Mapping[str, Asked]) -> Iterator[Fault]:
-    """Models that are asked about in order to judge themselves, directly or not."""
+def _circles(
+    models: Mapping[str, FlatModel], references: Mapping[str, References]
+) -> Iterator[Fault]:
+    """Models that must be judged to judge themselves, directly or not."""
     needs: dict[str, tuple[str, ...]] = {}
     for name, model in models.items():
         parent = model.written.parent
-        own = tuple(other for other, _ in asked[name])
+        own = tuple(other for other, _ in references[name])
         needs[name] = (*own, parent.text) if parent is not None else own
     for name, model in models.items():
-        for other, where in asked[name]:
+        for other, where in references[name]:
             if other == name or _reaches(other, name, needs):
                 by = "itself" if other == name else f"`{other}`, and that on `{name}`"
                 message = f"whether something is a `{name}` depends on {by}"

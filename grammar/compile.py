@@ -55,7 +55,7 @@ class Program:
             pieces.append(str(clause))
             last = kind
         for name, text in self.own_words:
-            # Line for line, so that a fault can be told where it stands.
+            # Line for line, so that a fault names its place.
             pieces.append(f"\n% {name}\n{_DIRECTIVE.sub('', text).rstrip()}")
         return "\n".join(pieces) + "\n"
 
@@ -95,12 +95,12 @@ def _needs(analysis: Analysis) -> tuple[Path, ...]:
         for path, file in analysis.library.files.items()
         for model in file.models
     }
-    asked = {name for model in analysis.models for name in _asked(analysis.scopes[model])}
-    found = {files[name] for name in asked if name in files and name not in analysis.models}
+    referred = {name for model in analysis.models for name in _referred(analysis.scopes[model])}
+    found = {files[name] for name in referred if name in files and name not in analysis.models}
     return tuple(sorted(path for path in found if path.parent != BUILTIN))
 
 
-def _asked(scope: Scope) -> Iterator[str]:
+def _referred(scope: Scope) -> Iterator[str]:
     for symbol in scope.symbols.values():
         if symbol.model:
             yield symbol.model

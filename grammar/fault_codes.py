@@ -16,7 +16,7 @@ ERROR, WARNING = Severity.ERROR, Severity.WARNING
 
 @dataclass(frozen=True, slots=True)
 class FaultKind:
-    """A kind of fault; `severity` is the gravest it is told with.
+    """A kind of fault; `severity` is the gravest that it has.
 
     `example` is a statement that has it in a model with the faces `top` and `side`, or a whole
     file; empty where no text can show it.
@@ -131,9 +131,9 @@ _KINDS = (
     FaultKind("negative-width", ERROR, "A tolerance is negative.", "tilt(top) = 30 deg ± -5 deg"),
     FaultKind("never-holds", ERROR, "A condition fails whatever is measured.",
               "share(top) at least 110 %"),
-    # Doubts
+    # Lint warnings
     FaultKind("absolute-size", WARNING,
-              "A length in metres is asked for where the scale may not be known.",
+              "A length in metres is required where the scale may not be known.",
               "length(top) at least 40 cm"),
     FaultKind("always-holds", WARNING, "A condition holds whatever is measured.",
               "share(top) at least 0 %"),

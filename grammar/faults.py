@@ -1,4 +1,4 @@
-"""What is wrong with a model file, and how it is told."""
+"""What is wrong with a model file, and how it is shown."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,7 +11,7 @@ from facetlog.grammar.source import Source, Span
 __all__ = ["ALIKE", "MOST_FAULTS", "Fault", "Severity", "nearest", "said"]
 
 MOST_FAULTS = 50
-"""Faults told of one file: who has more has sent the wrong file."""
+"""Faults listed of one file: who has more has sent the wrong file."""
 
 WIDTH = 140
 """Columns of a line that are shown with a fault."""
@@ -45,7 +45,7 @@ class Fault:
 
     @property
     def sure_fix(self) -> Fix | None:
-        """What puts it right without anybody being asked."""
+        """What puts it right without a question."""
         return next((fix for fix in self.fixes if fix.sure), None)
 
     @property

@@ -6,7 +6,7 @@ with those tokens: a word is a keyword where the table wants that keyword, other
 What cannot be parsed here is given to Lark itself, which can say what was expected.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from typing import Any
 
 from lark import Lark
@@ -18,79 +18,99 @@ from facetlog.grammar.layout import Token
 
 __all__ = ["NotParsed", "TableParser"]
 
-_PLAIN = {"word": "NAME", "number": "NUMBER", "string": "STRING"}
+# Keys of a row that are no token's text, for none begins with a blank.
+_KINDS = {"word": " NAME", "number": " NUMBER", "string": " STRING"}
+_END = " $END"
 
 
 class NotParsed(Exception):  # noqa: N818  it is no error of the program
     """The tokens are no statement of the language."""
 
 
-_Reduction = tuple[int, str, Callable[[list[Any]], Any] | None]
-"""How many values become one, of what, and by which function; None hands the value on."""
+Make = Callable[[list[Any]], Any]
+"""What the values of a rule's parts become."""
 
-_Row = dict[str, Any]
-"""What to do with each terminal: the row of the next state, or a reduction; of a rule's name the
-row of the state that follows it."""
+_Reduction = tuple[int, str, Make | None]
+"""How many values become one, the key of the rule, and the maker; None hands the one value on."""
+
+_Row = dict[Hashable, Any]
+"""What a state does with a token: the row of the next state or a reduction, by the token's text or
+its kind; of a rule the row that follows it. Besides, where reductions that only hand on lead, by
+the row that they begin in (its id) and the token's key: entered when that is first met."""
+
+
+_Pick = tuple[int | None, bool]
+"""A part by its number, or None for one that was left out; whether its own parts stand for it."""
 
 
 class TableParser:
-    """The LALR parser of a Lark grammar, for tokens that layout has cut."""
+    """The LALR parser of a Lark grammar, for tokens that layout has cut.
 
-    def __init__(self, lark: Lark) -> None:
-        inner = lark.parser.parser
-        table, callbacks = inner._parse_table, inner.parser.callbacks
+    `rules` has a method for each rule, by its name or its alias, which takes the list of what its
+    parts have become. Parts named _x stand for their own parts.
+    """
+
+    def __init__(self, lark: Lark, rules: object) -> None:
+        table = lark.parser.parser._parse_table
+        texts: dict[str, tuple[str, ...]] = {
+            str(known.name): _texts(known.pattern.to_regexp(), known.pattern)
+            for known in lark.terminals
+        }
         reductions: dict[Rule, _Reduction] = {}
         rows: dict[int, _Row] = {state: {} for state in table.states}
         for state, row in table.states.items():
-            for terminal, (action, argument) in row.items():
-                name = str(terminal)  # Lark's own are tokens, which compare slowly
+            for symbol, (action, argument) in row.items():
                 if action is Shift:
-                    rows[state][name] = rows[argument]
+                    found: Any = rows[argument]
                 else:
                     if argument not in reductions:
-                        reductions[argument] = _reduction(argument, callbacks[argument])
-                    rows[state][name] = reductions[argument]
+                        reductions[argument] = _reduction(argument, rules)
+                    found = reductions[argument]
+                for key in _keys(str(symbol), texts):
+                    rows[state].setdefault(key, found)
         self._start = rows[table.start_states["start"]]
         self._end = rows[table.end_states["start"]]
-        self._terminals: dict[str, tuple[str, ...]] = {}
-        for known in lark.terminals:
-            for text in _texts(known.pattern.to_regexp(), known.pattern):
-                before = self._terminals.get(text, ())
-                self._terminals[text] = (*before, str(known.name))
 
     def parse(self, tokens: Sequence[Token]) -> Any:
         """What the tokens become. Raises NotParsed if they are no statement.
 
         The innermost loop of all that reads models: without calls, without a look at numbers of
-        states. 170,000 tokens of a thousand models make 270,000 reductions.
+        states. 170,000 tokens of a thousand models make 270,000 reductions, most of which hand on.
         """
         row = self._start
         rows, values = [row], []  # type: ignore[var-annotated]
-        terminals, end = self._terminals, self._end
+        end = self._end
         for token in (*tokens, None):
             if token is None:
-                name = "$END"
+                key = _END
             else:
-                # A keyword where one may stand.
-                name = next((n for n in terminals.get(token.text, ()) if n in row), "")
-                name = name or _PLAIN.get(token.kind, "")
-            action = row.get(name)
+                key = token[1]
+                if key not in row:  # no keyword here
+                    key = _KINDS.get(token[0], "")
+            action = row.get(key)
             while action.__class__ is tuple:
                 size, origin, make = action
+                if make is None:
+                    under = rows[-2]
+                    way = id(row), key
+                    found = under.get(way)
+                    if found is None:
+                        found = under[way] = _handed_on(under, origin, key)
+                    row, action = found
+                    rows[-1] = row
+                    continue
                 if size:
                     del rows[-size:]
-                if make is not None:
-                    if size:
-                        some = values[-size:]
-                        del values[-size:]
-                        values.append(make(some))
-                    else:
-                        values.append(make([]))
+                    some = values[-size:]
+                    del values[-size:]
+                    values.append(make(some))
+                else:
+                    values.append(make([]))
                 row = rows[-1][origin]
                 rows.append(row)
                 if row is end:
                     return values[-1]
-                action = row.get(name)
+                action = row.get(key)
             if action is None:
                 raise NotParsed
             row = action
@@ -99,18 +119,72 @@ class TableParser:
         raise NotParsed
 
 
-def _reduction(rule: Rule, make: Callable[[list[Any]], Any]) -> _Reduction:
-    size, first = len(rule.expansion), next(iter(rule.expansion), None)
-    # A `?rule` of one part is that part; parts named _x are put in, which Lark's function does.
-    hands_on = (
-        size == 1
-        and rule.options.expand1
-        and rule.alias is None
-        and first is not None
-        and not first.name.startswith("_")
-        and not (isinstance(first, Terminal) and first.filter_out)
-    )
-    return size, str(rule.origin.name), None if hands_on else make
+def _keys(symbol: str, texts: dict[str, tuple[str, ...]]) -> tuple[str, ...]:
+    """How the tokens of a terminal, or a rule, are found in a row."""
+    return texts.get(symbol) or (f" {symbol}",)
+
+
+def _handed_on(under: _Row, origin: str, key: str) -> tuple[_Row, Any]:
+    """The row above another after reductions that only hand on, and what is to be done there."""
+    while True:
+        row = under[origin]
+        action = row.get(key)
+        if action.__class__ is not tuple or action[2] is not None:
+            return row, action
+        origin = action[1]
+
+
+# ------------------------------------------------------------------ reductions
+
+
+def _reduction(rule: Rule, rules: object) -> _Reduction:
+    name = str(rule.origin.name)
+    picks = tuple(_picks(rule))
+    size = len(rule.expansion)
+    whole = picks == tuple((i, False) for i in range(size))
+    # A `?rule` of one part is that part.
+    alone = rule.options.expand1 and rule.alias is None
+    if name.startswith("_"):
+        method: Make | None = None
+    elif alone and whole and size == 1:
+        return size, f" {name}", None
+    else:
+        # What always is one part needs no method.
+        method = getattr(rules, str(rule.alias or name), *((None,) if alone else ()))
+    return size, f" {name}", _make(method, None if whole else picks, alone=alone)
+
+
+def _picks(rule: Rule) -> Iterator[_Pick]:
+    """The parts of a rule that count."""
+    symbols = iter(enumerate(rule.expansion))
+    for left_out in rule.options.empty_indices or (False,) * len(rule.expansion):
+        if left_out:
+            yield None, False
+            continue
+        i, symbol = next(symbols)
+        if rule.options.keep_all_tokens or not (isinstance(symbol, Terminal) and symbol.filter_out):
+            yield i, not symbol.is_term and symbol.name.startswith("_")
+
+
+def _make(method: Make | None, picks: tuple[_Pick, ...] | None, *, alone: bool) -> Make:
+    """A method of the parts that are picked (None: all), or these parts themselves."""
+    if picks is None:
+        return method or list
+
+    def make(values: list[Any]) -> Any:
+        parts: list[Any] = []
+        for i, inner in picks:
+            if i is None:
+                parts.append(None)
+            elif inner:
+                parts += values[i]
+            else:
+                parts.append(values[i])
+        if alone and len(parts) == 1:
+            return parts[0]
+        return parts if method is None else method(parts)
+
+    return make
 
 
 def _texts(regexp: str, pattern: object) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ open, after a word or sign that cannot end one, and where the next line begins w
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from facetlog.grammar.faults import Fault
 from facetlog.grammar.source import Source, Span
@@ -113,11 +113,7 @@ def pieces(text: str) -> Iterator[Span]:
 def laid_out(source: Source, piece: Span | None = None) -> Layout:
     """The statements and comments of a text, or of a piece of it."""
     lines = _Lines(source)
-    start, end = piece or (0, len(source.text))
-    for match in _TOKEN.finditer(source.text, start, end):
-        kind = match.lastgroup or "sign"
-        lines.take(Token(kind, match[kind], match.start(kind)))
-    lines.end_statement()
+    lines.take(piece or Span(0, len(source.text)))
     return Layout(tuple(lines.statements), tuple(lines.comments), tuple(lines.faults))
 
 
@@ -132,24 +128,29 @@ class _Lines:
         self._tokens: list[Token] = []
         self._open: list[Token] = []
         self._whole = True
-        self._line_is_empty = True
-        self._fresh_line = False
 
-    def take(self, token: Token) -> None:
-        if token.kind == "newline":
-            self._line_is_empty = True
-            self._fresh_line = True
-            return
-        if token.kind == "comment":
-            span = Span(token.start, token.end)
-            self.comments.append(Comment(token.text.rstrip(), span, self._line_is_empty))
-            return
-        if self._fresh_line and self._tokens and not self._goes_on(token):
-            self.end_statement()
-        self._line_is_empty = self._fresh_line = False
-        self._tokens.append(token)
-        if token.kind == "string" or token.text in _BRACKETS:
-            self._check(token)
+    def take(self, piece: Span) -> None:
+        """Takes the tokens of a piece of the text, most of them without a call."""
+        line_is_empty, fresh_line = True, False
+        new = tuple.__new__
+        for match in _TOKEN.finditer(self.source.text, *piece):
+            kind: Any = match.lastgroup
+            if kind == "newline":
+                line_is_empty = fresh_line = True
+                continue
+            text, end = match[kind], match.end()
+            token = new(Token, (kind, text, end - len(text)))
+            if kind == "comment":
+                span = Span(token.start, end)
+                self.comments.append(Comment(text.rstrip(), span, line_is_empty))
+                continue
+            if fresh_line and self._tokens and not self._goes_on(token):
+                self._end_statement()
+            line_is_empty = fresh_line = False
+            self._tokens.append(token)
+            if kind == "string" or text in _BRACKETS:
+                self._check(token)
+        self._end_statement()
 
     def _goes_on(self, token: Token) -> bool:
         """Whether the statement goes on with this first token of a line."""
@@ -183,7 +184,7 @@ class _Lines:
             else:
                 self._fault("bracket", "this bracket was never opened", token, "")
 
-    def end_statement(self) -> None:
+    def _end_statement(self) -> None:
         if not self._tokens:
             return
         if self._open:

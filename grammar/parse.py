@@ -48,9 +48,7 @@ class Parsed:
 
 @cache
 def _parser() -> TableParser:
-    grammar = GRAMMAR.read_text(encoding="utf-8")
-    lark = Lark(grammar, parser="lalr", transformer=TreeToSyntax(), maybe_placeholders=True)
-    return TableParser(lark)
+    return TableParser(_tree_parser(), TreeToSyntax())
 
 
 @cache
@@ -60,7 +58,7 @@ def _tree_parser() -> Lark:
 
 
 def parse(source: Source) -> Parsed:
-    """The syntax tree of a text; a faulty statement is left out and told."""
+    """The syntax tree of a text; a faulty statement is left out, with a fault."""
     if len(source.text) > LARGEST:
         size = f"{len(source.text) / 1e6:.1f} million characters"
         message = f"a model file of {size} is not read: {LARGEST / 1e6:.0f} million at most"
@@ -121,7 +119,7 @@ def _statements(source: Source, layout: Layout, faults: list[Fault]) -> Iterator
         if len(faults) >= MOST_FAULTS:
             return
         if not statement.whole:
-            # Its brackets or texts are told already.
+            # Its brackets or texts have a fault already.
             continue
         if len(statement.tokens) > LONGEST:
             faults.append(_too_deep(source, statement.span, "this statement is too long"))
@@ -145,7 +143,7 @@ class _Known(Generic[T]):
     def take(self, text: str, name: str, start: int) -> T | None:
         """What would be read there; None if it was not read before.
 
-        No node stands in two places: some are told apart by what they are, not by what they say.
+        No node stands in two places: some are compared by identity.
         """
         known = self.found.get(text)
         if known is None:

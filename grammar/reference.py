@@ -270,7 +270,7 @@ def _things(things: Iterable[BuiltThing]) -> Iterator[str]:
 
 
 METRE = 1.0
-"""Lengths from here on are told in metres, shorter ones in centimetres."""
+"""Lengths from here on are written in metres, shorter ones in centimetres."""
 
 
 def _amount(dimension: Dimension, value: float) -> str:

@@ -20,7 +20,7 @@ LONGEST_DESCENT = 20
 """Models that one may follow from, one from the other."""
 
 ENOUGH = 500
-"""Faults of one file, far more than are told."""
+"""Faults of one file, far more than are listed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ def line_label(owned: Owned[s.Line]) -> str:
 def flat_models(files: Iterable[s.File], faults: list[Fault]) -> dict[str, FlatModel]:
     """All models of some files by name, with what they inherit; the first of a name counts.
 
-    What cannot be resolved is told and left out.
+    What cannot be resolved is left out, with a fault.
     """
     return _Resolver(tuple(files), faults).all()
 
@@ -197,7 +197,7 @@ class _Resolver:
         own: Mapping[str, Owned[s.Let]] | Mapping[str, Owned[s.Define]],
         inherited: Mapping[str, Owned[s.Let]] | Mapping[str, Owned[s.Define]],
     ) -> None:
-        """Tells names of this file that inherited lines use for something else."""
+        """Reports names of this file that inherited lines use for something else."""
         for name, owned in own.items():
             if name in inherited and inherited[name].node is not owned.node:
                 message = f"`{name}` is something else in a model that one of this file follows"

@@ -159,7 +159,7 @@ def model_scope(
     """The names of a model; of a name that is given twice the first counts."""
     symbols: dict[str, Symbol] = {THIS: Local(THIS, THING)}
     for owned in model.parts:
-        # A kind that is not known is told once, and then may be anything.
+        # A kind that is not known is a fault once, and then may be anything.
         kind = part_kind(owned.node.kind.text, roles) or (frozenset(Kind), "")
         make = PartSymbol if owned.node.count is None else SetSymbol
         for name in owned.node.names:

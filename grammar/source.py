@@ -1,10 +1,11 @@
 """Texts and places in them."""
 
 from bisect import bisect_right
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-__all__ = ["NOWHERE", "Source", "Span"]
+__all__ = ["NOWHERE", "Source", "Span", "differing"]
 
 
 class Span(NamedTuple):
@@ -24,9 +25,22 @@ class Span(NamedTuple):
 NOWHERE = Span(0, 0)
 
 
+def differing(before: Sequence[object], after: Sequence[object]) -> tuple[Span, Span]:
+    """The pieces in which two sequences differ, between their ends that are alike.
+
+    >>> differing("top is levl", "top is level")
+    (Span(start=10, end=10), Span(start=10, end=11))
+    """
+    shorter = min(len(before), len(after))
+    start = next((i for i in range(shorter) if before[i] != after[i]), shorter)
+    left = shorter - start
+    same = next((i for i in range(left) if before[-1 - i] != after[-1 - i]), left)
+    return Span(start, len(before) - same), Span(start, len(after) - same)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """A text and the name that its faults are told by."""
+    """A text and the name that its faults give."""
 
     name: str
     text: str
@@ -61,6 +75,6 @@ class Source:
         return min(self._starts[max(line, 1) - 1] + max(column, 1) - 1, len(self.text))
 
     def place(self, offset: int) -> str:
-        """Name, line and column, as compilers tell them."""
+        """Name, line and column, as compilers write them."""
         line, column = self.line_and_column(offset)
         return f"{self.name}:{line}:{column}"

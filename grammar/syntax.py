@@ -7,7 +7,7 @@ One ladder of expressions serves conditions and measures; check.py says which is
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from enum import StrEnum
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, get_args
 
 from facetlog.grammar.expressions import (
     Aggregate,
@@ -279,26 +279,29 @@ Node: TypeAlias = (
 )
 """Whatever has a place."""
 
-_PLAIN = (str, bool, float, str | None)
-_FIELDS: dict[type, tuple[tuple[str, bool], ...]] = {}
+_LEAVES = frozenset({str, bool, float, type(None), Outcome, Ancestry, Comparator, CountKind})
+"""What stands in the fields of nodes and has no place."""
+
+_Read = Callable[[Any], Any]
+_Write = Callable[[Any, Any], None]
+_INNER: dict[type, tuple[tuple[_Read, bool], ...]] = {}
+_SLOTS: dict[type, tuple[tuple[_Read, _Write, str], ...]] = {}
 
 
 def children(node: object) -> "list[Node]":
     """The nodes directly inside a node, in the order of their fields."""
-    names = _FIELDS.get(type(node))
-    if names is None:
-        # Whatever stands in a tuple is a node.
-        names = _FIELDS[type(node)] = tuple(
-            (f.name, str(f.type).strip("\"'").startswith("tuple"))
-            for f in fields(node)  # type: ignore[arg-type]
-            if f.name not in ("span", "source") and f.type not in _PLAIN
+    inner = _INNER.get(node.__class__)
+    if inner is None:
+        slots = _slots(node.__class__)
+        inner = _INNER[node.__class__] = tuple(
+            (read, held == "many") for read, _, held in slots if held in ("one", "many")
         )
     found: list[Node] = []
-    for name, many in names:
-        value = getattr(node, name)
+    for read, many in inner:
+        value = read(node)
         if many:
             found += value
-        elif hasattr(value, "span"):
+        elif value is not None:
             found.append(value)
     return found
 
@@ -318,31 +321,40 @@ def walk(node: object) -> "list[Node]":
 
 def moved(node: Any, by: int) -> Any:
     """A copy of a node, with all inside it, so many letters further on in its text."""
-    kind = node.__class__
-    slots = _SLOTS.get(kind)
-    if slots is None:
-        slots = _SLOTS[kind] = tuple(_slot(kind, f.name, str(f.type)) for f in fields(kind))
-    copy = object.__new__(kind)
-    for read, write, many in slots:
+    copy = _NEW(node.__class__)
+    for read, write, held in _SLOTS.get(node.__class__) or _slots(node.__class__):
         value = read(node)
-        if many:
-            write(copy, tuple([moved(one, by) for one in value]))
-        elif value.__class__ is Span:
-            # What is nowhere, as a name that was left out, stays so.
-            write(copy, Span(value[0] + by, value[1] + by) if value[1] else value)
-        elif value.__class__ in _LEAVES:
-            write(copy, value)
-        else:
-            write(copy, moved(value, by))
+        if held == "span":
+            start, end = value
+            if end:  # What is nowhere, as a name that was left out, stays so.
+                value = _NEW_TUPLE(Span, (start + by, end + by))
+        elif held == "one":
+            if value is not None:
+                value = moved(value, by)
+        elif held == "many":
+            value = tuple([moved(one, by) for one in value])
+        write(copy, value)
     return copy
 
 
-_Slot = tuple[Callable[[Any], Any], Callable[[Any, Any], None], bool]
-_SLOTS: dict[type, tuple[_Slot, ...]] = {}
-_LEAVES = frozenset({str, bool, float, type(None), Outcome, Ancestry, Comparator, CountKind})
+_NEW, _NEW_TUPLE = object.__new__, tuple.__new__  # Twice as fast as the calls that check.
 
 
-def _slot(kind: Any, name: str, annotation: str) -> _Slot:
-    """How a field is read and, in a new copy of a frozen node, written."""
-    slot = kind.__dict__[name]
-    return slot.__get__, slot.__set__, annotation.strip("\"'").startswith("tuple")
+def _slots(kind: Any) -> tuple[tuple[_Read, _Write, str], ...]:
+    """How each field is read and, in a new copy of a frozen node, written, and what it holds.
+
+    That is its `span`, a `leaf` without a place, `one` node or None, or `many` nodes.
+    """
+    found = []
+    for field in fields(kind):
+        slot = kind.__dict__[field.name]
+        annotation = str(field.type).strip("\"'")
+        if field.name in ("span", "source"):
+            held = field.name
+        elif annotation.startswith("tuple"):
+            held = "many"
+        else:
+            kinds = get_args(field.type) or (field.type,)
+            held = "leaf" if _LEAVES.issuperset(kinds) else "one"
+        found.append((slot.__get__, slot.__set__, held))
+    return _SLOTS.setdefault(kind, tuple(found))

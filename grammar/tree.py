@@ -7,8 +7,6 @@ may be left out and is comes as None.
 from dataclasses import replace
 from typing import Any
 
-from lark import Transformer
-
 from facetlog.grammar import syntax as s
 from facetlog.grammar.layout import Token
 from facetlog.grammar.source import NOWHERE, Span
@@ -18,31 +16,25 @@ __all__ = ["TreeToSyntax"]
 Parts = list[Any]
 
 
-class TreeToSyntax(Transformer[Any, object]):
-    """What each rule becomes."""
-
-    def __init__(self) -> None:
-        super().__init__(visit_tokens=False)
+class TreeToSyntax:
+    """What each rule becomes, by its name or its alias."""
 
     # ------------------------------------------------------------ places
 
     def _span(self, parts: Parts) -> Span:
-        found = [p for p in parts if p is not None]
-        return Span(self._start(found[0]), self._end(found[-1]))
+        first = next(part for part in parts if part is not None)
+        last = next(part for part in reversed(parts) if part is not None)
+        return Span(self._start(first), self._end(last))
 
     def _start(self, part: Any) -> int:
-        if isinstance(part, Token):
+        if part.__class__ is Token:
             return part.start
-        if isinstance(part, tuple):
-            return self._start(part[0])
-        return part.span.start  # type: ignore[no-any-return]
+        return self._start(part[0]) if isinstance(part, tuple) else part.span.start
 
     def _end(self, part: Any) -> int:
-        if isinstance(part, Token):
+        if part.__class__ is Token:
             return part.end
-        if isinstance(part, tuple):
-            return self._end(part[-1])
-        return part.span.end  # type: ignore[no-any-return]
+        return self._end(part[-1]) if isinstance(part, tuple) else part.span.end
 
     def _name(self, token: Token) -> s.Name:
         return s.Name(token.text, Span(token.start, token.end))

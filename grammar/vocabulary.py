@@ -118,7 +118,7 @@ _WORDS = (
     _measure("dihedral", Gives.ANGLE, FACE, FACE, symmetric=True, high=360.0,
              meaning="the angle through the solid at the edge that they share: 90 at a box's edge, "
                      "270 in a room's corner",
-             unknown="they share no edge, or which side is solid cannot be told"),
+             unknown="they share no edge, or which side is solid is not known"),
     _measure("offset", Gives.LENGTH, FACE, FACE, low=None,
              meaning="how far the middle of the first lies in front of the second's plane; "
                      "negative behind it"),
@@ -133,10 +133,10 @@ _WORDS = (
                meaning="their normals are opposed, and their outlines overlap along them"),
     _condition("convex", FACE, FACE, symmetric=True,
                meaning="the solid bulges outwards at the edge that they share",
-               unknown="which side is solid cannot be told"),
+               unknown="which side is solid is not known"),
     _condition("concave", FACE, FACE, symmetric=True,
                meaning="the solid is hollow at the edge that they share",
-               unknown="which side is solid cannot be told"),
+               unknown="which side is solid is not known"),
     _condition("congruent", FACE, FACE, symmetric=True,
                meaning="their lengths, widths and areas are equal within 5 %"),
     _condition("closes", FACE, FACE,

@@ -67,6 +67,12 @@ function action(one) {
   return found;
 }
 
+const colours = (found) =>
+  new vscode.SemanticTokens(new Uint32Array(found.data), found.resultId);
+
+const newColours = (edit) =>
+  new vscode.SemanticTokensEdit(edit.start, edit.deleteCount, new Uint32Array(edit.data || []));
+
 // Registers all that the server can; returns what takes it back.
 function register(connection, can, selector) {
   const { languages } = vscode;
@@ -123,8 +129,13 @@ function register(connection, can, selector) {
     }),
     languages.registerDocumentSemanticTokensProvider(selector, {
       provideDocumentSemanticTokens: async (document, token) => {
-        const found = await ask("semanticTokens/full", document, {}, token);
-        return new vscode.SemanticTokens(new Uint32Array(found.data));
+        return colours(await ask("semanticTokens/full", document, {}, token));
+      },
+      provideDocumentSemanticTokensEdits: async (document, previousResultId, token) => {
+        const more = { previousResultId };
+        const found = await ask("semanticTokens/full/delta", document, more, token);
+        if (!found.edits) return colours(found);
+        return new vscode.SemanticTokensEdits(found.edits.map(newColours), found.resultId);
       },
     }, new vscode.SemanticTokensLegend(legend.tokenTypes, legend.tokenModifiers)),
     languages.registerFoldingRangeProvider(selector, {

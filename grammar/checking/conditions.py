@@ -26,7 +26,7 @@ class ConditionChecker(MeasureChecker):
     """Types of all expressions."""
 
     def condition(self, node: s.Expression, names: Names) -> None:
-        """Tells that a node is no condition."""
+        """Reports that a node is no condition."""
         found = self.type_of(node, names)
         if found is not None and found is not CONDITION:
             hint = "compare it: `at least`, `at most`, `between`, `= ... ± ...`"
@@ -35,7 +35,7 @@ class ConditionChecker(MeasureChecker):
             self.fault("not-condition", f"this is {found}, a condition is wanted", node, hint)
 
     def type_of(self, node: s.Expression, names: Names) -> Type | None:
-        """The type of an expression; None if it has a fault, which is told."""
+        """The type of an expression; None if it has a fault, which is reported."""
         match node:
             case s.Quantity():
                 return self._quantity(node)
@@ -73,7 +73,7 @@ class ConditionChecker(MeasureChecker):
         return CONDITION
 
     def whole_numbers(self, count: s.Count) -> None:
-        """Tells a count that is no whole number, or upside down."""
+        """Reports a count that is no whole number, or upside down."""
         for number in (count.low, count.high):
             if number is not None and not number.text.isdigit():
                 self.fault("count", f"`{number}` is no whole number", number)
@@ -135,7 +135,7 @@ class ConditionChecker(MeasureChecker):
             return
         found = self.type_of(node.subject, names)
         if name in self.scope.roles:
-            self.asked.append((name, node.name))
+            self.references.append((name, node.name))
             if isinstance(found, Element) and not found.kinds & THING:
                 self.fault("kind", f"`{name}` is said of things, this is {found}", node.subject)
             return

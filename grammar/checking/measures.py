@@ -30,7 +30,7 @@ class MeasureChecker(ABC):
     faults: list[Fault] = field(default_factory=list)
     defining: tuple[str, ...] = ()
     source: Source = field(init=False)
-    asked: list[tuple[str, s.Name]] = field(default_factory=list)
+    references: list[tuple[str, s.Name]] = field(default_factory=list)
     known: dict[tuple[str, tuple[Type, ...]], Type | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -39,15 +39,15 @@ class MeasureChecker(ABC):
     def fault(
         self, code: str, message: str, node: s.Node, hint: str = "", fixes: tuple[Fix, ...] = ()
     ) -> None:
-        """Tells a fault of the model's own text."""
+        """Adds a fault of the model's own text."""
         self.faults.append(Fault(code, message, self.source, node.span, hint, fixes=fixes))
 
     @abstractmethod
     def type_of(self, node: s.Expression, names: Names) -> Type | None:
-        """The type of an expression; None if it has a fault, which is told."""
+        """The type of an expression; None if it has a fault, which is reported."""
 
     def measure(self, node: s.Expression, names: Names) -> Dimension | None:
-        """The dimension of a measure; tells if it is none."""
+        """The dimension of a measure; a fault if it is none."""
         found = self.type_of(node, names)
         if found is None or isinstance(found, Dimension):
             return found
@@ -262,7 +262,7 @@ class MeasureChecker(ABC):
     def _body(
         self, name: s.Name, define: s.Define, given: tuple[Element, ...], node: s.Expression
     ) -> Type | None:
-        """What a definition gives for such arguments; its faults are told at the call."""
+        """What a definition gives for such arguments; its faults are reported at the call."""
         key = name.text, given
         if key in self.known:
             return self.known[key]
@@ -271,7 +271,10 @@ class MeasureChecker(ABC):
             for p, e in zip(define.parameters, given, strict=True)
         }
         inner = type(self)(
-            self.scope, defining=(*self.defining, name.text), asked=self.asked, known=self.known
+            self.scope,
+            defining=(*self.defining, name.text),
+            references=self.references,
+            known=self.known,
         )
         found = inner.type_of(define.body, bound)
         own = self.scope.defines[name.text].file.source

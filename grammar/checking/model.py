@@ -36,7 +36,7 @@ class Checked:
     """What is wrong with a model, and the models that it asks about, where it names them."""
 
     faults: tuple[Fault, ...]
-    asked: tuple[tuple[str, s.Name], ...]
+    references: tuple[tuple[str, s.Name], ...]
 
 
 def check_model(scope: Scope) -> Checked:
@@ -46,7 +46,7 @@ def check_model(scope: Scope) -> Checked:
     """
     checker = _ModelChecker(scope)
     checker.model()
-    return Checked(tuple(checker.faults), tuple(checker.asked))
+    return Checked(tuple(checker.faults), tuple(checker.references))
 
 
 def check_file(scope: Scope) -> tuple[Fault, ...]:
@@ -150,7 +150,7 @@ class _ModelChecker(ConditionChecker):
                 self._free(name)
 
     def _free(self, name: s.Name) -> None:
-        """Tells a name that is a word already."""
+        """Reports a name that is a word already."""
         whose = ""
         if name.text in self.scope.words or name.text == "count":
             whose = "the vocabulary"
@@ -161,7 +161,7 @@ class _ModelChecker(ConditionChecker):
             self.fault("taken", message, name, "choose another name")
 
     def _set_circles(self) -> None:
-        """Tells sets that are found by one another."""
+        """Reports sets that are found by one another."""
         sets = {x.name: x for x in self.scope.sets}
         needs = {
             name: (names_in(x.owned.node.where, self.scope) & sets.keys()) - {name}
@@ -195,7 +195,7 @@ class _ModelChecker(ConditionChecker):
             )
             return
         if kind[1]:
-            self.asked.append((kind[1], part.kind))
+            self.references.append((kind[1], part.kind))
         if kind[0] == THING and not self.scope.of_things:
             self.fault(
                 "mixed",
@@ -261,7 +261,7 @@ class _ModelChecker(ConditionChecker):
             self.defining = ()
 
     def _too_much(self, node: s.Expression, where: s.Node, statement: s.Statement) -> bool:
-        """Tells a condition that is too large or too deep; nothing else is then said of it."""
+        """Reports a condition that is too large or too deep; nothing else is then said of it."""
         why = self.extents.too_much(node, statement.span)
         if why:
             self.fault("too-large", "this is too much for one condition", where, why)

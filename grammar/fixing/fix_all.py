@@ -1,16 +1,16 @@
-"""A text with all that is sure put right."""
+"""A text with all that is sure put right: one fix after the other, each looked at again."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from dataclasses import dataclass
 
-from facetlog.grammar.faults import Fault, Severity
-from facetlog.grammar.fixing.fix import Edit, applied
+from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity
+from facetlog.grammar.fixing.fix import applied
 
-__all__ = ["Done", "Fixed", "apart", "fixed"]
+__all__ = ["Check", "Done", "Fixed", "fixed"]
 
-MOST_ROUNDS = 100
-"""Rounds of fixing: at most fifty faults are told at a time, and some hide others."""
+MOST_TRIED = 1000
+"""Fixes that are tried on one text; who needs more can ask again."""
 
 UNREAD = frozenset({"bracket", "misspelt", "no-model", "open-text", "stray-text", "syntax"})
 """Faults of statements that cannot be read; what else is wrong with these shows afterwards."""
@@ -31,39 +31,56 @@ class Done:
 
 @dataclass(frozen=True, slots=True)
 class Fixed:
-    """A text after all fixes that are sure, and what they were."""
+    """A text after all fixes that are sure, what they were, and the faults that are left."""
 
     text: str
     done: tuple[Done, ...]
+    faults: tuple[Fault, ...]
 
 
 def fixed(text: str, check: Check) -> Fixed:
     """The text without the faults that have a sure fix; fixing it again changes nothing.
 
-    A fix is kept only if its fault is gone after it and no statement can be read less well.
+    Each fix is made in the text that those before have left, and kept only if its fault is gone
+    after it and nothing new is wrong: what makes another error was not meant. Where an error is
+    gone warnings may show, for lint looks only at models without errors. Of a statement that could
+    not be read errors may show, if their own fixes leave no more of them than before.
     """
-    done: list[Done] = []
-    refused: set[tuple[str, str]] = set()
-    faults = _own(text, check(text))
-    for _ in range(MOST_ROUNDS):
-        chosen = [f for f in apart(faults) if _what(f) not in refused]
-        if not chosen:
+    return _run(Fixed(text, (), _own(text, check(text))), check, frozenset())
+
+
+def _run(state: Fixed, check: Check, passed_over: frozenset[Hashable]) -> Fixed:
+    """The text after all sure fixes, but for those of faults that are passed over."""
+    refused: set[Hashable] = set()
+    for _ in range(MOST_TRIED):
+        left = [f for f in state.faults if _what(f) not in refused and _what(f) not in passed_over]
+        fault = min((f for f in left if f.sure_fix is not None), key=_place, default=None)
+        if fault is None:
             break
-        after, left = _after(text, chosen, check)
-        if not _better(faults, left, chosen) and len(chosen) > 1:
-            chosen = chosen[:1]
-            after, left = _after(text, chosen, check)
-        if not _better(faults, left, chosen):
-            refused.add(_what(chosen[0]))
-            continue
-        done += map(_done, chosen)
-        text, faults = after, left
-    return Fixed(text, tuple(done))
+        after = _after(state, fault, check)
+        if after is None:
+            refused.add(_what(fault))
+        else:
+            state = after
+            refused.clear()  # What was refused may do now.
+    return state
 
 
-def _after(text: str, chosen: Iterable[Fault], check: Check) -> tuple[str, tuple[Fault, ...]]:
-    after = applied(text, _edits(chosen))
-    return after, _own(after, check(after))
+def _after(state: Fixed, fault: Fault, check: Check) -> Fixed | None:
+    """The text after the fix of a fault; None if that would be no better."""
+    fix = fault.sure_fix
+    text = applied(state.text, fix.edits if fix is not None else ())
+    after = Fixed(text, (*state.done, _done(fault)), _own(text, check(text)))
+    if _what(fault) in map(_what, after.faults):
+        return None
+    if fault.code not in UNREAD:
+        return after if _no_worse(state.faults, after.faults, fault.severity) else None
+    if _unread(after.faults) > _unread(state.faults):
+        return None
+    most = len(_errors(state.faults))
+    if len(_errors(after.faults)) > most:
+        after = _run(after, check, frozenset(map(_what, state.faults)))
+    return after if len(_errors(after.faults)) <= most or _crowded(state.faults) else None
 
 
 def _own(text: str, faults: Iterable[Fault]) -> tuple[Fault, ...]:
@@ -71,16 +88,26 @@ def _own(text: str, faults: Iterable[Fault]) -> tuple[Fault, ...]:
     return tuple(fault for fault in faults if fault.source.text == text)
 
 
-def apart(faults: Iterable[Fault]) -> tuple[Fault, ...]:
-    """The faults with sure fixes, as many as can be made at once: those that do not touch."""
-    found: list[Fault] = []
-    end = -1
-    for fault in sorted(faults, key=_place):
-        fix = fault.sure_fix
-        if fix is not None and fix.span.start > end:
-            found.append(fault)
-            end = fix.span.end
-    return tuple(found)
+def _no_worse(before: Sequence[Fault], after: Sequence[Fault], mended: Severity) -> bool:
+    """Whether no error is new, and no warning either if it was a warning that was mended."""
+    if mended is Severity.ERROR:
+        before, after = _errors(before), _errors(after)
+    if _crowded(before):
+        return len(after) <= len(before) and _unread(after) <= _unread(before)
+    return Counter(f.code for f in after) <= Counter(f.code for f in before)
+
+
+def _errors(faults: Iterable[Fault]) -> tuple[Fault, ...]:
+    return tuple(fault for fault in faults if fault.severity is Severity.ERROR)
+
+
+def _crowded(faults: Sequence[Fault]) -> bool:
+    """Whether there may be more faults than are listed, which show as others go."""
+    return len(faults) >= MOST_FAULTS
+
+
+def _unread(faults: Iterable[Fault]) -> int:
+    return sum(fault.code in UNREAD for fault in faults)
 
 
 def _place(fault: Fault) -> tuple[int, int]:
@@ -88,26 +115,10 @@ def _place(fault: Fault) -> tuple[int, int]:
     return span.start, span.end
 
 
-def _edits(faults: Iterable[Fault]) -> tuple[Edit, ...]:
-    fixes = (fault.sure_fix for fault in faults)
-    return tuple(edit for fix in fixes if fix is not None for edit in fix.edits)
-
-
-def _better(before: Iterable[Fault], after: tuple[Fault, ...], chosen: Iterable[Fault]) -> bool:
-    had, has = Counter(f.code for f in before), Counter(f.code for f in after)
-    mended = Counter(fault.code for fault in chosen)
-    unread = sum(had[code] for code in UNREAD), sum(has[code] for code in UNREAD)
-    # Of a statement that could not be read the rest shows only now.
-    shown = any(fault.code in UNREAD for fault in chosen)
-    gone = all(has[code] < had[code] for code in mended)
-    errors = sum(f.severity is Severity.ERROR for f in after)
-    no_worse = shown or errors <= sum(f.severity is Severity.ERROR for f in before)
-    return unread[1] <= unread[0] and gone and no_worse
-
-
-def _what(fault: Fault) -> tuple[str, str]:
-    fix = fault.sure_fix
-    return fault.message, fix.title if fix is not None else ""
+def _what(fault: Fault) -> Hashable:
+    """What identifies a fault: what it is, and where."""
+    line, column = fault.source.line_and_column(fault.span.start)
+    return fault.code, fault.message, line, column
 
 
 def _done(fault: Fault) -> Done:

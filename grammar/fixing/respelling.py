@@ -37,7 +37,7 @@ def alike(one: str, other: str) -> float:
 def is_slip(word: str, meant: str) -> bool:
     """Whether a word is another one with a slip of the pen, and not a name of its own.
 
-    Names that differ in a figure, a word of theirs or their last letter are told apart on purpose.
+    Names that differ in a figure, a word of theirs or their last letter are different on purpose.
 
     >>> is_slip("upwrad", "upward"), is_slip("corner_b", "corner_a"), is_slip("leg2", "leg")
     (True, False, False)

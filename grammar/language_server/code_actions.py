@@ -7,13 +7,13 @@ from lsprotocol import types as lsp
 from facetlog.grammar.analysis import Analysis
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.fixing.fix import Edit, Fix
-from facetlog.grammar.fixing.fix_all import apart
+from facetlog.grammar.fixing.fix_all import Check, fixed
 from facetlog.grammar.language_server.diagnostics import diagnostic
 from facetlog.grammar.language_server.positions import EditorText
 from facetlog.grammar.lint.allowed import allowance
-from facetlog.grammar.source import Span
+from facetlog.grammar.source import Span, differing
 
-__all__ = ["KINDS", "code_actions"]
+__all__ = ["KINDS", "code_actions", "fix_all"]
 
 KINDS = (lsp.CodeActionKind.QuickFix, lsp.CodeActionKind.SourceFixAll)
 
@@ -21,19 +21,23 @@ KINDS = (lsp.CodeActionKind.QuickFix, lsp.CodeActionKind.SourceFixAll)
 def code_actions(
     analysis: Analysis, text: EditorText, uri: str, span: Span
 ) -> list[lsp.CodeAction]:
-    """Fixes of the faults that touch a span, the likeliest first; last, all that is sure."""
+    """Fixes of the faults that touch a span, the likeliest first."""
     source = analysis.file.source
     own = [fault for fault in analysis.faults if fault.source is source]
     here = [f for f in own if f.span.start <= span.end and span.start <= f.span.end]
     found = [_action(fault, fix, text, uri) for fault in here for fix in _fixes(fault, analysis)]
-    found.sort(key=lambda action: not action.is_preferred)
-    sure = [fault.sure_fix for fault in apart(own)]
-    edits = [edit for fix in sure if fix is not None for edit in fix.edits]
-    if edits:
-        kind = lsp.CodeActionKind.SourceFixAll
-        title = "put right all that is sure"
-        found.append(lsp.CodeAction(title, kind=kind, edit=_edit(edits, text, uri)))
-    return found
+    return sorted(found, key=lambda action: not action.is_preferred)
+
+
+def fix_all(text: EditorText, uri: str, check: Check) -> list[lsp.CodeAction]:
+    """All that is sure at once, as `model check --fix` does it; nothing if that is nothing."""
+    after = fixed(text.text, check).text
+    if after == text.text:
+        return []
+    kind = lsp.CodeActionKind.SourceFixAll
+    old, new = differing(text.text, after)
+    edit = _edit([Edit(old, after[new.start : new.end])], text, uri)
+    return [lsp.CodeAction("put right all that is sure", kind=kind, edit=edit)]
 
 
 def _fixes(fault: Fault, analysis: Analysis) -> Iterator[Fix]:

@@ -23,7 +23,7 @@ _SEVERITIES = {
 
 
 def diagnostics(project: Project, path: Path) -> list[lsp.Diagnostic]:
-    """The faults of a file; those of the files that it uses are told where it says `use`."""
+    """The faults of a file; those of the files that it uses stand where it says `use`."""
     analysis = project.analysis(path)
     text = project.text(path)
     own = [fault for fault in analysis.faults if fault.source.name == str(path)]

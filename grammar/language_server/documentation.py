@@ -1,4 +1,4 @@
-"""What is told of words, units, constants, parts and models, in Markdown."""
+"""What is shown of words, units, constants, parts and models, in Markdown."""
 
 from collections.abc import Mapping
 

@@ -1,10 +1,11 @@
 """The symbols of a model file: every word of it that stands for something."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.analysis import Analysis
+from facetlog.grammar.faults import MOST_FAULTS
 from facetlog.grammar.language_server.homes import Homes, Names
 from facetlog.grammar.language_server.symbols import (
     Home,
@@ -13,7 +14,7 @@ from facetlog.grammar.language_server.symbols import (
     Symbol,
     SymbolKind,
 )
-from facetlog.grammar.layout import STATEMENT_WORDS, laid_out
+from facetlog.grammar.layout import STATEMENT_WORDS, Layout, laid_out, pieces
 from facetlog.grammar.readable import Readable
 from facetlog.grammar.scope import part_kind
 from facetlog.grammar.source import NOWHERE, Span
@@ -66,7 +67,7 @@ class _Finder:
         self.sure = False
         self.model = ""
         self.names = self.homes.before_models(file)
-        for statement in laid_out(file.source).statements:
+        for statement in (x for piece in self._unread() for x in piece.statements):
             first, *rest = statement.tokens
             if first.text == "model" and rest:
                 self.model = rest[0].text
@@ -80,6 +81,16 @@ class _Finder:
                     self._value(name, {})
                     if len(self.found) == before:
                         self._said(name)
+
+    def _unread(self) -> Iterator[Layout]:
+        """The pieces of the text in which something could not be read."""
+        source = self.analysis.file.source
+        places = [f.span.start for f in self.analysis.library.faults if f.source is source]
+        # After so many faults no more are listed.
+        every = len(places) >= MOST_FAULTS
+        for piece in pieces(source.text) if places else ():
+            if every or any(place in piece for place in places):
+                yield laid_out(source, piece)
 
     # -------------------------------------------------------- statements
 

@@ -1,4 +1,4 @@
-"""What is told of the word under the pointer."""
+"""What is shown of the word under the pointer."""
 
 from collections.abc import Iterator
 

@@ -1,7 +1,7 @@
 """The files that an editor works on: open texts before those on disk, and what is known of each."""
 
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,8 +9,10 @@ from lsprotocol import types as lsp
 from pygls import uris
 
 from facetlog.grammar.analysis import Analysis, Memory, analyse
+from facetlog.grammar.faults import Fault
 from facetlog.grammar.language_server.find_symbols import occurrences
 from facetlog.grammar.language_server.positions import UTF_16, EditorText
+from facetlog.grammar.language_server.semantic_tokens import semantic_tokens
 from facetlog.grammar.language_server.symbols import Occurrences
 from facetlog.grammar.library import BUILTIN, read_text
 
@@ -34,6 +36,7 @@ class Project:
     _analyses: dict[Path, Analysis] = field(default_factory=dict)
     _symbols: dict[Path, Occurrences] = field(default_factory=dict)
     _memories: dict[Path, Memory] = field(default_factory=dict)
+    _colours: dict[Path, tuple[int, ...]] = field(default_factory=dict)
 
     # ------------------------------------------------------------- texts
 
@@ -66,6 +69,7 @@ class Project:
         """Whatever was found out from texts may have changed."""
         self._analyses.clear()
         self._symbols.clear()
+        self._colours.clear()
 
     @property
     def open_models(self) -> tuple[Path, ...]:
@@ -104,11 +108,24 @@ class Project:
             self._analyses[path] = found
         return found
 
+    def check_of(self, path: Path) -> Callable[[str], tuple[Fault, ...]]:
+        """What says which faults a file would have with another text."""
+        memory = Memory()
+        return lambda text: analyse(path, text, read=self.read, memory=memory).faults
+
     def symbols(self, path: Path) -> Occurrences:
         """The symbols of a file; found once for each state of the texts."""
         found = self._symbols.get(path)
         if found is None:
             found = self._symbols[path] = occurrences(self.analysis(path))
+        return found
+
+    def colours(self, path: Path) -> tuple[int, ...]:
+        """The semantic tokens of a file; found once for each state of the texts."""
+        found = self._colours.get(path)
+        if found is None:
+            found = semantic_tokens(self.symbols(path), self.text(path), path)
+            self._colours[path] = found
         return found
 
     def files_that_say(self, word: str) -> Iterator[Path]:

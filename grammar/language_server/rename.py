@@ -55,7 +55,7 @@ def why_fixed(symbol: Symbol) -> str:
     return ""
 
 
-def renamed(project: Project, symbol: Symbol, name: str, asked: Path) -> tuple[Replacement, ...]:
+def renamed(project: Project, symbol: Symbol, name: str, origin: Path) -> tuple[Replacement, ...]:
     """What has to be replaced for a symbol to be called `name`; Refusal if that cannot be.
 
     The files are read again as they would be: no new fault may arise, and every word must stand for
@@ -65,12 +65,12 @@ def renamed(project: Project, symbol: Symbol, name: str, asked: Path) -> tuple[R
     if fixed:
         raise Refusal(f"{fixed} and keeps its name")
     _check_spelling(name)
-    if symbol.kind is not SymbolKind.LINE and name in project.analysis(asked).words:
+    if symbol.kind is not SymbolKind.LINE and name in project.analysis(origin).words:
         raise Refusal(f"`{name}` is a word of the vocabulary: choose another name")
     if name == symbol.name:
         return ()
     places: dict[Path, list[Occurrence]] = {}
-    for path, one in references(project, symbol, asked):
+    for path, one in references(project, symbol, origin):
         places.setdefault(path, []).append(one)
     found = tuple(
         Replacement(
@@ -143,5 +143,5 @@ def _check_faults(before: Analysis, after: Analysis, name: str) -> None:
             raise Refusal(
                 f"`{name}` is a word of the language where it would stand: choose another"
             )
-        told = next((f for f in after.errors if name in f.message and f.code == fault.code), fault)
-        raise Refusal(f"`{name}` cannot be given: {told.message}")
+        named = next((f for f in after.errors if name in f.message and f.code == fault.code), fault)
+        raise Refusal(f"`{name}` cannot be given: {named.message}")

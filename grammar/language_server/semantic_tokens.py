@@ -1,13 +1,16 @@
-"""The colours of names: what each word stands for, which no pattern can tell."""
+"""The colours of names: what each word stands for, which no pattern can find."""
 
 from collections.abc import Mapping
+from itertools import count
+from pathlib import Path
 
 from lsprotocol import types as lsp
 
 from facetlog.grammar.language_server.positions import EditorText
 from facetlog.grammar.language_server.symbols import Occurrence, Occurrences, SymbolKind
+from facetlog.grammar.source import Span, differing
 
-__all__ = ["LEGEND", "semantic_tokens"]
+__all__ = ["LEGEND", "GivenColours", "semantic_tokens"]
 
 _TYPES = lsp.SemanticTokenTypes
 _MODIFIERS = lsp.SemanticTokenModifiers
@@ -27,28 +30,65 @@ _COLOURS: Mapping[SymbolKind, _TYPES] = {
 
 _MARKS = (_MODIFIERS.Declaration, _MODIFIERS.DefaultLibrary)
 
+_NUMBERS = {kind: number for number, kind in enumerate(_COLOURS)}
+
 LEGEND = lsp.SemanticTokensLegend(
     [colour.value for colour in _COLOURS.values()], [mark.value for mark in _MARKS]
 )
 
 
-def semantic_tokens(known: Occurrences, text: EditorText, path: object) -> lsp.SemanticTokens:
-    """Each name of a file: line and column from the one before, length, colour, marks."""
-    colours = list(_COLOURS)
+def semantic_tokens(
+    known: Occurrences, text: EditorText, path: object, piece: Span | None = None
+) -> tuple[int, ...]:
+    """Each name of a text, or of a piece of it: five numbers, as the protocol writes them.
+
+    They are line and column from the one before, length, colour, marks.
+    """
     data: list[int] = []
     line = column = 0
-    for one in known.every:
-        if one.symbol.kind not in _COLOURS:
+    for one in known.every if piece is None else known.within(piece):
+        colour = _NUMBERS.get(one.symbol.kind)
+        if colour is None:
             continue
-        start, end = text.position(one.span.start), text.position(one.span.end)
-        if start.line != end.line:
+        at, start = text.line_and_units(one.span.start)
+        last, end = text.line_and_units(one.span.end)
+        if at != last:
             continue  # `smallest gap` on two lines; the protocol's tokens stand on one
-        down = start.line - line
-        right = start.character if down else start.character - column
-        length = end.character - start.character
-        data += [down, right, length, colours.index(one.symbol.kind), _marks(one, path)]
-        line, column = start.line, start.character
-    return lsp.SemanticTokens(data)
+        down = at - line
+        data += (down, start if down else start - column, end - start, colour, _marks(one, path))
+        line, column = at, start
+    return tuple(data)
+
+
+class GivenColours:
+    """The semantic tokens that an editor was given last, so that it needs only what is new."""
+
+    def __init__(self) -> None:
+        self._last: dict[Path, tuple[str, tuple[int, ...]]] = {}
+        self._names = map(str, count(1))
+
+    def full(self, path: Path, numbers: tuple[int, ...]) -> lsp.SemanticTokens:
+        """All tokens of a file, with a name by which the editor asks for what is new."""
+        name = self._give(path, numbers)
+        return lsp.SemanticTokens(list(numbers), result_id=name)
+
+    def delta(
+        self, path: Path, numbers: tuple[int, ...], known: str
+    ) -> lsp.SemanticTokens | lsp.SemanticTokensDelta:
+        """What is new since the tokens that the editor knows by name; all if none is known so."""
+        name, before = self._last.get(path, ("", ()))
+        if name != known:
+            return self.full(path, numbers)
+        old, new = differing(before, numbers)
+        data = list(numbers[new.start : new.end])
+        edits = [lsp.SemanticTokensEdit(old.start, old.end - old.start, data)]
+        given = self._give(path, numbers)
+        return lsp.SemanticTokensDelta(edits if before != numbers else [], result_id=given)
+
+    def _give(self, path: Path, numbers: tuple[int, ...]) -> str:
+        name = next(self._names)
+        self._last[path] = name, numbers
+        return name
 
 
 def _marks(one: Occurrence, path: object) -> int:

@@ -4,6 +4,7 @@ import asyncio
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
@@ -12,7 +13,7 @@ from pygls.uris import to_fs_path
 
 from facetlog.grammar.format import formatted
 from facetlog.grammar.language_server import Builders
-from facetlog.grammar.language_server.code_actions import KINDS, code_actions
+from facetlog.grammar.language_server.code_actions import KINDS, code_actions, fix_all
 from facetlog.grammar.language_server.completion import TRIGGERS, completions
 from facetlog.grammar.language_server.diagnostics import diagnostics
 from facetlog.grammar.language_server.folding import folds
@@ -22,16 +23,23 @@ from facetlog.grammar.language_server.project import Project, path_of
 from facetlog.grammar.language_server.protocol import Protocol
 from facetlog.grammar.language_server.references import references
 from facetlog.grammar.language_server.rename import Refusal, renamed, why_fixed
-from facetlog.grammar.language_server.semantic_tokens import LEGEND, semantic_tokens
+from facetlog.grammar.language_server.semantic_tokens import (
+    LEGEND,
+    GivenColours,
+    semantic_tokens,
+)
 from facetlog.grammar.language_server.signature_help import TRIGGERS as CALLS
 from facetlog.grammar.language_server.signature_help import signature_help
 from facetlog.grammar.language_server.symbols import Occurrence
 from facetlog.grammar.source import Source, Span
 
+if TYPE_CHECKING:
+    from pygls.server import ServerErrors
+
 __all__ = ["PAUSE_S", "ModelServer", "model_server"]
 
 PAUSE_S = 0.15
-"""Seconds without typing after which faults are told: shorter than a person pauses to look."""
+"""Seconds without typing after which faults are sent: shorter than a person pauses to look."""
 
 REFUSED = -32803
 """RequestFailed of the protocol: the request was understood and cannot be fulfilled."""
@@ -40,26 +48,36 @@ REFUSED = -32803
 class ModelServer(LanguageServer):
     """A server with the texts of one editor."""
 
+    protocol: Protocol
+
     def __init__(self, builders: Builders) -> None:
         super().__init__("facetlog-model", _version(), protocol_cls=Protocol)
         self.builders = builders
         self.project = Project()
         self._waiting: asyncio.TimerHandle | None = None
-        self._told: set[Path] = set()
+        self._published: set[Path] = set()
+        self.colours = GivenColours()
 
-    def tell_soon(self, delay: float = PAUSE_S) -> None:
-        """Faults of all open files are told after a pause; what was waiting waits anew."""
+    def publish_soon(self, delay: float = PAUSE_S) -> None:
+        """Faults of all open files are sent after a pause; what was waiting waits anew."""
         if self._waiting is not None:
             self._waiting.cancel()
-        self._waiting = asyncio.get_running_loop().call_later(delay, self._tell)
+        self._waiting = asyncio.get_running_loop().call_later(delay, self._publish_all)
 
-    def _tell(self) -> None:
+    def _publish_all(self) -> None:
         self._waiting = None
         for path in self.project.open_models:
             self._publish(path, diagnostics(self.project, path))
-        for path in self._told - set(self.project.open_models):
+        for path in self._published - set(self.project.open_models):
             self._publish(path, [])
-        self._told = set(self.project.open_models)
+        self._published = set(self.project.open_models)
+
+    def report_server_error(self, error: Exception, source: "ServerErrors") -> None:
+        """Answers what is no JSON; shows the editor's user anything else that went wrong."""
+        if isinstance(error, ValueError | RecursionError) and source is JsonRpcException:
+            self.protocol.refuse_unreadable()
+        else:
+            super().report_server_error(error, source)
 
     def _publish(self, path: Path, found: list[lsp.Diagnostic]) -> None:
         self.text_document_publish_diagnostics(
@@ -118,23 +136,23 @@ def _serve_texts(server: ModelServer) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
     def opened(params: lsp.DidOpenTextDocumentParams) -> None:
         project.open(params.text_document.uri, params.text_document.text)
-        server.tell_soon(0)
+        server.publish_soon(0)
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
     def changed(params: lsp.DidChangeTextDocumentParams) -> None:
         project.change(params.text_document.uri, params.content_changes)
-        server.tell_soon()
+        server.publish_soon()
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_CLOSE)
     def closed(params: lsp.DidCloseTextDocumentParams) -> None:
         project.close(params.text_document.uri)
-        server.tell_soon()
+        server.publish_soon()
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
     @server.feature(lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES)
     def files_changed(_: object) -> None:
         project.forget()
-        server.tell_soon()
+        server.publish_soon()
 
     @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
     def formatting(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
@@ -191,16 +209,20 @@ def _serve_questions(server: ModelServer) -> None:
         path, uri = path_of(params.text_document.uri), params.text_document.uri
         text = project.text(path)
         span = Span(text.offset(params.range.start), text.offset(params.range.end))
-        found = code_actions(project.analysis(path), text, uri, span)
         wanted = params.context.only
-        return [one for one in found if wanted is None or _is_of(one, wanted)]
+        found: list[lsp.CodeAction] = []
+        if wanted is None or _is_of(lsp.CodeActionKind.QuickFix, wanted):
+            found += code_actions(project.analysis(path), text, uri, span)
+        # It costs a look after each fix: done on demand, not at each step of the cursor.
+        if wanted is not None and _is_of(lsp.CodeActionKind.SourceFixAll, wanted):
+            found += fix_all(text, uri, project.check_of(path))
+        return found
 
 
-def _is_of(action: lsp.CodeAction, kinds: Sequence[lsp.CodeActionKind | str]) -> bool:
-    """Whether an action is of one of some kinds: `source.fixAll` is of `source`, too."""
-    own = str(getattr(action.kind, "value", action.kind))
-    asked = [str(getattr(kind, "value", kind)) for kind in kinds]
-    return any(own == kind or not kind or own.startswith(f"{kind}.") for kind in asked)
+def _is_of(own: lsp.CodeActionKind, kinds: Sequence[lsp.CodeActionKind | str]) -> bool:
+    """Whether a kind is of one of some kinds: `source.fixAll` is of `source`, too."""
+    wanted = [str(getattr(kind, "value", kind)) for kind in kinds]
+    return any(own == kind or not kind or own.startswith(f"{kind}.") for kind in wanted)
 
 
 # -------------------------------------------------------------------- looks
@@ -212,7 +234,21 @@ def _serve_looks(server: ModelServer) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, LEGEND)
     def colours(params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
         path = path_of(params.text_document.uri)
-        return semantic_tokens(project.symbols(path), project.text(path), path)
+        return server.colours.full(path, project.colours(path))
+
+    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL_DELTA)
+    def new_colours(
+        params: lsp.SemanticTokensDeltaParams,
+    ) -> lsp.SemanticTokens | lsp.SemanticTokensDelta:
+        path = path_of(params.text_document.uri)
+        return server.colours.delta(path, project.colours(path), params.previous_result_id)
+
+    @server.feature(lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_RANGE)
+    def colours_in_sight(params: lsp.SemanticTokensRangeParams) -> lsp.SemanticTokens:
+        path = path_of(params.text_document.uri)
+        text = project.text(path)
+        piece = Span(text.offset(params.range.start), text.offset(params.range.end))
+        return lsp.SemanticTokens(list(semantic_tokens(project.symbols(path), text, path, piece)))
 
     @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
     def folding(params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:

@@ -1,6 +1,6 @@
 """Symbols: what a word of a file stands for, and where it was given its name."""
 
-from bisect import bisect_right
+from bisect import bisect_left, bisect_right
 from dataclasses import dataclass, field
 from enum import StrEnum
 from pathlib import Path
@@ -38,7 +38,7 @@ class Symbol:
     """What a word stands for; `home` is None if the language or facetlog itself brings it.
 
     A part, constant, definition or line that a model inherits or changes is one with that of its
-    ancestor. `model` is the one that it was met in, for what is told of it.
+    ancestor. `model` is the one that it was met in, for its description.
     """
 
     kind: SymbolKind
@@ -51,7 +51,7 @@ class Symbol:
 class Occurrence:
     """A symbol at a place; `plural` are the letters that follow a model's name there.
 
-    Not `sure` if its statement cannot be read, so that only the word itself tells what it is.
+    Not `sure` if its statement cannot be read, so that only the word itself says what it is.
     """
 
     symbol: Symbol
@@ -73,6 +73,12 @@ class Occurrences:
             return None
         found = self.every[i]
         return found if offset <= found.span.end + len(found.plural) else None
+
+    def within(self, piece: Span) -> tuple[Occurrence, ...]:
+        """The symbols that begin in a piece of the text."""
+        first = bisect_left(self.every, piece.start, key=lambda one: one.span.start)
+        after = bisect_right(self.every, piece.end, key=lambda one: one.span.start)
+        return self.every[first:after]
 
     def of(self, symbol: Symbol) -> tuple[Occurrence, ...]:
         """Where a symbol surely stands."""

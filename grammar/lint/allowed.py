@@ -37,8 +37,8 @@ class _Allowed:
 def not_allowed(file: s.File, faults: Iterable[Fault]) -> tuple[Fault, ...]:
     """The faults less the warnings that the file allows, with what is wrong with its allowances.
 
-    An allowance that allows nothing is told where all warnings are known: not beside errors, which
-    keep lint from looking, nor where there are too many faults to tell all.
+    An allowance that allows nothing is a warning where all others are known: not beside errors,
+    which keep lint from looking, nor where there are too many faults to list all.
     """
     faults = tuple(faults)
     allowed = tuple(_allowances(file))

@@ -118,10 +118,10 @@ def _turns(through: Angles) -> Angles:
     return least, max(abs(low), abs(high))
 
 
-def angle_faults(claims: Claims, told: set[Place], effort: Effort) -> Iterator[Fault]:
-    """Sets of angles that cannot be, each told at the last of the model's own lines in it.
+def angle_faults(claims: Claims, reported: set[Place], effort: Effort) -> Iterator[Fault]:
+    """Sets of angles that cannot be, each at the last of the model's own lines in it.
 
-    `told` are the places of claims of which something is told already, and grows.
+    `reported` are the places of claims that have a warning already, and grows.
     """
     found = _angles_of(claims)
     angles = found.all()
@@ -132,12 +132,12 @@ def angle_faults(claims: Claims, told: set[Place], effort: Effort) -> Iterator[F
     for pair, known in angles.items():
         if known.region[0] > known.region[1] + GIVE:
             clean = False
-            yield from _fault("no two faces have such an angle", (known,), told, pair)
+            yield from _fault("no two faces have such an angle", (known,), reported, pair)
     if not clean:
         return
     for pair, leaning in _leaning(found):
         clean = False
-        yield from _fault("no two faces that lean so have such an angle", leaning, told, pair)
+        yield from _fault("no two faces that lean so have such an angle", leaning, reported, pair)
     if not clean:
         return
     for three in combinations(names, 3):
@@ -148,9 +148,9 @@ def angle_faults(claims: Claims, told: set[Place], effort: Effort) -> Iterator[F
         why = impossible_three(*(k.region for k in known_of))
         if why:
             clean = False
-            yield from _fault(f"no three faces have such angles: {why}", known_of, told, three)
+            yield from _fault(f"no three faces have such angles: {why}", known_of, reported, three)
     if clean and len(names) > 3:
-        yield from _searched(angles, names, told, effort)
+        yield from _searched(angles, names, reported, effort)
 
 
 def _leaning(found: _Angles) -> Iterator[tuple[frozenset[str], tuple[_Known, ...]]]:
@@ -172,7 +172,7 @@ def _leaning(found: _Angles) -> Iterator[tuple[frozenset[str], tuple[_Known, ...
 def _searched(
     angles: dict[frozenset[str], _Known],
     names: list[str],
-    told: set[Place],
+    reported: set[Place],
     effort: Effort,
 ) -> Iterator[Fault]:
     """Four faces and more, of which every three can be: their normals are searched for."""
@@ -190,20 +190,20 @@ def _searched(
         known = [replace(angles[pairs[pair]], sure=False) for pair in left]
         faces = [names[i] for i in used]
         message = f"no directions of {_listed(faces)} with such angles were found"
-        yield from _fault(message, known, told, ())
+        yield from _fault(message, known, reported, ())
 
 
 def _fault(
     message: str,
     known: "tuple[_Known, ...] | list[_Known]",
-    told: set[Place],
+    reported: set[Place],
     faces: "frozenset[str] | tuple[str, ...]",
 ) -> Iterator[Fault]:
     claims = list(dict.fromkeys(c for k in known for c in k.claims))
     own = [c for c in claims if c.origin.own]
-    if not own or any(c.place in told for c in claims):
+    if not own or any(c.place in reported for c in claims):
         return
-    told.update(c.place for c in claims)
+    reported.update(c.place for c in claims)
     last = max(own, key=lambda c: c.node.span.start)
     source = last.origin.source
     others = [c for c in claims if c.place != last.place]

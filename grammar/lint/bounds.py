@@ -13,16 +13,16 @@ MOST_NAMED = 3
 """Other lines that a message names."""
 
 
-def bound_faults(claims: Claims, known: Knowledge, told: set[Place]) -> Iterator[Fault]:
+def bound_faults(claims: Claims, known: Knowledge, reported: set[Place]) -> Iterator[Fault]:
     """Contradictions, then what is said twice, then what follows from other lines.
 
-    `told` are the places of claims of which something is told already, and grows.
+    `reported` are the places of claims that have a warning already, and grows.
     """
     for one in known.contradictions:
-        yield from _contradiction(one, told)
+        yield from _contradiction(one, reported)
     groups = _groups(claims)
-    yield from _twice(groups, told)
-    yield from _implied(groups, known, told)
+    yield from _twice(groups, reported)
+    yield from _implied(groups, known, reported)
 
 
 def quoted(claims: Iterable[Claim], at: Claim) -> str:
@@ -35,11 +35,11 @@ def quoted(claims: Iterable[Claim], at: Claim) -> str:
     return " and ".join(list(said)[:MOST_NAMED])
 
 
-def _contradiction(found: Contradiction, told: set[Place]) -> Iterator[Fault]:
+def _contradiction(found: Contradiction, reported: set[Place]) -> Iterator[Fault]:
     own = [c for c in found.claims if c.origin.own]
-    if not own or any(c.place in told for c in found.claims):
+    if not own or any(c.place in reported for c in found.claims):
         return
-    told.update(c.place for c in found.claims)
+    reported.update(c.place for c in found.claims)
     at = max(own, key=lambda c: c.node.span.start)
     others = [c for c in found.claims if c.place != at.place]
     sure = found.sure and not any(c.origin.if_known for c in found.claims)
@@ -57,11 +57,11 @@ def _groups(claims: Claims) -> list[list[Claim]]:
     return sorted(groups.values(), key=lambda g: not g[0].origin.required)
 
 
-def _twice(groups: list[list[Claim]], told: set[Place]) -> Iterator[Fault]:
+def _twice(groups: list[list[Claim]], reported: set[Place]) -> Iterator[Fault]:
     before: dict[Hashable, Claim] = {}
     for group in groups:
         first = group[0]
-        # A line that is not always asked does not make another one superfluous.
+        # A line that does not always apply does not make another one superfluous.
         known = [before.get(c.key) for c in group]
         same = [
             k for k in known
@@ -71,8 +71,8 @@ def _twice(groups: list[list[Claim]], told: set[Place]) -> Iterator[Fault]:
             for claim in group:
                 if claim.origin.required:
                     before.setdefault(claim.key, claim)
-        elif first.origin.own and first.place not in told:
-            told.add(first.place)
+        elif first.origin.own and first.place not in reported:
+            reported.add(first.place)
             message = f"this is said already: {quoted(same, first)}"
             yield _warning("said-twice", message, first, "leave one of them out")
 
@@ -82,12 +82,12 @@ def _says_who(claim: Claim) -> bool:
     return bool(claim.origin.symbol and claim.of_set)
 
 
-def _implied(groups: list[list[Claim]], known: Knowledge, told: set[Place]) -> Iterator[Fault]:
+def _implied(groups: list[list[Claim]], known: Knowledge, reported: set[Place]) -> Iterator[Fault]:
     # What is said twice does not follow from itself.
-    removed: list[object] = [c for g in groups if g[0].place in told for c in g]
+    removed: list[object] = [c for g in groups if g[0].place in reported for c in g]
     for group in reversed(groups):
         first = group[0]
-        if first.place in told or not first.origin.own or first.origin.symbol:
+        if first.place in reported or not first.origin.own or first.origin.symbol:
             continue
         if not all(c.bounds for c in group):
             continue
@@ -98,7 +98,7 @@ def _implied(groups: list[list[Claim]], known: Knowledge, told: set[Place]) -> I
                 break
             reasons += found
         else:
-            told.add(first.place)
+            reported.add(first.place)
             removed += group
             message = f"this follows from {quoted(reasons, first) or 'what holds of every solid'}"
             yield _warning("implied-line", message, first, "leave it out, or ask for more")

@@ -36,8 +36,8 @@ def impossible_three(ab: Angles, ac: Angles, bc: Angles) -> str:
     """Why no three directions have such angles, or nothing if some have.
 
     Three angles are those of three directions if each is at most the sum of the others, and all
-    three are at most 360 degrees; of regions that is asked of their ends. Both ways: from the least
-    angles, those of the shorter two can be opened until the sum is that of the longest.
+    three are at most 360 degrees; of regions that is required of their ends. Both ways: from the
+    least angles, those of the shorter two can be opened until the sum is that of the longest.
     """
     regions = (ab, ac, bc)
     if sum(low for low, _ in regions) > 360 + GIVE:

@@ -36,10 +36,10 @@ def in_vain(claims: Claims) -> Iterator[Fault]:
         yield _warning("in-vain", message, source, name, f"say it of `{name}`")
 
 
-def absolute_sizes(claims: Claims, told: set[Place]) -> Iterator[Fault]:
+def absolute_sizes(claims: Claims, reported: set[Place]) -> Iterator[Fault]:
     """Comparisons with metres that leave scenes without scale undecided, one a statement.
 
-    `told` are the places of which something is told already.
+    `reported` are the places that have a warning already.
     """
     seen: set[int] = set()
     for region in claims.regions:
@@ -47,7 +47,7 @@ def absolute_sizes(claims: Claims, told: set[Place]) -> Iterator[Fault]:
         statement = origin.statement.node
         if not origin.own or not region.absolute or id(statement) in seen:
             continue
-        if origin.if_known or not origin.required or region.place in told:
+        if origin.if_known or not origin.required or region.place in reported:
             continue
         seen.add(id(statement))
         shown = in_short(origin.source, region.shown)

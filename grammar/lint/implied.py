@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from facetlog.grammar import syntax as s
 from facetlog.grammar.faults import MOST_FAULTS, Fault, Severity
-from facetlog.grammar.lint.asked import Asked, Given, Needed, brief_of
 from facetlog.grammar.lint.bound_graph import EQUAL
+from facetlog.grammar.lint.briefs import Given, Needed, Required, brief_of
 from facetlog.grammar.lint.claims import Claim, Claims
 from facetlog.grammar.lint.knowledge import Knowledge, claims_on
 from facetlog.grammar.lint.solids import IMPLIES
@@ -44,13 +44,13 @@ class _Tried:
 def implied_models(
     known: Mapping[str, Knowledge], models: Mapping[str, FlatModel], main: s.File
 ) -> Iterator[Fault]:
-    """Models that others imply without being one of them, each told once.
+    """Models that others imply without being one of them, each once.
 
-    `models` are those models as they stand in the text. Told at the implied model's name, or, if
-    that is in another file, at the other's.
+    `models` are those models as they stand in the text. A fault stands at the implied model's name,
+    or, if that is in another file, at the other's.
     """
     briefs = {name: brief_of(k) for name, k in known.items()}
-    asked = {name: wanted for name, (wanted, _) in briefs.items() if wanted is not None}
+    required = {name: wanted for name, (wanted, _) in briefs.items() if wanted is not None}
     given = {name: has for name, (_, has) in briefs.items()}
     holders: dict[Hashable, list[str]] = {}
     for name, one in given.items():
@@ -59,18 +59,18 @@ def implied_models(
     order = {name: place for place, name in enumerate(known)}
     tried = _Tried(MOST_TRIED)
     left = MOST_FAULTS
-    for name, wanted in asked.items():
+    for name, wanted in required.items():
         for other in _candidates(wanted, known, given, holders):
             if not _implied(wanted, known[other], tried):
                 if tried.left <= 0:
                     return
                 continue
-            back = other in asked and given[name].may_imply(asked[other])
-            mutual = back and _implied(asked[other], known[name], tried)
+            back = other in required and given[name].may_imply(required[other])
+            mutual = back and _implied(required[other], known[name], tried)
             if mutual and order[other] > order[name]:
-                # They are the same: told at the later one.
+                # They are the same: the fault stands at the later one.
                 continue
-            fault = _told(models[name], models[other], main, mutual)
+            fault = _fault(models[name], models[other], main, mutual)
             if fault is not None:
                 yield fault
                 left -= 1
@@ -79,7 +79,7 @@ def implied_models(
             return
 
 
-def _told(implied: FlatModel, by: FlatModel, main: s.File, mutual: bool) -> Fault | None:
+def _fault(implied: FlatModel, by: FlatModel, main: s.File, mutual: bool) -> Fault | None:
     at = implied if implied.file is main else by
     if at.file is not main:
         return None
@@ -95,7 +95,7 @@ def _told(implied: FlatModel, by: FlatModel, main: s.File, mutual: bool) -> Faul
 
 
 def _candidates(
-    wanted: Asked,
+    wanted: Required,
     known: Mapping[str, Knowledge],
     given: Mapping[str, Given],
     holders: Mapping[Hashable, list[str]],
@@ -117,7 +117,7 @@ def _candidates(
 # ------------------------------------------------------------------ mappings
 
 
-def _implied(one: Asked, other: Knowledge, tried: _Tried) -> bool:
+def _implied(one: Required, other: Knowledge, tried: _Tried) -> bool:
     """Whether all that one model asks for follows from another, under some mapping of the parts."""
     scope, theirs = one.known.claims.scope, other.claims.scope
     if scope.of_things != theirs.of_things:
@@ -129,7 +129,7 @@ def _implied(one: Asked, other: Knowledge, tried: _Tried) -> bool:
 
 
 def _placed(
-    one: Asked,
+    one: Required,
     other: Knowledge,
     there: list[PartSymbol],
     names: dict[str, str],
@@ -159,7 +159,7 @@ def _placed(
     return False
 
 
-def _sets_placed(one: Asked, other: Knowledge, names: dict[str, str]) -> bool:
+def _sets_placed(one: Required, other: Knowledge, names: dict[str, str]) -> bool:
     """Whether every set of the one is a set of the other, and what is said of all follows."""
     inner = dict(names)
     for symbol in one.sets:
@@ -177,7 +177,7 @@ def _sets_placed(one: Asked, other: Knowledge, names: dict[str, str]) -> bool:
 
 
 def _same_set(
-    symbol: SetSymbol, other: SetSymbol, one: Asked, known: Knowledge, names: dict[str, str]
+    symbol: SetSymbol, other: SetSymbol, one: Required, known: Knowledge, names: dict[str, str]
 ) -> bool:
     ours, theirs = symbol.owned.node, other.owned.node
     if (symbol.kinds, symbol.model, ours.separate) != (other.kinds, other.model, theirs.separate):

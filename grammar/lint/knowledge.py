@@ -39,7 +39,7 @@ class Contradiction:
 class Knowledge:
     """What a model says that must hold, without what contradicts what came before it.
 
-    `brief` is the same in short (`asked.brief_of`), once it was wanted.
+    `brief` is the same in short (`briefs.brief_of`), once it was wanted.
     """
 
     claims: Claims
@@ -55,7 +55,7 @@ class Knowledge:
         """The claims from which all bounds of a claim follow; None if they do not.
 
         `without` are claims that are not to be used. Unless `if_known`, neither are lines that are
-        not asked where something is not known.
+        without effect where something is not known.
         """
         found: list[Claim] = []
         for bound in claim.bounds:
@@ -87,7 +87,7 @@ class Knowledge:
         self.conditions.setdefault(claim.key, (claim, sure))
 
     def _stack(self, claim: Claim, sure: bool) -> bool:
-        """Notes what is higher than what; False if that would make a circle, which is told."""
+        """Notes what is higher than what; False if that would make a circle, which is noted."""
         match claim.said:
             case (str() as word, (str() as one, str() as other)) if word in HIGHER:
                 both = one, other

@@ -29,7 +29,7 @@ DIGITS = 12
 class Linear:
     """A constant and multiples of measured values, all of one dimension.
 
-    `absolute` if metres are written in it, so that it cannot be told where the scale is not known.
+    `absolute` if metres are written in it, so that it has no value where the scale is not known.
     """
 
     constant: float

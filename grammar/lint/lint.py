@@ -1,4 +1,4 @@
-"""What is odd about models without faults: the door to everything that lint tells."""
+"""What is odd about models without faults: the door to all lint warnings."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
@@ -36,7 +36,7 @@ SEARCH_STEPS = 150_000
 class Look:
     """One model as its rules see it.
 
-    `told` are the places of claims of which something is told already, `seen` the comparisons that
+    `reported` are the places of claims that have a warning already, `seen` the comparisons that
     were looked at, `effort` what searches may still cost: they grow from rule to rule.
     """
 
@@ -44,28 +44,28 @@ class Look:
     known: Knowledge
     main: s.File
     effort: Effort
-    told: set[Place] = field(default_factory=set)
+    reported: set[Place] = field(default_factory=set)
     seen: dict[int, bool] = field(default_factory=dict)
 
 
 Rule = Callable[[Look], Iterator[Fault]]
 
 _HOLDING: tuple[Rule, ...] = (
-    lambda x: region_faults(x.claims, x.seen, x.told),
-    lambda x: bound_faults(x.claims, x.known, x.told),
-    lambda x: angle_faults(x.claims, x.told, x.effort),
+    lambda x: region_faults(x.claims, x.seen, x.reported),
+    lambda x: bound_faults(x.claims, x.known, x.reported),
+    lambda x: angle_faults(x.claims, x.reported, x.effort),
 )
 """Whether lines can hold, and whether they say anything."""
 
 _SAYING: tuple[Rule, ...] = (
     lambda x: _parts(x.claims, x.main),
     lambda x: in_vain(x.claims),
-    lambda x: absolute_sizes(x.claims, x.told),
+    lambda x: absolute_sizes(x.claims, x.reported),
 )
 """Whether something is said of what is named, and so that it can be judged."""
 
 RULES = (*_HOLDING, *_SAYING)
-"""What is asked of each model, in this order; habits come first, models beside one another last."""
+"""What each model is looked at for, in this order; habits come first, models side by side last."""
 
 KnowledgeMemo: TypeAlias = Memo[Knowledge | None]
 """What follows from models, kept from one text to the next; None of a model that is too large."""
@@ -80,7 +80,7 @@ def lint(
 ) -> tuple[Fault, ...]:
     """What is odd about the models of a file, and about what stands before them.
 
-    `scopes` are those of all models in reach, `faults` what was told before: a model that has an
+    `scopes` are those of all models in reach, `faults` those found before: a model that has an
     error is left out, and what it might use is not said to be unused. At most MOST_FAULTS are
     given, errors first. Never raises, and is bounded in time whatever the models say. With a
     `memo`, only models that are not in it are looked at.
@@ -179,7 +179,7 @@ def _text(fault: Fault) -> str:
 
 
 class _Errors:
-    """Where errors are, to tell which models have one."""
+    """Where errors are, to know which models have one."""
 
     def __init__(self, faults: Iterable[Fault]) -> None:
         self._places: dict[int, list[int]] = {}

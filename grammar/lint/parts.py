@@ -11,17 +11,17 @@ from facetlog.grammar.vocabulary import THING
 __all__ = ["part_faults"]
 
 
-def part_faults(claims: Claims, main: s.File, told: frozenset[str]) -> Iterator[Fault]:
+def part_faults(claims: Claims, main: s.File, reported: frozenset[str]) -> Iterator[Fault]:
     """Parts of the model itself that no required line binds, or that no line joins to the others.
 
-    `told` are parts of which something is told already.
+    `reported` are parts that have a warning already.
     """
     scope = claims.scope
     bound = {name for c in claims.claims if c.origin.required for name in c.parts}
     bound |= {c.origin.symbol for c in claims.claims if c.origin.symbol}
-    free = set(told)
+    free = set(reported)
     for part in scope.singular:
-        if part.name in bound or part.name in told or part.kinds == THING:
+        if part.name in bound or part.name in reported or part.kinds == THING:
             continue
         free.add(part.name)
         if _is_own(part, main, scope.model.name):

@@ -12,7 +12,7 @@ __all__ = ["premises"]
 def premises(claims: Claims) -> Iterator[tuple[Claim, bool]]:
     """The claims that hold where the model does, and whether that is sure.
 
-    Lines that name an optional part are not asked where it is absent. Of a set's members something
+    Lines that name an optional part do not apply where it is absent. Of a set's members something
     follows only if there must be one, and then not surely: a member counts from a degree of 1/2, at
     which nothing need be so of it.
     """

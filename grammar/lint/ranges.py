@@ -23,11 +23,11 @@ HALF = 0.6745
 """Standard deviations either side of the middle that hold half of a normal distribution."""
 
 
-def region_faults(claims: Claims, seen: dict[int, bool], told: set[Place]) -> Iterator[Fault]:
+def region_faults(claims: Claims, seen: dict[int, bool], reported: set[Place]) -> Iterator[Fault]:
     """What is odd about each comparison that the model itself makes, one fault for each at most.
 
-    `seen` are the comparisons (ids) that were looked at, and whether something was told of them:
-    definitions are used more than once. `told` gets the places of the latter. Both grow.
+    `seen` are the comparisons (ids) that were looked at, and whether they have a fault:
+    definitions are used more than once. `reported` gets the places of the latter. Both grow.
     """
     for region in claims.regions:
         if region.own and id(region.node) not in seen:
@@ -35,7 +35,7 @@ def region_faults(claims: Claims, seen: dict[int, bool], told: set[Place]) -> It
             seen[id(region.node)] = bool(faults)
             yield from faults
         if seen.get(id(region.node)):
-            told.add(region.place)
+            reported.add(region.place)
 
 
 class _Look:

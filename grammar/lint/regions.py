@@ -218,7 +218,7 @@ class RegionReader(ABC):
 
 
 def _with_unit(measure: Linear, constant: Linear, found: Linear) -> Linear:
-    """A product or quotient with a constant: metres in that are told by, unless they cancel."""
+    """A product or quotient with a constant: metres are noted, unless they cancel."""
     if measure.is_constant:
         return constant_sum(found.constant, found.dimension)
     return replace(found, absolute=measure.absolute or constant.absolute)

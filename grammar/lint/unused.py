@@ -16,7 +16,7 @@ def unused_parts(claims: Claims, main: s.File) -> Iterator[Fault]:
     """Singular parts and sets of the model itself that nothing mentions.
 
     The number of a set's members is a condition by itself, unless any number will do. An object is
-    asked for by its kind.
+    required by its kind.
     """
     scope = claims.scope
     for owned in scope.model.parts:

@@ -7,6 +7,7 @@ import re
 from bisect import bisect_right
 from collections.abc import Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Generic, TypeVar
 
 from facetlog.grammar import syntax as s
@@ -28,13 +29,15 @@ T = TypeVar("T")
 class Kept(Generic[T]):
     """What was found out of a model, and where it then began.
 
-    `lines` are those where it and its ancestors began, if faults speak of lines by number.
+    `lines` are those where it and its ancestors began, if faults speak of lines by number; `names`
+    those of all models, if there are faults, whose hints may name any that is spelt alike.
     """
 
     found: T
     faults: tuple[Fault, ...]
     start: int
     lines: tuple[int, ...] | None
+    names: frozenset[str] | None
 
 
 @dataclass(slots=True)
@@ -57,6 +60,8 @@ class Memo(Generic[T]):
         kept = self._before.get(key)
         if kept is None or kept.lines not in (None, prints.lines(model)):
             return None
+        if kept.names not in (None, prints.names):
+            return None
         self._now[key] = kept
         by = model.written.span.start - kept.start
         return kept.found, tuple(fault_moved(f, model, kept.start, by) for f in kept.faults)
@@ -70,7 +75,17 @@ class Memo(Generic[T]):
             return
         by_number = any(_LINE.search(fault.message + fault.hint) for fault in faults)
         lines = prints.lines(model) if by_number else None
-        self._now[prints.of(model)] = Kept(found, faults, model.written.span.start, lines)
+        names = prints.names if faults else None
+        self._now[prints.of(model)] = Kept(found, faults, model.written.span.start, lines, names)
+
+
+@lru_cache(maxsize=2000)
+def words_of(text: str) -> frozenset[str]:
+    """The words of a text, and what they are in the singular."""
+    words = set(_WORD.findall(text))
+    words |= {word.removesuffix("s") for word in words}
+    words |= {word.removesuffix("es") for word in words}
+    return frozenset(words)
 
 
 def fault_moved(fault: Fault, model: FlatModel, start: int, by: int) -> Fault:
@@ -84,18 +99,21 @@ def fault_moved(fault: Fault, model: FlatModel, start: int, by: int) -> Fault:
 
 @dataclass(slots=True)
 class Fingerprints:
-    """All that what is found out of a model depends on, as a key for each model."""
+    """All that what is found out of a model depends on, as a key for each model.
+
+    `names` are those of all models. A model depends on those that its text may name.
+    """
 
     library: Library
     models: Mapping[str, FlatModel]
     roles: Mapping[str, Mapping[str, Kinds]]
     _keys: dict[str, Hashable] = field(default_factory=dict)
     _starts: dict[int, tuple[int, ...]] = field(default_factory=dict)
-    _names: frozenset[str] = field(init=False)
+    names: frozenset[str] = field(init=False)
     _words: Hashable = field(init=False)
 
     def __post_init__(self) -> None:
-        self._names = frozenset(self.roles)
+        self.names = frozenset(self.roles)
         self._words = tuple(
             (word.name, word.signature, word.meaning)
             for own in self.library.words.values()
@@ -110,13 +128,11 @@ class Fingerprints:
                 for main in (self.library.main,)
                 for one in self._descent(model)
             )
-            named = {word for block in blocks for word in _WORD.findall(block[2] + block[1])}
-            named |= {word.removesuffix("s") for word in named}
-            named |= {word.removesuffix("es") for word in named}
+            named = frozenset().union(*(words_of(text) for block in blocks for text in block[1:3]))
             roles = tuple(
-                (name, tuple(self.roles[name].items())) for name in sorted(named & self._names)
+                (name, tuple(self.roles[name].items())) for name in sorted(named & self.names)
             )
-            self._keys[model.name] = blocks, roles, self._names, self._words
+            self._keys[model.name] = blocks, roles, self._words
         return self._keys[model.name]
 
     def lines(self, model: FlatModel) -> tuple[int, ...]:

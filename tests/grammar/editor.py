@@ -22,7 +22,11 @@ SERVER = (sys.executable, "-m", "facetlog.grammar.language_server")
 
 
 class RequestRefused(Exception):  # noqa: N818 - what the server says, not what went wrong here
-    """The server answered a request with an error."""
+    """The server answered a request with an error, of which this is the code."""
+
+    def __init__(self, message: str, code: int) -> None:
+        super().__init__(message)
+        self.code = code
 
 
 def errors(faults: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -33,7 +37,14 @@ def errors(faults: list[dict[str, Any]]) -> list[dict[str, Any]]:
 class Editor:
     """A process with a server, and the texts that are open in it."""
 
-    def __init__(self, folder: Path, command: tuple[str, ...] = SERVER, **general: object) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        command: tuple[str, ...] = SERVER,
+        *,
+        initialize: bool = True,
+        **general: object,
+    ) -> None:
         environment = {**os.environ, "PYTHONPATH": str(SOURCES)}
         self.folder = folder
         self.process = subprocess.Popen(
@@ -44,19 +55,25 @@ class Editor:
             env=environment,
             cwd=folder,
         )
-        self._answers: dict[int, dict[str, Any]] = {}
+        self._answers: dict[int | None, dict[str, Any]] = {}
         self._messages: queue.Queue[dict[str, Any] | None] = queue.Queue()
-        self._told: dict[str, list[dict[str, Any]]] = {}
+        self._sent: dict[str, list[dict[str, Any]]] = {}
         self._last_id = 0
         self._versions: dict[str, int] = {}
         self._reader = threading.Thread(target=self._read, daemon=True)
         self._reader.start()
+        self.capabilities: dict[str, Any] = {}
+        if initialize:
+            self.initialize(**general)
+
+    def initialize(self, **general: object) -> None:
+        """Begins the conversation."""
         self.capabilities = self.ask(
             "initialize",
             {
                 "processId": None,
-                "rootUri": folder.as_uri(),
-                "workspaceFolders": [{"uri": folder.as_uri(), "name": "w"}],
+                "rootUri": self.folder.as_uri(),
+                "workspaceFolders": [{"uri": self.folder.as_uri(), "name": "w"}],
                 "capabilities": {"general": general},
             },
         )["capabilities"]
@@ -105,8 +122,11 @@ class Editor:
         self._messages.put(None)
 
     def _send(self, message: Mapping[str, object]) -> None:
+        self.send_raw(json.dumps({"jsonrpc": "2.0", **message}).encode())
+
+    def send_raw(self, body: bytes) -> None:
+        """Sends a body as it is."""
         assert self.process.stdin
-        body = json.dumps({"jsonrpc": "2.0", **message}).encode()
         self.process.stdin.write(b"Content-Length: %d\r\n\r\n%b" % (len(body), body))
         self.process.stdin.flush()
 
@@ -114,8 +134,8 @@ class Editor:
         message = self._messages.get(timeout=PATIENCE_S)
         assert message is not None, "the server has ended"
         if message.get("method") == "textDocument/publishDiagnostics":
-            told = message["params"]
-            self._told.setdefault(told["uri"], []).append(told["diagnostics"])
+            sent = message["params"]
+            self._sent.setdefault(sent["uri"], []).append(sent["diagnostics"])
         elif "id" in message and "method" not in message:
             self._answers[message["id"]] = message
         elif message.get("method") == "window/showMessage":
@@ -134,11 +154,15 @@ class Editor:
         self._last_id += 1
         number = self._last_id
         self._send({"id": number, **message})
+        return self.answer(number)
+
+    def answer(self, number: int | None) -> Any:
+        """The answer to the request of a number; null is that of what was no request."""
         while number not in self._answers:
             self._take()
         answer = self._answers.pop(number)
         if "error" in answer:
-            raise RequestRefused(answer["error"]["message"])
+            raise RequestRefused(answer["error"]["message"], answer["error"]["code"])
         return answer["result"]
 
     # ------------------------------------------------------------- texts
@@ -151,7 +175,7 @@ class Editor:
         """Opens a text, which need not be on disk; returns its faults."""
         self._versions[name] = 1
         item = {"uri": self.uri(name), "languageId": "facetlog-model", "version": 1, "text": text}
-        self._told.pop(self.uri(name), None)
+        self._sent.pop(self.uri(name), None)
         self.tell("textDocument/didOpen", {"textDocument": item})
         return self.faults(name)
 
@@ -159,7 +183,7 @@ class Editor:
         """Changes a text; a change has a `range` and a `text`, or a text alone."""
         self._versions[name] += 1
         document = {"uri": self.uri(name), "version": self._versions[name]}
-        self._told.pop(self.uri(name), None)
+        self._sent.pop(self.uri(name), None)
         self.tell(
             "textDocument/didChange", {"textDocument": document, "contentChanges": list(changes)}
         )
@@ -169,10 +193,10 @@ class Editor:
         self.tell("textDocument/didClose", {"textDocument": {"uri": self.uri(name)}})
 
     def faults(self, name: str, severity: int = 1) -> list[dict[str, Any]]:
-        """The errors of a text (2: its warnings) that are told next."""
-        while not self._told.get(self.uri(name)):
+        """The errors of a text (2: its warnings) that are sent next."""
+        while not self._sent.get(self.uri(name)):
             self._take()
-        return [one for one in self._told[self.uri(name)].pop() if one["severity"] == severity]
+        return [one for one in self._sent[self.uri(name)].pop() if one["severity"] == severity]
 
     def at(self, method: str, name: str, line: int, column: int, **more: object) -> Any:
         """Asks about a place: line and column from 0."""

@@ -1,14 +1,14 @@
-"""Models for tests of lint: a sound one, and what is told of a changed one."""
+"""Models for tests of lint: a sound one, and the faults of a changed one."""
 
 from pathlib import Path
 
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.faults import Fault, Severity
 
-__all__ = ["codes", "complete", "errors", "told", "told_of"]
+__all__ = ["codes", "complete", "errors", "faults_in", "faults_of"]
 
 
-def told_of(text: str) -> tuple[Fault, ...]:
+def faults_of(text: str) -> tuple[Fault, ...]:
     """All faults of a text."""
     return analyse(Path("test.model"), text).faults
 
@@ -19,16 +19,16 @@ def complete(body: str, name: str = "thing_made_up", doc: str = "What it is.") -
     return f'model {name}\n  "{doc}"\n{lines}\n  example "one" of cuboid() fails\n'
 
 
-def told(body: str) -> tuple[Fault, ...]:
+def faults_in(body: str) -> tuple[Fault, ...]:
     """The faults of one model with such statements."""
-    return told_of(complete(body))
+    return faults_of(complete(body))
 
 
 def codes(body: str) -> list[str]:
     """Their codes."""
-    return [f.code for f in told(body)]
+    return [f.code for f in faults_in(body)]
 
 
 def errors(body: str) -> list[str]:
     """The codes of those that are errors."""
-    return [f.code for f in told(body) if f.severity is Severity.ERROR]
+    return [f.code for f in faults_in(body) if f.severity is Severity.ERROR]

@@ -44,11 +44,11 @@ def test_edit_after_edit_tells_what_a_fresh_look_would(seed: int) -> None:
     for _ in range(6):
         found = analyse(path, text, memory=memory)
         fresh = analyse(path, text)
-        told = [
+        listed = [
             [(f.code, f.span, f.message, f.hint, f.severity, f.fixes) for f in one.faults]
             for one in (found, fresh)
         ]
-        assert told[0] == told[1]
+        assert listed[0] == listed[1]
         assert all(
             f.source is found.file.source for f in found.faults if f.source.name == str(path)
         )

@@ -111,13 +111,15 @@ def test_a_sound_model_has_no_errors() -> None:
         ('use "words.txt"', "use", '"words.txt"', ".model"),
     ],
 )
-def test_a_fault_is_told_once_and_where_it_is(line: str, code: str, word: str, hint: str) -> None:
+def test_a_fault_is_reported_once_and_where_it_is(
+    line: str, code: str, word: str, hint: str
+) -> None:
     found = fault(line)
     assert (found.code, blamed(found)) == (code, word)
     assert hint in found.hint
 
 
-def test_a_fault_in_a_definition_is_told_where_it_is_written_and_not_at_its_calls() -> None:
+def test_a_fault_in_a_definition_is_reported_where_it_is_written_and_not_at_its_calls() -> None:
     text = MODEL + "  define bad(f): f is levl\n  a: bad(top)\n  b: bad(side), count(leg) = 3\n"
     (found,) = checked(text).errors
     assert blamed(found) == "levl"
@@ -229,7 +231,9 @@ def test_words_of_the_user_s_own_are_known_with_their_kinds() -> None:
         ("word(lean(face), angle).", "no word/3"),
     ],
 )
-def test_a_faulty_word_of_the_user_s_own_is_told_in_its_file(declared: str, message: str) -> None:
+def test_a_faulty_word_of_the_user_s_own_is_reported_in_its_file(
+    declared: str, message: str
+) -> None:
     found = analyse(
         Path("m.model"),
         'use "w.pl"\nmodel m\n  face f\n  a: f is level\n',
@@ -288,12 +292,12 @@ def test_constants_of_constants_are_worked_out_once() -> None:
         ("a: share_corner(f)", "arity"),
     ],
 )
-def test_what_would_go_astray_later_is_told(text: str, code: str) -> None:
+def test_what_would_go_astray_later_is_reported(text: str, code: str) -> None:
     found = checked(f"model m\n  face f\n  ok: f is level\n  {text}\n").errors
     assert {f.code for f in found} == {code}
 
 
-def test_a_name_that_inherited_lines_use_otherwise_is_told() -> None:
+def test_a_name_that_inherited_lines_use_otherwise_is_reported() -> None:
     other = "let lim = 5 deg\nmodel parent\n  face f\n  a: tilt(f) at most lim\n"
     text = 'use "other.model"\nlet lim = 20 deg\nmodel m like parent\n  b: tilt(f) at most lim\n'
     assert [f.code for f in checked(text, other=other).errors] == ["taken"]

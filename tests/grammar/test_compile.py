@@ -149,7 +149,7 @@ def test_names_that_prolog_has_and_texts_with_quotes_stay_names_and_texts(
     assert verdict.conditions[0].reason == "halt. :- 'x'"
 
 
-def test_a_file_with_errors_is_not_compiled_and_all_are_told() -> None:
+def test_a_file_with_errors_is_not_compiled_and_all_are_reported() -> None:
     with pytest.raises(RuleSyntaxError) as caught:
         program("model m\n  face f\n  a: f is levl\n  b: g is level\n")
     assert str(caught.value).count("m.model:") == 2
@@ -316,7 +316,7 @@ def test_a_verdict_shows_the_author_s_lines(base: KnowledgeBase, tmp_path: Path)
     assert "[m.model:5: each pair x, y" in "\n".join(verdict.lines(full=True))
 
 
-def test_faults_in_prolog_beside_a_model_are_told_where_they_stand(
+def test_faults_in_prolog_beside_a_model_are_reported_where_they_stand(
     base: KnowledgeBase, tmp_path: Path
 ) -> None:
     (tmp_path / "w.pl").write_text(

@@ -53,13 +53,13 @@ def test_what_cannot_be_built_is_blamed_at_its_place(
     assert _faults(scene) == [(code, blamed, hint)]
 
 
-def test_a_unit_that_there_is_not_is_told_once_by_the_checker() -> None:
+def test_a_unit_that_there_is_not_is_reported_once_by_the_checker() -> None:
     analysis = _analysis("ball(radius 4 cmm)")
     assert scene_faults(analysis, BUILDERS) == ()
     assert [fault.code for fault in analysis.faults] == ["unknown-unit"]
 
 
-def test_all_faults_of_a_scene_are_told_in_order() -> None:
+def test_all_faults_of_a_scene_are_reported_in_order() -> None:
     codes = [code for code, _, _ in _faults("ramp(slope 4 cm, steep 3, steps 4 deg)")]
     assert codes == ["dimension", "unknown-size", "dimension"]
 

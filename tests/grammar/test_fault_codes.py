@@ -38,7 +38,7 @@ def test_every_code_in_use_is_listed() -> None:
     assert sorted(codes - FAULT_KINDS.keys()) == []
 
 
-def test_every_kind_is_told_in_one_sentence() -> None:
+def test_every_kind_is_reported_in_one_sentence() -> None:
     for kind in FAULT_KINDS.values():
         assert kind.meaning[0].isupper()
         assert kind.meaning.endswith(".")

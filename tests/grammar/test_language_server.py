@@ -78,7 +78,7 @@ def _end(text: str) -> tuple[int, int]:
 # ------------------------------------------------------------------- faults
 
 
-def test_faults_are_told_when_a_text_is_opened_and_go_when_it_is_mended(editor: Editor) -> None:
+def test_faults_are_reported_when_a_text_is_opened_and_go_when_it_is_mended(editor: Editor) -> None:
     text = "model a\n  face x\n  x is levl\n"
     (fault,) = editor.open("a.model", text)
     assert fault["range"] == {
@@ -93,7 +93,7 @@ def test_faults_are_told_when_a_text_is_opened_and_go_when_it_is_mended(editor: 
     editor.close("a.model")
 
 
-def test_warnings_are_told_as_such(editor: Editor) -> None:
+def test_warnings_are_reported_as_such(editor: Editor) -> None:
     text = "model a\n  face x, y\n  x is level\n"
     assert editor.open("w.model", text) == []
     editor.change("w.model", {"text": text})
@@ -206,7 +206,7 @@ def test_parts_of_an_object_are_completed_behind_its_point(editor: Editor) -> No
 
 
 @pytest.mark.parametrize(
-    ("word", "number", "told"),
+    ("word", "number", "shown"),
     [
         ("tilt", 1, ["tilt(edge/face): angle", "at most 90", "up is not known"]),
         ("square", 3, ["let square = 15 deg", "is 15°", "how square"]),
@@ -219,11 +219,11 @@ def test_parts_of_an_object_are_completed_behind_its_point(editor: Editor) -> No
     ],
 )
 def test_hovering_tells_what_a_word_is(
-    editor: Editor, word: str, number: int, told: list[str]
+    editor: Editor, word: str, number: int, shown: list[str]
 ) -> None:
     editor.open("h.model", TABLE)
     found = editor.at("hover", "h.model", *_place(TABLE, word, number))
-    assert all(piece in found["contents"]["value"] for piece in told)
+    assert all(piece in found["contents"]["value"] for piece in shown)
 
 
 def test_hovering_tells_what_a_word_is_where_a_statement_cannot_be_read(editor: Editor) -> None:

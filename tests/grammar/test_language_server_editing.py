@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from lsprotocol import types as lsp
 
-from facetlog.grammar.language_server.code_actions import code_actions
+from facetlog.grammar.language_server.code_actions import code_actions, fix_all
 from facetlog.grammar.language_server.folding import folds
 from facetlog.grammar.language_server.positions import EditorText
 from facetlog.grammar.language_server.project import Project
@@ -58,11 +58,19 @@ def _actions(text: str, at: str) -> list[lsp.CodeAction]:
 
 
 def test_a_fault_is_offered_its_fix() -> None:
-    first, everything = _actions(MODEL, "degs")
+    (first,) = _actions(MODEL, "degs")
     assert (first.title, first.kind, first.is_preferred) == ("write `deg`", "quickfix", True)
     assert "at most 5 deg\n" in _after(MODEL, first)
+
+
+def test_all_that_is_sure_is_done_at_once_as_the_command_does_it() -> None:
+    text = MODEL.replace("is level,", "is levl,")
+    project, path = _project(text)
+    (everything,) = fix_all(project.text(path), URI, project.check_of(path))
     assert everything.kind == lsp.CodeActionKind.SourceFixAll
-    assert _after(MODEL, everything) == _after(MODEL, first)
+    right = MODEL.replace("degs", "deg")
+    assert _after(text, everything) == right
+    assert fix_all(EditorText(right), URI, project.check_of(path)) == []
 
 
 def test_a_warning_can_be_allowed() -> None:
@@ -74,7 +82,7 @@ def test_a_warning_can_be_allowed() -> None:
 
 def test_names_have_colours() -> None:
     project, path = _project(MODEL)
-    data = semantic_tokens(project.symbols(path), project.text(path), path).data
+    data = semantic_tokens(project.symbols(path), project.text(path), path)
     found: dict[tuple[str, str], int] = {}
     line = column = 0
     for down, right, length, colour, marks in zip(*[iter(data)] * 5, strict=True):
@@ -144,7 +152,7 @@ def test_an_editor_is_answered(editor: Editor) -> None:
     place = {"line": 8, "character": 23}
     asked = {**_document(editor), "range": {"start": place, "end": place}}
     found = editor.ask("textDocument/codeAction", {**asked, "context": {"diagnostics": []}})
-    assert [one["title"] for one in found] == ["write `deg`", "put right all that is sure"]
+    assert [one["title"] for one in found] == ["write `deg`"]
     only = {"diagnostics": [], "only": ["source"]}
     found = editor.ask("textDocument/codeAction", {**asked, "context": only})
     assert [one["kind"] for one in found] == ["source.fixAll"]
@@ -154,30 +162,115 @@ def test_an_editor_is_answered(editor: Editor) -> None:
     assert found["signatures"][0]["label"].startswith("tilt(")
 
 
+def _given(editor: Editor, name: str, how: str = "full", **more: object) -> Any:
+    document = {"textDocument": {"uri": editor.uri(name)}}
+    return editor.ask(f"textDocument/semanticTokens/{how}", {**document, **more})
+
+
+def test_an_editor_is_given_only_the_colours_that_are_new(editor: Editor) -> None:
+    editor.open("colours.model", MODEL)
+    before = _given(editor, "colours.model")
+    numbers, name = list(before["data"]), before["resultId"]
+    for text in (MODEL, f"\n\n{MODEL}", MODEL + "\nmodel more\n  face it\n", MODEL, ""):
+        editor.change("colours.model", {"text": text})
+        delta = _given(editor, "colours.model", "full/delta", previousResultId=name)
+        for edit in delta["edits"]:
+            start = edit["start"]
+            numbers[start : start + edit["deleteCount"]] = edit.get("data", [])
+        name = delta["resultId"]
+        assert numbers == _given(editor, "colours.model", "full")["data"]
+        name = _given(editor, "colours.model", "full/delta", previousResultId="forgotten")
+        assert name["data"] == numbers
+        name = name["resultId"]
+
+
+def test_colours_of_a_piece_are_those_of_the_whole_that_stand_there(editor: Editor) -> None:
+    editor.open("piece.model", MODEL)
+    lines = range(MODEL.count("\n") + 1)
+    together: list[list[int]] = []
+    for line in lines:
+        piece = {"start": {"line": line, "character": 0}, "end": {"line": line, "character": 999}}
+        data = _given(editor, "piece.model", "range", range=piece)["data"]
+        column = 0
+        for i in range(0, len(data), 5):
+            column += data[i + 1]
+            together.append([data[i] if i == 0 else line, column, *data[i + 2 : i + 5]])
+    whole, line, column = [], 0, 0
+    data = _given(editor, "piece.model")["data"]
+    for i in range(0, len(data), 5):
+        column = data[i + 1] if data[i] else column + data[i + 1]
+        line += data[i]
+        whole.append([line, column, *data[i + 2 : i + 5]])
+    assert together == whole
+
+
+NO_JSON, INVALID, UNKNOWN, PARAMETERS = -32700, -32600, -32601, -32602
+TOO_EARLY = -32002
+HOVER = "textDocument/hover"
+
+
 @pytest.mark.parametrize(
-    "message",
+    ("message", "code"),
     [
-        {"method": "textDocument/hover", "params": {}},
-        {"method": "textDocument/hover", "params": {"textDocument": 3, "position": "here"}},
-        {"method": "textDocument/completion", "params": [1, 2]},
-        {"method": "textDocument/codeAction", "params": None},
-        {"method": "textDocument/rename"},
-        {"method": "textDocument/what", "params": {}},
-        {"method": 7, "params": {}},
-        {"method": "textDocument/hover", "params": {}, "jsonrpc": "1.0"},
-        {"method": "textDocument/hover", "params": {}, "jsonrpc": None},
+        ({"method": HOVER, "params": {}}, PARAMETERS),
+        ({"method": HOVER, "params": {"textDocument": 3, "position": "here"}}, PARAMETERS),
+        ({"method": "textDocument/completion", "params": [1, 2]}, PARAMETERS),
+        ({"method": "textDocument/codeAction", "params": None}, PARAMETERS),
+        ({"method": "textDocument/rename"}, PARAMETERS),
+        ({"method": "textDocument/what", "params": {}}, UNKNOWN),
+        ({"method": "textDocument/what"}, UNKNOWN),
+        ({"method": "textDocument/what", "params": [{"jsonrpc": "2.0"}]}, UNKNOWN),
+        # A request of the protocol that this server does not say it answers.
+        ({"method": "textDocument/codeLens", "params": {"textDocument": 3}}, UNKNOWN),
+        ({"method": "$/what", "params": {}}, UNKNOWN),
+        ({"method": 7, "params": {}}, INVALID),
+        ({"method": HOVER, "params": {}, "jsonrpc": "1.0"}, INVALID),
+        ({"method": HOVER, "params": {}, "jsonrpc": None}, INVALID),
+        ({"method": "initialize", "params": {"capabilities": {}, "processId": None}}, INVALID),
     ],
 )
-def test_every_faulty_request_is_refused(editor: Editor, message: dict[str, object]) -> None:
-    with pytest.raises(RequestRefused):
+def test_every_faulty_request_is_refused(
+    editor: Editor, message: dict[str, object], code: int
+) -> None:
+    with pytest.raises(RequestRefused) as refused:
         editor.ask_as(message)
+    assert refused.value.code == code
     assert editor.at("hover", "m.model", 8, 3)["contents"]
 
 
-def test_after_the_shutdown_requests_are_refused(tmp_path: Path) -> None:
-    opened = Editor(tmp_path)
+@pytest.mark.parametrize(
+    ("body", "code"),
+    [
+        (b"{nonsense", NO_JSON),
+        (b'{"id": \xff}', NO_JSON),
+        (b"[" * 100_000, NO_JSON),
+        (b"[]", INVALID),
+        (b"7", INVALID),
+        (b'{"jsonrpc": "2.0", "id": null, "method": "textDocument/hover"}', INVALID),
+        (b'{"jsonrpc": "2.0", "id": [1], "method": "textDocument/hover"}', INVALID),
+    ],
+)
+def test_what_is_no_request_is_answered_without_a_number(
+    editor: Editor, body: bytes, code: int
+) -> None:
+    editor.send_raw(body)
+    with pytest.raises(RequestRefused) as refused:
+        editor.answer(None)
+    assert refused.value.code == code
+    assert editor.at("hover", "m.model", 8, 3)["contents"]
+
+
+def test_requests_come_after_the_beginning_and_before_the_shutdown(tmp_path: Path) -> None:
+    opened = Editor(tmp_path, initialize=False)
+    for method in (HOVER, "textDocument/what", "shutdown"):
+        with pytest.raises(RequestRefused) as refused:
+            opened.ask(method, {})
+        assert refused.value.code == TOO_EARLY
+    opened.initialize()
     opened.ask("shutdown", None)
-    with pytest.raises(RequestRefused):
-        opened.at("hover", "m.model", 0, 0)
+    for method in (HOVER, "textDocument/what", "shutdown"):
+        with pytest.raises(RequestRefused) as refused:
+            opened.ask(method, {})
+        assert refused.value.code == INVALID
     opened.tell("exit", None)
     opened.leave()

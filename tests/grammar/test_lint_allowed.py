@@ -9,7 +9,7 @@ from facetlog.grammar.fixing.fix import applied
 from facetlog.grammar.format import formatted
 from facetlog.grammar.lint.allowed import allowance
 from facetlog.grammar.source import Source
-from tests.grammar.linted import codes, complete, told, told_of
+from tests.grammar.linted import codes, complete, faults_in, faults_of
 
 HEAD = "face top, side\nok: top is level, top adjoins side\n"
 
@@ -28,7 +28,7 @@ def test_a_warning_is_allowed_on_its_line_or_the_one_above(lines: str) -> None:
     assert codes(HEAD + lines) == []
 
 
-def test_other_warnings_and_other_lines_are_told() -> None:
+def test_other_warnings_and_other_lines_are_reported() -> None:
     line = "side adjoins top, share(top) at least 0 %"
     assert codes(f"{HEAD}{line}  # lint: allow said-twice") == ["always-holds"]
     twice = f"{HEAD}side adjoins top  # lint: allow said-twice\ntop adjoins side"
@@ -40,8 +40,8 @@ def test_errors_cannot_be_allowed() -> None:
     assert codes(body) == ["contradiction"]
 
 
-def test_what_is_allowed_in_vain_is_told() -> None:
-    (fault,) = told(f"{HEAD}top is upward  # lint: allow said-twice")
+def test_what_is_allowed_in_vain_is_reported() -> None:
+    (fault,) = faults_in(f"{HEAD}top is upward  # lint: allow said-twice")
     assert fault.code == "idle-allowance"
     assert fault.sure_fix is not None
 
@@ -51,10 +51,10 @@ def test_nothing_is_in_vain_where_errors_keep_lint_from_looking() -> None:
     assert codes(body) == ["unknown-name"]
 
 
-def test_an_unknown_code_is_told_with_what_is_meant() -> None:
-    (fault, *_) = told(f"{HEAD}side adjoins top  # lint: allow said-twise")
+def test_an_unknown_code_is_reported_with_what_is_meant() -> None:
+    (fault, *_) = faults_in(f"{HEAD}side adjoins top  # lint: allow said-twise")
     assert fault.code in ("unknown-allowance", "said-twice")
-    found = {f.code: f for f in told(f"{HEAD}side adjoins top  # lint: allow said-twise")}
+    found = {f.code: f for f in faults_in(f"{HEAD}side adjoins top  # lint: allow said-twise")}
     assert found.keys() == {"unknown-allowance", "said-twice"}
     assert found["unknown-allowance"].hint == "did you mean `said-twice`?"
 
@@ -65,7 +65,7 @@ def test_comments_of_another_kind_say_nothing() -> None:
 
 def test_formatting_keeps_what_is_allowed() -> None:
     text = complete(f"{HEAD}side adjoins top  # lint: allow said-twice")
-    assert told_of(formatted(Source("", text))) == ()
+    assert faults_of(formatted(Source("", text))) == ()
 
 
 @pytest.mark.parametrize("comment", ["", "  # why", "  # lint: allow always-holds"])
@@ -78,4 +78,4 @@ def test_the_editor_can_write_the_comment(comment: str) -> None:
             break
         fix = allowance(analysis.faults[0], analysis.file.comments)
         text = applied(text, fix.edits)
-    assert told_of(text) == ()
+    assert faults_of(text) == ()

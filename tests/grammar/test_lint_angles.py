@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.grammar.linted import codes, errors, told
+from tests.grammar.linted import codes, errors, faults_in
 
 THREE = "face a, b, c\na adjoins b, b adjoins c\n"
 
@@ -35,7 +35,7 @@ def test_angles_of_three_directions_that_cannot_be_are_an_error(lines: str) -> N
         "expect: each pair x, y of a, b, c: angle(x, y) = 150 deg ± 15 deg",
     ],
 )
-def test_angles_that_can_be_are_not_told(lines: str) -> None:
+def test_angles_that_can_be_are_no_faults(lines: str) -> None:
     assert "impossible-angles" not in codes(THREE + lines)
 
 
@@ -55,13 +55,13 @@ def test_fading_counts_to_its_middle() -> None:
 
 
 def test_dihedrals_that_cannot_be_are_a_warning() -> None:
-    (fault,) = told(THREE + "each pair x, y of a, b, c: dihedral(x, y) = 30 deg ± 5 deg")
+    (fault,) = faults_in(THREE + "each pair x, y of a, b, c: dihedral(x, y) = 30 deg ± 5 deg")
     assert (fault.code, fault.severity) == ("impossible-angles", "warning")
 
 
 def test_four_directions_square_to_one_another_are_not_found() -> None:
     four = "face a, b, c, d\neach pair x, y of a, b, c, d: angle(x, y) = {} deg ± {} deg"
-    (fault,) = told(four.format(90, 5))
+    (fault,) = faults_in(four.format(90, 5))
     assert (fault.code, fault.severity) == ("impossible-angles", "warning")
     assert "were found" in fault.message
     assert codes(four.format(109.47, 1)) == []  # a tetrahedron's
@@ -81,7 +81,7 @@ def test_a_cube_can_be() -> None:
 
 def test_if_known_makes_it_a_warning() -> None:
     body = "if known: each pair x, y of a, b, c: angle(x, y) = 150 deg ± 15 deg"
-    (fault,) = told(THREE + body)
+    (fault,) = faults_in(THREE + body)
     assert (fault.code, fault.severity) == ("impossible-angles", "warning")
 
 
@@ -89,6 +89,6 @@ def test_the_other_lines_are_named() -> None:
     lines = (
         "wide: angle(a, b) at least 150 deg\nangle(b, c) at most 60 deg\nangle(a, c) at most 60 deg"
     )
-    (fault,) = told(THREE + lines)
+    (fault,) = faults_in(THREE + lines)
     assert "`wide` in line 5" in fault.hint
     assert fault.source.text[fault.span.start : fault.span.end] == "angle(a, c) at most 60 deg"

@@ -9,7 +9,7 @@ import pytest
 import facetlog.rules
 from facetlog.grammar.analysis import analyse
 from facetlog.grammar.faults import MOST_FAULTS
-from tests.grammar.linted import complete, told, told_of
+from tests.grammar.linted import complete, faults_in, faults_of
 
 RULES = sorted(Path(facetlog.rules.__path__[0]).glob("*.model"))
 
@@ -18,7 +18,7 @@ SLOW_S = 20.0
 
 
 @pytest.mark.parametrize("path", RULES, ids=lambda path: path.stem)
-def test_the_models_that_come_with_facetlog_are_not_told_of(path: Path) -> None:
+def test_the_models_that_come_with_facetlog_have_no_faults(path: Path) -> None:
     assert analyse(path).faults == ()
 
 
@@ -33,7 +33,7 @@ def test_any_words_in_any_order_are_read() -> None:
             words = lines[at].split(" ")
             words[chance.randrange(len(words))] = chance.choice(tokens)
             lines[at] = " ".join(words)
-        faults = told_of("\n".join(lines))
+        faults = faults_of("\n".join(lines))
         assert all(f.message and f.span.end >= f.span.start for f in faults)
 
 
@@ -73,7 +73,7 @@ NESTED = EACH + EACH.replace("x, y", "z, u") + EACH.replace("x, y", "v, w")
 )  # fmt: skip
 def test_what_would_take_for_ever_is_left(body: str) -> None:
     start = time.process_time()
-    told(body)
+    faults_in(body)
     assert time.process_time() - start < SLOW_S
 
 
@@ -81,6 +81,6 @@ def test_many_equal_models_are_not_compared_for_ever() -> None:
     body = "face " + ", ".join(NAMES) + "\n" + EACH + "x adjoins y, angle(x, y) = 85 deg ± 15 deg"
     text = "".join(complete(body, f"m{n}") for n in range(60))
     start = time.process_time()
-    faults = told_of(text)
+    faults = faults_of(text)
     assert time.process_time() - start < SLOW_S
     assert len(faults) <= MOST_FAULTS

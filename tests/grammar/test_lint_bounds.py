@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.grammar.linted import codes, errors, told
+from tests.grammar.linted import codes, errors, faults_in
 
 ONE = "face a\na is measured\n"
 TWO = "face a, b\na adjoins b\n"
@@ -44,32 +44,32 @@ def test_a_contradiction_is_an_error(body: str) -> None:
         ONE + "elevation(a) at least 50 % of height(this)\ntop_of(a) at most 60 % of height(this)",
     ],
 )
-def test_what_can_be_together_is_not_told(body: str) -> None:
+def test_what_can_be_together_is_no_fault(body: str) -> None:
     assert codes(body) == []
 
 
-def test_it_is_told_at_the_later_line_and_names_the_other() -> None:
-    (fault,) = told(ONE + "low: tilt(a) at most 20 deg\nhigh: tilt(a) at least 30 deg")
+def test_it_is_reported_at_the_later_line_and_names_the_other() -> None:
+    (fault,) = faults_in(ONE + "low: tilt(a) at most 20 deg\nhigh: tilt(a) at least 30 deg")
     assert fault.message == "this contradicts `tilt(a) at most 20 deg` (`low` in line 5)"
     assert fault.source.line_and_column(fault.span.start)[0] == 6
 
 
 def test_heights_of_a_flat_thing_make_it_a_warning() -> None:
     body = "bottom_of(a) at least 50 % of height(this)\nelevation(a) at most 40 % of height(this)"
-    (fault,) = told(ONE + body)
+    (fault,) = faults_in(ONE + body)
     assert (fault.code, fault.severity) == ("contradiction", "warning")
     assert fault.hint == "both hold only of what is 0"
 
 
 def test_what_is_not_asked_everywhere_makes_it_a_warning() -> None:
-    (fault,) = told(ONE + "if known: tilt(a) at most 20 deg\ntilt(a) at least 30 deg")
+    (fault,) = faults_in(ONE + "if known: tilt(a) at most 20 deg\ntilt(a) at least 30 deg")
     assert (fault.code, fault.severity) == ("contradiction", "warning")
 
 
 def test_members_of_a_set_make_it_a_warning() -> None:
     sets = "face a\n{} faces leg where leg is upright, leg adjoins a\na is level\n"
     each = "each leg: tilt(leg) at most 45 deg"
-    (fault,) = told(sets.format("at least 3") + each)
+    (fault,) = faults_in(sets.format("at least 3") + each)
     assert (fault.code, fault.severity) == ("contradiction", "warning")
     assert codes(sets.format("any number of") + each) == []
 
@@ -110,7 +110,7 @@ def test_a_line_that_follows_from_others_is_a_warning(body: str) -> None:
         TWO + "width(a) at least 80 % of length(b)\nlength(b) at least 50 % of length(a)",
     ],
 )
-def test_a_line_that_asks_for_more_is_not_told(body: str) -> None:
+def test_a_line_that_asks_for_more_is_no_fault(body: str) -> None:
     assert codes(body) == []
 
 
@@ -126,7 +126,7 @@ def test_a_line_that_asks_for_more_is_not_told(body: str) -> None:
         ONE + "a is level, a is upward, a is level",
     ],
 )
-def test_what_is_said_twice_is_told_once(body: str) -> None:
+def test_what_is_said_twice_is_reported_once(body: str) -> None:
     assert codes(body) == ["said-twice"]
 
 

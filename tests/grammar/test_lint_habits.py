@@ -2,11 +2,11 @@
 
 import pytest
 
-from tests.grammar.linted import codes, told, told_of
+from tests.grammar.linted import codes, faults_in, faults_of
 
 
 def test_a_model_should_say_what_it_is_and_have_an_example() -> None:
-    faults = told_of("model top_alone\n  face a\n  a is level\n")
+    faults = faults_of("model top_alone\n  face a\n  a is level\n")
     assert [f.code for f in faults] == ["no-doc", "no-example"]
     assert all(f.severity == "warning" for f in faults)
 
@@ -25,8 +25,8 @@ def test_a_model_should_say_what_it_is_and_have_an_example() -> None:
         ("area(a) / (1 m2) at least 2", "absolute-size"),
     ],
 )
-def test_a_bad_habit_is_told_once(line: str, code: str) -> None:
-    (fault,) = told(f"face a\na is measured\n{line}")
+def test_a_bad_habit_is_reported_once(line: str, code: str) -> None:
+    (fault,) = faults_in(f"face a\na is measured\n{line}")
     assert (fault.code, fault.severity) == (code, "warning")
 
 
@@ -48,8 +48,8 @@ def test_a_good_one_is_not(line: str) -> None:
     assert codes(f"face a, b\na adjoins b\n{line}") == []
 
 
-def test_sizes_within_a_definition_are_told_at_the_line_that_uses_it() -> None:
+def test_sizes_within_a_definition_are_reported_at_the_line_that_uses_it() -> None:
     body = "define big(f): length(f) at least 1 m\nface a\na is level\nif known: big(a)"
     assert codes(body) == []
-    (fault,) = told(body.replace("if known: ", ""))
+    (fault,) = faults_in(body.replace("if known: ", ""))
     assert fault.source.text[fault.span.start : fault.span.end] == "big(a)"

@@ -2,13 +2,13 @@
 
 import pytest
 
-from tests.grammar.linted import complete, told_of
+from tests.grammar.linted import complete, faults_of
 
 BOARD = "face top\ntop is level, share(top) at least 50 %"
 
 
 def _codes(*models: str) -> list[str]:
-    return [f.code for f in told_of("".join(models))]
+    return [f.code for f in faults_of("".join(models))]
 
 
 @pytest.mark.parametrize(
@@ -21,9 +21,9 @@ def _codes(*models: str) -> list[str]:
         "define flat(f): f is level, share(f) at least 60 %\nface p, q\np adjoins q, flat(q)",
     ],
 )
-def test_a_model_that_follows_from_another_is_told_at_its_name(other: str) -> None:
+def test_a_model_that_follows_from_another_is_reported_at_its_name(other: str) -> None:
     text = complete(BOARD, "board") + complete(other, "more")
-    (fault,) = told_of(text)
+    (fault,) = faults_of(text)
     assert (fault.code, fault.severity) == ("implied-model", "warning")
     assert fault.message.startswith("every `more` is a `board`")
     assert text[fault.span.start : fault.span.end] == "board"
@@ -41,20 +41,20 @@ def test_a_model_that_follows_from_another_is_told_at_its_name(other: str) -> No
         "plate is level, share(plate) at least 60 %",
     ],
 )
-def test_a_model_that_does_not_follow_is_not_told(other: str) -> None:
-    faults = told_of(complete(BOARD, "board") + complete(other, "more"))
+def test_a_model_that_does_not_follow_is_no_fault(other: str) -> None:
+    faults = faults_of(complete(BOARD, "board") + complete(other, "more"))
     assert not [f for f in faults if f.message.startswith("every `more`")]
 
 
-def test_what_is_said_already_is_not_told() -> None:
+def test_what_is_said_already_is_no_fault() -> None:
     heir = 'model more is board\n  "It."\n  top is upward\n  example "one" of cuboid() fails\n'
     assert _codes(complete(BOARD, "board"), heir) == []
 
 
-def test_two_equal_models_are_told_once_at_the_later() -> None:
+def test_two_equal_models_are_reported_once_at_the_later() -> None:
     same = "face plate\nshare(plate) at least 50 %, plate is level"
     text = complete(BOARD, "board") + complete(same, "plate_model")
-    (fault,) = told_of(text)
+    (fault,) = faults_of(text)
     assert fault.code == "implied-model"
     assert text[fault.span.start : fault.span.end] == "plate_model"
     assert "no more and no less" in fault.message

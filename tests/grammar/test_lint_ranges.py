@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.grammar.linted import codes, errors, told
+from tests.grammar.linted import codes, errors, faults_in
 
 
 @pytest.mark.parametrize(
@@ -55,16 +55,16 @@ def test_what_always_holds_is_a_warning(condition: str) -> None:
         "tilt(a) = 45 deg ± 0.1 deg",
     ],
 )
-def test_a_tolerance_that_decides_something_is_not_told(condition: str) -> None:
+def test_a_tolerance_that_decides_something_is_no_fault(condition: str) -> None:
     assert codes(f"face a\n{condition}") == []
 
 
 def test_the_range_of_the_word_is_named() -> None:
-    (fault,) = told("face a\nshare(a) at least 110 %")
+    (fault,) = faults_in("face a\nshare(a) at least 110 %")
     assert fault.message == "this never holds: `share(a)` is at most 100 %"
 
 
-def test_it_is_told_wherever_it_stands() -> None:
+def test_it_is_reported_wherever_it_stands() -> None:
     assert errors("face a\na is level or share(a) at least 2") == ["never-holds"]
     assert errors("face a\nthere is no face x where share(x) at least 2") == ["never-holds"]
     assert errors("face a where share(a) at least 2") == ["no-lines"]
@@ -76,9 +76,9 @@ def test_constants_are_folded() -> None:
     assert errors(body) == ["never-holds"]
 
 
-def test_a_definition_is_told_once_where_it_is_written() -> None:
+def test_a_definition_is_reported_once_where_it_is_written() -> None:
     body = "define big(f): share(f) at least 110 %\nface a, b\na adjoins b, big(a), big(b)"
-    (fault,) = told(body)
+    (fault,) = faults_in(body)
     assert fault.code == "never-holds"
     assert fault.source.text[fault.span.start : fault.span.end] == "share(f) at least 110 %"
 
@@ -94,7 +94,7 @@ def test_a_definition_is_told_once_where_it_is_written() -> None:
         ("± 0.001 deg", "too-narrow"),
     ],
 )
-def test_widths_that_cannot_be_meant_are_told(width: str, code: str) -> None:
+def test_widths_that_cannot_be_meant_are_reported(width: str, code: str) -> None:
     assert codes(f"face a\ntilt(a) = 30 deg {width}") == [code]
 
 
@@ -110,9 +110,9 @@ def test_the_number_of_a_sets_members_is_known() -> None:
     assert codes(sets.format("optional at least 3") + "count(leg) at least 2") == []
 
 
-def test_a_measure_compared_with_itself_is_told() -> None:
+def test_a_measure_compared_with_itself_is_reported() -> None:
     assert codes("face a\nelevation(a) at least 110 % of elevation(a)") == ["same-measure"]
 
 
-def test_numbers_alone_are_told() -> None:
+def test_numbers_alone_are_reported() -> None:
     assert codes("face a\na is level, 10 cm at least 5 cm") == ["nothing-measured"]

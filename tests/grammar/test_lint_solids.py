@@ -3,7 +3,7 @@
 import pytest
 
 from facetlog.grammar.faults import Severity
-from tests.grammar.linted import codes, errors, told
+from tests.grammar.linted import codes, errors, faults_in
 
 THREE = "face a, b, d\na adjoins b, b adjoins d\n"
 
@@ -28,13 +28,13 @@ def test_faces_that_are_nearly_level_are_not_at_right_angles(lines: str) -> None
         "a is level, tilt(b) at most 80 deg\nangle(a, b) = 90 deg ± 1 deg",
     ],
 )
-def test_angles_that_leaning_faces_can_have_are_not_told(lines: str) -> None:
+def test_angles_that_leaning_faces_can_have_are_no_faults(lines: str) -> None:
     assert errors(THREE + lines) == []
 
 
 def test_what_rests_on_a_dihedral_is_a_warning() -> None:
     lines = "a is level, b is level\ndihedral(a, b) = 90 deg ± 10 deg"
-    (fault,) = told(THREE + lines)
+    (fault,) = faults_in(THREE + lines)
     assert (fault.code, fault.severity) == ("impossible-angles", Severity.WARNING)
 
 

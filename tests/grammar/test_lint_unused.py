@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.grammar.linted import codes, complete, told, told_of
+from tests.grammar.linted import codes, complete, faults_in, faults_of
 
 GOOD = "face a, b\na adjoins b, a is level\n"
 
@@ -20,8 +20,8 @@ GOOD = "face a, b\na adjoins b, a is level\n"
         ("face c\nc is upright\n" + GOOD, "unconnected"),
     ],
 )
-def test_what_is_not_used_is_told_once(body: str, code: str) -> None:
-    (fault,) = told(body)
+def test_what_is_not_used_is_reported_once(body: str, code: str) -> None:
+    (fault,) = faults_in(body)
     assert (fault.code, fault.severity) == (code, "warning")
 
 
@@ -39,7 +39,7 @@ def test_what_is_not_used_is_told_once(body: str, code: str) -> None:
         "define near(f): f adjoins a\nface c\nnear(c)\n" + GOOD,
     ],
 )
-def test_what_is_used_is_not_told(body: str) -> None:
+def test_what_is_used_is_no_fault(body: str) -> None:
     assert codes(body) == []
 
 
@@ -47,24 +47,26 @@ def test_an_heir_uses_what_it_inherits() -> None:
     parent = complete("let much = 5 deg\nface a\na is level", "first")
     heir = 'model second is first\n  "It."\n  angle(a, b) at most much\n  face b\n'
     heir += '  example "one" of cuboid() fails\n'
-    assert [f.code for f in told_of(parent)] == ["unused-constant"]
-    assert told_of(parent + heir) == ()
+    assert [f.code for f in faults_of(parent)] == ["unused-constant"]
+    assert faults_of(parent + heir) == ()
 
 
 def test_constants_before_the_models_are_used_by_any() -> None:
     first, second = complete(GOOD, "first"), complete(GOOD + "tilt(b) at most much", "second")
-    assert [f.code for f in told_of("let much = 5 deg\n" + first)] == ["unused-constant"]
-    assert "unused-constant" not in [f.code for f in told_of("let much = 5 deg\n" + first + second)]
+    assert [f.code for f in faults_of("let much = 5 deg\n" + first)] == ["unused-constant"]
+    assert "unused-constant" not in [
+        f.code for f in faults_of("let much = 5 deg\n" + first + second)
+    ]
 
 
 def test_a_model_with_an_error_is_not_said_to_leave_things_unused() -> None:
-    faults = told("let much = 5 deg\nface a, b, c\na is level, tilt(b) at most munch")
+    faults = faults_in("let much = 5 deg\nface a, b, c\na is level, tilt(b) at most munch")
     assert [f.code for f in faults] == ["unknown-name"]
 
 
 def test_an_object_is_bound_by_its_kind() -> None:
     table = complete("face top\ntop is level", "board")
     alone = complete("one board first\none board second\ngap(first, second) at most 1 m", "two")
-    assert "unconstrained" not in [f.code for f in told_of(table + alone)]
+    assert "unconstrained" not in [f.code for f in faults_of(table + alone)]
     apart = complete("one board first\none board second\nfirst.top is level", "two")
-    assert "unconnected" in [f.code for f in told_of(table + apart)]
+    assert "unconnected" in [f.code for f in faults_of(table + apart)]

@@ -215,7 +215,7 @@ def test_a_faulty_statement_is_blamed_at_the_word_that_is_wrong(
     assert len(parsed.file.models[0].parts) == 1
 
 
-def test_all_faults_of_a_file_are_told_at_once_in_its_order() -> None:
+def test_all_faults_of_a_file_are_reported_at_once_in_its_order() -> None:
     lines = ["model m", "fase a", "face b", "c: (x", "d: x at y", '"doc', "e: x is y"]
     parsed = parse(Source("m", "\n".join(lines)))
     found = [f.source.line_and_column(f.span.start)[0] for f in parsed.faults]
@@ -223,7 +223,7 @@ def test_all_faults_of_a_file_are_told_at_once_in_its_order() -> None:
     assert len(parsed.file.models[0].statements) == 2
 
 
-def test_no_more_faults_are_told_than_a_reader_can_use() -> None:
+def test_no_more_faults_are_reported_than_a_reader_can_use() -> None:
     parsed = parse(Source("m", "model m\n" + "a b b b\n" * 500))
     assert len(parsed.faults) == MOST_FAULTS
 

@@ -271,20 +271,24 @@ def test_sarif_and_json_hold_the_fixes(tmp_path: Path, capsys: pytest.CaptureFix
     assert [(f["title"], f["sure"]) for f in fault["fixes"]] == [("write `level`", True)]
 
 
-def test_junit_has_a_suite_for_each_file(
+def test_junit_has_a_suite_for_each_file_and_a_case_for_each_model(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     doubtful = GOOD.replace("  example", "  let square = 15 deg\n  example")
-    _write(tmp_path, bad=FAULTY, doubtful=doubtful, good=GOOD)
+    second = GOOD.replace("slab", "plank")
+    _write(tmp_path, bad=f"let spare = 1\n{FAULTY}\n{second}", doubtful=doubtful, good=GOOD)
     arguments = ["model", "check", "bad.model", "doubtful.model", "good.model", "--output", "junit"]
     assert main(arguments) == 1
     root = _tree(capsys.readouterr().out)
-    assert (root.tag, root.get("tests"), root.get("failures")) == ("testsuites", "3", "1")
+    assert (root.tag, root.get("tests"), root.get("failures")) == ("testsuites", "7", "1")
     bad, warned, good = root
+    cases = [[(case.get("name"), [one.tag for one in case]) for case in suite] for suite in root]
+    assert cases[0] == [("bad.model", []), ("slab", ["failure"]), ("plank", [])]
+    assert cases[1] == [("doubtful.model", []), ("slab", ["system-out"])]
+    assert cases[2] == [("good.model", []), ("slab", [])]
+    assert [suite.get("failures") for suite in (bad, warned, good)] == ["1", "0", "0"]
     (failure,) = bad.iter("failure")
     assert failure.get("type") == "unknown-word"
-    assert "bad.model:4:17: error:" in (failure.text or "")
-    assert [one.tag for one in warned[0]] == ["system-out"]
-    assert [case.get("name") for case in good] == ["no faults"]
+    assert "bad.model:5:17: error:" in (failure.text or "")
     assert main([*arguments, "--warnings-as-errors"]) == 1
     assert _tree(capsys.readouterr().out).get("failures") == "2"

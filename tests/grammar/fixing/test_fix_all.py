@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 
 import facetlog.rules
 from facetlog.grammar.analysis import analyse
-from facetlog.grammar.faults import Fault
+from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.fixing.fix import applied
 from facetlog.grammar.fixing.fix_all import UNREAD, fixed
-from tests.grammar.linted import complete, told_of
+from tests.grammar.linted import complete, faults_of
 
 HEAD = "face top, side\nok: top is measured, top adjoins side\n"
 RULES = [p.read_text("utf-8") for p in sorted(Path(facetlog.rules.__path__[0]).glob("*.model"))]
@@ -70,6 +70,10 @@ def test_what_is_sure_is_put_right(before: str, after: str) -> None:
         "tilt(top) = 5 deg",
         "let square = 15 deg",
         "length(top) between length(side) and width(side)",
+        # With the unit that stands beside it this would never hold: which one was meant?
+        "if known: length(top) between 400 and 90 cm",
+        # What a statement shows once it can be read would be more than before.
+        "foo(top) at leest bar(side)",
     ],
 )
 def test_what_is_not_sure_is_left_alone(line: str) -> None:
@@ -77,7 +81,7 @@ def test_what_is_not_sure_is_left_alone(line: str) -> None:
 
 
 def test_likely_fixes_are_offered_though_they_are_not_sure() -> None:
-    (fault,) = [f for f in told_of(complete(f"{HEAD}length(top) at most 40")) if f.fixes]
+    (fault,) = [f for f in faults_of(complete(f"{HEAD}length(top) at most 40")) if f.fixes]
     assert [fix.title for fix in fault.fixes] == [
         "write the unit `cm`",
         "write the unit `m`",
@@ -86,7 +90,7 @@ def test_likely_fixes_are_offered_though_they_are_not_sure() -> None:
     assert fault.sure_fix is None
 
 
-def test_each_fix_is_told_with_its_place() -> None:
+def test_each_fix_is_reported_with_its_place() -> None:
     found = fixed(complete(f"{HEAD}top is levl"), _faults)
     (one,) = found.done
     assert (one.line, one.code, one.title) == (5, "unknown-word", "write `level`")
@@ -118,7 +122,7 @@ def _slip(text: str, chance: random.Random) -> str:
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10**9))
-def test_a_fixed_text_has_no_sure_fix_left_and_is_read_no_worse(seed: int) -> None:
+def test_a_fixed_text_is_never_worse_and_stays_when_fixed_again(seed: int) -> None:
     chance = random.Random(seed)
     text = chance.choice(RULES)
     for _ in range(chance.randint(1, 4)):
@@ -126,14 +130,15 @@ def test_a_fixed_text_has_no_sure_fix_left_and_is_read_no_worse(seed: int) -> No
     before = _faults(text)
     found = fixed(text, _faults)
     after = _faults(found.text)
+    assert after == found.faults or len(after) == len(found.faults)
+    errors = [sum(f.severity is Severity.ERROR for f in some) for some in (before, after)]
+    assert errors[1] <= errors[0]
+    # Lint looks only where no errors are, so warnings may show where one is gone.
+    assert len(after) <= len(before) or errors[1] < errors[0]
     unread = [sum(f.code in UNREAD for f in some) for some in (before, after)]
     assert unread[1] <= unread[0]
-    assert len(found.done) == 0 or found.text != text
-    # Fixing again changes nothing more.
+    assert bool(found.done) == (found.text != text)
     assert fixed(found.text, _faults).text == found.text
-    gone = {(one.code, one.title) for one in found.done}
-    left = {(f.code, f.sure_fix.title) for f in after if f.sure_fix is not None}
-    assert not gone & left or len(before) >= 50
 
 
 @settings(max_examples=40, deadline=None)

@@ -14,8 +14,9 @@ from facetlog.commands.shared import NO, YES, command
 from facetlog.errors import InputError
 
 if TYPE_CHECKING:
-    from facetlog.grammar.analysis import Analysis
+    from facetlog.grammar.analysis import Analysis, Memory
     from facetlog.grammar.faults import Fault
+    from facetlog.grammar.syntax import File
 
 __all__ = ["analysed", "check_command", "checked"]
 
@@ -72,17 +73,19 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool) ->
 
     paths = model_files(arguments)
     used: set[Path] = set()
+    read: dict[str, File] = {}
     found: list[Fault] = []
     for path in paths:
         analysis, faults = checked(path)
         used |= {*analysis.library.files, *analysis.library.words}
+        read |= {str(name): file for name, file in analysis.library.files.items()}
         found.extend(faults)
     faults = distinct(found)
     write: dict[Output, Callable[[Sequence[Path], Sequence[Fault]], str]] = {
         Output.TEXT: faults_text,
         Output.JSON: faults_json,
         Output.SARIF: faults_sarif,
-        Output.JUNIT: partial(faults_junit, warnings_as_errors=warnings_as_errors),
+        Output.JUNIT: partial(faults_junit, read=read, warnings_as_errors=warnings_as_errors),
     }
     typer.echo(write[output](paths, faults))
     if any(fault.code == "unreadable" for fault in faults):
@@ -91,25 +94,27 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool) ->
     return Ran(NO if bad else YES, frozenset(used))
 
 
-def analysed(path: Path, text: str | None = None) -> "Analysis":
+def analysed(path: Path, text: str | None = None, memory: "Memory | None" = None) -> "Analysis":
     """What is known of a model file, or of the text on standard input.
 
-    `text` takes the place of the file's own.
+    `text` takes the place of the file's own; `memory` is that of looks at it before.
     """
     from facetlog.grammar.analysis import analyse
 
-    return analyse(path, stdin_text() if is_stdin(path) else text)
+    return analyse(path, stdin_text() if is_stdin(path) else text, memory=memory)
 
 
-def checked(path: Path, text: str | None = None) -> "tuple[Analysis, tuple[Fault, ...]]":
+def checked(
+    path: Path, text: str | None = None, memory: "Memory | None" = None
+) -> "tuple[Analysis, tuple[Fault, ...]]":
     """What is known of a model file, and its faults with those of the things its examples build.
 
-    `text` takes the place of the file's own.
+    `text` takes the place of the file's own; `memory` is that of looks at it before.
     """
     from facetlog.grammar import syntax as s
     from facetlog.grammar.example_scenes import examples_of, scene_faults
 
-    analysis = analysed(path, text)
+    analysis = analysed(path, text, memory)
     faults = analysis.faults
     if any(isinstance(example.scene, s.SceneBuilt) for _, example in examples_of(analysis)):
         from facetlog.commands.model.scenes import builder_sizes

@@ -13,6 +13,7 @@ from facetlog.errors import InputError
 from facetlog.terminal import note
 
 if TYPE_CHECKING:
+    from facetlog.grammar.analysis import Memory
     from facetlog.grammar.faults import Fault
 
 __all__ = ["fix_files"]
@@ -23,6 +24,7 @@ def fix_files(paths: Sequence[Path]) -> None:
 
     Raises InputError for standard input, and for a file that cannot be written.
     """
+    from facetlog.grammar.analysis import Memory
     from facetlog.grammar.fixing.fix_all import fixed
 
     if any(map(is_stdin, paths)):
@@ -31,7 +33,7 @@ def fix_files(paths: Sequence[Path]) -> None:
         before = analysed(path)
         if any(fault.code == "unreadable" for fault in before.faults):
             continue  # the check tells it
-        found = fixed(before.file.source.text, partial(_faults, path))
+        found = fixed(before.file.source.text, partial(_faults, path, Memory()))
         if found.text == before.file.source.text:
             continue
         replace_text(path, found.text)
@@ -40,5 +42,5 @@ def fix_files(paths: Sequence[Path]) -> None:
         note(f"{path}: {counted(len(found.done), 'fault')} put right")
 
 
-def _faults(path: Path, text: str) -> "tuple[Fault, ...]":
-    return checked(path, text)[1]
+def _faults(path: Path, memory: "Memory", text: str) -> "tuple[Fault, ...]":
+    return checked(path, text, memory)[1]

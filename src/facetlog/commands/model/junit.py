@@ -1,28 +1,38 @@
-"""Faults of model files as JUnit's XML, which build servers show: a suite for each file.
+"""Model files as JUnit's XML, which build servers show: a suite for each file, a case a model.
 
-A file without faults is one case that passes; else each fault is a case. Source: the schema of
-Apache Ant's JUnit task, as build servers read it.
+What stands before the first model is a case, too, named by the file. Names do not change with the
+lines that faults stand in, so that build servers can follow a model from run to run. Source: the
+schema of Apache Ant's JUnit task, as build servers read it.
 """
 
-from collections.abc import Iterable, Sequence
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from facetlog.commands.model.fault_text import plain
+from facetlog.commands.model.fault_text import counted, plain
 from facetlog.grammar.faults import Fault, Severity
+from facetlog.grammar.syntax import File
 
 __all__ = ["faults_junit"]
 
 
 def faults_junit(
-    files: Sequence[Path], faults: Sequence[Fault], *, warnings_as_errors: bool = False
+    files: Sequence[Path],
+    faults: Sequence[Fault],
+    *,
+    read: Mapping[str, File],
+    warnings_as_errors: bool = False,
 ) -> str:
-    """The document; warnings fail only if they count as errors, and else stand in `system-out`."""
+    """The document; warnings fail only if they count as errors, and else stand in `system-out`.
+
+    `read` are the files by name, for their models.
+    """
     root = Element("testsuites", name="facetlog model check")
     names = dict.fromkeys([*map(str, files), *(fault.source.name for fault in faults)])
     for name in names:
         own = [fault for fault in faults if fault.source.name == name]
-        _suite(root, name, own, warnings_as_errors)
+        _suite(root, name, read.get(name), own, warnings_as_errors)
     suites = list(root)
     for count in ("tests", "failures"):
         root.set(count, str(sum(int(suite.get(count, "0")) for suite in suites)))
@@ -31,25 +41,43 @@ def faults_junit(
     return f"{head}\n{tostring(root, encoding='unicode')}"
 
 
-def _suite(root: Element, name: str, faults: Iterable[Fault], warnings_fail: bool) -> None:
-    suite = SubElement(root, "testsuite", name=_shown(name))
-    failures = 0
+def _suite(
+    root: Element, name: str, file: File | None, faults: Iterable[Fault], warnings_fail: bool
+) -> None:
+    models = file.models if file is not None else ()
+    starts = [model.span.start for model in models]
+    cases: list[list[Fault]] = [[] for _ in range(len(models) + 1)]
     for fault in faults:
-        line, column = fault.source.line_and_column(fault.span.start)
-        case = SubElement(
-            suite, "testcase", classname=_shown(name), name=f"{fault.code} at {line}:{column}"
-        )
-        text = _shown("\n".join(fault.lines()))
-        if fault.severity is Severity.ERROR or warnings_fail:
-            failures += 1
-            failure = SubElement(case, "failure", type=fault.code, message=_shown(fault.message))
-            failure.text = text
-        else:
-            SubElement(case, "system-out").text = text
-    if not len(suite):
-        SubElement(suite, "testcase", classname=_shown(name), name="no faults")
-    suite.set("tests", str(len(suite)))
-    suite.set("failures", str(failures))
+        cases[bisect_right(starts, max(fault.span.start, fault.span.end - 1))].append(fault)
+    suite = SubElement(root, "testsuite", name=_shown(name))
+    titles = [Path(name).name, *(model.name.text for model in models)]
+    failed = [
+        _case(suite, name, title, own, warnings_fail)
+        for title, own in zip(titles, cases, strict=True)
+    ]
+    suite.set("tests", str(len(failed)))
+    suite.set("failures", str(sum(failed)))
+
+
+def _case(
+    suite: Element, file: str, title: str, faults: Sequence[Fault], warnings_fail: bool
+) -> bool:
+    """Adds a case with its faults; returns whether it fails."""
+    case = SubElement(suite, "testcase", classname=_shown(file), name=_shown(title))
+    fatal = [f for f in faults if warnings_fail or f.severity is Severity.ERROR]
+    if fatal:
+        others = f" (+ {counted(len(fatal) - 1, 'fault')})" if len(fatal) > 1 else ""
+        message = _shown(f"{fatal[0].message}{others}")
+        failure = SubElement(case, "failure", type=fatal[0].code, message=message)
+        failure.text = _text(fatal)
+    rest = [fault for fault in faults if fault not in fatal]
+    if rest:
+        SubElement(case, "system-out").text = _text(rest)
+    return bool(fatal)
+
+
+def _text(faults: Iterable[Fault]) -> str:
+    return _shown("\n".join(line for fault in faults for line in fault.lines()))
 
 
 def _shown(text: str) -> str:

@@ -9,9 +9,9 @@ from facetlog.grammar.lint.knowledge import Knowledge
 from facetlog.grammar.lint.solids import IMPLIES
 from facetlog.grammar.scope import PartSymbol, SetSymbol
 
-__all__ = ["Asked", "Given", "Needed", "brief_of"]
+__all__ = ["Given", "Needed", "Required", "brief_of"]
 
-# Measures that bound one another; what is asked of one may follow from what is asked of another.
+# Measures that bound one another; what one must be may follow from what another must be.
 _SIZES = frozenset({
     "length", "width", "height", "elevation", "top_of", "bottom_of", "clear_below", "protrusion",
     "edge_length", "shared_length", "offset",
@@ -27,11 +27,11 @@ class Needed:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Asked:
+class Required:
     """What a model asks for.
 
     `whole`: it speaks of all other elements, so that its parts must be all of the other's.
-    `shapes` are those of its claims, `strengths` how much is asked of one measure.
+    `shapes` are those of its claims, `strengths` how much one measure must be.
     """
 
     known: Knowledge
@@ -55,21 +55,21 @@ class Given:
     shapes: frozenset[Hashable]
     strengths: dict[Hashable, float]
 
-    def may_imply(self, asked: Asked) -> bool:
+    def may_imply(self, required: Required) -> bool:
         """Whether a model may follow: no if a shape is missing or a bound is too weak."""
-        return asked.shapes <= self.shapes and all(
-            self.strengths.get(of, 0.0) >= factor * (1 - EQUAL) for of, factor in asked.strengths
+        return required.shapes <= self.shapes and all(
+            self.strengths.get(of, 0.0) >= factor * (1 - EQUAL) for of, factor in required.strengths
         )
 
 
-def brief_of(known: Knowledge) -> "tuple[Asked | None, Given]":
+def brief_of(known: Knowledge) -> "tuple[Required | None, Given]":
     """What a model asks for (None if that cannot be compared) and gives; worked out once."""
     if not isinstance(known.brief, tuple):
-        known.brief = asked_of(known), given_by(known)
+        known.brief = required_of(known), given_by(known)
     return known.brief
 
 
-def asked_of(known: Knowledge) -> Asked | None:
+def required_of(known: Knowledge) -> Required | None:
     """What a model asks for; None if that cannot be compared."""
     scope = known.claims.scope
     claims = [c for c in known.claims.claims if c.origin.required]
@@ -83,7 +83,7 @@ def asked_of(known: Knowledge) -> Asked | None:
     whole = bool(sets) or any(_quantified(n.claim.key) for n in needed)
     shapes = frozenset(_shape(n.claim) for n in needed)
     strengths = {of: k for n in needed for e in n.edges or () for of, k in _strength(e)}
-    return Asked(known, tuple(needed), parts, sets, whole, shapes, tuple(strengths.items()))
+    return Required(known, tuple(needed), parts, sets, whole, shapes, tuple(strengths.items()))
 
 
 def _bounds(claim: Claim, known: Knowledge) -> tuple[Edge, ...] | None:
