@@ -44,7 +44,8 @@ def print_likeness(
 ) -> FloatArray:
     """Mean correlation (n,) of what two of the views `which` (v,) show round points of a plane.
 
-    0 where fewer than FEWEST_VIEWS see all of the piece round a point (n, 3); `pixel` is a pixel's length.
+    0 where fewer than FEWEST_VIEWS see all of the piece round a point (n, 3); `pixel` is a
+    pixel's length.
     """
     steps = (np.arange(SAMPLES) - (SAMPLES - 1) / 2) * STEP_PX * pixel
     axes = plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
