@@ -84,6 +84,19 @@ def _printable_row(row: Row) -> Row:
     return {**row, "path": printable(row["path"]), "error": said, "warnings": warnings}
 
 
+def _escaped(cell: object) -> object:
+    r"""A cell whose text steers no terminal: control characters, as a path may have them, as \xNN.
+
+    >>> print(_escaped("a\x1b[31mb"))
+    a\x1b[31mb
+    """
+    if not isinstance(cell, str) or cell.isprintable():
+        return cell
+    return "".join(
+        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in cell
+    )
+
+
 def _write_lines(file: BinaryIO, rows: Iterable[Row]) -> None:
     for row in rows:
         clean = _printable_row(row)
@@ -112,7 +125,8 @@ def _write_csv(file: BinaryIO, rows: Iterable[Row]) -> None:
     for row in rows:
         lists = {k: None if row[k] is None else json.dumps(row[k]) for k in LISTS}
         flag = None if row["metric"] is None else str(row["metric"]).lower()
-        writer.writerow({**_printable_row(row), **lists, "metric": flag})
+        cells = {**_printable_row(row), **lists, "metric": flag}
+        writer.writerow({key: _escaped(cell) for key, cell in cells.items()})
     text.detach()
 
 

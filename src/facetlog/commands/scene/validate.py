@@ -9,7 +9,7 @@ import typer
 from facetlog.commands.shared import NO, YES, AsJson, command
 from facetlog.counted import many
 from facetlog.errors import InputError
-from facetlog.terminal import error, one_line
+from facetlog.terminal import error, one_line, short_line
 
 if TYPE_CHECKING:
     from facetlog.perception.surfaces.scene_file import SceneFault
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 __all__ = ["validate_command"]
 
 FORMAT = "facetlog-validate/1"
+
+MOST_LINES = 20
+"""Faults of a file that are written as text; what is wrong once is often wrong everywhere."""
 
 
 @command
@@ -43,8 +46,11 @@ def validate_command(
         code = max(code, NO if faults else YES)
         if as_json:
             typer.echo(json.dumps(_report(path, faults)))
-        for fault in () if as_json else faults:
-            typer.echo(one_line(f"{path}: {fault}"))
+        for fault in () if as_json else faults[:MOST_LINES]:
+            typer.echo(short_line(f"{path}: {fault}"))
+        if not as_json and len(faults) > MOST_LINES:
+            more = many(len(faults) - MOST_LINES, "more fault")
+            typer.echo(one_line(f"{path}: {more}: --json has them all"))
     if not as_json:
         typer.echo(f"{many(len(files), 'file')}, {'all' if sound == len(files) else sound} sound")
     return code
