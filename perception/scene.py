@@ -63,7 +63,7 @@ class Plane:
     def __post_init__(self) -> None:
         object.__setattr__(self, "normal", frozen(self.normal, 3))
         object.__setattr__(self, "cov", frozen(self.cov, 4, 4))
-        if abs(math.sqrt(self.normal.dot(self.normal)) - 1.0) > 1e-6:
+        if abs(math.hypot(*self.normal) - 1.0) > 1e-6:  # of what is huge, too
             raise ValueError("the normal is not of unit length")
 
     def flipped(self) -> "Plane":

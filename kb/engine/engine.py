@@ -9,10 +9,13 @@ another thread, and its conversions cut large integers and text with NUL.
 import atexit
 import ctypes
 import os
+import sys
 import threading
 from collections.abc import Callable, Generator, Iterator
 from functools import cache
+from importlib import import_module
 from importlib.resources import files
+from importlib.util import find_spec, module_from_spec
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -236,13 +239,9 @@ def start() -> Engine:
 @cache
 def _started() -> Engine:
     try:
-        from pyswip import core, prolog
+        core = _pyswip_core()
     except Exception as exc:  # pyswip raises bare Exception where SWI-Prolog is missing or old
         raise EngineError(f"SWI-Prolog is missing or cannot be used: {INSTALL_HINT}") from exc
-    del prolog  # importing it starts SWI-Prolog without signal handlers
-    # Who started it stops it (engine_pool.py). pyswip would at the end of the process, on another
-    # thread, and SWI-Prolog complains of threads that a Ctrl-C left in the middle of their start.
-    atexit.unregister(core.cleanupProlog)
     major, minor, patch = _version(core.PL_VERSION)
     if (major, minor, patch) < MINIMUM_VERSION:
         raise EngineError(f"SWI-Prolog {major}.{minor}.{patch} is too old: {INSTALL_HINT}")
@@ -251,6 +250,32 @@ def _started() -> Engine:
         raise EngineError("the knowledge base's own Prolog files cannot be loaded")
     engine.register("facetlog_bridge", "python", called)
     return engine
+
+
+def _pyswip_core() -> Any:
+    """pyswip's interface to C, with SWI-Prolog started, without signal handlers.
+
+    Who started it stops it (engine_pool.py). pyswip would at the end of the process, on another
+    thread, and SWI-Prolog crashes where that is still in the middle of its start: a Ctrl-C may end
+    the process at any time. So pyswip is kept from it before it starts Prolog, which to import the
+    package does at once: the package is there by its name first, and runs its code last.
+    """
+    if "pyswip" in sys.modules or (spec := find_spec("pyswip")) is None:
+        import pyswip  # or why it cannot be
+
+        del pyswip
+    else:
+        package = sys.modules["pyswip"] = module_from_spec(spec)
+        try:
+            atexit.unregister(import_module("pyswip.core").cleanupProlog)
+            if spec.loader is not None:
+                spec.loader.exec_module(package)
+        except BaseException:
+            del sys.modules["pyswip"]
+            raise
+    core = import_module("pyswip.core")
+    atexit.unregister(core.cleanupProlog)
+    return core
 
 
 def _version(number: int) -> tuple[int, int, int]:

@@ -64,6 +64,8 @@ class _Worker:
         self._pool = pool
         self.prolog_thread = -1
         self.jobs: queue.SimpleQueue[_Job | None] = queue.SimpleQueue()
+        self.ended = False
+        """Whether it will not call Prolog any more."""
         self._ready = threading.Event()
         self._trouble: EngineError | None = None
         self.thread = threading.Thread(target=self._run, name="facetlog-prolog", daemon=True)
@@ -85,12 +87,14 @@ class _Worker:
             engine = self._begin()
         except EngineError as exc:
             self._trouble = exc
+            self.ended = True
             return
         finally:
             self._ready.set()
         while (job := self.jobs.get()) is not None:
             self._serve(engine, job)
         self._end(engine)
+        self.ended = True
 
     def _begin(self) -> Engine:
         engine = start()
@@ -136,7 +140,8 @@ class _Keeper(_Worker):
         return engine
 
     def _end(self, engine: Engine) -> None:
-        if engine.is_main_thread:
+        # Prolog cannot be stopped while a thread is in it, and says so; the process ends anyway.
+        if engine.is_main_thread and self._pool.all_ended:
             engine.stop()
 
 
@@ -237,6 +242,8 @@ class EnginePool:
         self._lock = threading.RLock()
         self._idle: list[_Worker] = []
         self._busy: dict[_Worker, _Job] = {}
+        # All that were begun, until they have ended: also those that were let go or given up.
+        self._workers: set[_Worker] = set()
         # Requests that wait until the jobs with these numbers have ended.
         self._later: list[tuple[set[int], _Job]] = []
         self._closed = False
@@ -296,9 +303,20 @@ class EnginePool:
                 raise EngineError(
                     f"{MOST_OPEN} questions are open at once: close some, or read them to the end"
                 )
-            worker = self._idle.pop() if self._idle else _Worker(self)
+            worker = self._idle.pop() if self._idle else self._begun()
             self._busy[worker] = job
         return worker
+
+    def _begun(self) -> _Worker:
+        self._workers = {worker for worker in self._workers if not worker.ended}
+        worker = _Worker(self)
+        self._workers.add(worker)
+        return worker
+
+    @property
+    def all_ended(self) -> bool:
+        """Whether no worker will call Prolog any more."""
+        return all(worker.ended for worker in self._workers)
 
     def put_back(self, worker: _Worker) -> None:
         """The worker is free again."""
@@ -360,7 +378,7 @@ class EnginePool:
         """Ends all questions, for the end of the process."""
         with self._lock:
             self._closed = True
-            busy, idle = dict(self._busy), tuple(self._idle)
+            busy, idle, workers = dict(self._busy), tuple(self._idle), tuple(self._workers)
         if self._process != os.getpid():
             return
         for worker, job in busy.items():
@@ -369,7 +387,7 @@ class EnginePool:
         for worker in (*busy, *idle):
             worker.jobs.put(None)
         end = time.monotonic() + GRACE_SECONDS
-        for worker in (*busy, *idle):
+        for worker in workers:
             worker.thread.join(max(0.0, end - time.monotonic()))
         self._keeper.jobs.put(None)
         self._keeper.thread.join(GRACE_SECONDS)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from facetlog.kb.explaining.amounts import with_unit
 from facetlog.kb.explaining.sight import ImpliedFace, Place, Point, Sight
 from facetlog.kb.explaining.wording import listed
+from facetlog.perception.facts.fact_schema import FEWEST_VIEWS
 
 __all__ = ["Unseen", "unseen"]
 
@@ -25,8 +26,6 @@ GRAZING_DEG = 75.0
 # What nobody looked at from within this is worth another look; half a right angle sees both faces
 # of an edge.
 NEAR_DEG = 45.0
-# Lines and faces are taken for real where at least so many views agree.
-FEWEST_VIEWS = 3
 # Lengths of unit vectors in plan below this are those of upright ones.
 UPRIGHT = 1e-3
 # A way to go is said from this share of the distance to the thing on.

@@ -13,9 +13,11 @@ from facetlog.perception.facts.fact_kinds import (
     Value,
 )
 from facetlog.perception.facts.fact_kinds import fact_kind as _kind
+from facetlog.perception.fewest_views import FEWEST_VIEWS
 
 __all__ = [
     "FACT_SCHEMA",
+    "FEWEST_VIEWS",
     "ON_DEMAND",
     "Argument",
     "ArgumentKind",

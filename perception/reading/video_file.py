@@ -9,6 +9,7 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.types import Image
+from facetlog.regular_file import check_regular
 
 __all__ = ["COUNTED", "VideoFrame", "VideoFrames"]
 
@@ -98,6 +99,7 @@ class VideoFrames:
 
 
 def _size(source: str) -> int:
+    check_regular(Path(source))
     try:
         return Path(source).stat().st_size
     except FileNotFoundError as exc:

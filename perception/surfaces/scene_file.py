@@ -25,6 +25,7 @@ from facetlog.perception.scene import (
     SightLines,
     Vertex,
 )
+from facetlog.perception.surfaces.scene_checks import scene_faults
 from facetlog.perception.surfaces.scene_numbers import SceneFault, number_faults
 from facetlog.perception.surfaces.scene_records import (
     FORMAT,
@@ -200,7 +201,9 @@ def _faces(records: Sequence[FaceRecord], source: str) -> Iterator[Face]:
             raise SceneFileError(source, (SceneFault(f"$.faces[{i}]", str(exc)),)) from exc
 
 
-def _vertices(records: Sequence[VertexRecord]) -> Iterator[Vertex]:
+def _vertices(records: Sequence[VertexRecord], views: int) -> Iterator[Vertex]:
+    if any(seen.view >= views for r in records for seen in r.observations):
+        raise ValueError("a vertex names a view that the scene does not have")
     points = _vectors([r.point for r in records], 3)
     covs = _squares([r.cov for r in records], 3)
     for r, point, cov in zip(records, points, covs, strict=True):
@@ -253,20 +256,19 @@ def _missing(record: SceneRecord) -> Iterator[SceneFault]:
 
 
 def _repeated(record: SceneRecord) -> Iterator[SceneFault]:
-    """Faults for faces that are there twice: of n copies n² angles would be facts.
+    """Faults for faces that are there over and over: of n copies n² angles would be facts.
 
-    Of other vertices at the same places a few are let through: models that people draw have doubled
-    panels.
+    A few are let through, of the same vertices or of others at the same places: models that people
+    draw have doubled panels.
     """
-    first: dict[tuple[int, ...], int] = {}
-    copies: dict[tuple[int, ...], list[int]] = {}
     known: dict[tuple[float, ...], int] = {}
-    places = [known.setdefault(tuple(v.point), i) for i, v in enumerate(record.vertices)]
+    places = [known.setdefault(v.point, i) for i, v in enumerate(record.vertices)]
+    copies: dict[tuple[int, ...], list[int]] = {}
     for i, face in enumerate(record.faces):
-        if (before := first.setdefault(_from_least(face.outline), i)) != i:
-            yield SceneFault(f"$.faces[{i}].outline", f"is that of face {before}: remove one")
-            continue
-        copies.setdefault(_from_least([places[v] for v in face.outline]), []).append(i)
+        loop = [places[v] for v in face.outline]
+        copies.setdefault(_from_least(loop), []).append(i)
+    if len(copies) == len(record.faces):
+        return
     for same in copies.values():
         for i in same[MOST_COPIES:]:
             said = f"has the corners of face {same[0]}, as {len(same) - 1} others: remove them"
@@ -289,18 +291,15 @@ def _said(kind: str, message: str) -> str:
 
 
 def _record(text: str | bytes, source: str) -> SceneRecord:
-    """What a JSON text says, in which all indices name something; SceneFileError otherwise."""
+    """What a JSON text says; SceneFileError if it has another form."""
     try:
-        record = SceneRecord.model_validate_json(text)
+        return SceneRecord.model_validate_json(text)
     except ValidationError as exc:
         faults = tuple(
             SceneFault(_json_path(fault["loc"]), _said(fault["type"], fault["msg"]))
             for fault in exc.errors(include_url=False)
         )
         raise SceneFileError(source, faults) from exc
-    if faults := tuple(_missing(record)) or tuple(_repeated(record)):
-        raise SceneFileError(source, faults)
-    return record
 
 
 def scene_from_json(text: str | bytes, source: str = "scene") -> Scene:
@@ -311,9 +310,11 @@ def scene_from_json(text: str | bytes, source: str = "scene") -> Scene:
     record = _record(text, source)
     try:
         scene = _scene(record, source)
-    except ValueError as exc:
-        raise SceneFileError(source, (SceneFault("$", str(exc)),)) from exc
-    if faults := tuple(number_faults(scene)):
+    except ValueError as exc:  # most often an index that names nothing
+        faults = tuple(_missing(record)) or (SceneFault("$", str(exc)),)
+        raise SceneFileError(source, faults) from exc
+    checks = (_repeated(record), number_faults(scene), scene_faults(scene))
+    if faults := next(filter(None, map(tuple, checks)), ()):
         raise SceneFileError(source, faults)
     return scene
 
@@ -353,7 +354,7 @@ def _scene(record: SceneRecord, source: str) -> Scene:
     return Scene(
         record.name,
         record.views,
-        tuple(_vertices(record.vertices)),
+        tuple(_vertices(record.vertices, len(record.views))),
         tuple(Edge(e.start, e.end, e.support, e.evidence) for e in record.edges),
         tuple(_faces(record.faces, source)),
         record.up,  # type: ignore[arg-type]

@@ -1,17 +1,20 @@
 """Scenes as JSON say what they hold in these models: `facetlog-scene/1` and its JSON Schema."""
 
+import base64
 import json
 from typing import Annotated, Literal
 
 from pydantic import (
-    Base64Bytes,
     BaseModel,
     ConfigDict,
+    EncodedBytes,
+    EncoderProtocol,
     Field,
     FiniteFloat,
     NonNegativeInt,
     PositiveInt,
 )
+from pydantic_core import PydanticCustomError
 
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import PositionLabel
@@ -37,6 +40,28 @@ Vector3 = tuple[FiniteFloat, FiniteFloat, FiniteFloat]
 Vector4 = tuple[FiniteFloat, FiniteFloat, FiniteFloat, FiniteFloat]
 Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
 Ring = Annotated[tuple[NonNegativeInt, ...], Field(min_length=3)]
+
+
+class _Base64(EncoderProtocol):
+    """Base64 with nothing else in it: pydantic's own passes over what is none."""
+
+    @classmethod
+    def decode(cls, data: bytes) -> bytes:
+        """The bytes; PydanticCustomError for what is no base64."""
+        try:
+            return base64.b64decode(data, validate=True)
+        except ValueError as exc:
+            raise PydanticCustomError("no_base64", "is no base64") from exc
+
+    @classmethod
+    def encode(cls, value: bytes) -> bytes:
+        """The same as text."""
+        return base64.b64encode(value)
+
+    @classmethod
+    def get_json_format(cls) -> Literal["base64"]:
+        """What the JSON Schema calls it."""
+        return "base64"
 
 
 class _Record(BaseModel):
@@ -123,7 +148,7 @@ class SightLinesRecord(_Record):
     """
 
     origin: Vector3
-    ends: Base64Bytes
+    ends: Annotated[bytes, EncodedBytes(encoder=_Base64)]
     view: NonNegativeInt | None = None
 
 

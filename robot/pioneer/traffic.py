@@ -15,6 +15,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.regular_file import check_regular
 from facetlog.robot.pioneer.commands import command_name
 from facetlog.robot.pioneer.packet import Decoder, Packet
 from facetlog.robot.pioneer.reports import Report
@@ -44,6 +45,7 @@ class TrafficLog:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        check_regular(path)
         try:
             # Without a buffer: neither a fork nor a kill leaves half of what was said to be there.
             self._file = path.open("ab", buffering=0)

@@ -7,17 +7,31 @@ one of the lowest of the house, as errors.py is: every room may import it.
 import errno
 import os
 import stat
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from facetlog.errors import InputError
 
-__all__ = ["MOST_BYTES", "MOST_SCENE_BYTES", "check_regular", "read_regular", "read_regular_text"]
+__all__ = [
+    "MOST_BYTES",
+    "MOST_SCENE_BYTES",
+    "MOST_SHAPE_BYTES",
+    "check_regular",
+    "open_regular",
+    "read_regular",
+    "read_regular_text",
+]
 
 MOST_BYTES = 256_000_000
 """Of a file of poses, labels or settings: some hundred thousand frames. A larger file is none."""
 
 MOST_SCENE_BYTES = 1_000_000_000
 """Of a scene file: some million vertices."""
+
+MOST_SHAPE_BYTES = 4 << 30
+"""Of a mesh or a cloud: several times what a laser scan of a building takes."""
 
 IRREGULAR = "it is a pipe, a socket or a device; give a file"
 
@@ -35,27 +49,38 @@ def check_regular(path: Path) -> None:
         raise InputError(f"{path}: {IRREGULAR}")
 
 
-def read_regular(path: Path, most: int = MOST_BYTES) -> bytes:
-    """The whole of a regular file of at most `most` bytes; OSError that says why where there is
-    none, also for what is too long or no regular file.
+@contextmanager
+def open_regular(path: Path, most: int | None = None) -> Iterator[BinaryIO]:
+    """A regular file, opened to be read from its start; OSError that says why where there is none,
+    also for what is no regular file, or is longer than `most` bytes.
     """
     try:
-        with open(path, "rb", opener=_without_waiting) as file:
-            about = os.fstat(file.fileno())
-            if not stat.S_ISREG(about.st_mode):
-                raise OSError(errno.EINVAL, IRREGULAR, str(path))
-            # Memory is taken for all that is asked for: not for the longest file there may be.
-            data = file.read(min(about.st_size, most) + 1)
-            if len(data) > about.st_size:  # it grows, or says nothing of its size
-                data += file.read(most + 1 - len(data))
+        file = open(path, "rb", opener=_without_waiting)  # noqa: SIM115 - closed below
     except ValueError as exc:  # a NUL in the name
         raise OSError(errno.EINVAL, str(exc), str(path)) from exc
     except OSError as exc:
         if exc.errno == errno.ENXIO:  # a socket, which cannot be opened
             raise OSError(errno.EINVAL, IRREGULAR, str(path)) from exc
         raise
+    with file:
+        about = os.fstat(file.fileno())
+        if not stat.S_ISREG(about.st_mode):
+            raise OSError(errno.EINVAL, IRREGULAR, str(path))
+        if most is not None and about.st_size > most:
+            raise _too_long(path, most)
+        yield file
+
+
+def read_regular(path: Path, most: int = MOST_BYTES) -> bytes:
+    """The whole of a regular file of at most `most` bytes; OSError as `open_regular` raises it."""
+    with open_regular(path, most) as file:
+        # Memory is taken for all that is asked for: not for the longest file there may be.
+        size = os.fstat(file.fileno()).st_size
+        data = file.read(min(size, most) + 1)
+        if len(data) > size:  # it grows, or says nothing of its size
+            data += file.read(most + 1 - len(data))
     if len(data) > most:
-        raise OSError(errno.EFBIG, f"it is too long: at most {most:,} bytes", str(path))
+        raise _too_long(path, most)
     return data
 
 
@@ -65,6 +90,10 @@ def read_regular_text(path: Path, most: int = MOST_BYTES) -> str:
     UnicodeDecodeError, which is a ValueError, for what is no such text.
     """
     return read_regular(path, most).decode("utf-8-sig")
+
+
+def _too_long(path: Path, most: int) -> OSError:
+    return OSError(errno.EFBIG, f"it is too long: at most {most:,} bytes", str(path))
 
 
 def _without_waiting(path: str, flags: int) -> int:

@@ -1,5 +1,6 @@
 """What goes to stderr: progress on a terminal, warnings, and the table of times."""
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -18,10 +19,17 @@ __all__ = [
     "note",
     "one_line",
     "printable",
+    "short_line",
+    "shortened",
     "show_times",
     "showing_progress",
     "warn",
 ]
+
+
+# Characters: of a word, which a path may be, and so many of it on each side of the cut; of a line.
+LONGEST_WORD, KEPT, LONGEST_LINE = 255, 40, 3_000
+_LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD},}}")
 
 
 def printable(text: str) -> str:
@@ -42,6 +50,28 @@ def one_line(text: str) -> str:
     return " ".join(printable(text).split())
 
 
+def short_line(text: str) -> str:
+    """`one_line` as a message has it: what is long is cut in the middle."""
+    # Of what is very long the middle is not even looked at.
+    return shortened(one_line(_cut(text, 4 * LONGEST_LINE, 2 * LONGEST_LINE)))
+
+
+def shortened(line: str) -> str:
+    """The line with long words, and what is long anyway, cut in the middle.
+
+    >>> shortened("  " + "1" * 1000 + " is too large").replace("1" * 40, "1 to 1")
+    '  1 to 1…(920 more)…1 to 1 is too large'
+    """
+    line = _LONG_WORD.sub(lambda word: _cut(word.group(), LONGEST_WORD, KEPT), line)
+    return _cut(line, LONGEST_LINE, LONGEST_LINE // 3)
+
+
+def _cut(text: str, longest: int, kept: int) -> str:
+    if len(text) <= longest:
+        return text
+    return f"{text[:kept]}…({len(text) - 2 * kept:,} more)…{text[-kept:]}"
+
+
 def error_lines(fault: FacetlogError) -> tuple[str, ...]:
     """What an error says: one line, or of models one for each of their faults.
 
@@ -50,23 +80,23 @@ def error_lines(fault: FacetlogError) -> tuple[str, ...]:
     """
     message = str(fault)
     faults = message.splitlines() if isinstance(fault, RuleSyntaxError) else [message]
-    lines = tuple(line for line in map(one_line, faults) if line)
-    return lines or (one_line(message),)
+    lines = tuple(line for line in map(short_line, faults) if line)
+    return lines or (short_line(message),)
 
 
 def error(message: str) -> None:
     """Writes one line that says what was wrong and the way out."""
-    typer.echo(f"facetlog: {one_line(message)}", err=True)
+    typer.echo(f"facetlog: {short_line(message)}", err=True)
 
 
 def warn(message: str) -> None:
     """Writes one line about something that was left out or is doubtful."""
-    typer.echo(f"facetlog: warning: {one_line(message)}", err=True)
+    typer.echo(f"facetlog: warning: {short_line(message)}", err=True)
 
 
 def note(message: str) -> None:
     """Writes one line about what the reader may do next."""
-    typer.echo(f"facetlog: {one_line(message)}", err=True)
+    typer.echo(f"facetlog: {short_line(message)}", err=True)
 
 
 @contextmanager

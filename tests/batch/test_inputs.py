@@ -74,3 +74,13 @@ def test_a_list_comes_from_standard_input(monkeypatch: pytest.MonkeyPatch) -> No
 def test_a_list_that_is_not_there_is_one_line() -> None:
     with pytest.raises(InputError, match="absent: the list cannot be read"):
         paths_listed("absent")
+
+
+@pytest.mark.parametrize("name", ["pipe", "/dev/zero"])
+def test_a_list_that_never_ends_is_refused_at_once(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe")
+    with pytest.raises(InputError, match=r"it is a pipe, .*\(- is standard input\)$"):
+        paths_listed(name)

@@ -13,6 +13,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from facetlog.batch.journal import Journal, journal_path
+from facetlog.batch.rows import COLUMNS
 from facetlog.errors import InputError
 
 RUN = {"models": "abc"}
@@ -20,7 +21,10 @@ NAMES = tuple("abcdef")
 
 
 def _line(name: str, **more: object) -> bytes:
-    return json.dumps({"path": name, "read_as": "x", "error": None, **more}).encode()
+    row = dict.fromkeys(COLUMNS) | {"models_hash": "abc", "facetlog": "1", "read_as": "x"}
+    return json.dumps(
+        row | {"path": name, "verdicts": [], "warnings": [], "seconds": 0.0} | more
+    ).encode()
 
 
 def _written(path: Path, names: tuple[str, ...] = NAMES) -> Journal:
@@ -43,7 +47,7 @@ def test_rows_come_in_any_order_asked_and_as_often(tmp_path: Path) -> None:
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
-@given(cut=st.integers(0, 400), again=st.booleans())
+@given(cut=st.integers(0, 2200), again=st.booleans())
 def test_a_journal_cut_anywhere_goes_on_with_all_whole_rows(
     cut: int, again: bool, tmp_path: Path
 ) -> None:
@@ -85,6 +89,31 @@ def test_a_file_that_is_no_journal_is_left_alone(tmp_path: Path) -> None:
     assert (tmp_path / "j").read_text() == "my thesis\n"
 
 
+@pytest.mark.parametrize(
+    "line",
+    [b"{", b"[]", b'{"path": 3}', b"[" * 100_000, _line("a", seconds="x"), b"\xff\x00"],
+)
+def test_a_line_that_is_no_row_is_named_in_one_line(line: bytes, tmp_path: Path) -> None:
+    path = tmp_path / "j"
+    _written(path, ("a",)).close()
+    before = path.read_bytes() + line + b"\n"
+    path.write_bytes(before)
+    with pytest.raises(InputError, match=r"j: row 2: ") as caught:
+        Journal.opened(path, RUN, {})
+    assert "\n" not in str(caught.value)
+    assert path.read_bytes() == before
+
+
+def test_a_pipe_or_another_file_in_its_place_is_left_alone(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError, match="it is a pipe"):
+        Journal.opened(tmp_path / "pipe", RUN, {})
+    (tmp_path / "other").write_bytes(b"no end of line")
+    with pytest.raises(InputError, match="is no journal of classify"):
+        Journal.opened(tmp_path / "other", RUN, {})
+    assert (tmp_path / "other").read_bytes() == b"no end of line"
+
+
 def test_two_runs_do_not_write_one_journal(tmp_path: Path) -> None:
     with _written(tmp_path / "j"), pytest.raises(InputError, match="another run is writing"):
         Journal.opened(tmp_path / "j", RUN, {})
@@ -120,16 +149,17 @@ def test_a_limit_of_the_system_keeps_the_rows_so_far(tmp_path: Path) -> None:
     code = (
         "import resource, sys; from pathlib import Path;"
         "from facetlog.batch.journal import Journal; from facetlog.errors import InputError\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (700, 700))\n"
+        "resource.setrlimit(resource.RLIMIT_FSIZE, (7000, 7000))\n"
         "journal = Journal.opened(Path(sys.argv[1]), {'models': 'abc'}, {})\n"
         "try:\n"
         "    for i in range(100):\n"
-        '        journal.append(str(i), b\'{"path": "%d", "read_as": "x", "error": null}\' % i)\n'
+        "        line = sys.argv[2].replace('NAME', str(i)).encode()\n"
+        "        journal.append(str(i), line)\n"
         "except InputError as exc: print(exc)\n"
     )
     paths = os.pathsep.join(path for path in sys.path if path)
     done = subprocess.run(
-        [sys.executable, "-c", code, str(tmp_path / "j")],
+        [sys.executable, "-c", code, str(tmp_path / "j"), _line("NAME").decode()],
         capture_output=True,
         text=True,
         check=True,

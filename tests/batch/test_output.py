@@ -36,6 +36,21 @@ def test_a_table_without_rows_is_one(table: Path) -> None:
     assert list(read_rows(table)) == []
 
 
+def test_a_csv_holds_no_control_characters(tmp_path: Path) -> None:
+    row = {**fake_row("a\x1b[31m\r\u202eb.json", ()), "error": "no \x07 bell"}
+    write_rows(tmp_path / "t.csv", [row])
+    (read,) = read_rows(tmp_path / "t.csv")
+    assert (read["path"], read["error"]) == ("a\\x1b[31m\\r\\u202eb.json", "no \\x07 bell")
+    said = (tmp_path / "t.csv").read_text(encoding="utf-8")
+    assert all(line.isprintable() for line in said.splitlines())
+
+
+def test_a_line_of_json_that_never_ends_or_nests_is_named(tmp_path: Path) -> None:
+    (tmp_path / "t.jsonl").write_bytes(b"[" * 100_000)
+    with pytest.raises(InputError, match=r"t\.jsonl:1: is no line of JSON: nested too deeply"):
+        list(read_rows(tmp_path / "t.jsonl"))
+
+
 def test_a_path_that_is_no_text_is_written_all_the_same(table: Path) -> None:
     write_rows(table, [fake_row("a\udcff.json", ())])
     assert [row["path"] for row in read_rows(table)] == ["a\\xff.json"]

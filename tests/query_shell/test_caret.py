@@ -3,7 +3,7 @@
 import pytest
 
 from facetlog.errors import QueryError
-from facetlog.query_shell.caret import underlined
+from facetlog.query_shell.caret import WIDTH, underlined
 
 
 @pytest.mark.parametrize(
@@ -27,3 +27,11 @@ def test_the_fault_is_underlined(text: str, start: int, end: int, lines: list[st
 
 def test_an_error_without_a_goal_underlines_nothing() -> None:
     assert underlined(QueryError("there is no model x")) == []
+
+
+def test_of_a_long_line_the_part_round_the_fault_is_shown() -> None:
+    text = "a" * 5000 + "bad" + "c" * 5000
+    line, carets = underlined(QueryError("", text=text, start=5000, end=5003))
+    assert len(line) == WIDTH
+    assert line[carets.index("^") :][:3] == "bad"
+    assert carets.strip() == "^~~"

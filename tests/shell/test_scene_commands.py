@@ -11,6 +11,7 @@ import pytest
 import trimesh
 
 from facetlog.cli import main
+from facetlog.commands.scene.validate import MOST_LINES
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved, table, together
 from facetlog.perception.surfaces.scene_file import read_scene, scene_to_json, write_scene
@@ -227,6 +228,29 @@ def test_validate_tells_every_fault_by_its_path(run: Run) -> None:
         ["up.json", "$.up"],
     ]
     assert lines[-1] == "4 files, 1 sound"
+
+
+def test_validate_writes_some_faults_of_many_and_cuts_what_is_long(run: Run) -> None:
+    faces = json.loads(scene_to_json(cuboid(0.3, 0.2, 0.1)))["faces"]
+    Path("many.json").write_text(_edited(faces=[{**f, "support": 2} for f in faces] * 100))
+    Path("long.json").write_text(_edited(**{"k" * 100_000: 1}))
+    Path("digits.json").write_text(_edited(edges=[{"start": 0, "end": int("9" * 400)}]))
+    code, out, _ = run("validate", "many.json", "long.json", "digits.json")
+    lines = out.splitlines()
+    assert code == 1
+    assert lines[MOST_LINES] == f"many.json: {600 - MOST_LINES} more faults: --json has them all"
+    assert len(lines) == MOST_LINES + 4
+    assert max(map(len, lines)) < 300
+    _, out, _ = run("validate", "many.json", "--json")
+    assert len(json.loads(out)["faults"]) == 600
+
+
+def test_every_reader_refuses_what_validate_refuses(run: Run) -> None:
+    Path("up.json").write_text(_edited(up=[0, 0, 1e300]))
+    said = "up.json: $.up: is 1e+300 long: give a unit vector, or null"
+    assert run("validate", "up.json")[1].splitlines()[0] == said
+    for argv in (["show", "up.json"], ["convert", "up.json", "new.ply"]):
+        assert run(*argv) == (2, "", f"facetlog: {said}\n")
 
 
 def test_validate_as_json_is_an_object_a_file(run: Run) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
 from facetlog.perception.types import FloatArray
-from facetlog.regular_file import check_regular
+from facetlog.regular_file import MOST_SHAPE_BYTES, open_regular, read_regular
 
 __all__ = ["find_colmap_model", "read_colmap"]
 
@@ -90,8 +90,6 @@ def read_colmap(folder: Path, most: int) -> Cloud:
     """
     binary = (folder / "points3D.bin").is_file()
     name = folder.resolve().name if folder.name in ("", ".") else folder.name
-    for part in ("cameras", "images", "points3D"):
-        check_regular(folder / f"{part}{'.bin' if binary else '.txt'}")
     try:
         focal = dict(_cameras(folder, binary))
         pictures = dict(_pictures(folder, binary))
@@ -122,10 +120,10 @@ def read_colmap(folder: Path, most: int) -> Cloud:
 
 def _lines(path: Path) -> Iterator[list[str]]:
     """Words of the lines that are no comments; empty lines count, as they do in images.txt."""
-    with path.open(encoding="utf-8", errors="replace") as file:
+    with open_regular(path, MOST_SHAPE_BYTES) as file:
         for line in file:
-            if not line.startswith("#"):
-                yield line.split()
+            if not line.startswith(b"#"):
+                yield line.decode("utf-8", "replace").split()
 
 
 def _cameras(folder: Path, binary: bool) -> Iterator[tuple[int, float]]:
@@ -135,7 +133,7 @@ def _cameras(folder: Path, binary: bool) -> Iterator[tuple[int, float]]:
             if words:
                 yield int(words[0]), float(words[4])
         return
-    data = _Bytes((folder / "cameras.bin").read_bytes())
+    data = _Bytes(read_regular(folder / "cameras.bin", MOST_SHAPE_BYTES))
     for _ in range(data.count(24)):
         number, model, _, _ = data.take("IiQQ")
         yield int(number), data.take(f"{PARAMETERS[int(model)]}d")[0]
@@ -150,7 +148,7 @@ def _pictures(folder: Path, binary: bool) -> Iterator[tuple[int, _Picture]]:
                 numbers = [float(word) for word in words[1:8]]
                 yield int(words[0]), _picture(int(words[8]), numbers)
         return
-    data = _Bytes((folder / "images.bin").read_bytes())
+    data = _Bytes(read_regular(folder / "images.bin", MOST_SHAPE_BYTES))
     for _ in range(data.count(73)):
         number, *pose, camera = data.take("I7dI")
         data.text()
@@ -173,7 +171,7 @@ def _points(folder: Path, binary: bool, most: int) -> Iterator[_Point]:
             x, y, z = (float(word) for word in words[1:4])
             yield _Point((x, y, z), float(words[7]), tuple(int(word) for word in words[8::2]))
         return
-    data = _Bytes((folder / "points3D.bin").read_bytes())
+    data = _Bytes(read_regular(folder / "points3D.bin", MOST_SHAPE_BYTES))
     count = data.count(51)
     _check_count(count, most, folder)
     for _ in range(count):

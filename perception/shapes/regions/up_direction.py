@@ -138,7 +138,9 @@ def _candidate(
         bodies = tell_apart(points, owner, spacing, support=(region,))
         over = np.column_stack([flat, sign * height])
         numbers = range(int(bodies.max()) + 1)
-        if not surely_stand([over[things & (bodies == k)] for k in numbers], spacing):
+        # Of some bodies all points are in the plane, or below it.
+        standing = (over[things & (bodies == k)] for k in numbers)
+        if not surely_stand([thing for thing in standing if len(thing)], spacing):
             return None
     return _Candidate(region, sign * plane.normal, float(floor_hull.volume))
 

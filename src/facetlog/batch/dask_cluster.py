@@ -34,6 +34,7 @@ from facetlog.batch.settings import Item, Settings
 from facetlog.errors import EngineError, FacetlogError, InputError
 from facetlog.kb.loading.rule_source import rule_sources
 from facetlog.kb.recognize import rule_files
+from facetlog.regular_file import MOST_SHAPE_BYTES, read_regular
 
 __all__ = ["Cluster", "cluster", "work"]
 
@@ -142,10 +143,9 @@ class Cluster:
     def _with_content(self, task: Task, hand: Any) -> Iterator[Answer]:
         """Hands a scene again whose file is not there, with its content if it is here."""
         try:
-            content = Path(task.item.path).read_bytes()
-        except (OSError, ValueError) as exc:
-            reason = getattr(exc, "strerror", None) or exc
-            yield self._failed(task, f"cannot be read: {reason}")
+            content = read_regular(Path(task.item.path), MOST_SHAPE_BYTES)
+        except OSError as exc:
+            yield self._failed(task, f"cannot be read: {exc.strerror or exc}")
             return
         hand([(task, content)])
 
@@ -203,8 +203,15 @@ def package_of(settings: Settings) -> Package:
     return {
         "settings": settings.to_json(),
         "named": [str(path.relative_to(root)) for path in named],
-        "files": {str(file.relative_to(root)): file.read_bytes() for file in files},
+        "files": {str(file.relative_to(root)): _model_text(file) for file in files},
     }
+
+
+def _model_text(file: Path) -> bytes:
+    try:
+        return read_regular(file)
+    except OSError as exc:
+        raise InputError(f"{file}: cannot be read: {exc.strerror or exc}") from exc
 
 
 def work(

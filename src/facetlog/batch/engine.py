@@ -19,7 +19,7 @@ from facetlog.perception.facts.most_faces import check_face_count
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.perception.shapes.shape_options import says_itself
-from facetlog.terminal import one_line
+from facetlog.terminal import one_line, short_line
 
 __all__ = ["SceneEngine"]
 
@@ -141,18 +141,18 @@ class SceneEngine:
             yield
         except MemoryError:
             self.spent = True
-            read.error = one_line(f"{item.path}: {needs_more(self._memory_mb)}")
+            read.error = short_line(f"{item.path}: {needs_more(self._memory_mb)}")
         except EngineError as exc:
             # Prolog says the same when it reaches its own limit and when it gets no more memory.
             self.spent = STACKS in str(exc) and left_mb() < self._limits.stack_mb
             reason = f"{item.path}: {needs_more(self._memory_mb)}" if self.spent else str(exc)
-            read.error = one_line(reason.replace(item.place, item.path))
+            read.error = short_line(reason.replace(item.place, item.path))
         except FacetlogError as exc:
-            read.error = one_line(str(exc).replace(item.place, item.path))
+            read.error = short_line(str(exc).replace(item.place, item.path))
         except RecursionError:
-            read.error = one_line(f"{item.path}: it is nested too deeply")
+            read.error = short_line(f"{item.path}: it is nested too deeply")
         except Exception as exc:  # a fault of ours: it must not cost the other scenes
-            read.error = one_line(f"{item.path}: {type(exc).__name__}: {exc}")
+            read.error = short_line(f"{item.path}: {type(exc).__name__}: {exc}")
 
     def _row(self, read: _Read) -> Row:
         start = time.perf_counter()

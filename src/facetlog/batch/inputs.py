@@ -8,6 +8,7 @@ from pathlib import Path
 
 from facetlog.errors import InputError
 from facetlog.perception.shapes.shape_options import shapes_among
+from facetlog.regular_file import MOST_BYTES, read_regular
 
 __all__ = ["paths_listed", "scene_paths"]
 
@@ -62,8 +63,15 @@ def paths_listed(source: str) -> tuple[str, ...]:
     as `find` writes them. Raises InputError if the list cannot be read.
     """
     try:
-        data = sys.stdin.buffer.read() if source == STDIN else Path(source).read_bytes()
+        if source == STDIN:
+            data = sys.stdin.buffer.read(MOST_BYTES + 1)
+        else:
+            data = read_regular(Path(source))
     except OSError as exc:
-        raise InputError(f"{source}: the list cannot be read: {exc.strerror or exc}") from exc
+        raise InputError(
+            f"{source}: the list cannot be read: {exc.strerror or exc} (- is standard input)"
+        ) from exc
+    if len(data) > MOST_BYTES:
+        raise InputError(f"{source}: the list is too long: at most {MOST_BYTES:,} bytes")
     lines = (line.removesuffix("\r") for line in os.fsdecode(data).split("\n"))
     return tuple(line for line in lines if line.strip() and not line.startswith("#"))

@@ -9,16 +9,22 @@ import json
 import os
 import time
 from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
+from facetlog.batch.output import MOST_LINE_BYTES
 from facetlog.batch.rows import Row, run_out
 from facetlog.counted import many
 from facetlog.errors import InputError
+from facetlog.regular_file import check_regular
 
 __all__ = ["Journal", "journal_path"]
 
 FORMAT = "facetlog-journal/1"
+HEAD = json.dumps({"journal": FORMAT}).removesuffix("}").encode()
+"""How each journal begins."""
+
 SYNC_SECONDS = 1.0
 """A power cut costs the rows of so long; a kill, that of the program alone, costs none."""
 
@@ -47,6 +53,7 @@ class Journal:
 
         Raises InputError if it cannot be written, is in use, or was begun by another run.
         """
+        check_regular(path)
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
         except OSError as exc:
@@ -107,20 +114,22 @@ class Journal:
             raise InputError(f"{self.path}: another run is writing there: wait for it") from None
         with os.fdopen(os.dup(self._descriptor), "rb") as file:
             file.seek(0)
-            head = file.readline()
+            head = file.readline(MOST_LINE_BYTES)
             if head.endswith(b"\n"):
                 _check_head(self.path, head, run)
                 self._end = len(head)
-                for line in file:
-                    if not line.endswith(b"\n"):
+                for line in iter(partial(file.readline, MOST_LINE_BYTES), b""):
+                    if not line.endswith(b"\n") and len(line) < MOST_LINE_BYTES:
                         break  # cut off in the middle
-                    row = json.loads(line)
+                    row = _taken_up(line, f"{self.path}: row {len(self) + 1}")
                     asked = read_as.get(row["path"], row["read_as"])
                     if asked != row["read_as"]:
                         raise _begun_with(self.path, "options", row["read_as"], asked)
                     if not run_out(row):
                         self._places[row["path"]] = (self._end, len(line))
                     self._end += len(line)
+            elif not HEAD.startswith(head[: len(HEAD)]):  # cut off in the middle, too
+                raise _no_journal(self.path)
         os.ftruncate(self._descriptor, self._end)
         if self._end == 0:
             first = {"journal": FORMAT, **run}
@@ -147,13 +156,27 @@ def _check_head(path: Path, head: bytes, run: Mapping[str, Any]) -> None:
     """Raises InputError if the journal is none, or was begun by another run than this."""
     try:
         begun = json.loads(head)
-    except ValueError:
+    except (ValueError, RecursionError):
         begun = None
     if not isinstance(begun, dict) or begun.get("journal") != FORMAT:
-        raise InputError(f"{path}: is no journal of classify: move it away, or give --overwrite")
+        raise _no_journal(path)
     for key, value in run.items():
         if begun.get(key) != value:
             raise _begun_with(path, key, begun.get(key), value)
+
+
+def _no_journal(path: Path) -> InputError:
+    return InputError(f"{path}: is no journal of classify: move it away, or give --overwrite")
+
+
+def _taken_up(line: bytes, place: str) -> Row:
+    from facetlog.batch.row_records import row_from  # loaded only now: a new run does without
+
+    try:
+        data = json.loads(line)
+    except (ValueError, RecursionError) as exc:
+        raise InputError(f"{place}: is no row: move the journal away, or give --overwrite") from exc
+    return row_from(data, place)
 
 
 def _begun_with(path: Path, what: str, then: object, now: object) -> InputError:

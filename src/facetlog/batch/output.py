@@ -4,7 +4,7 @@ import csv
 import io
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from itertools import islice
+from itertools import count, islice
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, BinaryIO
@@ -12,15 +12,18 @@ from typing import TYPE_CHECKING, BinaryIO
 from facetlog.batch.rows import COLUMNS, Row
 from facetlog.errors import InputError
 from facetlog.perception.whole_file import writing_whole
-from facetlog.regular_file import check_regular
+from facetlog.regular_file import open_regular
 
 if TYPE_CHECKING:
     import pyarrow
 
-__all__ = ["FORMATS", "check_format", "read_rows", "write_rows"]
+__all__ = ["FORMATS", "MOST_LINE_BYTES", "check_format", "read_rows", "write_rows"]
 
 ROWS_AT_ONCE = 1000
 """Rows of a group of Parquet: some megabytes, so that neither side needs memory for the whole."""
+
+MOST_LINE_BYTES = 256_000_000
+"""Of a row: all verdicts of a thousand models on a thousand things."""
 
 # Columns that are lists: as JSON in a cell of CSV.
 LISTS = ("verdicts", "up", "warnings")
@@ -54,10 +57,9 @@ def read_rows(path: Path) -> Iterator[Row]:
     from facetlog.batch.row_records import row_from
 
     check_format(path)
-    check_regular(path)
     _, read = FORMATS[path.suffix.lower()]
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             for number, data in enumerate(read(file, path), start=1):
                 yield row_from(data, f"{path}: row {number}")
     except OSError as exc:
@@ -82,6 +84,19 @@ def _printable_row(row: Row) -> Row:
     return {**row, "path": printable(row["path"]), "error": said, "warnings": warnings}
 
 
+def _escaped(cell: object) -> object:
+    r"""A cell whose text steers no terminal: control characters, as a path may have them, as \xNN.
+
+    >>> print(_escaped("a\x1b[31mb"))
+    a\x1b[31mb
+    """
+    if not isinstance(cell, str) or cell.isprintable():
+        return cell
+    return "".join(
+        c if c.isprintable() or c == "\n" else c.encode("unicode_escape").decode() for c in cell
+    )
+
+
 def _write_lines(file: BinaryIO, rows: Iterable[Row]) -> None:
     for row in rows:
         clean = _printable_row(row)
@@ -89,13 +104,18 @@ def _write_lines(file: BinaryIO, rows: Iterable[Row]) -> None:
 
 
 def _read_lines(file: BinaryIO, path: Path) -> Iterator[object]:
-    for number, line in enumerate(file, start=1):
+    for number in count(1):
+        line = file.readline(MOST_LINE_BYTES + 1)
+        if not line:
+            return
+        if len(line) > MOST_LINE_BYTES:
+            raise InputError(f"{path}:{number}: is longer than any line of classify")
         try:
             yield json.loads(line)
         except ValueError as exc:
             raise InputError(f"{path}:{number}: is no line of JSON: {exc}") from exc
         except RecursionError as exc:
-            raise InputError(f"{path}:{number}: is no line of JSON that can be read") from exc
+            raise InputError(f"{path}:{number}: is no line of JSON: nested too deeply") from exc
 
 
 def _write_csv(file: BinaryIO, rows: Iterable[Row]) -> None:
@@ -105,7 +125,8 @@ def _write_csv(file: BinaryIO, rows: Iterable[Row]) -> None:
     for row in rows:
         lists = {k: None if row[k] is None else json.dumps(row[k]) for k in LISTS}
         flag = None if row["metric"] is None else str(row["metric"]).lower()
-        writer.writerow({**_printable_row(row), **lists, "metric": flag})
+        cells = {**_printable_row(row), **lists, "metric": flag}
+        writer.writerow({key: _escaped(cell) for key, cell in cells.items()})
     text.detach()
 
 
@@ -122,7 +143,7 @@ def _read_csv(file: BinaryIO, path: Path) -> Iterator[object]:
                 if cell is not None:
                     found[key] = json.loads(cell)
             yield found
-    except (csv.Error, ValueError) as exc:
+    except (csv.Error, ValueError, RecursionError) as exc:
         raise InputError(f"{path}: is no table of classify: {exc}") from exc
     finally:
         text.detach()  # the file is its owner's to close

@@ -17,6 +17,7 @@ from facetlog.batch.profile import Profile
 from facetlog.batch.rows import Row, run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
+from facetlog.regular_file import check_regular
 
 __all__ = ["Finished", "Plan", "Progress", "Workers", "check_output", "classified"]
 
@@ -84,6 +85,9 @@ def check_output(plan: Plan) -> None:
     check_format(output)
     if output.is_dir() or not output.absolute().parent.is_dir():
         raise InputError(f"{output} cannot be written: give a file in a folder that exists")
+    # Both are read again: to go on, and to put rows into their order.
+    for path in (output, journal_path(output)):
+        check_regular(path)
     if plan.resume or plan.overwrite:
         return
     journal = journal_path(output)

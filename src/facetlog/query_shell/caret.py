@@ -5,9 +5,12 @@ from rich.cells import cell_len
 from facetlog.errors import QueryError
 from facetlog.query_shell.shown_terms import visible
 
-__all__ = ["place_of", "underlined"]
+__all__ = ["WIDTH", "place_of", "underlined"]
 
 TAB = "    "
+
+WIDTH = 160
+"""Of a longer line the part round the fault is shown, in characters."""
 
 
 def place_of(error: QueryError) -> tuple[int, int]:
@@ -41,10 +44,13 @@ def underlined(error: QueryError) -> list[str]:
     first = text.rfind("\n", 0, start) + 1
     last = text.find("\n", start)
     line = text[first : last if last >= 0 else len(text)]
+    # Of a long line the part round the fault.
+    left = max(0, min(start - first - WIDTH // 2, len(line) - WIDTH))
+    line, first = line[left : left + WIDTH], first + left
     before, fault = line[: start - first], line[start - first : end - first]
     lines = [_plain(line), " " * cell_len(_plain(before)) + "^"]
     lines[1] += "~" * (cell_len(_plain(fault)) - 1)
-    number = text.count("\n", 0, first) + 1
+    number = text.count("\n", 0, start) + 1
     return lines if "\n" not in text else [f"line {number} of the goal:", *lines]
 
 

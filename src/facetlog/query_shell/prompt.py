@@ -19,11 +19,12 @@ from prompt_toolkit.output import ColorDepth, create_output
 from prompt_toolkit.styles import Style
 from prompt_toolkit.utils import is_dumb_terminal
 
-from facetlog.errors import FacetlogError
+from facetlog.errors import FacetlogError, InputError
 from facetlog.query_shell.completion import hint_at, proposals
 from facetlog.query_shell.goal_text import COMMAND, TokenKind, is_complete, tokens
 from facetlog.query_shell.lines import run_line
 from facetlog.query_shell.shell import Shell
+from facetlog.regular_file import check_regular
 
 __all__ = ["history_at", "history_path", "run_prompt"]
 
@@ -79,9 +80,10 @@ def history_at(path: Path) -> History:
     """
     try:
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        check_regular(path)
         os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o600))
         path.chmod(0o600)
-    except (OSError, RuntimeError):
+    except (OSError, RuntimeError, InputError):
         return InMemoryHistory()
     return _QuietHistory(path)
 

@@ -288,6 +288,34 @@ def test_a_process_that_is_interrupted_at_the_start_ends_without_a_word(seconds:
     assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
 
 
+def test_a_process_that_ends_while_prolog_starts_ends_without_a_word() -> None:
+    """On the main thread, when SWI-Prolog runs on another and loads its files."""
+    run = python(
+        "import sys, threading\n"
+        "from facetlog.kb.knowledge_base import KnowledgeBase\n"
+        "threading.Thread(target=KnowledgeBase, daemon=True).start()\n"
+        "while not hasattr(sys.modules.get('pyswip.core'), 'cleanupProlog'): pass\n"
+        "running = sys.modules['pyswip.core'].PL_is_initialised\n"
+        "while not running(None, None): pass\n"
+    )
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+
+
+def test_a_process_ends_without_a_word_while_an_interrupted_question_lasts() -> None:
+    run = python(
+        "import time\n"
+        "from facetlog.kb.engine import engine\n"
+        "detach = engine.Engine.detach\n"
+        "engine.Engine.detach = lambda self: (time.sleep(30.0), detach(self))\n"
+        "from facetlog.kb.knowledge_base import KnowledgeBase\n"
+        "engine.Engine.stop = lambda self: print('stopped')\n"
+        "answers = KnowledgeBase().query('between(1, inf, X)')\n"
+        "next(answers)\n"
+        "answers.close()\n"
+    )
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+
+
 def test_collecting_a_base_waits_for_nothing(base: KnowledgeBase) -> None:
     threshold = gc.get_threshold()
     gc.set_threshold(1)

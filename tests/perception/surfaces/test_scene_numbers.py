@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.perception.scene import Plane, Scene, Vertex
+from facetlog.perception.scene import Body, Patch, Plane, Scene, SightLines, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.scene_file import SceneFileError, scene_from_json, scene_to_json
-from facetlog.perception.surfaces.scene_numbers import number_faults
-from facetlog.perception.types import Observation
+from facetlog.perception.surfaces.scene_numbers import LARGEST, LEAST, number_faults
+from facetlog.perception.types import Camera, Observation, Pose
 
 CUBE = cuboid(0.3, 0.2, 0.1)
 SURE = 1e-6 * np.eye(3)
@@ -39,7 +39,7 @@ def _skew(off: float) -> np.ndarray:
             [1, 2],
             "has the negative variance -1e-08 one way: it is no cov",
         ),
-        (np.diag([1e-6, 1e101, 1e-6]), [1, 2], "has a variance beyond 1e+100: give another unit"),
+        (np.diag([1e-6, 1e41, 1e-6]), [1, 2], "has a variance beyond 1e+40: give another unit"),
     ],
 )
 def test_a_matrix_that_is_no_covariance_is_told_at_its_place(
@@ -77,6 +77,49 @@ def test_lengths_whose_volumes_no_float_holds_are_told(scale: float, place: str)
     fault, *_ = number_faults(replace(CUBE, vertices=vertices))
     assert fault.path == place
     assert fault.message.endswith("give another unit")
+
+
+@pytest.mark.parametrize("length", [0.0, 2.0, 1e300])
+def test_an_up_that_is_no_unit_vector_is_told(length: float) -> None:
+    said = _said(replace(CUBE, up=np.array([0.0, 0.0, length])))
+    assert said == [f"$.up: is {length:.6g} long: give a unit vector, or null"]
+
+
+@pytest.mark.parametrize("length", [3.0, 1e300])
+def test_normals_of_a_patch_are_unit_vectors_or_zero(length: float) -> None:
+    normals = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, length, 0.0], [2.0, 0.0, 0.0]])
+    patch = Patch(np.zeros((4, 3)), normals, np.ones(4))
+    assert _said(replace(CUBE, patches=(patch,), bodies=(Body(patches=(0,)),))) == [
+        f"$.patches[0].normals[2]: is {length:.6g} long: give unit vectors, or zeros where not "
+        "known (and 1 more)"
+    ]
+
+
+def test_what_is_far_off_is_told_wherever_it_stands() -> None:
+    beyond = 10.0 * LARGEST
+    far = np.array([0.0, beyond, 0.0])
+    seen = Vertex(CUBE.vertices[3].point, SURE, (Observation(0, far[:2], np.eye(2)),))
+    scene = replace(
+        _with_vertex(seen),
+        views=("a.png",),
+        patches=(Patch(far[None], np.zeros((1, 3)), np.full(1, beyond**2)),),
+        sights=(SightLines(far, far[None]),),
+        cameras=(Camera(640, 480, beyond, 500.0, 320.0, beyond),),
+        poses=(Pose(np.eye(3), far),),
+    )
+    assert [fault.path for fault in number_faults(scene)] == [
+        "$.vertices[3].observations[0].uv",
+        "$.patches[0].points[0]",
+        "$.patches[0].areas[0]",
+        "$.sights[0].origin",
+        "$.sights[0].ends",
+        "$.cameras[0].centre",
+        "$.cameras[0].focal",
+        "$.cameras[0].middle",
+    ]
+    near = Camera(640, 480, LEAST / 10.0, 500.0, 320.0, 240.0)
+    posed = replace(CUBE, views=("a.png",), cameras=(near,), poses=(Pose(np.eye(3), np.zeros(3)),))
+    assert [fault.path for fault in number_faults(posed)] == ["$.cameras[0].focal"]
 
 
 def test_a_file_with_such_numbers_is_refused_with_all_of_them() -> None:

@@ -18,6 +18,7 @@ from facetlog.perception.detection.line_front_end.evidence.half_planes import (
 )
 from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
+from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.types import FloatArray, View
 
@@ -27,8 +28,6 @@ __all__ = ["MIN_LIKENESS", "PIECE_PX", "print_likeness", "surface_between"]
 # large enough to tell print and small enough to lie on one surface.
 SAMPLES, STEP_PX = 8, 2.5
 PIECE_PX = SAMPLES * STEP_PX
-# A view takes part where it sees all of the piece; two views alone may agree by chance.
-MIN_VIEWS = 3
 # Between a point of a plane and so many of its neighbours the plane is looked at.
 NEIGHBOURS = 4
 # Two views show one print where their pictures correlate so much; of two that have nothing in
@@ -45,7 +44,8 @@ def print_likeness(
 ) -> FloatArray:
     """Mean correlation (n,) of what two of the views `which` (v,) show round points of a plane.
 
-    0 where fewer than MIN_VIEWS see the piece round a point (n, 3); `pixel` is a pixel's length.
+    0 where fewer than FEWEST_VIEWS see all of the piece round a point (n, 3); `pixel` is a
+    pixel's length.
     """
     steps = (np.arange(SAMPLES) - (SAMPLES - 1) / 2) * STEP_PX * pixel
     axes = plane_axes(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])
@@ -70,7 +70,7 @@ def print_likeness(
     # Of unit vectors |Σ p|² = V + V (V - 1) · the mean product of two.
     square = (total.astype(np.float64) ** 2).sum(axis=1)
     pairs = np.maximum(count * (count - 1), 1.0)
-    return np.where(count >= MIN_VIEWS, (square - count) / pairs, 0.0)
+    return np.where(count >= FEWEST_VIEWS, (square - count) / pairs, 0.0)
 
 
 def surface_between(

@@ -29,13 +29,13 @@ from facetlog.perception.detection.line_front_end.outlines.region_outline import
 )
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
+from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["ON_PLANE_PX", "RegionFinder"]
 
-MIN_VIEWS = 3
 # More views than this, evenly from those that face the plane, outline a region no better; all of
 # them judge it.
 MAX_VIEWS = 24
@@ -182,7 +182,7 @@ class RegionFinder:
             several = several[np.linspace(0, len(several) - 1, MAX_VIEWS).round().astype(int)]
         uv, seen = grid.pixels(self._projections[several], self._sizes[several])
         chosen = seen.any(axis=(1, 2))
-        if chosen.sum() < MIN_VIEWS:
+        if chosen.sum() < FEWEST_VIEWS:
             return None
         several, uv, seen = several[chosen], uv[:, chosen], seen[chosen]
         for n, k in enumerate(several.tolist()):

@@ -8,6 +8,7 @@ from facetlog import __version__
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.fixing.fix import Fix
 from facetlog.grammar.source import Source
+from facetlog.terminal import shortened
 
 __all__ = ["counted", "distinct", "errors_in", "faults_data", "faults_json", "faults_text", "plain"]
 
@@ -60,7 +61,7 @@ def faults_text(files: Sequence[Path], faults: Sequence[Fault]) -> str:
 
 def _lines(faults: Iterable[Fault]) -> Iterator[str]:
     for fault in faults:
-        yield from map(plain, fault.lines())
+        yield from (plain(shortened(line)) for line in fault.lines())
 
 
 def faults_json(files: Sequence[Path], faults: Sequence[Fault]) -> str:

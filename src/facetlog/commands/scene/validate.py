@@ -9,7 +9,7 @@ import typer
 from facetlog.commands.shared import NO, YES, AsJson, command
 from facetlog.counted import many
 from facetlog.errors import InputError
-from facetlog.terminal import error, one_line
+from facetlog.terminal import error, one_line, short_line
 
 if TYPE_CHECKING:
     from facetlog.perception.surfaces.scene_file import SceneFault
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 __all__ = ["validate_command"]
 
 FORMAT = "facetlog-validate/1"
+
+MOST_LINES = 20
+"""Faults of a file that are written as text; what is wrong once is often wrong everywhere."""
 
 
 @command
@@ -43,16 +46,18 @@ def validate_command(
         code = max(code, NO if faults else YES)
         if as_json:
             typer.echo(json.dumps(_report(path, faults)))
-        for fault in () if as_json else faults:
-            typer.echo(one_line(f"{path}: {fault}"))
+        for fault in () if as_json else faults[:MOST_LINES]:
+            typer.echo(short_line(f"{path}: {fault}"))
+        if not as_json and len(faults) > MOST_LINES:
+            more = many(len(faults) - MOST_LINES, "more fault")
+            typer.echo(one_line(f"{path}: {more}: --json has them all"))
     if not as_json:
         typer.echo(f"{many(len(files), 'file')}, {'all' if sound == len(files) else sound} sound")
     return code
 
 
 def _faults(path: Path) -> "tuple[SceneFault, ...]":
-    """The faults of a scene file: those of its form, or if it has none those of its geometry."""
-    from facetlog.perception.surfaces.scene_checks import scene_faults
+    """The faults for which a scene file is refused, by whatever reads it; none if it is sound."""
     from facetlog.perception.surfaces.scene_file import SceneFileError, read_scene
     from facetlog.query_shell.scene_files import is_raw_shape
 
@@ -61,10 +66,10 @@ def _faults(path: Path) -> "tuple[SceneFault, ...]":
             f"{path}: is a mesh or a cloud, no scene: make one of it by facetlog scene convert"
         )
     try:
-        scene = read_scene(path)
+        read_scene(path)
     except SceneFileError as exc:
         return exc.faults
-    return tuple(scene_faults(scene))
+    return ()
 
 
 def _report(path: Path, faults: "tuple[SceneFault, ...]") -> dict[str, object]:

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.scene import Plane
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
+from facetlog.perception.shapes.regions.up_direction import find_up
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import box_points, rectangle, turned
 
@@ -72,3 +74,15 @@ ON_A_PLANE = {
 @pytest.mark.parametrize("scene", ON_A_PLANE)
 def test_up_is_unknown_where_things_may_hang_or_be_legs(scene: str) -> None:
     assert found_up(np.concatenate(ON_A_PLANE[scene]), 3) is None
+
+
+def test_a_body_beneath_the_floor_alone_is_no_thing_on_it() -> None:
+    floor = sheet(3.0, 2.4)
+    above = blocks(((0.4, 0.4, 0.8), (0.0, 0.0, 0.0)))
+    below = blocks(((0.05, 0.05, 0.05), (0.2, 0.2, -0.6)))
+    points = np.concatenate([floor, above[above[:, 2] > 0.0], below])
+    owner = np.where(np.arange(len(points)) < len(floor), 0, -1)
+    plane = Plane(Z, 0.0, 1e-9 * np.eye(4))
+    up = find_up(points, owner, [plane], noise=0.002, spacing=0.02)
+    assert up is not None
+    assert float(up.direction @ Z) == pytest.approx(1.0)
