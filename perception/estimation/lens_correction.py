@@ -9,7 +9,7 @@ from facetlog.perception.first_names import named
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.types import Camera, Image, LensError, StoredPicture, View
 
-__all__ = ["corrected", "lens_warnings", "together"]
+__all__ = ["combined", "corrected", "lens_warnings"]
 
 WELL_KNOWN = 0.01
 """A focal length known to a hundredth leaves lengths as well known."""
@@ -31,7 +31,7 @@ def corrected(view: View, error: LensError) -> View:
     return replace(view, image=lens.undistort(view.image), camera=lens.pinhole, stored=stored)
 
 
-def together(first: LensError, beyond: LensError) -> LensError:
+def combined(first: LensError, beyond: LensError) -> LensError:
     """What a lens is off by, where a view corrected by the first is still off beyond it."""
     return LensError(
         first.focal * beyond.focal,

@@ -39,10 +39,10 @@ __all__ = [
     "PointFailure",
     "estimate_point",
     "estimate_points",
+    "pixel_incidence",
     "pixel_measurement",
     "plain_recursion",
     "ray_measurement",
-    "seen_at",
 ]
 
 # A point whose largest standard deviation exceeds this share of its distance from the nearest
@@ -96,7 +96,7 @@ class NoPoint:
         return False
 
 
-def seen_at(projection: FloatArray) -> Incidence:
+def pixel_incidence(projection: FloatArray) -> Incidence:
     """That points (..., 3) are seen at pixels (..., 2) by views with projections (..., 3, 4).
 
     The paper's f = (t1 - u t3) a + t14 - u t34, and the same of v, section 4.1. Pixels moved onto
@@ -121,7 +121,7 @@ def ray_measurement(uv: ArrayLike, projection: ArrayLike, noise: ArrayLike) -> M
     the weight of equation (10) does.
     """
     x, P, cov = (np.asarray(given, dtype=np.float64) for given in (uv, projection, noise))
-    return as_printed(seen_at(P), x, cov)
+    return as_printed(pixel_incidence(P), x, cov)
 
 
 def pixel_measurement(
@@ -183,7 +183,7 @@ def estimate_point(
     reason = REASONS[_failures(cameras, seen, found)[0]]
     if reason is not None:
         return NoPoint(reason)
-    agreed = [int(i) for i in np.flatnonzero(found.masks[0])]
+    agreed = [int(i) for i in np.flatnonzero(found.inliers[0])]
     at = found.points[0]
     distance = np.linalg.norm(at - cameras.centres[agreed], axis=1).mean()
     state = State(at, (START_SD * distance) ** 2 * np.eye(3))
@@ -205,7 +205,7 @@ def estimate_point(
         cameras.origin + cameras.scale * state.mean,
         cameras.scale**2 * state.cov,
         tuple(agreed[:used]),
-        tuple(int(i) for i in np.flatnonzero(~found.masks[0])),
+        tuple(int(i) for i in np.flatnonzero(~found.inliers[0])),
         needed,
     )
 
@@ -225,19 +225,19 @@ def estimate_points(
     ok = _failures(cameras, sightings, found) == 0
     points = np.where(ok[:, None], cameras.origin + cameras.scale * found.points, np.nan)
     covs = np.where(ok[:, None, None], cameras.scale**2 * unpacked(found.covs), np.nan)
-    return points, covs, np.logical_and(found.masks, ok[:, None]), ok
+    return points, covs, np.logical_and(found.inliers, ok[:, None]), ok
 
 
 def _failures(cameras: Cameras, seen: Sightings, found: Consensus) -> IndexArray:
     """Which of `REASONS` (n,) keeps each point from being one."""
     away = cameras.distances(found.points)
-    nearest = np.where(found.masks, away, np.inf).min(axis=1, initial=np.inf)
+    nearest = np.where(found.inliers, away, np.inf).min(axis=1, initial=np.inf)
     # The trace is at least the largest eigenvalue, and sooner known.
     limit = (MAX_RELATIVE_SD * nearest) ** 2
     vague = ~(found.covs[:, DIAGONAL].sum(axis=1) <= limit)
     near = np.flatnonzero(vague & np.isfinite(found.covs).all(axis=1))
     vague[near] = ~(np.linalg.eigvalsh(unpacked(found.covs[near]))[:, 2] <= limit[near])
-    few, alone = seen.seen.sum(axis=1) < 2, found.masks.sum(axis=1) < 2
+    few, alone = seen.seen.sum(axis=1) < 2, found.inliers.sum(axis=1) < 2
     reasons = (
         PointFailure.FEW_VIEWS,
         PointFailure.INCONSISTENT,

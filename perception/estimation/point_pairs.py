@@ -12,7 +12,7 @@ from facetlog.perception.estimation.point_fit import view_chi2
 from facetlog.perception.estimation.point_views import BoolArray, Cameras, IndexArray, Sightings
 from facetlog.perception.types import FloatArray
 
-__all__ = ["GATE_CHI2", "pair_points", "pairs", "support", "worth"]
+__all__ = ["GATE_CHI2", "pair_points", "pairs", "support", "view_gain"]
 
 # An observation belongs to a point up to this squared Mahalanobis distance: chi-square with 2
 # degrees of freedom, 99.9 %.
@@ -27,7 +27,7 @@ LEAST_PARALLAX = 1e-9
 BLOCK = 512
 
 
-def worth(seen: Sightings) -> FloatArray:
+def view_gain(seen: Sightings) -> FloatArray:
     """How much each view (n, V) adds, at most, to twice the log likelihood of a point.
 
     2 log of the density of the pixel's noise at its middle over that of a wrong match; zero where a
@@ -114,7 +114,7 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
 def support(
     cameras: Cameras,
     seen: Sightings,
-    worths: FloatArray,
+    view_gains: FloatArray,
     owner: IndexArray,
     points: FloatArray,
 ) -> FloatArray:
@@ -125,7 +125,7 @@ def support(
         rows = owner[part]
         chi2 = view_chi2(cameras, seen.xy[rows], seen.info[rows], points[part])
         chi2 /= PAIR_VARIANCE
-        gain = worths[rows] - chi2
+        gain = view_gains[rows] - chi2
         gain *= chi2 <= GATE_CHI2
         scores[part] = gain.sum(axis=1)
     return scores

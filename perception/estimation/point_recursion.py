@@ -10,21 +10,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from facetlog.perception.estimation.incidence import GATE, MAX_HELD, SURE_SD, updated
-from facetlog.perception.estimation.point_filter import estimate_points, seen_at
+from facetlog.perception.estimation.point_filter import estimate_points, pixel_incidence
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PointFilters", "seen_once_more"]
+__all__ = ["PointFilters", "updated_by_view"]
 
 BoolArray = NDArray[np.bool_]
 
 
-def seen_once_more(
+def updated_by_view(
     projection: FloatArray, points: FloatArray, covs: FloatArray, uv: FloatArray, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Points (n, 3) and covariances (n, 3, 3) after a view with this projection (3, 4) shows them
     at pixels `uv` (n, 2), `noise` (n, 2, 2); and which (n,) it does, the others are as before.
     """
-    after, covs_after, chi2 = updated(seen_at(projection), points, covs, uv, noise)
+    after, covs_after, chi2 = updated(pixel_incidence(projection), points, covs, uv, noise)
     taken: BoolArray = chi2 <= GATE
     return (
         np.where(taken[:, None], after, points),
@@ -72,7 +72,7 @@ class PointFilters:
         # Which of some known points take a view, after that they have.
         if not len(rows):
             return np.zeros(0, np.bool_)
-        self.points[rows], self.covs[rows], taken = seen_once_more(
+        self.points[rows], self.covs[rows], taken = updated_by_view(
             P, self.points[rows], self.covs[rows], uv, noise
         )
         self.views[rows] += taken

@@ -8,8 +8,8 @@ import numpy as np
 
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import alike
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import FaceEvidence
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.outlines.region_outline import (
     without_short_sides,
     without_straight_corners,
@@ -108,8 +108,8 @@ def simplest(candidate: Candidate, others: Sequence[Candidate], judge: Judge) ->
 
 
 def _plainest(best: Candidate, others: Sequence[Candidate], judge: Judge) -> Candidate:
-    # Of outlines of nearly the same region and worth the one with fewest corners: print beside
-    # a border gives edges enough for any notch.
+    # Of outlines of nearly the same region and score the one with fewest corners: texture beside
+    # a border has edges enough for any notch.
     plainer = [
         c
         for c in others
@@ -131,7 +131,7 @@ def square(
     known: Sequence[FloatArray],
     plane: PlaneHypothesis,
     cloud: LineCloud,
-    witnesses: Witnesses,
+    photos: PhotometricViews,
     sides: SideJudge,
     judge: Judge,
 ) -> Candidate:
@@ -141,7 +141,7 @@ def square(
     stand askew. `plane` is the candidate's.
     """
     cov = plane_cov(plane, cloud, candidate.corners, OPEN_SLOPE)
-    centre = witnesses.centres[candidate.evidence.shown].mean(axis=0)
+    centre = photos.centres[candidate.evidence.shown].mean(axis=0)
     for normal in square_normals(candidate.normal, known):
         if is_square(candidate.normal, normal):
             return replace(candidate, square=True)
@@ -149,7 +149,7 @@ def square(
         moved_by = np.abs((ring - candidate.corners) @ candidate.normal)
         if (moved_by > KNOWN_SDS * np.sqrt(np.diagonal(cov))).any():
             continue
-        views = witnesses.facing(ring.mean(axis=0), normal)
+        views = photos.facing(ring.mean(axis=0), normal)
         moved = sides.onto_edges(views, ring, normal, cloud.pixel)
         for corners in (ring, moved):
             again = judge(corners, replace(candidate, normal=normal))

@@ -35,9 +35,9 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     FaceJudge,
 )
 from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.hole_search import HoleFinder
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
 from facetlog.perception.detection.line_front_end.outlines.parallelograms import parallelograms
@@ -57,12 +57,12 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
     PlaneHypothesis,
     plane_basis,
 )
-from facetlog.perception.detection.line_front_end.planes.print_choice import with_print_planes
-from facetlog.perception.detection.line_front_end.planes.print_planes import PrintPlane
 from facetlog.perception.detection.line_front_end.planes.square_planes import (
     SQUARE_SLOPE,
 )
-from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
+from facetlog.perception.detection.line_front_end.planes.texture_choice import with_texture_planes
+from facetlog.perception.detection.line_front_end.planes.texture_planes import TexturePlane
+from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
     LineProfiles,
@@ -120,19 +120,19 @@ def select_faces(
     views: Sequence[View],
     profiles: LineProfiles,
     ground: Ground | None,
-    witnesses: Witnesses,
+    photos: PhotometricViews,
     sides: SideJudge,
-    prints: PrintPoints | None = None,
-    patches: Sequence[PrintPlane] = (),
+    texture: TexturePoints | None = None,
+    patches: Sequence[TexturePlane] = (),
 ) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
     """Faces on the planes, the best first, and in each view the pixels (H, W) that they explain, 1.
 
     None of them is the ground. Of the cloud's lines `worth` (n,) is their log-likelihood ratio, and
-    `profiles` say how far they are covered. The `patches` of points of print propose planes, too.
+    `profiles` say how far they are covered. The `patches` of texture points propose planes, too.
     """
-    selection = _Selection(planes, cloud, worth, views, profiles, ground, witnesses, sides)
-    if prints is not None:
-        selection.add_planes_of_print(patches, prints)
+    selection = _Selection(planes, cloud, worth, views, profiles, ground, photos, sides)
+    if texture is not None:
+        selection.add_texture_planes(patches, texture)
     return selection.run()
 
 
@@ -145,7 +145,7 @@ class _Selection:
         views: Sequence[View],
         profiles: LineProfiles,
         ground: Ground | None,
-        witnesses: Witnesses,
+        photos: PhotometricViews,
         sides: SideJudge,
     ) -> None:
         self._cloud = cloud
@@ -155,16 +155,16 @@ class _Selection:
         self._pixel = cloud.pixel
         self._sides = sides
         self._ground = ground
-        self._witnesses = witnesses
-        self._judge = FaceJudge(self._witnesses, self._sides, ground)
+        self._photos = photos
+        self._judge = FaceJudge(self._photos, self._sides, ground)
         self._behind = LinesBehind(
-            witnesses, sides, self._extents, cloud.end_covs.mean(axis=1), cloud.pixel
+            photos, sides, self._extents, cloud.end_covs.mean(axis=1), cloud.pixel
         )
-        self._holes = HoleFinder(witnesses, sides, cloud, profiles, self._behind)
+        self._holes = HoleFinder(photos, sides, cloud, profiles, self._behind)
         chosen = choose_planes(planes, cloud, worth, ground, self._beside, LEAST_PRICE)
         self._planes = list(chosen)
         self._finder = RegionFinder(
-            views, witnesses.levels, witnesses.weight, cloud.segments, ground, cloud.pixel
+            views, photos.levels, photos.weight, cloud.segments, ground, cloud.pixel
         )
         self._taken = [np.zeros(view.image.shape, dtype=np.uint8) for view in views]
         self._faces: list[SelectedFace] = []
@@ -175,15 +175,15 @@ class _Selection:
 
     def _beside(self, plane: PlaneHypothesis) -> NDArray[np.bool_]:
         lines = self._cloud.segments[plane.lines]
-        return surface_beside(self._witnesses, plane.normal, lines, self._pixel)
+        return surface_beside(self._photos, plane.normal, lines, self._pixel)
 
-    def add_planes_of_print(self, patches: Sequence[PrintPlane], prints: PrintPoints) -> None:
-        """Look over the planes of print, too."""
-        self._planes = list(with_print_planes(self._planes, patches, prints, self._cloud))
+    def add_texture_planes(self, patches: Sequence[TexturePlane], texture: TexturePoints) -> None:
+        """Search the planes of texture points, too."""
+        self._planes = list(with_texture_planes(self._planes, patches, texture, self._cloud))
 
     def run(self) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
         for plane, chosen in enumerate(self._planes):
-            self._push(chosen.promise - LEAST_PRICE, plane)
+            self._push(chosen.bound - LEAST_PRICE, plane)
         searched: dict[tuple[int, float], int] = {}
         while self._queue:
             worth, _, best = heapq.heappop(self._queue)
@@ -218,7 +218,7 @@ class _Selection:
 
     def _look_over(self, plane: int) -> None:
         hypothesis = self._planes[plane].plane
-        # Print divides a face into regions; its own lines go all the way round.
+        # Texture divides a face into regions; its own lines go all the way round.
         for outline in find_outlines(hypothesis, self._cloud, self._profiles):
             for normal in (outline.normal, -outline.normal):
                 corners = _counter_clockwise(outline.corners, normal)
@@ -240,7 +240,7 @@ class _Selection:
             self._propose_rough(ring, hypothesis.normal, plane)
 
     def _propose_moved(self, corners: FloatArray, normal: FloatArray, plane: int) -> None:
-        views = self._witnesses.facing(corners.mean(axis=0), normal)
+        views = self._photos.facing(corners.mean(axis=0), normal)
         moved = self._sides.onto_edges(views, corners, normal, self._pixel)
         self._propose(moved, normal, plane, moved=True)
 
@@ -296,7 +296,7 @@ class _Selection:
             self._known_normals(plain),
             self._planes[plain.plane].plane,
             self._cloud,
-            self._witnesses,
+            self._photos,
             self._sides,
             self._instead,
         )
@@ -397,7 +397,7 @@ class _Selection:
         near = SAME_PLANE_PX * self._pixel
         if overlap(corners, normal, face.corners, face.normal, near):
             return True
-        centres, free = self._witnesses.centres[face.shown], FREE_PX * self._pixel
+        centres, free = self._photos.centres[face.shown], FREE_PX * self._pixel
         hides = blocked(corners, normal, face.seen, centres, free)
         return bool(hides.sum() > MAX_BLOCKED * hides.size)
 

@@ -18,12 +18,12 @@ from facetlog.perception.detection.line_front_end.evidence.half_planes import (
     MIN_CONSISTENT,
     MIN_WEIGHT,
 )
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import (
     LEAST_WORTH,
     LinesBehind,
 )
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
 from facetlog.perception.detection.line_front_end.outlines.plane_grid import (
     COARSE_PX,
@@ -87,13 +87,13 @@ class HoleFinder:
 
     def __init__(
         self,
-        witnesses: Witnesses,
+        photos: PhotometricViews,
         sides: SideJudge,
         cloud: LineCloud,
         profiles: LineProfiles,
         behind: LinesBehind,
     ) -> None:
-        self._witnesses = witnesses
+        self._photos = photos
         self._sides = sides
         self._cloud = cloud
         self._profiles = profiles
@@ -197,8 +197,8 @@ class HoleFinder:
         outline = shapely.Polygon(grid.cells(corners) + 0.5).buffer(0)
         middles = np.argwhere(np.ones(grid.shape))[:, ::-1] + 0.5
         middles = middles[shapely.contains_xy(outline, middles)]
-        found, seen = self._witnesses.agree(views, grid.points(middles), taken)
-        weight = self._witnesses.weight[views]
+        found, seen = self._photos.agree(views, grid.points(middles), taken)
+        weight = self._photos.weight[views]
         missing = differs_more(weight @ seen, weight @ (seen & ~found.agrees))
         return _Cells(grid, outline, middles, missing)
 
@@ -258,16 +258,16 @@ class HoleFinder:
         hit = edges.found.sum(axis=(0, 2)) / np.maximum(edges.there.sum(axis=(0, 2)), 1)
         if (hit < MIN_COVERAGE).any():
             return 0.0
-        ratio = float((self._witnesses.weight[views] @ edges.ratio).sum())
+        ratio = float((self._photos.weight[views] @ edges.ratio).sum())
         return max(ratio - SIDE_PRICE * len(ring) - CHANCE_PRICE, 0.0)
 
     def _shines(
         self, points: FloatArray, views: NDArray[np.intp], taken: Sequence[NDArray[np.uint8]]
     ) -> bool:
         # Whether what views differ by is mostly how bright all of it is to each: a glossy label.
-        weight = self._witnesses.weight[views]
-        found, seen = self._witnesses.agree(views, points, taken)
-        even = self._witnesses.agree_evened(views, points, taken)
+        weight = self._photos.weight[views]
+        found, seen = self._photos.agree(views, points, taken)
+        even = self._photos.agree_evened(views, points, taken)
         apart, left = (float((weight @ (seen & ~a.agrees)).sum()) for a in (found, even))
         return left < SHINES * apart
 

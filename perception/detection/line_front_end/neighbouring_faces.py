@@ -24,8 +24,8 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     inner_points,
 )
 from facetlog.perception.detection.line_front_end.evidence.half_planes import MIN_WEIGHT
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.face_selection import (
     FREE_PX,
     SAME_PLANE_PX,
@@ -56,7 +56,7 @@ class _Proposal:
 
 def neighbouring_faces(
     faces: Sequence[SelectedFace],
-    witnesses: Witnesses,
+    photos: PhotometricViews,
     sides: SideJudge,
     taken: Sequence[NDArray[np.uint8]],
     ground: Ground | None,
@@ -71,10 +71,10 @@ def neighbouring_faces(
         p
         for p in _proposals(faces, ground, pixel)
         if not (ground is not None and ground.holds(p.ring).all())
-        and _is_free(p, faces, witnesses, pixel)
+        and _is_free(p, faces, photos, pixel)
     ]
     price = CHANCE_PRICE + float(np.log(max(len(proposals), 1)))
-    found = [_judged(p, witnesses, sides, taken, price) for p in proposals]
+    found = [_judged(p, photos, sides, taken, price) for p in proposals]
     judged = [each for each in found if each is not None]
     kept: list[SelectedFace] = []
     near = SAME_PLANE_PX * pixel
@@ -152,14 +152,14 @@ def _proposal(
 
 
 def _is_free(
-    proposal: _Proposal, faces: Sequence[SelectedFace], witnesses: Witnesses, pixel: float
+    proposal: _Proposal, faces: Sequence[SelectedFace], photos: PhotometricViews, pixel: float
 ) -> bool:
     # It lies on no found face and hides none from the views that show it.
     ring, normal = proposal.ring, proposal.normal
     for f in faces:
         if overlap(ring, normal, f.corners, f.normal, SAME_PLANE_PX * pixel):
             return False
-        centres = witnesses.centres[f.shown]
+        centres = photos.centres[f.shown]
         hides = blocked(ring, normal, f.seen, centres, FREE_PX * pixel)
         if hides.sum() > MAX_BLOCKED * hides.size:
             return False
@@ -168,7 +168,7 @@ def _is_free(
 
 def _judged(
     proposal: _Proposal,
-    witnesses: Witnesses,
+    photos: PhotometricViews,
     sides: SideJudge,
     taken: Sequence[NDArray[np.uint8]],
     price: float,
@@ -176,23 +176,23 @@ def _judged(
     # The face, if the views that it is turned to do not speak against it, and what for it.
     ring, normal = proposal.ring, proposal.normal
     points = inner_points(ring, normal)
-    views = witnesses.facing(ring.mean(axis=0), normal)
+    views = photos.facing(ring.mean(axis=0), normal)
     if not len(views) or not len(points):
         return None
-    result, seen = witnesses.agree(views, points, taken)
+    result, seen = photos.agree(views, points, taken)
     views = views[seen.mean(axis=1) > SEEN_SHARE]
-    shown = np.zeros(len(witnesses.weight), dtype=np.bool_)
+    shown = np.zeros(len(photos.weight), dtype=np.bool_)
     shown[views] = True
     if not len(views):
         implied = SelectedFace(ring, normal, shown, 0.0, points)
         return (implied, 0.0) if proposal.known.sum() >= ENOUGH_KNOWN else None
-    weight = float(witnesses.weight[views].sum())
+    weight = float(photos.weight[views].sum())
     if weight >= JUDGED_WEIGHT or (weight >= MIN_WEIGHT and result.ratio.mean() < 0):
         return None
     evidence = sides.evidence(views, np.stack([ring, np.roll(ring, -1, axis=0)], axis=1))
     new = ~proposal.known if not proposal.known.all() else proposal.known
     hit = evidence.found.sum(axis=(0, 2)) / np.maximum(evidence.there.sum(axis=(0, 2)), 1)
-    worth = float((witnesses.weight[views] @ evidence.ratio)[new].sum())
+    worth = float((photos.weight[views] @ evidence.ratio)[new].sum())
     if (hit[new] < MIN_COVERAGE).any() or worth < price:
         return None
     return SelectedFace(ring, normal, shown, float(hit.mean()), points), worth

@@ -76,9 +76,9 @@ class Adjusted:
         placed = zip(self.problem.views, self.poses, focal.tolist(), strict=True)
         return tuple(replace(v, pose=p, camera=v.camera.zoomed(f)) for v, p, f in placed)
 
-    def freed(self, tracks: Tracks) -> Tracks:
+    def undistorted(self, tracks: Tracks) -> Tracks:
         """The tracks as pinholes would show them: without the radial distortion found."""
-        return replace(tracks, uv=self.problem.lenses.freed(self.lens, tracks.uv))
+        return replace(tracks, uv=self.problem.lenses.undistorted(self.lens, tracks.uv))
 
     @property
     def lens_errors(self) -> tuple[LensError, ...]:

@@ -76,13 +76,13 @@ def adjusted_points(
         of_chosen = replace(tracks, used=used).rows(chosen)
         start = found.points[chosen]
         done = adjust(of_chosen, views, start, errors, extra_px, done, least_px, lens_is_off)
-        straight = done.freed(tracks)
+        straight = done.undistorted(tracks)
         found = _estimated(straight, done.views, done.sizes.extra_px)
         before, used = used, found.used
         if choice and (used == before).all():
             break
         least_px = max(_pose_noise_px(straight, done.views), LEAST_PX)
-    straight = tracks if done is None else done.freed(tracks)
+    straight = tracks if done is None else done.undistorted(tracks)
     projections = np.array([v.projection for v in found.views])
     groups = view_groups(np.array([v.pose.centre for v in found.views]))
     noise = tracks.noise(found.extra_px)
@@ -92,7 +92,7 @@ def adjusted_points(
 
 def points_at(tracks: Tracks, at: AdjustedPoints) -> AdjustedPoints:
     """The points of tracks where the poses stay as they were adjusted, with what these are off."""
-    straight = tracks if at.adjusted is None else at.adjusted.freed(tracks)
+    straight = tracks if at.adjusted is None else at.adjusted.undistorted(tracks)
     found = _estimated(straight, at.views, at.extra_px)
     return _honest(tracks, replace(found, factor=at.factor, adjusted=at.adjusted))
 

@@ -68,7 +68,7 @@ class Lenses:
         at = self.centre + ((1.0 + a) * gain)[..., None] * off
         return at, by_pixel, np.stack([by_focal, by_radial], axis=-1)
 
-    def freed(self, unknowns: FloatArray, uv: FloatArray) -> FloatArray:
+    def undistorted(self, unknowns: FloatArray, uv: FloatArray) -> FloatArray:
         """What pixels (n, V, 2) as seen would be without the radial distortion alone."""
         a, b = np.moveaxis(self.of_views(unknowns), -1, 0)
         if not b.any():

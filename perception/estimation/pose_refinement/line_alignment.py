@@ -73,7 +73,7 @@ def align(
     points = segment_samples(segments, SAMPLES)
     own = 6 * views
     h, g = np.zeros((own + 4 * lines,) * 2), np.zeros(own + 4 * lines)
-    drifting.chain.believe(twists, h, g)
+    drifting.chain.add_prior(twists, h, g)
     for k, view in enumerate(drifting.at(range(views), twists)):
         chosen = np.nonzero(use[:, k])[0]
         if not len(chosen):

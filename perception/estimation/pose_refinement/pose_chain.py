@@ -39,7 +39,7 @@ class PoseChain:
         """Mean (6,) and covariance (6, 6) of the twist of view k > 0, from those before it."""
         return twists[k - 1], self.steps[k - 1]
 
-    def believe(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
+    def add_prior(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
         """Adds the chain's own normal equations of the first twists (V, 6) to h and g."""
         belief = np.linalg.inv(self.first)
         h[:6, :6] += belief
@@ -67,7 +67,7 @@ class SinglePoses:
         """Mean (6,) and covariance (6, 6) of the twist of view k: others say nothing of it."""
         return np.zeros_like(twists[0]), self.covs[k]
 
-    def believe(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
+    def add_prior(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
         """Adds the normal equations of the first twists (V, 6) to h and g."""
         for k, twist in enumerate(twists):
             at = slice(6 * k, 6 * k + 6)

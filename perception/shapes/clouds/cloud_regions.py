@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
-from facetlog.perception.shapes.clouds.all_round import closes_gaps, goes_all_round
+from facetlog.perception.shapes.clouds.all_sides import closes_gaps, covers_all_sides
 from facetlog.perception.shapes.clouds.cloud_levels import levels_by_height
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline, cloud_outlines
 from facetlog.perception.shapes.clouds.cloud_planes import (
@@ -18,7 +18,7 @@ from facetlog.perception.shapes.clouds.cloud_planes import (
 from facetlog.perception.shapes.clouds.cloud_sides import Surroundings, outer_side
 from facetlog.perception.shapes.clouds.points_off_faces import off_faces
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
-from facetlog.perception.shapes.regions.point_bodies import is_scatter, majority, tell_apart
+from facetlog.perception.shapes.regions.point_bodies import cluster_bodies, is_scatter, majority
 from facetlog.perception.shapes.regions.up_direction import (
     HELD_OTHERWISE,
     Up,
@@ -61,7 +61,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     level = _up(cloud, found, outlines, owner, looked, spacing, up)
     floor = () if level is None or level.floor is None else (level.floor,)
     bodies = np.full(len(cloud.points), -1)
-    bodies[looked] = tell_apart(cloud.points[looked], owner[looked], spacing, support=floor)
+    bodies[looked] = cluster_bodies(cloud.points[looked], owner[looked], spacing, support=floor)
     body_of = [
         -1 if n in floor else majority(bodies[looked][owner[looked] == n])
         for n in range(len(outlines))
@@ -78,7 +78,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     direction = None if level is None else level.direction
     regions = _regions(outlines, found, about, body_of, floor, direction)
     things = cloud.points[looked][bodies[looked] >= 0]
-    whole = not floor and goes_all_round(things, noise=found.noise, spacing=spacing)
+    whole = not floor and covers_all_sides(things, noise=found.noise, spacing=spacing)
     if whole and direction is not None:
         levels, on_levels = _levels(cloud, found, about, looked, regions, direction)
         regions = (*regions, *levels)

@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["is_scatter", "majority", "tell_apart"]
+__all__ = ["cluster_bodies", "is_scatter", "majority"]
 
 # Points at random on one surface are within so many spacings of the next: the chance is e^-28.
 REACH_SPACINGS = 3.0
@@ -26,7 +26,7 @@ SCATTER_SHARE = 0.005
 LEAST_POINTS = 8
 
 
-def tell_apart(
+def cluster_bodies(
     points: FloatArray,
     owner: NDArray[np.intp],
     spacing: float,

@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.scene import Plane
-from facetlog.perception.shapes.regions.point_bodies import tell_apart
+from facetlog.perception.shapes.regions.point_bodies import cluster_bodies
 from facetlog.perception.shapes.regions.stands_or_hangs import surely_stand, width_of
 from facetlog.perception.types import FloatArray
 
@@ -135,7 +135,7 @@ def _candidate(
     if within.mean() < WITHIN_SHARE or width < LEAST_WIDTH * float(np.abs(height[things]).max()):
         return None
     if up is None:
-        bodies = tell_apart(points, owner, spacing, support=(region,))
+        bodies = cluster_bodies(points, owner, spacing, support=(region,))
         over = np.column_stack([flat, sign * height])
         numbers = range(int(bodies.max()) + 1)
         if not surely_stand([over[things & (bodies == k)] for k in numbers], spacing):

@@ -40,7 +40,7 @@ class ChosenPlane:
     """
 
     plane: PlaneHypothesis
-    promise: float
+    bound: float
     sides: tuple[float, ...]
     spans: FloatArray
 
@@ -75,7 +75,7 @@ def choose_planes(
         if k not in sides:
             beside = surface(distinct[k])
             seen_from = zip((1.0, -1.0), beside @ worth[lines[k]], strict=True)
-            sides[k] = tuple(side for side, promise in seen_from if promise > least)
+            sides[k] = tuple(side for side, bound in seen_from if bound > least)
             lines[k] = lines[k][beside.any(axis=0)]
         now = -float(left[lines[k]].sum())
         if not sides[k]:
@@ -116,21 +116,20 @@ def same_plane(
 def plane_cov(
     plane: PlaneHypothesis, cloud: LineCloud, points: FloatArray, slope: float
 ) -> FloatArray:
-    """Covariance (k, k) of how far a plane is off at points (k, 3) of it, as its lines and print
-    know it.
+    """Covariance (k, k) of a plane's heights at points (k, 3) of it, from its lines and texture.
 
-    What they leave open is known to a `slope` (OPEN_SLOPE where nothing else tells it).
+    Where they leave the tilt open it has a prior of `slope` (OPEN_SLOPE if nothing else bounds it).
     """
     basis, middle = plane_basis(plane.normal), points.mean(axis=0)
 
     def design(x: FloatArray) -> FloatArray:
         return np.column_stack([(x - middle) @ basis, np.ones(len(x))])
 
-    known = design(np.concatenate([cloud.segments[plane.lines].reshape(-1, 3), plane.prints]))
+    known = design(np.concatenate([cloud.segments[plane.lines].reshape(-1, 3), plane.texture]))
     covs = cloud.end_covs[plane.lines].reshape(-1, 3, 3)
     variance = np.einsum("i,nij,j->n", plane.normal, covs, plane.normal)
     variance += (LINE_SD_PX * cloud.pixel) ** 2
-    variance = np.concatenate([variance, plane.print_variance])
+    variance = np.concatenate([variance, plane.texture_variance])
     prior = np.diag([slope, slope, OPEN_PX * cloud.pixel]) ** 2
     cov = np.linalg.inv(np.linalg.inv(prior) + (known.T / variance) @ known)
     there = design(points)

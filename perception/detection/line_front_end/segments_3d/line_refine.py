@@ -34,7 +34,7 @@ STEP_PX = 0.5
 MIN_GRADIENT_SD = 3.0
 # Two numbers fix a straight line in a picture: so many of its readings are independent.
 READINGS_A_VIEW = 2
-# Scale of the robust (Cauchy) weight, px: pose errors and print beside an edge, not pixel noise.
+# Scale of the robust (Cauchy) weight, px: pose errors and texture beside an edge, not pixel noise.
 ROBUST_PX = 1.0
 
 

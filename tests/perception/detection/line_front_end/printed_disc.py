@@ -9,13 +9,13 @@ import numpy as np
 
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
-from facetlog.perception.detection.line_front_end.points_3d.print_points import (
-    PrintPoints,
-    print_points,
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
+from facetlog.perception.detection.line_front_end.points_3d.texture_points import (
+    TexturePoints,
+    texture_points,
 )
 from facetlog.perception.detection.view_graph import ViewGraph, view_graph
-from facetlog.perception.estimation.print_triangulation import triangulated
+from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.types import Camera, FloatArray, Image, Pose, View
 from facetlog.robot.tour import ring_poses
 
@@ -43,12 +43,12 @@ class PrintedRig:
         return self.graph.distance / CAMERA.fx
 
     @cached_property
-    def prints(self) -> PrintPoints:
-        return print_points(self.views, self.maps, self.graph, self.pixel, triangulated)
+    def texture(self) -> TexturePoints:
+        return texture_points(self.views, self.maps, self.graph, self.pixel, triangulated)
 
     @cached_property
-    def witnesses(self) -> Witnesses:
-        return Witnesses(self.views, GreyLevels(self.views, self.maps), self.graph.weight)
+    def photos(self) -> PhotometricViews:
+        return PhotometricViews(self.views, GreyLevels(self.views, self.maps), self.graph.weight)
 
 
 def drawing(seed: int) -> Image:

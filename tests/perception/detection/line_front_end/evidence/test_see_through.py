@@ -8,9 +8,9 @@ import pytest
 
 from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.types import FloatArray, View
 from facetlog.robot.tour import ring_poses
@@ -36,7 +36,7 @@ def drawn(lines: Sequence[FloatArray]) -> tuple[View, ...]:
     return tuple(views)
 
 
-def seen_at(centre: FloatArray) -> FloatArray:
+def pixel_incidence(centre: FloatArray) -> FloatArray:
     """Where in the outline's plane a view sees the line behind."""
     t = centre[2] / (centre[2] - BEHIND[:, 2:])
     return np.asarray(centre + t * (BEHIND - centre))
@@ -54,10 +54,10 @@ def seen_through(
 
 def lines_behind(views: Sequence[View], behind: Sequence[FloatArray]) -> LinesBehind:
     maps, weight = [edge_map(v.image) for v in views], np.ones(len(views))
-    witnesses = Witnesses(views, GreyLevels(views, maps), weight)
+    photos = PhotometricViews(views, GreyLevels(views, maps), weight)
     exact = 1e-6 * np.tile(np.eye(3), (len(behind), 1, 1))
     sides = SideJudge(views, maps, weight)
-    return LinesBehind(witnesses, sides, np.array(behind), exact, PIXEL)
+    return LinesBehind(photos, sides, np.array(behind), exact, PIXEL)
 
 
 def test_one_sees_through_where_the_views_see_a_line_behind() -> None:
@@ -80,7 +80,7 @@ def test_what_is_seen_through_a_hole_says_nothing() -> None:
 
 def test_print_that_all_views_see_makes_no_line_behind() -> None:
     # Grain: in each view one of its lines is where the line behind would be.
-    grain = [seen_at(pose.centre) for pose in POSES]
+    grain = [pixel_incidence(pose.centre) for pose in POSES]
     assert not seen_through(drawn(grain))
 
 

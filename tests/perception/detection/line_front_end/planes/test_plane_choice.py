@@ -39,7 +39,7 @@ def test_a_plane_that_is_there_twice_is_taken_once() -> None:
     (only,) = choose_planes(
         (level(1.0, 4), tilted), cloud(SQUARE), np.full(4, 9.0), None, surface, 1
     )
-    assert only.promise == 36.0
+    assert only.bound == 36.0
     assert only.sides == (1.0, -1.0)
     assert len(only.plane.lines) == 4
 
@@ -58,7 +58,7 @@ def test_planes_through_the_same_lines_are_worth_less_and_less() -> None:
     lines = cloud(np.concatenate([axis, own]))
     chosen = choose_planes(planes, lines, worth, None, surface, 16.0)
     assert 3 <= len(chosen) <= 5
-    np.testing.assert_allclose([c.promise for c in chosen], 105.0)
+    np.testing.assert_allclose([c.bound for c in chosen], 105.0)
 
 
 def test_lines_on_the_ground_are_worth_nothing() -> None:
@@ -79,7 +79,7 @@ def test_lines_speak_only_for_a_plane_that_is_a_surface_beside_them() -> None:
 
     worth = np.full(4, 10.0)
     (plane,) = choose_planes((level(1.0, 4),), cloud(SQUARE), worth, None, from_above_at_two, 16.0)
-    assert plane.promise == 20.0
+    assert plane.bound == 20.0
     assert plane.sides == (1.0,)
     assert not choose_planes((level(1.0, 4),), cloud(SQUARE), worth, None, from_above_at_two, 25.0)
 

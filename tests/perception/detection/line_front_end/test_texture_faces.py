@@ -5,16 +5,18 @@ from functools import partial
 
 import numpy as np
 
-from facetlog.perception.detection.line_front_end.evidence.print_likeness import surface_between
+from facetlog.perception.detection.line_front_end.evidence.texture_correlation import (
+    surface_between,
+)
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
-from facetlog.perception.detection.line_front_end.planes.print_planes import (
-    PrintPlane,
-    print_planes,
+from facetlog.perception.detection.line_front_end.planes.texture_planes import (
+    TexturePlane,
     shown_patches,
+    texture_planes,
 )
-from facetlog.perception.detection.line_front_end.print_faces import print_faces
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.texture_faces import texture_faces
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from tests.perception.detection.line_front_end.printed_disc import (
     HEIGHT,
@@ -29,9 +31,9 @@ from tests.perception.detection.line_front_end.printed_disc import (
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def patches_of(rig: PrintedRig) -> tuple[PrintPlane, ...]:
-    surface = partial(surface_between, rig.witnesses, rig.views, rig.pixel)
-    return shown_patches(print_planes(rig.prints, rig.pixel), rig.prints, surface)
+def patches_of(rig: PrintedRig) -> tuple[TexturePlane, ...]:
+    surface = partial(surface_between, rig.photos, rig.views, rig.pixel)
+    return shown_patches(texture_planes(rig.texture, rig.pixel), rig.texture, surface)
 
 
 def found(
@@ -45,8 +47,8 @@ def found(
     cloud = LineCloud(
         np.zeros((0, 2, 3)), np.zeros((0, 2, 3, 3)), np.zeros(0), np.zeros(0), rig.pixel
     )
-    return print_faces(
-        patches_of(rig), rig.prints, faces, rig.views, rig.witnesses, pixels, ground, cloud
+    return texture_faces(
+        patches_of(rig), rig.texture, faces, rig.views, rig.photos, pixels, ground, cloud
     )
 
 
@@ -72,7 +74,7 @@ def test_pixels_of_other_faces_show_no_print() -> None:
 
 def test_print_on_the_ground_is_no_face() -> None:
     rig = printed_rig()
-    ground = Ground(UP, HEIGHT, 6 * rig.pixel, rig.witnesses.centres, rig.graph.distance)
+    ground = Ground(UP, HEIGHT, 6 * rig.pixel, rig.photos.centres, rig.graph.distance)
     assert found(rig, ground=ground) == ()
 
 

@@ -23,7 +23,7 @@ from facetlog.perception.estimation.pose_refinement.line_alignment import Drifti
 from facetlog.perception.estimation.pose_refinement.pose_chain import SinglePoses, of_twist
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["in_agreement"]
+__all__ = ["aligned_views"]
 
 POSE_SD = np.radians(1.0)
 """Of turns, and of places as seen from the cameras' distance: about how far poses may be off. Large
@@ -47,7 +47,7 @@ GAIN = 0.02
 """Of the explained share, for which poses are moved."""
 
 
-def in_agreement(
+def aligned_views(
     views: Sequence[View],
     maps: Sequence[EdgeMap],
     segments: Sequence[FloatArray],

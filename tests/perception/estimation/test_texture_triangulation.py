@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from facetlog.perception.estimation.print_triangulation import triangulated
+from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.types import Camera, View
 from facetlog.robot.tour import ring_poses
 

@@ -12,7 +12,7 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.surfaces.occupancy import CELLS
 from facetlog.perception.types import FloatArray
 
-__all__ = ["closes_gaps", "goes_all_round", "least_hidden"]
+__all__ = ["closes_gaps", "covers_all_sides", "least_hidden"]
 
 # Directions to look along, each from both ends: none is further than 15 degrees from one of them.
 DIRECTIONS = 48
@@ -36,7 +36,7 @@ CELLS_A_POINT = 5.0
 FLAT_SHARE = 0.9
 
 
-def goes_all_round(points: FloatArray, *, noise: float, spacing: float) -> bool:
+def covers_all_sides(points: FloatArray, *, noise: float, spacing: float) -> bool:
     """Whether more of points (n, 3) is hidden from everywhere than a view from one side hides."""
     return least_hidden(points, noise=noise, spacing=spacing) > HIDDEN_SHARE
 
