@@ -19,14 +19,14 @@ from facetlog.robot.simulator.drive import Drive
 from facetlog.robot.simulator.dynamics import STEP
 from facetlog.robot.simulator.generations import Generation, generation_of, tail_length
 from facetlog.robot.simulator.handshake import Handshake
-from facetlog.robot.simulator.sonar import Sonars
-from facetlog.robot.simulator.telling import (
+from facetlog.robot.simulator.report_fields import (
     encoders,
     flags,
     motion_fields,
     tail,
     true_pose_packet,
 )
+from facetlog.robot.simulator.sonar import Sonars
 
 __all__ = ["BOOT_SECONDS", "Firmware"]
 
@@ -197,7 +197,7 @@ class Firmware:
             front_bumpers=front,
             rear_bumpers=rear,
             # Before AROS a servo's pulse width stands here: no servo, no pulse.
-            flags=state if self._generation.tells_motors else 0,
+            flags=state if self._generation.reports_motors else 0,
             compass=0,
             sonar=self.sonars.readings(now, body.truth),
             **motion_fields(
@@ -246,7 +246,7 @@ class Firmware:
         elif command is Command.RESET:
             self.power_cycle(now)
         elif command is Command.CONFIG:
-            self._say(self.drive.settings.told(self.drive.configuration).to_packet())
+            self._say(self.drive.settings.reported(self.drive.configuration).to_packet())
         elif command in _OWN:
             argument = argument_of(packet)
             if isinstance(argument, int):

@@ -40,7 +40,7 @@ class Generation(IntEnum):
     ARCOS = 3
 
     @property
-    def tells_motors(self) -> bool:
+    def reports_motors(self) -> bool:
         """Whether its flags tell of motors and stop button; before, a pulse width stood there."""
         return self >= Generation.AROS
 
@@ -110,7 +110,7 @@ def default_configuration(parameters: Parameters, name: str) -> Configuration:
         rear_bumpers=BUMPERS,
         charger=0,
         sonar_cycle=40,
-        autobaud=AUTOBAUD if generation.tells_motors else 0,
+        autobaud=AUTOBAUD if generation.reports_motors else 0,
         gyro=0,
         drift_factor=0,
         aux2_baud=0,

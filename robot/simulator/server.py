@@ -10,7 +10,7 @@ from facetlog.robot.simulator.aux_port import BAUD_RATES
 from facetlog.robot.simulator.endpoints import Endpoint
 from facetlog.robot.simulator.live import LiveSimulation
 
-__all__ = ["Turn", "serve"]
+__all__ = ["ActiveClient", "serve"]
 
 TICK_MS = 5
 """Between two looks at the simulation; it goes on in steps of the same length."""
@@ -19,7 +19,7 @@ HEAD_BAUD = BAUD_RATES[0]
 _LOG = logging.getLogger(__name__)
 
 
-class Turn:
+class ActiveClient:
     """Which end of the robot's line is heard and answered, where there are several.
 
     A robot has one client: while that one speaks, nobody at another end can stop or close its
@@ -54,7 +54,7 @@ def serve(
     stop: threading.Event,
 ) -> None:
     """Passes bytes until `stop` is set."""
-    turn = Turn(robot)
+    turn = ActiveClient(robot)
     ends = [*robot, *([head] if head is not None else [])]
     while not stop.is_set():
         poll = select.poll()

@@ -30,7 +30,7 @@ from facetlog.commands.robot_options import (
     numbers_in,
     optics_of,
     parsed_start,
-    telling_warnings,
+    warnings_to_stderr,
 )
 from facetlog.commands.robot_words import COLLECT_AGAIN, worded, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
@@ -137,7 +137,7 @@ def collect_command(
         model=model,
         baud=baud,
     )
-    with ended_by_signals(), ExitStack() as stack, telling_warnings():
+    with ended_by_signals(), ExitStack() as stack, warnings_to_stderr():
         verdicts = _judging(stack, out, tuple(models or ()), trust) if recognize else None
         collected = _collected(request, verdicts)
         last = _last_verdict(verdicts, len(collected.taken)) if verdicts is not None else None
@@ -223,7 +223,7 @@ class _Told:
             f"{math.degrees(view.pan):+.1f}°, tilt {math.degrees(view.tilt):+.1f}°"
         )
         if self._verdicts is not None:
-            _tell(self._verdicts.ready())
+            _report(self._verdicts.ready())
             if done >= LEAST_VIEWS:
                 self._verdicts.ask(done)
 
@@ -234,7 +234,7 @@ class _Told:
         note(message)
 
 
-def _tell(verdicts: "list[ViewVerdict]") -> None:
+def _report(verdicts: "list[ViewVerdict]") -> None:
     for verdict in verdicts:
         note(f"of {verdict.views} views: {verdict.line}")
 
@@ -252,12 +252,12 @@ def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collecte
 
 def _last_verdict(verdicts: "ViewVerdicts", views: int) -> "ViewVerdict | None":
     """The verdict on all views, once it is there; those before it are told."""
-    _tell(verdicts.ready())
+    _report(verdicts.ready())
     if views < LEAST_VIEWS:
         return None
     verdicts.ask(views, finally_=True)
     come = verdicts.last()
-    _tell(come[:-1])
+    _report(come[:-1])
     return come[-1] if come else None
 
 

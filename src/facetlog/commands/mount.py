@@ -27,7 +27,7 @@ from facetlog.commands.robot_options import (
     checked_speed,
     ended_by_signals,
     optics_of,
-    telling_warnings,
+    warnings_to_stderr,
 )
 from facetlog.commands.robot_words import MOUNT_AGAIN, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, command
@@ -146,11 +146,11 @@ def _sightings(
 ) -> "tuple[list[Sighting], Optics]":
     """The board from all sides, and the optics it was seen with."""
     from facetlog.robot.camera.source import open_camera
-    from facetlog.robot.collecting.drive import Wheels
+    from facetlog.robot.collecting.drive import MobileBase
     from facetlog.robot.collecting.line_faults import with_line
     from facetlog.robot.collecting.mount_session import BoardRig, take_sightings
     from facetlog.robot.collecting.run import open_robot_head
-    from facetlog.robot.collecting.simulated import sight
+    from facetlog.robot.collecting.simulated_robot import camera_and_optics
     from facetlog.robot.collecting.steering import Pace
     from facetlog.robot.pioneer.limits import Limits
     from facetlog.robot.pioneer.pioneer import Pioneer
@@ -160,29 +160,29 @@ def _sightings(
         ended_by_signals(),
         wording_errors(MOUNT_AGAIN),
         ExitStack() as stack,
-        telling_warnings(),
+        warnings_to_stderr(),
     ):
         robot = stack.enter_context(
             Pioneer.connect(
                 line.robot, model=line.model, limits=Limits(speed=line.speed), baud=line.baud
             )
         )
-        seen = sight(robot, line.robot, line.camera, optics, note)
+        seen = camera_and_optics(robot, line.robot, line.camera, optics, note)
         robot.switch_sonars(False)  # nothing here looks at them
         head = open_robot_head(stack, robot, line.head, line.head_port, unheard=line.head_unheard)
         camera = open_camera(seen.camera, latency=line.latency, noisy=line.noisy)
         stack.callback(camera.close)
         robot.enable_motors()
-        wheels = Wheels(robot, Pose2(), pace=Pace(robot.limits.speed, robot.limits.turning))
+        base = MobileBase(robot, Pose2(), pace=Pace(robot.limits.speed, robot.limits.turning))
         radius = robot.parameters.radius
-        rig = BoardRig(wheels, head, camera, seen.optics, mount, board, radius)
+        rig = BoardRig(base, head, camera, seen.optics, mount, board, radius)
         try:
             return list(take_sightings(rig, note)), seen.optics
         except DeviceError as exc:
             raise with_line(exc, robot.problems, time.monotonic()) from exc
 
 
-def _told(fit: "MountFit") -> dict[str, dict[str, object]]:
+def _rows(fit: "MountFit") -> dict[str, dict[str, object]]:
     """Each number with its deviation, in metres or degrees, and whether it was determined."""
     from facetlog.robot.collecting.mount import ANGLES, PARAMETERS
 
@@ -199,12 +199,12 @@ def _told(fit: "MountFit") -> dict[str, dict[str, object]]:
 
 def _document(fit: "MountFit") -> str:
     head = {"schema": SCHEMA, "pictures": fit.sightings, "rms_px": fit.rms_px}
-    return json.dumps({**head, "mount": _told(fit)}, indent=1)
+    return json.dumps({**head, "mount": _rows(fit)}, indent=1)
 
 
 def _text(fit: "MountFit") -> str:
     lines = [f"{fit.sightings} pictures, corners fit to {fit.rms_px:.2f} pixels (rms)"]
-    for name, row in _told(fit).items():
+    for name, row in _rows(fit).items():
         unit = "°" if name.endswith("_deg") else " m"
         remark = "" if row["determined"] else "  not determined: as it was before"
         lines.append(

@@ -40,7 +40,7 @@ __all__ = [
     "numbers_in",
     "optics_of",
     "parsed_start",
-    "telling_warnings",
+    "warnings_to_stderr",
 ]
 
 CAMERA_TOML = "camera.toml"
@@ -192,7 +192,7 @@ def _interrupt(_number: int, _frame: FrameType | None) -> None:
 
 
 @contextmanager
-def telling_warnings() -> Iterator[None]:
+def warnings_to_stderr() -> Iterator[None]:
     """Warnings of the robot's room as lines on stderr, in the form of this program's own."""
     logger, handler = logging.getLogger("facetlog.robot"), _AsWarnings(logging.WARNING)
     logger.addHandler(handler)
