@@ -20,7 +20,7 @@ class ByteLine(Protocol):
     """A line that sends bytes to a device and receives a known number of bytes."""
 
     def flush(self) -> None:
-        """Forgets what came in and was not asked for."""
+        """Discards bytes that came in and were not received."""
 
     def send(self, data: bytes) -> None:
         """Sends all of `data`."""
@@ -56,7 +56,7 @@ class PortLine:
         self._came_in = bytearray()
 
     def flush(self) -> None:
-        """Forgets what came in and was not asked for."""
+        """Discards bytes that came in and were not received."""
         self._came_in.clear()
         for _ in range(MOST_READS_OF_A_FLUSH):
             if not self._port.read(0.0):

@@ -1,13 +1,14 @@
-"""Which views of a point agree: all of them, or else those that the likeliest point explains.
+"""The inlier views of a point: all of them, or else those that the likeliest point explains.
 
-Wrong matches pull a filter away however large the others' number (10 % of them: 88 % of points
-lost without a gate, 18 % with a gate that only looks back). So where all views together do not
-fit, pairs of views each propose a point (point_pairs.py), the likeliest proposal is fitted to the
-views that agree with it until these no longer change, and the recursion runs over them. A few
-pairs do where the views that agree outweigh whatever the others might still agree on; else all
-pairs propose, and the winner must be far likelier than any other point. So the result is that of
-the likelihood, whichever pairs propose, and hangs neither on the order of the views nor on
-rounding.
+Wrong matches bias a filter however large the others' number (10 % of them: 88 % of points lost
+without a gate, 18 % with a gate that only looks back). So where all views together do not fit,
+hypotheses are tested as in RANSAC, scored by a truncated likelihood as in MLESAC (Torr and
+Zisserman 2000), but without random sampling: pairs of views each propose a point (point_pairs.py),
+the likeliest proposal is fitted to its inliers until these no longer change, and the recursion runs
+over them. A few pairs are enough where the inliers outweigh whatever the other views might still
+agree on; else all pairs propose, and the winner must be far likelier than any other point. So the
+result is that of the likelihood, whichever pairs propose, and depends neither on the order of the
+views nor on rounding.
 """
 
 from dataclasses import dataclass
@@ -39,18 +40,18 @@ __all__ = ["Consensus", "agreeing_views"]
 
 # All views are taken together unless a fit this bad would come up less often than once in 1,000.
 WHOLE_FIT_PROBABILITY = 1e-3
-# A fit of all views is given up where this many times the chi-square that it may have is in sight.
+# A fit of all views is given up where it would end at this many times the permitted chi-square.
 HOPELESS = 10.0
-# How many pairs propose where views are many: with 60 % wrong matches still some 40 are right.
+# Pairs that propose where views are many: with 60 % outliers some 40 of them are still right.
 PAIRS = 276
-# Where there are many views still each has so many partners.
+# Partners of each view at least, also where there are many views.
 LEAST_PARTNERS = 6
-# Views that agree on a point which a third view contradicts prove nothing if they are only two.
+# Two views that agree on a point which a third view contradicts prove nothing.
 LEAST_VIEWS = 3
 # A point is taken if it is 1,000 times as likely as any other (2 log of that).
 CLEAR_LEAD = 2.0 * np.log(1e3)
-# Points nearer to each other than so many standard deviations are one, seen by views that were
-# told to be surer than they are, as those of wrong poses: the likelier is taken.
+# Points nearer to each other than so many standard deviations are one, seen by views whose stated
+# covariances are too small, as with wrong poses: the likelier is taken.
 ONE_POINT_SD = 20.0
 # In so many rounds views join or leave a candidate, in as many more they only leave; with 10 %
 # wrong matches in 24 views two rounds do.
@@ -63,10 +64,10 @@ FEWEST_VIEWS_OF_A_BLOCK = 24
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Consensus:
-    """Points (n, 3), their covariances, packed (n, 6), and the views (n, V) that agree on them.
+    """Points (n, 3), their covariances, packed (n, 6), and their inliers among the views (n, V).
 
     `behind` (n,) says which lie behind one of these views; `gain` (n,) is twice the log likelihood
-    over that of chance. No view agrees where there is no consensus. Neutral frame.
+    ratio against chance. There are no inliers where there is no consensus. Neutral frame.
     """
 
     points: FloatArray
@@ -77,7 +78,7 @@ class Consensus:
 
     @classmethod
     def none(cls, points: int, views: int) -> Self:
-        """Of so many points, none of which any view agrees on."""
+        """So many points without inliers."""
         return cls(
             np.zeros((points, 3)),
             np.zeros((points, 6)),
@@ -103,19 +104,19 @@ class Consensus:
 
     @property
     def stands(self) -> BoolArray:
-        """Where (n,) as many views agree as prove a point against others."""
+        """Where (n,) there are enough inliers to prove a point against others."""
         return np.asarray(self.inliers.sum(axis=1) >= LEAST_VIEWS)
 
 
 def agreeing_views(cameras: Cameras, seen: Sightings) -> Consensus:
-    """What the views of n points agree on."""
+    """The consensus of the views of n points."""
     n, views = seen.seen.shape
     step = max(1, BLOCK // (views * max(views, FEWEST_VIEWS_OF_A_BLOCK)))
     agreed = Consensus.none(n, views)
     for first in range(0, n, step):
         part = slice(first, first + step)
         agreed.put(part, _all_views(cameras, seen.take(part)))
-    # A point behind the cameras stays, to be named as such, unless pairs find one before them.
+    # A point behind the cameras stays, to be reported, unless pairs find one in front of them.
     contested = np.flatnonzero(
         (~agreed.inliers.any(axis=1) | agreed.behind) & (seen.seen.sum(axis=1) >= LEAST_VIEWS)
     )
@@ -128,7 +129,7 @@ def agreeing_views(cameras: Cameras, seen: Sightings) -> Consensus:
 
 
 def _by_pairs(cameras: Cameras, seen: Sightings) -> Consensus:
-    """What most views agree on: by few pairs where that is clear, else by all of them."""
+    """The consensus of most views: by few pairs where that is clear, else by all of them."""
     view_gains = view_gain(seen)
     found = _likeliest(cameras, seen, view_gains, partners=1)
     rest = np.flatnonzero(~_clear(found, view_gains))
@@ -138,7 +139,7 @@ def _by_pairs(cameras: Cameras, seen: Sightings) -> Consensus:
 
 
 def _all_views(cameras: Cameras, seen: Sightings) -> Consensus:
-    """What all views together make; none of them where they do not agree on it."""
+    """The fit of all views together; without inliers where they do not agree on it."""
     dof = np.maximum(2 * np.arange(seen.seen.shape[1] + 1) - 3, 1)
     limit = chdtri(dof, WHOLE_FIT_PROBABILITY)[seen.seen.sum(axis=1)]
     start = linear_start(cameras, seen.xy, seen.info)
@@ -166,7 +167,7 @@ def _clear(found: Consensus, view_gains: FloatArray) -> BoolArray:
 
 
 def _of_all_pairs(cameras: Cameras, seen: Sightings, view_gains: FloatArray) -> Consensus:
-    """The likeliest points of all pairs of views; none where another is about as likely."""
+    """The likeliest points of all pairs of views; without inliers where another is as likely."""
     views = seen.seen.shape[1]
     partners = max(LEAST_PARTNERS, -(-2 * PAIRS // views))
     found = _likeliest(cameras, seen, view_gains, partners)
@@ -212,7 +213,7 @@ def _likeliest(
 def _settle(
     cameras: Cameras, seen: Sightings, view_gains: FloatArray, start: FloatArray
 ) -> Consensus:
-    """Points fitted to the views that agree with them; views join and leave until none does."""
+    """Points fitted to their inliers, which are chosen anew until none changes."""
     inliers = seen.seen & (
         view_chi2(cameras, seen.xy, seen.info, start) <= PAIR_VARIANCE * GATE_CHI2
     )

@@ -1,10 +1,10 @@
 """3-D points from posed views: the paper's recursion as printed, and the estimator in its place.
 
-The plain recursion (section 4.1) starts from the origin with a large S0 and weighs each view at
-the estimate before it, so its result depends on where the origin lies and on the order of the
-views, and one wrong match can carry it away. `estimate_point` keeps the recursion and removes
-that: the views that agree are found first (point_consensus.py), and the recursion then runs over
-them with every view made linear at one shared point, the most likely one.
+The plain recursion (section 4.1) starts from the origin with a large S0 and weights each view at
+the previous estimate, so its result depends on the origin and on the order of the views, and one
+outlier can spoil it. `estimate_point` keeps the recursion and removes that: the inlier views are
+found first (point_consensus.py), and the recursion then runs over them with every view linearised
+at one shared point, the most likely one.
 
 Covariances are honest if the pixels' covariances are, if the poses are exact, and if the errors of
 different views are independent.
@@ -68,11 +68,11 @@ REASONS = (None, *PointFailure)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PointEstimate:
-    """A point (3,) with its covariance (3, 3), and what became of each observation.
+    """A point (3,) with its covariance (3, 3), and its inliers and outliers.
 
-    `used` and `rejected` are indices into the observations given. `views_needed` is how many of
-    the consistent observations, in the order given, brought the largest standard deviation below
-    the limit; None without a limit or if it was not met. After the limit none is used.
+    `used` and `rejected` are indices into the observations given. `views_needed` is how many of the
+    inliers, in the order given, brought the largest standard deviation below the limit; None
+    without a limit or if it was not met. After the limit none is used.
     """
 
     point: FloatArray
@@ -97,10 +97,10 @@ class NoPoint:
 
 
 def pixel_incidence(projection: FloatArray) -> Incidence:
-    """That points (..., 3) are seen at pixels (..., 2) by views with projections (..., 3, 4).
+    """The constraint that points (..., 3) appear at pixels (..., 2) by projections (..., 3, 4).
 
     The paper's f = (t1 - u t3) a + t14 - u t34, and the same of v, section 4.1. Pixels moved onto
-    the estimate are its projection, which makes this the filter of the pixels themselves.
+    the estimate are its projection, which makes this the filter of reprojection errors.
     """
 
     def equations(uv: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -127,7 +127,7 @@ def ray_measurement(uv: ArrayLike, projection: ArrayLike, noise: ArrayLike) -> M
 def pixel_measurement(
     uv: ArrayLike, projection: ArrayLike, noise: ArrayLike, at: FloatArray | None = None
 ) -> Measurement:
-    """The pixel itself as the measurement, x - h(a) = 0, made linear at `at` (or the estimate)."""
+    """The pixel itself as the measurement, x - h(a) = 0, linearised at `at` (or the estimate)."""
     uv, P = np.asarray(uv, dtype=np.float64), np.asarray(projection, dtype=np.float64)
 
     def measured(a: FloatArray) -> Linearised:
@@ -145,10 +145,10 @@ def plain_recursion(
     projections: Sequence[FloatArray],
     start: State,
 ) -> Iterator[State]:
-    """The states of the paper's recursion after each observation, nothing added (section 5.3).
+    """The states of the paper's recursion as printed after each observation (section 5.3).
 
     With `start` at the null vector and a large covariance this is the paper's filter, kept for its
-    printed figures and as the yardstick; `estimate_point` is what to use.
+    printed figures and as a baseline; use `estimate_point`.
     """
     return recursion(
         start, (ray_measurement(o.uv, projections[o.view], o.cov) for o in observations)

@@ -1,9 +1,9 @@
-"""Points that pairs of views propose, and how much of what all views saw each of them explains.
+"""Points proposed by pairs of views, and their support over all views.
 
 Pairs are chosen by the places of the cameras alone, each view with partners from near to far, so
-neither the order of the views nor what was seen has a say in it; few views make all their pairs.
-A proposal is scored by a truncated log likelihood over all views against chance: a wrong match
-may lie anywhere in its picture.
+neither the order of the views nor the observations matter; few views make all their pairs. A
+proposal is scored by a truncated log likelihood ratio over all views against chance: an outlier may
+lie anywhere in its picture.
 """
 
 import numpy as np
@@ -28,11 +28,11 @@ BLOCK = 512
 
 
 def view_gain(seen: Sightings) -> FloatArray:
-    """How much each view (n, V) adds, at most, to twice the log likelihood of a point.
+    """The most that each view (n, V) can add to twice the log likelihood ratio of a point.
 
-    2 log of the density of the pixel's noise at its middle over that of a wrong match; zero where a
-    view did not see the point. Never less than the gate: however vague, a view that agrees does
-    not speak against a point.
+    2 log of the density of the pixel's noise at its middle over that of an outlier; zero where a
+    view did not see the point. Never less than the gate: an inlier, however uncertain, never lowers
+    a point's score.
     """
     a, b, c = seen.info[:, 0], seen.info[:, 1], seen.info[:, 2]
     determinant = np.where(seen.seen, a * c - b * b, 1.0)

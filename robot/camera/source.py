@@ -97,8 +97,8 @@ def _quieten() -> None:
 
 
 def _is_still(path: str, query: str) -> bool:
-    asked = f"{path.rsplit('/', 1)[-1]}?{query}".lower()
-    return path.lower().endswith(STILL_SUFFIXES) or any(word in asked for word in STILL_WORDS)
+    wanted = f"{path.rsplit('/', 1)[-1]}?{query}".lower()
+    return path.lower().endswith(STILL_SUFFIXES) or any(word in wanted for word in STILL_WORDS)
 
 
 def _device(number: int | str, name: str, latency: float, noisy: bool) -> "VideoSource":

@@ -80,11 +80,11 @@ def board_place(corners: Corners, camera: Camera, seen_from: Pose) -> Pose | Non
 def fit_mount(
     sightings: Sequence[Sighting],
     camera: Camera,
-    believed: Mount,
+    prior: Mount,
     *,
     board_height: float | None = None,
 ) -> MountFit:
-    """The mount that fits the sightings best, from the prior `believed`.
+    """The mount that fits the sightings best, from the prior `prior`.
 
     `board_height` is that of the board's upper left corner over the floor, metres: without it the
     mount's height stays at its prior. InputError for too few sightings.
@@ -94,7 +94,7 @@ def fit_mount(
             f"the board was seen in {len(sightings)} pictures, {LEAST_SIGHTINGS} are needed: put "
             "it where the camera sees it from several places, in good light"
         )
-    problem = _Problem(sightings, camera, believed, board_height)
+    problem = _Problem(sightings, camera, prior, board_height)
     # Robust against outliers: a corner mistaken for another one would bias all numbers.
     found = least_squares(problem.residuals, problem.start, problem.jacobian, loss="soft_l1")
     plain = problem.residuals(found.x)
@@ -110,10 +110,10 @@ def fit_mount(
         for name, sd in zip(PARAMETERS, sds, strict=True)
         if sd > UNDETERMINED * _prior_sd(name)
     )
-    values = np.array(believed.values) + found.x[: len(PARAMETERS)]
+    values = np.array(prior.values) + found.x[: len(PARAMETERS)]
     kept = [name in open_ones for name in PARAMETERS]
-    mount = believed.with_values(tuple(np.where(kept, believed.values, values).tolist()))
-    deviations = tuple(np.where(kept, believed.sds, sds).tolist())
+    mount = prior.with_values(tuple(np.where(kept, prior.values, values).tolist()))
+    deviations = tuple(np.where(kept, prior.sds, sds).tolist())
     return MountFit(replace(mount, sds=deviations), open_ones, rms, len(sightings))
 
 
@@ -139,12 +139,12 @@ class _Problem:
         self,
         sightings: Sequence[Sighting],
         camera: Camera,
-        believed: Mount,
+        prior: Mount,
         board_height: float | None,
     ) -> None:
-        self.camera, self.believed, self.height = camera, believed, board_height
+        self.camera, self.prior, self.height = camera, prior, board_height
         first = sightings[0]
-        place = board_place(first.corners, camera, camera_pose(first.robot, believed, first.gaze))
+        place = board_place(first.corners, camera, camera_pose(first.robot, prior, first.gaze))
         if place is None:
             raise InputError("the first picture of the board gives no pose: take it from nearer")
         self.board = place
@@ -179,9 +179,7 @@ class _Problem:
     def residuals(self, x: FloatArray) -> FloatArray:
         """Pixels, then priors, all in standard deviations."""
         numbers = len(PARAMETERS)
-        mount = self.believed.with_values(
-            tuple((np.array(self.believed.values) + x[:numbers]).tolist())
-        )
+        mount = self.prior.with_values(tuple((np.array(self.prior.values) + x[:numbers]).tolist()))
         turn = Rotation.from_rotvec(x[numbers : numbers + 3]).as_matrix() @ self.board.rotation
         origin = self.board.centre + x[numbers + 3 : numbers + 6]
         changes = x[numbers + 6 :].reshape(-1, 3)

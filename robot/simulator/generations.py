@@ -41,7 +41,7 @@ class Generation(IntEnum):
 
     @property
     def reports_motors(self) -> bool:
-        """Whether its flags tell of motors and stop button; before, a pulse width stood there."""
+        """Whether its flags include motors and stop button; before, a pulse width stood there."""
         return self >= Generation.AROS
 
 
@@ -64,7 +64,7 @@ def tail_length(generation: Generation) -> int:
 
 
 def default_configuration(parameters: Parameters, name: str) -> Configuration:
-    """What a robot of this model says to CONFIG when nobody has changed its settings."""
+    """The CONFIG report of a robot of this model with its default settings."""
     generation = generation_of(parameters.name)
     speed_top = min(SPEED_TOP, round(1e3 * parameters.speed_top))
     turning_top = min(TURNING_TOP, round(math.degrees(parameters.turning_top)))

@@ -20,10 +20,10 @@ _LOG = logging.getLogger(__name__)
 
 
 class ActiveClient:
-    """Which end of the robot's line is heard and answered, where there are several.
+    """Which end of the robot's line is the active client, where there are several.
 
-    A robot has one client: while that one speaks, nobody at another end can stop or close its
-    session.
+    A robot has one client: while that one sends, packets from other ends are ignored, so that they
+    cannot stop or close its session.
     """
 
     def __init__(self, ends: Sequence[Endpoint]) -> None:
@@ -32,9 +32,9 @@ class ActiveClient:
         self._warned = False
 
     def takes(self, end: Endpoint, now: float, watchdog: float) -> bool:
-        """Whether the robot hears what comes from an end at `now`.
+        """Whether bytes from an end are passed to the robot at `now`.
 
-        It does from another end once this one has been silent for the watchdog's time.
+        Another end becomes the active client once this one has been silent for the watchdog's time.
         """
         if end is not self.end:
             if now - self._spoke < watchdog:

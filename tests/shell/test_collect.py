@@ -36,7 +36,7 @@ def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
         (["--tour", "paper", "--keep-out", "1,2"], "give RADIUS, or X,Y,RADIUS"),
         (["--tour", "paper", "--keep-out", "-1"], "a radius is above 0"),
         (["--tour", "paper", "--keep-out", "1", "--keep-out", "2"], "each is X,Y,RADIUS"),
-        (["--tour", "paper", "--resume"], "say by --start X,Y,HEADING_DEG where the robot stands"),
+        (["--tour", "paper", "--resume"], "give by --start X,Y,HEADING_DEG where the robot stands"),
         (["--tour", "paper", "--head-port", "aux9"], "--head-port 'aux9': give aux1, aux2 or aux3"),
         (["--tour", "paper", "--head-unheard"], "a sony-evi-d30 answers, leave it out"),
         (["--tour", "paper", "--mount", "none.toml"], "none.toml is missing"),

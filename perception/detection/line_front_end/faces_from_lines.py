@@ -76,7 +76,7 @@ __all__ = ["Pictures", "line_front_end", "prepared_pictures", "tracked_faces"]
 SIGHT_SAMPLES = 12
 
 T = TypeVar("T")
-Agree: TypeAlias = Callable[
+AlignViews: TypeAlias = Callable[
     [Sequence[View], Sequence[EdgeMap], Sequence[FloatArray], FloatArray, NDArray[np.bool_]],
     tuple[View, ...] | None,
 ]
@@ -96,8 +96,8 @@ class Pictures:
     maps: tuple[EdgeMap, ...]
     segments: tuple[FloatArray, ...]
 
-    def only(self, kept: Sequence[int]) -> "Pictures":
-        """Some of them."""
+    def select(self, kept: Sequence[int]) -> "Pictures":
+        """The chosen ones."""
 
         def those(all_: tuple[T, ...]) -> tuple[T, ...]:
             return tuple(all_[k] for k in kept)
@@ -110,7 +110,7 @@ class Pictures:
             those(self.segments),
         )
 
-    def and_then(self, others: "Pictures") -> "Pictures":
+    def extended_by(self, others: "Pictures") -> "Pictures":
         """These and others after them."""
         return Pictures(
             (*self.views, *others.views),
@@ -126,7 +126,7 @@ def line_front_end(
     up: FloatArray | None,
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
-    agree: Agree | None = None,
+    align: AlignViews | None = None,
     triangulate: Triangulate | None = None,
 ) -> TrackedFaces:
     """Faces with their corners tracked through the views, found by lines first.
@@ -136,7 +136,7 @@ def line_front_end(
     of matched texture features: they propose planes, and faces without edges.
     """
     pictures = prepared_pictures(views, clock, progress)
-    return tracked_faces(pictures, up, clock, agree, triangulate)
+    return tracked_faces(pictures, up, clock, align, triangulate)
 
 
 def prepared_pictures(
@@ -163,16 +163,16 @@ def tracked_faces(
     pictures: Pictures,
     up: FloatArray | None,
     clock: StepClock,
-    agree: Agree | None,
+    align: AlignViews | None,
     triangulate: Triangulate | None,
 ) -> TrackedFaces:
     """`line_front_end` of views that were looked at."""
     views, maps, segments = pictures.views, pictures.maps, pictures.segments
     with clock.step("3-D segments"):
         cloud, use = shown_lines(views, maps, segments)
-    if agree is not None:
+    if align is not None:
         with clock.step("poses"):
-            placed = agree(views, maps, segments, cloud.segments, use)
+            placed = align(views, maps, segments, cloud.segments, use)
             if placed is not None:
                 views = placed
                 cloud, use = shown_lines(views, maps, segments)
@@ -183,7 +183,7 @@ def tracked_faces(
         return without_them(
             wrong,
             views,
-            lambda kept: tracked_faces(pictures.only(kept), up, clock, agree, triangulate),
+            lambda kept: tracked_faces(pictures.select(kept), up, clock, align, triangulate),
         )
     texture = TexturePoints.none(len(views))
     if triangulate is not None:
@@ -193,8 +193,8 @@ def tracked_faces(
         planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
         side_judge = SideJudge(views, maps, graph.weight)
-        worth = side_judge.worth(cloud.segments)
-        ground = find_ground(planes, cloud, worth, views, graph.distance, up)
+        score = side_judge.score(cloud.segments)
+        ground = find_ground(planes, cloud, score, views, graph.distance, up)
         exposure = exposures(cloud.segments, use, views)
         levels = GreyLevels(views, maps, exposure, pictures.noises)
         photos = PhotometricViews(views, levels, graph.weight)
@@ -203,7 +203,7 @@ def tracked_faces(
         surface = partial(surface_between, photos, views, cloud.pixel)
         patches = shown_patches(texture_planes(texture, cloud.pixel), texture, surface)
         faces, taken = select_faces(
-            planes, cloud, worth, views, profiles, ground, photos, side_judge, texture, patches
+            planes, cloud, score, views, profiles, ground, photos, side_judge, texture, patches
         )
         faces += neighbouring_faces(faces, photos, side_judge, taken, ground, cloud.pixel)
         faces += texture_faces(patches, texture, faces, views, photos, taken, ground, cloud)

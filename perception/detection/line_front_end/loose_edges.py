@@ -51,7 +51,7 @@ def find_loose_edges(
     for face in faces:
         keep &= ~_lies_on(extents, face, ON_FACE_PX * cloud.pixel)
         keep &= ~_runs_along(extents, face, ALONG_SIDE_PX * cloud.pixel)
-    # The ends are the least known: whether a segment is inside its middle part tells.
+    # The ends are the least certain: whether a segment is inside is decided by its middle part.
     cores = segment_samples(extents, 5)[:, [1, 3]]
     belongs = np.zeros(len(extents), np.bool_)
     for k, face in enumerate(faces):

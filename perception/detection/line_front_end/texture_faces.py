@@ -75,7 +75,7 @@ def texture_faces(
     pixels that found faces explain, V pictures of 0 and 1.
     """
     found: list[SelectedFace] = []
-    for k in descending(np.array([patch.worth for patch in patches])):
+    for k in descending(np.array([patch.score for patch in patches])):
         ring = _hull(texture.points[patches[k].points], patches[k].normal, cloud.pixel)
         if shapely.Polygon(ring @ plane_basis(patches[k].normal)).area < (
             MIN_AREA_PX * cloud.pixel**2

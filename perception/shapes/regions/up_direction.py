@@ -1,4 +1,4 @@
-"""Up, where nobody says it: from the floor or table that things stand on, or from the cameras."""
+"""Up where it is not given: from the floor or table that things stand on, or from the cameras."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ __all__ = ["FROM_CAMERAS", "FROM_FLOOR", "HELD_OTHERWISE", "Up", "find_up", "up_
 FROM_FLOOR = "up was found from the plane on which everything stands"
 FROM_CAMERAS = "up was found from the way the cameras were held"
 HELD_OTHERWISE = f"{FROM_FLOOR}, but the cameras were held otherwise: if it is a wall, say up"
-"""How up was found, as a scene's warnings say it."""
+"""How up was found, as in a scene's warnings."""
 
 # So much of what is not the floor is above it; the rest is noise, or seen through a gap.
 ABOVE_SHARE = 0.95
@@ -72,8 +72,8 @@ def find_up(
 
     `points` (n, 3) lie evenly on the surface, `owner` (n,) is the plane of each, -1: none; `noise`
     is their sd off the planes, `spacing` the typical distance between them. A wall carries things
-    too: one must be there that can only stand. With a known `up` only the level planes are asked,
-    and the answer tells which of them is the floor.
+    too: there must be one that can only stand. With a known `up` only level planes are considered,
+    and the result says which of them is the floor.
     """
     found = [
         candidate
@@ -85,7 +85,8 @@ def find_up(
         return None
     first = found[0]
     for other in found[1:]:
-        # beside a larger floor the others are walls; facing it, as a ceiling does, nobody knows
+        # beside a larger floor the others are walls; one that faces it, as a ceiling does, is
+        # ambiguous
         facing = float(first.normal @ other.normal) < -ONE_LEVEL
         if facing or first.area < CLEARLY_LARGER * other.area:
             return None

@@ -61,7 +61,7 @@ def test_distortion_is_named_by_itself() -> None:
     assert "focal" not in said
 
 
-def test_a_focal_length_that_pictures_hardly_tell_is_said_to_be_so() -> None:
+def test_an_uncertain_focal_length_is_reported_as_such() -> None:
     (said,) = lens_warnings(tour("block", 0)[:1], [LensError(1.3, 0.0, 0.05, 0.1)])
     assert "lengths are known no better" in said
 

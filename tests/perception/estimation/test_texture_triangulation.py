@@ -1,4 +1,4 @@
-"""Points of print from the features that may show them."""
+"""Texture points triangulated from features."""
 
 import numpy as np
 

@@ -45,12 +45,12 @@ AGREES_SHARE, SEEN_SHARE = 0.5, 0.4
 # of them, by which it is judged, are the other.
 MIN_WIDTH_PX = BESIDE_PX[-2]
 # Some true sides are too faint for any view: the evidence against a side is limited to this.
-FAINT_PRICE = float(np.log(1e3))
+FAINT_PENALTY = float(np.log(1e3))
 # A surface goes on beyond a side where most of what lies there agrees at odds of 20 to 1, and half
 # as well as the inside does. An edge within a surface may be texture: it counts half as much as a
 # border, and where there is none, there is no border either.
 GOES_ON_SHARE, GOES_ON_RATIO, GOES_ON_AS_INSIDE = 0.8, float(np.log(20.0)), 0.5
-TEXTURE_WORTH = 0.5
+TEXTURE_SHARE = 0.5
 # A supposed face is the ground if the ground explains more than a third of its pixels better.
 MOST_GROUND = 1 / 3
 
@@ -103,8 +103,8 @@ class FaceJudge:
     ) -> FaceEvidence | None:
         """Evidence for a polygon (k, 3) seen from the side that its normal points to.
 
-        None where too few views face it, its inside speaks against it, too little of its sides is
-        covered, or these cannot be worth more than `least`. `taken` as in `RegionFinder.outlines`.
+        None where too few views face it, its inside contradicts it, too little of its sides is
+        covered, or their score cannot exceed `least`. `taken` as in `RegionFinder.outlines`.
         """
         found = self._inside(corners, normal, taken)
         along = None if found is None else self._along(found, corners, normal, taken, least)
@@ -214,7 +214,7 @@ class FaceJudge:
         possible = float(weight @ edges.there.sum(axis=2) @ length)
         coverage = hit / max(possible, 1e-300)
         ratio = weight @ edges.ratio
-        faint = np.maximum(ratio, -FAINT_PRICE)
+        faint = np.maximum(ratio, -FAINT_PENALTY)
         # What lies beyond can only lower the score: most outlines are rejected without it.
         if coverage < MIN_COVERAGE or faint.sum() <= least:
             return None
@@ -226,7 +226,7 @@ class FaceJudge:
             same &= self._ground.above(beyond) > 0
         goes_on = same.reshape(len(sides), SAMPLES).mean(axis=1) > GOES_ON_SHARE
 
-        texture = np.where(ratio > 0, TEXTURE_WORTH * ratio, ratio)
+        texture = np.where(ratio > 0, TEXTURE_SHARE * ratio, ratio)
         return float(np.where(goes_on, texture, faint).sum()), coverage
 
     def _inwards(

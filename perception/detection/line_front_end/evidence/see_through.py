@@ -11,15 +11,15 @@ from facetlog.perception.detection.line_front_end.evidence.side_evidence import 
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_WORTH", "LinesBehind"]
+__all__ = ["LEAST_SCORE", "LinesBehind"]
 
-# A line is behind a plane by so many px at least, which are so many standard deviations of its
-# depth: along the way that cameras moved a line's depth is hardly known, and errors of poses put
-# print there far behind its own face.
+# A line counts as behind a plane by so many px at least, and so many standard deviations of its
+# depth: for lines along the cameras' motion depth is uncertain, and pose errors put texture far
+# behind its own face.
 BEHIND_PX, BEHIND_SDS = 6.0, 3.0
-# One sees through from so much on that all lines together are worth: a line of chance that is worth
-# it alone is one in a million.
-LEAST_WORTH = float(np.log(1000.0 * 1000.0))
+# One sees through from this total score of all lines on: a chance line with that score is one in a
+# million.
+LEAST_SCORE = float(np.log(1000.0 * 1000.0))
 
 
 class LinesBehind:
@@ -43,7 +43,7 @@ class LinesBehind:
         self._covs = covs
         self._pixel = pixel
         # A line was chosen among as many depths as edges can tell apart: a penalty for that choice.
-        self._price = float(np.log(sides.edges_abreast))
+        self._penalty = float(np.log(sides.edges_abreast))
 
     def seen_through(
         self,
@@ -53,9 +53,9 @@ class LinesBehind:
         holes: Sequence[FloatArray] = (),
     ) -> bool:
         """Whether the chosen views (v,) see lines through a polygon (k, 3)."""
-        return self.worth(corners, normal, views, holes) > LEAST_WORTH
+        return self.score(corners, normal, views, holes) > LEAST_SCORE
 
-    def worth(
+    def score(
         self,
         corners: FloatArray,
         normal: FloatArray,
@@ -82,11 +82,11 @@ class LinesBehind:
         ratio = self._photos.weight[views, None] * (
             self._sides.evidence(views, self._segments[lines], through).ratio
         )
-        worth_it = ratio.sum(axis=0) > self._price
-        lines, through, ratio = lines[worth_it], through[:, worth_it], ratio[:, worth_it]
+        counts = ratio.sum(axis=0) > self._penalty
+        lines, through, ratio = lines[counts], through[:, counts], ratio[:, counts]
         height = float(normal @ corners.mean(axis=0))
         ratio[self._is_texture(views, lines, through, ratio, normal, height)] = 0.0
-        return float(np.maximum(ratio.sum(axis=0) - self._price, 0.0).sum())
+        return float(np.maximum(ratio.sum(axis=0) - self._penalty, 0.0).sum())
 
     def _is_texture(
         self,

@@ -72,11 +72,11 @@ class SideJudge:
         reach = np.array([edges.reach_px for edges in self._maps])
         return float((sizes / (2.0 * reach + 1.0)).max(initial=1.0))
 
-    def worth(self, segments: FloatArray) -> FloatArray:
+    def score(self, segments: FloatArray) -> FloatArray:
         """Log-likelihood ratio (n,) of segments (n, 2, 3) as sides, over the views in favour."""
         ratio = self.evidence(np.arange(len(self._maps)), segments).ratio
-        worth: FloatArray = self._weight @ np.maximum(ratio, 0.0)
-        return worth
+        score: FloatArray = self._weight @ np.maximum(ratio, 0.0)
+        return score
 
     def evidence(
         self, views: NDArray[np.intp], sides: FloatArray, bare: NDArray[np.bool_] | None = None

@@ -37,21 +37,21 @@ KEEP = 12
 class Outline:
     """A polygon: corners (k, 3); side i, on line `lines[i]`, runs from corner i to corner i + 1.
 
-    `worth` is Σ (2 · coverage - 1) · length, since true borders are longer than edges of texture,
+    `score` is Σ (2 · coverage - 1) · length, since true borders are longer than edges of texture,
     less COMPLEXITY of the outline's length for each side beyond four and each reflex corner.
     """
 
     corners: FloatArray
     lines: tuple[int, ...]
     coverage: FloatArray
-    worth: float
+    score: float
     normal: FloatArray
 
 
 def find_outlines(
     plane: PlaneHypothesis, cloud: LineCloud, profiles: LineProfiles
 ) -> tuple[Outline, ...]:
-    """The best outlines on a plane, by worth."""
+    """The best outlines on a plane, by score."""
     segments, end_covs, support, pixel = (
         cloud.segments,
         cloud.end_covs,
@@ -71,7 +71,7 @@ def find_outlines(
         cycles = _cycles(min(most, len(members)), sides)
         if len(cycles):
             found += _supported(cycles, corner, members, profiles, origin, basis, plane, pixel)
-    best = descending(np.array([o.worth for o in found]))[:KEEP]
+    best = descending(np.array([o.score for o in found]))[:KEEP]
     return tuple(found[n] for n in best)
 
 
@@ -114,14 +114,14 @@ def _supported(
     following = np.roll(space, -1, axis=1)
     end = np.einsum("nkx,nkx->nk", following - profiles.origin[line], profiles.direction[line])
     cover = profiles.mean(line, start, end)
-    worth = ((2 * cover - 1) * length).sum(axis=1)
+    score = ((2 * cover - 1) * length).sum(axis=1)
     sides = cycles.shape[1]
     complexity = max(sides - 4, 0) + _reflex_corners(corners)
-    worth = worth - COMPLEXITY * complexity * length.sum(axis=1)
+    score = score - COMPLEXITY * complexity * length.sum(axis=1)
     keep = np.nonzero(cover.min(axis=1) >= MIN_COVERAGE)[0]
-    keep = keep[descending(worth[keep])][:KEEP]
+    keep = keep[descending(score[keep])][:KEEP]
     return [
-        Outline(space[n], tuple(map(int, line[n])), cover[n], float(worth[n]), plane.normal)
+        Outline(space[n], tuple(map(int, line[n])), cover[n], float(score[n]), plane.normal)
         for n in keep
     ]
 

@@ -59,13 +59,13 @@ def plane_hypotheses(
     middle = (segments[first].sum(axis=1) + segments[second].sum(axis=1)) / 4
     distance = np.einsum("pk,pk->p", normal, middle)
     on = _on_planes(segments, end_covs, normal, distance, pixel)
-    worth = on @ (support * length)
+    score = on @ (support * length)
     count = on.sum(axis=1)
     planes: list[PlaneHypothesis] = []
     used = np.zeros(
         (0, len(segments))
     )  # 1 where a segment lies on a plane, to count shared inliers
-    for p in descending(worth):
+    for p in descending(score):
         if count[p] < MIN_LINES:
             continue
         pair = on[p, first[p]] and (used[:, first[p]] * used[:, second[p]]).any()

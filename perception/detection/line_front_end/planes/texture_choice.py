@@ -35,7 +35,7 @@ def with_texture_planes(
     for patch in patches:
         own = as_hypothesis(patch, texture, cloud)
         if not same_plane(own, own.texture, [c.plane for c in planes], cloud.pixel).any():
-            planes.append(ChosenPlane(own, patch.worth, patch.sides, _box(own, cloud)))
+            planes.append(ChosenPlane(own, patch.score, patch.sides, _box(own, cloud)))
     return tuple(planes)
 
 

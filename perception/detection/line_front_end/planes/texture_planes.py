@@ -1,8 +1,8 @@
 """Planes through texture points: seeded by neighbours, tested against chance.
 
-As RANSAC, but over all neighbours instead of random samples. A label, a book's cover, boards of
-wood or a wall of stones show points by the dozen and hardly a straight line that two views agree
-on; where the points lie on one plane, there may be a face.
+As RANSAC, but with samples of neighbouring points instead of random ones. A label, a book's cover,
+boards of wood or a wall of stones show points by the dozen and hardly a straight line that two
+views agree on; where the points lie on one plane, there may be a face.
 """
 
 from collections.abc import Callable, Sequence
@@ -32,12 +32,12 @@ SCENES = float(np.log(1000.0))
 SDS = 3.0
 # Shares of the points that may lie on a plane: the likeliest is taken.
 SHARES = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8])
-# Planes that are looked at closely, of those with most points; and how often each is fitted anew.
+# Planes that are examined closely, of those with most points; and how often each is refitted.
 BEST, FITS = 8, 3
 # A plane is known by three points; fewer than so many more prove nothing, whatever they say.
 MIN_POINTS = 6
 # Points are one patch as far as gaps are no wider than once in a thousand by chance: of points as
-# dense as the upper quartile's third neighbours tell, a disc of √(log 1000 / 3) their distance.
+# dense as by the upper quartile's third neighbours, a disc of √(log 1000 / 3) their distance.
 THIRD, QUARTILE, GAP = 3, 0.75, float(np.sqrt(np.log(1000.0) / 3.0))
 
 
@@ -45,7 +45,7 @@ THIRD, QUARTILE, GAP = 3, 0.75, float(np.sqrt(np.log(1000.0) / 3.0))
 class TexturePlane:
     """Plane normal · x = distance; the numbers (m,) of its inliers, which form one patch.
 
-    `ratio` (m,) is each point's log-likelihood ratio against one that lies anywhere, and `price`
+    `ratio` (m,) is each point's log-likelihood ratio against one that lies anywhere, and `penalty`
     the penalty that their sum must exceed, or it may be chance. It is seen from its `sides` (±1).
     """
 
@@ -53,11 +53,11 @@ class TexturePlane:
     distance: float
     points: NDArray[np.intp]
     ratio: FloatArray
-    price: float
+    penalty: float
     sides: tuple[float, ...] = (1.0, -1.0)
 
     @property
-    def worth(self) -> float:
+    def score(self) -> float:
         """The log-likelihood ratio of the patch."""
         return float(self.ratio.sum())
 
@@ -70,7 +70,7 @@ def texture_planes(texture: TexturePoints, pixel: float) -> tuple[TexturePlane, 
     count = len(texture.points)
     if count < MIN_POINTS:
         return ()
-    price = 3 * float(np.log(count)) + SCENES
+    penalty = 3 * float(np.log(count)) + SCENES
     scene = _Scene.of(texture, pixel)
     normal, distance = _seeds(texture.points)
     if not scene.spread or not len(normal):
@@ -81,18 +81,18 @@ def texture_planes(texture: TexturePoints, pixel: float) -> tuple[TexturePlane, 
     while left.sum() >= MIN_POINTS:
         best = descending(gain[left].sum(axis=0, dtype=np.float64))[:BEST]
         fits = [scene.fitted(left & (gain[:, k] > 0), left, normal[k]) for k in best]
-        worths = np.array([fit.worth for fit in fits])
-        if not len(worths) or worths.max() < price:
+        scores = np.array([fit.score for fit in fits])
+        if not len(scores) or scores.max() < penalty:
             break
-        plane = fits[largest(worths)]
+        plane = fits[largest(scores)]
         if not plane.on.any():
             break
         for patch in _patches(texture.points, plane):
             ratio = scene.ratio(plane, patch, int(left.sum()))
-            if len(patch) < MIN_POINTS or ratio.sum() <= price:
+            if len(patch) < MIN_POINTS or ratio.sum() <= penalty:
                 continue
             if not scene.bends(plane.normal, patch):
-                found.append(TexturePlane(plane.normal, plane.distance, patch, ratio, price))
+                found.append(TexturePlane(plane.normal, plane.distance, patch, ratio, penalty))
         left &= ~plane.on
     return tuple(found)
 
@@ -110,7 +110,7 @@ def shown_patches(
     found = []
     for patch in patches:
         shown = surface(patch.normal, texture.points[patch.points])
-        sides = [worth > patch.price for worth in shown @ patch.ratio]
+        sides = [score > patch.penalty for score in shown @ patch.ratio]
         on = shown[sides].any(axis=0)
         if on.any():
             seen_from = tuple(side for side, may in zip((1.0, -1.0), sides, strict=True) if may)
@@ -126,7 +126,7 @@ class _Fit:
     normal: FloatArray
     distance: float
     on: NDArray[np.bool_]
-    worth: float
+    score: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -164,8 +164,8 @@ class _Scene:
             on = left & (off**2 < SDS**2 * self.variance(normal))
         density = self._density(normal, distance)[left]
         # A share of the points left lies on the plane, the others anywhere.
-        worths = np.log1p(SHARES[:, None] * (density - 1.0)).sum(axis=1)
-        return _Fit(normal, distance, on, float(worths.max()))
+        scores = np.log1p(SHARES[:, None] * (density - 1.0)).sum(axis=1)
+        return _Fit(normal, distance, on, float(scores.max()))
 
     def ratio(self, plane: _Fit, patch: NDArray[np.intp], left: int) -> FloatArray:
         """What each point (m,) of a patch says for it, of so many points that it may be among.

@@ -58,7 +58,7 @@ def common_direction(views: Sequence[View]) -> FloatArray:
 def texture_features(
     view: View, edges: EdgeMap, direction: FloatArray, focus: FloatArray, pixel: float
 ) -> TextureFeatures:
-    """The corners of a picture that are worth matching.
+    """The corners of a picture to be matched.
 
     `direction` (3,) of the world is down in all patches; what the view shows lies about as far
     away as `focus` (3,), where `pixel` is a pixel's length in the usual view.

@@ -42,10 +42,10 @@ def selected(
     use = np.ones((len(segments), len(rig.views)), np.bool_)
     profiles = line_profiles(segments, rig.views, rig.maps, use, graph.weight)
     sides = SideJudge(rig.views, rig.maps, graph.weight)
-    worth = sides.worth(segments)
-    ground = find_ground(found, lines, worth, rig.views, graph.distance, up)
+    score = sides.score(segments)
+    ground = find_ground(found, lines, score, rig.views, graph.distance, up)
     photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), graph.weight)
-    faces, _ = select_faces(found, lines, worth, rig.views, profiles, ground, photos, sides)
+    faces, _ = select_faces(found, lines, score, rig.views, profiles, ground, photos, sides)
     return faces
 
 

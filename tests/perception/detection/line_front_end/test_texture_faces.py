@@ -1,4 +1,4 @@
-"""Faces that print shows by itself."""
+"""Faces found by texture alone."""
 
 from dataclasses import replace
 from functools import partial
@@ -52,7 +52,7 @@ def found(
     )
 
 
-def test_print_without_any_straight_edge_is_a_face_as_far_as_it_goes() -> None:
+def test_texture_without_any_straight_edge_is_a_face_as_far_as_it_goes() -> None:
     (face,) = found(printed_rig())
     assert face.normal[2] > 0.9999
     assert true_height(face.corners).max() < 2 * printed_rig().pixel
@@ -72,13 +72,13 @@ def test_pixels_of_other_faces_show_no_print() -> None:
     assert found(printed_rig(), taken=True) == ()
 
 
-def test_print_on_the_ground_is_no_face() -> None:
+def test_texture_on_the_ground_is_no_face() -> None:
     rig = printed_rig()
     ground = Ground(UP, HEIGHT, 6 * rig.pixel, rig.photos.centres, rig.graph.distance)
     assert found(rig, ground=ground) == ()
 
 
-def test_pictures_of_different_print_show_no_face() -> None:
+def test_pictures_of_different_textures_show_no_face() -> None:
     assert found(rig_of(ring(6, 60.0), range(6))) == ()
 
 

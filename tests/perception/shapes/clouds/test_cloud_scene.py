@@ -143,7 +143,7 @@ def test_up_is_not_known_where_nothing_is_a_floor() -> None:
         assert scene.warnings == ()
 
 
-def test_cameras_tell_up_where_there_is_no_floor() -> None:
+def test_up_is_that_of_the_cameras_where_there_is_no_floor() -> None:
     ups = np.array([[0.0, -1.0, 0.1], [0.1, -1.0, 0.0], [0.0, -1.0, -0.1]])
     ups /= np.linalg.norm(ups, axis=1)[:, None]
     points = box_points(SIZE, 4000, noise=0.01)

@@ -1,4 +1,4 @@
-"""Whether pictures show one and the same print at places of a plane."""
+"""Whether pictures show the same texture at places of a plane."""
 
 import numpy as np
 
@@ -29,15 +29,15 @@ def likeness(rig: PrintedRig, points: FloatArray) -> FloatArray:
     return texture_correlation(rig.views, np.arange(len(rig.views)), points, UP, rig.pixel)
 
 
-def test_print_is_alike_on_its_plane() -> None:
+def test_texture_correlates_on_its_plane() -> None:
     assert (likeness(printed_rig(), inside(40)) > 0.8).all()
 
 
-def test_print_is_not_alike_off_its_plane() -> None:
+def test_texture_does_not_correlate_off_its_plane() -> None:
     assert (likeness(printed_rig(), inside(40, HEIGHT + 1.0)) < MIN_CORRELATION).mean() > 0.9
 
 
-def test_different_print_is_not_alike() -> None:
+def test_different_textures_do_not_correlate() -> None:
     rig = rig_of(ring(6, 60.0), range(6))
     assert (likeness(rig, inside(40)) < MIN_CORRELATION).all()
 
@@ -46,7 +46,7 @@ def test_places_out_of_view_are_not_alike() -> None:
     assert not likeness(printed_rig(), inside(5) + np.array([100.0, 0.0, 0.0])).any()
 
 
-def test_print_is_surface_as_seen_from_above_only() -> None:
+def test_texture_is_surface_as_seen_from_above_only() -> None:
     rig = printed_rig()
     front, back = surface_between(rig.photos, rig.views, rig.pixel, UP, inside(40))
     assert front.mean() > 0.9

@@ -63,7 +63,7 @@ def test_chains_have_one_feature_of_three_views_and_more() -> None:
     assert uv.shape == (*seen.shape, 2)
 
 
-def test_pictures_of_different_print_make_hardly_any_chain() -> None:
+def test_pictures_of_different_textures_have_hardly_any_feature_track() -> None:
     rig = rig_of(ring(6, 60.0), range(6))
     uv, _ = feature_tracks(features(rig), rig.views, rig.graph.pairs)
     same, _ = feature_tracks(features(printed_rig()), printed_rig().views, rig.graph.pairs)

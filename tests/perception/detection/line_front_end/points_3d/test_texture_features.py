@@ -1,4 +1,4 @@
-"""Corners of print in one picture."""
+"""Texture features of one picture."""
 
 from dataclasses import replace
 
@@ -20,7 +20,7 @@ def features(rig: PrintedRig, view: View) -> TextureFeatures:
     return texture_features(view, edge_map(view.image), direction, rig.graph.focus, rig.pixel)
 
 
-def test_print_has_corners_with_patches_of_mean_zero_and_length_one() -> None:
+def test_texture_has_corners_with_patches_of_mean_zero_and_length_one() -> None:
     rig = printed_rig()
     found = features(rig, rig.views[0])
     assert 100 < len(found.uv) <= MAX_CORNERS

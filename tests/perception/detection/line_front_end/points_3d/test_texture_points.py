@@ -1,4 +1,4 @@
-"""Points of print in space."""
+"""Texture points in space."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from tests.perception.detection.line_front_end.printed_disc import (
 )
 
 
-def test_points_lie_where_the_print_is_as_well_as_they_say() -> None:
+def test_points_lie_on_the_texture_within_their_covariance() -> None:
     texture = printed_rig().texture
     assert len(texture.points) > 100
     sd = np.sqrt(texture.covs[:, 2, 2])
