@@ -1,1 +1,1 @@
-"""Views from a robot: driver, camera head and tours; a simulated robot in rendered worlds."""
+"""Collecting views with a robot: driver, camera head, tours; a simulator with rendered worlds."""

@@ -1,8 +1,8 @@
-"""A line to a device that is asked for a known number of bytes, wherever the line runs.
+"""A byte line to a device, read in blocks of known length, whatever carries it.
 
-The serial port of the robot's microcontroller (AUX) hands on what came in only when it is asked for
-a number of bytes, and then only once they are all there. Drivers that keep to that work through it
-and on a port of their own alike.
+The serial ports of the robot's microcontroller (AUX) pass on received bytes only when a number of
+bytes is requested, and then only once all of them are there. Drivers that keep to that work through
+them and on a port of their own alike.
 """
 
 import time
@@ -13,14 +13,14 @@ from facetlog.errors import DeviceTimeout
 __all__ = ["ByteLine", "BytePort", "PortLine"]
 
 MOST_READS_OF_A_FLUSH = 256
-"""A device that never stops talking must not keep `flush` for ever."""
+"""A device that never stops sending must not block `flush` for ever."""
 
 
 class ByteLine(Protocol):
-    """A line on which a device is sent bytes and asked for a known number of them."""
+    """A line that sends bytes to a device and receives a known number of bytes."""
 
     def flush(self) -> None:
-        """Forgets what came in and was not asked for."""
+        """Discards bytes that came in and were not received."""
 
     def send(self, data: bytes) -> None:
         """Sends all of `data`."""
@@ -56,7 +56,7 @@ class PortLine:
         self._came_in = bytearray()
 
     def flush(self) -> None:
-        """Forgets what came in and was not asked for."""
+        """Discards bytes that came in and were not received."""
         self._came_in.clear()
         for _ in range(MOST_READS_OF_A_FLUSH):
             if not self._port.read(0.0):

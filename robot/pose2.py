@@ -1,4 +1,4 @@
-"""Where something stands on the floor and which way it faces: the group of motions of the plane."""
+"""Planar poses: place and heading on the floor, the group SE(2)."""
 
 import math
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class Pose2:
             raise ValueError(f"({self.x}, {self.y}, {self.heading}) is no place on the floor")
 
     def compose(self, other: "Pose2") -> "Pose2":
-        """`other`, which is given as seen from here, in the frame that this pose is given in.
+        """`other`, given in this pose's own frame, in the frame that this pose is given in.
 
         >>> Pose2(1.0, 0.0, math.pi).compose(Pose2(2.0, 0.0)).x
         -1.0
@@ -42,7 +42,7 @@ class Pose2:
         )
 
     def inverse(self) -> "Pose2":
-        """The frame that this pose is given in, as seen from here."""
+        """The inverse: the pose of the reference frame in this pose's own frame."""
         c, s = math.cos(self.heading), math.sin(self.heading)
         return Pose2(
             -c * self.x - s * self.y,
@@ -51,5 +51,5 @@ class Pose2:
         )
 
     def between(self, other: "Pose2") -> "Pose2":
-        """`other` as seen from here, where both are given in one frame."""
+        """`other` in this pose's own frame, where both are given in one frame."""
         return self.inverse().compose(other)

@@ -1,7 +1,7 @@
-"""A folder of views on disk, as a robot or a reconstruction would leave it.
+"""A folder of views on disk, as a robot or a structure-from-motion program would write it.
 
 Two formats: the paper's pan-tilt head (poses.csv beside camera.toml) and nerfstudio's
-transforms.json. What is true of the world goes beside them into ground_truth.json.
+transforms.json. The ground truth of the world goes beside them into ground_truth.json.
 """
 
 import csv

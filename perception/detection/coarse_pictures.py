@@ -1,8 +1,7 @@
-"""A noisy picture at coarser scales: faint edges that its noise hides show there.
+"""An image pyramid of a noisy picture: faint edges hidden by its noise show at coarser scales.
 
-Halving averages noise away, but not what a textured floor shows everywhere: its grain. Both are
-measured, so that of a plain scene the faintest edges count, and of a textured one those that
-stand out from the texture.
+Halving averages noise away, but not the grain of a textured floor. Both are measured, so that in a
+plain scene the faintest edges count, and in a textured one those that stand out from the texture.
 """
 
 from dataclasses import dataclass
@@ -16,9 +15,9 @@ from facetlog.perception.types import Image
 
 __all__ = ["CoarsePicture", "coarse_pictures"]
 
-# What white noise of 1 is in a picture enlarged so many times (cubic) and then halved once, twice,
-# three times by cv2.pyrDown: the sd of its pixels; and the sd of white noise whose gradient is as
-# noisy as there. From the filters.
+# White noise of 1 in a picture enlarged by this factor (cubic) and then halved once, twice, three
+# times by cv2.pyrDown: the sd of its pixels; and the sd of white noise with the same gradient
+# noise. From the filters.
 HALVED = {
     1: ((0.273, 0.455), (0.123, 0.219), (0.060, 0.109)),
     2: ((0.516, 0.926), (0.251, 0.444), (0.121, 0.216)),
@@ -30,10 +29,10 @@ MEDIAN_SD = 0.6745
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CoarsePicture:
-    """A picture of which each px spans `factor` px of the whole one, and its gradient.
+    """A picture each of whose px spans `factor` px of the full one, and its gradient.
 
-    `noise` is the sd, in grey levels, of white noise whose gradient is what noise leaves here;
-    `grain` the same of what the picture shows beyond noise in most places.
+    `noise` is the sd, in grey levels, of white noise with the same gradient noise; `grain` the same
+    for the texture that the picture has beyond noise in most places.
     """
 
     image: Image
@@ -44,9 +43,9 @@ class CoarsePicture:
 
 
 def coarse_pictures(image: Image, noise: Noise) -> list[CoarsePicture]:
-    """The picture halved, three times at most, until its noise is a clean one's.
+    """The picture halved, three times at most, until its noise is that of a clean one.
 
-    None of a clean picture.
+    Empty for a clean picture.
     """
     found: list[CoarsePicture] = []
     left = noise.sd

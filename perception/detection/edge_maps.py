@@ -18,8 +18,8 @@ __all__ = ["ORIENTATION_BINS", "EdgeMap", "direction_bits", "edge_map"]
 ORIENTATION_BINS = 16
 # Hysteresis thresholds in standard deviations of the gradient's own noise.
 LOW_SD, HIGH_SD = 3.0, 5.0
-# The gradient's noise in a picture that was enlarged so many times (cubic) over that in one that
-# was not, of the same white noise before. From the filters.
+# Gradient noise of a picture enlarged by this factor (cubic) over that of one not enlarged, for the
+# same white noise before. From the filters.
 ENLARGED = {1: 1.0, 2: 1.75, 4: 1.78}
 
 
@@ -43,10 +43,11 @@ def edge_map(
     own_noise: Noise | None = None,
     coarser: Sequence[CoarsePicture] | None = None,
 ) -> EdgeMap:
-    """Gradients and oriented edge mask of one grey picture, whose own pixels may tell its noise.
+    """Gradients and oriented edge mask of one grey picture.
 
-    The mask's edges reach so far, or as far as right poses may leave them off. Those of a noisy
-    picture are joined by what only its coarser scales show; who has these already hands them over.
+    The mask's edges are dilated by `reach_px`, or by the usual effect of pose errors. The noise is
+    estimated from the picture if `own_noise` is None. In a noisy picture edges that only its
+    coarser scales show are added; callers that have these scales already pass them as `coarser`.
     """
     slope = gradient(image)
     white = working_noise(image) if own_noise is None else own_noise
@@ -64,7 +65,7 @@ def edge_map(
 
 def _oriented_edges(slope: Gradient, noise: float) -> NDArray[np.uint16]:
     # The bit of its direction at each pixel of an edge.
-    # Canny wants 16-bit integers: 8 for each sd of the gradient's noise are exact enough.
+    # Canny needs 16-bit integers: 8 for each sd of the gradient's noise are exact enough.
     unit, limit = np.float32(8.0 / (noise * GRADIENT_NOISE)), np.float32(32767.0 / 1.5)
     dx = np.clip(slope.gx * unit, -limit, limit).astype(np.int16)
     dy = np.clip(slope.gy * unit, -limit, limit).astype(np.int16)
@@ -91,7 +92,7 @@ def _widened(sparse: NDArray[np.uint16], reach: float) -> NDArray[np.uint16]:
 
 
 def _shifted(by: int, length: int) -> slice:
-    # What is left of 0 ... length where all is moved by so much.
+    # The part of 0 ... length that remains inside when moved by so much.
     return slice(max(by, 0), length + min(by, 0))
 
 

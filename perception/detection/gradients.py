@@ -1,4 +1,4 @@
-"""A picture's gradient, and what noise of the pixels makes of it."""
+"""A picture's gradient, and its noise for a given noise of the pixels."""
 
 from dataclasses import dataclass
 

@@ -1,8 +1,8 @@
-"""Pictures that show next to nothing: black, saturated, of one grey level, tiny, blurred.
+"""Unusable pictures: black, saturated, of one grey level, tiny, blurred.
 
-A picture without contrast is known by itself. The blur of a picture is told by its strongest edges,
-whose gradient falls by less than a sharp edge's does where the picture is smoothed once more. A few
-pictures more blurred than the others are left out; where most are, nothing better is there.
+A picture without contrast is recognised by itself. Blur is measured at the strongest edges, whose
+gradient falls by less than a sharp edge's when the picture is smoothed once more. A few pictures
+more blurred than the others are left out; where most are blurred, all are kept.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ ENDS = (0.001, 0.999)
 """Quantiles between which nearly all grey levels lie: a thousandth of the pixels may be defects
 of the sensor."""
 NOISE_ENDS_SD = 3.1
-"""Where these quantiles of normal noise lie."""
+"""The same quantiles of normal noise, in standard deviations."""
 ROUNDING = 3.0
 """Grey levels by which compression and uneven light may change an empty picture."""
 FINE_PX, COARSE_PX = 1.0, 3.0
@@ -33,14 +33,14 @@ FINE_PX, COARSE_PX = 1.0, 3.0
 EDGES = 0.01
 """The share of the pixels with the strongest coarse gradients: the edges."""
 MIN_CONTRAST_SD = 8.0
-"""Edges weaker than this many standard deviations of the coarse gradient's noise tell no width."""
+"""Edges weaker than this, in sd of the coarse gradient's noise, are not measured."""
 LEAST_OTHERS = 5
-"""Of fewer other pictures the spread of their blur says nothing."""
+"""The spread of the blur is not estimated from fewer other pictures."""
 OUTLIER_SDS = 5.0
 """Robust standard deviations above the median of the others: edges differ in width by depth too,
 so far out only motion or a lens out of focus brings a picture."""
 MUCH = 2.0
-"""A blur less than so many times the others' costs little: its edges are just less sure."""
+"""A blur less than so many times the others' costs little: its edges are only less certain."""
 SOFT_PX = 1.5
 """From here on faces are lost: of a rendered table blurred by 1.8 px 3 to 5 of 8 are found, of a
 chair by 1.6 px 2 of 3. Sharp pictures, rendered or photographed, reach .8."""
@@ -78,8 +78,8 @@ def usable_views(views: Sequence[View]) -> tuple[tuple[View, ...], tuple[str, ..
 
 
 def nothing_shown(image: Image) -> str | None:
-    """What an empty picture is ("black", "saturated", "of one grey level", "too small"); None if it
-    shows anything: grey levels beyond what its noise explains."""
+    """The fault of an empty picture ("black", "saturated", "of one grey level", "too small"); None
+    if it has grey levels beyond its noise."""
     if min(image.shape) < LEAST_SIDE_PX:
         return f"too small ({image.shape[1]} x {image.shape[0]})"
     counts = np.cumsum(np.bincount(image.ravel(), minlength=256)) / image.size
@@ -98,7 +98,7 @@ def blur_px(image: Image) -> float:
     """
     coarse = _gradient(image, COARSE_PX)
     least = MIN_CONTRAST_SD * noise_sd(image) / (np.sqrt(8 * np.pi) * (COARSE_PX**2 + 0.5))
-    # Neighbours tell the same: every second row and column is enough for a quantile.
+    # Neighbours are correlated: every second row and column is enough for a quantile.
     peaks = coarse > max(float(np.quantile(coarse[::2, ::2], 1.0 - EDGES)), least)
     if not peaks.any():
         return float("nan")

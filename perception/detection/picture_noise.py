@@ -17,7 +17,7 @@ MIN_NOISE_SD = 1.5
 class Noise:
     """White noise of `sd` grey levels in a picture before it was enlarged `factor` times.
 
-    What uses it knows what becomes of it when it is enlarged by cubics, 1, 2 or 4 times.
+    Its users know how enlarging by cubics, 1, 2 or 4 times, changes it.
     """
 
     sd: float

@@ -1,4 +1,4 @@
-"""One picture that stands under several poses, of which it can belong to one at most.
+"""Duplicate pictures with different poses, of which at most one can be right.
 
 Noise makes any two photographs differ, if only in a few pixels. Pictures rendered without noise may
 be equal where the thing looks the same from several sides: so they are named, and all stay.

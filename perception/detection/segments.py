@@ -19,11 +19,11 @@ MIN_LENGTH = 0.025
 QUANT_PER_NOISE = 1.0
 # Its gradient's noise in a picture that was enlarged so many times, over that in one that was not.
 ENLARGED = {1: 1.0, 2: 1.5, 4: 1.3}
-# The same over the noise that halving leaves: what is 3 sd of LSD's gradient there counts, for LSD
-# wants many such in line. Its threshold is `quant` over the sine of 22.5°, and its gradient has .23
-# of the noise that CoarsePicture tells.
+# The same over the noise that halving leaves: 3 sd of LSD's gradient are enough there, for LSD
+# needs many such pixels in line. Its threshold is `quant` over the sine of 22.5°, and its gradient
+# has .23 of the noise of CoarsePicture.
 QUANT_PER_COARSE_NOISE = 0.25
-# What lies so near to segments of finer scales, px of its own, is shown by them, and better.
+# A segment this near to those of finer scales, in px of its own scale, is a duplicate of them.
 NEAR_PX = 3.0
 SAMPLES = 12
 
@@ -35,8 +35,8 @@ def detect_segments(
 
     LSD's gradient threshold follows the picture's noise, so that faint edges of a clean picture
     are found and the noise of a poor one is not; fainter ones of a noisy picture are found at
-    coarser scales, which who has them already hands over. `noise` is for pictures whose own pixels
-    do not tell it (working_size.py).
+    coarser scales, which callers that have them pass as `coarser`. `noise` is for pictures whose
+    noise cannot be estimated from their own pixels (working_size.py).
     """
     if noise is None:
         noise = working_noise(image)

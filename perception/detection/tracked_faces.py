@@ -1,4 +1,4 @@
-"""What a front end hands over: vertices tracked through the views, and the loops they form."""
+"""The result of a front end: vertices tracked through the views, and the loops they form."""
 
 from dataclasses import dataclass
 from itertools import chain
@@ -16,7 +16,7 @@ class FacePlane:
     """normal · x = height, where `cov` (k, k) is that of its errors at the face's corners
     (TrackedFace.corners).
 
-    A plane is off as a whole, shifted and tilted: corners near together share its error.
+    A plane is shifted and tilted as a whole: the errors of neighbouring corners are correlated.
     """
 
     normal: FloatArray
@@ -28,7 +28,7 @@ class FacePlane:
 class TrackedFace:
     """A face as a loop of tracks (indices), counter-clockwise seen from outside; holes clockwise.
 
-    `support` in [0, 1] is that of `Face`. `plane` is where the front end has it, if it knows; no
+    `support` in [0, 1] is that of `Face`. `plane` is the front end's estimate, if it has one; no
     view shows a face that is `implied`.
     """
 
@@ -46,8 +46,8 @@ class TrackedFace:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Completion:
-    """A track that may be seen too little for a point: it lies off another by `offset` (3,), to a
-    standard deviation of `sd` along each axis.
+    """A track that may have too few observations for a point: its offset (3,) from another track,
+    with a standard deviation of `sd` along each axis.
     """
 
     track: int
@@ -58,7 +58,7 @@ class Completion:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Landmarks:
-    """Points (n, 3) of surfaces that views show, of faces or not; `seen` (n, V) tells which do."""
+    """Points (n, 3) of surfaces that views show, of faces or not; `seen` (n, V) says which do."""
 
     points: FloatArray
     seen: NDArray[np.bool_]
@@ -68,13 +68,13 @@ class Landmarks:
 class TrackedFaces:
     """All tracks and faces of a set of views, in pixels of their pictures.
 
-    `weight` has one number in (0, 1] for each view: how much it counts beside views almost like
-    it. `edges` are straight edges between tracks that bound no face. `stand_ins` are the first
-    tracks once more, where the faces' outlines have them, for those that the pictures do not fix;
-    `completions` say where the last resort has them.
-    `used` are the views (indices) of which all this speaks, in whose order it numbers views: all
-    where it is None. `ground` is the plane that everything stands on, where there is one: a normal
-    (3,) to the cameras' side, and the height along it. `landmarks` are what else the views show.
+    `weight` has one number in (0, 1] for each view: how much it counts beside nearly identical
+    views. `edges` are straight edges between tracks that bound no face. `stand_ins` replace the
+    first tracks, at the places of the faces' outlines, where the pictures do not determine them;
+    `completions` are the last resort. `used` are the views (indices) that all this refers to, in
+    the order of its view numbers: all where it is None. `ground` is the plane that everything
+    stands on, where there is one: a normal (3,) to the cameras' side, and the height along it.
+    `landmarks` are other points that views show.
     """
 
     tracks: tuple[Track, ...]

@@ -1,4 +1,4 @@
-"""How views stand to one another: what they look at, which differ, which pair up for depth."""
+"""The view graph: the point that views look at, how far they differ, which pairs give depth."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,11 +11,11 @@ from facetlog.perception.types import FloatArray, View
 
 __all__ = ["ViewGraph", "view_graph", "view_motion"]
 
-# Two views count as two only as far as the picture of the object moved between them, px: less
-# than this, and a thing that stands still in the picture looks rigid with everything.
+# Two views count as two only as far as the picture of the object moved between them, px: with less
+# motion any candidate looks consistent.
 DISTINCT_PX = 6.0
-# At so many times that they have nothing in common: three such views count as three, not as a
-# billionth less.
+# At this multiple they count as fully distinct: three such views count as three, not as a billionth
+# less.
 APART = 4.0
 # Best angle between the rays of a pair: below it depth is poor, above it appearance changes.
 PAIR_ANGLE = np.radians(15.0)
@@ -24,7 +24,7 @@ PARTNERS = 4
 KEY_VIEWS = 16
 # Steps towards the point with the least sum of distances from the axes; it need not be exact.
 WEISZFELD_STEPS = 20
-# So many times the usual distance of the cameras no camera of the same tour is away.
+# No camera of the same tour is farther away than this multiple of the usual distance.
 FAR = 10.0
 
 
@@ -44,7 +44,7 @@ class ViewGraph:
 
 
 def view_motion(views: Sequence[View]) -> FloatArray:
-    """By how many px the picture of what the views look at differs between each two, (V, V)."""
+    """Motion (V, V), px, between each two views of the picture of what they look at."""
     centres = np.array([v.pose.centre for v in views])
     focus = _focus(centres, np.array([v.pose.rotation[:, 2] for v in views]))
     distance = float(np.median(np.linalg.norm(focus - centres, axis=1)))
@@ -69,7 +69,7 @@ def view_graph(views: Sequence[View]) -> ViewGraph:
 
 
 def _focus(centres: FloatArray, axes: FloatArray) -> FloatArray:
-    # A gross pose would draw the point to itself: left out are views that look elsewhere.
+    # A gross pose error would bias the point: views that look elsewhere are left out.
     looking = _looking_there(centres, axes)
     centres, axes = centres[looking], axes[looking]
     spread = float(np.linalg.norm(centres - centres.mean(axis=0), axis=1).max())
@@ -92,7 +92,7 @@ def _nearest_to_axes(
 
 
 def _looking_there(centres: FloatArray, axes: FloatArray) -> NDArray[np.bool_]:
-    # Sum of distances in place of that of squares (Weiszfeld): a minority cannot carry it away.
+    # Sum of distances in place of that of squares (Weiszfeld): robust against a minority.
     middle = np.median(centres, axis=0)
     away = np.linalg.norm(centres - middle, axis=1)
     spread = float(np.median(away)) or float(away.max())  # most of a film may be of one place

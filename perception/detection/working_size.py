@@ -1,7 +1,7 @@
-"""Small pictures enlarged: what segments, masks and merging need is a number of pixels.
+"""Small pictures enlarged: segments, masks and merging need a certain number of pixels.
 
-Between the pixels of a small picture an enlarged one is smooth: it looks ten times less noisy than
-it is. So its noise is that of the small one.
+An enlarged picture is smooth between the pixels of the small one, and its noise would be
+underestimated ten times. So its noise is taken from the small one.
 """
 
 from collections.abc import Sequence

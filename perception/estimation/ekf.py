@@ -1,8 +1,8 @@
 """The paper's recursion: an extended Kalman filter for implicit measurements f(x, a) = 0.
 
 Equations (1) to (5) of section 2. Names are the paper's: a is what is estimated, S its covariance,
-x a measurement with covariance Λ, M = ∂f/∂a, W the noise of f, K the gain. There is no motion: the
-estimated thing stands still, so the filter has no prediction step.
+x a measurement with covariance Λ, M = ∂f/∂a, W the noise of f, K the gain. The state is static, so
+the filter has no prediction step.
 
 One state is filtered by filterpy's ExtendedKalmanFilter (`step`), thousands at once by the same
 equations in numpy (`step_all`).
@@ -57,13 +57,13 @@ class Linearised:
     W: FloatArray
 
 
-# A measurement says what it is near a given estimate.
+# A measurement as a function of the estimate at which it is linearised.
 Measurement = Callable[[FloatArray], Linearised]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Run:
-    """Where a run of the recursion ended, after how many views, and whether the limit was met."""
+    """The final state of a run, after how many views, and whether the limit was met."""
 
     state: State
     used: int
@@ -141,7 +141,7 @@ def largest_sd(cov: ArrayLike) -> float:
 
 
 def recursion(start: State, measurements: Iterable[Measurement]) -> Iterator[State]:
-    """The states after each measurement, each made linear at the state before it."""
+    """The states after each measurement, each linearised at the state before it."""
     state = start
     for measurement in measurements:
         state = step(state, measurement(state.mean))
@@ -149,7 +149,7 @@ def recursion(start: State, measurements: Iterable[Measurement]) -> Iterator[Sta
 
 
 def run(start: State, measurements: Iterable[Measurement], sd_limit: float | None = None) -> Run:
-    """Where the recursion ends: at the first state surer than `sd_limit`, or out of measurements.
+    """The end of the recursion: the first state within `sd_limit`, or the last measurement.
 
     The paper stops when S is "below a predefined threshold"; here that is the largest standard
     deviation (in the unit of a), which no turn of the frame changes. Measurements after the stop

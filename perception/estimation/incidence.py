@@ -1,11 +1,11 @@
-"""What lies on what: one estimator for lines of points, lines of lines, and planes of lines.
+"""Incidence constraints: one estimator for lines of points, lines of lines, and planes of lines.
 
 Each of the paper's constructions (figures 4 to 6, after Ayache) says that a measured x lies on the
 estimated a, by equations that are linear in either: f(x, a) = M(x) a - y(x) = 0. `most_likely`
 fits all measurements at once; `updated` takes one more for many states side by side, `updated_one`
-for a single one. M holds the noise of x, which biases a filter that takes it as measured; so x is
-moved first to where it most likely lies on a, x* = x - Λ Gᵀ W⁻¹ f, as equation (1) asks (x* there).
-The paper's printed recursions do not: `as_printed`.
+for a single one. M contains the noise of x, which biases a filter that is linearised at the
+measured x; so x is first projected to its most likely place on a, x* = x - Λ Gᵀ W⁻¹ f, as equation
+(1) requires (x* there). The paper's printed recursions do not: `as_printed`.
 """
 
 from collections.abc import Callable
@@ -49,17 +49,18 @@ CONVERGED_SD = 1e-7
 MAX_PASSES = 50
 # A pass that makes the fit worse is halved at most so often.
 HALVINGS = 12
-# An update is made linear anew at what came of it, so often: the second time moves it by the square
-# of what the first one did, in units of how far the equations are straight.
+# Iterations of an update, each linearised at the result of the one before: the second moves it by
+# the square of what the first one did, relative to where the equations stop being linear.
 RELINEARISED = 3
-# Slopes (and places, as a share of the distance) less sure than this are too vague to make further
-# measurements linear at: what that leaves out goes with the square, 1/400 of what was measured.
+# Slopes (and places, as a share of the distance) with a larger standard deviation are too vague to
+# linearise further measurements at: the neglected terms grow with the square, 1/400 of a
+# measurement.
 SURE_SD = 0.05
-# A state leaves its chart for the best one at a slope beyond this: at 1 it could go to and fro.
+# A state leaves its chart for the best one at a slope beyond this: at 1 it could alternate.
 MAX_SLOPE = 1.25
 # Measurements that are held for a start at most, which bounds what an update takes.
 MAX_HELD = 8
-# An innovation of two equations that chance makes larger once in so many is of something else.
+# Gate: an innovation of two equations this large by chance once in so many is an outlier.
 GATE = float(chdtri(2, 1e-5))
 
 
@@ -76,7 +77,7 @@ class Incidence:
 
 
 def solved(on: Incidence, x: FloatArray) -> FloatArray:
-    """a (..., n) that measurements x (..., V, m) come nearest to lying on, all weighed alike."""
+    """The unweighted least-squares a (..., n) of measurements x (..., V, m)."""
     M, y = on.equations(x)
     rows = M.reshape(*M.shape[:-3], -1, M.shape[-1])
     values = y.reshape(*y.shape[:-2], -1)
@@ -148,8 +149,8 @@ def updated_one(
 
 
 def as_printed(on: Incidence, x: FloatArray, noise: FloatArray) -> Measurement:
-    """x (m,), `noise` (m, m), for the paper's recursion as printed: M at x as measured, the weight
-    at the estimate before.
+    """A measurement x (m,), `noise` (m, m), for the paper's recursion as printed: M at the measured
+    x, the weight at the previous estimate.
     """
     M, y = on.equations(x)
     return lambda a: linearise(M @ a - y, M, on.by_measured(a), noise, a)
@@ -158,9 +159,9 @@ def as_printed(on: Incidence, x: FloatArray, noise: FloatArray) -> Measurement:
 def held_start(
     fit: Callable[[int], T], count: int, sure: Callable[[T], bool]
 ) -> tuple[T, int] | None:
-    """Where a recursion starts: the fit of the first measurements, and how many these are.
+    """The start of a recursion: the fit of the first measurements, and how many these are.
 
-    As many of `count` as make it sure, at most MAX_HELD; None if `fit` raises ValueError for all.
+    As many of `count` as make it `sure`, at most MAX_HELD; None if `fit` raises ValueError for all.
     """
     found: tuple[T, int] | None = None
     for held in range(2, min(count, MAX_HELD) + 1):

@@ -1,4 +1,4 @@
-"""Pictures of lenses that are not what was stated: brought to what they were found to be."""
+"""Corrected pictures, and warnings, for lenses whose stated intrinsics were found to be wrong."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -9,16 +9,17 @@ from facetlog.perception.first_names import named
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.types import Camera, Image, LensError, StoredPicture, View
 
-__all__ = ["corrected", "lens_warnings", "together"]
+__all__ = ["combined", "corrected", "lens_warnings"]
 
 WELL_KNOWN = 0.01
-"""A focal length known to a hundredth leaves lengths as well known."""
+"""Relative standard deviation of a focal length above which the warning says that lengths are as
+uncertain."""
 SURE_SDS = 3.0
-"""Beyond so many standard deviations a lens is surely another: it is named."""
+"""Standard deviations from the stated value from which on a lens error is reported."""
 
 
 def corrected(view: View, error: LensError) -> View:
-    """The view as a pinhole of the focal length found would have taken it, freed of distortion."""
+    """The view undistorted, as a pinhole of the estimated focal length would have taken it."""
     lens = _lens(view.camera, error)
     stored = view.stored
     if stored is not None:
@@ -31,8 +32,8 @@ def corrected(view: View, error: LensError) -> View:
     return replace(view, image=lens.undistort(view.image), camera=lens.pinhole, stored=stored)
 
 
-def together(first: LensError, beyond: LensError) -> LensError:
-    """What a lens is off by, where a view corrected by the first is still off beyond it."""
+def combined(first: LensError, beyond: LensError) -> LensError:
+    """The total lens error, where a view corrected by the first still has the second."""
     return LensError(
         first.focal * beyond.focal,
         first.radial + beyond.radial,
@@ -42,7 +43,7 @@ def together(first: LensError, beyond: LensError) -> LensError:
 
 
 def lens_warnings(views: Sequence[View], errors: Sequence[LensError]) -> tuple[str, ...]:
-    """What is to be said of the lenses of these views, which are as given; of each camera once."""
+    """Warnings about the lenses of these views, given with their stated lenses; one a camera."""
     cameras: dict[tuple[Camera, LensError], list[View]] = {}
     for view, error in zip(views, errors, strict=True):
         cameras.setdefault((view.camera, error), []).append(view)
@@ -62,7 +63,7 @@ def lens_warnings(views: Sequence[View], errors: Sequence[LensError]) -> tuple[s
 
 
 def _shown(error: LensError, given: float) -> list[str]:
-    # What of a lens is surely not as stated, with a focal length of so many px.
+    # The significant errors of a lens with a stated focal length of so many px.
     shown = []
     found, sd = error.focal * given, error.focal_sd * given
     if abs(error.focal - 1.0) > SURE_SDS * error.focal_sd > 0:

@@ -5,10 +5,10 @@ is 1. The paper uses chart Z; there a vertical face has infinite slope and a ste
 error of up to 20 times the bound. `fit_plane` takes the chart of the normal's largest component,
 about the points' middle, from a total-least-squares start.
 
-Its covariance takes the points' errors to be independent of one another. Vertices from the same
-views share the errors of the poses: a common shift or turn of all points is then not in the
-covariance of one plane (it largely cancels between planes of one scene), and it is for the caller
-to add it where absolute place matters.
+Its covariance assumes independent errors of the points. Vertices from the same views share the
+errors of the poses: a common shift or rotation of all points is then not in the covariance of one
+plane (it largely cancels between planes of one scene), and the caller must add it where absolute
+place matters.
 """
 
 from collections.abc import Iterator, Sequence
@@ -41,9 +41,11 @@ __all__ = [
 # Rounding of coordinates, as a share of the points' spread: the least standard deviation of a
 # point, so that exact points (of a mesh) have a plane too.
 LEAST_SD = 1e-9
-# Points are a line unless their spread across it would come up by noise less than once in 1,000.
+# Points count as collinear unless noise alone would give their spread across the line less than
+# once in 1,000.
 LINE_PROBABILITY = 1e-3
-# A normal less sure than this (rad) is not one: the plane square to it is within 3 sd of slope.
+# A normal with a larger standard deviation (rad) is undetermined: the plane perpendicular to it is
+# within 3 sd of slope.
 MAX_TILT_SD = 1.0 / 3.0
 
 
@@ -87,7 +89,7 @@ class PlaneFit:
 
     @property
     def probability(self) -> float:
-        """How often a true plane has a chi-square as large as this one; 1 for three points."""
+        """The p-value: how often a true plane has a chi-square as large; 1 for three points."""
         return float(chdtrc(self.dof, self.chi2)) if self.dof else 1.0
 
 
@@ -147,7 +149,7 @@ def chart_from_plane(chart: Chart, plane: Plane) -> State:
 def plain_plane_recursion(
     points: Sequence[ArrayLike], noise: ArrayLike, start: State, chart: Chart = Chart.Z
 ) -> Iterator[State]:
-    """The states (a, b, p) of the paper's recursion after each point (3,), nothing added; `noise`
+    """The states (a, b, p) of the paper's recursion as printed after each point (3,); `noise`
     (3, 3) is that of each point.
     """
     order = list(chart.axes)
@@ -196,10 +198,10 @@ def fit_plane(points: ArrayLike, covs: ArrayLike) -> PlaneFit | NoPlane:
 
 
 def with_common_errors(plane: Plane, points: ArrayLike, cov: ArrayLike) -> Plane:
-    """The plane through points (n, 3) that are off it with a joint covariance (n, n), in length².
+    """The plane through points (n, 3) whose distances from it have the joint covariance (n, n).
 
-    Points that know a plane only together, as those of one fit do, err together: `fit_plane` would
-    take their mean for far better known than any of them.
+    Points of one fit have correlated errors: `fit_plane`, which assumes independent ones, would
+    overestimate the precision of their mean.
     """
     x, cov = np.asarray(points, dtype=np.float64), np.asarray(cov, dtype=np.float64)
     middle = x.mean(axis=0)

@@ -1,13 +1,14 @@
-"""Which views of a point agree: all of them, or else those that the likeliest point explains.
+"""The inlier views of a point: all of them, or else those that the likeliest point explains.
 
-Wrong matches pull a filter away however large the others' number (10 % of them: 88 % of points
-lost without a gate, 18 % with a gate that only looks back). So where all views together do not
-fit, pairs of views each propose a point (point_pairs.py), the likeliest proposal is fitted to the
-views that agree with it until these no longer change, and the recursion runs over them. A few
-pairs do where the views that agree outweigh whatever the others might still agree on; else all
-pairs propose, and the winner must be far likelier than any other point. So the result is that of
-the likelihood, whichever pairs propose, and hangs neither on the order of the views nor on
-rounding.
+Wrong matches bias a filter however large the others' number (10 % of them: 88 % of points lost
+without a gate, 18 % with a gate that only looks back). So where all views together do not fit,
+hypotheses are tested as in RANSAC, scored by a truncated likelihood as in MLESAC (Torr and
+Zisserman 2000), but without random sampling: pairs of views each propose a point (point_pairs.py),
+the likeliest proposal is fitted to its inliers until these no longer change, and the recursion runs
+over them. A few pairs are enough where the inliers outweigh whatever the other views might still
+agree on; else all pairs propose, and the winner must be far likelier than any other point. So the
+result is that of the likelihood, whichever pairs propose, and depends neither on the order of the
+views nor on rounding.
 """
 
 from dataclasses import dataclass
@@ -29,7 +30,7 @@ from facetlog.perception.estimation.point_pairs import (
     pair_points,
     pairs,
     support,
-    worth,
+    view_gain,
 )
 from facetlog.perception.estimation.point_views import BoolArray, Cameras, IndexArray, Sightings
 from facetlog.perception.estimation.symmetric_matrices import solutions
@@ -39,18 +40,18 @@ __all__ = ["Consensus", "agreeing_views"]
 
 # All views are taken together unless a fit this bad would come up less often than once in 1,000.
 WHOLE_FIT_PROBABILITY = 1e-3
-# A fit of all views is given up where this many times the chi-square that it may have is in sight.
+# A fit of all views is given up where it would end at this many times the permitted chi-square.
 HOPELESS = 10.0
-# How many pairs propose where views are many: with 60 % wrong matches still some 40 are right.
+# Pairs that propose where views are many: with 60 % outliers some 40 of them are still right.
 PAIRS = 276
-# Where there are many views still each has so many partners.
+# Partners of each view at least, also where there are many views.
 LEAST_PARTNERS = 6
-# Views that agree on a point which a third view contradicts prove nothing if they are only two.
+# Two views that agree on a point which a third view contradicts prove nothing.
 LEAST_VIEWS = 3
 # A point is taken if it is 1,000 times as likely as any other (2 log of that).
 CLEAR_LEAD = 2.0 * np.log(1e3)
-# Points nearer to each other than so many standard deviations are one, seen by views that were
-# told to be surer than they are, as those of wrong poses: the likelier is taken.
+# Points nearer to each other than so many standard deviations are one, seen by views whose stated
+# covariances are too small, as with wrong poses: the likelier is taken.
 ONE_POINT_SD = 20.0
 # In so many rounds views join or leave a candidate, in as many more they only leave; with 10 %
 # wrong matches in 24 views two rounds do.
@@ -63,21 +64,21 @@ FEWEST_VIEWS_OF_A_BLOCK = 24
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Consensus:
-    """Points (n, 3), their covariances, packed (n, 6), and the views (n, V) that agree on them.
+    """Points (n, 3), their covariances, packed (n, 6), and their inliers among the views (n, V).
 
     `behind` (n,) says which lie behind one of these views; `gain` (n,) is twice the log likelihood
-    over that of chance. No view agrees where there is no consensus. Neutral frame.
+    ratio against chance. There are no inliers where there is no consensus. Neutral frame.
     """
 
     points: FloatArray
     covs: FloatArray
-    masks: BoolArray
+    inliers: BoolArray
     behind: BoolArray
     gain: FloatArray
 
     @classmethod
     def none(cls, points: int, views: int) -> Self:
-        """Of so many points, none of which any view agrees on."""
+        """So many points without inliers."""
         return cls(
             np.zeros((points, 3)),
             np.zeros((points, 6)),
@@ -91,7 +92,7 @@ class Consensus:
         return type(self)(
             self.points[rows],
             self.covs[rows],
-            self.masks[rows],
+            self.inliers[rows],
             self.behind[rows],
             self.gain[rows],
         )
@@ -99,25 +100,25 @@ class Consensus:
     def put(self, rows: IndexArray | slice, other: "Consensus") -> None:
         """Overwrite some of the points."""
         self.points[rows], self.covs[rows], self.gain[rows] = other.points, other.covs, other.gain
-        self.masks[rows], self.behind[rows] = other.masks, other.behind
+        self.inliers[rows], self.behind[rows] = other.inliers, other.behind
 
     @property
     def stands(self) -> BoolArray:
-        """Where (n,) as many views agree as prove a point against others."""
-        return np.asarray(self.masks.sum(axis=1) >= LEAST_VIEWS)
+        """Where (n,) there are enough inliers to prove a point against others."""
+        return np.asarray(self.inliers.sum(axis=1) >= LEAST_VIEWS)
 
 
 def agreeing_views(cameras: Cameras, seen: Sightings) -> Consensus:
-    """What the views of n points agree on."""
+    """The consensus of the views of n points."""
     n, views = seen.seen.shape
     step = max(1, BLOCK // (views * max(views, FEWEST_VIEWS_OF_A_BLOCK)))
     agreed = Consensus.none(n, views)
     for first in range(0, n, step):
         part = slice(first, first + step)
         agreed.put(part, _all_views(cameras, seen.take(part)))
-    # A point behind the cameras stays, to be named as such, unless pairs find one before them.
+    # A point behind the cameras stays, to be reported, unless pairs find one in front of them.
     contested = np.flatnonzero(
-        (~agreed.masks.any(axis=1) | agreed.behind) & (seen.seen.sum(axis=1) >= LEAST_VIEWS)
+        (~agreed.inliers.any(axis=1) | agreed.behind) & (seen.seen.sum(axis=1) >= LEAST_VIEWS)
     )
     for first in range(0, contested.size, step):
         rows = contested[first : first + step]
@@ -128,58 +129,58 @@ def agreeing_views(cameras: Cameras, seen: Sightings) -> Consensus:
 
 
 def _by_pairs(cameras: Cameras, seen: Sightings) -> Consensus:
-    """What most views agree on: by few pairs where that is clear, else by all of them."""
-    worths = worth(seen)
-    found = _likeliest(cameras, seen, worths, partners=1)
-    rest = np.flatnonzero(~_clear(found, worths))
+    """The consensus of most views: by few pairs where that is clear, else by all of them."""
+    view_gains = view_gain(seen)
+    found = _likeliest(cameras, seen, view_gains, partners=1)
+    rest = np.flatnonzero(~_clear(found, view_gains))
     if rest.size:
-        found.put(rest, _of_all_pairs(cameras, seen.take(rest), worths[rest]))
+        found.put(rest, _of_all_pairs(cameras, seen.take(rest), view_gains[rest]))
     return found
 
 
 def _all_views(cameras: Cameras, seen: Sightings) -> Consensus:
-    """What all views together make; none of them where they do not agree on it."""
+    """The fit of all views together; without inliers where they do not agree on it."""
     dof = np.maximum(2 * np.arange(seen.seen.shape[1] + 1) - 3, 1)
     limit = chdtri(dof, WHOLE_FIT_PROBABILITY)[seen.seen.sum(axis=1)]
     start = linear_start(cameras, seen.xy, seen.info)
     fit = fit_points(cameras, seen.xy, seen.info, start, hopeless=HOPELESS * limit)
     total = fit.chi2.sum(axis=1)
     fits = (fit.chi2 <= GATE_CHI2).all(axis=1) & (total <= limit)
-    masks = seen.seen & fits[:, None]
-    return _consensus(cameras, fit, seen.seen, masks, -total)
+    inliers = seen.seen & fits[:, None]
+    return _consensus(cameras, fit, seen.seen, inliers, -total)
 
 
 def _consensus(
-    cameras: Cameras, fit: Fit, fitted: BoolArray, masks: BoolArray, gain: FloatArray
+    cameras: Cameras, fit: Fit, fitted: BoolArray, inliers: BoolArray, gain: FloatArray
 ) -> Consensus:
     distance = (cameras.distances(fit.points) * fitted).sum(axis=1) / np.maximum(
         fitted.sum(axis=1), 1
     )
     behind: BoolArray = np.any((fit.depth <= 0) & fitted, axis=1)
-    return Consensus(fit.points, fit.covariances(distance), masks, behind, gain)
+    return Consensus(fit.points, fit.covariances(distance), inliers, behind, gain)
 
 
-def _clear(found: Consensus, worths: FloatArray) -> BoolArray:
+def _clear(found: Consensus, view_gains: FloatArray) -> BoolArray:
     """Whether (n,) no other point could come near, if all other views agreed on it exactly."""
-    others = (worths * ~found.masks).sum(axis=1)
+    others = (view_gains * ~found.inliers).sum(axis=1)
     return np.asarray(found.stands & (found.gain - others >= CLEAR_LEAD))
 
 
-def _of_all_pairs(cameras: Cameras, seen: Sightings, worths: FloatArray) -> Consensus:
-    """The likeliest points of all pairs of views; none where another is about as likely."""
+def _of_all_pairs(cameras: Cameras, seen: Sightings, view_gains: FloatArray) -> Consensus:
+    """The likeliest points of all pairs of views; without inliers where another is as likely."""
     views = seen.seen.shape[1]
     partners = max(LEAST_PARTNERS, -(-2 * PAIRS // views))
-    found = _likeliest(cameras, seen, worths, partners)
-    doubted = np.flatnonzero(found.stands & ~_clear(found, worths))
+    found = _likeliest(cameras, seen, view_gains, partners)
+    doubted = np.flatnonzero(found.stands & ~_clear(found, view_gains))
     if doubted.size:
         first, part = found.take(doubted), seen.take(doubted)
-        rival = _likeliest(cameras, part, worths[doubted], partners, outside=first.masks)
+        rival = _likeliest(cameras, part, view_gains[doubted], partners, outside=first.inliers)
         between = rival.points - first.points
         square = (between * solutions(rival.covs + first.covs, between)).sum(axis=1)
         close = np.abs(rival.gain - first.gain) < CLEAR_LEAD
         likelier = np.flatnonzero(rival.stands & (rival.gain > first.gain))
         first.put(likelier, rival.take(likelier))
-        first.masks[rival.stands & close & (square > ONE_POINT_SD**2)] = False
+        first.inliers[rival.stands & close & (square > ONE_POINT_SD**2)] = False
         found.put(doubted, first)
     return found
 
@@ -187,7 +188,7 @@ def _of_all_pairs(cameras: Cameras, seen: Sightings, worths: FloatArray) -> Cons
 def _likeliest(
     cameras: Cameras,
     seen: Sightings,
-    worths: FloatArray,
+    view_gains: FloatArray,
     partners: int,
     outside: BoolArray | None = None,
 ) -> Consensus:
@@ -196,32 +197,36 @@ def _likeliest(
     owner, i, j = pairs(cameras, may, partners)
     points, meet = pair_points(cameras, seen, owner, i, j)
     owner, points = owner[meet], points[meet]
-    score = support(cameras, seen, worths, owner, points)
+    score = support(cameras, seen, view_gains, owner, points)
     # A table of the scores with a row a point; owners come in order.
-    count = np.bincount(owner, minlength=len(worths))
+    count = np.bincount(owner, minlength=len(view_gains))
     first = np.cumsum(count) - count
-    table = np.full((len(worths), max(1, int(count.max(initial=0)))), -np.inf)
+    table = np.full((len(view_gains), max(1, int(count.max(initial=0)))), -np.inf)
     table[owner, np.arange(owner.size) - first[owner]] = score
     rows = np.flatnonzero(count)
     start = points[(first + np.argmax(table, axis=1))[rows]]
     found = Consensus.none(*seen.seen.shape)
-    found.put(rows, _settle(cameras, seen.take(rows), worths[rows], start))
+    found.put(rows, _settle(cameras, seen.take(rows), view_gains[rows], start))
     return found
 
 
-def _settle(cameras: Cameras, seen: Sightings, worths: FloatArray, start: FloatArray) -> Consensus:
-    """Points fitted to the views that agree with them; views join and leave until none does."""
-    masks = seen.seen & (view_chi2(cameras, seen.xy, seen.info, start) <= PAIR_VARIANCE * GATE_CHI2)
-    settled = Consensus.none(*masks.shape)
+def _settle(
+    cameras: Cameras, seen: Sightings, view_gains: FloatArray, start: FloatArray
+) -> Consensus:
+    """Points fitted to their inliers, which are chosen anew until none changes."""
+    inliers = seen.seen & (
+        view_chi2(cameras, seen.xy, seen.info, start) <= PAIR_VARIANCE * GATE_CHI2
+    )
+    settled = Consensus.none(*inliers.shape)
     points = start.copy()
     # Less than three views are no consensus, and their point may be anywhere.
-    rows = np.flatnonzero(masks.sum(axis=1) >= LEAST_VIEWS)
+    rows = np.flatnonzero(inliers.sum(axis=1) >= LEAST_VIEWS)
     for turn in range(2 * ROUNDS):
         if not rows.size:
             break
-        part, mask = seen.take(rows), masks[rows]
+        part, mask = seen.take(rows), inliers[rows]
         fit = fit_points(cameras, part.xy, part.info * mask[:, None], points[rows])
-        gain = ((worths[rows] - fit.chi2) * mask).sum(axis=1)
+        gain = ((view_gains[rows] - fit.chi2) * mask).sum(axis=1)
         new = _consensus(cameras, fit, mask, mask, gain)
         innovation = innovation_chi2(cameras, part.xy, part.info, fit.points, new.covs)
         agrees = np.where(mask, fit.chi2, innovation) <= GATE_CHI2
@@ -231,6 +236,6 @@ def _settle(cameras: Cameras, seen: Sightings, worths: FloatArray, start: FloatA
         same = (agrees == mask).all(axis=1)
         settled.put(rows[same], new.take(np.flatnonzero(same)))
         points[rows] = fit.points
-        masks[rows] = agrees
+        inliers[rows] = agrees
         rows = rows[~same & (agrees.sum(axis=1) >= LEAST_VIEWS)]
     return settled

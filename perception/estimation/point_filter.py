@@ -1,10 +1,10 @@
 """3-D points from posed views: the paper's recursion as printed, and the estimator in its place.
 
-The plain recursion (section 4.1) starts from the origin with a large S0 and weighs each view at
-the estimate before it, so its result depends on where the origin lies and on the order of the
-views, and one wrong match can carry it away. `estimate_point` keeps the recursion and removes
-that: the views that agree are found first (point_consensus.py), and the recursion then runs over
-them with every view made linear at one shared point, the most likely one.
+The plain recursion (section 4.1) starts from the origin with a large S0 and weights each view at
+the previous estimate, so its result depends on the origin and on the order of the views, and one
+outlier can spoil it. `estimate_point` keeps the recursion and removes that: the inlier views are
+found first (point_consensus.py), and the recursion then runs over them with every view linearised
+at one shared point, the most likely one.
 
 Covariances are honest if the pixels' covariances are, if the poses are exact, and if the errors of
 different views are independent.
@@ -39,10 +39,10 @@ __all__ = [
     "PointFailure",
     "estimate_point",
     "estimate_points",
+    "pixel_incidence",
     "pixel_measurement",
     "plain_recursion",
     "ray_measurement",
-    "seen_at",
 ]
 
 # A point whose largest standard deviation exceeds this share of its distance from the nearest
@@ -68,11 +68,11 @@ REASONS = (None, *PointFailure)
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PointEstimate:
-    """A point (3,) with its covariance (3, 3), and what became of each observation.
+    """A point (3,) with its covariance (3, 3), and its inliers and outliers.
 
-    `used` and `rejected` are indices into the observations given. `views_needed` is how many of
-    the consistent observations, in the order given, brought the largest standard deviation below
-    the limit; None without a limit or if it was not met. After the limit none is used.
+    `used` and `rejected` are indices into the observations given. `views_needed` is how many of the
+    inliers, in the order given, brought the largest standard deviation below the limit; None
+    without a limit or if it was not met. After the limit none is used.
     """
 
     point: FloatArray
@@ -96,11 +96,11 @@ class NoPoint:
         return False
 
 
-def seen_at(projection: FloatArray) -> Incidence:
-    """That points (..., 3) are seen at pixels (..., 2) by views with projections (..., 3, 4).
+def pixel_incidence(projection: FloatArray) -> Incidence:
+    """The constraint that points (..., 3) appear at pixels (..., 2) by projections (..., 3, 4).
 
     The paper's f = (t1 - u t3) a + t14 - u t34, and the same of v, section 4.1. Pixels moved onto
-    the estimate are its projection, which makes this the filter of the pixels themselves.
+    the estimate are its projection, which makes this the filter of reprojection errors.
     """
 
     def equations(uv: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -121,13 +121,13 @@ def ray_measurement(uv: ArrayLike, projection: ArrayLike, noise: ArrayLike) -> M
     the weight of equation (10) does.
     """
     x, P, cov = (np.asarray(given, dtype=np.float64) for given in (uv, projection, noise))
-    return as_printed(seen_at(P), x, cov)
+    return as_printed(pixel_incidence(P), x, cov)
 
 
 def pixel_measurement(
     uv: ArrayLike, projection: ArrayLike, noise: ArrayLike, at: FloatArray | None = None
 ) -> Measurement:
-    """The pixel itself as the measurement, x - h(a) = 0, made linear at `at` (or the estimate)."""
+    """The pixel itself as the measurement, x - h(a) = 0, linearised at `at` (or the estimate)."""
     uv, P = np.asarray(uv, dtype=np.float64), np.asarray(projection, dtype=np.float64)
 
     def measured(a: FloatArray) -> Linearised:
@@ -145,10 +145,10 @@ def plain_recursion(
     projections: Sequence[FloatArray],
     start: State,
 ) -> Iterator[State]:
-    """The states of the paper's recursion after each observation, nothing added (section 5.3).
+    """The states of the paper's recursion as printed after each observation (section 5.3).
 
     With `start` at the null vector and a large covariance this is the paper's filter, kept for its
-    printed figures and as the yardstick; `estimate_point` is what to use.
+    printed figures and as a baseline; use `estimate_point`.
     """
     return recursion(
         start, (ray_measurement(o.uv, projections[o.view], o.cov) for o in observations)
@@ -183,7 +183,7 @@ def estimate_point(
     reason = REASONS[_failures(cameras, seen, found)[0]]
     if reason is not None:
         return NoPoint(reason)
-    agreed = [int(i) for i in np.flatnonzero(found.masks[0])]
+    agreed = [int(i) for i in np.flatnonzero(found.inliers[0])]
     at = found.points[0]
     distance = np.linalg.norm(at - cameras.centres[agreed], axis=1).mean()
     state = State(at, (START_SD * distance) ** 2 * np.eye(3))
@@ -205,7 +205,7 @@ def estimate_point(
         cameras.origin + cameras.scale * state.mean,
         cameras.scale**2 * state.cov,
         tuple(agreed[:used]),
-        tuple(int(i) for i in np.flatnonzero(~found.masks[0])),
+        tuple(int(i) for i in np.flatnonzero(~found.inliers[0])),
         needed,
     )
 
@@ -225,19 +225,19 @@ def estimate_points(
     ok = _failures(cameras, sightings, found) == 0
     points = np.where(ok[:, None], cameras.origin + cameras.scale * found.points, np.nan)
     covs = np.where(ok[:, None, None], cameras.scale**2 * unpacked(found.covs), np.nan)
-    return points, covs, np.logical_and(found.masks, ok[:, None]), ok
+    return points, covs, np.logical_and(found.inliers, ok[:, None]), ok
 
 
 def _failures(cameras: Cameras, seen: Sightings, found: Consensus) -> IndexArray:
     """Which of `REASONS` (n,) keeps each point from being one."""
     away = cameras.distances(found.points)
-    nearest = np.where(found.masks, away, np.inf).min(axis=1, initial=np.inf)
+    nearest = np.where(found.inliers, away, np.inf).min(axis=1, initial=np.inf)
     # The trace is at least the largest eigenvalue, and sooner known.
     limit = (MAX_RELATIVE_SD * nearest) ** 2
     vague = ~(found.covs[:, DIAGONAL].sum(axis=1) <= limit)
     near = np.flatnonzero(vague & np.isfinite(found.covs).all(axis=1))
     vague[near] = ~(np.linalg.eigvalsh(unpacked(found.covs[near]))[:, 2] <= limit[near])
-    few, alone = seen.seen.sum(axis=1) < 2, found.masks.sum(axis=1) < 2
+    few, alone = seen.seen.sum(axis=1) < 2, found.inliers.sum(axis=1) < 2
     reasons = (
         PointFailure.FEW_VIEWS,
         PointFailure.INCONSISTENT,

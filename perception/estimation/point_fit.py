@@ -1,12 +1,12 @@
 """Maximum-likelihood points from weighted views: linear start, then re-linearised passes.
 
-The recursion of equations (3) to (5) with every view made linear at one shared point is a linear
-Kalman filter, so its result does not depend on the order of the views; in information form it is
-a sum over the views (S⁻¹ = S0⁻¹ + Σ Mᵀ W⁻¹ M). Passes are repeated, each with a fresh S0, until
-the shared point stands still: that is the Gauss-Newton iteration, and its limit the maximum of the
-likelihood. All in the neutral frame of `Cameras`; which views count is said by their information,
-which is zero for the others. Sums over views are matrix products of what the pixels contribute
-with the products of the projections' rows, so that all points share them.
+The recursion of equations (3) to (5) with every view linearised at one shared point is a linear
+Kalman filter, so its result does not depend on the order of the views; in information form it is a
+sum over the views (S⁻¹ = S0⁻¹ + Σ Mᵀ W⁻¹ M). Passes are repeated, each with a fresh S0, until the
+shared point converges: that is the Gauss-Newton iteration, and its limit the maximum of the
+likelihood. All in the neutral frame of `Cameras`; views that do not count have zero information.
+Sums over views are matrix products of the pixels' contributions with the products of the
+projections' rows, so that all points share them.
 """
 
 from dataclasses import dataclass
@@ -28,8 +28,8 @@ __all__ = [
 ]
 
 # Standard deviation of the fresh S0, in distances from the cameras to the point: "a large S0". At
-# the vaguest depth that passes for a point it weighs 1e-5 of the information; a larger one would
-# cost the recursion more digits by cancellation than that.
+# the most uncertain depth that is accepted it adds 1e-5 of the information; a larger one would cost
+# the recursion more digits by cancellation than that.
 START_SD = 1e2
 # The implicit weight 1/depth² is kept from growing without bound: least depth as a share of the
 # distance to the camera (a point 3° off the plane of the pinhole).
@@ -152,8 +152,8 @@ def fit_points(
 ) -> Fit:
     """The maximum-likelihood points of pixels with information, from `start` (n, 3).
 
-    A start behind one of its cameras stays where it is: the caller sees it by the depths. So does
-    a point whose chi-square would still be above `hopeless` (n,) after the next pass.
+    A start behind one of its cameras is not moved: the caller sees it by the depths. Nor is a point
+    whose chi-square would still be above `hopeless` (n,) after the next pass.
     """
     cost, fit, g = _linearise(cameras, xy, info, start)
     points, H, depth, chi2 = start.copy(), fit.information, fit.depth, fit.chi2

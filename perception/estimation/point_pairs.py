@@ -1,9 +1,9 @@
-"""Points that pairs of views propose, and how much of what all views saw each of them explains.
+"""Points proposed by pairs of views, and their support over all views.
 
 Pairs are chosen by the places of the cameras alone, each view with partners from near to far, so
-neither the order of the views nor what was seen has a say in it; few views make all their pairs.
-A proposal is scored by a truncated log likelihood over all views against chance: a wrong match
-may lie anywhere in its picture.
+neither the order of the views nor the observations matter; few views make all their pairs. A
+proposal is scored by a truncated log likelihood ratio over all views against chance: an outlier may
+lie anywhere in its picture.
 """
 
 import numpy as np
@@ -12,7 +12,7 @@ from facetlog.perception.estimation.point_fit import view_chi2
 from facetlog.perception.estimation.point_views import BoolArray, Cameras, IndexArray, Sightings
 from facetlog.perception.types import FloatArray
 
-__all__ = ["GATE_CHI2", "pair_points", "pairs", "support", "worth"]
+__all__ = ["GATE_CHI2", "pair_points", "pairs", "support", "view_gain"]
 
 # An observation belongs to a point up to this squared Mahalanobis distance: chi-square with 2
 # degrees of freedom, 99.9 %.
@@ -27,12 +27,12 @@ LEAST_PARALLAX = 1e-9
 BLOCK = 512
 
 
-def worth(seen: Sightings) -> FloatArray:
-    """How much each view (n, V) adds, at most, to twice the log likelihood of a point.
+def view_gain(seen: Sightings) -> FloatArray:
+    """The most that each view (n, V) can add to twice the log likelihood ratio of a point.
 
-    2 log of the density of the pixel's noise at its middle over that of a wrong match; zero where a
-    view did not see the point. Never less than the gate: however vague, a view that agrees does
-    not speak against a point.
+    2 log of the density of the pixel's noise at its middle over that of an outlier; zero where a
+    view did not see the point. Never less than the gate: an inlier, however uncertain, never lowers
+    a point's score.
     """
     a, b, c = seen.info[:, 0], seen.info[:, 1], seen.info[:, 2]
     determinant = np.where(seen.seen, a * c - b * b, 1.0)
@@ -114,7 +114,7 @@ def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
 def support(
     cameras: Cameras,
     seen: Sightings,
-    worths: FloatArray,
+    view_gains: FloatArray,
     owner: IndexArray,
     points: FloatArray,
 ) -> FloatArray:
@@ -125,7 +125,7 @@ def support(
         rows = owner[part]
         chi2 = view_chi2(cameras, seen.xy[rows], seen.info[rows], points[part])
         chi2 /= PAIR_VARIANCE
-        gain = worths[rows] - chi2
+        gain = view_gains[rows] - chi2
         gain *= chi2 <= GATE_CHI2
         scores[part] = gain.sum(axis=1)
     return scores

@@ -1,30 +1,29 @@
-"""Points view by view: each view updates them once, in time that does not grow with the views.
+"""Points view by view: each view updates them once, in constant time for each view.
 
-The paper's recursion (section 4.1) from a start that is no guess: a point's first views are held
-until they fix it well enough to make further ones linear at it (`estimate_points`, which also
-leaves out what does not agree); from then on each view is one step of the filter. What a view says
-against a point is gated by the innovation.
+The paper's recursion (section 4.1) from an estimated start: a point's first views are held until
+they determine it well enough to linearise further ones at it (`estimate_points`, which also leaves
+out outliers); from then on each view is one step of the filter, gated by its innovation.
 """
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from facetlog.perception.estimation.incidence import GATE, MAX_HELD, SURE_SD, updated
-from facetlog.perception.estimation.point_filter import estimate_points, seen_at
+from facetlog.perception.estimation.point_filter import estimate_points, pixel_incidence
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PointFilters", "seen_once_more"]
+__all__ = ["PointFilters", "updated_by_view"]
 
 BoolArray = NDArray[np.bool_]
 
 
-def seen_once_more(
+def updated_by_view(
     projection: FloatArray, points: FloatArray, covs: FloatArray, uv: FloatArray, noise: FloatArray
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Points (n, 3) and covariances (n, 3, 3) after a view with this projection (3, 4) shows them
-    at pixels `uv` (n, 2), `noise` (n, 2, 2); and which (n,) it does, the others are as before.
+    """Points (n, 3) and covariances (n, 3, 3) updated by a view with this projection (3, 4), which
+    shows them at pixels `uv` (n, 2), `noise` (n, 2, 2); and the inliers (n,), others are unchanged.
     """
-    after, covs_after, chi2 = updated(seen_at(projection), points, covs, uv, noise)
+    after, covs_after, chi2 = updated(pixel_incidence(projection), points, covs, uv, noise)
     taken: BoolArray = chi2 <= GATE
     return (
         np.where(taken[:, None], after, points),
@@ -51,7 +50,7 @@ class PointFilters:
     def add(
         self, projection: ArrayLike, uv: ArrayLike, cov: ArrayLike, seen: ArrayLike
     ) -> BoolArray:
-        """Takes one more view, and returns which points (n,) it contradicts, and did not change.
+        """Adds one more view, and returns the points (n,) for which it is an outlier; those stay.
 
         `projection` (3, 4); pixels `uv` (n, 2) and `cov` (n, 2, 2) where `seen` (n,).
         """
@@ -72,7 +71,7 @@ class PointFilters:
         # Which of some known points take a view, after that they have.
         if not len(rows):
             return np.zeros(0, np.bool_)
-        self.points[rows], self.covs[rows], taken = seen_once_more(
+        self.points[rows], self.covs[rows], taken = updated_by_view(
             P, self.points[rows], self.covs[rows], uv, noise
         )
         self.views[rows] += taken

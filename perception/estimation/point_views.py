@@ -1,9 +1,9 @@
-"""Posed views and what they saw, in a frame in which neither origin nor unit nor lens matters.
+"""Posed views and their observations in a normalised frame, independent of origin, unit and lens.
 
 The arithmetic of many points at once: cameras centred on the mean of their pinholes and scaled by
 their spread, pixels taken to the plane at depth 1 before the pinhole, with their information.
-Everything that is estimated in this frame is the same, up to rounding, wherever the world's origin
-lies and whatever its unit is, or that of the pixels.
+Estimates in this frame are the same, up to rounding, whatever the world's origin and unit, or the
+unit of the pixels.
 """
 
 from dataclasses import dataclass
@@ -138,11 +138,11 @@ def _weighed(
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sightings:
-    """What was seen: `xy` (n, 2, V) on the planes at depth 1, and its `info` (n, 3, V).
+    """Observations: `xy` (n, 2, V) on the planes at depth 1, and their `info` (n, 3, V).
 
     `info` holds the entries (0, 0), (0, 1), (1, 1) of the inverse covariances, zero where a view
-    did not see the point: what was not seen has no weight anywhere. Views come last in all arrays:
-    numpy is quick along the last axis, and slow where that has two or three entries.
+    did not see the point, which then has no weight anywhere. Views come last in all arrays: numpy
+    is fast along the last axis, and slow where that has two or three entries.
     """
 
     xy: FloatArray

@@ -1,6 +1,4 @@
-"""How far pixels are off beyond their own noise: as residuals show it of poses that are not exact,
-or as the covariance of a pose says.
-"""
+"""Pixel errors caused by pose errors: from residuals, or propagated from a pose covariance."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +8,7 @@ from facetlog.perception.types import FloatArray, View
 
 __all__ = ["pixel_covs", "pose_noise_px"]
 
-# Start of the search for the poses' own error: what real poses have, px.
+# Start of the search for the pose error in the picture: typical of real poses, px.
 START_NOISE_PX = 1.0
 # Median of a chi-square with two degrees of freedom, over its mean.
 MEDIAN_OVER_MEAN = 2 * np.log(2) / 2
@@ -19,7 +17,7 @@ MEDIAN_OVER_MEAN = 2 * np.log(2) / 2
 def pose_noise_px(
     uv: FloatArray, cov: FloatArray, seen: NDArray[np.bool_], projections: FloatArray
 ) -> float:
-    """Standard deviation in px, per axis, of what the corners' own noise does not explain.
+    """Standard deviation in px, per axis, of residuals beyond the corners' own noise.
 
     Shapes as in `estimate_points`. Robust: from the median of the residuals over all tracks.
     """
@@ -31,7 +29,7 @@ def pose_noise_px(
     h = np.einsum("vij,nj->nvi", projections[:, :, :3], points) + projections[:, :, 3]
     with np.errstate(invalid="ignore"):
         residual = uv - h[..., :2] / h[..., 2:]
-    # A point takes three of its observations' 2 n numbers for itself.
+    # A point uses up three degrees of freedom of its n observations' 2 n numbers.
     freedom = np.maximum(1.0 - 1.5 / np.maximum(used.sum(axis=1), 2), 0.25)
     square = ((residual**2).sum(axis=-1) / 2 / freedom[:, None])[used]
     own = (np.trace(cov, axis1=2, axis2=3) / 2)[used]

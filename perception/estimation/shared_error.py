@@ -1,8 +1,8 @@
-"""How much less sure points are than their pixels say: errors that neighbouring views share.
+"""Inflation of points' covariances for errors that neighbouring views share.
 
-A pose that is a little wrong is wrong alike in the views around it, so residuals look small and
-the filter believes too much. Leaving out whole groups of neighbouring views shows it: the
-grouped jackknife (Shao and Tu 1995, section 2.3) needs no model of what the views share.
+Neighbouring views have nearly the same pose error, so residuals are small and the filter is
+overconfident. Leaving out whole groups of neighbouring views shows it: the grouped jackknife (Shao
+and Tu 1995, section 2.3) needs no model of the shared errors.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["shared_error_factor", "view_groups"]
 
-# Groups of views: enough for a variance, few enough that a group spans what is correlated.
+# Groups of views: enough for a variance, few enough that a group spans correlated views.
 GROUPS = 8
 
 

@@ -1,7 +1,7 @@
 """Many symmetric 3 x 3 systems at once, packed as their upper six entries (00, 01, 02, 11, 12, 22).
 
-By L D Lᵀ, whose pivots are kept positive: what is singular has a far away solution and a huge
-inverse, which callers see by its size, and no exception for all the rest.
+By L D Lᵀ, whose pivots are kept positive: a singular system has a huge solution and inverse, which
+callers see by their size, instead of an exception for all the others.
 """
 
 import numpy as np

@@ -29,7 +29,7 @@ class KeyViews:
     def add(self, view: View, looked: Pictures) -> None:
         """Takes a view; beyond KEY_VIEWS the one goes that is most like another."""
         self.views = (*self.views, view)
-        self.looked = looked if self.looked is None else self.looked.and_then(looked)
+        self.looked = looked if self.looked is None else self.looked.extended_by(looked)
         self.changes += 1
         if len(self.views) <= KEY_VIEWS:
             return
@@ -42,4 +42,4 @@ class KeyViews:
         self.changes -= gone == len(self.views) - 1
         kept = [k for k in range(len(self.views)) if k != gone]
         self.views = tuple(self.views[k] for k in kept)
-        self.looked = self.looked.only(kept)
+        self.looked = self.looked.select(kept)

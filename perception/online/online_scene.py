@@ -12,14 +12,17 @@ from numpy.typing import NDArray
 from scipy.special import chdtri
 
 from facetlog.errors import InconsistentViewsError
-from facetlog.perception.detection.line_front_end.faces_from_lines import look_at, tracked_faces
+from facetlog.perception.detection.line_front_end.faces_from_lines import (
+    prepared_pictures,
+    tracked_faces,
+)
 from facetlog.perception.detection.picture_faults import nothing_shown
 from facetlog.perception.estimation.plane_filter import fit_plane
-from facetlog.perception.estimation.point_recursion import seen_once_more
+from facetlog.perception.estimation.point_recursion import updated_by_view
 from facetlog.perception.estimation.pose_noise import pixel_covs
-from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
 from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
-from facetlog.perception.estimation.print_triangulation import triangulated
+from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
+from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.online.corner_readings import CornerReadings, corner_readings
 from facetlog.perception.online.key_views import KeyViews
 from facetlog.perception.online.loose_lines import with_loose_lines
@@ -91,7 +94,7 @@ class OnlineScene:
         """What is known with one more view; a view that shows nothing or contradicts is named."""
         if (fault := nothing_shown(view.image)) is not None:
             return self._refused(f"{view.name}: {fault}")
-        looked = look_at([view], self.clock)
+        looked = prepared_pictures([view], self.clock)
         with self.clock.step("update"):
             corners = lines = 0
             if self.scene is not None and self.scene.faces:
@@ -189,7 +192,7 @@ class OnlineScene:
         noise = self._factor * (readings.cov[rows] + self._extra_px**2 * np.eye(2))
         noise += pixel_covs(view, scene.points[rows])
         covs = np.array([v.cov for v in scene.vertices])
-        points, after, good = seen_once_more(
+        points, after, good = updated_by_view(
             view.projection, scene.points[rows], covs[rows], readings.uv[rows], noise
         )
         if len(rows) >= LEAST_READ and 2 * good.sum() < len(rows):
@@ -210,7 +213,7 @@ class OnlineScene:
         if key.looked is None:
             return ""
         try:
-            tracked = tracked_faces(key.looked, self._up, clock, in_agreement, triangulated)
+            tracked = tracked_faces(key.looked, self._up, clock, aligned_views, triangulated)
         except InconsistentViewsError as exc:
             return str(exc)
         finally:

@@ -1,7 +1,7 @@
-"""Views of a folder that is being filled: each once its pose is written and its picture whole.
+"""Views of a folder that is being written: each once its pose is there and its picture complete.
 
-Whoever fills it may write poses file and pictures in any order and in pieces: what cannot be read
-yet is tried again until nothing new came for a time.
+The poses file and pictures may be written in any order and in pieces: what cannot be read yet is
+tried again until nothing new came before a time-out.
 """
 
 from collections.abc import Callable, Iterator
@@ -19,19 +19,19 @@ from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
 __all__ = ["FollowedViews"]
 
-# How often the folder is looked at, s.
+# Interval at which the folder is checked, s.
 POLL_S = 0.1
 
 
 class FollowedViews:
     """The views of a folder or poses file (read_views.py), in the order in which they come.
 
-    Iterating reads no picture before it is asked for the next view, and ends when no new view came
-    for `timeout` seconds; `ended` says so then. `problems` names the frames without a pose and the
-    pictures that could not be read so far, in the end also a poses file that could not. `up`,
-    `metric` and `error_kind` are what the poses file says, from the first view on. InputError if
-    there was nothing to be read at all, OutsideError for a picture outside of the folder unless
-    the file is `trusted` (own_folder.py).
+    Iteration is lazy: no picture is read before the next view is requested. It ends when no new
+    view came for `timeout` seconds; `ended` is then the reason. `problems` lists the frames without
+    a pose and the pictures that could not be read so far, at the end also an unreadable poses file.
+    `up`, `metric` and `error_kind` are those of the poses file, from the first view on. InputError
+    if nothing could be read at all, OutsideError for a picture outside of the folder unless the
+    file is `trusted` (own_folder.py).
     """
 
     def __init__(
@@ -87,13 +87,13 @@ class FollowedViews:
 
     @property
     def problems(self) -> tuple[str, ...]:
-        """A line each, and of frames of which the same is to be said one."""
+        """One line for each problem; frames with the same problem share a line."""
         broken = () if self._fault is None or not self.ended else (str(self._fault),)
         lines = [*map(str, self._file.faults if self._file else ()), *self._waiting.values()]
         return (*broken, *dict.fromkeys(f"{line}; left out" for line in lines))
 
     def _read_poses(self) -> None:
-        # Keeps what was read before while the file is being written anew.
+        # Keeps the previous contents while the file is being rewritten.
         try:
             source = self._source = poses_path(self.path)
             about = source.stat()

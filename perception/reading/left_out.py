@@ -1,4 +1,4 @@
-"""Pictures of a poses file that cannot be used: one line for each kind of fault, however many."""
+"""Unusable pictures of a poses file: one line for each kind of fault, however many pictures."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ __all__ = ["LeftOut", "lines_of"]
 
 @dataclass(frozen=True, slots=True)
 class LeftOut:
-    """A picture's name, the line that says what is wrong with it, and its `place` in that line."""
+    """A picture's name, the message about its fault, and its `place` as named in that message."""
 
     name: str
     line: str
@@ -18,7 +18,7 @@ class LeftOut:
 
 
 def lines_of(left_out: Iterable[LeftOut]) -> tuple[str, ...]:
-    """What is wrong with the first picture of each kind, and which others it is wrong with, too.
+    """The message of the first picture of each kind of fault, with the names of the others.
 
     >>> lines_of(LeftOut(f"{k}.png", f"picture a/{k}.png is cut off", f"a/{k}.png") for k in "123")
     ('picture a/1.png is cut off; left out, and so are 2.png, 3.png',)

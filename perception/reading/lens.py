@@ -1,4 +1,4 @@
-"""Lenses: distortion models, and pictures freed of them, so that all later steps see a pinhole."""
+"""Lens distortion models and undistortion, so that all later steps see a pinhole camera."""
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
@@ -12,7 +12,7 @@ from facetlog.perception.types import Camera, FloatArray, Image
 
 __all__ = ["Distortion", "Lens"]
 
-# Beyond this factor most of the picture would be cut away: such coefficients are a mistake.
+# Beyond this factor most of the picture would be cropped: such coefficients are a mistake.
 MAX_ZOOM = 3.0
 ZOOM_STEPS = 24  # bisection to 1e-7 of the focal length, far below a pixel
 RIM_SAMPLES = 129  # per side of the picture; its rim bends smoothly
@@ -53,8 +53,8 @@ class Lens:
     def pinhole(self) -> Camera:
         """The camera of the undistorted picture: same size and centre, focal length ≥ the lens's.
 
-        The focal length is the least one at which every pixel comes from within the picture, for a
-        black rim would be taken for edges of the scene. Raises CalibrationError where there is
+        The focal length is the least one at which every pixel comes from within the picture, since
+        a black rim would be mistaken for edges of the scene. Raises CalibrationError where there is
         none: then the coefficients fold the picture over itself.
         """
         if self.is_pinhole:

@@ -1,7 +1,7 @@
-"""What a poses file may name unless it is trusted: pictures and videos in its own folder.
+"""Path check of untrusted poses files: they may name only pictures and videos in their own folder.
 
-A poses file may be a stranger's. What it names is opened, its size and whether it is a picture are
-said, and a camera's address would be dialled.
+A poses file may come from a stranger. The files that it names are opened, messages reveal their
+size and whether they are pictures, and a camera's address would be connected to.
 """
 
 from pathlib import Path
@@ -19,10 +19,10 @@ class OutsideError(InputError):
 
 
 def check_own_folder(picture: PosedPicture, source: Path) -> None:
-    """Nothing; raises OutsideError if the picture is not in the folder of the poses file `source`,
-    where its path leads in the end, or is a camera's.
+    """Raises OutsideError if the picture, its links resolved, is outside of the folder of the poses
+    file `source`, or is a camera's.
 
-    What is not there is taken by its name: whoever opens it says that it is missing.
+    A missing file is checked by its name: the reader reports that it is missing.
     """
     frame = picture.frame
     if frame is not None and frame.number is None:

@@ -70,15 +70,15 @@ def _camera_fields(path: Path) -> Mapping[str, object]:
 
 
 def _scale(fields: Mapping[str, object], path: Path, unit: str | None) -> float | None:
-    """Metres per unit of the tour, None where nobody says it."""
-    told = fields.get("unit", unit)
-    if told is None:
+    """Metres per unit of the tour, None where it is not given."""
+    stated = fields.get("unit", unit)
+    if stated is None:
         return None
-    if not isinstance(told, str):
-        raise InputError(f'{path}: unit is {told!r:.40}: write it in quotes, as in "in"')
-    scale = metres_per(told, str(path) if "unit" in fields else "--unit")
-    if unit is not None and unit != told:
-        raise InputError(f"{path} says unit {told!r}, the command line {unit!r}: leave one out")
+    if not isinstance(stated, str):
+        raise InputError(f'{path}: unit is {stated!r:.40}: write it in quotes, as in "in"')
+    scale = metres_per(stated, str(path) if "unit" in fields else "--unit")
+    if unit is not None and unit != stated:
+        raise InputError(f"{path} says unit {stated!r}, the command line {unit!r}: leave one out")
     return scale
 
 

@@ -1,7 +1,7 @@
 """Pictures from files: whole ones only, grey, as they are stored.
 
-A decoder that meets a cut-off file fills the rest with grey and says so only on the terminal. Such
-a picture would show edges that nobody photographed, so files are checked to be whole first.
+A decoder fills the missing part of a truncated file with grey and warns only on the terminal. Such
+a picture would have false edges, so files are checked for completeness first.
 """
 
 import os
@@ -23,19 +23,19 @@ __all__ = ["LEAST_SIDE_PX", "read_picture"]
 KINDS = "JPEG, PNG, TIFF, BMP, WebP or PNM"
 # Neither turned by EXIF (poses and intrinsics belong to the picture as stored) nor in colour.
 DECODE_FLAGS = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
-# Of 16 bits the upper 8 are used: pictures of up to 12 bits that were not brought to their range
-# would be black.
+# Of 16 bits the upper 8 are used: pictures of up to 12 bits that were not scaled to 16 would be
+# black.
 LEAST_OF_16_BITS = 1 << 12
 # A picture of a gigapixel, uncompressed.
 MOST_BYTES = 1_000_000_000
 LEAST_SIDE_PX = 9
 """What the filters that find edges span: a smaller picture shows none."""
-# What libjpeg says of a picture that has all its markers but not all its data.
+# The warning of libjpeg for a picture that has all its markers but not all its data.
 DAMAGE = b"Corrupt JPEG data"
 
 
 def read_picture(path: Path) -> Image:
-    """The picture as stored, grey, (H, W) uint8; InputError if missing, damaged, tiny or none."""
+    """The picture as stored, grey, (H, W) uint8; InputError if missing, damaged or tiny."""
     try:
         data = read_regular(path, MOST_BYTES)
     except FileNotFoundError as exc:
@@ -66,7 +66,7 @@ def read_picture(path: Path) -> Image:
 def _eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:
     """Grey levels of 8 bits; InputError where 16 bits are hardly used, or levels are no integers.
 
-    Which share of the range a file uses must hold for all pictures of a set: it is not guessed.
+    The range that is used must be the same for all pictures of a set: it is not guessed.
     """
     if decoded.dtype == np.uint8:
         return np.ascontiguousarray(decoded, dtype=np.uint8)
@@ -84,7 +84,7 @@ def _eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:
 
 
 def _check_of(data: bytes) -> Callable[[bytes], bool] | None:
-    """The test for being whole that belongs to the kind of file, None for an unknown kind."""
+    """The completeness check for the kind of file, None for an unknown kind."""
     for signature, check in (
         (b"\xff\xd8\xff", _jpeg_is_whole),
         (b"\x89PNG\r\n\x1a\n", _png_is_whole),
@@ -161,7 +161,7 @@ def _riff_is_whole(data: bytes) -> bool:
 
 
 def _pnm_is_whole(data: bytes) -> bool:
-    """Whether a binary PGM or PPM holds as many bytes as its header asks for."""
+    """Whether a binary PGM or PPM has as many bytes as its header requires."""
     if data[1:2] not in b"56":
         return True
     # Header fields are separated by white space; a comment runs from # to the end of its line.

@@ -1,8 +1,8 @@
-"""A picture with its lens and pose as a view: freed of distortion, and reduced where it is large.
+"""A picture with its lens and pose as a view: undistorted, and reduced where it is large.
 
-Edges are found and faces judged in some hundred thousand pixels, however many a camera has: twelve
-megapixels of two hundred views would fill the memory, and take minutes. Where corners lie is
-measured in the pictures as stored, one at a time (detection/line_front_end/side_fit.py).
+Some hundred thousand pixels are enough to find edges and judge faces: twelve megapixels of two
+hundred views would fill the memory, and take minutes. Corners are measured in the pictures as
+stored, one at a time (detection/line_front_end/side_fit.py).
 """
 
 from functools import partial
@@ -54,5 +54,5 @@ def _read(path: Path, lens: Lens) -> Image:
 
 
 def _unpacked(png: NDArray[np.uint8], lens: Lens) -> Image:
-    # A video gives a frame once, and only in their order quickly: it is kept packed.
+    # A video is fast only when read once in order: its frames are kept compressed.
     return lens.undistort(np.asarray(cv2.imdecode(png, cv2.IMREAD_GRAYSCALE), dtype=np.uint8))

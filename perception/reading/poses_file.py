@@ -1,4 +1,4 @@
-"""What a poses file says before its pictures are read: intrinsics, poses, unit of length."""
+"""The contents of a poses file, before its pictures are read: intrinsics, poses, unit of length."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -25,7 +25,7 @@ __all__ = [
 ]
 
 ROUNDING_PX = 1.0
-"""By which a scaled picture's height differs from its camera's."""
+"""Largest difference of a scaled picture's height from its camera's."""
 
 # COLMAP's and nerfstudio's names; the simple models are the general one with coefficients left out.
 DISTORTION_OF = {
@@ -40,7 +40,7 @@ DISTORTION_OF = {
 
 @dataclass(frozen=True, slots=True)
 class FieldNames:
-    """How a format calls the fields of a camera, and where its top-left pixel has its centre."""
+    """A format's names for the fields of a camera, and the centre of its top-left pixel."""
 
     width: str
     height: str
@@ -51,7 +51,7 @@ class FieldNames:
 
 @dataclass(frozen=True, slots=True)
 class Intrinsics:
-    """A camera as written in a file; what may be left out there is None (pixels, radians)."""
+    """A camera as written in a file; missing optional fields are None (pixels, radians)."""
 
     where: str
     size: tuple[int | None, int | None]
@@ -64,11 +64,11 @@ class Intrinsics:
 
     @property
     def suits_one_size(self) -> bool:
-        """Whether it is of one size of picture, which the file does not tell."""
+        """Whether it is for one size of picture, which the file does not give."""
         return not all(self.size) and (any(self.focal) or self.centre is not None)
 
     def size_fault(self, width: int, height: int) -> str:
-        """Why the camera took no picture of this size, and what to do; empty if it may have."""
+        """Why a picture of this size cannot be of this camera, and what to do; empty if it can."""
         said = (self.size[0] or width, self.size[1] or height)
         if said == (width, height):
             return ""
@@ -113,8 +113,8 @@ class PosedPicture:
     """One picture of a poses file: the name it has there, its file, camera and pose; `frame` where
     that is a video.
 
-    `covariance` (6, 6), if the file tells it: of the camera's place (world units) and of a turn
-    about the world's axes (radians).
+    `covariance` (6, 6), if the file has it: of the camera's place (world units) and of a rotation
+    vector in the world frame (radians).
     """
 
     name: str
@@ -129,8 +129,8 @@ class PosedPicture:
 class PosesFile:
     """All pictures of a poses file; `up` unit vector or None, `metric` if lengths are metres.
 
-    `error_kind` says how the errors hang together of which the pictures' covariances tell.
-    `faults` are of the pictures whose camera or pose cannot be.
+    `error_kind` says how the pose errors are correlated whose covariances the pictures have.
+    `faults` are of the pictures with an invalid camera or pose.
     """
 
     pictures: tuple[PosedPicture, ...]
@@ -143,7 +143,7 @@ class PosesFile:
 def posed_pictures(
     readers: Iterable[Callable[[], PosedPicture]],
 ) -> tuple[tuple[PosedPicture, ...], tuple[InputError, ...]]:
-    """The pictures of which camera and pose can be read, and the faults of the others."""
+    """The pictures whose camera and pose can be read, and the faults of the others."""
     pictures: list[PosedPicture] = []
     faults: list[InputError] = []
     for read in readers:

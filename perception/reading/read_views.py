@@ -1,4 +1,4 @@
-"""The way in: a folder of pictures with known cameras becomes views."""
+"""Reads a folder of pictures with known cameras and poses as views."""
 
 import os
 from collections import Counter
@@ -33,13 +33,12 @@ SAME_PLACE = 1e-9
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ViewSet:
-    """The views of one set, what it is called, and what is known of its world.
+    """The views of one set, its name, and what is known of its world frame.
 
-    `problems` has one line for each kind of fault for which pictures were left out; how many they
-    are is `left_out`. `up` is a unit vector or None, `metric` says that lengths are metres.
-    `source` is the poses file, None for views that come from no file. `pose_errors` are those of
-    the poses, where the file states the covariance of each; they keep the poses of the file,
-    whatever becomes of the views'.
+    `problems` has one line for each kind of fault for which pictures were left out; `left_out` is
+    their number. `up` is a unit vector or None, `metric` says that lengths are metres. `source` is
+    the poses file, None for views without one. `pose_errors` are stated where the file has the
+    covariance of each pose; they keep the file's poses even if those of the views are corrected.
     """
 
     name: str
@@ -61,15 +60,15 @@ def read_views(
 ) -> ViewSet:
     """The views in a folder with transforms.json or with a pan-tilt CSV, or in such a file itself.
 
-    Pictures are grey, as stored (not turned by EXIF), and freed of lens distortion, so that every
-    View.camera is a pure pinhole. Large ones are kept reduced (picture_of_view.py). A picture that
+    Pictures are grey, as stored (not turned by EXIF), and undistorted, so that every View.camera is
+    a pure pinhole. Large ones are kept reduced (picture_of_view.py). A picture that
     is missing, damaged or not of its camera's size is left out and reported in `problems`, as long
     as two are left.
 
     Parameters
     ----------
     unit
-        "m", "cm", "mm", "in" or "ft": the unit of a file that does not tell its own.
+        "m", "cm", "mm", "in" or "ft": the unit of a file that does not give its own.
     trusted
         Whether the file may name pictures outside of its folder (own_folder.py).
     progress
@@ -82,7 +81,7 @@ def read_views(
     OutsideError
         A picture is outside of the folder of a file that is not trusted; none was opened.
     CalibrationError
-        A camera or pose is missing or impossible, or all views were taken from one place.
+        A camera or pose is missing or invalid, or all views were taken from one place.
     """
     source = poses_path(Path(path))
     file = read_poses(source, unit)
@@ -201,7 +200,7 @@ def _odd_sizes(
 ) -> dict[int, LeftOut]:
     """Which pictures are not of the size of most that their camera took.
 
-    Only of cameras that are written in pixels and do not say of what size their pictures are.
+    Only for cameras that are given in pixels without the size of their pictures.
     CalibrationError where most of one camera are of no one size.
     """
     of_camera: dict[Intrinsics, list[int]] = {}

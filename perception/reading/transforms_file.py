@@ -2,11 +2,11 @@
 
 Format: https://docs.nerf.studio/quickstart/data_conventions.html – camera-to-world matrices with
 OpenGL camera axes (x right, y up, z backward), intrinsics for all frames or for each, and the
-centre of the top-left pixel at (0.5, 0.5). The format does not tell scale and up axis, nor how
-far poses may be off. Four keys do, which other readers pass over: "unit", "up" and "pose_errors"
-of the whole, and of a frame "covariance", 6 x 6 of x, y, z and of a rotation vector in the world
-frame, in radians. "pose_errors" is "odometry", as without it (errors add up from frame to frame),
-or "independent" (each frame has its own).
+centre of the top-left pixel at (0.5, 0.5). The format has neither scale nor up axis nor pose
+covariances. Four keys add them, which other readers ignore: "unit", "up" and "pose_errors" of the
+whole, and of a frame "covariance", 6 x 6 of x, y, z and of a rotation vector in the world frame, in
+radians. "pose_errors" is "odometry", the default (errors add up from frame to frame), or
+"independent" (each frame has its own).
 
 "video", of the whole or of a frame, takes pictures from a video: a file beside this one, of which
 "frame" is the number (from 0; without it the frame's place in the list), or a camera, a device's
@@ -47,11 +47,11 @@ EXTENSIONS = (".png", ".jpg", ".jpeg", ".JPG", ".JPEG", ".PNG", ".tif", ".tiff",
 OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
 LAST_ROW_TOLERANCE = 1e-6
 SYMMETRY = 1e-6
-"""What rounding may do to a covariance, as a share of its largest entry."""
+"""Effect of rounding on a covariance, as a share of its largest entry."""
 
 
 def read_transforms(path: Path, *, unit: str | None = None) -> PosesFile:
-    """The poses in a transforms.json; in metres if `unit` or the file tells the unit.
+    """The poses in a transforms.json; in metres if `unit` or the file gives the unit.
 
     Raises InputError for what is not JSON or not of this form, CalibrationError for a camera or
     pose that cannot be; both name the file and the frame.

@@ -14,7 +14,7 @@ from facetlog.regular_file import check_regular
 __all__ = ["COUNTED", "VideoFrame", "VideoFrames"]
 
 COUNTED = (".avi", ".mp4", ".m4v", ".mov")
-"""Kinds of files that state how many frames they have: of others the last one is never used."""
+"""Kinds of files that state their number of frames: of others the last frame is never used."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class VideoFrame:
         return self.source if self.number is None else f"frame {self.number} of {self.source}"
 
     def name(self, index: int) -> str:
-        """What messages call it: by its number, a camera's by the place of its pose."""
+        """Its name in messages: by its number, for a camera by the place of its pose."""
         return f"{Path(self.source).name}#{index if self.number is None else self.number}"
 
 
@@ -38,7 +38,7 @@ class VideoFrames:
     """Reads frames; in rising order each is decoded once."""
 
     def __init__(self) -> None:
-        # What is wrong is said by this program. FFmpeg's part reads the variable when it opens its
+        # This program reports errors itself. FFmpeg's part reads the variable when it opens its
         # first file; -8 is its "quiet".
         os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
@@ -83,7 +83,7 @@ class VideoFrames:
             _, image = self._capture.retrieve() if self._there else (False, image)
             whole, self._there = self._there, self._capture.grab()
             stated = self._next + 1 == _stated_count(frame.source, self._capture)
-            # Of a file that was cut off the decoder makes up the rest of the last frame.
+            # In a truncated file the decoder invents the rest of the last frame.
             if not whole or not (self._there or stated):
                 self._ended[frame.source] = (self._next, size)
                 self.close()  # it would not find what is written afterwards

@@ -1,4 +1,4 @@
-"""Whatever file holds a shape as a scene: one reader for each kind of file."""
+"""Reads any kind of shape file as a scene: one reader for each kind."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -25,7 +25,7 @@ __all__ = ["ShapeOptions", "read_shape"]
 
 
 def _scene_file(path: Path, _options: ShapeOptions) -> Scene:
-    return read_scene(path)  # it says itself where up is and what its lengths are
+    return read_scene(path)  # it states its own up and unit
 
 
 def _mesh_file(path: Path, options: ShapeOptions) -> Scene:
@@ -70,11 +70,11 @@ _READERS: Mapping[str, Callable[[Path, ShapeOptions], Scene]] = MappingProxyType
 
 
 def read_shape(path: Path, options: ShapeOptions) -> Scene:
-    """The scene that a file, or the folder of a COLMAP model, holds; its suffix says the kind.
+    """The scene in a file, or in the folder of a COLMAP model; the suffix decides the kind.
 
-    A scene of facetlog says itself where up is and whether it is metric; `options` are for the
-    others, and go before what a file says. Lengths are metres wherever the unit is known. Raises
-    InputError for a file that cannot be read or holds no shape.
+    A scene of facetlog states its own up and whether it is metric; for the others `options`
+    override what a file states. Lengths are metres wherever the unit is known. Raises InputError
+    for a file that cannot be read or has no shape.
     """
     colmap = path.is_dir() or path.name in COLMAP_POINTS
     reader = _cloud_file if colmap else _READERS.get(path.suffix.lower())

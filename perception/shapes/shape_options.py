@@ -1,4 +1,4 @@
-"""How files of shapes are to be read, in the words of options; and which files hold shapes."""
+"""Options for reading shape files, and which files hold shapes."""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
@@ -35,7 +35,7 @@ SCENE_SUFFIX = ".json"
 SUFFIXES = tuple(dict.fromkeys((SCENE_SUFFIX, *CLOUD_SUFFIXES, *MESH_SUFFIXES)))
 """Of the files that can be read, lower case."""
 
-# Tables and notes are called so as well: read where they are named, but not looked for.
+# Tables and notes have these suffixes as well: read where they are named, but not searched for.
 AMBIGUOUS = (".csv", ".txt")
 COLMAP_POINTS = ("points3D.bin", "points3D.txt")
 # What a run of facetlog, and others, leave beside scenes.
@@ -47,12 +47,12 @@ FROM_THE_FLOOR = "auto"
 
 @dataclass(frozen=True, slots=True)
 class ShapeOptions:
-    """What a file of points or triangles does not say itself.
+    """Up and unit for files of points or triangles.
 
     `up` is a unit vector in the file's axes; without it, and with `find_floor`, up is what the
-    format says or what is found from the floor; without either it is unknown. `unit` is that of the
-    file's coordinates, a key of METRES_PER; None: what the format says, else unknown, so that only
-    ratios of lengths mean something.
+    format states or what is found from the floor; without either it is unknown. `unit` is that of
+    the file's coordinates, a key of METRES_PER; None: what the format states, else unknown, so that
+    only ratios of lengths mean something.
     """
 
     up: tuple[float, float, float] | None = None
@@ -84,7 +84,7 @@ def unit_from(word: str) -> str | None:
 
 
 def says_itself(path: str) -> bool:
-    """Whether a file says where up is and what its lengths are, so that options do not count."""
+    """Whether a file states its own up and unit, so that options are ignored."""
     return path.lower().endswith(SCENE_SUFFIX)
 
 

@@ -11,12 +11,12 @@ from facetlog.perception.detection.same_pictures import same_pictures
 from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.estimation.lens_correction import (
+    combined,
     corrected,
     lens_warnings,
-    together,
 )
-from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
-from facetlog.perception.estimation.print_triangulation import triangulated
+from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
+from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_of_faces import SceneOfFaces, scene_of_faces
@@ -95,7 +95,7 @@ def _seen(
 ) -> SceneOfFaces:
     up, clock = method.up, method.clock
     if method.front_end == "lines":
-        tracked = line_front_end(views, up, clock, method.progress, in_agreement, triangulated)
+        tracked = line_front_end(views, up, clock, method.progress, aligned_views, triangulated)
     else:
         tracked = _paper_front_end(views, up, clock, method.progress)
     return scene_of_faces(
@@ -143,7 +143,7 @@ def _totals(
     # What the lenses of a scene's cameras are off by, known before and found beyond that.
     lenses = seen.assembled.scene.lenses
     beyond = {views[k].camera: e for k, e in zip(seen.used, lenses, strict=False)}
-    return {c: together(known[c], e) if c in known else e for c, e in beyond.items()}
+    return {c: combined(known[c], e) if c in known else e for c, e in beyond.items()}
 
 
 def _paper_front_end(

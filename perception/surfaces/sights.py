@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.gradients import gradient
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import inner_points
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
-from facetlog.perception.detection.line_front_end.evidence.witnesses import (
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import (
     MIN_FACING_SINE,
-    Witnesses,
+    PhotometricViews,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.detection.tracked_faces import Landmarks
@@ -65,7 +65,7 @@ def with_sights(
     """
     surfaces = [_surface(face, scene.points) for face in scene.faces]
     levels = GreyLevels(views, [gradient(view.image) for view in views])
-    witnesses = Witnesses(views, levels, np.array(weight))
+    photos = PhotometricViews(views, levels, np.array(weight))
     looks = [_Look.at(surface, len(views)) for surface in surfaces]
     observed: list[list[FloatArray]] = [[] for _ in views]
     for vertex in scene.vertices:
@@ -79,7 +79,7 @@ def with_sights(
             look.through(k, eye, number)
         met = _first_met(eye, ground)
         corners = np.reshape(observed[k], (-1, 3))
-        shown = _shown(witnesses, met, _asked_with(k, len(views)))[0]
+        shown = _shown(photos, met, _asked_with(k, len(views)))[0]
         ends = np.concatenate([met[shown], corners[eye.in_sight(corners)]])
         if landmarks is not None:
             ends = np.concatenate(
@@ -87,7 +87,7 @@ def with_sights(
             )
         if len(ends):
             lines.append(SightLines(eye.centre, ends, k))
-    faces = tuple(look.face(witnesses) for look in looks)
+    faces = tuple(look.face(photos) for look in looks)
     return replace(scene, faces=faces, sights=tuple(lines))
 
 
@@ -102,14 +102,14 @@ def _surface(face: Face, vertices: FloatArray) -> _Surface:
 
 
 def _shown(
-    witnesses: Witnesses,
+    photos: PhotometricViews,
     points: FloatArray,
     views: NDArray[np.intp],
     clear: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.bool_]:
     # Which of the views (v,) show the surface at points (n, 3): (v, n). `clear` (v, n) are those
     # that have nothing else before it, as far as is known.
-    found, _ = witnesses.agree(views, points, clear=clear)
+    found, _ = photos.agree(views, points, clear=clear)
     return found.agrees & (found.ratio > 0)
 
 
@@ -232,13 +232,13 @@ class _Look:
         limit = depth[on] - BEFORE_PX * eye.pixel(depth[on])
         self.hider[view, on] = np.where(others.min(axis=0) < limit, others.argmin(axis=0), -1)
 
-    def face(self, witnesses: Witnesses) -> Face:
+    def face(self, photos: PhotometricViews) -> Face:
         """The face with what each view before it shows of it."""
         face, points = self.surface.face, self.surface.points
         if not len(points):
             return face
         clear = self.before[:, None] & self.inside & (self.hider < 0)
-        shown = _shown(witnesses, points, np.arange(len(clear)), clear)
+        shown = _shown(photos, points, np.arange(len(clear)), clear)
         sights = tuple(
             FaceSight(
                 k,

@@ -28,7 +28,7 @@ NOISE_GAIN = 6.0
 MEDIAN_OF_NORMAL = 0.6745
 # Share of the noise's part that may be left over: its sd is known to some percent.
 NOISE_DOUBT = 0.05
-# Others that a picture is compared with at least: of fewer the spread cannot be told.
+# Others that a picture is compared with at least: from fewer the spread cannot be estimated.
 LEAST_OTHERS = 3
 # Standard deviations that a picture may be below the median of the others: one of 700 sharp
 # pictures is retaken in vain if logarithms of sharpness are normal.

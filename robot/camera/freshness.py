@@ -1,9 +1,9 @@
-"""Frames that are surely new: what came last from a camera, and since when it stands still.
+"""Frames exposed after a given time: the latest frame of a camera, and whether it is frozen.
 
-A video source hands out what lies in its buffers first, so the frame that is asked for after a
-move may show what was before it. Here a thread of the source puts every frame as it arrives, and
-whoever takes one says after what time its exposure must have begun. No clock is read here but to
-wait: arrivals are times that the source gives.
+A video source returns buffered frames first, so a frame requested after a move may show the scene
+before it. Here a thread of the source puts every frame as it arrives, and the consumer gives the
+time after which its exposure must have begun. The clock is read only for time-outs: arrival times
+are those that the source gives.
 """
 
 import threading
@@ -15,7 +15,7 @@ import numpy as np
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.perception.types import Image
 
-__all__ = ["Frame", "Newest"]
+__all__ = ["Frame", "LatestFrame"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -26,7 +26,7 @@ class Frame:
     arrived: float
 
 
-class Newest:
+class LatestFrame:
     """The newest frame of a camera, put by one thread and waited for by others.
 
     `latency` bounds the seconds between the beginning of a frame's exposure and its arrival.
@@ -63,7 +63,7 @@ class Newest:
             self._changed.notify_all()
 
     def close(self) -> None:
-        """Lets go everybody who waits."""
+        """Wakes all waiting threads."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()
@@ -122,5 +122,5 @@ class Newest:
             )
         return DeviceTimeout(
             f"camera {self._name} sent {came} pictures in {timeout:.1f} s, none of them surely "
-            f"taken after the robot stood (its delay may be {self._latency:g} s): wait longer"
+            f"taken after the robot stood (its latency may be {self._latency:g} s): wait longer"
         )

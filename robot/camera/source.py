@@ -1,8 +1,8 @@
 """Cameras by address: a device, a stream, a still over HTTP, or a file of frames.
 
 Devices and streams are read by a thread that takes every frame as soon as it is there, so that
-none grows old in a buffer. A still is asked for when it is wanted. A file has no time: each shot is
-its next frame.
+none grows old in a buffer. A still is requested when needed. A file has no times: each shot is its
+next frame.
 """
 
 import os
@@ -20,20 +20,20 @@ import numpy as np
 
 from facetlog.errors import DeviceError, InputError
 from facetlog.perception.types import Image
-from facetlog.robot.camera.freshness import Frame, Newest
+from facetlog.robot.camera.freshness import Frame, LatestFrame
 
 __all__ = ["FileSource", "FrameSource", "StillSource", "VideoSource", "open_camera"]
 
-# Seconds between the beginning of an exposure and the arrival of its frame, at most, if nobody
-# says better. A device: an exposure of 1/15 s, two frames on their way at 15 a second, decoding.
-# A stream: what encoders and FFmpeg's reader hold back besides. A still: exposed when asked for,
-# or the frame that the camera took last.
+# Default latency: the largest number of seconds between the beginning of an exposure and the
+# arrival of its frame. A device: an exposure of 1/15 s, two frames in transit at 15 a second,
+# decoding. A stream: also the buffers of encoders and of FFmpeg's reader. A still: exposed on
+# request, or the frame that the camera took last.
 DEVICE_LATENCY, STREAM_LATENCY, STILL_LATENCY = 0.3, 0.8, 0.3
 # Of FFmpeg: how long opening a stream, or the next frame, may take.
 OPEN_TIMEOUT_MS, READ_TIMEOUT_MS = 5_000, 3_000
 # Between two attempts to open a camera that went away.
 REOPEN_PAUSE = 0.5
-# Between two stills that are asked for while the camera gives the same one again and again.
+# Between two requests for a still while the camera keeps returning the same one.
 STILL_PAUSE = 0.1
 STILL_TIMEOUT = 10.0
 STILL_SUFFIXES = (".jpg", ".jpeg", ".png")
@@ -90,15 +90,15 @@ def open_camera(
 
 
 def _quieten() -> None:
-    """Keeps OpenCV and FFmpeg off the terminal: what is wrong is said by this program."""
+    """Silences OpenCV and FFmpeg on the terminal: this program reports errors itself."""
     # FFmpeg's part reads the variable when it opens its first file; -8 is its "quiet".
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
 
 
 def _is_still(path: str, query: str) -> bool:
-    asked = f"{path.rsplit('/', 1)[-1]}?{query}".lower()
-    return path.lower().endswith(STILL_SUFFIXES) or any(word in asked for word in STILL_WORDS)
+    wanted = f"{path.rsplit('/', 1)[-1]}?{query}".lower()
+    return path.lower().endswith(STILL_SUFFIXES) or any(word in wanted for word in STILL_WORDS)
 
 
 def _device(number: int | str, name: str, latency: float, noisy: bool) -> "VideoSource":
@@ -134,7 +134,7 @@ class VideoSource:
         noisy: bool = True,
     ) -> None:
         self._opening, self._name = opening, name
-        self._newest = Newest(name, latency=latency, noisy=noisy)
+        self._newest = LatestFrame(name, latency=latency, noisy=noisy)
         self._ending = threading.Event()
         capture = opening()
         if not capture.isOpened():
@@ -149,7 +149,7 @@ class VideoSource:
         self._thread.start()
 
     def shot(self, after: float, timeout: float) -> Frame:
-        """A frame whose exposure began after `after`; see `Newest.shot`."""
+        """A frame whose exposure began after `after`; see `LatestFrame.shot`."""
         return self._newest.shot(after, timeout)
 
     def close(self) -> None:
@@ -161,7 +161,7 @@ class VideoSource:
     def _read(self, capture: cv2.VideoCapture) -> None:
         try:
             while not self._ending.is_set():
-                # The time is taken before decoding, which belongs to no latency of the camera.
+                # The time is taken before decoding, which is not part of the camera's latency.
                 got = capture.grab()
                 arrived = time.monotonic()
                 done, image = capture.retrieve() if got else (False, None)
@@ -182,7 +182,7 @@ class StillSource:
 
     def __init__(self, address: str, *, latency: float, noisy: bool = True) -> None:
         self._address = address
-        self._newest = Newest(address, latency=latency, noisy=noisy)
+        self._newest = LatestFrame(address, latency=latency, noisy=noisy)
         self._last_fault = ""
         first = self._fetch(STILL_TIMEOUT)
         if first is None:
@@ -193,7 +193,7 @@ class StillSource:
         self._newest.put(first, time.monotonic())
 
     def shot(self, after: float, timeout: float) -> Frame:
-        """A picture that was asked for after `after`; see `Newest.shot`."""
+        """A picture requested after `after`; see `LatestFrame.shot`."""
         deadline = time.monotonic() + timeout
         before = self._newest.count
         while True:

@@ -1,7 +1,7 @@
 """A printed board with known corners, and where a picture shows them.
 
-A ChArUco board (squares with coded markers) is known by each part of it that is seen; a plain
-chessboard only where all of it is, and only if its sides tell it from itself turned round.
+A ChArUco board (squares with coded markers) is identified by any visible part; a plain chessboard
+only if all of it is visible, and only if it is not symmetric under half a turn.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from facetlog.robot.collecting.optics import Optics
 
 __all__ = ["Board", "Corners", "straight_pixels"]
 
-# Of fewer corners a pose is hardly known; four are the least that give one.
+# Fewer corners hardly determine a pose; four are the minimum.
 LEAST_CORNERS = 6
 MARKERS = cv2.aruco.DICT_4X4_250
 # Pixels of the printed picture to a square.
@@ -92,7 +92,7 @@ class Board:
         if not done:
             return None
         pixels = np.asarray(found, dtype=np.float64).reshape(-1, 2)
-        # From which end they are listed is not told: the square beyond the first is the black one.
+        # OpenCV may list them from either end: the square beyond the first is the black one.
         inward = self.across  # of the second corner of the second row
         first = _grey_at(grey, 1.5 * pixels[0] - 0.5 * pixels[inward])
         last = _grey_at(grey, 1.5 * pixels[-1] - 0.5 * pixels[-1 - inward])

@@ -1,8 +1,7 @@
-"""Driving along a way by odometry, through leases; the robot stops whatever happens.
+"""Driving along a route by odometry, through leases; the robot stops whatever happens.
 
-Each report of the robot gives the next speeds, and each command holds only as long as its lease:
-if this program hangs or dies, the driver lets the robot stand. All times are those of the robot's
-reports.
+Each report of the robot gives the next speeds, and each command is valid only for its lease: if
+this program hangs or dies, the driver stops the robot. All times are those of the robot's reports.
 """
 
 from collections.abc import Callable
@@ -11,24 +10,23 @@ from typing import Protocol
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.perception.types import FloatArray
-from facetlog.robot.collecting.route import Circle, Way, distance_to, length_of
+from facetlog.robot.collecting.route import Circle, Route, distance_to, route_length
 from facetlog.robot.collecting.steering import Motion, Pace, Progress, along, towards_heading
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["Robot", "RobotView", "Wheels"]
+__all__ = ["MobileBase", "Robot", "RobotView"]
 
 # Seconds without a report after which driving ends: the driver has stopped the robot long before,
 # and after 2 s it says itself that the link is lost, and what to do; after 10 s if what comes is
 # damaged.
 REPORT_TIMEOUT = 12.0
 LEASE = 0.3
-# A robot that is told to move and does not, by either of these, for so long is held by something:
-# stalled wheels say so sooner, wheels that slip on the spot never.
+# A robot that is commanded to move and for so long moves by neither of these is held by something:
+# stalled wheels are reported sooner, wheels that slip on the spot never.
 BLOCKED_AFTER, BLOCKED_WAY, BLOCKED_TURN = 4.0, 0.01, 0.02
-# Between two reports further apart the driver has let the robot stand: that says nothing of what
-# holds it.
+# Between two reports further apart the driver has stopped the robot: no sign that it is held.
 QUIET_AFTER = 0.5
-# What a way may take, of what it takes at the pace: turns on the spot and slow ends are extra.
+# Longest time for a route, over its time at the pace: turns on the spot and slow ends are extra.
 PATIENCE, PATIENCE_SECONDS = 3.0, 30.0
 # Speeds below which the robot stands: less than the steps of its reports.
 STANDS_SPEED, STANDS_TURNING = 0.003, 0.01
@@ -40,11 +38,11 @@ INTRUSION = 0.02
 
 
 class RobotView(Protocol):
-    """Of a report of the robot, what driving needs; metres, radians, seconds."""
+    """The part of the robot's state that driving needs; metres, radians, seconds."""
 
     @property
     def at(self) -> float:
-        """When it came, monotonic clock."""
+        """When the report arrived, monotonic clock."""
 
     @property
     def pose(self) -> Pose2:
@@ -64,11 +62,11 @@ class RobotView(Protocol):
 
     @property
     def motors_on(self) -> bool | None:
-        """None where the robot does not tell."""
+        """None where the robot does not report it."""
 
     @property
     def stop_button(self) -> bool | None:
-        """None where the robot does not tell."""
+        """None where the robot does not report it."""
 
     @property
     def stalled(self) -> tuple[bool, bool]:
@@ -84,7 +82,7 @@ class RobotView(Protocol):
 
 
 class Robot(Protocol):
-    """Of the driver, what driving needs."""
+    """The part of the driver that driving needs."""
 
     @property
     def state(self) -> RobotView:
@@ -92,7 +90,7 @@ class Robot(Protocol):
 
     @property
     def halted(self) -> object | None:
-        """What stopped it and keeps it from being driven; its text is for people."""
+        """What stopped it and still blocks driving; the text is for people."""
 
     def drive(self, speed: float, turning: float, lease: float = LEASE) -> object:
         """Moves for as long as the lease, m/s and rad/s."""
@@ -104,11 +102,11 @@ class Robot(Protocol):
         """The first state of which the condition is true; DeviceTimeout if none is."""
 
 
-class Wheels:
-    """A robot that can be sent along ways, in the frame of a world.
+class MobileBase:
+    """A robot that follows routes given in the world frame.
 
-    `start` is where odometry's origin lies in the world. `closed` are the circles which the
-    robot's middle must not enter. `moved` is called with every report while it drives.
+    `start` is the pose of odometry's origin in the world. `closed` are the keep-out circles for the
+    robot's middle. `moved` is called with every report while it drives.
     """
 
     def __init__(
@@ -129,24 +127,24 @@ class Wheels:
         return self._robot.state
 
     def place(self, state: RobotView) -> Pose2:
-        """Where a report says that the robot is, in the world."""
+        """The robot's pose in the world by a report."""
         return self._start.compose(state.pose)
 
-    def follow(self, way: Way) -> None:
-        """Drives along a way and stops at its end.
+    def follow(self, route: Route) -> None:
+        """Drives along a route and stops at its end.
 
         DeviceError if something stops or holds the robot, DeviceTimeout if it takes far too long
-        or its reports cease; it is told to stop first in any case.
+        or its reports cease; a stop is commanded first in any case.
         """
         progress = Progress()
 
         def steer(here: Pose2) -> Motion | None:
             nonlocal progress
-            motion, progress = along(here, way, progress, self._pace)
+            motion, progress = along(here, route, progress, self._pace)
             return motion
 
-        corners = max(len(way) - 1, 1)
-        self._drive(steer, length_of(way) / self._pace.speed + corners)
+        corners = max(len(route) - 1, 1)
+        self._drive(steer, route_length(route) / self._pace.speed + corners)
 
     def turn_to(self, heading: float) -> None:
         """Turns on the spot to a heading in the world; errors as of `follow`."""
@@ -182,31 +180,32 @@ class Wheels:
             while (motion := steer(self.place(state))) is not None:
                 self._check(state)
                 if state.at - first > PATIENCE * expected + PATIENCE_SECONDS:
-                    raise DeviceTimeout("the robot takes too long for its way: is its path free?")
+                    raise DeviceTimeout("the robot takes too long for its route: is its path free?")
                 watch.check(state, motion)
-                self._tell(motion)
+                self._command(motion)
                 state = self._next(state)
         except BaseException:
-            # The first error is the one to tell; the driver's own leases and its exit stop too.
+            # The first error is reported; the driver's own leases and its exit stop the robot too.
             with suppress(DeviceError):
                 self._robot.stop()
             raise
         self._robot.stop()
 
-    def _tell(self, motion: Motion) -> None:
+    def _command(self, motion: Motion) -> None:
         try:
             self._robot.drive(motion.speed, motion.turning, LEASE)
         except DeviceError as exc:
             if (halted := self._robot.halted) is None:
                 raise
-            # The driver's own way out is a call that whoever collects cannot make.
+            # The remedy in the driver's message is a call that the caller of this command cannot
+            # make.
             raise DeviceError(f"{halted}, then go on with --resume") from exc
 
     def _next(self, state: RobotView) -> RobotView:
         try:
             later = self._robot.wait_for(lambda new: new.at > state.at, REPORT_TIMEOUT)
         except DeviceTimeout:
-            # The time may have passed while this program was held up, and the driver is to say so.
+            # The time may have passed while this program was held up; the driver reports that.
             later = self._robot.wait_for(lambda new: new.at > state.at, REPORT_TIMEOUT)
         if self._moved is not None:
             self._moved(later.at, self.place(later))
@@ -242,14 +241,14 @@ def _at(here: Pose2) -> str:
 
 
 class _Watch:
-    """Notices that a robot that is told to move does not."""
+    """Notices that a robot does not move though it is commanded to."""
 
     def __init__(self, state: RobotView) -> None:
         self._pose, self._last = state.pose, state.at
         self._held = 0.0
 
     def check(self, state: RobotView, motion: Motion) -> None:
-        """DeviceError if nothing has moved for too long although `motion` was told."""
+        """DeviceError if nothing has moved for too long although `motion` was commanded."""
         off = self._pose.between(state.pose)
         moved = max(abs(off.x), abs(off.y)) > BLOCKED_WAY or abs(off.heading) > BLOCKED_TURN
         since, self._last = state.at - self._last, state.at
@@ -259,5 +258,5 @@ class _Watch:
             self._held += since
         if self._held > BLOCKED_AFTER:
             raise DeviceError(
-                "the robot is told to move and does not: is it held, are its motors on?"
+                "the robot does not move though it is commanded to: is it held, are its motors on?"
             )

@@ -19,8 +19,9 @@ __all__ = ["Gaze", "camera_frames", "camera_pose", "gaze_at", "pose_covariance",
 
 # From OpenCV's camera (x right, y down, z along the view) to a frame with x along it and z up.
 AHEAD_FROM_CAMERA = np.array([[0.0, 0.0, 1.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
-# The angles depend on where the pinhole is, and that on the angles by an offset of centimetres
-# over metres of distance: each round leaves about that ratio of the error, ten leave nothing.
+# Fixed-point iteration: the angles depend on the pinhole's place, and that on the angles through an
+# offset of centimetres over metres of distance. Each round leaves about that ratio of the error,
+# ten leave nothing.
 ROUNDS = 10
 # For numerical derivatives, metres and radians: the cube root of the precision of a double.
 STEP = 6e-6
@@ -28,7 +29,7 @@ STEP = 6e-6
 
 @dataclass(frozen=True, slots=True)
 class Gaze:
-    """Angles of the head, radians: pan to the left and tilt up are positive."""
+    """Pan and tilt of the head, radians: pan to the left and tilt up are positive."""
 
     pan: float
     tilt: float
@@ -130,9 +131,9 @@ def pose_covariance(
 ) -> FloatArray:
     """Covariance (6, 6) of the camera's pose in the world, to first order.
 
-    Rows are x, y, z of the pinhole in metres, then a small turn about the world's x, y, z in
-    radians. `odometry` (3, 3) is of the robot's x, y, heading in the world, `head_sd` of each of
-    the head's angles.
+    Rows are x, y, z of the pinhole in metres, then a rotation vector in the world frame in radians.
+    `odometry` (3, 3) is the covariance of the robot's x, y, heading in the world, `head_sd` the
+    standard deviation of each of the head's angles.
     """
     sizes = (3, 2, len(mount.values))
     centre = camera_pose(robot, mount, gaze)

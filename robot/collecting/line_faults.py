@@ -1,4 +1,4 @@
-"""What a bad line to the robot has to do with a fault: it makes others look guilty."""
+"""Whether a bad line to the robot may have caused a fault that looks like another one."""
 
 from collections.abc import Iterable
 
@@ -7,15 +7,15 @@ from facetlog.robot.pioneer.problems import Cause, Problem
 
 __all__ = ["with_line"]
 
-# Seconds back from a fault, and how often reports ceased in them, that make the line suspect: once
-# may be a machine that was busy for a moment.
+# The line is suspect if reports ceased this often within so many seconds before a fault: once may
+# be a machine that was busy for a moment.
 BACK, OFTEN = 30.0, 2
 
 
 def with_line(fault: DeviceError, problems: Iterable[Problem], now: float) -> DeviceError:
-    """The fault, with what is known of the line if reports ceased again and again before it.
+    """The fault, with a remark about the line if reports ceased repeatedly before it.
 
-    `problems` are the driver's, `now` is a time of its clock. A lost link tells of itself.
+    `problems` are the driver's, `now` is a time of its clock. A lost link needs no remark.
     """
     problems = tuple(problems)
     silences = sum(each.cause is Cause.QUIET and now - each.at <= BACK for each in problems)

@@ -1,8 +1,8 @@
-"""A map of a collection as a picture: floor, ways, poses and how sure they are.
+"""A map of a collection as a picture: floor, path, poses and their uncertainty.
 
-Drawn: the way driven, where the robot stood for each view (a circle of its size with its heading),
-what the camera saw over the floor, ellipses of two standard deviations, the circles that the
-robot kept out of, the place that the tour looks at, and a scale.
+Drawn: the path driven, where the robot stood for each view (a circle of its size with its heading),
+the camera's field of view over the floor, ellipses of two standard deviations, the keep-out
+circles, the tour's target, and a scale.
 """
 
 import math
@@ -36,9 +36,9 @@ FONT, SMOOTH = cv2.FONT_HERSHEY_SIMPLEX, cv2.LINE_AA
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Floor:
-    """What stands on the floor: `closed` for the robot's parts, the target, the robot's radius.
+    """The floor: keep-out circles `closed` to the whole robot, the target, the robot's radius.
 
-    `missed` are places (x, y) of views that were asked for and not taken.
+    `missed` are places (x, y) of the tour's views that were not taken.
     """
 
     closed: tuple[Circle, ...]
@@ -47,8 +47,8 @@ class Floor:
     missed: tuple[Point, ...] = ()
 
 
-class _Sheet:
-    """The picture and the scale that turns places in the world into pixels; y is up."""
+class _Canvas:
+    """The picture and the scale from places in the world to pixels; y is up."""
 
     def __init__(self, places: FloatArray) -> None:
         low, high = places.min(axis=0) - BORDER, places.max(axis=0) + BORDER
@@ -71,27 +71,29 @@ class _Sheet:
 
 
 def map_png(path: Sequence[Pose2], taken: Sequence[Taken], floor: Floor, optics: Optics) -> bytes:
-    """The map as PNG; `path` are places of the robot in the world, in their order."""
-    sheet = _Sheet(_places(path, taken, floor))
-    _grid(sheet)
-    _circles(sheet, floor)
+    """The map as PNG; `path` are the robot's places in the world, in order."""
+    canvas = _Canvas(_places(path, taken, floor))
+    _grid(canvas)
+    _circles(canvas, floor)
     for view in taken:
-        _cone(sheet, view, optics)
+        _cone(canvas, view, optics)
     if len(path) > 1:
-        sheet.line([(p.x, p.y) for p in path], WAY, 2)
+        canvas.line([(p.x, p.y) for p in path], WAY, 2)
     for x, y in floor.missed:
-        cv2.drawMarker(sheet.image, sheet.at(x, y), MISSED, cv2.MARKER_TILTED_CROSS, 14, 2, SMOOTH)
+        cv2.drawMarker(
+            canvas.image, canvas.at(x, y), MISSED, cv2.MARKER_TILTED_CROSS, 14, 2, SMOOTH
+        )
     for view in taken:
-        _robot(sheet, view, floor.robot_radius)
+        _robot(canvas, view, floor.robot_radius)
     for view in taken:
-        _ellipse(sheet, view)
-    _legend(sheet, len(taken), len(floor.missed))
-    _, data = cv2.imencode(".png", sheet.image)
+        _ellipse(canvas, view)
+    _legend(canvas, len(taken), len(floor.missed))
+    _, data = cv2.imencode(".png", canvas.image)
     return data.tobytes()
 
 
 def _places(path: Sequence[Pose2], taken: Sequence[Taken], floor: Floor) -> FloatArray:
-    """Corners (n, 2) of all that must be on the map; the origin if there is nothing."""
+    """Points (n, 2) that must be on the map; the origin if there is nothing."""
     places = [(p.x, p.y) for p in path] + [(v.robot.x, v.robot.y) for v in taken]
     places += floor.missed
     places += [(c.x + s * c.radius, c.y + s * c.radius) for c in floor.closed for s in (-1, 1)]
@@ -100,35 +102,35 @@ def _places(path: Sequence[Pose2], taken: Sequence[Taken], floor: Floor) -> Floa
     return np.array(places or [(0.0, 0.0)], dtype=np.float64)
 
 
-def _grid(sheet: _Sheet) -> None:
+def _grid(canvas: _Canvas) -> None:
     """Lines at every half metre (of large floors fewer), their coordinates at the rim."""
-    span = float(max(sheet.high - sheet.low))
+    span = float(max(canvas.high - canvas.low))
     step = 0.5 * max(1, math.ceil(span / 8))
     for axis in (0, 1):
-        first = math.ceil(sheet.low[axis] / step)
-        for k in range(first, math.floor(sheet.high[axis] / step) + 1):
-            low, high = sheet.low.tolist(), sheet.high.tolist()
+        first = math.ceil(canvas.low[axis] / step)
+        for k in range(first, math.floor(canvas.high[axis] / step) + 1):
+            low, high = canvas.low.tolist(), canvas.high.tolist()
             low[axis] = high[axis] = k * step
-            a, b = sheet.at(*low), sheet.at(*high)
-            cv2.line(sheet.image, a, b, GRID, 1, SMOOTH)
+            a, b = canvas.at(*low), canvas.at(*high)
+            cv2.line(canvas.image, a, b, GRID, 1, SMOOTH)
             text = f"{k * step:g}"
             place = (a[0] - 10, a[1] + 20) if axis == 0 else (a[0] - 45, a[1] + 5)
-            sheet.word(text, place)
-    corner = sheet.at(*sheet.high.tolist())
-    sheet.word("metres", (corner[0] - 60, sheet.image.shape[0] - 15))
+            canvas.word(text, place)
+    corner = canvas.at(*canvas.high.tolist())
+    canvas.word("metres", (corner[0] - 60, canvas.image.shape[0] - 15))
 
 
-def _circles(sheet: _Sheet, floor: Floor) -> None:
+def _circles(canvas: _Canvas, floor: Floor) -> None:
     for circle in floor.closed:
-        radius = round(circle.radius * sheet.scale)
-        cv2.circle(sheet.image, sheet.at(circle.x, circle.y), radius, CLOSED, -1, SMOOTH)
+        radius = round(circle.radius * canvas.scale)
+        cv2.circle(canvas.image, canvas.at(circle.x, circle.y), radius, CLOSED, -1, SMOOTH)
     if floor.target is not None:
-        place = sheet.at(float(floor.target[0]), float(floor.target[1]))
-        cv2.drawMarker(sheet.image, place, TARGET, cv2.MARKER_CROSS, 22, 2, SMOOTH)
+        place = canvas.at(float(floor.target[0]), float(floor.target[1]))
+        cv2.drawMarker(canvas.image, place, TARGET, cv2.MARKER_CROSS, 22, 2, SMOOTH)
 
 
-def _cone(sheet: _Sheet, view: Taken, optics: Optics) -> None:
-    """The angle across that the camera sees, over the floor."""
+def _cone(canvas: _Canvas, view: Taken, optics: Optics) -> None:
+    """The camera's horizontal field of view, over the floor."""
     half = math.atan(optics.camera.width / 2 / optics.camera.fx)
     ahead = view.pose.rotation[:, 2]
     middle = math.atan2(ahead[1], ahead[0])
@@ -137,34 +139,34 @@ def _cone(sheet: _Sheet, view: Taken, optics: Optics) -> None:
         (x + CONE * math.cos(middle + side), y + CONE * math.sin(middle + side))
         for side in (half, 0.0, -half)
     ]
-    sheet.line([(x, y), rim[0], rim[1], rim[2], (x, y)], CONE_COLOUR, 1)
+    canvas.line([(x, y), rim[0], rim[1], rim[2], (x, y)], CONE_COLOUR, 1)
 
 
-def _robot(sheet: _Sheet, view: Taken, radius: float) -> None:
-    place = sheet.at(view.robot.x, view.robot.y)
-    cv2.circle(sheet.image, place, round(radius * sheet.scale), GRID, 1, SMOOTH)
-    cv2.circle(sheet.image, place, 4, ROBOT, -1, SMOOTH)
+def _robot(canvas: _Canvas, view: Taken, radius: float) -> None:
+    place = canvas.at(view.robot.x, view.robot.y)
+    cv2.circle(canvas.image, place, round(radius * canvas.scale), GRID, 1, SMOOTH)
+    cv2.circle(canvas.image, place, 4, ROBOT, -1, SMOOTH)
     nose = radius / 2
     tip = (
         view.robot.x + nose * math.cos(view.robot.heading),
         view.robot.y + nose * math.sin(view.robot.heading),
     )
-    cv2.arrowedLine(sheet.image, place, sheet.at(*tip), ROBOT, 2, SMOOTH, tipLength=0.4)
-    sheet.word(str(view.number), (place[0] + 8, place[1] - 8), 0.5)
+    cv2.arrowedLine(canvas.image, place, canvas.at(*tip), ROBOT, 2, SMOOTH, tipLength=0.4)
+    canvas.word(str(view.number), (place[0] + 8, place[1] - 8), 0.5)
 
 
-def _ellipse(sheet: _Sheet, view: Taken) -> None:
+def _ellipse(canvas: _Canvas, view: Taken) -> None:
     """Two standard deviations of the pinhole's place over the floor."""
     values, vectors = np.linalg.eigh(view.covariance[:2, :2])
-    axes = ELLIPSE_SDS * np.sqrt(np.maximum(values, 0.0)) * sheet.scale
+    axes = ELLIPSE_SDS * np.sqrt(np.maximum(values, 0.0)) * canvas.scale
     # The picture's y axis points down, so angles turn the other way.
     angle = -math.degrees(math.atan2(vectors[1, 1], vectors[0, 1]))
-    place = sheet.at(float(view.pose.centre[0]), float(view.pose.centre[1]))
+    place = canvas.at(float(view.pose.centre[0]), float(view.pose.centre[1]))
     size = (max(round(float(axes[1])), 1), max(round(float(axes[0])), 1))
-    cv2.ellipse(sheet.image, place, size, angle, 0, 360, ELLIPSE, 2, SMOOTH)
+    cv2.ellipse(canvas.image, place, size, angle, 0, 360, ELLIPSE, 2, SMOOTH)
 
 
-def _legend(sheet: _Sheet, taken: int, missed: int) -> None:
+def _legend(canvas: _Canvas, taken: int, missed: int) -> None:
     texts = [f"{taken} views", "way by odometry", "2 sd of the pinhole"]
     colours = [ROBOT, WAY, ELLIPSE]
     if missed:
@@ -172,6 +174,6 @@ def _legend(sheet: _Sheet, taken: int, missed: int) -> None:
         colours.append(MISSED)
     x = MARGIN_PX
     for text, colour in zip(texts, colours, strict=True):
-        cv2.line(sheet.image, (x, 28), (x + 24, 28), colour, 3, SMOOTH)
-        sheet.word(text, (x + 32, 33), 0.5)
+        cv2.line(canvas.image, (x, 28), (x + 24, 28), colour, 3, SMOOTH)
+        canvas.word(text, (x + 32, 33), 0.5)
         x += 60 + 9 * len(text)

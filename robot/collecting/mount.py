@@ -1,4 +1,4 @@
-"""Where the camera head sits on the robot, with deviations; the file that says so.
+"""Where the camera head sits on the robot (extrinsics), with standard deviations; the mount file.
 
 The head's two axes cross in one point of the robot's frame (x ahead, y left, z up; metres), and
 the head's own frame is turned against the robot's by yaw, pitch and roll (about z, then y, then x).
@@ -60,14 +60,14 @@ class Mount:
 
 
 # The height of the paper's pinhole (figure 8: 28.5 inches) over the middle of the drive axle, and
-# what a tape and an eye can tell of it: 5 mm and 1 degree.
+# the accuracy of a tape and an eye: 5 mm and 1 degree.
 PAPER_HEIGHT = 28.5 * 0.0254
 TAPE_SD, EYE_SD = 0.005, math.radians(1.0)
 DEFAULT_MOUNT = Mount(
     z=PAPER_HEIGHT,
     sds=tuple(TAPE_SD if name in LENGTHS else EYE_SD for name in PARAMETERS),
 )
-"""The paper's mast, as far as the paper tells it."""
+"""The paper's mast, as far as the paper describes it."""
 
 
 def _key(name: str) -> str:
@@ -81,16 +81,16 @@ def mount_text(mount: Mount, *, remarks: tuple[str, ...] = ()) -> str:
     for title, values in (("mount", mount.values), ("sd", mount.sds)):
         lines += ["", f"[{title}]"]
         for name, value in zip(PARAMETERS, values, strict=True):
-            told = math.degrees(value) if name in ANGLES else value
-            lines.append(f"{_key(name)} = {told:.6f}")
+            written = math.degrees(value) if name in ANGLES else value
+            lines.append(f"{_key(name)} = {written:.6f}")
     return "\n".join([*lines, ""])
 
 
 def read_mount(path: Path) -> Mount:
-    """The mount in a TOML file: tables mount and sd, what is not named there is as by default.
+    """The mount in a TOML file: tables mount and sd, missing keys have their defaults.
 
-    InputError for a file that is not of this form, CalibrationError for numbers that cannot be;
-    both name the file and the key.
+    InputError for a file that is not of this form, CalibrationError for impossible numbers; both
+    name the file and the key.
     """
     try:
         tables = tomllib.loads(read_regular_text(path))

@@ -1,8 +1,9 @@
-"""The mount from pictures of a board: which eleven numbers explain where its corners were seen.
+"""The mount calibrated from pictures of a board: the eleven numbers that fit its corners best.
 
-Least squares over the mount, the board's place, and the robot's places, each of which odometry has
-told with its deviation. What the motions do not determine keeps what was believed before: every
-number has a wide prior, and one whose deviation the pictures did not make much smaller is named.
+Bundle adjustment: least squares of the corners' reprojection errors over the mount, the board's
+pose and the robot's poses, for which odometry gives priors. Every number of the mount has a wide
+prior; what the motions do not determine stays at its prior, and numbers whose standard deviation
+the pictures did not make much smaller are named.
 """
 
 import math
@@ -24,14 +25,14 @@ from facetlog.robot.pose2 import Pose2
 
 __all__ = ["MountFit", "Sighting", "board_place", "fit_mount"]
 
-# What is believed of a mount before: wide enough that the pictures decide what they can.
+# Prior standard deviations of a mount: wide enough that the pictures decide what they can.
 PRIOR_LENGTH_SD, PRIOR_ANGLE_SD = 0.05, math.radians(5.0)
-# Of a corner that is found, pixels (OpenCV refines to about a tenth; lens and print add to it).
+# Standard deviation of a detected corner, px (OpenCV refines to about a tenth; lens and print add).
 CORNER_SD_PX = 0.3
-# The floor under the wheels and the print of the board are not what they are taken for: no place
-# is better known than this, metres and radians.
+# Neither the floor nor the printed board is perfectly flat: no pose of the robot is better known
+# than this, metres and radians.
 PLACE_SD, HEADING_SD = 0.001, math.radians(0.1)
-# A number of which the pictures leave this share of the prior's deviation is not determined.
+# A number that keeps this share of its prior standard deviation is not determined.
 UNDETERMINED = 0.5
 BOARD_HEIGHT_SD = 0.002
 # For derivatives, metres and radians: the root of the precision of a double.
@@ -41,10 +42,10 @@ LEAST_SIGHTINGS = 6
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Sighting:
-    """The board from one place at one gaze.
+    """The board seen from one place at one pan and tilt.
 
-    `station` counts the places at which the robot stood: sightings of one share its error.
-    `robot` is odometry, with covariance (3, 3); corners are straight pixels.
+    `station` counts the places where the robot stood: sightings of one station share its error.
+    `robot` is the pose by odometry, with covariance (3, 3); corners are undistorted pixels.
     """
 
     station: int
@@ -56,7 +57,7 @@ class Sighting:
 
 @dataclass(frozen=True, slots=True)
 class MountFit:
-    """The mount with its deviations; what the motions left open; corners' error, pixels (rms)."""
+    """The mount with its deviations; what is undetermined; rms reprojection error, pixels."""
 
     mount: Mount
     undetermined: tuple[str, ...]
@@ -79,28 +80,28 @@ def board_place(corners: Corners, camera: Camera, seen_from: Pose) -> Pose | Non
 def fit_mount(
     sightings: Sequence[Sighting],
     camera: Camera,
-    believed: Mount,
+    prior: Mount,
     *,
     board_height: float | None = None,
 ) -> MountFit:
-    """The mount that explains the sightings best, from what is `believed` of it.
+    """The mount that fits the sightings best, from the prior `prior`.
 
     `board_height` is that of the board's upper left corner over the floor, metres: without it the
-    mount's height stays as believed. InputError for too few sightings.
+    mount's height stays at its prior. InputError for too few sightings.
     """
     if len(sightings) < LEAST_SIGHTINGS:
         raise InputError(
             f"the board was seen in {len(sightings)} pictures, {LEAST_SIGHTINGS} are needed: put "
             "it where the camera sees it from several places, in good light"
         )
-    problem = _Problem(sightings, camera, believed, board_height)
-    # Outliers: a corner that is taken for another one would draw all numbers after it.
+    problem = _Problem(sightings, camera, prior, board_height)
+    # Robust against outliers: a corner mistaken for another one would bias all numbers.
     found = least_squares(problem.residuals, problem.start, problem.jacobian, loss="soft_l1")
     plain = problem.residuals(found.x)
     jacobian = np.asarray(found.jac)
     pixels = plain[: problem.pixel_count].reshape(-1, 2)
     rms = float(np.sqrt(np.mean(np.sum(pixels**2, axis=1)))) * CORNER_SD_PX
-    # Corners that miss by more than they should say that something is not modelled.
+    # Residuals larger than their standard deviations mean unmodelled errors.
     worse = max(1.0, 2 * float(np.median(pixels**2)) / MEDIAN_CHI2_1 / 2)
     covariance = np.linalg.inv(jacobian.T @ jacobian) * worse
     sds = np.sqrt(np.diag(covariance))[: len(PARAMETERS)]
@@ -109,10 +110,10 @@ def fit_mount(
         for name, sd in zip(PARAMETERS, sds, strict=True)
         if sd > UNDETERMINED * _prior_sd(name)
     )
-    values = np.array(believed.values) + found.x[: len(PARAMETERS)]
+    values = np.array(prior.values) + found.x[: len(PARAMETERS)]
     kept = [name in open_ones for name in PARAMETERS]
-    mount = believed.with_values(tuple(np.where(kept, believed.values, values).tolist()))
-    deviations = tuple(np.where(kept, believed.sds, sds).tolist())
+    mount = prior.with_values(tuple(np.where(kept, prior.values, values).tolist()))
+    deviations = tuple(np.where(kept, prior.sds, sds).tolist())
     return MountFit(replace(mount, sds=deviations), open_ones, rms, len(sightings))
 
 
@@ -126,8 +127,8 @@ def _prior_sd(name: str) -> float:
 
 def _whitening(sightings: Sequence[Sighting], station: int) -> FloatArray:
     """W (3, 3) with Wᵀ W the inverse of the covariance of a station's place."""
-    told = next(s.covariance for s in sightings if s.station == station)
-    covariance = told + np.diag([PLACE_SD**2, PLACE_SD**2, HEADING_SD**2])
+    odometry = next(s.covariance for s in sightings if s.station == station)
+    covariance = odometry + np.diag([PLACE_SD**2, PLACE_SD**2, HEADING_SD**2])
     return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
 
 
@@ -138,12 +139,12 @@ class _Problem:
         self,
         sightings: Sequence[Sighting],
         camera: Camera,
-        believed: Mount,
+        prior: Mount,
         board_height: float | None,
     ) -> None:
-        self.camera, self.believed, self.height = camera, believed, board_height
+        self.camera, self.prior, self.height = camera, prior, board_height
         first = sightings[0]
-        place = board_place(first.corners, camera, camera_pose(first.robot, believed, first.gaze))
+        place = board_place(first.corners, camera, camera_pose(first.robot, prior, first.gaze))
         if place is None:
             raise InputError("the first picture of the board gives no pose: take it from nearer")
         self.board = place
@@ -163,7 +164,7 @@ class _Problem:
         self.owners, self.owned = self._owners()
 
     def _owners(self) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
-        """Of each residual the number of its station, and whether it has one."""
+        """The number of each residual's station, and whether it has one."""
         nobody = np.full(1, -1)
         owners = np.concatenate(
             [
@@ -178,9 +179,7 @@ class _Problem:
     def residuals(self, x: FloatArray) -> FloatArray:
         """Pixels, then priors, all in standard deviations."""
         numbers = len(PARAMETERS)
-        mount = self.believed.with_values(
-            tuple((np.array(self.believed.values) + x[:numbers]).tolist())
-        )
+        mount = self.prior.with_values(tuple((np.array(self.prior.values) + x[:numbers]).tolist()))
         turn = Rotation.from_rotvec(x[numbers : numbers + 3]).as_matrix() @ self.board.rotation
         origin = self.board.centre + x[numbers + 3 : numbers + 6]
         changes = x[numbers + 6 :].reshape(-1, 3)
@@ -199,7 +198,7 @@ class _Problem:
     def jacobian(self, x: FloatArray) -> FloatArray:
         """Derivatives of the residuals by differences; all stations are moved at once.
 
-        A residual of one station does not answer to another's place, so three moves do for all.
+        A residual depends only on its own station's pose, so three moves are enough for all.
         """
         shared = len(PARAMETERS) + 6
         base = self.residuals(x)

@@ -1,8 +1,8 @@
-"""Calibrating the mount: the robot looks at a board from several places, headings and gazes.
+"""Calibrating the mount: the robot looks at a board from several places, headings, pans and tilts.
 
 It turns on the spot to both sides, goes ahead a little, turns again, and comes near enough to the
-board to see it large: turns tell where the axes sit beside the axle, the way ahead tells the yaw,
-pans and tilts tell the rest.
+board to see it large: turns determine where the axes sit beside the axle, driving ahead the yaw,
+pans and tilts the rest.
 """
 
 import math
@@ -15,7 +15,7 @@ from facetlog.errors import InputError
 from facetlog.perception.types import FloatArray, Pose
 from facetlog.robot.camera.source import FrameSource
 from facetlog.robot.collecting.board import Board, Corners, straight_pixels
-from facetlog.robot.collecting.drive import RobotView, Wheels
+from facetlog.robot.collecting.drive import MobileBase, RobotView
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose, gaze_at
 from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.mount_fit import Sighting, board_place
@@ -26,7 +26,7 @@ from facetlog.robot.pose2 import Pose2
 __all__ = ["BoardRig", "stations_before", "take_sightings"]
 
 SETTLE, HEAD_SETTLE, SHOT_TIMEOUT = 0.6, 0.2, 10.0
-# Angles to each side in which the board is looked for at first, nearest first.
+# Angles to each side at which the board is searched at first, nearest first.
 SEARCH_PANS_DEG, SEARCH_TILTS_DEG = (0, -30, 30, -60, 60), (0, -15, 15)
 # The board is put into the middle of the picture, and this far off it to all sides.
 ASIDE, UP = math.radians(14.0), math.radians(9.0)
@@ -41,9 +41,9 @@ FAR = "put it 1 to 2 m before the robot"
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BoardRig:
-    """All that moves and sees, as far as it is known; the world is where the robot began."""
+    """Robot, head, camera, board and the mount so far; the world frame is where the robot began."""
 
-    wheels: Wheels
+    base: MobileBase
     head: PanTiltHead
     camera: FrameSource
     optics: Optics
@@ -71,33 +71,33 @@ def stations_before(board: FloatArray, radius: float) -> tuple[Pose2, ...]:
     return tuple(stations)
 
 
-def take_sightings(rig: BoardRig, told: Callable[[str], None]) -> Iterator[Sighting]:
-    """The board as it is seen from one station after the other; `told` gets a line for each.
+def take_sightings(rig: BoardRig, report: Callable[[str], None]) -> Iterator[Sighting]:
+    """The board as seen from one station after the other; `report` gets a line for each.
 
     InputError if the board is not found from where the robot begins.
     """
-    state = rig.wheels.stand(SETTLE)
-    first, gaze = _search(rig, told)
+    state = rig.base.stand(SETTLE)
+    first, gaze = _search(rig, report)
     place = _placed(rig, state, first, gaze)
-    start = rig.wheels.place(state)
-    told(f"the board is {math.hypot(*_off(place, start)):.2f} m away")
+    start = rig.base.place(state)
+    report(f"the board is {math.hypot(*_off(place, start)):.2f} m away")
     stations = stations_before(np.array(_off(place, start)), rig.radius)
     for number, station in enumerate(stations):
         at = start.compose(station)
-        here = rig.wheels.place(rig.wheels.state)
+        here = rig.base.place(rig.base.state)
         if math.dist((here.x, here.y), (at.x, at.y)) >= WORTH_DRIVING / 2:
-            rig.wheels.follow(((here.x, here.y), (at.x, at.y)))
-        rig.wheels.turn_to(at.heading)
-        state = rig.wheels.stand(SETTLE)
+            rig.base.follow(((here.x, here.y), (at.x, at.y)))
+        rig.base.turn_to(at.heading)
+        state = rig.base.stand(SETTLE)
         seen = 0
         for sighting in _looks(rig, state, number, place):
             seen += 1
             yield sighting
-        told(f"place {number + 1} of {len(stations)}: the board was seen {seen} times")
+        report(f"place {number + 1} of {len(stations)}: the board was seen {seen} times")
 
 
 def _looks(rig: BoardRig, state: RobotView, number: int, place: Pose) -> Iterator[Sighting]:
-    robot = rig.wheels.place(state)
+    robot = rig.base.place(state)
     across, down = rig.board.across * rig.board.square, rig.board.down * rig.board.square
     middle = place.centre + place.rotation @ np.array([across / 2, down / 2, 0.0])
     towards = gaze_at(robot, rig.mount, middle)
@@ -113,7 +113,7 @@ def _looks(rig: BoardRig, state: RobotView, number: int, place: Pose) -> Iterato
 
 def _look(rig: BoardRig, pan: float, tilt: float) -> tuple[HeadState, Corners | None]:
     looks = rig.head.look(pan, tilt)
-    after = max(looks.at, rig.wheels.state.at) + HEAD_SETTLE
+    after = max(looks.at, rig.base.state.at) + HEAD_SETTLE
     image = rig.camera.shot(after, SHOT_TIMEOUT).image
     rig.optics.check(image)
     corners = rig.board.corners(image)
@@ -122,7 +122,7 @@ def _look(rig: BoardRig, pan: float, tilt: float) -> tuple[HeadState, Corners | 
     return looks, Corners(corners.points, straight_pixels(rig.optics, corners.pixels))
 
 
-def _search(rig: BoardRig, told: Callable[[str], None]) -> tuple[Corners, Gaze]:
+def _search(rig: BoardRig, report: Callable[[str], None]) -> tuple[Corners, Gaze]:
     limits = rig.head.limits
     ways = [(pan, tilt) for tilt in SEARCH_TILTS_DEG for pan in SEARCH_PANS_DEG]
     for number, (pan_deg, tilt_deg) in enumerate(ways, start=1):
@@ -131,7 +131,7 @@ def _search(rig: BoardRig, told: Callable[[str], None]) -> tuple[Corners, Gaze]:
         looks, corners = _look(rig, pan, tilt)
         if corners is not None:
             return corners, Gaze(looks.pan, looks.tilt)
-        told(
+        report(
             f"the board is not in sight at pan {pan_deg:+d}°, tilt {tilt_deg:+d}° "
             f"(look {number} of {len(ways)})"
         )
@@ -141,7 +141,7 @@ def _search(rig: BoardRig, told: Callable[[str], None]) -> tuple[Corners, Gaze]:
 
 
 def _placed(rig: BoardRig, state: RobotView, corners: Corners, gaze: Gaze) -> Pose:
-    seen_from = camera_pose(rig.wheels.place(state), rig.mount, gaze)
+    seen_from = camera_pose(rig.base.place(state), rig.mount, gaze)
     place = board_place(corners, rig.optics.camera, seen_from)
     if place is None:
         raise InputError(f"the board is seen too flat or too small: {FAR}, facing it")

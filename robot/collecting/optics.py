@@ -1,4 +1,4 @@
-"""The camera's intrinsics as the record writes them: a pinhole and what its lens adds."""
+"""The camera's intrinsics as the record writes them: a pinhole and its lens distortion."""
 
 from dataclasses import dataclass, field
 
@@ -10,10 +10,10 @@ __all__ = ["Optics"]
 
 @dataclass(frozen=True, slots=True)
 class Optics:
-    """The pinhole (pixels, the middle of the first one is 0, 0) and its lens.
+    """The pinhole (pixels, the middle of the first one is 0, 0) and its lens distortion.
 
-    `coefficients` are names and values (k1 … k4, p1, p2) of the lens model that `model` names, as
-    COLMAP and nerfstudio name it: PINHOLE, OPENCV or OPENCV_FISHEYE.
+    `coefficients` are names and values (k1 … k4, p1, p2) of the distortion model `model`, named as
+    by COLMAP and nerfstudio: PINHOLE, OPENCV or OPENCV_FISHEYE.
     """
 
     camera: Camera
@@ -25,7 +25,7 @@ class Optics:
         return dict(self.coefficients).get(name, 0.0)
 
     def check(self, image: Image) -> None:
-        """DeviceError for a picture of another size: it is not of the camera that this is of."""
+        """DeviceError for a picture of another size: it is of another camera."""
         height, width = image.shape[:2]
         if (width, height) != (self.camera.width, self.camera.height):
             raise DeviceError(

@@ -9,19 +9,19 @@ from collections.abc import Sequence
 import numpy as np
 
 from facetlog.perception.types import FloatArray
-from facetlog.robot.collecting.route import Circle, Point, length_of, way_round
+from facetlog.robot.collecting.route import Circle, Point, route_length, shortest_route
 
 __all__ = ["short_order"]
 
-# Metres that stand for "there is no way": more than any tour has, and finite, since two of them
-# are subtracted. The plan leaves such places out.
-NO_WAY = 1e6
+# Metres that stand for "no route": more than any tour has, and finite, since two of them are
+# subtracted. The plan leaves such places out.
+NO_ROUTE = 1e6
 
 
 def short_order(
     start: Point, places: Sequence[Point], circles: tuple[Circle, ...] = ()
 ) -> tuple[int, ...]:
-    """Indices of all places in an order whose way from `start` is short, round the circles.
+    """Indices of all places in an order with a short route from `start` round the circles.
 
     >>> short_order((0.0, 0.0), [(3.0, 0.0), (1.0, 0.0), (2.0, 0.0)])
     (1, 2, 0)
@@ -38,13 +38,13 @@ def _lengths(places: Sequence[Point], circles: tuple[Circle, ...]) -> FloatArray
     lengths = np.zeros((len(places), len(places)))
     for i, a in enumerate(places):
         for j in range(i):
-            way = way_round(a, places[j], circles)
-            lengths[i, j] = lengths[j, i] = NO_WAY if way is None else length_of(way)
+            route = shortest_route(a, places[j], circles)
+            lengths[i, j] = lengths[j, i] = NO_ROUTE if route is None else route_length(route)
     return lengths
 
 
 def _untangled(order: list[int], lengths: FloatArray) -> list[int]:
-    """The order with pieces turned round as long as that shortens it; its first place stays."""
+    """The order with pieces reversed as long as that shortens it (2-opt); its first place stays."""
     shorter = True
     while shorter:
         shorter = False
@@ -54,7 +54,7 @@ def _untangled(order: list[int], lengths: FloatArray) -> list[int]:
                 gain = lengths[before, order[i]] - lengths[before, order[j]]
                 if after is not None:
                     gain += lengths[order[j], after] - lengths[order[i], after]
-                # What rounding makes of two equal orders must not turn them round for ever.
+                # Rounding differences between two equal orders must not reverse them for ever.
                 if gain > 1e-9:
                     order[i : j + 1] = reversed(order[i : j + 1])
                     shorter = True

@@ -1,9 +1,9 @@
-"""From a tour to stops: where the robot stands for each view, which way, and where its head looks.
+"""From a tour to stops: the robot's pose for each view, and the head's pan and tilt.
 
-A view that is asked for is a place of the pinhole, a height and a direction. The robot gives the
-place exactly; the height is the mast's, so the head looks at the point that the middle of the
-picture was to show, from whatever height it has. The robot's heading is free within what the head's
-pan allows: the one is taken with which the robot turns least, on arriving and on leaving.
+A view of a tour is a place of the pinhole, a height and a direction. The robot reaches the place
+exactly; the height is the mast's, so the head looks from there at the point that the middle of the
+picture was to show. The robot's heading is free within the range of the head's pan: the heading
+with the least turning, on arriving and on leaving, is taken.
 """
 
 import math
@@ -15,7 +15,14 @@ import numpy as np
 from facetlog.perception.types import Camera, FloatArray, Pose
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose, stand_for
 from facetlog.robot.collecting.mount import Mount
-from facetlog.robot.collecting.route import Circle, Point, Way, distance_to, length_of, way_round
+from facetlog.robot.collecting.route import (
+    Circle,
+    Point,
+    Route,
+    distance_to,
+    route_length,
+    shortest_route,
+)
 from facetlog.robot.collecting.tour_file import Tour, TourView
 from facetlog.robot.head.head import HeadLimits
 from facetlog.robot.pose2 import Pose2, wrapped
@@ -28,10 +35,10 @@ PAN_MARGIN = math.radians(6.0)
 HEADINGS = 25
 # A view whose line of sight does not come near the target is taken to show what is this far ahead.
 WITHOUT_TARGET = 1.0
-NO_WAY = (
-    "no way of the robot leads there that keeps out of all circles: give smaller ones by --keep-out"
+NO_ROUTE = (
+    "no route leads there that keeps out of all keep-out circles: give smaller ones by --keep-out"
 )
-# Height and tilt from which on a difference is worth a word: 1 cm, half a degree.
+# Differences of height and tilt that are reported: from 1 cm, half a degree.
 HEIGHT_WORTH_SAYING, TILT_WORTH_SAYING = 0.01, math.radians(0.5)
 # Share of the picture's half width and height within which the target must be to be in it.
 IN_PICTURE = 0.95
@@ -59,7 +66,7 @@ class Skipped:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What will be done: the stops in their order, what is left out, and what differs."""
+    """The stops in their order, the views left out, and remarks on differences from the tour."""
 
     stops: tuple[Stop, ...]
     skipped: tuple[Skipped, ...]
@@ -68,7 +75,7 @@ class Plan:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Reach:
-    """What a robot can do: mount, head, camera, and the circles its middle keeps out of."""
+    """What a robot can reach: mount, head, camera, and the keep-out circles of its middle."""
 
     mount: Mount
     limits: HeadLimits
@@ -126,9 +133,9 @@ def _place(view: TourView) -> Point:
 
 
 def _point_of(view: TourView, target: FloatArray | None) -> FloatArray:
-    """What the middle of the picture is to show: the line of sight where it is nearest the target.
+    """The point (3,) for the middle of the picture: on the line of sight, nearest to the target.
 
-    The paper's views cross near the block's middle; of a view that looks away, a point ahead.
+    The paper's views cross near the block's middle; for a view that looks away, a point ahead.
     """
     along = 0.0 if target is None else float(view.direction @ (target - view.pose.centre))
     return np.asarray(view.pose.centre + view.direction * (along if along > 0 else WITHOUT_TARGET))
@@ -158,26 +165,26 @@ def _stop(
             turns.append(abs(wrapped(bearings[1] - heading)))
         found.append((sum(turns), stop))
     for _, stop in sorted(found, key=lambda each: each[0]):
-        if way_round((here.x, here.y), (stop.robot.x, stop.robot.y), reach.closed) is not None:
+        if shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), reach.closed) is not None:
             return stop
-    return Skipped(number, view.name, NO_WAY if found else reasons[0])
+    return Skipped(number, view.name, NO_ROUTE if found else reasons[0])
 
 
 def _bearings(
     here: Pose2, place: Point, following: Sequence[Point], reach: Reach
 ) -> tuple[float | None, float | None]:
-    """Headings in which the robot arrives and leaves; None where it does not move."""
-    arriving = _way((here.x, here.y), place, reach)
-    leaving = _way(place, following[0], reach) if following else ()
+    """Headings with which the robot arrives and leaves; None where it does not move."""
+    arriving = _route((here.x, here.y), place, reach)
+    leaving = _route(place, following[0], reach) if following else ()
     return _heading_of(arriving[-2:]), _heading_of(leaving[:2])
 
 
-def _way(start: Point, end: Point, reach: Reach) -> Way:
-    return way_round(start, end, reach.closed) or ()
+def _route(start: Point, end: Point, reach: Reach) -> Route:
+    return shortest_route(start, end, reach.closed) or ()
 
 
-def _heading_of(leg: Way) -> float | None:
-    if len(leg) < 2 or length_of(leg) == 0:
+def _heading_of(leg: Route) -> float | None:
+    if len(leg) < 2 or route_length(leg) == 0:
         return None
     (ax, ay), (bx, by) = leg
     return math.atan2(by - ay, bx - ax)
@@ -207,40 +214,40 @@ def _standing(
     reach: Reach,
 ) -> Stop | str:
     """The stop with this heading, or why there is none."""
-    robot, asked = stand_for(_place(view), heading, reach.mount, point)
+    robot, wanted = stand_for(_place(view), heading, reach.mount, point)
     if distance_to(reach.closed, (robot.x, robot.y)) < 0:
         return "the robot would stand within the keep-out circle: give a smaller --keep-out"
-    gaze = reach.within(asked)
+    gaze = reach.within(wanted)
     pose = camera_pose(robot, reach.mount, gaze)
     seen = point if target is None else target
-    # Where the tour does not look at the target itself, nothing is asked of it.
+    # Where the tour does not show the target itself, it need not be in the picture.
     if shows(reach.camera, view.pose, seen) and not shows(reach.camera, pose, seen):
         return (
-            f"the head cannot tilt to {math.degrees(asked.tilt):.0f}°, and at "
+            f"the head cannot tilt to {math.degrees(wanted.tilt):.0f}°, and at "
             f"{math.degrees(gaze.tilt):.0f}° the object would leave the picture"
         )
     return Stop(number, view, robot, gaze, point)
 
 
 def _remarks(stops: Sequence[Stop], reach: Reach) -> tuple[str, ...]:
-    """One line for each way in which the pictures will differ from those asked for."""
+    """One line for each kind of difference between the pictures and the tour."""
     higher, tilted = [], []
     for stop in stops:
         pose = camera_pose(stop.robot, reach.mount, stop.gaze)
         higher.append(float(pose.centre[2] - stop.view.pose.centre[2]))
-        _, asked = stand_for(_place(stop.view), stop.robot.heading, reach.mount, stop.point)
-        tilted.append(abs(stop.gaze.tilt - asked.tilt))
+        _, wanted = stand_for(_place(stop.view), stop.robot.heading, reach.mount, stop.point)
+        tilted.append(abs(stop.gaze.tilt - wanted.tilt))
     remarks = []
     off = [h for h in higher if abs(h) > HEIGHT_WORTH_SAYING]
     if off:
         remarks.append(
-            f"{len(off)} of {len(stops)} views are taken from another height than asked for, by "
+            f"{len(off)} of {len(stops)} views are taken from another height than the tour's, by "
             f"{min(off):+.2f} to {max(off):+.2f} m: the mast has one height"
         )
     skewed = sum(stop.view.skewed for stop in stops)
     if skewed:
         remarks.append(
-            f"{skewed} of {len(stops)} views are asked for with a skew: the head has none"
+            f"{skewed} of {len(stops)} views of the tour have a skew: the head cannot turn that way"
         )
     short = [t for t in tilted if t > TILT_WORTH_SAYING]
     if short:

@@ -1,4 +1,4 @@
-"""What a collection leaves in its folder: each file whole, and up to date after every view.
+"""The files of a collection's folder: each written atomically, and up to date after every view.
 
 - the pictures (PNG), by the names of the tour;
 - collect.jsonl: for each run a line about it, then what happened, in order: a line for each view,
@@ -121,10 +121,10 @@ def _pose2_json(pose: Pose2) -> list[float]:
     return [pose.x, pose.y, math.degrees(pose.heading)]
 
 
-def _pose2(told: object) -> Pose2:
-    if not isinstance(told, list):
+def _pose2(value: object) -> Pose2:
+    if not isinstance(value, list):
         raise TypeError("a place is a list")
-    x, y, heading = (float(str(v)) for v in told)
+    x, y, heading = (float(str(v)) for v in value)
     return Pose2(x, y, math.radians(heading))
 
 
@@ -139,9 +139,8 @@ def _matrix(pose: Pose) -> FloatArray:
 class Record:
     """The folder of a collection. InputError where it cannot be written, a full disk included.
 
-    `about` is what the first line of this run in collect.jsonl says of it; `taken` are the views
-    and `lines` all lines that earlier runs left there: odometry begins anew with each of them, so
-    each one's `start` is needed for its views.
+    `about` is the first line of this run in collect.jsonl; `taken` are the views and `lines` all
+    lines of earlier runs: odometry restarts with each run, so its views need the run's `start`.
     """
 
     def __init__(
@@ -167,7 +166,7 @@ class Record:
         return tuple(self._taken)
 
     def add(self, view: Taken, image: Image) -> None:
-        """Takes a view: its picture first, so that no pose is told of one that is missing."""
+        """Writes a view: its picture first, so that every pose listed has its picture."""
         grey = _as_grey(image)
         done, data = cv2.imencode(".png", grey)
         if not done:
@@ -178,12 +177,12 @@ class Record:
         self._write_all()
 
     def note(self, line: Mapping[str, object]) -> None:
-        """Takes a line about something else: a view that was not taken, a verdict, the end."""
+        """Writes a line about something else: a view that was not taken, a verdict, the end."""
         self._lines.append(line)
         self._write_log()
 
     def _write_all(self) -> None:
-        """The log first: it is what a later run goes on from."""
+        """The log first: a later run resumes from it."""
         self._write_log()
         for name, text in (
             (TRANSFORMS_FILE, _transforms(self._optics, self._taken)),
@@ -200,9 +199,9 @@ class Record:
 
 
 def write_file(path: Path, content: bytes) -> None:
-    """Writes a file beside its place and renames it there: it is old or new, never half.
+    """Writes a temporary file and renames it (atomic): readers see the old or the new file.
 
-    InputError if that cannot be, as on a full disk; an older file is then as it was.
+    InputError if that fails, as on a full disk; an older file then stays as it was.
     """
     part = path.with_name(f".{path.name}.part")
     try:
@@ -241,10 +240,10 @@ def read_log(folder: Path) -> tuple[Mapping[str, object], ...]:
 
 
 def read_record(folder: Path) -> tuple[Mapping[str, object], tuple[Taken, ...]]:
-    """What earlier runs left: the first line, and the views whose pictures are there.
+    """The record of earlier runs: the first line, and the views whose pictures exist.
 
-    Of a view that was taken again, because its picture was gone, the last line counts. InputError
-    as of `read_log`.
+    If a view was taken again because its picture was gone, its last line counts. InputError as of
+    `read_log`.
     """
     lines = read_log(folder)
     taken: dict[str, Taken] = {}
@@ -316,10 +315,10 @@ def _colmap_camera(optics: Optics) -> str:
         *(camera.fx, camera.fy, camera.cx + HALF_PIXEL, camera.cy + HALF_PIXEL),
         *(optics.coefficient(name) for name in names),
     )
-    told = " ".join(repr(float(v)) for v in numbers)
+    parameters = " ".join(repr(float(v)) for v in numbers)
     return (
         "# CAMERA_ID MODEL WIDTH HEIGHT PARAMS[]\n"
-        f"1 {model} {camera.width} {camera.height} {told}\n"
+        f"1 {model} {camera.width} {camera.height} {parameters}\n"
     )
 
 
@@ -335,7 +334,7 @@ def _colmap_images(taken: Iterable[Taken]) -> str:
 
 
 def robot_tum(way: Iterable[tuple[float, Pose2]]) -> str:
-    """The robot's places on the floor with their times (s since 1970) as a TUM trajectory."""
+    """The robot's poses on the floor with their times (s since 1970) as a TUM trajectory."""
     lines = ["# timestamp tx ty tz qx qy qz qw"]
     for at, place in way:
         half = place.heading / 2

@@ -1,8 +1,8 @@
-"""Ways on the floor that keep out of circles: straight legs round their rims.
+"""Shortest routes on the floor round keep-out circles: a visibility graph of their polygons.
 
-The shortest way among obstacles runs from corner to corner of them (de Berg et al., Computational
+The shortest path among obstacles runs from corner to corner of them (de Berg et al., Computational
 Geometry, section 15.1): circles become polygons, and of all lines that cross none of them the
-shortest chain is taken.
+shortest chain is taken (Dijkstra).
 """
 
 import math
@@ -17,10 +17,10 @@ from scipy.sparse.csgraph import dijkstra
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Circle", "Point", "Way", "distance_to", "length_of", "way_round"]
+__all__ = ["Circle", "Point", "Route", "distance_to", "route_length", "shortest_route"]
 
 Point = tuple[float, float]
-Way = tuple[Point, ...]
+Route = tuple[Point, ...]
 
 # Corners of the polygon that stands for a circle: its sides cut 0.2 % of the radius off the
 # circle, 2 mm of a metre.
@@ -51,18 +51,18 @@ def distance_to(circles: tuple[Circle, ...], point: Point) -> float:
     return min((c.distance(point) - c.radius for c in circles), default=math.inf)
 
 
-def length_of(way: Way) -> float:
+def route_length(route: Route) -> float:
     """Metres from the first to the last point."""
-    return sum(math.dist(a, b) for a, b in pairwise(way))
+    return sum(math.dist(a, b) for a, b in pairwise(route))
 
 
-def way_round(start: Point, end: Point, circles: tuple[Circle, ...]) -> Way | None:
-    """The shortest way from start to end that enters no circle, both ends included.
+def shortest_route(start: Point, end: Point, circles: tuple[Circle, ...]) -> Route | None:
+    """The shortest route from start to end that enters no circle, both ends included.
 
-    A circle in which the start or the end lies is taken smaller, so that they are on its rim: who
-    must not be there asks `distance_to` before. None if there is no way.
+    A circle in which the start or the end lies is shrunk until they are on its rim: callers that
+    must refuse such points check `distance_to` before. None if there is no route.
 
-    >>> len(way_round((0.0, 0.0), (1.0, 0.0), (Circle(0.5, 2.0, 1.0),)))
+    >>> len(shortest_route((0.0, 0.0), (1.0, 0.0), (Circle(0.5, 2.0, 1.0),)))
     2
     """
     shrunk = tuple(
@@ -88,12 +88,12 @@ def way_round(start: Point, end: Point, circles: tuple[Circle, ...]) -> Way | No
     if not np.isfinite(lengths[0, count + 1]):
         return None
     places = np.vstack([corners, ends])
-    way: list[Point] = []
+    route: list[Point] = []
     node = count + 1
     while node >= 0:
-        way.append((float(places[node, 0]), float(places[node, 1])))
+        route.append((float(places[node, 0]), float(places[node, 1])))
         node = int(before[0, node])
-    return tuple(reversed(way))
+    return tuple(reversed(route))
 
 
 @lru_cache(maxsize=256)

@@ -1,6 +1,6 @@
 """A whole collection: robot, head and camera are opened, the tour is planned, driven and recorded.
 
-Everything that can be refused is asked before the motors are switched on; everything that was
+Everything that can be refused is checked before the motors are switched on; everything that was
 opened is closed, the robot last, whatever happens.
 """
 
@@ -17,7 +17,7 @@ from facetlog.errors import DeviceError, FacetlogError, InputError
 from facetlog.perception.types import FloatArray
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
-from facetlog.robot.collecting.drive import Wheels
+from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.line_faults import with_line
 from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.mount import Mount
@@ -35,8 +35,19 @@ from facetlog.robot.collecting.record import (
     write_file,
 )
 from facetlog.robot.collecting.route import Circle, Point, distance_to
-from facetlog.robot.collecting.session import SHOT_TIMEOUT, Ended, Rig, Teller, collect, ending_told
-from facetlog.robot.collecting.simulated import Sight, check_start, sight
+from facetlog.robot.collecting.session import (
+    SHOT_TIMEOUT,
+    Ended,
+    Listener,
+    Rig,
+    collect,
+    end_recorded,
+)
+from facetlog.robot.collecting.simulated_robot import (
+    CameraAndOptics,
+    camera_and_optics,
+    check_start,
+)
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
 from facetlog.robot.head.head import PanTiltHead
@@ -59,16 +70,16 @@ __all__ = [
 
 MAP_FILE, WAY_FILE, TRAFFIC_FILE = "map.png", "odometry.tum", "traffic.jsonl"
 AUX_PORTS = {"aux1": 1, "aux2": 2, "aux3": 3}
-# Room between the robot on the innermost view and the keep-out circle, where none is given: what
-# the robot's place may differ from the plan by driving, with as much again to spare.
+# Room between the robot on the innermost view and the default keep-out circle: twice the distance
+# by which driving may miss the planned place.
 ROOM = 0.05
-# Ways are planned this far outside of what is forbidden: pursuit cuts corners by a centimetre.
+# Routes are planned this far outside of the keep-out circles: pursuit cuts corners by a centimetre.
 CLEARANCE = 0.03
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Request:
-    """What is to be collected, with what and how; `start` is where the robot stands now.
+    """What to collect, with which devices and how; `start` is the robot's pose now.
 
     A camera or optics of None are the simulated camera's, if the robot is simulated.
     `keep_out` is a radius about the tour's target, circles, or None for a radius made from the
@@ -97,7 +108,7 @@ class Request:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Collected:
-    """What became of a request: the plan, how it ended, all views there are, metres driven."""
+    """The result of a request: the plan, how it ended, all views there are, metres driven."""
 
     plan: Plan
     ended: Ended
@@ -117,11 +128,11 @@ class Collected:
         }
 
 
-def run_collection(request: Request, teller: Teller) -> Collected:
-    """Collects; faults on the way end it early and are in what is returned.
+def run_collection(request: Request, listener: Listener) -> Collected:
+    """Collects; faults during the collection end it early and are in the result.
 
-    InputError for what cannot be done as asked, DeviceError or DeviceTimeout if robot, head or
-    camera cannot be opened.
+    InputError for a request that cannot be carried out, DeviceError or DeviceTimeout if robot, head
+    or camera cannot be opened.
     """
     earlier = _earlier(request)
     lines = read_log(request.folder) if request.resume else ()
@@ -139,8 +150,10 @@ def run_collection(request: Request, teller: Teller) -> Collected:
             )
         )
         # Before the head and the camera: both may be those of another robot.
-        check_start(robot, request.start, teller.warn)
-        seen = sight(robot, request.address, request.camera, request.optics, teller.note)
+        check_start(robot, request.start, listener.warn)
+        seen = camera_and_optics(
+            robot, request.address, request.camera, request.optics, listener.note
+        )
         robot.switch_sonars(False)  # nothing here looks at them
         head = open_robot_head(
             stack, robot, request.head, request.head_port, unheard=request.head_unheard
@@ -157,14 +170,14 @@ def run_collection(request: Request, teller: Teller) -> Collected:
         )
         plan = _planned(request, missing, reach, forbidden)
         for line in plan.remarks:
-            teller.warn(line)
+            listener.warn(line)
         for each in plan.skipped:
-            teller.warn(f"{each.name} is left out: {each.reason}")
+            listener.warn(f"{each.name} is left out: {each.reason}")
         about = _about(request, robot.names.name, seen.camera)
         record = Record(request.folder, seen.optics, about, earlier, lines)
         way: list[tuple[float, Pose2]] = []
         pace = Pace(robot.limits.speed, robot.limits.turning)
-        wheels = Wheels(
+        base = MobileBase(
             robot,
             request.start,
             pace=pace,
@@ -173,7 +186,7 @@ def run_collection(request: Request, teller: Teller) -> Collected:
         )
         epoch = time.time() - time.monotonic()
         rig = Rig(
-            wheels,
+            base,
             head,
             camera,
             seen.optics,
@@ -184,13 +197,13 @@ def run_collection(request: Request, teller: Teller) -> Collected:
         )
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         try:
-            with ending_told(rig, len(plan.stops), record, teller):
+            with end_recorded(rig, len(plan.stops), record, listener):
                 if plan.stops:
                     robot.enable_motors()
-                ended = collect(rig, plan.stops, record, teller, skipped=plan.skipped)
+                ended = collect(rig, plan.stops, record, listener, skipped=plan.skipped)
             robot.stop()
         except BaseException:
-            # The first fault is the one to tell; a map that cannot be written is not.
+            # The first fault is reported, not a map that cannot be written after it.
             with suppress(FacetlogError):
                 _draw(request, seen, record.taken, way, inner, radius, epoch)
             raise
@@ -219,7 +232,7 @@ def open_robot_head(
 
 
 def open_checked_camera(
-    stack: ExitStack, seen: Sight, *, latency: float | None = None, noisy: bool = True
+    stack: ExitStack, seen: CameraAndOptics, *, latency: float | None = None, noisy: bool = True
 ) -> FrameSource:
     """The camera of `seen`, of which one picture was taken and fits its calibration.
 
@@ -233,7 +246,7 @@ def open_checked_camera(
 
     camera = opened()
     seen.optics.check(camera.shot(time.monotonic(), SHOT_TIMEOUT).image)
-    # A file gives each of its pictures once: the first one is still to be that of the first view.
+    # A file gives each of its pictures once: the first one must still be that of the first view.
     return opened() if isinstance(camera, FileSource) else camera
 
 
@@ -280,9 +293,9 @@ def _keep_out(request: Request) -> float | tuple[Circle, ...] | None:
 def _for_the_middle(
     closed: float | tuple[Circle, ...] | None, request: Request, radius: float
 ) -> tuple[Circle, ...]:
-    """Circles that the robot's middle must not enter, so that no part of it enters what is asked.
+    """Keep-out circles for the robot's middle, so that no part of it enters the given circles.
 
-    Without anything asked: about the target, as large as the innermost view leaves room for.
+    If none are given: about the target, as large as the innermost view leaves room for.
     """
     target = request.tour.target
     if isinstance(closed, tuple):
@@ -347,14 +360,14 @@ def _about(request: Request, robot: str, camera: str) -> Mapping[str, object]:
 
 def _draw(
     request: Request,
-    seen: Sight,
+    seen: CameraAndOptics,
     taken: tuple[Taken, ...],
     way: list[tuple[float, Pose2]],
     closed: tuple[Circle, ...],
     radius: float,
     epoch: float,
 ) -> None:
-    """The map and the robot's way."""
+    """The map and the robot's path."""
     there = {view.name for view in taken}
     missed = tuple(
         (float(view.pose.centre[0]), float(view.pose.centre[1]))

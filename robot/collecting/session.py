@@ -1,7 +1,7 @@
 """The collection: for each stop drive, stand, point, shoot, check, write.
 
-Whatever ends it - something in the way, a camera that froze, a full disk, Ctrl-C - the robot is
-told to stop, and what was collected stays and can be gone on with.
+Whatever ends it - something in the way, a frozen camera, a full disk, Ctrl-C - the robot is stopped
+first, and what was collected stays and can be resumed.
 """
 
 import math
@@ -16,16 +16,16 @@ from facetlog.errors import DeviceError, FacetlogError
 from facetlog.perception.types import FloatArray, Image
 from facetlog.robot.camera.checks import Quality, faults_of, quality_of
 from facetlog.robot.camera.source import FrameSource
-from facetlog.robot.collecting.drive import RobotView, Wheels
+from facetlog.robot.collecting.drive import MobileBase, RobotView
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose, gaze_at, pose_covariance
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Reach, Skipped, Stop
 from facetlog.robot.collecting.record import Record, Taken
-from facetlog.robot.collecting.route import way_round
+from facetlog.robot.collecting.route import shortest_route
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["SHOT_TIMEOUT", "Ended", "Rig", "Teller", "collect", "ending_told"]
+__all__ = ["SHOT_TIMEOUT", "Ended", "Listener", "Rig", "collect", "end_recorded"]
 
 # Seconds that the robot must have stood before a picture: a mast of 0.7 m swings at some 3 to 5
 # times a second and is still after a few swings.
@@ -37,24 +37,24 @@ SHOT_TIMEOUT, HEAD_TIMEOUT = 10.0, 10.0
 HEAD_PLAY_SD = math.radians(0.2)
 
 
-class Teller(Protocol):
-    """Is told what happens; all of it may be ignored."""
+class Listener(Protocol):
+    """Gets the events of a collection; it may ignore all of them."""
 
     def view_taken(self, done: int, total: int, view: Taken) -> None:
         """A view was taken and written."""
 
     def warn(self, message: str) -> None:
-        """Something is unusual."""
+        """A warning."""
 
     def note(self, message: str) -> None:
-        """Something is taken for granted."""
+        """An assumption that was made."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Rig:
-    """All that moves and sees. `start` is where odometry's origin lies in the world."""
+    """Robot, head and camera. `start` is the pose of odometry's origin in the world."""
 
-    wheels: Wheels
+    base: MobileBase
     head: PanTiltHead
     camera: FrameSource
     optics: Optics
@@ -63,7 +63,7 @@ class Rig:
     epoch: float
     """Seconds since 1970 at which the monotonic clock was zero."""
     explained: Callable[[DeviceError], DeviceError] = lambda fault: fault
-    """A fault with what else is known of it."""
+    """Adds to a fault what else is known about it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,11 +88,11 @@ def collect(
     rig: Rig,
     stops: tuple[Stop, ...],
     record: Record,
-    teller: Teller,
+    listener: Listener,
     *,
     skipped: tuple[Skipped, ...] = (),
 ) -> Ended:
-    """Takes the views of all stops; a fault of a device ends it early, and is in what is returned.
+    """Takes the views of all stops; a fault of a device ends it early, and is in the result.
 
     InputError if the folder cannot be written any more.
     """
@@ -114,21 +114,22 @@ def collect(
         qualities.append(view.quality)
         ended = replace(ended, taken=ended.taken + 1)
         for note in view.notes:
-            teller.warn(f"{view.name}: {note}")
-        teller.view_taken(before + ended.taken, total, view)
+            listener.warn(f"{view.name}: {note}")
+        listener.view_taken(before + ended.taken, total, view)
     if ended.fault is None:
         record.note(ended.to_json())
     else:
-        _end_early(rig, record, teller, ended.to_json(), total)
+        _end_early(rig, record, listener, ended.to_json(), total)
     return ended
 
 
 @contextmanager
-def ending_told(rig: Rig, wanted: int, record: Record, teller: Teller) -> Iterator[None]:
-    """A context in which a collection of `wanted` views runs: whatever is raised there is noted.
+def end_recorded(rig: Rig, wanted: int, record: Record, listener: Listener) -> Iterator[None]:
+    """A context in which a collection of `wanted` views runs: whatever is raised there is recorded.
 
-    The robot is told to stop; then the end is written, as far as the folder takes it, and how to
-    go on is said. An interrupt, a full disk and motors that cannot be switched on end like this.
+    The robot is stopped; then the end is written, as far as the folder can be written, and how to
+    resume is reported. An interrupt, a full disk and motors that cannot be switched on end like
+    this.
     """
     before = len(record.taken)
     try:
@@ -136,19 +137,19 @@ def ending_told(rig: Rig, wanted: int, record: Record, teller: Teller) -> Iterat
     except BaseException as exc:
         fault = "interrupted" if isinstance(exc, KeyboardInterrupt) else str(exc)
         ending = _ending(len(record.taken) - before, wanted, fault or type(exc).__name__)
-        _end_early(rig, record, teller, ending, before + wanted)
+        _end_early(rig, record, listener, ending, before + wanted)
         raise
 
 
 def _end_early(
-    rig: Rig, record: Record, teller: Teller, ending: Mapping[str, object], total: int
+    rig: Rig, record: Record, listener: Listener, ending: Mapping[str, object], total: int
 ) -> None:
-    """Stops, writes the end and says how to go on; nothing is raised: the first fault counts."""
+    """Stops, writes the end and reports how to resume; raises nothing: the first fault counts."""
     place = "X,Y,HEADING_DEG"
     line = dict(ending)
     # A second Ctrl-C only cuts the wait short: the driver's exit stops the robot too.
     with suppress(FacetlogError, KeyboardInterrupt):
-        robot = rig.wheels.place(rig.wheels.stand(0.0))
+        robot = rig.base.place(rig.base.stand(0.0))
         x, y, heading = robot.x, robot.y, math.degrees(robot.heading)
         line["robot"] = [x, y, heading]
         place = f"{x:.3f},{y:.3f},{heading:.1f}"
@@ -156,43 +157,43 @@ def _end_early(
         record.note(line)
     # A terminal that was closed takes no line any more.
     with suppress(OSError):
-        teller.warn(
+        listener.warn(
             f"{len(record.taken)} of {total} views are there: go on with --resume --start {place}, "
             + ("where the robot stands" if "robot" not in line else "where it stands by odometry")
         )
 
 
 def _take(rig: Rig, stop: Stop, others: list[Quality]) -> tuple[Taken, Image]:
-    here = rig.wheels.place(rig.wheels.state)
-    way = way_round((here.x, here.y), (stop.robot.x, stop.robot.y), rig.reach.closed)
-    if way is None:
+    here = rig.base.place(rig.base.state)
+    route = shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), rig.reach.closed)
+    if route is None:
         raise DeviceError(
-            f"there is no way for the robot to view {stop.number} that keeps out of all circles: "
+            f"no route leads to view {stop.number} that keeps out of all keep-out circles: "
             "give smaller ones by --keep-out"
         )
-    rig.wheels.follow(way)
-    rig.wheels.turn_to(stop.robot.heading)
-    state = rig.wheels.stand(SETTLE)
-    robot = rig.wheels.place(state)
+    rig.base.follow(route)
+    rig.base.turn_to(stop.robot.heading)
+    state = rig.base.stand(SETTLE)
+    robot = rig.base.place(state)
 
     notes: list[str] = []
-    asked = gaze_at(robot, rig.reach.mount, stop.point)
-    gaze = rig.reach.within(asked)
-    if abs(gaze.pan - asked.pan) > HEAD_PLAY_SD:
+    wanted = gaze_at(robot, rig.reach.mount, stop.point)
+    gaze = rig.reach.within(wanted)
+    if abs(gaze.pan - wanted.pan) > HEAD_PLAY_SD:
         notes.append(
             f"the head can pan to {math.degrees(gaze.pan):.0f}° only, "
-            f"{math.degrees(asked.pan):.0f}° were needed"
+            f"{math.degrees(wanted.pan):.0f}° were needed"
         )
     looks = rig.head.look(gaze.pan, gaze.tilt, timeout=HEAD_TIMEOUT)
     if not looks.reported:
-        notes.append("the head does not say where it looks: the angles are those it was told")
-    after = max(looks.at, rig.wheels.state.at) + HEAD_SETTLE
+        notes.append("the head does not report its angles: those it was commanded are recorded")
+    after = max(looks.at, rig.base.state.at) + HEAD_SETTLE
     image, quality, said = _shoot(rig.camera, rig.optics, after, others)
     notes += said
 
     # While it stood, the robot may have been pushed: the pose is that of the moment after.
-    state = rig.wheels.state
-    robot = rig.wheels.place(state)
+    state = rig.base.state
+    robot = rig.base.place(state)
     at = Gaze(looks.pan, looks.tilt)
     return (
         Taken(
@@ -216,7 +217,7 @@ def _take(rig: Rig, stop: Stop, others: list[Quality]) -> tuple[Taken, Image]:
 def _shoot(
     camera: FrameSource, optics: Optics, after: float, others: list[Quality]
 ) -> tuple[Image, Quality, list[str]]:
-    """The picture, how good it is, and what is to be said of it; a bad one is taken once again."""
+    """The picture, its quality and notes about it; a bad one is taken a second time."""
     frame = camera.shot(after, SHOT_TIMEOUT)
     optics.check(frame.image)
     quality = quality_of(frame.image)
@@ -235,7 +236,7 @@ def _shoot(
 
 
 def _covariance(rig: Rig, state: RobotView, robot: Pose2, gaze: Gaze) -> FloatArray:
-    """Of the camera's pose in the world; odometry's is in the frame of the robot's start."""
+    """Covariance of the camera's pose in the world; odometry's is in the frame of the start."""
     c, s = math.cos(rig.start.heading), math.sin(rig.start.heading)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
     odometry = turn @ state.covariance @ turn.T

@@ -1,31 +1,32 @@
-"""How to move along a way: speeds from where the robot is, without a clock or a robot.
+"""Path tracking: speeds along a route from the robot's pose, without a clock or a robot.
 
-Turn on the spot towards the way, follow it by pure pursuit (Coulter 1992: the circle through the
-robot and a point ahead on the way), turn on the spot to the heading that is wanted.
+Turn on the spot towards the route, follow it by pure pursuit (Coulter 1992: the circle through the
+robot and a look-ahead point on the route), turn on the spot to the wanted heading.
 """
 
 import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
-from facetlog.robot.collecting.route import Way
+from facetlog.robot.collecting.route import Route
 from facetlog.robot.pose2 import Pose2
 
 __all__ = ["Motion", "Pace", "Progress", "along", "towards_heading"]
 
-# Metres ahead on the way: a cut of 1 cm of the rim of a circle of 1 m (s² / 8 r), and steady at
+# Look-ahead, metres along the route: it cuts 1 cm off a circle of 1 m (s² / 8 r), and is steady at
 # 0.3 m/s with ten reports a second (a lag of 0.15 s is 5 cm).
 LOOK_AHEAD = 0.25
 # Angles to the point ahead at which turning on the spot begins, and at which it ends.
 TURN_FROM, TURN_UNTIL = math.radians(35.0), math.radians(4.0)
-# The slowest that a robot moves evenly, and the slowest that it turns: on the line speeds are in
-# whole mm/s and degrees/s, and wheels stick below.
+# The slowest speeds at which a robot moves and turns evenly: the protocol has whole mm/s and
+# degrees/s, and wheels stick below.
 SLOWEST, SLOWEST_TURN = 0.03, math.radians(3.0)
-# Legs of a way that are shorter have no direction, metres.
+# Shorter legs of a route have no direction, metres.
 NO_LENGTH = 1e-6
-# From the end of the way, along it: closer, one report's way at the slowest speed decides.
+# The end counts as reached at this distance along the route, metres: closer, the distance between
+# two reports at the slowest speed decides.
 ARRIVED = 0.008
-# How well a heading is reached: what is left is made up by the head's pan.
+# Tolerance of a heading, radians: the rest is compensated by the head's pan.
 HEADING_TOLERANCE = math.radians(1.5)
 
 
@@ -39,7 +40,7 @@ class Motion:
 
 @dataclass(frozen=True, slots=True)
 class Pace:
-    """Largest speed (m/s) and turning (rad/s), and how fast they are given up (m/s², rad/s²)."""
+    """Largest speed (m/s) and turning (rad/s), and their decelerations (m/s², rad/s²)."""
 
     speed: float = 0.2
     turning: float = math.radians(30.0)
@@ -49,21 +50,23 @@ class Pace:
 
 @dataclass(frozen=True, slots=True)
 class Progress:
-    """How far along a way the robot has come (m), and whether it turns on the spot."""
+    """How far along a route the robot has come (m), and whether it turns on the spot."""
 
     done: float = 0.0
     turning: bool = False
 
 
-def along(here: Pose2, way: Way, progress: Progress, pace: Pace) -> tuple[Motion | None, Progress]:
-    """The motion that follows a way, None once its end is reached; and how far it has come."""
-    total = sum(math.dist(a, b) for a, b in pairwise(way))
-    done = _nearest(here, way, progress.done)
+def along(
+    here: Pose2, route: Route, progress: Progress, pace: Pace
+) -> tuple[Motion | None, Progress]:
+    """The motion that follows a route, None once its end is reached; and the progress on it."""
+    total = sum(math.dist(a, b) for a, b in pairwise(route))
+    done = _nearest(here, route, progress.done)
     progress = replace(progress, done=done)
     left = max(total - done, 0.0)
     if left <= ARRIVED:
         return None, progress
-    x, y = _point_at(way, done + LOOK_AHEAD)
+    x, y = _point_at(route, done + LOOK_AHEAD)
     ahead = here.inverse().compose(Pose2(x, y, 0.0))
     distance = math.hypot(ahead.x, ahead.y)
     angle = math.atan2(ahead.y, ahead.x)
@@ -92,15 +95,15 @@ def _slowed(left: float, largest: float, slowing: float, least: float) -> float:
     return math.copysign(max(min(largest, math.sqrt(2 * slowing * abs(left))), least), left)
 
 
-def _nearest(here: Pose2, way: Way, least: float) -> float:
-    """Metres along the way of its point that is nearest, none before `least` or far beyond."""
+def _nearest(here: Pose2, route: Route, least: float) -> float:
+    """Metres along the route of its nearest point, not before `least` nor far beyond it."""
     best, best_distance, start = least, math.inf, 0.0
-    for (ax, ay), (bx, by) in pairwise(way):
+    for (ax, ay), (bx, by) in pairwise(route):
         length = math.hypot(bx - ax, by - ay)
         if length > NO_LENGTH and start + length >= least and start <= least + LOOK_AHEAD:
             share = ((here.x - ax) * (bx - ax) + (here.y - ay) * (by - ay)) / length**2
             at = max(start + min(max(share, 0.0), 1.0) * length, least)
-            px, py = _point_at(way, at)
+            px, py = _point_at(route, at)
             distance = math.hypot(here.x - px, here.y - py)
             if distance < best_distance:
                 best, best_distance = at, distance
@@ -108,11 +111,11 @@ def _nearest(here: Pose2, way: Way, least: float) -> float:
     return best
 
 
-def _point_at(way: Way, at: float) -> tuple[float, float]:
-    """The point so many metres along the way; its end if that is beyond."""
-    for (ax, ay), (bx, by) in pairwise(way):
+def _point_at(route: Route, at: float) -> tuple[float, float]:
+    """The point so many metres along the route; its end if that is beyond."""
+    for (ax, ay), (bx, by) in pairwise(route):
         length = math.hypot(bx - ax, by - ay)
         if at <= length and length > NO_LENGTH:
             return ax + (bx - ax) * at / length, ay + (by - ay) * at / length
         at -= length
-    return way[-1]
+    return route[-1]

@@ -1,8 +1,8 @@
 """Tours: the camera's poses that are wanted, from a CSV file or the paper's own.
 
 A CSV file has a column each for x, y, z, pan_deg, tilt_deg, and may have image and skew_deg: the
-pinhole and the paper's angles A, B, C (perception/pan_tilt.py), lengths in a unit that is told
-beside it. The columns of the paper's tour.csv (x_in, y_in, z_in) are in inches and need no unit.
+pinhole and the paper's angles A, B, C (perception/pan_tilt.py), lengths in a unit that is given
+separately. The columns of the paper's tour.csv (x_in, y_in, z_in) are in inches and need no unit.
 Lines that start with # are comments.
 """
 
@@ -29,8 +29,8 @@ INCH = 0.0254
 PLACES, INCHES = ("x", "y", "z"), ("x_in", "y_in", "z_in")
 ANGLES = ("pan_deg", "tilt_deg")
 HEADER = "image,x,y,z,pan_deg,tilt_deg,skew_deg"
-# Two lines of sight are parallel for our purpose if the matrix of their common point is this near
-# to singular: its place along them would be more than ten times less sure than across.
+# Two lines of sight count as parallel if the normal matrix of their common point is this near to
+# singular: its standard deviation along them would be more than ten times that across.
 LEAST_CONDITION = 0.01
 # A skew that an eye does not see; printed tours are rounded to tenths.
 SMALL_SKEW = math.radians(0.1)
@@ -50,7 +50,7 @@ class TourView:
 
     @property
     def skewed(self) -> bool:
-        """Whether the picture is asked for turned about the line of sight."""
+        """Whether the picture is to be turned about the line of sight."""
         return abs(pan_tilt_angles(self.pose)[2]) > SMALL_SKEW
 
 
@@ -66,7 +66,7 @@ class Tour:
         """The point (3,) that is nearest to all lines of sight; None if they do not meet.
 
         Nor is there one if most views look away from where their lines meet, as all round a room.
-        Least squares: sum of (I - d dᵀ) over the views times the point is that of their centres.
+        Least squares: Σ (I - d dᵀ) p = Σ (I - d dᵀ) c over the views' directions d and centres c.
         """
         blocks = [np.eye(3) - np.outer(v.direction, v.direction) for v in self.views]
         total = np.sum(blocks, axis=0)
@@ -102,10 +102,10 @@ def read_tour(path: Path, *, unit: float | None = None) -> Tour:
         where = f"{path}:{line}"
         scale = INCH if INCHES[0] in row else unit
         if scale is None:
-            raise InputError(f"{path}: its unit of length is not told: give --unit m (cm, in, …)")
+            raise InputError(f"{path}: its unit of length is unknown: give --unit m (cm, in, …)")
         name = _picture_name(row.get("image", ""), len(views) + 1, where)
         if name in seen:
-            raise InputError(f"{where}: picture {name} is asked for in line {seen[name]} as well")
+            raise InputError(f"{where}: picture {name} is in line {seen[name]} as well")
         seen[name] = line
         views.append(TourView(name, _pose(row, scale, where)))
     if not views:
@@ -166,11 +166,11 @@ def _number(row: Mapping[str, str], key: str, where: str) -> float:
     return value
 
 
-def _picture_name(told: str, number: int, where: str) -> str:
+def _picture_name(given: str, number: int, where: str) -> str:
     """The name of the picture's file: PNG, in the folder itself whatever the tour's folders are."""
-    if not told.strip():
+    if not given.strip():
         return f"view{number:03d}.png"
-    stem = PurePosixPath(told.strip()).stem
+    stem = PurePosixPath(given.strip()).stem
     if not stem or stem.startswith(".") or not stem.isprintable():
-        raise InputError(f"{where}: image is {told!r:.40}: give a picture's name")
+        raise InputError(f"{where}: image is {given!r:.40}: give a picture's name")
     return f"{stem}.png"

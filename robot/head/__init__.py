@@ -1,1 +1,1 @@
-"""Camera heads: what they are told and say as bytes, and their drivers."""
+"""Camera heads: codecs of their commands and answers, and their drivers."""

@@ -49,7 +49,7 @@ class CanonSyntaxError(ValueError):
 
 
 class CanonCommand(IntEnum):
-    """Commands by number; a parameter of one digit says which, where it is noted."""
+    """Commands by number; where noted, a parameter of one digit selects the variant."""
 
     PAN_SPEED = 0x50
     """Three digits, counts a second."""
@@ -60,7 +60,7 @@ class CanonCommand(IntEnum):
     """0 stop, 1 right, 2 left, 3 up, 4 down."""
     HOME = 0x57
     INITIALIZE = 0x58
-    """0: finds its middle and stays there."""
+    """0: homes (finds its middle) and stays there."""
     SPEED_LIMIT_REQUEST = 0x59
     """0 slowest pan, 1 fastest pan, 2 slowest tilt, 3 fastest tilt."""
     ANGLE_LIMIT_REQUEST = 0x5C
@@ -105,7 +105,7 @@ class CanonError(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """To a command: taken or not, and what was asked for."""
+    """The answer to a command: whether it was accepted, and the data requested."""
 
     error: CanonError
     data: bytes = b""
@@ -176,7 +176,7 @@ def move(pan: int, tilt: int) -> bytes:
 
 
 def tilt_range(lowest: int, highest: int) -> bytes:
-    """The frame that lets it tilt that far; after power-on a VC-C4 goes up no more than 30°."""
+    """The frame that sets the range of tilt; after power-on a VC-C4 goes up no more than 30°."""
     return command_to_bytes(CanonCommand.RANGE, b"1" + angle_text(lowest) + angle_text(highest))
 
 

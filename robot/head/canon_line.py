@@ -1,7 +1,7 @@
-"""One command at a time to a Canon head, repeated where its answer is lost or it is busy.
+"""One command at a time to a Canon head, with retries where its answer is lost or it is busy.
 
-Answers are asked for as the robot's microcontroller can give them: six bytes, which an error has,
-and then the rest.
+Answers are requested in lengths that the robot's microcontroller can return: six bytes, the length
+of an error, and then the rest.
 """
 
 from collections.abc import Callable
@@ -27,20 +27,20 @@ __all__ = ["CanonLine"]
 T = TypeVar("T")
 
 ATTEMPTS: Final = 5
-"""A command is given so often before the head is given up: where one byte in fifty is lost, five
-answers of fourteen bytes in a row are spoilt once in a thousand times."""
+"""Attempts before the head counts as silent: where one byte in fifty is lost, five answers of
+fourteen bytes in a row are spoilt once in a thousand times."""
 ANSWER_S = 1.0
-"""For an answer, seconds: the head gives it within 0.3 (ARIA, ArVCC4.h), and through the robot each
-step waits for its cycle of up to 0.1."""
+"""Time-out of an answer, seconds: the head answers within 0.3 (ARIA, ArVCC4.h), and through the
+robot each step waits for its cycle of up to 0.1."""
 QUIET_S = 0.15
-"""Let pass before a command is repeated, seconds: the rest of a garbled answer has come by then."""
+"""Pause before a retry, seconds: the rest of a garbled answer has arrived by then."""
 UNANSWERED_S = 0.4
-"""Let pass after a command to a head that does not answer, seconds: it takes none before it is done
-with the last, which is 0.3 at most (ARIA waits 0.3 to 0.4)."""
+"""Pause after a command to a head that does not answer, seconds: it accepts no other before it is
+done with the last, which takes 0.3 at most (ARIA waits 0.3 to 0.4)."""
 
 
 class CanonLine:
-    """The line to a Canon head, in whole answers; every wait is bounded."""
+    """The line to a Canon head, in whole answers; every wait has a time-out."""
 
     def __init__(self, line: ByteLine, clock: Clock) -> None:
         self._line, self._clock = line, clock
@@ -48,8 +48,8 @@ class CanonLine:
     def ask(self, command: CanonCommand, parameters: bytes = b"", data: int = 0) -> Answer:
         """The answer to a command, with so many bytes of data if it is no error.
 
-        A command whose answer was lost is given again, so it must be one that may be given twice.
-        DeviceTimeout if the head never answers, DeviceError if it answers nothing that can be read.
+        A command whose answer was lost is sent again, so it must be idempotent. DeviceTimeout if
+        the head never answers, DeviceError if no answer can be decoded.
         """
         fault: Exception | None = None
         for attempt in range(ATTEMPTS):
@@ -94,10 +94,10 @@ class CanonLine:
         deadline: float,
         starting: bool = False,
     ) -> T:
-        """What `decode` reads in the answer, asked for until the head is no longer busy.
+        """The answer as read by `decode`; the command is repeated while the head is busy.
 
-        While it is `starting` it may say that it is in the wrong mode, too. DeviceTimeout at the
-        deadline, DeviceError if it refuses.
+        While it is `starting` it may report the wrong mode, too. DeviceTimeout at the deadline,
+        DeviceError if it refuses.
         """
         garbled = 0
         while True:
@@ -130,8 +130,10 @@ class CanonLine:
                 )
             self._clock.sleep(QUIET_S)
 
-    def tell(self, command: CanonCommand, parameters: bytes = b"", wait: float = 0.0) -> None:
-        """Gives a command to a head that does not answer, and lets it have time for it."""
+    def send_unanswered(
+        self, command: CanonCommand, parameters: bytes = b"", wait: float = 0.0
+    ) -> None:
+        """Sends a command to a head that does not answer, and waits until it can be done."""
         self._line.flush()
         self._line.send(command_to_bytes(command, parameters))
         self._clock.sleep(UNANSWERED_S + wait)

@@ -26,9 +26,9 @@ class CanonModel:
     tilt_highest_at_first: int
     """After switching on, until the range is set."""
     obeys_under_remote_control: bool
-    """Whether it can be switched on before it was put under the line's control."""
+    """Whether it can be switched on before it was put under control of the serial line."""
     finds_its_middle: bool
-    """By itself, when it is switched on."""
+    """Whether it homes by itself when it is switched on."""
     zoom_highest: int = 1960
     slowest: int = 8
 
@@ -63,7 +63,7 @@ def angles_of(pan: float, tilt: float) -> tuple[float, float]:
 
 VC_C50I: Final = CanonModel(
     # VC-C50i programmer's manual, pages 20, 24-27, 56-61: a mode error to all but the control mode
-    # until that is set, and to moves until its middle was found.
+    # command until that mode is set, and to moves until it has homed.
     name="VC-C50i",
     pan_limit=889,
     tilt_lowest=-267,
@@ -77,8 +77,8 @@ VC_C50I: Final = CanonModel(
 
 VC_C4: Final = CanonModel(
     # Limits and the first range of tilt as in ARIA (ArVCC4.h, ArVCC4.cpp). Player's driver for it
-    # never asks it to find its middle, and that of ROS (p2os) gives up if it does not obey its very
-    # first command, power: so a VC-C4 does both.
+    # never commands it to home, and that of ROS (p2os) gives up if it does not obey its very first
+    # command, power: so a VC-C4 does both.
     name="VC-C4",
     pan_limit=875,
     tilt_lowest=-267,

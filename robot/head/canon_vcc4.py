@@ -1,8 +1,8 @@
 """The driver of a Canon VC-C4 or VC-C50i.
 
-Its answers say that a command was taken, not that it is done: a move has ended when two answers to
-where it stands are equal. A head whose cable leaves the CTS line low obeys and never answers; it is
-then told, and given the time that its moves take at the speeds that were set.
+Its answers acknowledge a command, not its completion: a move has ended when two successive reports
+of the position are equal. A head whose cable leaves the CTS line low obeys and never answers; it is
+then driven open-loop, with the time that its moves take at the speeds that were set.
 """
 
 import logging
@@ -32,21 +32,21 @@ __all__ = ["CanonVcC4"]
 logger = logging.getLogger(__name__)
 
 STARTING_S = 25.0
-"""For switching on and finding its middle, seconds: each takes 4 to 5 (ARIA, ArVCC4.h)."""
+"""For switching on and homing, seconds: each takes 4 to 5 (ARIA, ArVCC4.h)."""
 SWITCHING_ON_S = 5.0
 MIDDLE_S = 6.0
 ANSWER_S = 10.0
-"""For where it is, seconds: it does not tell while it finds its middle."""
+"""For its position, seconds: it does not report it while it homes."""
 ZOOM_S = 15.0
 """From end to end of the zoom, seconds, with room to spare."""
 UNREPORTED_ZOOM_S = 5.0
-"""The same for a head that cannot say when it is there."""
+"""The same for a head that cannot report its position."""
 NEAR = (math.ceil(0.5 * COUNTS_PER_DEGREE),) * 2
-"""So near to where it was sent the head has arrived, counts: half a degree."""
+"""Tolerance of a commanded position, counts: half a degree."""
 NEAR_ZOOM = (16,)
-"""The same of the zoom, counts: below one hundredth of the range."""
+"""The same for the zoom, counts: below one hundredth of the range."""
 ATTEMPTS = 3
-"""A move that does not take the head to its goal is given so often."""
+"""Attempts at a move that does not take the head to its goal."""
 MARGIN_S = 0.5
 """Beyond the time of a move at an even speed, seconds, for speeding up and slowing down."""
 YES = b"1"
@@ -82,12 +82,12 @@ class CanonVcC4:
         self._line = CanonLine(line, self._clock)
         self._answers = answers
         self._zoom = zoom
-        self._told: Counts | None = None
-        """Where a head that does not answer was sent last."""
+        self._commanded: Counts | None = None
+        """The last commanded position of a head that does not answer."""
 
     @property
     def answers(self) -> bool:
-        """Whether it says what it does; taken for granted until `start` has found out."""
+        """Whether it answers; assumed until `start` has found out."""
         return self._answers is not False
 
     @property
@@ -96,10 +96,9 @@ class CanonVcC4:
         return REACH.limits
 
     def start(self) -> None:
-        """Switches it on, lets it find its middle, sets its speeds, range and zoom.
+        """Switches it on, homes it, sets its speeds, range and zoom.
 
-        DeviceTimeout if it does not get ready; if it does not answer, that too, but only where it
-        was said that it can.
+        DeviceTimeout if it does not get ready, or does not answer though it was stated that it can.
         """
         self.limits.check(0.0, 0.0, self._zoom)
         if self._answers is None:
@@ -147,15 +146,15 @@ class CanonVcC4:
     def where(self) -> HeadState:
         """Where it looks now, moving or not; errors as `look`.
 
-        Of a head that does not answer: where it was told to look, not `reported`.
+        Of a head that does not answer: the commanded angles, not `reported`.
         """
         if not self.answers:
-            if self._told is None:
+            if self._commanded is None:
                 raise DeviceError(
-                    "where the camera head looks is not known: it does not answer, and was stopped"
+                    "the camera head's angles are not known: it does not answer, and was stopped"
                     " or not started; turn it somewhere first"
                 )
-            return self._state(self._told)
+            return self._state(self._commanded)
         deadline = self._clock.now() + ANSWER_S
         here = self._position(deadline)
         (self._zoom,) = self._zoom_counts(deadline)
@@ -166,8 +165,8 @@ class CanonVcC4:
         if self.answers:
             self._order(CanonCommand.DRIVE, FIRST, self._clock.now() + ANSWER_S)
         else:
-            self._line.tell(CanonCommand.DRIVE, FIRST)
-            self._told = None
+            self._line.send_unanswered(CanonCommand.DRIVE, FIRST)
+            self._commanded = None
 
     def close(self) -> None:
         """Closes the line; the head stays as it stands."""
@@ -184,8 +183,8 @@ class CanonVcC4:
             self._line.ask(CanonCommand.CONTROL, THIS_LINE)
         except DeviceTimeout as exc:
             logger.warning(
-                "%s; it is sent its moves unseen, and the pictures' pan and tilt are what was asked"
-                " for, not what it reports",
+                "%s; its moves are not confirmed, and the pictures' pan and tilt are the commanded"
+                " angles, not reported ones",
                 exc,
             )
             return False
@@ -194,19 +193,19 @@ class CanonVcC4:
     def _start_unanswered(self) -> None:
         # Twice, for a head that is off may take neither before the other.
         for wait in (SWITCHING_ON_S, 0.0):
-            self._line.tell(CanonCommand.CONTROL, THIS_LINE)
-            self._line.tell(CanonCommand.POWER, YES, wait)
-        self._line.tell(CanonCommand.INITIALIZE, FIRST, MIDDLE_S)
+            self._line.send_unanswered(CanonCommand.CONTROL, THIS_LINE)
+            self._line.send_unanswered(CanonCommand.POWER, YES, wait)
+        self._line.send_unanswered(CanonCommand.INITIALIZE, FIRST, MIDDLE_S)
         for command, parameters in SETTINGS:
-            self._line.tell(command, parameters)
-        self._line.tell(CanonCommand.ZOOM, hexadecimal(self._zoom, 4), UNREPORTED_ZOOM_S)
-        self._told = (0, 0)
+            self._line.send_unanswered(command, parameters)
+        self._line.send_unanswered(CanonCommand.ZOOM, hexadecimal(self._zoom, 4), UNREPORTED_ZOOM_S)
+        self._commanded = (0, 0)
 
     def _look_unanswered(self, goal: Counts, zoom: int | None, timeout: float) -> HeadState:
-        if self._told is None:
+        if self._commanded is None:
             ways: Counts = (2 * REACH.pan_limit, REACH.tilt_highest - REACH.tilt_lowest)
         else:
-            ways = tuple(abs(a - b) for a, b in zip(goal, self._told, strict=True))
+            ways = tuple(abs(a - b) for a, b in zip(goal, self._commanded, strict=True))
         wait = max(ways[0] / REACH.fastest_pan, ways[1] / REACH.fastest_tilt) + MARGIN_S
         zooming = UNREPORTED_ZOOM_S if zoom is not None else 0.0
         if wait + zooming > timeout:
@@ -214,13 +213,15 @@ class CanonVcC4:
                 f"the camera head needs {wait + zooming:.1f} s for this and cannot say when it is"
                 f" done: give it more than {timeout:.1f} s"
             )
-        # It takes no move while it makes another, and cannot say so.
-        self._line.tell(CanonCommand.DRIVE, FIRST)
+        # It accepts no move during another one, and cannot report that.
+        self._line.send_unanswered(CanonCommand.DRIVE, FIRST)
         if zoom is not None:
-            self._line.tell(CanonCommand.ZOOM, hexadecimal(zoom, 4), zooming)
+            self._line.send_unanswered(CanonCommand.ZOOM, hexadecimal(zoom, 4), zooming)
             self._zoom = zoom
-        self._line.tell(CanonCommand.MOVE, b"".join(angle_text(counts) for counts in goal), wait)
-        self._told = goal
+        self._line.send_unanswered(
+            CanonCommand.MOVE, b"".join(angle_text(counts) for counts in goal), wait
+        )
+        self._commanded = goal
         return self._state(goal)
 
     def _order(
@@ -268,7 +269,7 @@ class CanonVcC4:
         near: Counts,
         deadline: float,
     ) -> Counts:
-        """Where `read` says the head stands once it has carried the command out."""
+        """The position by `read` once the head has carried the command out."""
         here: Counts = ()
         for _ in range(ATTEMPTS):
             self._order(command, parameters, deadline)

@@ -1,4 +1,4 @@
-"""What a pan-tilt head can do, whoever made it, and how far it can turn."""
+"""The interface of a pan-tilt head, whoever made it, and its limits."""
 
 import math
 from dataclasses import dataclass
@@ -11,16 +11,16 @@ __all__ = ["HeadLimits", "HeadState", "PanTiltHead"]
 
 @dataclass(frozen=True, slots=True)
 class HeadState:
-    """Where a head looks: radians, pan left positive, tilt up positive, zero ahead and level."""
+    """A head's angles: radians, pan left positive, tilt up positive, zero ahead and level."""
 
     pan: float
     tilt: float
     zoom: int
     """In the device's own counts, 0 the widest; not linear in the angle of view."""
     at: float
-    """When that was so, in seconds of the monotonic clock."""
+    """Time of the report, in seconds of the monotonic clock."""
     reported: bool = True
-    """The head said so; False where it cannot answer and this is what it was told."""
+    """Whether the head reported them; False where it cannot answer: the commanded angles."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class HeadLimits:
     zoom_max: int
 
     def check(self, pan: float, tilt: float, zoom: int | None = None) -> None:
-        """InputError if the head cannot look there; half a step beyond a limit is on it."""
+        """InputError if the head cannot look there; half a step beyond a limit is allowed."""
         self._check_angle("pan", pan, self.pan_min, self.pan_max, self.pan_step)
         self._check_angle("tilt", tilt, self.tilt_min, self.tilt_max, self.tilt_step)
         if zoom is not None and not 0 <= zoom <= self.zoom_max:
@@ -47,7 +47,7 @@ class HeadLimits:
     def _check_angle(
         self, name: str, angle: float, lowest: float, highest: float, step: float
     ) -> None:
-        # Written so that an angle that is no number is refused as well.
+        # Written so that NaN is refused as well.
         if not lowest - step / 2 <= angle <= highest + step / 2:
             raise InputError(
                 f"{name} {math.degrees(angle):.1f}° is beyond the {math.degrees(lowest):.1f}° …"
@@ -59,8 +59,8 @@ class HeadLimits:
 class PanTiltHead(Protocol):
     """A camera head on a line; one thread at a time may use it.
 
-    DeviceTimeout where it does not answer or does not get done, DeviceError where it refuses,
-    InputError for what it cannot do.
+    DeviceTimeout where it does not answer or finish in time, DeviceError where it refuses,
+    InputError for angles and zooms that it cannot reach.
     """
 
     @property
@@ -68,7 +68,7 @@ class PanTiltHead(Protocol):
         """How far it can turn; of a family of heads, known for certain after `start`."""
 
     def start(self) -> None:
-        """Switches it on if it is off, and waits until it takes commands."""
+        """Switches it on if it is off, and waits until it accepts commands."""
 
     def look(
         self, pan: float, tilt: float, zoom: int | None = None, timeout: float = 10.0

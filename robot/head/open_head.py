@@ -22,9 +22,9 @@ HEAD_KINDS: Final = tuple(DRIVERS)
 def open_head(kind: str, line: ByteLine, *, zoom: int = 0, unheard: bool = False) -> PanTiltHead:
     """The driver of a head of this kind, not started yet; InputError for a kind not known.
 
-    `zoom` is set when it starts and kept: in the head's own counts, 0 the widest. `unheard` says
-    that the head may be moved though it does not answer, which only Canon's can; otherwise one
-    that is not there would be taken for one that is.
+    `zoom` is set when it starts and kept: in the head's own counts, 0 the widest. `unheard` allows
+    a head to be moved open-loop if it does not answer, which only Canon's can; otherwise a missing
+    head would go unnoticed.
     """
     driver = DRIVERS.get(kind)
     if driver is None:

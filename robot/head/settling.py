@@ -1,4 +1,4 @@
-"""Waiting until a head stands where it was sent, judged by what it says of itself."""
+"""Waiting until a head stands at its commanded position, by its own reports."""
 
 import time
 from collections.abc import Callable
@@ -12,13 +12,13 @@ Counts = tuple[int, ...]
 """Of pan and tilt, or of the zoom: places in the device's own steps."""
 
 POLL_S = 0.1
-"""Between two inquiries, seconds: a robot with P2OS takes one command in each of its cycles of 0.05
-to 0.1 s, and an inquiry through it is four of them."""
+"""Between two inquiries, seconds: a robot with P2OS accepts one command in each of its cycles of
+0.05 to 0.1 s, and an inquiry through it takes four commands."""
 STILL_S = 0.3
-"""Beside its target a head stands if its place has not changed for so long, seconds: one that
-creeps at a degree a second changes it by a count in 0.1."""
+"""Within tolerance of its target a head stands if its position has not changed for so long,
+seconds: one that creeps at a degree a second changes it by a count in 0.1."""
 STARTING_S = 0.6
-"""A head that has not begun to move by then will not, seconds (a command is taken up within a few
+"""A head that has not begun to move by then will not, seconds (a command takes effect within a few
 pictures; the rest is for a slow line)."""
 
 
@@ -37,11 +37,11 @@ def wait_until_still(
     deadline: float,
     clock: Clock,
 ) -> tuple[Counts, bool]:
-    """Where it stands, by equal answers of `read`, and whether that is at `target`.
+    """The position at rest, by equal answers of `read`, and whether that is at `target`.
 
-    At the target itself two of them do; within `tolerance` of it they must be equal for `STILL_S`,
-    elsewhere, where it may not have begun to move, for `STARTING_S`. DeviceTimeout if it still
-    moves at `deadline`.
+    At the target itself two equal answers are enough; within `tolerance` of it they must be equal
+    for `STILL_S`, elsewhere, where it may not have begun to move, for `STARTING_S`. DeviceTimeout
+    if it still moves at `deadline`.
     """
     before = read()
     since = clock.now()

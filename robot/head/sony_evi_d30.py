@@ -1,8 +1,8 @@
 """The driver of a Sony EVI-D30 or D31, and of its kin EVI-D70 and EVI-D100, over VISCA.
 
-Absolute moves only, one at a time: roundings of relative ones add up (EVI-D100 manual, page 45).
-The end of a move is the head's own completion; where that is lost, two equal answers of where it
-stands.
+Absolute moves only, one at a time: rounding errors of relative ones add up (EVI-D100 manual, page
+45). A move ends with the head's completion message or, where that is lost, with two equal reports
+of its position.
 """
 
 import math
@@ -40,18 +40,17 @@ __all__ = ["SonyEviD30"]
 T = TypeVar("T")
 
 ATTEMPTS = 3
-"""A command that the head refuses, or that does not take it to its goal, is given so often."""
+"""Attempts at a command that the head refuses, or that does not take it to its goal."""
 STARTING_S = 20.0
-"""For switching on, seconds: an EVI-D70 has its picture 7 s after it found its middle (manual,
-page 52)."""
+"""For switching on, seconds: an EVI-D70 has its picture 7 s after homing (manual, page 52)."""
 COMPLETION_S = 4.0
-"""For the completion of a move, seconds: from limit to limit takes 2.5 s at 80°/s. Later than that
-the head is asked where it is."""
+"""For the completion of a move, seconds: from limit to limit takes 2.5 s at 80°/s. After that the
+position is polled."""
 NEAR_DEG = 0.5
-"""So near to where it was sent a head has arrived, degrees: several counts, less than any view's
-need; what it says of its place is what counts."""
+"""Tolerance of a commanded position, degrees: several counts, less than any view needs; the
+reported position is what is recorded."""
 NEAR_ZOOM = 8
-"""The same of the zoom, counts: below one hundredth of the range."""
+"""The same for the zoom, counts: below one hundredth of the range."""
 ZOOM_S = 15.0
 """From end to end of the zoom, seconds, with room to spare."""
 ON = bytes([2])
@@ -70,7 +69,7 @@ class SonyEviD30:
 
     @property
     def model(self) -> SonyModel:
-        """Which head it is; an EVI-D30 until `start` has asked."""
+        """The head's model; an EVI-D30 until `start` has inquired."""
         return self._model
 
     @property
@@ -79,10 +78,10 @@ class SonyEviD30:
         return self._model.limits
 
     def start(self) -> None:
-        """Switches it on if it is off, asks which it is and sets the zoom.
+        """Switches it on if it is off, inquires its model and sets the zoom.
 
-        DeviceTimeout if it does not answer or does not get ready, DeviceError if its scale of
-        angles is not known.
+        DeviceTimeout if it does not answer or does not get ready, DeviceError if the model's scale
+        of angles is not known.
         """
         self._line.set_addresses()
         self._line.clear()
@@ -135,7 +134,7 @@ class SonyEviD30:
         return HeadState(*self._model.angles(pan, tilt), self._zoom, self._clock.now())
 
     def _switch_on(self, deadline: float) -> None:
-        """Until it says where it stands, which it does not while it is off or starting."""
+        """Waits until it reports its position, which it does not while it is off or starting."""
         while True:
             power = self._line.ask(Inquiry.POWER, POWER_BYTES, bytes)
             if power in (ON, Failed(ViscaError.SYNTAX)):  # without stand-by there is nothing to ask
@@ -152,7 +151,7 @@ class SonyEviD30:
             self._line.pause()
 
     def _ask_model(self) -> SonyModel:
-        version = self._told(Inquiry.VERSION, VERSION_BYTES, Version.of)
+        version = self._inquired(Inquiry.VERSION, VERSION_BYTES, Version.of)
         model = SONY_MODELS.get(version.model)
         if model is None:
             known = ", ".join(f"{model.name} ({word:04X})" for word, model in SONY_MODELS.items())
@@ -163,13 +162,13 @@ class SonyEviD30:
         return model
 
     def _position(self) -> Counts:
-        return self._told(Inquiry.POSITION, POSITION_BYTES, position_of)
+        return self._inquired(Inquiry.POSITION, POSITION_BYTES, position_of)
 
     def _zoom_counts(self) -> Counts:
-        return (self._told(Inquiry.ZOOM, ZOOM_BYTES, number),)
+        return (self._inquired(Inquiry.ZOOM, ZOOM_BYTES, number),)
 
-    def _told(self, inquiry: Inquiry, length: int, decode: Callable[[bytes], T]) -> T:
-        """The answer; DeviceError if the head refuses it again and again."""
+    def _inquired(self, inquiry: Inquiry, length: int, decode: Callable[[bytes], T]) -> T:
+        """The answer; DeviceError if the head refuses it repeatedly."""
         reply = self._line.ask(inquiry, length, decode)
         for _ in range(ATTEMPTS - 1):
             if not isinstance(reply, Failed):
@@ -178,7 +177,7 @@ class SonyEviD30:
             reply = self._line.ask(inquiry, length, decode)
         if isinstance(reply, Failed):
             raise DeviceError(
-                f"the camera head does not tell its {inquiry.name.lower()}: {_reason(reply)}"
+                f"the camera head does not report its {inquiry.name.lower()}: {_reason(reply)}"
             )
         return reply
 
@@ -195,7 +194,7 @@ class SonyEviD30:
         near: Counts,
         deadline: float,
     ) -> Counts:
-        """Where `read` says the head stands once it has carried the command out."""
+        """The position by `read` once the head has carried the command out."""
         reason = ""
         for _ in range(ATTEMPTS):
             reply = self._line.command(command)
@@ -207,13 +206,13 @@ class SonyEviD30:
                 continue
             wait = min(COMPLETION_S, deadline - self._clock.now())
             self._line.completed(reply, max(wait, 0.0))
-            # Asked in any case: the place is what the pictures need, and only two equal answers
-            # show that none was garbled on the line, for VISCA has no checksum.
+            # Polled in any case: the pictures need the position, and only two equal answers show
+            # that none was garbled on the line, for VISCA has no checksum.
             here, there = wait_until_still(read, target, near, deadline, self._clock)
             if there:
                 return here
             reason = f"it stands at {here} of its counts and was sent to {target}"
-        raise DeviceError(f"the camera head does not do what it is told: {reason}")
+        raise DeviceError(f"the camera head does not carry out its command: {reason}")
 
 
 def _reason(failed: Failed) -> str:

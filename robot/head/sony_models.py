@@ -28,7 +28,7 @@ class SonyModel:
     zoom_highest: int
     """The end of the optical zoom, counts."""
     pan_speeds_deg: tuple[float, ...] = ()
-    """Degrees a second for the speeds 1, 2, …; empty where no source tells them."""
+    """Degrees a second for the speeds 1, 2, …; empty where no source gives them."""
     tilt_speeds_deg: tuple[float, ...] = ()
 
     @property

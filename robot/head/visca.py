@@ -45,7 +45,7 @@ LONGEST_FRAME: Final = 16
 
 
 class ViscaSyntaxError(ValueError):
-    """A frame that says nothing in this language, or asks for what is out of range."""
+    """A frame that is not valid VISCA, or has a parameter out of range."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class AbsoluteMove:
 
 @dataclass(frozen=True, slots=True)
 class RelativeMove:
-    """By counts from where the head stands; roundings of such moves add up."""
+    """By counts from where the head stands; rounding errors of such moves add up."""
 
     pan: int
     tilt: int
@@ -70,7 +70,7 @@ class RelativeMove:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """On and on until told otherwise: pan 1 right, -1 left, tilt 1 up, -1 down, 0 stop."""
+    """Continuous motion until stopped: pan 1 right, -1 left, tilt 1 up, -1 down, 0 stop."""
 
     pan: int
     tilt: int
@@ -87,7 +87,7 @@ class ZoomTo:
 
 @dataclass(frozen=True, slots=True)
 class ZoomDrive:
-    """Zooms on and on: 1 to tele, -1 to wide, 0 stop; `speed` 0 … 7, None for the standard one."""
+    """Continuous zoom: 1 to tele, -1 to wide, 0 stop; `speed` 0 … 7, None for the standard one."""
 
     direction: int
     speed: int | None = None
@@ -102,7 +102,7 @@ class Power:
 
 @dataclass(frozen=True, slots=True)
 class Cancel:
-    """Gives up the command of a socket."""
+    """Cancels the command of a socket."""
 
     socket: int
 
@@ -119,13 +119,13 @@ class Fixed(Enum):
 
     HOME = bytes.fromhex("01 06 04")
     RESET = bytes.fromhex("01 06 05")
-    """Finds its middle anew."""
+    """Homes again."""
     CLEAR = bytes.fromhex("01 00 01")
-    """Forgets the commands under way."""
+    """Clears the commands in progress."""
 
 
 class Inquiry(Enum):
-    """Questions; each is answered by `visca_replies.Information`."""
+    """Inquiries; each is answered by `visca_replies.Information`."""
 
     VERSION = bytes.fromhex("09 00 02")
     POWER = bytes.fromhex("09 04 00")
@@ -212,7 +212,7 @@ def _body(command: Command) -> bytes:
 
 
 def parse_command(frame: bytes) -> tuple[int, Command]:
-    """The address of a frame and what it says; ViscaSyntaxError if it says nothing known.
+    """The address and command of a frame; ViscaSyntaxError if it is no known command.
 
     >>> parse_command(bytes.fromhex("81 09 06 12 FF"))
     (1, <Inquiry.POSITION: b'\\t\\x06\\x12'>)

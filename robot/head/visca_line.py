@@ -1,7 +1,7 @@
-"""One question or command at a time to a Sony head, repeated where an answer is lost.
+"""One inquiry or command at a time to a Sony head, with retries where an answer is lost.
 
-Answers are asked for in lengths that work through the robot's microcontroller as well: the
-shortest possible answer first, then the rest.
+Answers are requested in lengths that work through the robot's microcontroller as well: the shortest
+possible answer first, then the rest.
 """
 
 from collections.abc import Callable
@@ -36,26 +36,26 @@ __all__ = ["ViscaLine"]
 T = TypeVar("T")
 
 ATTEMPTS: Final = 5
-"""A question is asked and a command given so often before the head is given up: where one byte in
-fifty is lost, five answers of eleven bytes in a row are spoilt once in three thousand times."""
+"""Attempts before the head counts as silent: where one byte in fifty is lost, five answers of
+eleven bytes in a row are spoilt once in three thousand times."""
 ANSWER_S = 1.0
-"""For an answer, seconds: a head takes a picture's time (17 ms) and the bytes at 9600 baud 12 ms;
-through the robot each step waits for its cycle of up to 100 ms."""
+"""Time-out of an answer, seconds: a head takes a picture's time (17 ms) and the bytes at 9600 baud
+12 ms; through the robot each step waits for its cycle of up to 100 ms."""
 QUIET_S = 0.15
-"""Let pass before asking again, seconds: what is left of a garbled answer has come in by then."""
+"""Pause before a retry, seconds: the rest of a garbled answer has arrived by then."""
 ADDRESSES_BYTES = 4
 FRAME_BYTES = 3
-"""Around the data of an answer."""
+"""Bytes of an answer besides its data."""
 
 
 class ViscaLine:
-    """The line to a Sony head, in whole answers; every wait is bounded."""
+    """The line to a Sony head, in whole answers; every wait has a time-out."""
 
     def __init__(self, line: ByteLine, clock: Clock, address: int = 1) -> None:
         self._line, self._clock, self._address = line, clock, address
 
     def set_addresses(self) -> None:
-        """Numbers the heads on the line; one that has its number may keep silent."""
+        """Numbers the heads on the line; one that already has a number may not answer."""
         self._line.flush()
         self._line.send(to_bytes(AddressSet()))
         try:
@@ -64,10 +64,10 @@ class ViscaLine:
             return
 
     def ask(self, inquiry: Inquiry, length: int, decode: Callable[[bytes], T]) -> T | Failed:
-        """What `decode` reads in the answer to an inquiry, or why there is none.
+        """The answer to an inquiry as read by `decode`, or why there is none.
 
         The whole answer has `length` bytes. DeviceTimeout if the head never answers, DeviceError if
-        it answers nothing that can be read.
+        no answer can be decoded.
         """
 
         def answer() -> T | Failed:
@@ -81,10 +81,9 @@ class ViscaLine:
         return self._persist(inquiry, answer)
 
     def command(self, command: Command) -> Ack | Failed:
-        """What became of a command at once; `completed` waits for its end.
+        """The acknowledgement or refusal of a command; `completed` waits for its end.
 
-        A command whose answer was lost is given again: so it must be one that may be given twice.
-        Errors as `ask`.
+        A command whose answer was lost is sent again, so it must be idempotent. Errors as `ask`.
         """
 
         def answer() -> Ack | Failed:
@@ -96,7 +95,7 @@ class ViscaLine:
         return self._persist(command, answer)
 
     def completed(self, ack: Ack, timeout: float) -> bool:
-        """Whether the head said that the command is carried out; False if it said nothing."""
+        """Whether the head reported completion of the command; False if it reported nothing."""
         try:
             reply = self._receive(ACK_BYTES, ERROR_BYTES, timeout)
         except (DeviceTimeout, ViscaSyntaxError):
@@ -104,9 +103,9 @@ class ViscaLine:
         return reply == Completed(ack.socket)
 
     def clear(self) -> None:
-        """Makes the head forget the commands under way, if it can; errors as `ask`.
+        """Clears the commands in progress, if the head can; errors as `ask`.
 
-        One that does not know this command says so, and is as ready as it was.
+        One that does not know this command answers with an error, and is as ready as before.
         """
 
         def answer() -> None:
@@ -117,7 +116,7 @@ class ViscaLine:
         self._persist(Fixed.CLEAR, answer)
 
     def pause(self) -> None:
-        """Lets the head have time before it is asked again."""
+        """Waits before a retry."""
         self._clock.sleep(QUIET_S)
 
     def close(self) -> None:

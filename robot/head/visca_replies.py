@@ -1,4 +1,4 @@
-"""What a Sony camera head says, as bytes and back, and how long its answers are.
+"""Replies of a Sony camera head, to bytes and back, and the lengths of its answers.
 
 An answer comes from ``90`` (camera 1; ``A0`` camera 2, …). A command is acknowledged with the
 socket that it runs in, and completed or failed later with the same socket; an inquiry is answered
@@ -49,7 +49,7 @@ ADDRESS_SET = 0x30
 
 
 class ViscaError(IntEnum):
-    """Why a command was not taken or not carried out."""
+    """Why a command was refused or not carried out."""
 
     TOO_LONG = 0x01
     SYNTAX = 0x02
@@ -64,7 +64,7 @@ class ViscaError(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Ack:
-    """The command was taken and runs in this socket."""
+    """The command was accepted and runs in this socket."""
 
     socket: int
 
@@ -78,7 +78,7 @@ class Completed:
 
 @dataclass(frozen=True, slots=True)
 class Failed:
-    """A command or inquiry was refused or given up; the socket is 0 if it never had one."""
+    """A command or inquiry was refused or cancelled; the socket is 0 if it never had one."""
 
     error: ViscaError
     socket: int = 0
@@ -93,7 +93,7 @@ class Information:
 
 @dataclass(frozen=True, slots=True)
 class Cleared:
-    """Every camera forgot its commands (to a clear that went to all)."""
+    """Every camera cleared its commands (answer to a broadcast clear)."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +113,7 @@ Reply = Ack | Completed | Failed | Information | Cleared | AddressesSet | Networ
 
 @dataclass(frozen=True, slots=True)
 class Version:
-    """Who made the head and which it is."""
+    """Vendor, model and firmware of the head."""
 
     vendor: int
     model: int
@@ -167,7 +167,7 @@ def reply_to_bytes(reply: Reply, address: int = 1) -> bytes:
 
 
 def parse_reply(frame: bytes, address: int = 1) -> Reply:
-    """What a frame says; ViscaSyntaxError if it is no answer from that camera.
+    """The reply in a frame; ViscaSyntaxError if it is no answer from that camera.
 
     >>> parse_reply(bytes.fromhex("90 61 04 FF"))
     Failed(error=<ViscaError.CANCELLED: 4>, socket=1)

@@ -1,1 +1,1 @@
-"""The Pioneer's serial line: packets, what they say, and the driver."""
+"""The Pioneer's serial protocol: packets, their contents, and the driver."""

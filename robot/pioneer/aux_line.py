@@ -1,8 +1,8 @@
 """Bytes to a device on one of the robot's own serial ports and back, through the robot's packets.
 
-The robot keeps what the device says, and sends n bytes of it, once, when it is asked for n and n
-are there. So an answer is read by asking for exactly its length (Pioneer 2 manual; drivers in use
-get two packets for an answer at most: its shortest possible form, then the rest).
+The robot buffers the device's bytes, and sends n of them, once, when n are requested and there. So
+an answer is read by requesting exactly its length (Pioneer 2 manual; drivers in use get two packets
+for an answer at most: its shortest possible form, then the rest).
 """
 
 import time
@@ -57,7 +57,7 @@ class AuxLine:
             link.send(integer_command(self._numbers.baud, BAUD_CODES[baud]))
 
     def flush(self) -> None:
-        """Forgets what the device has said so far."""
+        """Discards what the device has sent so far."""
         self._link.send(integer_command(self._numbers.get, 0))
         self._inbox.clear()
         self._waiting.clear()
@@ -69,7 +69,7 @@ class AuxLine:
             self._link.send(text_command(self._numbers.send, chunk))
 
     def receive(self, count: int, timeout: float) -> bytes:
-        """Exactly `count` bytes of what the device says; DeviceTimeout if they do not come."""
+        """Exactly `count` bytes from the device; DeviceTimeout if they do not come."""
         deadline = time.monotonic() + timeout
         asked_at = None
         while len(self._waiting) < count:

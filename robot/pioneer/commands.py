@@ -41,7 +41,7 @@ class Command(IntEnum):
     SETV = 6
     """Largest speed, mm/s."""
     SETO = 7
-    """Takes the present place as the origin."""
+    """Makes the present pose the origin of odometry."""
     MOVE = 8
     """mm."""
     ROTATE = 9
@@ -62,7 +62,7 @@ class Command(IntEnum):
     RVEL = 21
     """Degrees a second, counter-clockwise positive."""
     DCHEAD = 22
-    """Degrees from the heading last asked for."""
+    """Degrees from the heading last commanded."""
     SETRA = 23
     """Turning acceleration (positive) or deceleration (negative), degrees/s²."""
     SONAR = 28
@@ -74,7 +74,7 @@ class Command(IntEnum):
     TTY2 = 42
     """Bytes out at AUX1."""
     GETAUX = 43
-    """0: forget what came in at AUX1; n: report n bytes once they are there."""
+    """0: discard what came in at AUX1; n: report n bytes once they are there."""
     BUMPSTALL = 44
     HOSTBAUD = 50
     AUX1BAUD = 51
@@ -150,7 +150,7 @@ def wheels_command(left: int, right: int) -> Packet:
 
 
 def argument_of(packet: Packet) -> int | bytes | None:
-    """The argument of a command that came in; None without one. PacketError if it is neither.
+    """The argument of a received command; None without one. PacketError if it is malformed.
 
     An older text without a number of bytes, ended by a zero, is read as well.
 

@@ -1,4 +1,4 @@
-"""The configuration packet (CONFIG): what the robot says of itself once it is asked.
+"""The configuration packet (CONFIG): the robot's make, limits and settings, sent on request.
 
 Speeds are in mm/s and degrees/s, accelerations in mm/s² and degrees/s², times in milliseconds, as
 they stand on the wire. Old firmware sends fewer fields: those that are missing are None.
@@ -80,7 +80,7 @@ class Configuration:
     serial_number: str | None = None
     four_motors: int | None = None
     turning_top: int | None = None
-    """The robot never turns faster, whatever it is told."""
+    """The robot never turns faster, whatever is commanded."""
     speed_top: int | None = None
     turning_acceleration_top: int | None = None
     acceleration_top: int | None = None
@@ -133,7 +133,7 @@ class Configuration:
 
     @classmethod
     def from_packet(cls, packet: Packet) -> "Configuration":
-        """What a CONFIG packet says; PacketError if not even class and subclass are in it."""
+        """The contents of a CONFIG packet; PacketError if not even class and subclass are in it."""
         data, at = packet.payload, 0
         found: dict[str, str | int] = {}
         for name, form in LAYOUT:

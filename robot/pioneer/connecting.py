@@ -18,12 +18,12 @@ from facetlog.robot.pioneer.traffic import TrafficLog
 __all__ = ["Connected", "connect_over", "known_model"]
 
 READ_TIMEOUT = 0.05
-"""Seconds: half a report's interval, and what an end of the body's time-out is late at most."""
+"""Seconds between looks at the port: half a report's interval; a time-out is at most so late."""
 
 
 @dataclass(frozen=True, slots=True)
 class Connected:
-    """A session that reports: who answered, and what came so far."""
+    """An open session: the robot's names, parameters and configuration, and the packets so far."""
 
     names: Names
     parameters: Parameters
@@ -53,7 +53,7 @@ def connect_over(
 ) -> Connected:
     """Opens a session over a port.
 
-    A `model` goes before what the robot says; a `baud` is the only one tried, and stays.
+    A `model` overrides the one that the robot reports; a `baud` is the only one tried, and stays.
     DeviceError or DeviceTimeout with the address, what was tried and what to check.
     """
     given = None if model is None else known_model(model)
@@ -79,7 +79,7 @@ def connect_over(
     _carry_out(opening, port, clock, log)
     if opening.failure is not None:
         error = opening.failure
-        # It may have heard OPEN all the same, and would go on with the session for nobody.
+        # It may have received OPEN all the same, and would keep the session open.
         _close_session(port, clock, log)
         raise type(error)(f"{port.address}: {names.name!r} ({names.subclass}): {error}") from None
     return Connected(

@@ -1,6 +1,6 @@
-"""The driver's mind, without I/O, clock or thread: reports and wishes in, packets and states out.
+"""The driver's control logic, without I/O, clock or thread: reports and commands in, packets out.
 
-`Pioneer` gives it the robot's packets and the time, and sends what it says.
+`Pioneer` passes it the robot's packets and the time, and sends the packets that it returns.
 """
 
 from collections import deque
@@ -18,19 +18,19 @@ from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.pioneer.problems import Cause, Problem
 from facetlog.robot.pioneer.reports import Report
 from facetlog.robot.pioneer.server_information import SIP_KINDS, ServerInformation
-from facetlog.robot.pioneer.settings import own_settings, restored_settings
-from facetlog.robot.pioneer.state import RobotState, StateMaker, tells_motors
+from facetlog.robot.pioneer.settings import limit_settings, restored_settings
+from facetlog.robot.pioneer.state import RobotState, StateMaker, reports_motors
 
 __all__ = ["LOST_AFTER", "QUIET_AFTER", "Control"]
 
 QUIET_AFTER = 0.5
 """Seconds without a report after which the robot is stopped: five reports."""
 LOST_AFTER = 2.0
-"""Seconds without a report, whole or damaged, after which the link is given up."""
+"""Seconds without a report, whole or damaged, after which the link counts as lost."""
 NOISY_LOST_AFTER = 10.0
 """Seconds of damaged reports only: of 84 bytes with one in twenty damaged one in 75 is whole."""
 DEAF_AFTER = 1.0
-"""Seconds without a look at the line after which nothing is known of the robot any more."""
+"""Seconds without reading the line after which the robot's state counts as unknown."""
 PROBLEMS_KEPT = 1000
 
 
@@ -50,16 +50,16 @@ class Control:
         self.motion = Motion(now, self.limits, (watchdog_ms or WATCHDOG * 1e3) / 1e3)
         self.state: RobotState | None = None
         self.halted: Problem | None = None
-        """What stopped the robot, until it is cleared."""
+        """The problem that stopped the robot, until it is cleared."""
         self.lost: DeviceError | None = None
         """Why there is no session any more."""
         self._maker = StateMaker(parameters, configuration, errors)
-        self._tells_motors = tells_motors(parameters)
+        self._reports_motors = reports_motors(parameters)
         # On connecting the robot's motors are off, whatever they were before (manuals of both).
         self._maker.motors_thought_on = False
         self._motors_wanted = False
         self._guard = Guard(self.limits.battery_v or 0.0)
-        self._own_settings = own_settings(self.limits, configuration)
+        self._limit_settings = limit_settings(self.limits, configuration)
         self._restored_settings = restored_settings(configuration)
         self._last_report = self._last_sign = self._looked = now
         self._quiet = False
@@ -72,7 +72,7 @@ class Control:
         return tuple(self._problems)
 
     def new_problems(self) -> list[Problem]:
-        """Those that were not asked for yet."""
+        """Those not returned before."""
         new = list(self._untold)
         self._untold.clear()
         return new
@@ -94,13 +94,13 @@ class Control:
             self._take_report(sip, received.at)
 
     def looked(self, now: float, *, damaged: bool = False) -> None:
-        """Says that the line has been read up to `now`, and whether packets came in pieces."""
+        """Notes that the line has been read up to `now`, and whether damaged packets came."""
         self._looked = max(self._looked, now)
         if damaged:
             self._last_sign = self._looked
 
     def advance(self, now: float) -> list[Packet]:
-        """What is to be sent at `now`."""
+        """The packets to send at `now`."""
         self._check_link(now)
         packets = self.motion.advance(now)
         if (ended := self.motion.take_ended()) is not None:
@@ -123,7 +123,7 @@ class Control:
         now: float,
         alive: Callable[[], bool] | None = None,
     ) -> tuple[float, float]:
-        """Wants speeds for `lease` seconds; those that the robot is told, within its limits.
+        """Commands speeds for `lease` seconds; returns them as clipped to the limits.
 
         DeviceError if the robot cannot be driven or was stopped; the text says what to do.
         """
@@ -146,45 +146,45 @@ class Control:
         return speed, turning
 
     def stop(self) -> None:
-        """Takes the lease back: zeros from now on."""
+        """Ends the lease: zero speeds from now on."""
         self.motion.rest()
 
     def emergency_stop(self, now: float) -> None:
-        """Stops as hard as it goes; nothing moves until that is cleared."""
+        """Stops as hard as it can; driving is blocked until that is cleared."""
         self.motion.rest(hard=True)
         self.halted = Problem(Cause.EMERGENCY, "the program called for a stop", now, stopped=True)
         self.say(self.halted)
 
     def clear_stop(self) -> None:
-        """Forgets what stopped the robot; what still holds refuses the next drive."""
+        """Clears the stop; a cause that still holds refuses the next drive."""
         self.halted = None
 
     def switching(self, on: bool) -> list[Packet]:
-        """The motors are to be switched; the packets for it, to be sent slowly."""
+        """The packets that switch the motors, to be sent slowly."""
         self.motion.rest()
         if not on:
             return [integer_command(Command.ENABLE, 0)]
         self.halted = None
-        return [*self._own_settings, integer_command(Command.ENABLE, 1)]
+        return [*self._limit_settings, integer_command(Command.ENABLE, 1)]
 
     def goes_out(self, packet: Packet) -> None:
-        """Says that somebody else's packet is sent now."""
+        """Notes that a packet of another part of the driver is sent now."""
         if packet.kind == Command.ENABLE:
             self._motors_wanted = bool(argument_of(packet))
             self._maker.motors_thought_on = None if self._motors_wanted else False
 
     def went_out(self, packet: Packet) -> None:
-        """Says, where a log is replayed, that any packet was sent."""
+        """Notes, in the replay of a log, that a packet was sent."""
         self.goes_out(packet)
         self.motion.went_out(packet)
 
     @property
-    def motors_told(self) -> bool:
-        """Whether reports say if the motors are on."""
-        return self._tells_motors
+    def reports_motors(self) -> bool:
+        """Whether reports include the state of the motors."""
+        return self._reports_motors
 
     def parting(self) -> list[Packet]:
-        """The robot's own settings, for its next client."""
+        """Commands that restore the robot's own settings for its next client."""
         return self._restored_settings
 
     def check(self) -> None:
@@ -200,7 +200,7 @@ class Control:
             self.say(Problem(cause, str(error), now, stopped=True))
 
     def say(self, *problems: Problem) -> None:
-        """Keeps problems, to be asked for and to be told."""
+        """Records problems for `problems` and `new_problems`."""
         self._problems.extend(problems)
         self._untold.extend(problems)
 
@@ -209,17 +209,17 @@ class Control:
         self._last_report, self._last_sign, self._quiet = at, at, False
         if doubt is not None:
             self.say(Problem(Cause.ODOMETRY, doubt, at))
-        if not state.standing and not self._tells_motors and self._motors_wanted:
+        if not state.standing and not self._reports_motors and self._motors_wanted:
             self._maker.motors_thought_on = True
         self.state = state
         self.motion.saw(state.standing)
-        self._halt(self._guard.look(state, self.motion.told, self._motors_wanted))
+        self._halt(self._guard.look(state, self.motion.commanded, self._motors_wanted))
 
     def _halt(self, problems: Iterable[Problem]) -> None:
         for problem in problems:
             self.say(problem)
             self.motion.rest(in_time=True)
-            if problem.cause is Cause.NOT_MOVING and not self._tells_motors:
+            if problem.cause is Cause.NOT_MOVING and not self._reports_motors:
                 self._maker.motors_thought_on = False
             if self.halted is None:
                 self.halted = problem

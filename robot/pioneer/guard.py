@@ -1,4 +1,4 @@
-"""What a robot's reports give reason to stop for, and which way is still open then."""
+"""Stop conditions in a robot's reports, and in which direction it may still be driven."""
 
 from facetlog.robot.pioneer.problems import Cause, Problem
 from facetlog.robot.pioneer.state import RobotState
@@ -8,14 +8,14 @@ __all__ = ["Guard"]
 BATTERY_TIME = 1.0
 """Seconds of low voltage: starting motors make it dip for some tenths."""
 START_TIME = 1.5
-"""Seconds in which a robot that is told to move has begun to (it gains 0.3 m/s in one)."""
+"""Seconds within which a commanded robot has begun to move (it gains 0.3 m/s in one)."""
 CERTAIN_SPEED, CERTAIN_TURNING = 0.03, 0.09
-"""m/s and rad/s (5 degrees) below which motors may lack the force to start at all."""
+"""m/s and rad/s (5 degrees) below which motors may lack the torque to start at all."""
 MOTORS_OFF_TEXT = "motors are off: press the MOTORS button or call enable_motors()"
 
 
 class Guard:
-    """Compares each report with the one before and with what the robot was told."""
+    """Compares each report with the one before and with the commanded speeds."""
 
     def __init__(self, battery_v: float) -> None:
         self._battery_v = battery_v
@@ -25,16 +25,16 @@ class Guard:
         self._told_since: float | None = None
 
     def look(
-        self, state: RobotState, told: tuple[float, float], motors_wanted: bool
+        self, state: RobotState, commanded: tuple[float, float], motors_wanted: bool
     ) -> list[Problem]:
-        """What is new in a report; `told` is the speed and turning that the robot last got."""
+        """The new problems in a report; `commanded` are the last speed and turning sent."""
         before, self._before = self._before, state
         found = [
             *_bumped(state, before),
             *_stalled(state, before),
             *_switched(state, before, motors_wanted),
             *self._battery(state),
-            *self._idle(state, told),
+            *self._idle(state, commanded),
         ]
         return [Problem(cause, text, state.at, stopped=True) for cause, text in found]
 
@@ -67,8 +67,8 @@ class Guard:
         self._battery_said = True
         return [(Cause.LOW_BATTERY, self._battery_text(state))]
 
-    def _idle(self, state: RobotState, told: tuple[float, float]) -> list[tuple[Cause, str]]:
-        certain = abs(told[0]) >= CERTAIN_SPEED or abs(told[1]) >= CERTAIN_TURNING
+    def _idle(self, state: RobotState, commanded: tuple[float, float]) -> list[tuple[Cause, str]]:
+        certain = abs(commanded[0]) >= CERTAIN_SPEED or abs(commanded[1]) >= CERTAIN_TURNING
         if not certain or not state.standing or any(state.stalled):
             self._told_since = None
             return []
@@ -80,8 +80,8 @@ class Guard:
         return [
             (
                 Cause.NOT_MOVING,
-                f"told to move for {START_TIME} s, the robot stands: if its motors are off, press"
-                " the MOTORS button or call enable_motors(); see that the STOP button is out",
+                f"commanded to move for {START_TIME} s, the robot stands: if its motors are off,"
+                " press the MOTORS button or call enable_motors(); see that the STOP button is out",
             )
         ]
 
@@ -120,7 +120,7 @@ def _switched(
     if state.stop_button and not (before and before.stop_button):
         return [(Cause.STOP_BUTTON, "STOP button pressed: pull it out, then call enable_motors()")]
     if state.stop_button is None:
-        return []  # old firmware: what is thought of its motors comes of what was said already
+        return []  # old firmware: the motors' state is inferred from problems already reported
     went_off = before is not None and before.motors_on and state.motors_on is False
     if went_off and motors_wanted:
         return [(Cause.MOTORS_OFF, MOTORS_OFF_TEXT)]

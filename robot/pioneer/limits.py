@@ -9,15 +9,15 @@ from facetlog.robot.pioneer.parameters import Parameters
 __all__ = ["BRAKING_TIME", "Limits"]
 
 BRAKING_TIME = 0.25
-"""Seconds from full speed to standing: a lease of 0.3 s may have run out before, and the robot is
-to stand 0.6 s after its program died."""
+"""Seconds from full speed to standing: with a lease of 0.3 s the robot then stands 0.6 s after its
+program died."""
 LOW_BATTERY_V = 11.0
 """Of a 12 V lead battery, under load: close to empty (10.8 V is its end)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Metres, radians and seconds; ValueError for what is no limit."""
+    """Metres, radians and seconds; ValueError for an impossible limit."""
 
     speed: float = 0.3
     """m/s: a slow walk; a robot of 9 kg is stopped by a foot."""
@@ -69,7 +69,7 @@ class Limits:
         )
 
     def clip(self, speed: float, turning: float) -> tuple[float, float]:
-        """Both speeds, made slower alike until they keep to the limits: the curve stays the same.
+        """Both speeds, scaled down by one factor to within the limits: the curve stays the same.
 
         ValueError if they are no numbers.
 

@@ -1,7 +1,7 @@
-"""The two threads between a port and the driver's mind: one reads, one writes.
+"""The two threads between a port and the driver's control logic: one reads, one writes.
 
-What the mind (`Control`) knows is guarded by one lock, on which waiters also wait. Everything goes
-out under a second lock, which is taken before the first; so whoever sends knows what was sent.
+The state of `Control` is guarded by one lock, whose condition waiters wait on. Everything is sent
+under a second lock, which is taken before the first; so the sender knows what was sent.
 """
 
 import logging
@@ -23,7 +23,7 @@ __all__ = ["Inbox", "Link"]
 
 LOGGER = logging.getLogger(__name__)
 READ_TIMEOUT = 0.05
-"""Seconds: how late the reader notices that it is to end."""
+"""Seconds: how late the reader notices that it must end."""
 LOOK_EVERY = 0.05
 """Seconds: how late the writer notices that the thread which drives has ended."""
 SLOW_SPACING, FAST_SPACING = 0.05, 0.005
@@ -34,7 +34,7 @@ KEPT = 256
 
 
 class Inbox:
-    """Packets of one kind that nobody has taken yet, the newest 256."""
+    """A queue of received packets of one kind, the newest 256."""
 
     def __init__(self, link: "Link") -> None:
         self._link = link
@@ -73,7 +73,7 @@ class Link:
         self._port, self._receiver, self._clock, self._log = port, receiver, clock, log
         self._out = threading.Lock()
         self._others = threading.Lock()
-        self._spacing = FAST_SPACING if control.motors_told else SLOW_SPACING
+        self._spacing = FAST_SPACING if control.reports_motors else SLOW_SPACING
         self._other_at = 0.0
         self._inboxes: dict[int, Inbox] = {}
         self._callbacks: list[Callable[[Problem], None]] = []
@@ -90,11 +90,11 @@ class Link:
             thread.start()
 
     def wake(self) -> None:
-        """Lets the writer look at once what is to be sent."""
+        """Wakes the writer, which checks what is to be sent."""
         self._wake.set()
 
     def inbox(self, kind: int) -> Inbox:
-        """Where packets of a kind are kept from now on; one for each kind."""
+        """The queue for packets of a kind, from now on; one for each kind."""
         with self.changed:
             return self._inboxes.setdefault(kind, Inbox(self))
 
@@ -117,9 +117,9 @@ class Link:
         return True
 
     def send(self, *packets: Packet, slowly: bool = False) -> None:
-        """Sends commands one after the other, as fast as the robot takes them.
+        """Sends commands one after the other, as fast as the robot accepts them.
 
-        `slowly`: as fast as the slowest firmware takes them.
+        `slowly`: as fast as the slowest firmware accepts them.
         """
         for packet in packets:
             with self.changed:
@@ -129,11 +129,11 @@ class Link:
             self.control.check()
 
     def send_anyway(self, *packets: Packet, slowly: bool = False) -> None:
-        """The same, also if the link is lost: nothing tells whether it arrives."""
+        """The same, also if the link is lost: it may or may not arrive."""
         spacing = SLOW_SPACING if slowly else self._spacing
         for packet in packets:
             with self._others:
-                # Not under the lock for all that goes out: zeros do not wait for anybody.
+                # Not under the lock for everything sent: zeros must not wait.
                 if (pause := self._other_at + spacing - time.monotonic()) > 0:
                     time.sleep(pause)
                 self._other_at = time.monotonic()
@@ -146,7 +146,7 @@ class Link:
                     self._put(data)
 
     def ask(self, question: Packet, kind: int, *, tries: int, each: float) -> Packet | None:
-        """The packet of a kind that answers, None without; asked several times, `each` s apart."""
+        """The answer of a kind to a request, or None; `tries` requests, `each` s apart."""
         inbox = self.inbox(kind)
         inbox.clear()
         for _ in range(tries):
@@ -165,20 +165,20 @@ class Link:
             if thread.is_alive() and thread is not threading.current_thread():
                 thread.join(JOIN_TIMEOUT)
         self._port.close()
-        self._tell()
+        self._notify()
 
     def _read(self) -> None:
         try:
             while not self._closing.is_set():
                 self._read_once()
-                self._tell()
+                self._notify()
         except DeviceError as error:
             self._fail(error)
-            self._tell()
+            self._notify()
         except Exception as error:
             LOGGER.exception("the reader of the robot's line failed")
             self._fail(DeviceError(f"the reader of the robot's line failed: {error!r}"))
-            self._tell()
+            self._notify()
 
     def _read_once(self) -> None:
         data = self._port.read(READ_TIMEOUT)
@@ -222,7 +222,7 @@ class Link:
             self._fail(DeviceError(f"the writer of the robot's line failed: {error!r}"))
 
     def _note(self, now: float, data: bytes) -> None:
-        """Logs what is sent under the lock, so that the log's order is that of the mind."""
+        """Logs what is sent under the lock, so that the log has the order of `Control`."""
         if data and self._log is not None:
             self._log.outgoing(now, data)
 
@@ -239,7 +239,7 @@ class Link:
                 self.control.fail(error, Cause.LINK_LOST, self._clock())
             self.changed.notify_all()
 
-    def _tell(self) -> None:
+    def _notify(self) -> None:
         with self.changed:
             problems, callbacks = self.control.new_problems(), tuple(self._callbacks)
         for problem in problems:

@@ -1,9 +1,9 @@
-"""What is sent to the robot when: speeds under a lease, zeros until it stands, then its pulse.
+"""What is sent to the robot when: speeds under a lease, zeros until it stands, then its heartbeat.
 
-No I/O, no thread: times come in, packets go out. Speeds are sent again and again while somebody
-renews their lease, and zeros as soon as nobody does. A robot that has heard nothing for its
-watchdog's time stops, and with the next packet of any kind takes up its last speed again (Pioneer 2
-manual, pages 40 and 42): so after a gap the first packets are zeros, whatever else is to be sent.
+No I/O, no thread: times come in, packets go out. Speeds are repeated while their lease is renewed,
+and zeros are sent as soon as it runs out. A robot that has received nothing for its watchdog's time
+stops, and with the next packet of any kind resumes its last speed (Pioneer 2 manual, pages 40 and
+42): so after a gap the first packets are zeros, whatever else is to be sent.
 """
 
 import math
@@ -21,15 +21,15 @@ REPEAT = 0.15
 SPACING = 0.05
 """Seconds between two changes of speed, for the same reason."""
 ZERO_REPEAT = 0.1
-"""Seconds, until the robot is seen to stand: a zero may be lost too."""
+"""Seconds between zeros until the robot is reported to stand: a zero may be lost too."""
 PULSE_SHARE = 0.25
-"""Of the watchdog's time: so long a standing robot may go without any packet."""
+"""Share of the watchdog's time after which a standing robot gets a heartbeat."""
 ZEROS = 3
-"""Zeros that are sent before the robot's standing is believed."""
+"""Zeros that must be sent before a report of standing counts."""
 WATCHDOG = 2.0
 """Seconds, the maker's default."""
 GAP_SHARE = 0.6
-"""Of the watchdog's time: a gap that long may have seemed longer to the robot."""
+"""Share of the watchdog's time: a gap that long may have been longer for the robot."""
 LONGEST_LEASE = 0.3
 """Seconds: with 0.05 until P2OS looks at the zeros and `limits.BRAKING_TIME` the robot stands 0.6 s
 after whoever drove it hangs."""
@@ -53,8 +53,8 @@ class Motion:
         self._ended: tuple[Cause, str] | None = None
 
     @property
-    def told(self) -> tuple[float, float]:
-        """m/s and rad/s that the robot was last told."""
+    def commanded(self) -> tuple[float, float]:
+        """The last speeds sent, m/s and rad/s."""
         return self._sent[0] / 1e3, math.radians(self._sent[1])
 
     @property
@@ -76,29 +76,29 @@ class Motion:
         now: float,
         alive: Callable[[], bool] | None = None,
     ) -> None:
-        """Wants these speeds until `now + lease`, as long as `alive` says so."""
+        """Sets the speeds until `now + lease`, as long as `alive` returns true."""
         self._wanted, self._until, self._alive = (speed, turning), now + lease, alive
 
     def rest(self, *, hard: bool = False, in_time: bool = False) -> None:
-        """Wants zeros from now on.
+        """Sets zero speeds from now on.
 
-        `hard`: with all the brakes there are; `in_time`: with them if the robot would otherwise
-        not stand within `BRAKING_TIME`.
+        `hard`: with an emergency stop; `in_time`: with one if the robot would otherwise not stand
+        within `BRAKING_TIME`.
         """
-        hard = hard or (in_time and not self._limits.brakes_in_time(*self.told))
+        hard = hard or (in_time and not self._limits.brakes_in_time(*self.commanded))
         self._wanted, self._alive = (0.0, 0.0), None
         self._zeros, self._stands = 0, False
         self._hard = self._hard or hard
 
     def saw(self, standing: bool) -> None:
-        """A report has come."""
+        """Notes a report: whether the robot stands."""
         if not standing:
             self._stands = False
         elif self._zeros >= ZEROS and not any(self._sent):
             self._stands = True
 
     def take_ended(self) -> tuple[Cause, str] | None:
-        """Why the last lease ended if it was not given back; once."""
+        """Why the last lease ended if it ran out or its thread did; returned once."""
         ended, self._ended = self._ended, None
         return ended
 
@@ -107,13 +107,13 @@ class Motion:
         return now - self._last_out >= self._gap
 
     def before_other(self, now: float) -> list[Packet]:
-        """What must go before a packet that somebody else sends at `now`."""
+        """The packets that must precede another part's packet at `now`."""
         packets = self._zeros_first(now)
         self._last_out = now
         return packets
 
     def went_out(self, packet: Packet) -> None:
-        """Takes from a packet what the robot was told, where a log is replayed."""
+        """Updates the commanded speeds from a packet, in the replay of a log."""
         if packet.kind in (Command.VEL, Command.RVEL):
             value = argument_of(packet)
             speed, turning = self._sent
@@ -121,7 +121,7 @@ class Motion:
                 self._sent = (value, turning) if packet.kind == Command.VEL else (speed, value)
 
     def advance(self, now: float) -> list[Packet]:
-        """What is to be sent at `now`."""
+        """The packets to send at `now`."""
         packets = self._zeros_first(now)
         if packets:
             return packets

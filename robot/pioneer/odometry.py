@@ -1,15 +1,15 @@
-"""Where the robot is by its wheels, with what that is worth.
+"""The robot's pose from wheel odometry, with its covariance.
 
-Reports give positions that roll over; their differences are added up, and none is thrown away: a
-driver in wide use drops every change beyond 100 mm, and with it the way of each report it missed.
-A report that no motion leads to waits for the next one, which tells whether it was damaged (a sum
-misses some double faults) or the robot's odometry was set anew.
+Reports give positions that wrap around; their differences are summed, and none is dropped: a driver
+in wide use drops every change beyond 100 mm, and with it the path of each report it missed. A
+report that no motion explains waits for the next one, which shows whether it was damaged (the
+checksum misses some double faults) or the robot's odometry was reset.
 
-What makes odometry wrong is mostly the same all the time: the wheels are larger than believed, or
-of unequal size, the track is wider. Such errors do not average out, so they are carried as unknown
-constants of the robot with their influence on the pose (a Jacobian), beside noise that grows with
-the way (Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile
-robots", 1996, for the distinction; the equations are first-order propagation).
+Most errors of odometry are systematic: the wheels are larger than assumed, or of unequal size, the
+track is wider. Such errors do not average out, so they are carried as unknown constants of the
+robot with their influence on the pose (a Jacobian), beside noise that grows with the distance
+(Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile robots",
+1996, for the distinction; the equations are first-order propagation).
 """
 
 import math
@@ -25,11 +25,11 @@ from facetlog.robot.pose2 import Pose2, wrapped
 __all__ = ["Odometry", "OdometryErrors"]
 
 HARDEST, HARDEST_TURN = 2.0, 10.5
-"""m/s² and rad/s² (600 degrees/s²): what robots of the family give as their tops in CONFIG."""
+"""m/s² and rad/s² (600 degrees/s²): the largest accelerations that robots of the family report."""
 LATE = 0.5
 """Seconds by which a report may come later than it was made, and the next one not."""
 JUMP, TURN_JUMP = 0.1, 0.35
-"""Metres and radians beyond all speeds from which on a change is no motion."""
+"""Metres and radians beyond the largest motion from which on a change is a jump."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class _Step:
 
 @dataclass(frozen=True, slots=True)
 class OdometryErrors:
-    """Standard deviations of what is wrong with a robot's odometry.
+    """Standard deviations of the errors of a robot's odometry.
 
     The first three are of constants of one robot. Their defaults are those of a robot that was
     calibrated by its maker and not by its user: 1 % of the way, 2 % of turning, and a drift whose
@@ -68,18 +68,18 @@ class OdometryErrors:
     """
 
     way: float = 0.01
-    """Share of the way."""
+    """Share of the distance."""
     turning: float = 0.02
     """Share of the angle turned."""
     drift: float = 0.012
     """Radians turned unseen in each metre: half of 2 × 0.3 m / (5 m)²."""
     way_noise: float = 0.003
-    """Metres after one metre, growing with the square root of the way (assumed: floor, slip)."""
+    """Metres after one metre, growing with the root of the distance (assumed: floor, slip)."""
     turning_noise: float = 0.01
     """Radians after one radian turned, growing with the root of it (assumed)."""
     drift_noise: float = 0.009
-    """Radians after one metre, growing with the root of the way: 2 mm of slip of each wheel in a
-    metre (assumed), 0.36 m apart."""
+    """Radians after one metre, growing with the root of the distance: 2 mm of slip of each wheel in
+    a metre (assumed), 0.36 m apart."""
 
 
 class Odometry:
@@ -97,7 +97,7 @@ class Odometry:
         """Now."""
         self._noise: FloatArray = np.zeros((3, 3))
         self._influence: FloatArray = np.zeros((3, 3))
-        """Of way, turning and drift on x, y and heading."""
+        """Derivatives (3, 3) of x, y and heading by the errors of distance, turning and drift."""
 
     @property
     def covariance(self) -> FloatArray:
@@ -113,7 +113,7 @@ class Odometry:
         return total
 
     def update(self, sip: ServerInformation, at: float) -> str | None:
-        """Takes a report that came at `at` (s); why the pose is doubtful from now on, or None."""
+        """Takes a report that came at `at` (s); why the pose is unreliable from now on, or None."""
         p = self._parameters
         here = _Reading(
             sip.x,
@@ -143,7 +143,7 @@ class Odometry:
             self._last = here
             return (
                 f"odometry jumped by {jump.way:.2f} m and {math.degrees(jump.turned):.0f}° in"
-                f" {jump.seconds:.2f} s: something set it anew"
+                f" {jump.seconds:.2f} s: something reset it"
             )
         self._suspect = here
         return None
@@ -204,7 +204,7 @@ class Odometry:
 
 
 def _is_motion(step: _Step, before: _Reading) -> bool:
-    """Whether a robot can have moved so since a reading, late as the one or the other may be."""
+    """Whether a robot can have moved so since a reading, though either may have come late."""
     seconds = max(0.0, step.seconds)
     way = before.speed * (seconds + LATE) + HARDEST * seconds**2 / 2 + JUMP
     turn = before.turning * (seconds + LATE) + HARDEST_TURN * seconds**2 / 2 + TURN_JUMP

@@ -1,7 +1,7 @@
 """From the answer to SYNC2 to a session that reports: OPEN, CONFIG, and a faster serial line.
 
 Without I/O, clock or thread, as the handshake. The first packet after OPEN is STOP: the client
-before may have died at full speed, and any packet lets the robot go on.
+before may have died at full speed, and any packet makes the robot resume it.
 """
 
 from collections.abc import Sequence
@@ -165,7 +165,7 @@ class Opening:
             try:
                 self.configuration = Configuration.from_packet(packet)
             except PacketError:
-                return  # it is asked again
+                return  # it is requested again
             self._configured(now)
         elif packet.kind in SIP_KINDS:
             if self._phase is _Phase.OPENING:

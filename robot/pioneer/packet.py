@@ -16,7 +16,7 @@ CHECKSUM_BYTES = 2
 
 
 class PacketError(ValueError):
-    """A packet came through whole, but what is in it is not what its kind should hold."""
+    """A packet with a valid checksum whose contents do not fit its kind."""
 
 
 def checksum(body: bytes) -> int:
@@ -64,8 +64,8 @@ class Received:
 class Decoder:
     """Finds the packets in a stream of bytes, however it is cut up and whatever else is in it.
 
-    What looks like a packet and has a wrong checksum is searched again from the byte after its
-    first, so that a packet behind or inside it is not lost.
+    After a wrong checksum the search resumes at the byte after the header's first, so that a packet
+    behind or inside it is not lost.
     """
 
     def __init__(self) -> None:
@@ -92,7 +92,7 @@ class Decoder:
         return found
 
     def expire(self) -> list[Received]:
-        """Gives up the packet that is not whole; the packets that were taken for part of it.
+        """Discards an incomplete packet; returns the packets that were taken for part of it.
 
         To be called once its bytes have stopped coming (100 ms): the rest will not come.
         """

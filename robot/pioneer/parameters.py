@@ -1,4 +1,4 @@
-"""What the robots of the family differ in: units of their reports, limits, sizes, sonars.
+"""Parameters of the models: units of their reports, limits, sizes, sonars.
 
 Figures of the maker's parameter files, as two independent drivers carry them, but for the unit of
 angles: 2π/4096 rad (2π/1024 on the Pioneer 1), where those files round to 0.00153.
@@ -39,14 +39,14 @@ class Parameters:
     wheel_step: float
     """m/s in a step of VEL2."""
     speed_top: float
-    """m/s; what the robot itself says in CONFIG goes before it."""
+    """m/s; the value in the robot's CONFIG overrides it."""
     turning_top: float
     """rad/s."""
     radius: float
     """Metres, of the circle about the middle that holds the robot."""
     width: float
     position_bits: int
-    """Bits of odometry that can be trusted; from there on it rolls over."""
+    """Bits of odometry; beyond them it wraps around."""
     has_move: bool = True
     fast_baud: int | None = 38400
     """What a serial line may be switched to."""

@@ -6,8 +6,8 @@
             robot.drive(0.2, 0.0)
             time.sleep(0.1)
 
-A speed lasts as long as its lease, and whoever drives renews it by driving again: if the program
-hangs or dies the robot stands. All calls may come from any thread.
+A speed lasts as long as its lease, which `drive` renews: if the program hangs or dies the robot
+stops. All calls are thread-safe.
 """
 
 import atexit
@@ -35,7 +35,7 @@ from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.pioneer.port import Port, open_port
 from facetlog.robot.pioneer.problems import Cause, Problem
 from facetlog.robot.pioneer.reports import Encoders, InputsOutputs, Names, Report
-from facetlog.robot.pioneer.settings import make_arrive
+from facetlog.robot.pioneer.settings import send_until_confirmed
 from facetlog.robot.pioneer.state import RobotState
 from facetlog.robot.pioneer.traffic import TrafficLog
 from facetlog.robot.pioneer.true_pose import TruePose
@@ -46,7 +46,7 @@ __all__ = ["LEASE", "Pioneer"]
 LEASE = LONGEST_LEASE
 """Seconds that a speed lasts: two rounds of a program that drives ten times a second, and one."""
 ASK_TRIES, ASK_EACH = 4, 0.3
-"""Questions to the robot, and seconds for each: a packet in twenty may be damaged."""
+"""Attempts at a request to the robot, and seconds for each: a packet in twenty may be damaged."""
 ENABLE_TRIES, ENABLE_EACH = 5, 0.4
 SET_TRIES = 2
 STAND_TIMEOUT = 1.5
@@ -100,8 +100,8 @@ class Pioneer:
     ) -> Self:
         """A robot at an address (see `open_port`), its motors off.
 
-        `model` goes before what the robot says it is; `log` is a file that the traffic is appended
-        to; a `baud` is the only one tried on a serial line. InputError for what was given wrong;
+        `model` overrides the one that the robot reports; `log` is a file that the traffic is
+        appended to; a `baud` is the only one tried on a serial line. InputError for a bad argument;
         DeviceError or DeviceTimeout with what was tried and what to check.
         """
         if model is not None:
@@ -129,7 +129,7 @@ class Pioneer:
 
     @property
     def names(self) -> Names:
-        """What the robot calls itself."""
+        """The names that the robot reports."""
         return self._connected.names
 
     @property
@@ -139,7 +139,7 @@ class Pioneer:
 
     @property
     def configuration(self) -> Configuration | None:
-        """What it says of itself; None from firmware that does not know the question."""
+        """The robot's CONFIG report; None from firmware that does not know the request."""
         return self._connected.configuration
 
     @property
@@ -154,7 +154,7 @@ class Pioneer:
 
     @property
     def state(self) -> RobotState:
-        """As the last report told; DeviceError once the link is lost or closed."""
+        """The state by the last report; DeviceError once the link is lost or closed."""
         self._check()
         with self._link.changed:
             self._control.check()
@@ -173,7 +173,7 @@ class Pioneer:
 
     @property
     def halted(self) -> Problem | None:
-        """What stopped the robot and keeps it from being driven; None if nothing does."""
+        """The problem that stopped the robot and still blocks driving, or None."""
         with self._link.changed:
             return self._control.halted
 
@@ -188,8 +188,8 @@ class Pioneer:
     def drive(self, speed: float, turning: float, lease: float = LEASE) -> tuple[float, float]:
         """Drives at m/s ahead and rad/s counter-clockwise for `lease` seconds, `LEASE` at most.
 
-        The speeds are made slower alike where they are beyond the limits, and are zero while no
-        reports come; what is told the robot is returned (in whole mm/s and degrees/s on the wire).
+        The speeds are scaled down by one factor where they exceed the limits, and are zero while no
+        reports come; the commanded ones are returned (whole mm/s and degrees/s on the wire).
         DeviceError, which says what to do, if the robot may not be driven: after a bumper, a
         stall, the STOP button, motors off, a low battery, an emergency stop, a lost link, or where
         the program itself was held up while the robot drove.
@@ -197,9 +197,9 @@ class Pioneer:
         self._check()
         alive = threading.current_thread().is_alive
         with self._link.changed:
-            told = self._control.drive(speed, turning, lease, self._clock(), alive)
+            commanded = self._control.drive(speed, turning, lease, self._clock(), alive)
         self._link.wake()
-        return told
+        return commanded
 
     def stop(self) -> None:
         """Stops; the robot may be driven on. Does not wait: `wait_for(lambda s: s.standing, …)`."""
@@ -216,7 +216,7 @@ class Pioneer:
             self._link.wake()
 
     def clear_stop(self) -> None:
-        """Lets the robot be driven on after something stopped it; what still holds refuses."""
+        """Allows driving after a stop; a cause that still holds refuses the next drive."""
         self._check()
         with self._link.changed:
             self._control.clear_stop()
@@ -224,14 +224,14 @@ class Pioneer:
     def enable_motors(self) -> None:
         """Switches the motors on, and clears what stopped the robot.
 
-        DeviceError if they stay off. Old firmware (P2OS, PSOS) does not tell: there it shows when
-        the robot is driven. They are never switched on but by this call.
+        DeviceError if they stay off. Old firmware (P2OS, PSOS) does not report it: there it shows
+        when the robot is driven. Only this call switches them on.
         """
         self._check()
         if self.state.stop_button:
             raise DeviceError("the STOP button is pressed: pull it out, then switch the motors on")
         self._switch(on=True, tries=ENABLE_TRIES, each=ENABLE_EACH)
-        if self._control.motors_told and not self.state.motors_on:
+        if self._control.reports_motors and not self.state.motors_on:
             raise DeviceError(
                 "the motors stay off: press the MOTORS button, see that the STOP button is out and"
                 " that the charger is unplugged"
@@ -259,7 +259,7 @@ class Pioneer:
         """
         self._check()
         if not self._wait(condition, timeout):
-            raise DeviceTimeout(f"waited {timeout:.1f} s for the robot, in vain")
+            raise DeviceTimeout(f"the robot did not reach the awaited state in {timeout:.1f} s")
         return self.state
 
     def aux(self, number: int = 1, *, baud: int | None = None) -> AuxLine:
@@ -312,14 +312,14 @@ class Pioneer:
         self.close()
 
     def _part(self) -> None:
-        """All that leaves the robot standing and its line free; nothing of it may fail the rest."""
+        """Stops the robot and frees its line; a failing step must not prevent the others."""
         zeros = [integer_command(Command.VEL, 0), integer_command(Command.RVEL, 0)]
         with contextlib.suppress(DeviceError):
             self.stop()
             self._wait(lambda state: state.standing, STAND_TIMEOUT)
         with contextlib.suppress(DeviceError):
             self._switch(on=False, tries=OFF_TRIES, each=OFF_EACH)
-        # Also where nothing comes any more: what goes out may still arrive.
+        # Also where nothing is received any more: what is sent may still arrive.
         off = integer_command(Command.ENABLE, 0)
         close = plain_command(Command.CLOSE)
         self._link.send_anyway(*zeros, off)
@@ -329,20 +329,20 @@ class Pioneer:
         with self._link.changed:
             packets = self._control.switching(on)
         self._link.wake()
-        make_arrive(
+        send_until_confirmed(
             packets[:-1], lambda some: self._link.send(*some, slowly=True), self._configuration_now
         )
-        # Where reports do not tell, they show at least that one has come since.
-        states = (on,) if self._control.motors_told else ((None, True) if on else (False,))
+        # Where reports do not include it, wait at least for a report since the command.
+        states = (on,) if self._control.reports_motors else ((None, True) if on else (False,))
         for _ in range(tries):
             self._link.send(packets[-1])
             if self._wait(lambda state: state.motors_on in states, each):
                 break
-        if not self._control.motors_told:
+        if not self._control.reports_motors:
             self._link.send(packets[-1])
 
     def _configuration_now(self) -> Configuration | None:
-        """What CONFIG says with the settings of now; None if it is not answered."""
+        """CONFIG with the present settings; None if it is not answered."""
         if self.configuration is None:
             return None
         question = integer_command(Command.CONFIG, 1)

@@ -1,7 +1,7 @@
 """Bytes to the robot and back, over a serial line or TCP; nothing else here opens a port.
 
-An address says which of them is meant, and what it says is opened or fails: a driver that tries a
-simulator's TCP port first, as one in wide use does, drives the wrong robot.
+The address decides which, without a fallback: a driver that tries a simulator's TCP port first, as
+one in wide use does, drives the wrong robot.
 """
 
 import contextlib
@@ -24,9 +24,9 @@ DEFAULT_BAUD = 9600
 DEFAULT_TCP_PORT = 8101
 """Of simulators and serial servers, by convention of all drivers known."""
 OPEN_TIMEOUT = 5.0
-"""Seconds for a TCP connection: as long as a lost first packet is sent again twice."""
+"""Seconds for a TCP connection: enough for two retransmissions of a lost first packet."""
 WRITE_TIMEOUT = 1.0
-"""Seconds: a packet of 200 bytes takes 0.21 at 9600 baud; what takes longer is not taken."""
+"""Time-out of a write, seconds: a packet of 200 bytes takes 0.21 at 9600 baud."""
 DRAIN_TIMEOUT = 0.5
 CHUNK = 4096
 
@@ -101,14 +101,14 @@ class SerialPort:
             raise DeviceError(f"{self.address}: does not do {baud} baud ({error})") from error
 
     def close(self) -> None:
-        """See `Port`; what was written still leaves, for a bounded time."""
+        """See `Port`; written bytes are still sent, for a bounded time."""
         if self._serial.is_open:
             with contextlib.suppress(OSError):
                 self._drain()
             self._serial.close()
 
     def _drain(self) -> None:
-        # Not tcdrain, which waits without end where the other side holds the flow.
+        # Not tcdrain, which waits for ever where flow control blocks.
         deadline = time.monotonic() + DRAIN_TIMEOUT
         while self._serial.out_waiting and time.monotonic() < deadline:
             time.sleep(0.002)

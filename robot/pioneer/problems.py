@@ -1,4 +1,4 @@
-"""What went wrong on the way: named, told in a line, and whether it stopped the robot."""
+"""Problems while driving: their cause, a message, and whether the robot was stopped."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -17,9 +17,9 @@ class Cause(StrEnum):
     LOW_BATTERY = "low battery"
     EMERGENCY = "emergency stop"
     LEASE = "lease"
-    """The program did not renew what it had asked for."""
+    """The lease ran out: the program did not renew it."""
     HELD_UP = "held up"
-    """The program was not given any time to run in while the robot drove; it is halted."""
+    """The program did not run for a while as the robot drove; the robot is halted."""
     QUIET = "quiet"
     """No reports for a while."""
     LINK_LOST = "link lost"

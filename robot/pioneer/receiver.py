@@ -1,4 +1,4 @@
-"""Packets out of the bytes of a line, with the rule that half a packet does not wait for ever."""
+"""Packets decoded from the bytes of a line, with a time-out for incomplete packets."""
 
 from facetlog.robot.pioneer.packet import Decoder, Received
 
@@ -9,13 +9,13 @@ BODY_TIMEOUT = 0.1
 
 
 class Receiver:
-    """A decoder that knows how long its line has been silent."""
+    """A decoder with a time-out: it knows how long its line has been silent."""
 
     def __init__(self) -> None:
         self._decoder = Decoder()
         self._last_byte = 0.0
         self.given_up = 0
-        """Times that half a packet was given up."""
+        """Number of incomplete packets that were discarded."""
 
     @property
     def strange(self) -> int:
@@ -34,7 +34,7 @@ class Receiver:
         return self._decoder.feed(data, now)
 
     def idle(self, now: float) -> list[Received] | None:
-        """To be called when nothing came: None, or what was in a packet that is given up."""
+        """To be called when nothing came: None, or the packets inside one that is discarded."""
         if not self._decoder.waiting or now - self._last_byte < BODY_TIMEOUT:
             return None
         self.given_up += 1

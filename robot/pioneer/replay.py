@@ -35,7 +35,7 @@ class _Session:
 
 
 class ReplayPort:
-    """A port on which the robot says what it said, at once; what is written to it is forgotten.
+    """A port that returns the robot's logged bytes at once; writes are ignored.
 
     `model` and `baud` are what the user gave when the log was made. `clock` is the time of the log
     at which the last bytes came. At the end of the log the line is gone: DeviceError.
@@ -68,7 +68,7 @@ class ReplayPort:
             yield chunk.at, chunk.incoming, chunk.data
 
     def write(self, data: bytes) -> None:
-        """Forgets it."""
+        """Ignored."""
 
     def set_baud(self, baud: int) -> None:
         """Forgets it."""
@@ -119,9 +119,9 @@ def replayed_states(
     errors: OdometryErrors | None = None,
     connected: Callable[[Connected], None] | None = None,
 ) -> Iterator[RobotState]:
-    """The states that the driver made of a session, one after the other, from the first on.
+    """The states that the driver computed in a session, one after the other.
 
-    `connected` is told who answered. DeviceError if the session never came to a report.
+    `connected` is called with the opened session. DeviceError if it never came to a report.
     """
     found = connect_over(port, port.clock, model=port.model, baud=port.baud)
     if connected is not None:

@@ -21,7 +21,7 @@ class Report(IntEnum):
     ENCODER = 0x90
     GYRO = 0x98
     SERAUX = 0xB0
-    """Bytes that came in at AUX1, as many as were asked for."""
+    """Bytes that came in at AUX1, as many as were requested."""
     SERAUX2 = 0xB8
     TCM2 = 0xC0
     SERAUX3 = 0xC8
@@ -33,12 +33,12 @@ class Report(IntEnum):
     RESET_1 = 0xFE
     """The controller was reset: the session is over."""
     RESET_2 = 0xFF
-    """The same; during the handshake: the count of synchronisation was lost."""
+    """The same; during the handshake: a synchronisation packet was out of order."""
 
 
 @dataclass(frozen=True, slots=True)
 class Names:
-    """What the robot calls itself in its answer to SYNC2."""
+    """The robot's name, class and subclass in its answer to SYNC2."""
 
     name: str
     robot_class: str

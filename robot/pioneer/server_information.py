@@ -13,7 +13,7 @@ __all__ = ["MOVING", "SIP_KINDS", "STOPPED", "ServerInformation", "SonarReading"
 
 STOPPED, MOVING = 0x32, 0x33
 SIP_KINDS = frozenset(range(0x30, 0x35))
-"""Manuals and simulators disagree on which of them means what: none of them tells of motion."""
+"""Manuals and simulators disagree on their meaning: motion is not read from them."""
 
 HEAD = struct.Struct("<HHhhhBHhHBB")
 SONAR = struct.Struct("<BH")
@@ -48,7 +48,7 @@ class ServerInformation:
     """One report of the robot."""
 
     x: int
-    """Where it is: 15 bits count (12 on some firmware), which roll over."""
+    """Position: 15 bits (12 on some firmware), which wrap around."""
     y: int
     heading: int
     left: int
@@ -86,7 +86,7 @@ class ServerInformation:
 
     @classmethod
     def from_packet(cls, packet: Packet) -> "ServerInformation":
-        """What a packet of one of `SIP_KINDS` says; PacketError if it is too short for it."""
+        """The contents of a packet of one of `SIP_KINDS`; PacketError if it is too short."""
         data = packet.payload
         if len(data) < HEAD.size:
             raise PacketError(f"a SIP of {len(data)} bytes is too short: {HEAD.size} at least")

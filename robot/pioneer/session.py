@@ -1,10 +1,10 @@
 """The handshake with the robot, without I/O, clock or thread: bytes and times in, actions out.
 
 SYNC0, SYNC1 and SYNC2 are echoed one by one, the last with the robot's names (Pioneer 2 manual).
-The handshake listens before it speaks: a session that another client left open sends reports ten
-times a second. There SYNC0 would be a PULSE, and the first packet after a client's death lets the
-robot go on at the speed it was last told. So such a session gets STOP and CLOSE, and nothing
-before them.
+The handshake listens before it sends: a session that another client left open sends reports ten
+times a second. There SYNC0 would be a PULSE, and the first packet after a client's death makes the
+robot resume its last commanded speed. So such a session gets STOP and CLOSE, and nothing before
+them.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from facetlog.robot.pioneer.reports import Names, Report
 __all__ = ["BAUDS", "Action", "Handshake", "SetBaud", "Write"]
 
 BAUDS = (9600, 38400, 19200, 115200, 57600)
-"""Speeds a robot's port may have been left at, the likeliest first, as other drivers try them."""
+"""Baud rates that a robot's port may have, the likeliest first, as other drivers try them."""
 LISTEN = 0.35
 """Seconds: three reports of an open session, so that one may be lost."""
 ECHO_TIMEOUT = 1.0
@@ -28,7 +28,7 @@ ECHO_TIMEOUT = 1.0
 FLUSH = 0.3
 """Seconds after CLOSE in which reports may still be under way."""
 PAUSE = 0.1
-"""Seconds after the robot lost count of the synchronisation."""
+"""Seconds to wait after a synchronisation packet out of order."""
 SILENT_TRIES = 2
 """At one baud rate of several, where nothing is heard at all."""
 TRIES = 6
@@ -40,14 +40,14 @@ ROUNDS = 2
 CLOSINGS = 5
 """Of sessions that were found open."""
 RESETS = 10
-"""Times the robot may lose count."""
+"""Restarts of the synchronisation before the handshake fails."""
 NOISE_BYTES = 8
 """Bytes without a packet among them from which on the baud rate is taken to be wrong."""
 
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """Bytes to send now, and what they are called: SYNC0 has the number of PULSE."""
+    """Bytes to send now, and their name: SYNC0 has the number of PULSE."""
 
     data: bytes
     name: str
@@ -73,9 +73,9 @@ class _Phase(Enum):
 class Handshake:
     """Brings a robot from any state to an answered SYNC2.
 
-    `bauds` are the rates to try on a serial line; empty where the line has none. What is to be
-    done stands in `actions()` after each call; `due` is when `advance` is to be called at the
-    latest. At the end `names` or `failure` is set.
+    `bauds` are the rates to try on a serial line; empty where the line has none. `actions()`
+    returns what to do after each call; `due` is when `advance` is to be called at the latest. At
+    the end `names` or `failure` is set.
     """
 
     def __init__(self, now: float, bauds: Sequence[int] = ()) -> None:
@@ -145,7 +145,7 @@ class Handshake:
         self._phase, self.due = _Phase.FLUSHING, now + seconds
 
     def _withdraw(self) -> None:
-        """What was to be written and is not yet: SYNC0 must not go into an open session."""
+        """Drops pending writes: SYNC0 must not be sent into an open session."""
         self._actions = [each for each in self._actions if isinstance(each, SetBaud)]
 
     def _close(self, now: float, *, in_session: bool = False) -> None:

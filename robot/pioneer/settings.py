@@ -1,7 +1,7 @@
-"""What the driver sets in the robot itself, so that it keeps the limits alone, and sets back.
+"""Settings in the robot itself, so that its firmware keeps to the limits, and their restoration.
 
-The robot acknowledges nothing: what was set shows in its CONFIG, and what is not shown there is
-sent several times.
+The robot acknowledges nothing: some settings can be read back in its CONFIG, the others are sent
+several times.
 """
 
 import math
@@ -12,25 +12,26 @@ from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.packet import Packet
 
-__all__ = ["make_arrive", "own_settings", "restored_settings"]
+__all__ = ["limit_settings", "restored_settings", "send_until_confirmed"]
 
 FRONT_BUMPERS_STALL, REAR_BUMPERS_STALL = 1, 2
 """Bumpers of that end stop the wheels without the program's help."""
 SENDINGS = 3
-"""Of a setting that does not show: with a packet in ten lost, one robot in a thousand misses it."""
-SHOWN = {
+"""Times that a setting is sent which cannot be read back: with a packet in ten lost, one robot in a
+thousand misses it."""
+READ_BACK = {
     Command.SETV: "speed_max",
     Command.SETRV: "turning_max",
     Command.SETA: "deceleration",
     Command.SETRA: "turning_deceleration",
 }
-"""Where CONFIG tells what was set, accelerations by their negative values."""
+"""The field of CONFIG with each setting; decelerations are commanded as negative values."""
 
 
-def own_settings(limits: Limits, configuration: Configuration | None) -> list[Packet]:
+def limit_settings(limits: Limits, configuration: Configuration | None) -> list[Packet]:
     """Commands that make the robot keep to the limits, and stop where a bumper is pressed.
 
-    Bumpers that CONFIG does not tell of may be inputs that nothing is connected to.
+    Bumpers that CONFIG does not list may be unconnected inputs.
     """
     bumpers = 0
     if configuration is not None:
@@ -46,7 +47,7 @@ def own_settings(limits: Limits, configuration: Configuration | None) -> list[Pa
 
 
 def restored_settings(configuration: Configuration | None) -> list[Packet]:
-    """Commands that give the robot back what CONFIG said; none for what it did not say."""
+    """Commands that restore the settings of CONFIG; none for those that it does not have."""
     if configuration is None:
         return []
     c = configuration
@@ -59,26 +60,26 @@ def restored_settings(configuration: Configuration | None) -> list[Packet]:
     return [integer_command(command, sign * value) for command, value, sign in values if value]
 
 
-def make_arrive(
+def send_until_confirmed(
     settings: Sequence[Packet],
     send: Callable[[Sequence[Packet]], None],
     ask: Callable[[], Configuration | None],
 ) -> None:
-    """Sends settings, and those that CONFIG does not show again, each up to three times.
+    """Sends settings, and repeats those that CONFIG does not confirm, each up to three times.
 
-    `ask` is what CONFIG says now, None where it is not answered.
+    `ask` requests the present CONFIG, None where it is not answered.
     """
     for sending in range(SENDINGS):
         if not settings:
             return
         send(settings)
         if sending + 1 < SENDINGS:
-            told = ask()
-            settings = [each for each in settings if not _shown(each, told)]
+            reported = ask()
+            settings = [each for each in settings if not _confirmed(each, reported)]
 
 
-def _shown(setting: Packet, told: Configuration | None) -> bool:
-    value, name = argument_of(setting), SHOWN.get(Command(setting.kind))
-    if told is None or name is None or not isinstance(value, int):
+def _confirmed(setting: Packet, reported: Configuration | None) -> bool:
+    value, name = argument_of(setting), READ_BACK.get(Command(setting.kind))
+    if reported is None or name is None or not isinstance(value, int):
         return False
-    return bool(getattr(told, name) == abs(value))
+    return bool(getattr(reported, name) == abs(value))

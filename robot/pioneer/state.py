@@ -1,4 +1,4 @@
-"""What a report says, in metres, radians and seconds: `RobotState`, and the way to it."""
+"""A report in metres, radians and seconds: `RobotState`, and its computation."""
 
 import math
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from facetlog.robot.pioneer.parameters import Parameters, SonarPlace
 from facetlog.robot.pioneer.server_information import ServerInformation
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["STANDING_SPEED", "RobotState", "SonarRange", "StateMaker", "tells_motors"]
+__all__ = ["STANDING_SPEED", "RobotState", "SonarRange", "StateMaker", "reports_motors"]
 
 STANDING_SPEED = 0.005
 """m/s below which a wheel stands: some steps of the report's 1 … 2.5 mm/s."""
@@ -36,7 +36,7 @@ class SonarRange:
 
 @dataclass(frozen=True, slots=True)
 class RobotState:
-    """The robot as its last report tells: metres, radians, seconds."""
+    """The robot's state by its last report: metres, radians, seconds."""
 
     at: float
     """When its first byte came, on the driver's clock (monotonic unless another was given)."""
@@ -51,9 +51,9 @@ class RobotState:
     left_speed: float
     right_speed: float
     battery_v: float
-    """0 where the robot does not tell."""
+    """0 where the robot does not report it."""
     motors_on: bool | None
-    """None where neither a flag nor the robot's behaviour has told yet."""
+    """None until a flag or the robot's behaviour shows it."""
     stop_button: bool | None
     stalled: tuple[bool, bool]
     """Left wheel, right wheel."""
@@ -64,7 +64,7 @@ class RobotState:
     sonars: tuple[SonarRange, ...]
     """The last range of each that has measured yet."""
     charging: int | None
-    """0 not, 1 bulk, 2 overcharge, 3 float, 4 balance; None where it is not told."""
+    """0 not, 1 bulk, 2 overcharge, 3 float, 4 balance; None where it is not reported."""
     charge: float | None
     """Share of the battery's charge, 0 … 1."""
     charger_power: bool | None
@@ -94,8 +94,8 @@ class RobotState:
         return any(self.front_bumpers) or any(self.rear_bumpers)
 
 
-def tells_motors(parameters: Parameters) -> bool:
-    """Whether the model's reports say if the motors are on: from AROS (H8 boards) on they do."""
+def reports_motors(parameters: Parameters) -> bool:
+    """Whether the model's reports include the state of the motors: from AROS (H8 boards) on."""
     return parameters.has_move and parameters.name not in OLD_FIRMWARE
 
 
@@ -111,16 +111,16 @@ class StateMaker:
         self._parameters = parameters
         self._odometry = Odometry(parameters, errors)
         self._ranges: dict[int, SonarRange] = {}
-        self._tells_motors = tells_motors(parameters)
+        self._reports_motors = reports_motors(parameters)
         self._front = self._rear = BUMPERS
         if configuration is not None and configuration.rear_bumpers is not None:
             self._front = configuration.front_bumpers or 0
             self._rear = configuration.rear_bumpers
         self.motors_thought_on: bool | None = None
-        """For models that do not tell: what their behaviour lets one think."""
+        """For models that do not report it: the state inferred from their behaviour."""
 
     def state(self, sip: ServerInformation, at: float) -> tuple[RobotState, str | None]:
-        """The state after a report that came at `at`, and why odometry is doubtful, if it is."""
+        """The state after a report that came at `at`, and why odometry is unreliable, if it is."""
         p = self._parameters
         doubt = self._odometry.update(sip, at)
         for reading in sip.sonar:
@@ -163,7 +163,7 @@ class StateMaker:
         return state, doubt
 
     def _flag(self, sip: ServerInformation, bit: int, else_: bool | None = None) -> bool | None:
-        return bool(sip.flags & bit) if self._tells_motors else else_
+        return bool(sip.flags & bit) if self._reports_motors else else_
 
 
 def _bits(value: int, count: int) -> tuple[bool, ...]:

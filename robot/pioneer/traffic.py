@@ -1,9 +1,8 @@
-"""A log of every byte that went over the line, as lines of JSON, that never holds up the robot.
+"""A log of every byte on the line, as lines of JSON, that never delays the robot.
 
-A thread of its own writes it. A disk that is full ends the log, is told once, and nothing else. A
-line is {"at": seconds, "direction": "in" or "out", "hex": …, "name": the packets that are whole
-with it}; sessions begin with {"schema": 1, "start": …}. Bytes are logged as they came, packets or
-not.
+A thread of its own writes it. A full disk ends the log and is reported once; the session goes on. A
+line is {"at": seconds, "direction": "in" or "out", "hex": …, "name": the packets completed by
+it}; sessions begin with {"schema": 1, "start": …}. Bytes are logged as they came, packets or not.
 """
 
 import contextlib
@@ -25,7 +24,7 @@ __all__ = ["SCHEMA", "TrafficLog", "report_name"]
 
 SCHEMA = 1
 WAITING_LINES = 20_000
-"""That wait for a disk which does not take them: minutes of traffic."""
+"""Lines queued for a slow disk at most: minutes of traffic."""
 CLOSE_TIMEOUT = 2.0
 """Seconds for the last lines."""
 
@@ -47,7 +46,7 @@ class TrafficLog:
         self.path = path
         check_regular(path)
         try:
-            # Without a buffer: neither a fork nor a kill leaves half of what was said to be there.
+            # Unbuffered: neither a fork nor a kill leaves half of a buffer behind.
             self._file = path.open("ab", buffering=0)
         except OSError as error:
             raise InputError(f"{path}: the log cannot be written ({error.strerror})") from error
@@ -70,7 +69,7 @@ class TrafficLog:
         """Calls back, once and from any thread, with why nothing is written any more."""
         with self._lock:
             self._failed = failed
-        self._tell()
+        self._notify()
 
     def start(
         self, at: float, address: str, *, serial: bool, model: str | None, baud: int | None
@@ -81,11 +80,11 @@ class TrafficLog:
         self._put((at, "", b"", {"schema": SCHEMA, "start": wall, **details}))
 
     def incoming(self, at: float, data: bytes) -> None:
-        """Bytes that came; b"" says that half a packet was given up."""
+        """Bytes that came; b"" marks a discarded incomplete packet."""
         self._put((at, "in", data, {}))
 
     def outgoing(self, at: float, data: bytes, name: str | None = None) -> None:
-        """Bytes that went out, and what they are called if the bytes alone do not tell."""
+        """Bytes that were sent, and their name if the bytes alone do not give it."""
         self._put((at, "out", data, {} if name is None else {"name": name}))
 
     def note(self, at: float, **details: object) -> None:
@@ -93,7 +92,7 @@ class TrafficLog:
         self._put((at, "", b"", details))
 
     def close(self) -> None:
-        """Writes what waits, for a bounded time."""
+        """Writes the queued lines, for a bounded time."""
         ended = False
         while not ended:
             try:
@@ -141,9 +140,9 @@ class TrafficLog:
             if self._broken is None:
                 self._broken = f"{self.path}: the log ends here, nothing more is written ({reason})"
                 self._untold = self._broken
-        self._tell()
+        self._notify()
 
-    def _tell(self) -> None:
+    def _notify(self) -> None:
         with self._lock:
             text, failed = self._untold, self._failed
             if text is None or failed is None:

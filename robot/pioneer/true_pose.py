@@ -1,4 +1,4 @@
-"""Where a simulated robot truly is, as simulators report it (SIM_STAT, packet 0x62).
+"""The true pose of a simulated robot, as simulators report it (SIM_STAT, packet 0x62).
 
 Layout of AMRISim: two texts, flags, three intervals in milliseconds, then x, y, z (mm) and heading
 (degrees) as 32-bit integers, then place on earth and odometry's errors, which are not read here.

@@ -1,4 +1,4 @@
-"""What a ray meets first, and whether a point sees the sun: exact, by plane and outline."""
+"""Ray casting: the first facet that a ray hits, and shadow rays; exact, by plane and outline."""
 
 from dataclasses import dataclass
 
@@ -55,7 +55,7 @@ class Screened:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Screen:
-    """The facets that face the eye, solid by solid, each solid with the bounds of all of them."""
+    """The front-facing facets, solid by solid, each solid with the bounds of all of its facets."""
 
     solids: tuple[tuple[FloatArray, tuple[Screened, ...]], ...]
 
@@ -86,7 +86,7 @@ def seen_from_sun(world: World) -> Screen:
 def first_hits(world: World, camera: Camera, pose: Pose, screen: Screen, uv: FloatArray) -> Hits:
     """The first surface that the rays through pixels uv (2, n) meet; faces are one-sided.
 
-    `screen` is what `seen_by` says of the same camera.
+    `screen` is that of `seen_by` for the same camera.
     """
     u, v = uv
     x_camera, y_camera = (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
@@ -124,7 +124,7 @@ def first_hits(world: World, camera: Camera, pose: Pose, screen: Screen, uv: Flo
 def in_shadow(world: World, screen: Screen, points: FloatArray) -> BoolArray:
     """Whether a solid stands between each point (3, n) and the sun, (n,).
 
-    `screen` is what `seen_from_sun` says of the world.
+    `screen` is that of `seen_from_sun` for the world.
     """
     p, q = _square_to(world.sun) @ points
     shadowed = np.zeros(len(p), dtype=np.bool_)

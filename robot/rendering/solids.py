@@ -36,7 +36,7 @@ WHITE_PAINT = 0.96
 # Neighbouring facets of a lit cylinder then differ by one or two grey levels, less than the noise
 # of any camera: no edge to be seen.
 CYLINDER_FACETS = 180
-# What is seen of a chair's back or a table's leg must not lie in one plane with what it stands on.
+# A chair's back or a table's leg must not have faces coplanar with those of the part it stands on.
 LEAST_INSET_SHARE = 0.05
 # The faces of a slab in the order in which `prism` makes them.
 SIDES = ("bottom", "top", "front", "right", "back", "left")

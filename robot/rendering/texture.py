@@ -1,7 +1,7 @@
-"""Seeded procedural surfaces: what multiplies the albedo of a floor or of a printed face.
+"""Seeded procedural textures: factors of the albedo of a floor or of a printed face.
 
-A texture is a periodic bitmap of factors in (0, 1], drawn once from its seed, and read through a
-pyramid by the footprint of the pixel, so that fine detail far away averages instead of flickering.
+A texture is a periodic bitmap of factors in (0, 1], drawn once from its seed, and sampled through a
+mipmap by the footprint of the pixel, so that fine detail far away is averaged instead of aliased.
 """
 
 from dataclasses import dataclass

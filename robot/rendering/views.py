@@ -1,8 +1,8 @@
-"""Simulated views: what a robot would have brought home from a world.
+"""Simulated views of a world, as a robot would collect them.
 
 Pictures are always taken in the world's own frame. The frame in which they are recorded may be
-another one (`Similarity`), the recorded poses may be a little wrong (`with_pose_noise`) or belong
-to other pictures (`shuffled`): faults that a reader of the views must live with or notice.
+another one (`Similarity`), the recorded poses may have errors (`with_pose_noise`) or belong to
+other pictures (`shuffled`): faults that a reader of the views must tolerate or detect.
 """
 
 from collections.abc import Sequence
@@ -28,9 +28,9 @@ __all__ = [
     "with_pose_noise",
 ]
 
-# How well a pan-tilt head points: some steps of its encoder and the slack of its gears, radians.
+# Accuracy of a pan-tilt head: some steps of its encoder and the backlash of its gears, radians.
 HEAD_SD = float(np.radians(0.1))
-# Place on the ground and heading among x, y, z and the turns about them.
+# Place on the ground and heading among x, y, z and the rotations about them.
 ON_GROUND = (0, 1, 5)
 
 
@@ -134,9 +134,10 @@ def with_drift(
 ) -> tuple[tuple[View, ...], FloatArray]:
     """The views with poses whose errors add up as a robot's odometry does, and their covariances.
 
-    Each step from view to view turns the robot by an error of `turn_sd` (radians) about the
-    world's z and shifts it on the ground by `way_sd` times the step's length; its head errs by
-    `head_sd` each time anew. Covariances (V, 6, 6) are of place and turn in the world's axes.
+    Each step from view to view rotates the robot by an error of `turn_sd` (radians) about the
+    world's z and shifts it on the ground by `way_sd` times the step's length; its head has an
+    independent error of `head_sd` at each view. Covariances (V, 6, 6) are of place and rotation
+    vector in the world frame.
     """
     heading, place, cov = 0.0, np.zeros(3), np.zeros((3, 3))
     found: list[View] = []
@@ -162,7 +163,7 @@ def with_drift(
 
 
 def pose_errors(views: Sequence[View], true: Sequence[View]) -> tuple[float, float]:
-    """Rms errors of place (world units) and turn (radians) after the best common motion."""
+    """Rms errors of place (world units) and rotation (radians) after the best rigid alignment."""
     turns = Rotation.concatenate(
         [
             Rotation.from_matrix(t.pose.rotation @ v.pose.rotation.T)

@@ -24,7 +24,7 @@ class Solid:
     """A polyhedron: `vertices` (n, 3), `faces` as loops counter-clockwise from outside.
 
     `albedo` in [0, 1] and `prints` are per face; `size` holds the three lengths that its maker
-    was asked for (of a wedge or cylinder: of the box round it); faces in `curved` stand for one
+    was given (of a wedge or cylinder: of the box round it); faces in `curved` stand for one
     curved surface, and edges between two of them are none. A face may be left out where another
     part of the same solid covers it.
     """
@@ -93,7 +93,7 @@ class Floor:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Facet:
-    """A face made ready for rays: its frame, and its sides (x0, y0, x1, y1) in that frame.
+    """A face prepared for ray casting: its frame, and its sides (x0, y0, x1, y1) in that frame.
 
     `axes` (2, 3) span the plane from `origin`; all of the face lies within [0, reach] along both.
     `surface` is equal for the facets of one curved surface and else different.
@@ -166,7 +166,7 @@ class World:
 
     @cached_property
     def facets(self) -> tuple[Facet, ...]:
-        """All faces of all solids, made ready for rays."""
+        """All faces of all solids, prepared for ray casting."""
         facets: list[Facet] = []
         for index, solid in enumerate(self.solids):
             curved_surface = 2 * len(facets)

@@ -12,14 +12,14 @@ __all__ = ["BAUD_RATES", "LARGEST_REQUEST", "AuxPort", "aux_ports"]
 BAUD_RATES = (9600, 19200, 38400, 57600, 115200)
 """By the code that the AUX1BAUD and HOSTBAUD commands carry."""
 BUFFER = 256
-"""Bytes that a port keeps until they are asked for; what comes after is lost."""
+"""Bytes that a port buffers until they are requested; later ones are lost."""
 LARGEST_REQUEST = 200
-"""Bytes that one GETAUX can ask for on P2OS (Pioneer 2 manual, page 48)."""
+"""Bytes that one GETAUX can request on P2OS (Pioneer 2 manual, page 48)."""
 
 
 @dataclass(slots=True)
 class AuxPort:
-    """One port: bytes out to a device at once, bytes in when a client asks for so many."""
+    """One port: bytes go out to a device at once, and come in when a client requests so many."""
 
     report: Report
     device: Device | None = None
@@ -31,12 +31,12 @@ class AuxPort:
     _wanted: int = field(default=0, init=False)
 
     def send(self, data: bytes, now: float) -> None:
-        """Bytes from the client to the device; at the wrong speed it makes nothing of them."""
+        """Bytes from the client to the device, which ignores them at the wrong baud rate."""
         if self.device is not None and not self.silent and self.baud == self.device_baud:
             self.device.receive(data, now)
 
     def request(self, count: int) -> None:
-        """GETAUX: 0 forgets what came and what was asked for, else so many bytes are wanted."""
+        """GETAUX: 0 clears the buffer and the request, else so many bytes are requested."""
         if count == 0:
             self._came.clear()
         self._wanted = min(count, LARGEST_REQUEST)
@@ -52,7 +52,7 @@ class AuxPort:
         self._wanted, self.baud = 0, BAUD_RATES[0]
 
     def poll(self, now: float) -> Packet | None:
-        """Takes what the device has said; the report that was asked for, once it is complete."""
+        """Receives the device's bytes; returns the requested report, once it is complete."""
         if self.device is not None:
             said = self.device.pending(now)
             if not self.silent and self.baud == self.device_baud:

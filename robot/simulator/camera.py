@@ -1,4 +1,4 @@
-"""The simulated camera in real time: takes pictures while somebody looks, and keeps the newest."""
+"""The simulated camera in real time: takes pictures while clients watch, and keeps the newest."""
 
 import logging
 import math
@@ -141,7 +141,7 @@ class Camera:
             return simulation.viewpoint(at)
 
     def _outdated(self, start: Viewpoint, exposed: float) -> bool:
-        """Whether the picture would be taken for one of where the camera is now, and is not."""
+        """Whether the picture is late and the camera has moved on since."""
         if time.monotonic() - exposed < LATEST:
             return False
         camera, mount = camera_of(self._setup.camera), self._setup.mount

@@ -1,7 +1,7 @@
-"""The simulated camera's darkroom: a process of its own, so that rendering starves nothing else.
+"""The simulated camera's renderer: a process of its own, so that rendering starves nothing else.
 
 It reads viewpoints as lines of JSON from a socket and answers each with a JPEG; it ends when the
-socket does. Its arguments: the socket's number. The first message says what there is to be seen.
+socket does. Its argument: the socket's number. The first message describes the world.
 """
 
 import json

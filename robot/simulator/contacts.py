@@ -1,4 +1,4 @@
-"""Bumpers and stalls: what the robot feels of what it runs into, and how long."""
+"""Bumpers and stalls of a robot that runs into something, and how long they last."""
 
 import math
 from dataclasses import dataclass, field
@@ -53,7 +53,7 @@ class Contacts:
         self._until, self._pushing = None, None
 
     def step(self, now: float, *, blocked: bool, bumped: bool) -> None:
-        """What a step of motion came to: whether something kept the robot from going on.
+        """Updates the stall after a step of motion: whether something `blocked` the robot.
 
         `bumped`: a bumper that counts as a stall is pressed.
         """

@@ -1,4 +1,4 @@
-"""What hangs on a serial port of the simulated robot: a camera head, as the port sees it."""
+"""The interface of a device on a serial port of the simulated robot, such as a camera head."""
 
 from typing import Protocol
 

@@ -22,7 +22,7 @@ ROLL_OUT, ROLL_OUT_TURN = 1.0, 3.0
 
 @dataclass(slots=True)
 class Drive:
-    """Motors, wheels and what they were told; seconds, metres and radians.
+    """Motors, wheels and their commands; seconds, metres and radians.
 
     `home` is where SIM_RESET puts the robot.
     """
@@ -52,7 +52,7 @@ class Drive:
         self.body.left = self.body.right = 0.0
 
     def enable(self, on: bool) -> None:
-        """Motors on, unless the stop button is pressed, or off; what was asked for is forgotten."""
+        """Motors on, unless the stop button is pressed, or off; motion commands are cleared."""
         on = on and not self.stop_button
         if on != self.motors:
             self.motors = on
@@ -93,7 +93,7 @@ class Drive:
         self.contacts.step(now, blocked=body.blocked, bumped=bumped)
 
     def obey(self, command: Command, packet: Packet) -> None:
-        """Does what a command of motion or its settings says; others change nothing.
+        """Carries out a command of motion or its settings; others change nothing.
 
         PacketError or struct.error if its argument is malformed.
         """
@@ -142,8 +142,8 @@ class Drive:
             case Command.DHEAD:
                 self.servo.head(heading + math.radians(value))
             case Command.DCHEAD:
-                asked = self.servo.heading
-                self.servo.head((heading if asked is None else asked) + math.radians(value))
+                commanded = self.servo.heading
+                self.servo.head((heading if commanded is None else commanded) + math.radians(value))
 
     def _drive_wheels(self, payload: bytes) -> None:
         """VEL2: after the argument's type the right wheel's speed, then the left one's.

@@ -1,8 +1,8 @@
 """How the robot moves: speeds that change no faster than they may, wheels that slip, contact.
 
-What the wheels' encoders count and where the robot truly is are two things: odometry follows the
-one, the camera and the walls the other. Time goes on in steps of one length, so that the same
-commands at the same times give the same way, whoever asks how often.
+The encoders' counts and the true pose differ: odometry follows the former, camera and walls the
+latter. Time advances in steps of one length, so that the same commands at the same times give the
+same path, however often the state is read.
 """
 
 import math
@@ -46,12 +46,12 @@ class Surroundings(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class MotionErrors:
-    """What the wheels do that their encoders do not see, and the encoders that they do not.
+    """Errors of odometry: differences between the wheels' true motion and their encoders' counts.
 
-    `left` and `right` are by what share each wheel goes further than its encoder says (unequal
-    tyres), `track` by what share the effective track is wider than the firmware takes it. `slip`
-    and `encoder` are standard deviations of a wheel's way and of its count over one metre, in
-    metres: they grow with the root of the way.
+    `left` and `right` are the shares by which each wheel goes further than its encoder counts
+    (unequal tyres), `track` the share by which the effective track is wider than the firmware's.
+    `slip` and `encoder` are standard deviations of a wheel's distance and of its count over one
+    metre, in metres: they grow with the root of the distance.
     """
 
     left: float = 0.0
@@ -77,14 +77,14 @@ class Body:
     speed: float = 0.0
     turning: float = 0.0
     left: float = 0.0
-    """Way that the left wheel's encoder counted since the robot was switched on."""
+    """Distance that the left wheel's encoder counted since the robot was switched on."""
     right: float = 0.0
     blocked: bool = False
     """Whether something kept it from going where its wheels drove it in the last step."""
     contact: Contact | None = None
     """What it touches."""
     _clear: float = field(default=0.0, init=False)
-    """At least so far is the nearest thing: until it has gone that way, none is looked for."""
+    """A lower bound of the distance to the nearest thing: no search before it is used up."""
 
     def __post_init__(self) -> None:
         self._feel()
@@ -101,7 +101,7 @@ class Body:
         self._feel()
 
     def step(self) -> tuple[float, float]:
-        """Goes on for `STEP` seconds; way and turn as the encoders counted them."""
+        """Advances by `STEP` seconds; distance and turn as the encoders counted them."""
         self.blocked = False
         if self.standing:
             return 0.0, 0.0

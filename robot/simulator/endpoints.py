@@ -49,7 +49,7 @@ class Endpoint(Protocol):
         """What to wait for."""
 
     def read(self, baud: int) -> bytes:
-        """What came from a client since it was asked last."""
+        """Bytes from a client since the last call."""
 
     def write(self, data: bytes, now: float, baud: int) -> None:
         """Sends to the client, if there is one."""
@@ -61,7 +61,7 @@ class Endpoint(Protocol):
 class TcpEndpoint:
     """A TCP port with one client at a time; another one is turned away at once.
 
-    Like a serial line it tells the robot nothing of clients that come and go.
+    As on a serial line the robot does not notice clients that come and go.
     """
 
     def __init__(self, address: str, option: str) -> None:

@@ -1,8 +1,8 @@
-"""One picture of the simulated camera: rendered sharp, smeared by what moved meanwhile, noisy.
+"""One picture of the simulated camera: rendered sharp, then with motion blur and noise.
 
-At a stand the sharp picture is rendered once and gets new noise for each exposure. While robot or
-head move, a picture that would be smeared anyway is rendered smaller and enlarged: it is there in
-time, as a camera's is, and no sharper than it may be.
+At rest the sharp picture is rendered once and gets new noise for each exposure. While robot or head
+move, a picture that would be blurred anyway is rendered smaller and enlarged: it is ready in time,
+as a camera's is, and no sharper than it may be.
 """
 
 import cv2
@@ -17,14 +17,14 @@ from facetlog.robot.simulator.world_file import CameraSetup, MountSetup
 
 __all__ = ["Exposures", "smear_px"]
 
-# Below this smear two viewpoints are one: a hundredth of what the renderer resolves.
+# Below this motion blur two viewpoints are one: a hundredth of what the renderer resolves.
 STILL_PX = 1e-3
 # A picture that is smeared by so many pixels is rendered at this scale.
 SCALES = ((8.0, 0.25), (3.0, 0.5))
 # Moments of an exposure, of which the smeared picture is the mean; fewer if it is smeared little.
 MOST_MOMENTS = 16
-# A level or rising view meets no floor: it counts as one that falls by so much a metre, and no
-# plane is taken nearer than this, metres.
+# A level or rising view meets no floor: it is treated as one that falls by so much a metre, and the
+# plane is never nearer than this, metres.
 LEAST_FALL, LEAST_AHEAD = 0.2, 0.3
 # Points of the picture whose motion is looked at, as shares of its size: corners and middle.
 PROBES = ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (0.5, 0.5))

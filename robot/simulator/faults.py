@@ -15,7 +15,7 @@ Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
 
 
 class FaultKind(StrEnum):
-    """Each with what of `Fault` it looks at."""
+    """Each with the fields of `Fault` that it uses."""
 
     LOST = "lost"
     """`rate`: bytes of the line to the client that do not arrive, either way."""
@@ -43,7 +43,7 @@ class FaultKind(StrEnum):
     """The camera sends nothing."""
 
 
-# What lasts until it is ended if it is not said how long; the others are over at once.
+# Faults that last until they are ended if no duration is given; the others are over at once.
 DEFAULT_SECONDS = {FaultKind.FROZEN: 0.5, FaultKind.POWER_CYCLE: 1.0, FaultKind.STALL: 1.0}
 
 
@@ -65,7 +65,7 @@ class Fault:
 
     @property
     def end(self) -> "Fault | None":
-        """What ends it, for those that must be ended from outside."""
+        """The fault that ends it, for those that must be ended explicitly."""
         if not self.on or self.lasts is None or self.kind in DEFAULT_SECONDS:
             return None
         return Fault(self.kind, on=False)

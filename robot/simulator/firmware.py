@@ -1,4 +1,4 @@
-"""The robot's own program: commands in, motion and reports out; without I/O, in given time."""
+"""The simulated firmware: commands in, motion and reports out; without I/O, time is an argument."""
 
 import struct
 from dataclasses import dataclass, field
@@ -19,14 +19,14 @@ from facetlog.robot.simulator.drive import Drive
 from facetlog.robot.simulator.dynamics import STEP
 from facetlog.robot.simulator.generations import Generation, generation_of, tail_length
 from facetlog.robot.simulator.handshake import Handshake
-from facetlog.robot.simulator.sonar import Sonars
-from facetlog.robot.simulator.telling import (
+from facetlog.robot.simulator.report_fields import (
     encoders,
     flags,
     motion_fields,
     tail,
     true_pose_packet,
 )
+from facetlog.robot.simulator.sonar import Sonars
 
 __all__ = ["BOOT_SECONDS", "Firmware"]
 
@@ -90,9 +90,10 @@ class Firmware:
     _digital_out: int = field(default=0, init=False)
 
     def __post_init__(self) -> None:
-        told = self.drive.configuration
+        configuration = self.drive.configuration
         self._generation = generation_of(self.drive.parameters.name)
-        self._handshake = Handshake(Names(told.name or "", told.robot_class, told.subclass))
+        names = Names(configuration.name or "", configuration.robot_class, configuration.subclass)
+        self._handshake = Handshake(names)
         self._start()
 
     def receive(self, data: bytes, now: float) -> None:
@@ -109,20 +110,20 @@ class Firmware:
             self._waiting_since = now
 
     def pending(self, now: float) -> bytes:
-        """What the robot has said up to `now`; each byte once."""
+        """The bytes that the robot has sent up to `now`; each once."""
         self.advance(now)
         said = bytes(self._out)
         self._out.clear()
         return said
 
     def advance(self, now: float) -> None:
-        """Lets the robot go on until `now`."""
+        """Advances the robot to `now`."""
         while (at := (self._steps + 1) * STEP) <= now + STEP / 1e3:
             self._steps += 1
             self._step(at)
 
     def power_cycle(self, now: float, seconds: float = BOOT_SECONDS) -> None:
-        """Off and on again: silent for so long, then a packet that says so; all is as at first."""
+        """Off and on again: silent for so long, then a reset packet; all settings are lost."""
         self.advance(now)
         self._start()
         self._boot_until = now + seconds
@@ -170,7 +171,7 @@ class Firmware:
             self._report(now)
 
     def unattended(self, now: float) -> bool:
-        """Whether the watchdog holds the robot: it goes on with the next packet of any kind."""
+        """Whether the watchdog holds the robot, which resumes with the next packet of any kind."""
         watchdog = (self.drive.configuration.watchdog_ms or 0) / 1e3
         return self.opened and 0 < watchdog < now - self._heard
 
@@ -190,14 +191,14 @@ class Firmware:
         front, rear = drive.bumpers()
         sonars = len(drive.parameters.sonars) if self.sonars.on else 0
         state = flags(motors=drive.motors, sonars=sonars, stop_button=drive.stop_button)
-        told = ServerInformation(
+        report = ServerInformation(
             battery=min(round(10 * self.battery_v), 0xFF),
             stall_left=drive.contacts.stalled,
             stall_right=drive.contacts.stalled,
             front_bumpers=front,
             rear_bumpers=rear,
             # Before AROS a servo's pulse width stands here: no servo, no pulse.
-            flags=state if self._generation.tells_motors else 0,
+            flags=state if self._generation.reports_motors else 0,
             compass=0,
             sonar=self.sonars.readings(now, body.truth),
             **motion_fields(
@@ -210,7 +211,7 @@ class Firmware:
                 digital_out=self._digital_out,
             ),
         )
-        return told.to_packet(STOPPED if body.standing else MOVING)
+        return report.to_packet(STOPPED if body.standing else MOVING)
 
     # --- commands
 
@@ -246,7 +247,7 @@ class Firmware:
         elif command is Command.RESET:
             self.power_cycle(now)
         elif command is Command.CONFIG:
-            self._say(self.drive.settings.told(self.drive.configuration).to_packet())
+            self._say(self.drive.settings.reported(self.drive.configuration).to_packet())
         elif command in _OWN:
             argument = argument_of(packet)
             if isinstance(argument, int):

@@ -40,8 +40,8 @@ class Generation(IntEnum):
     ARCOS = 3
 
     @property
-    def tells_motors(self) -> bool:
-        """Whether its flags tell of motors and stop button; before, a pulse width stood there."""
+    def reports_motors(self) -> bool:
+        """Whether its flags include motors and stop button; before, a pulse width stood there."""
         return self >= Generation.AROS
 
 
@@ -64,7 +64,7 @@ def tail_length(generation: Generation) -> int:
 
 
 def default_configuration(parameters: Parameters, name: str) -> Configuration:
-    """What a robot of this model says to CONFIG when nobody has changed its settings."""
+    """The CONFIG report of a robot of this model with its default settings."""
     generation = generation_of(parameters.name)
     speed_top = min(SPEED_TOP, round(1e3 * parameters.speed_top))
     turning_top = min(TURNING_TOP, round(math.degrees(parameters.turning_top)))
@@ -110,7 +110,7 @@ def default_configuration(parameters: Parameters, name: str) -> Configuration:
         rear_bumpers=BUMPERS,
         charger=0,
         sonar_cycle=40,
-        autobaud=AUTOBAUD if generation.tells_motors else 0,
+        autobaud=AUTOBAUD if generation.reports_motors else 0,
         gyro=0,
         drift_factor=0,
         aux2_baud=0,

@@ -1,4 +1,4 @@
-"""The wait state: from the first SYNC to the session, and what is answered to anything else."""
+"""The firmware's handshake: from the first SYNC to the session, and answers to other packets."""
 
 from dataclasses import dataclass, field
 
@@ -14,10 +14,10 @@ SYNCHRONISED = 3
 
 @dataclass(slots=True)
 class Handshake:
-    """What a robot without a session makes of packets; OPEN after the three SYNCs begins one.
+    """Answers packets while no session is open; OPEN after the three SYNCs opens one.
 
-    OPEN has the number of SYNC1, CLOSE that of SYNC2 and PULSE that of SYNC0: what is meant
-    follows from what came before.
+    OPEN has the number of SYNC1, CLOSE that of SYNC2 and PULSE that of SYNC0: the meaning depends
+    on the packets before.
     """
 
     names: Names
@@ -30,9 +30,9 @@ class Handshake:
     def heard(self, packet: Packet) -> tuple[tuple[Packet, ...], bool]:
         """The answer to a packet, and whether it opened a session.
 
-        A SYNC out of its order loses the count: 0xFF, and the client has to begin again. The one
-        before may be repeated, for its echo may have been lost. Whatever else comes is echoed
-        (Pioneer 2 manual, page 41).
+        A SYNC out of order is answered with 0xFF, and the client has to start again. The previous
+        one may be repeated, for its echo may have been lost. Anything else is echoed (Pioneer 2
+        manual, page 41).
         """
         if self._next == SYNCHRONISED and packet.kind == Command.OPEN:
             self.reset()

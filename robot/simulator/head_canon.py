@@ -1,8 +1,8 @@
-"""A simulated Canon camera head: what a VC-C4 or VC-C50i does and says, in its caller's time.
+"""A simulated Canon camera head, a VC-C4 or VC-C50i; time is an argument.
 
-It answers each command once, whether it takes it; while it moves it takes no further move and says
-that it is busy. A command that comes before the last one was answered is lost, and so is every
-answer where the cable leaves the CTS line low (`answers=False`).
+It answers each command once, accepted or not; while it moves it refuses further moves as busy. A
+command that comes before the last one was answered is lost, and so is every answer where the cable
+leaves the CTS line low (`answers=False`).
 """
 
 import math
@@ -35,7 +35,7 @@ ANSWER_S = 0.05
 SWITCHING_S = 4.0
 """For switching on or off, seconds (ARIA, ArVCC4.h)."""
 MIDDLE_S = 5.0
-"""For finding its middle, seconds (ARIA, ArVCC4.h, waits 5 for it)."""
+"""For homing, seconds (ARIA, ArVCC4.h, waits 5 for it)."""
 ZOOM_RANGE_S = 3.0
 """From end to end of the zoom, seconds: assumed."""
 COARSE_ZOOM_HIGHEST = 0x80
@@ -50,7 +50,7 @@ NO_EFFECT: Final = frozenset(
         CanonCommand.LAMP,
     }
 )
-"""Taken and answered; they change nothing of where the head looks."""
+"""Accepted and answered; they do not change the head's angles."""
 PEDESTAL: Final = frozenset(
     {
         CanonCommand.DRIVE,
@@ -60,7 +60,7 @@ PEDESTAL: Final = frozenset(
         CanonCommand.POSITION_REQUEST,
     }
 )
-"""What moves the head or asks for its place."""
+"""Commands that move the head or request its position."""
 
 DONE = Answer(CanonError.NONE)
 BUSY = Answer(CanonError.BUSY)
@@ -126,7 +126,7 @@ class CanonHead:
         try:
             code, parameters = parse_command(frame)
         except CanonSyntaxError:
-            # Not its number, or not a command: it is silent, as to what another is told.
+            # Not its number, or not a command: it does not answer.
             return
         self._deaf_until = now + ANSWER_S
         try:

@@ -1,8 +1,9 @@
-"""A simulated Sony camera head: what an EVI-D30 does and says, in its caller's time.
+"""A simulated Sony camera head, an EVI-D30; time is an argument.
 
 Commands run in two sockets, as on the real head: moves wait for one another, the zoom runs beside
-them; a drive takes effect at once. What the manuals leave open: a move that is broken off by a
-drive is completed, not failed; switching on takes `STARTING_S` and ends straight ahead.
+them; a drive takes effect at once. Assumed, since the manuals leave it open: a move that is
+interrupted by a drive is completed, not failed; switching on takes `STARTING_S` and ends straight
+ahead.
 """
 
 import math
@@ -54,9 +55,9 @@ SOCKETS: Final = (1, 2)
 ANSWER_S = 1 / 60
 """A head looks after its line once a picture (EVI-D70 manual, page 33)."""
 STARTING_S = 5.0
-"""For switching on, seconds: assumed, of the order of what the maker's manuals tell."""
+"""For switching on, seconds: assumed, of the order of the values in the maker's manuals."""
 RESET_S = 3.0
-"""For finding its middle anew, seconds: assumed."""
+"""For homing, seconds: assumed."""
 SONY_VENDOR = 0x0020
 """EVI-D70 manual, page 34."""
 FIRMWARE = 0x0100

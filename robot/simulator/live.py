@@ -10,11 +10,11 @@ from facetlog.robot.simulator.simulation import Simulation
 __all__ = ["LiveSimulation"]
 
 LONGEST_GAP = 2.0
-"""Seconds that the simulation catches up with at once; a machine that slept longer lost them."""
+"""Seconds that the simulation catches up at once; after a longer sleep the rest is skipped."""
 
 
 class LiveSimulation:
-    """Lets whoever asks see a simulation as it is now; one at a time."""
+    """A simulation in real time behind a lock: one thread at a time sees it as it is now."""
 
     def __init__(self, simulation: Simulation) -> None:
         self._simulation = simulation

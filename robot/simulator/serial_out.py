@@ -1,4 +1,4 @@
-"""What a device says on a serial line: no byte arrives before the baud rate has let it through."""
+"""Output of a device on a serial line: bytes arrive no faster than the baud rate allows."""
 
 from collections import deque
 

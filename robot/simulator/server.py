@@ -10,7 +10,7 @@ from facetlog.robot.simulator.aux_port import BAUD_RATES
 from facetlog.robot.simulator.endpoints import Endpoint
 from facetlog.robot.simulator.live import LiveSimulation
 
-__all__ = ["Turn", "serve"]
+__all__ = ["ActiveClient", "serve"]
 
 TICK_MS = 5
 """Between two looks at the simulation; it goes on in steps of the same length."""
@@ -19,11 +19,11 @@ HEAD_BAUD = BAUD_RATES[0]
 _LOG = logging.getLogger(__name__)
 
 
-class Turn:
-    """Which end of the robot's line is heard and answered, where there are several.
+class ActiveClient:
+    """Which end of the robot's line is the active client, where there are several.
 
-    A robot has one client: while that one speaks, nobody at another end can stop or close its
-    session.
+    A robot has one client: while that one sends, packets from other ends are ignored, so that they
+    cannot stop or close its session.
     """
 
     def __init__(self, ends: Sequence[Endpoint]) -> None:
@@ -32,9 +32,9 @@ class Turn:
         self._warned = False
 
     def takes(self, end: Endpoint, now: float, watchdog: float) -> bool:
-        """Whether the robot hears what comes from an end at `now`.
+        """Whether bytes from an end are passed to the robot at `now`.
 
-        It does from another end once this one has been silent for the watchdog's time.
+        Another end becomes the active client once this one has been silent for the watchdog's time.
         """
         if end is not self.end:
             if now - self._spoke < watchdog:
@@ -54,7 +54,7 @@ def serve(
     stop: threading.Event,
 ) -> None:
     """Passes bytes until `stop` is set."""
-    turn = Turn(robot)
+    turn = ActiveClient(robot)
     ends = [*robot, *([head] if head is not None else [])]
     while not stop.is_set():
         poll = select.poll()

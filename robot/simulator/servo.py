@@ -1,7 +1,7 @@
-"""What the firmware makes of motion commands: speeds towards what was asked, within limits.
+"""The firmware's motion control: speeds towards the commanded targets, within limits.
 
-Translation and rotation are asked for apart, as VEL or MOVE and as RVEL or a heading; what was
-asked for last holds until something else is.
+Translation and rotation are commanded separately, by VEL or MOVE and by RVEL or a heading; the last
+command holds until the next one.
 """
 
 import math
@@ -18,7 +18,7 @@ TURN_REACHED = math.radians(0.02)
 
 @dataclass(frozen=True, slots=True)
 class Odometry:
-    """Where the firmware believes to be since it last took an origin; metres and radians."""
+    """The firmware's pose estimate since odometry was last reset; metres and radians."""
 
     x: float = 0.0
     y: float = 0.0
@@ -61,7 +61,7 @@ class Ramp:
 
 @dataclass(slots=True)
 class Servo:
-    """What was asked for: a speed or a way ahead, a turning speed or a heading."""
+    """The commanded targets: a speed or a distance ahead, a turning speed or a heading."""
 
     ahead: Ramp
     turn: Ramp
@@ -76,7 +76,7 @@ class Servo:
 
     @property
     def heading(self) -> float | None:
-        """The heading asked for, in the frame of odometry; None if a turning speed was."""
+        """The commanded heading, in the frame of odometry; None if a turning speed was."""
         return self._heading
 
     def drive(self, speed: float) -> None:
@@ -109,12 +109,12 @@ class Servo:
         self._emergency = True
 
     def turn_frame(self, turn: float) -> None:
-        """Odometry's headings grew by `turn` at once: that asked for is still the same one."""
+        """Odometry's headings jumped by `turn`: the commanded one stays the same direction."""
         if self._heading is not None:
             self._heading += turn
 
     def went(self, way: float) -> None:
-        """A way ahead was gone, as odometry has it."""
+        """Reduces the commanded distance by one that was driven, by odometry."""
         if self._way is not None:
             self._way -= way
 

@@ -48,8 +48,8 @@ class Settings:
             deceleration=configuration.deceleration or 0,
             turning_acceleration=configuration.turning_acceleration or 0,
             turning_deceleration=configuration.turning_deceleration or 0,
-            bump_stall=BOTH_RINGS if generation.tells_motors else 0,
-            e_stall=generation.tells_motors,
+            bump_stall=BOTH_RINGS if generation.reports_motors else 0,
+            e_stall=generation.reports_motors,
         )
 
     def changed(self, command: Command, value: int) -> "Settings":
@@ -101,7 +101,7 @@ class Settings:
         """m/s² and rad/s² of an emergency stop: as much as the robot can."""
         return self.acceleration_top / 1e3, math.radians(self.turning_acceleration_top)
 
-    def told(self, configuration: Configuration) -> Configuration:
+    def reported(self, configuration: Configuration) -> Configuration:
         """The answer to CONFIG, with what has been set since."""
         return replace(
             configuration,

@@ -1,4 +1,4 @@
-"""The whole simulated robot without I/O: firmware, head, faults of the line, in given time."""
+"""The whole simulated robot without I/O: firmware, head, line faults; time is an argument."""
 
 import math
 from dataclasses import dataclass, replace
@@ -24,7 +24,7 @@ from facetlog.robot.simulator.world_file import WorldSetup
 
 __all__ = ["Simulation", "SimulationState"]
 
-# Keep what is drawn for motion and for the line apart from each other and from the pictures.
+# Separate random streams for motion and for the line, independent of that of the pictures.
 MOTION_STREAM, LINE_STREAM = 1, 2
 AUX_PORTS = ("aux1", "aux2", "aux3")
 OWN_PORT = "own"
@@ -32,7 +32,7 @@ OWN_PORT = "own"
 
 @dataclass(frozen=True, slots=True)
 class SimulationState:
-    """What is true at one moment; seconds, metres, radians."""
+    """The true state at one moment; seconds, metres, radians."""
 
     at: float
     truth: Truth
@@ -101,13 +101,13 @@ class Simulation:
         return self.setup.head.port == OWN_PORT
 
     def inject(self, fault: Fault, now: float) -> None:
-        """Lets something go wrong from now on."""
+        """Injects a fault from now on."""
         self.advance(now)
         self._schedule.add(now, fault)
         self.advance(now)
 
     def advance(self, now: float) -> None:
-        """Lets everything go on until `now`, in the order in which it happens."""
+        """Advances everything to `now`, in the order of events."""
         while True:
             times = (self._schedule.next_at, self._to_robot.next_at)
             at = min((t for t in times if t is not None), default=math.inf)
@@ -121,14 +121,14 @@ class Simulation:
         self._to_client.push(self.firmware.pending(now), now)
 
     def viewpoint(self, now: float) -> Viewpoint:
-        """From where the camera looks."""
+        """The camera's viewpoint."""
         self.advance(now)
         truth = self.firmware.drive.body.truth
         pan, tilt, _ = self._angles(now)
         return Viewpoint(truth.x, truth.y, truth.heading, pan, tilt)
 
     def state(self, now: float) -> SimulationState:
-        """What is true now."""
+        """The true state now."""
         self.advance(now)
         drive = self.firmware.drive
         pan, tilt, zoom = self._angles(now)

@@ -11,8 +11,8 @@ from facetlog.robot.simulator.obstacles import Obstacles
 __all__ = ["RANGE", "Sonars"]
 
 RANGE = 5.0
-"""Metres: what is further off is not heard, and this is said (Pioneer 2 manual)."""
-# The beam is some 30 degrees wide; what is anywhere in it answers, the nearest first.
+"""Largest range, metres, and the one reported where nothing is detected (Pioneer 2 manual)."""
+# The beam is some 30 degrees wide; the nearest thing anywhere in it is measured.
 BEAM = math.radians(30)
 RAYS = 5
 ARRAY = 8
@@ -51,7 +51,7 @@ class Sonars:
         self._fired = 0
 
     def readings(self, now: float, truth: Truth) -> tuple[SonarReading, ...]:
-        """What was measured since it was asked last: at most once each sonar."""
+        """The ranges measured since the last call: at most one for each sonar."""
         if not self.on:
             return ()
         due_count = int((now - self._since) / self.period + 1e-6)

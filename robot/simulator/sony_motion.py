@@ -22,7 +22,7 @@ HOME: Final = AbsoluteMove(0, 0, FASTEST_PAN, FASTEST_TILT)
 
 
 class SonyMotion:
-    """Where the head is and goes; it never leaves its limits. ValueError without known speeds."""
+    """Position and motion of the head, within its limits. ValueError without known speeds."""
 
     def __init__(self, model: SonyModel) -> None:
         if not (model.pan_speeds_deg and model.tilt_speeds_deg):

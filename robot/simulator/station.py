@@ -28,7 +28,7 @@ GARBLING_STREAM = 4  # apart from what else is drawn with the same seed
 
 @dataclass(frozen=True, slots=True)
 class Addresses:
-    """Where clients reach what is simulated."""
+    """The addresses of the simulated devices."""
 
     robot: str
     pty: str | None

@@ -1,4 +1,4 @@
-"""From where and whither the camera truly looks: robot, mount, head, pinhole, one after the other.
+"""The camera's true pose: robot, mount, head, pinhole, one after the other.
 
 The chain is that of the paper: pan about an upright axis of the head, then tilt about a level one.
 """

@@ -1,7 +1,7 @@
-"""What the simulated robot offers over HTTP: pictures, what is true of it, and faults to order.
+"""The simulated robot's HTTP interface: pictures, its true state, and injection of faults.
 
-GET / and /stream.mjpg: the camera as MJPEG. GET /frame.jpg: one picture, exposed after it was asked
-for. GET /state: what is true, as JSON. POST /faults: one fault as JSON (see faults.Fault).
+GET / and /stream.mjpg: the camera as MJPEG. GET /frame.jpg: one picture, exposed after the request.
+GET /state: the true state, as JSON. POST /faults: one fault as JSON (see faults.Fault).
 """
 
 import json
@@ -28,10 +28,10 @@ BOUNDARY = "picture"
 PATIENCE = 0.25
 """Seconds between two looks whether a stream has ended."""
 STILL_SECONDS = 5.0
-"""How long one picture is waited for before the camera is said to be silent."""
+"""Time-out of one picture, after which the camera counts as silent."""
 SOCKET_SECONDS = 10.0
 SEND_BUFFER = 1 << 17
-"""Bytes of pictures on their way to a slow reader, who would see old ones otherwise."""
+"""Bytes of pictures buffered for a slow reader, which would get old ones otherwise."""
 LARGEST_BODY = 1 << 16
 FAULT = TypeAdapter(Fault)
 
@@ -77,7 +77,7 @@ class _Server(ThreadingHTTPServer):
         super().__init__(address, handler)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """What went wrong with a request; a client that goes away is no error."""
+        """Logs the error of a request; a client that goes away is no error."""
         if not isinstance(sys.exception(), ConnectionError | TimeoutError):
             super().handle_error(request, client_address)
 

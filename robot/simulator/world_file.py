@@ -1,4 +1,4 @@
-"""The file that says what is simulated: TOML, every key of it documented in default_world.toml."""
+"""The world file of the simulator: TOML, every key of it documented in default_world.toml."""
 
 import re
 import tomllib
@@ -71,7 +71,7 @@ class StartSetup:
 
 @dataclass(frozen=True, slots=True, config=FORM)
 class ErrorSetup:
-    """What odometry does not see: see dynamics.MotionErrors."""
+    """Errors of odometry: see dynamics.MotionErrors."""
 
     left: Error = 0.0
     right: Error = 0.0
@@ -82,7 +82,7 @@ class ErrorSetup:
 
 @dataclass(frozen=True, slots=True, config=FORM)
 class RobotSetup:
-    """The robot: its model, its place, its errors, and what it says differently in CONFIG."""
+    """The robot: its model, place and errors, and fields of CONFIG that are not the defaults."""
 
     model: str = "p2dx"
     name: Annotated[str, Field(max_length=19, pattern=r"^[\x20-\x7e]*$")] = "Simulated"
@@ -149,7 +149,7 @@ class TimedFault:
 
 @dataclass(frozen=True, slots=True, config=FORM)
 class WorldSetup:
-    """All that a world file says."""
+    """The contents of a world file."""
 
     scene: SceneSetup = SceneSetup()
     robot: RobotSetup = RobotSetup()
@@ -161,7 +161,7 @@ class WorldSetup:
 
 
 def read_world(path: Path | None = None) -> WorldSetup:
-    """What the file says, or the default world without one.
+    """The world in the file, or the default world without one.
 
     InputError in one line that names the file, the line and the key, and what may stand there.
     """
@@ -208,7 +208,7 @@ def _fault(name: str, text: str, place: tuple[str | int, ...], said: str) -> Inp
 
 
 def _check_names(name: str, text: str, setup: WorldSetup) -> None:
-    """InputError for what only the rest of the project knows to be wrong."""
+    """InputError for names that the project does not have."""
     if setup.scene.world not in WORLDS:
         said = f"no world {setup.scene.world!r}; there are {', '.join(WORLDS)}"
         raise _fault(name, text, ("scene", "world"), said)

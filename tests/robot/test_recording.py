@@ -95,7 +95,7 @@ def test_the_truth_written_projects_alike_in_every_frame(tmp_path: Path) -> None
     np.testing.assert_allclose(corners(tmp_path / "moved", moved), plain, atol=1e-6)
 
 
-def test_the_truth_gives_the_sizes_asked_for(tmp_path: Path) -> None:
+def test_the_truth_has_the_given_sizes(tmp_path: Path) -> None:
     frame = random_similarity(np.random.default_rng(0), scale=2.0)
     simulate(tmp_path, make_world("block", 3), tour_poses()[:2], SMALL, frame=frame, unit="mm")
     truth = json.loads((tmp_path / "ground_truth.json").read_text())
@@ -125,7 +125,7 @@ def test_pose_noise_has_its_sd() -> None:
     assert np.std(turns) == pytest.approx(0.01, rel=0.1)
 
 
-def test_views_have_the_poses_asked_for_and_noise_of_their_own() -> None:
+def test_views_have_the_given_poses_and_noise_of_their_own() -> None:
     world, poses = make_world("empty"), tour_poses()[:2]
     first = views_of(world, poses, SMALL, seed=1)
     again = views_of(world, poses[:1], SMALL, seed=1)

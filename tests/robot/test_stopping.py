@@ -103,7 +103,7 @@ def drive_for(client: Pioneer, seconds: float, speed: float, turning: float) -> 
 
 
 @pytest.mark.slow
-def test_a_line_on_which_one_byte_in_twenty_is_wrong_never_tells_a_wrong_pose() -> None:
+def test_a_line_on_which_one_byte_in_twenty_is_wrong_never_gives_a_wrong_pose() -> None:
     with robot() as simulated:
         with Pioneer.connect(simulated.address, limits=Limits(speed=0.3)) as client:
             client.enable_motors()

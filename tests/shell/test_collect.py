@@ -36,7 +36,7 @@ def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
         (["--tour", "paper", "--keep-out", "1,2"], "give RADIUS, or X,Y,RADIUS"),
         (["--tour", "paper", "--keep-out", "-1"], "a radius is above 0"),
         (["--tour", "paper", "--keep-out", "1", "--keep-out", "2"], "each is X,Y,RADIUS"),
-        (["--tour", "paper", "--resume"], "say by --start X,Y,HEADING_DEG where the robot stands"),
+        (["--tour", "paper", "--resume"], "give by --start X,Y,HEADING_DEG where the robot stands"),
         (["--tour", "paper", "--head-port", "aux9"], "--head-port 'aux9': give aux1, aux2 or aux3"),
         (["--tour", "paper", "--head-unheard"], "a sony-evi-d30 answers, leave it out"),
         (["--tour", "paper", "--mount", "none.toml"], "none.toml is missing"),
@@ -123,7 +123,7 @@ def test_the_camera_and_its_unit_are_taken_from_beside_the_tour(
     tour.write_text(HEADER + "a,0,0,700,0,-100\nb,900,0,700,20,-100\n", encoding="utf-8")
     argv = ["collect", _nobody(), "--tour", str(tour), "-o", str(tmp_path / "out")]
     assert main(argv) == 2
-    assert "its unit of length is not told" in _refusal(capsys)
+    assert "its unit of length is unknown" in _refusal(capsys)
     (tmp_path / "camera.toml").write_text(CAMERA + 'unit = "mm"\n', encoding="utf-8")
     assert main(argv) == 3
     (tmp_path / "camera.toml").write_text("width = 640\n", encoding="utf-8")

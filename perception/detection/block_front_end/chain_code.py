@@ -1,7 +1,8 @@
-"""Freeman chain codes of closed outlines, and the shape figures that follow from them.
+"""Freeman chain codes of closed outlines, and shape descriptors computed from them.
 
 Code k is the step at 45° k from the picture's right, counter-clockwise as seen (0 right, 2 up,
-4 left, 6 down): Freeman 1961. All figures are free of scale, place and (up to the grid) turn.
+4 left, 6 down): Freeman 1961. All descriptors are invariant to scale, place and (up to the grid)
+rotation.
 """
 
 from dataclasses import dataclass
@@ -25,7 +26,7 @@ EVEN_STEP, ODD_STEP, CODE_CHANGE = 0.980, 1.406, -0.091
 # A side is a stretch of outline that turns less than the paper's 30 degrees in all.
 SIDE_TURN = np.deg2rad(30.0)
 # The direction at a pixel is taken over this share of the outline (at least MIN_SUPPORT steps:
-# four steps tell 14 degrees apart on the grid).
+# four steps resolve 14 degrees on the grid).
 SUPPORT_SHARE = 0.02
 MIN_SUPPORT = 4
 # A side is at least this share of the outline; a polygon of six sides, as a block shows, has
@@ -35,7 +36,7 @@ LEAST_SIDE_SHARE = 0.1
 
 @dataclass(frozen=True, slots=True)
 class OutlineShape:
-    """Figures of a closed outline, each in [0, 1].
+    """Shape descriptors of a closed outline, each in [0, 1].
 
     compactness: 4 pi area / perimeter², 1 for a disc, .785 for a square.
     polygonality: share of the outline in sides, i.e. in straight stretches of some length.
@@ -49,7 +50,7 @@ class OutlineShape:
 
     @property
     def score(self) -> float:
-        """How much the outline is that of one flat-faced thing: the product of the figures."""
+        """A score for the outline of one flat-faced thing: the product of the descriptors."""
         return self.compactness * self.polygonality * self.straightness
 
 

@@ -15,7 +15,7 @@ from facetlog.perception.types import FloatArray, Image
 __all__ = ["SMOOTHING_PX", "edge_pixels", "trace_chains"]
 
 # Smoothing before the Laplacian, px: enough to make its zero crossings connected at the noise of
-# ordinary cameras, and no wider than the pictures' own blur asks for.
+# ordinary cameras, and no wider than the pictures' own blur.
 SMOOTHING_PX = 1.4
 # A zero crossing is an edge where the gradient is this many times its own noise. A Rayleigh
 # distributed gradient passes 5 sd once in 270,000 pixels.

@@ -1,10 +1,10 @@
-"""The same vertex in several pictures: by its label and by what the cameras allow.
+"""Correspondence of vertices between pictures: by label and by epipolar geometry.
 
-Section 5.3 of the paper matches successive pictures by label alone. Here every two pictures
-propose points (a pair of vertices on each other's epipolar lines), all other pictures vote on
-them, and the label is evidence in the vote. A point stands if chance would not bring so many
-vertices together (an a-contrario test: Moulon, Monasse and Marlet 2012 use it the same way), so
-missing, false and mislabelled vertices do no harm, and the order of the pictures has no effect.
+Section 5.3 of the paper matches successive pictures by label alone. Here every two pictures propose
+points (a pair of vertices on each other's epipolar lines), all other pictures vote on them, and the
+label is evidence in the vote. A point is accepted if chance would not bring so many vertices
+together (an a-contrario test: Moulon, Monasse and Marlet 2012 use it the same way), so missing,
+false and mislabelled vertices do no harm, and the order of the pictures has no effect.
 """
 
 from dataclasses import dataclass
@@ -25,9 +25,9 @@ from facetlog.perception.types import FloatArray, Observation, PositionLabel, Tr
 
 __all__ = ["POSE_SD_PX", "track_vertices"]
 
-# What a pose is off, as seen in the picture, px. Odometry is worse, a calibrated rig better.
+# Effect of a pose's error in the picture, px. Odometry is worse, a calibrated rig better.
 POSE_SD_PX = 0.5
-# Gates: a true pair or observation fails one in a thousand times.
+# Gates: a true pair or observation is rejected once in a thousand times.
 GATE_SHARE = 0.999
 EPIPOLAR_GATE = float(chi2.ppf(GATE_SHARE, 1))
 POINT_GATE = float(chi2.ppf(GATE_SHARE, 2))
@@ -35,11 +35,11 @@ POINT_GATE = float(chi2.ppf(GATE_SHARE, 2))
 # benchmarks/accuracy_front_end.py), so a label that contradicts costs -2 ln .01 in chi-square.
 LABEL_ERROR = 0.01
 LABEL_COST = -2.0 * float(np.log(LABEL_ERROR))
-# A junction may be another one where a side comes into sight, or an edge was not found: one in
-# twenty is assumed. So a mark makes a poor pair fail, not a good one.
+# A junction may change where a side comes into sight, or an edge was not found: one in twenty is
+# assumed. So a mark makes a poor pair fail, not a good one.
 MARK_ERROR = 0.05
 MARK_COST = -2.0 * float(np.log(MARK_ERROR))
-# Rays that meet at less than this angle fix no depth to vote on, radians.
+# Rays that meet at less than this angle determine no depth to vote on, radians.
 LEAST_PARALLAX = np.deg2rad(2.0)
 # A track is kept if this many are expected by chance in all, or fewer (Desolneux et al. 2000).
 MOST_FALSE_TRACKS = 0.1
@@ -275,7 +275,7 @@ def track_vertices(
     points, pairs = _proposals(views, seen)
     if not len(points):
         return ()
-    # The points of two views are no better than these are: twice the variance in the vote.
+    # The points of two views are as uncertain as these: twice the variance in the vote.
     spread = float(np.sqrt(np.median(np.trace(seen.cov, axis1=1, axis2=2)) / 2.0))
     off = _off(views, seen, points, spread)
     same = seen.label[pairs].max(axis=1)[:, None]

@@ -20,21 +20,21 @@ __all__ = ["SLOPE_CHANGE", "EdgeLine", "extended_line", "fit_edge_line", "straig
 
 # The paper's change in slope at a vertex (algorithm, step 4), radians.
 SLOPE_CHANGE = np.deg2rad(30.0)
-# Slopes are chords over this many pixels of chain: on the grid 8 pixels tell 7 degrees apart.
+# Slopes are chords over this many pixels of chain: on the grid 8 pixels resolve 7 degrees.
 SUPPORT_PX = 8
 # A piece that bows more than this is bent below SLOPE_CHANGE somewhere and is cut there; traced
 # pixels of a straight edge stay within .5 px of rounding and about as much of noise.
 MOST_BOW_PX = 1.2
 # Half the length of the grey profiles across an edge, px: the step is over by 2.5 blur, and two
-# pixels of each side tell its grey level.
+# pixels of each side give its grey level.
 HALF_PROFILE_PX = 5
 ACROSS_PX = np.arange(-HALF_PROFILE_PX, HALF_PROFILE_PX + 0.5, 0.5)
-# Blur that is taken for granted (lens and pixel), px; a fit at the wrong blur has no bias.
+# Assumed blur (lens and pixel), px; a fit at the wrong blur has no bias.
 NOMINAL_BLUR_PX = 1.1
 # Grey levels beside an edge are averaged over this many pixels along it.
 LEVEL_SPAN_PX = 15
 FIT_STEPS = 4
-# Fewer profiles than this do not fix offset and angle and still tell their scatter.
+# Fewer profiles than this do not determine offset and angle and also their scatter.
 LEAST_PROFILES = 5
 # Steps end when the line moves less than this, px: a tenth of the best line's own error.
 SETTLED_PX = 0.01
@@ -45,7 +45,7 @@ GAP_PX = 5
 # turns by 10 degrees has left by as much after 5 pixels.
 DRIFT_PX = 0.8
 DRIFT_SD = 3.0
-# Offsets beyond this many robust sd are another edge's (Rousseeuw and Leroy 1987).
+# Outliers: offsets beyond this many robust sd are of another edge (Rousseeuw and Leroy 1987).
 OUTLIER_SD = 2.5
 # Standard deviation over median magnitude of a Gaussian.
 MAD_TO_SD = 1.4826
@@ -281,7 +281,7 @@ def _offsets(
     contrast = np.convolve(sums[:, 1], kernel, mode="same") / weights - low
     # sum g r with the residual r = profile - low - contrast step
     matched = sums[:, 2] - low * slope.sum() - contrast * float(step @ slope)
-    # A contrast that is noise itself tells no offset: it is given the least it can be.
+    # A contrast within the noise gives no offset: it is set to its least value.
     safe = np.where(np.abs(contrast) < 1.0, np.where(contrast < 0, -1.0, 1.0), contrast)
     offsets = -matched / (safe * float(slope @ slope))
     noise = max(sd_grey, 1.0 / np.sqrt(12.0))  # rounding to whole grey levels

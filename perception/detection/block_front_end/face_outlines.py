@@ -37,9 +37,9 @@ class _Sighting:
 
 
 def track_points(tracks: tuple[Track, ...], views: tuple[View, ...]) -> FloatArray:
-    """The points (n, 3) of the tracks, not a number where the rays fix none.
+    """The points (n, 3) of the tracks, NaN where the rays determine none.
 
-    They serve to tell planes apart; the estimates of record are the filter's.
+    They only serve to separate planes; the final estimates are the filter's.
     """
     projections = tuple(view.projection for view in views)
     points = np.full((len(tracks), 3), np.nan)
@@ -97,8 +97,8 @@ def _sightings(
     """The regions of all views that show one plane, with the tracks that border them.
 
     A track that a view missed counts where its point falls on a region's border: in the region's
-    plane it is one of its corners, in front of the plane it tells that the region is two faces
-    whose common edge is unseen. Behind the plane it is hidden.
+    plane it is one of its corners, in front of the plane it shows that the region is two faces
+    whose common edge is unseen. Behind the plane it is occluded.
     """
     seen: dict[tuple[int, int], set[int]] = {}
     missed: dict[tuple[int, int], set[int]] = {}

@@ -33,7 +33,7 @@ from facetlog.perception.types import FloatArray, Track, View
 
 __all__ = ["BlockFeatures", "block_front_end", "labelled_pictures"]
 
-# Without a known turn of the block its sides are told apart by where the views stand, except
+# Without a known rotation of the block its sides are distinguished by where the views stand, except
 # within this angle of the corner between two sides.
 SIDE_MARGIN = np.deg2rad(15.0)
 
@@ -142,8 +142,8 @@ def block_front_end(
     """Labelled vertices, tracks and face outlines of the one bright block in the views.
 
     `threshold` in grey levels (None: by each picture's histogram), `grow` adds faces in the shade,
-    `slope_change` in radians makes a vertex, `up` (3,) is the world's if known, `pose_sd_px` is
-    what poses are off in the picture. `progress(done, total)` is called after each picture.
+    `slope_change` in radians makes a vertex, `up` (3,) is the world's if known, `pose_sd_px` is the
+    effect of pose errors in the picture. `progress(done, total)` is called after each picture.
     """
     pictures = []
     for index, view in enumerate(views):

@@ -41,7 +41,7 @@ FIRST_FIT_STEPS = 2
 SAME_VERTEX_PX = 3.0
 # Chi-square of one line's distance from the vertex, 1 degree of freedom, .1 %.
 LINE_GATE = 10.83
-# Distance of a crossing from the picture's rim below which it is the rim's doing, px.
+# Distance of a crossing from the picture's rim below which it is an artefact of the rim, px.
 RIM_PX = 2.0
 
 

@@ -1,8 +1,8 @@
-"""What tells vertices apart that position labels do not: the junctions that they are.
+"""Junction types as marks of vertices that position labels do not distinguish.
 
 Section 5.3 of the paper: where "more than one vertex in an image has the same label [...]
-additional junction labeling scheme needs to be adopted", and names Waltz's. A junction looks alike
-in pictures that show the same side of the object; from another side it is another one.
+additional junction labeling scheme needs to be adopted", and names Waltz's. A junction has the same
+type in pictures that show the same side of the object; from another side it has another one.
 """
 
 from collections import Counter

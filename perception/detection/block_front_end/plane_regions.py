@@ -27,7 +27,7 @@ LEAST_REGION_SHARE = 0.02
 # The blurred rim of a face, px: it has the greys of neither face and is no region of its own.
 RIM_PX = 2
 # The 8 neighbours are averaged this many times: a Gaussian of sqrt(.75 passes) = 1.9 px, which
-# tells faces apart that differ by less than a picture's noise, and is no wider than their rim.
+# separates faces that differ by less than a picture's noise, and is no wider than their rim.
 PASSES = 5
 # What that leaves of white noise: 1 / (2 sqrt(pi) 1.9).
 PASSES_NOISE = 0.146

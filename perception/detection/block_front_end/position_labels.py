@@ -8,7 +8,8 @@ from one side to another; the labels of tracks refer to the side that faces the 
 Evidence, in this order: the plan directions of the edges that leave the vertex (a vertex with an
 edge to the right is a left one, with one away from the camera a front one, with one downwards a
 top one); RULE 1's test of the 8 neighbours and its counterparts; whether the object lies above,
-below, left or right of the vertex. What stays open, or is contradicted, has no label, and why.
+below, left or right of the vertex. A vertex without enough evidence, or with contradicting
+evidence, has no label but a reason.
 """
 
 from dataclasses import dataclass
@@ -35,7 +36,7 @@ __all__ = [
 # so the neighbours are taken this far from the vertex.
 NEIGHBOUR_PX = 5
 # An edge belongs to a direction of the plan, or to the upright, within this angle: it is where
-# half the least slope change that makes a vertex (30 degrees) begins to speak for another.
+# half the least slope change that makes a vertex (30 degrees) would fit another one as well.
 DIRECTION_WINDOW = np.deg2rad(15.0)
 
 COMPASS = ("N", "NE", "E", "SE", "S", "SW", "W", "NW")
@@ -68,11 +69,11 @@ class BlockSide:
 @dataclass(frozen=True, eq=False, slots=True)
 class LabelledVertex:
     """A 2-D vertex with its label as this picture shows the block, and the same on the block
-    whose front faces the first picture; `reason` says what spoke for it, or why there is none.
+    whose front faces the first picture; `reason` names its evidence, or why there is none.
 
-    `position` is what is known of the label, as `front_?_top`, though others may have it as well.
-    `mark` says what else tells a vertex without a label from the picture's others, and among which
-    vertices of other pictures it can be looked for (junction_marks.py).
+    `position` is the known part of the label, as `front_?_top`, though others may have it as well.
+    `mark` distinguishes a vertex without a label from the picture's others, and limits the vertices
+    of other pictures that it may correspond to (junction_marks.py).
     """
 
     vertex: ImageVertex
@@ -124,7 +125,7 @@ def _edge_words(
     axes: tuple[FloatArray, FloatArray],
     side: BlockSide,
 ) -> set[str]:
-    """What the edges that leave the vertex say of it: of front, back, left, right, top, bottom."""
+    """The evidence of the edges at the vertex: which of front, back, left, right, top, bottom."""
     vanishing = view.camera.matrix @ (view.pose.rotation.T @ up)
     upwards = vanishing[:2] - vertex.uv * vanishing[2]
     upwards /= np.linalg.norm(upwards)
@@ -212,7 +213,7 @@ def label_vertices(
     """The vertices of one picture with their labels, none of which is given twice.
 
     `up` (3,) and `axes` are the plan's (module `upright`), `side` how the block stands to this
-    view (None if unknown: then only the 8 neighbours speak), `quarters` by how many quarter turns
+    view (None if unknown: then only the 8 neighbours count), `quarters` by how many quarter turns
     this view's side lies counter-clockwise of the first picture's (None if unknown).
     """
     labelled = []

@@ -1,4 +1,4 @@
-"""Black and white pictures: the paper's fixed threshold, and thresholds chosen by the histogram.
+"""Binary pictures: the paper's fixed threshold, and thresholds chosen by the histogram.
 
 Section 5.3 of the paper: pixels below the threshold become 0, those at or above it 255; "a
 threshold of around 150 can isolate" the white block.

@@ -1,1 +1,1 @@
-"""Faces by lines first: segments, 3-D segments that many views support, planes, outlines."""
+"""Faces from lines: segments, 3-D segments supported by many views, planes, outlines."""

@@ -1,4 +1,4 @@
-"""Outlines that may be faces, what they are worth, and the plainest form of one among many."""
+"""Candidate outlines of faces, their scores, and the simplest of several nearly equal ones."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -8,8 +8,8 @@ import numpy as np
 
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import alike
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import FaceEvidence
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.outlines.region_outline import (
     without_short_sides,
     without_straight_corners,
@@ -28,31 +28,31 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_PRICE", "Candidate", "Judge", "price", "simplest", "square", "tidy"]
+__all__ = ["LEAST_PENALTY", "Candidate", "Judge", "penalty", "simplest", "square", "tidy"]
 
-# Each side is chosen among some twenty, a moved one among its moves besides, on one of up to a
-# thousand planes: so much the sides must speak for an outline before it is as likely as the best of
-# those that chance offers, and so much more that it is less than one face in a thousand scenes.
-SIDE_PRICE, MOVED_PRICE = float(np.log(20.0)), float(np.log(20.0 * len(MOVES_PX)))
-PLANE_PRICE = float(np.log(1000.0 * 1000.0))
-LEAST_PRICE = PLANE_PRICE + 3 * SIDE_PRICE  # of a triangle
-# A shorter side, px, is where two others meet: corners are blunt. A corner nearer to the line past
-# it than an edge is wide, px, is none.
+# Each side is chosen among some twenty, a moved one also among its moves, on one of up to a
+# thousand planes: the log-likelihood ratio of the sides must exceed what the best of so many
+# choices has by chance, by so much more that chance makes less than one face in a thousand scenes.
+SIDE_PENALTY, MOVED_PENALTY = float(np.log(20.0)), float(np.log(20.0 * len(MOVES_PX)))
+PLANE_PENALTY = float(np.log(1000.0 * 1000.0))
+LEAST_PENALTY = PLANE_PENALTY + 3 * SIDE_PENALTY  # of a triangle
+# A shorter side, px, is only a blunt corner of two others. A corner nearer to the line past it than
+# an edge is wide, px, is none.
 MIN_SIDE_PX, MIN_TURN_PX = 4.0, 1.0
-# Worths are as good as equal from this share on: three standard deviations of some 200 samples.
-AS_WORTH = 0.85
-# Of an outline with more corners none is tried without: it is a curve.
+# Scores count as equal from this share on: three standard deviations of some 200 samples.
+AS_GOOD = 0.85
+# An outline with more corners is a curve, and is not simplified.
 MAX_SIMPLIFIED = 16
-# A plane is not turned by more than its lines leave open at any corner.
+# A plane is not rotated by more than the uncertainty of its lines at any corner.
 KNOWN_SDS = 3.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Candidate:
-    """An outline (k, 3) with its evidence, on the plane hypothesis of that number.
+    """An outline (k, 3) with its evidence, on the plane hypothesis of number `plane`.
 
     `moved` says that its sides were moved onto edges, `after` how many faces there were when it was
-    judged, `square` that its plane is square to what was found before.
+    judged, `square` that its plane is perpendicular or parallel to what was found before.
     """
 
     corners: FloatArray
@@ -64,10 +64,10 @@ class Candidate:
     square: bool = False
 
     @property
-    def worth(self) -> float:
-        """The sides' ratio, less where part of the inside or some views speak against it."""
+    def score(self) -> float:
+        """The sides' ratio, reduced where part of the inside or some views contradict the face."""
         e = self.evidence
-        sides = e.sides - price(self.corners, moved=self.moved)
+        sides = e.sides - penalty(self.corners, moved=self.moved)
         return sides * (4 * e.consistent - 3) * float(np.sqrt(e.share))
 
 
@@ -76,13 +76,13 @@ Judge: TypeAlias = Callable[[FloatArray, Candidate], Candidate | None]
 those; None where they are no face."""
 
 
-def price(corners: FloatArray, *, moved: bool) -> float:
-    """What the sides of an outline (k, 3) must be worth."""
-    return PLANE_PRICE + (MOVED_PRICE if moved else SIDE_PRICE) * len(corners)
+def penalty(corners: FloatArray, *, moved: bool) -> float:
+    """The penalty that the log-likelihood ratio of an outline's (k, 3) sides must exceed."""
+    return PLANE_PENALTY + (MOVED_PENALTY if moved else SIDE_PENALTY) * len(corners)
 
 
 def tidy(corners: FloatArray, normal: FloatArray, pixel: float) -> FloatArray:
-    """An outline (k, 3) across a normal without what is no side and no corner at that `pixel`."""
+    """An outline (k, 3) across a normal without sides and corners below the `pixel` resolution."""
     basis = plane_basis(normal)
     flat = without_short_sides(corners @ basis, MIN_SIDE_PX * pixel)
     flat = without_straight_corners(flat, MIN_TURN_PX * pixel)
@@ -91,37 +91,37 @@ def tidy(corners: FloatArray, normal: FloatArray, pixel: float) -> FloatArray:
 
 
 def simplest(candidate: Candidate, others: Sequence[Candidate], judge: Judge) -> Candidate:
-    """The candidate without corners that make it worth less: regions grow spurs along their lines.
+    """The candidate without corners that lower its score: regions grow spurs along their lines.
 
-    Of the `others`, the best first, one with fewer corners that is nearly the same takes its place.
+    Of the `others`, the best first, a nearly equal one with fewer corners takes its place.
     """
     candidate = _plainest(candidate, others, judge)
     while 3 < len(candidate.corners) <= MAX_SIMPLIFIED:
         fewer = (np.delete(candidate.corners, k, axis=0) for k in range(len(candidate.corners)))
         judged = [judge(corners, candidate) for corners in fewer]
-        worths = np.array([0.0 if j is None else j.worth for j in judged])
-        best = judged[largest(worths)]
-        if best is None or best.worth <= candidate.worth:
+        scores = np.array([0.0 if j is None else j.score for j in judged])
+        best = judged[largest(scores)]
+        if best is None or best.score <= candidate.score:
             break
         candidate = best
     return candidate
 
 
 def _plainest(best: Candidate, others: Sequence[Candidate], judge: Judge) -> Candidate:
-    # Of outlines of nearly the same region and worth the one with fewest corners: print beside
-    # a border gives edges enough for any notch.
+    # Of outlines of nearly the same region and score, the one with fewest corners: texture beside
+    # a border has edges enough for any notch.
     plainer = [
         c
         for c in others
         if c.plane == best.plane
         and c.normal @ best.normal > 0
         and len(c.corners) < len(best.corners)
-        and c.worth >= AS_WORTH * best.worth
+        and c.score >= AS_GOOD * best.score
         and alike(c.corners, best.corners, best.normal)
     ]
     for c in sorted(plainer, key=lambda c: len(c.corners)):
         again = judge(c.corners, c)
-        if again is not None and again.worth >= AS_WORTH * best.worth:
+        if again is not None and again.score >= AS_GOOD * best.score:
             return again
     return best
 
@@ -131,17 +131,17 @@ def square(
     known: Sequence[FloatArray],
     plane: PlaneHypothesis,
     cloud: LineCloud,
-    witnesses: Witnesses,
+    photos: PhotometricViews,
     sides: SideJudge,
     judge: Judge,
 ) -> Candidate:
-    """The candidate on a plane parallel or square to `known` normals (3,), where it may be.
+    """The candidate on a plane parallel or perpendicular to `known` normals (3,), where possible.
 
-    Its lines leave it open within KNOWN_SDS, and it is worth as much there: another thing may
-    stand askew. `plane` is the candidate's.
+    That is where its lines allow it within KNOWN_SDS, and its score there is as good: another thing
+    may stand askew. `plane` is the candidate's.
     """
     cov = plane_cov(plane, cloud, candidate.corners, OPEN_SLOPE)
-    centre = witnesses.centres[candidate.evidence.shown].mean(axis=0)
+    centre = photos.centres[candidate.evidence.shown].mean(axis=0)
     for normal in square_normals(candidate.normal, known):
         if is_square(candidate.normal, normal):
             return replace(candidate, square=True)
@@ -149,10 +149,10 @@ def square(
         moved_by = np.abs((ring - candidate.corners) @ candidate.normal)
         if (moved_by > KNOWN_SDS * np.sqrt(np.diagonal(cov))).any():
             continue
-        views = witnesses.facing(ring.mean(axis=0), normal)
+        views = photos.facing(ring.mean(axis=0), normal)
         moved = sides.onto_edges(views, ring, normal, cloud.pixel)
         for corners in (ring, moved):
             again = judge(corners, replace(candidate, normal=normal))
-            if again is not None and again.worth >= AS_WORTH * candidate.worth:
+            if again is not None and again.score >= AS_GOOD * candidate.score:
                 return replace(again, square=True)
     return candidate

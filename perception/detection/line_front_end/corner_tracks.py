@@ -27,15 +27,15 @@ __all__ = [
 # within so many px of either's plane.
 MERGE_SHARE = 0.25
 ON_PLANE_PX = 4.0
-# How well the end of an edge is known that no other edge ends, px.
+# Standard deviation of the end of an edge along it, where no other edge ends it, px.
 END_SD_PX = 4.0
-# How well a corner of an outline is known that its sides do not fix in the pictures, px: the cells
-# in which regions are outlined (plane_regions.FINE_PX). The views share this error.
+# Standard deviation of a corner of an outline that its sides do not determine in the pictures, px:
+# the cells in which regions are outlined (plane_regions.FINE_PX). The views share this error.
 OUTLINE_SD_PX = 2.0
-# A meeting farther than this from where the outline has the corner, px, is of other edges: three of
-# those standard deviations.
+# An intersection farther than this from the outline's corner, px, is of other edges: three of those
+# standard deviations.
 MAX_OFF_PX = 6.0
-# Two sides fix a corner when they cross at more than 15 degrees.
+# Two sides determine a corner when they cross at more than 15 degrees.
 MIN_SPREAD = 1 - np.cos(np.radians(15.0))
 
 
@@ -130,10 +130,10 @@ def track_corners(
 def outlined_tracks(
     corners: Corners, shown: NDArray[np.bool_], views: Sequence[View]
 ) -> tuple[Track, ...]:
-    """One track a vertex: where its faces' outlines have it in the views that show one of them.
+    """One track a vertex: the corner of its faces' outlines in the views that show one of them.
 
-    It stands in where the sides fix no corner, as on a curve or behind another thing. All the views
-    together know it to OUTLINE_SD_PX: they share the outline's error.
+    Used where the sides determine no corner, as on a curve or behind another thing. All the views
+    together have the standard deviation OUTLINE_SD_PX: they share the outline's error.
     """
     tracks = []
     for vertex, point in enumerate(corners.points):
@@ -148,9 +148,9 @@ def outlined_tracks(
 def completed_corners(
     corners: Corners, faces: Sequence[SelectedFace], pixel: float
 ) -> tuple[Completion, ...]:
-    """Where the corners lie that only faces have whose plane nothing but their neighbours tells.
+    """Places of corners that belong only to faces whose planes are implied by their neighbours.
 
-    Each beside a corner of a neighbour, as well known as an outline is; `pixel` as before.
+    Each relative to a corner of a neighbour, as accurate as an outline; `pixel` as before.
     """
     known = {v for face, ring in corners.rings if faces[face].plane_cov is not None for v in ring}
     found: dict[int, Completion] = {}
@@ -174,8 +174,8 @@ def track_ends(
 ) -> tuple[Track, ...]:
     """Two tracks for each loose edge (m, 2, 3): where its start and its end are in each view.
 
-    `visible` (m, V) tells which views show it, `fits` where. Across the edge an end is as sure as
-    the readings; along it END_SD_PX, an error that all the views share.
+    `visible` (m, V) says which views show it, `fits` where. Across the edge an end has the standard
+    deviation of the readings; along it END_SD_PX, an error that all the views share.
     """
     found: list[list[Observation]] = [[] for _ in range(2 * len(edges))]
     shared = END_SD_PX**2 * np.maximum(visible.sum(axis=1), 1)

@@ -1,8 +1,8 @@
-"""Which outlines are faces: the best first, and each pixel of a picture shows one of them only.
+"""Greedy selection of faces among candidate outlines; each pixel is explained by one face only.
 
-Candidates are judged by all views. The best is a face; the pixels that show it say nothing of what
-would lie before or behind it, so candidates that lived on them are judged anew without, and their
-planes are searched again. What remains unexplained decides on the next.
+Candidates are judged by all views. The best is a face; the pixels that show it are no evidence for
+anything in front of or behind it, so candidates that used them are judged again without them, and
+their planes are searched again. The remaining pixels decide on the next.
 """
 
 import heapq
@@ -16,9 +16,9 @@ import shapely
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.candidates import (
-    LEAST_PRICE,
+    LEAST_PENALTY,
     Candidate,
-    price,
+    penalty,
     simplest,
     square,
     tidy,
@@ -35,9 +35,9 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     FaceJudge,
 )
 from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.hole_search import HoleFinder
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
 from facetlog.perception.detection.line_front_end.outlines.parallelograms import parallelograms
@@ -57,12 +57,12 @@ from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import
     PlaneHypothesis,
     plane_basis,
 )
-from facetlog.perception.detection.line_front_end.planes.print_choice import with_print_planes
-from facetlog.perception.detection.line_front_end.planes.print_planes import PrintPlane
 from facetlog.perception.detection.line_front_end.planes.square_planes import (
     SQUARE_SLOPE,
 )
-from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
+from facetlog.perception.detection.line_front_end.planes.texture_choice import with_texture_planes
+from facetlog.perception.detection.line_front_end.planes.texture_planes import TexturePlane
+from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
     LineProfiles,
@@ -78,18 +78,19 @@ __all__ = ["SelectedFace", "select_faces"]
 MIN_FINAL = 0.75
 # Smaller faces (root of the area, px) are below what edges can bound.
 MIN_SIZE_PX = 6.0
-# A candidate that loses so much of its worth to the faces before it has its plane searched again.
-STILL_WORTH = 0.6
+# A candidate that loses this share of its score to the faces before it has its plane searched
+# again.
+KEPT_SCORE = 0.6
 # Coplanar faces lie this near to one plane, px.
 SAME_PLANE_PX = 8.0
 # Faces touch within so many px, and their corners become one.
 TOUCH_PX = 8.0
-# Lines that pass this near to a face's outline or end this near to its plane, px, go free.
+# Lines that pass this near to a face's outline or end this near to its plane, px, are not blocked.
 FREE_PX = 4.0
-# A face has a neighbour at each side that is so much of its way round: curves have none.
+# A face has a neighbour at each side that is this share of its perimeter: curves have none.
 LONG_SIDE = 0.08
-# Pixels at a face's rim belong to its neighbours too: half this width, px. What is left between two
-# faces belongs to both.
+# Pixels at a face's rim belong to its neighbours too: half this width, px. A gap between two faces
+# belongs to both.
 RIM, BETWEEN = np.ones((5, 5), dtype=np.uint8), np.ones((7, 7), dtype=np.uint8)
 
 
@@ -97,10 +98,10 @@ RIM, BETWEEN = np.ones((5, 5), dtype=np.uint8), np.ones((7, 7), dtype=np.uint8)
 class SelectedFace:
     """An outline judged a face, its corners counter-clockwise seen from the side that views see.
 
-    `shown` (V,) tells which views show it; `support` is the share of its sides on edges in those,
+    `shown` (V,) says which views show it; `support` is the share of its sides on edges in those,
     `seen` (n, 3) are points of its inside, none in its `holes` (k, 3), which run clockwise.
-    `plane_cov` says how far its plane may be off at its corners, then at those of the holes, where
-    it is known by itself. Where it has no edges its outline is only how far it is known to reach.
+    `plane_cov` is the covariance of its plane's heights at its corners, then at those of the holes,
+    where it has one of its own. Where it has no edges its outline is only its known extent.
     """
 
     corners: FloatArray
@@ -116,23 +117,23 @@ class SelectedFace:
 def select_faces(
     planes: Sequence[PlaneHypothesis],
     cloud: LineCloud,
-    worth: FloatArray,
+    score: FloatArray,
     views: Sequence[View],
     profiles: LineProfiles,
     ground: Ground | None,
-    witnesses: Witnesses,
+    photos: PhotometricViews,
     sides: SideJudge,
-    prints: PrintPoints | None = None,
-    patches: Sequence[PrintPlane] = (),
+    texture: TexturePoints | None = None,
+    patches: Sequence[TexturePlane] = (),
 ) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
     """Faces on the planes, the best first, and in each view the pixels (H, W) that they explain, 1.
 
-    None of them is the ground. Of the cloud's lines `worth` (n,) is their log-likelihood ratio, and
-    `profiles` say how far they are covered. The `patches` of points of print propose planes, too.
+    None of them is the ground. Of the cloud's lines `score` (n,) is their log-likelihood ratio, and
+    `profiles` say how far they are covered. The `patches` of texture points propose planes, too.
     """
-    selection = _Selection(planes, cloud, worth, views, profiles, ground, witnesses, sides)
-    if prints is not None:
-        selection.add_planes_of_print(patches, prints)
+    selection = _Selection(planes, cloud, score, views, profiles, ground, photos, sides)
+    if texture is not None:
+        selection.add_texture_planes(patches, texture)
     return selection.run()
 
 
@@ -141,11 +142,11 @@ class _Selection:
         self,
         planes: Sequence[PlaneHypothesis],
         cloud: LineCloud,
-        worth: FloatArray,
+        score: FloatArray,
         views: Sequence[View],
         profiles: LineProfiles,
         ground: Ground | None,
-        witnesses: Witnesses,
+        photos: PhotometricViews,
         sides: SideJudge,
     ) -> None:
         self._cloud = cloud
@@ -155,38 +156,39 @@ class _Selection:
         self._pixel = cloud.pixel
         self._sides = sides
         self._ground = ground
-        self._witnesses = witnesses
-        self._judge = FaceJudge(self._witnesses, self._sides, ground)
+        self._photos = photos
+        self._judge = FaceJudge(self._photos, self._sides, ground)
         self._behind = LinesBehind(
-            witnesses, sides, self._extents, cloud.end_covs.mean(axis=1), cloud.pixel
+            photos, sides, self._extents, cloud.end_covs.mean(axis=1), cloud.pixel
         )
-        self._holes = HoleFinder(witnesses, sides, cloud, profiles, self._behind)
-        chosen = choose_planes(planes, cloud, worth, ground, self._beside, LEAST_PRICE)
+        self._holes = HoleFinder(photos, sides, cloud, profiles, self._behind)
+        chosen = choose_planes(planes, cloud, score, ground, self._beside, LEAST_PENALTY)
         self._planes = list(chosen)
         self._finder = RegionFinder(
-            views, witnesses.levels, witnesses.weight, cloud.segments, ground, cloud.pixel
+            views, photos.levels, photos.weight, cloud.segments, ground, cloud.pixel
         )
         self._taken = [np.zeros(view.image.shape, dtype=np.uint8) for view in views]
         self._faces: list[SelectedFace] = []
         self._seen_through: list[Candidate] = []
         self._number = count()
-        # Outlines by their worth, and numbers of planes by what an outline there could be worth.
+        # A queue of outlines by their score, and of planes by the bound of an outline's score
+        # there.
         self._queue: list[tuple[float, int, Candidate | int]] = []
 
     def _beside(self, plane: PlaneHypothesis) -> NDArray[np.bool_]:
         lines = self._cloud.segments[plane.lines]
-        return surface_beside(self._witnesses, plane.normal, lines, self._pixel)
+        return surface_beside(self._photos, plane.normal, lines, self._pixel)
 
-    def add_planes_of_print(self, patches: Sequence[PrintPlane], prints: PrintPoints) -> None:
-        """Look over the planes of print, too."""
-        self._planes = list(with_print_planes(self._planes, patches, prints, self._cloud))
+    def add_texture_planes(self, patches: Sequence[TexturePlane], texture: TexturePoints) -> None:
+        """Search the planes of texture points, too."""
+        self._planes = list(with_texture_planes(self._planes, patches, texture, self._cloud))
 
     def run(self) -> tuple[tuple[SelectedFace, ...], tuple[NDArray[np.uint8], ...]]:
         for plane, chosen in enumerate(self._planes):
-            self._push(chosen.promise - LEAST_PRICE, plane)
+            self._push(chosen.bound - LEAST_PENALTY, plane)
         searched: dict[tuple[int, float], int] = {}
         while self._queue:
-            worth, _, best = heapq.heappop(self._queue)
+            score, _, best = heapq.heappop(self._queue)
             if isinstance(best, int):
                 self._look_over(best)
                 for side in (1.0, -1.0):
@@ -205,12 +207,12 @@ class _Selection:
                         self._accepted(rest)
                 continue
             again = self._judged(best.corners, best.normal, best.plane, moved=best.moved)
-            if again is not None and again.worth >= -STILL_WORTH * worth:
-                self._push(again.worth, again)
+            if again is not None and again.score >= -KEPT_SCORE * score:
+                self._push(again.score, again)
                 continue
             plane = best.plane
             side = float(np.sign(best.normal @ self._planes[plane].plane.normal))
-            # A plane that still waits in the queue is looked over when its turn comes.
+            # A plane that is still in the queue is searched when its turn comes.
             if searched.get((plane, side), len(self._faces)) < len(self._faces):
                 searched[plane, side] = len(self._faces)
                 self._search(plane, side)
@@ -218,7 +220,7 @@ class _Selection:
 
     def _look_over(self, plane: int) -> None:
         hypothesis = self._planes[plane].plane
-        # Print divides a face into regions; its own lines go all the way round.
+        # Texture divides a face into regions; its own lines go all the way round.
         for outline in find_outlines(hypothesis, self._cloud, self._profiles):
             for normal in (outline.normal, -outline.normal):
                 corners = _counter_clockwise(outline.corners, normal)
@@ -240,7 +242,7 @@ class _Selection:
             self._propose_rough(ring, hypothesis.normal, plane)
 
     def _propose_moved(self, corners: FloatArray, normal: FloatArray, plane: int) -> None:
-        views = self._witnesses.facing(corners.mean(axis=0), normal)
+        views = self._photos.facing(corners.mean(axis=0), normal)
         moved = self._sides.onto_edges(views, corners, normal, self._pixel)
         self._propose(moved, normal, plane, moved=True)
 
@@ -263,11 +265,11 @@ class _Selection:
         corners = tidy(corners, normal, self._pixel)
         found = self._judged(corners, normal, plane, moved=moved)
         if found is not None and not any(self._contradicts(found, f) for f in self._faces):
-            self._push(found.worth, found)
+            self._push(found.score, found)
 
-    def _push(self, worth: float, what: "Candidate | int") -> None:
-        # Faces of a ring that are worth the same but for rounding come in the order given.
-        heapq.heappush(self._queue, (-round(worth, 6), next(self._number), what))
+    def _push(self, score: float, what: "Candidate | int") -> None:
+        # Faces of a ring with equal scores up to rounding come in the given order.
+        heapq.heappush(self._queue, (-round(score, 6), next(self._number), what))
 
     def _judged(
         self, corners: FloatArray, normal: FloatArray, plane: int, *, moved: bool
@@ -275,11 +277,11 @@ class _Selection:
         size = np.sqrt(shapely.Polygon(corners @ plane_basis(normal)).area)
         if size < MIN_SIZE_PX * self._pixel:
             return None
-        e = self._judge.judge(corners, normal, self._taken, price(corners, moved=moved))
+        e = self._judge.judge(corners, normal, self._taken, penalty(corners, moved=moved))
         if e is None:
             return None
         candidate = Candidate(corners, normal, e, plane, moved, len(self._faces))
-        return candidate if candidate.worth > 0 else None
+        return candidate if candidate.score > 0 else None
 
     def _known_normals(self, candidate: Candidate) -> list[FloatArray]:
         # Of the ground and the faces that it touches.
@@ -296,7 +298,7 @@ class _Selection:
             self._known_normals(plain),
             self._planes[plain.plane].plane,
             self._cloud,
-            self._witnesses,
+            self._photos,
             self._sides,
             self._instead,
         )
@@ -305,7 +307,7 @@ class _Selection:
         return self._judged(corners, candidate.normal, candidate.plane, moved=candidate.moved)
 
     def _is_face(self, candidate: Candidate) -> bool:
-        # Most of its sides are there, and its pixels do not rather show the ground.
+        # Most of its sides are found, and the ground does not explain its pixels better.
         e = candidate.evidence
         return e.coverage >= MIN_FINAL and not self._judge.shows_ground(
             candidate.corners, candidate.normal, e, self._taken
@@ -322,7 +324,7 @@ class _Selection:
         return None if rest is None else replace(rest, square=candidate.square)
 
     def _flat(self, candidate: Candidate) -> PlaneHypothesis:
-        # Its plane, which may have been turned since its lines proposed it.
+        # Its plane, which may have been rotated since its lines proposed it.
         normal, lines = candidate.normal, self._planes[candidate.plane].plane.lines
         return PlaneHypothesis(normal, float(normal @ candidate.corners[0]), lines)
 
@@ -352,10 +354,10 @@ class _Selection:
                 taken = cv2.bitwise_or(self._taken[k], cv2.erode(filled, RIM))
                 closed = cv2.morphologyEx(taken, cv2.MORPH_CLOSE, BETWEEN)
                 self._taken[k] = np.asarray(closed, dtype=np.uint8)
-        self._propose_neighbours(face, candidate.worth)
+        self._propose_neighbours(face, candidate.score)
         return True
 
-    def _propose_neighbours(self, face: SelectedFace, worth: float) -> None:
+    def _propose_neighbours(self, face: SelectedFace, score: float) -> None:
         # Most things have right angles: a plane through each side across the face.
         ends = np.stack([face.corners, np.roll(face.corners, -1, axis=0)], axis=1)
         length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
@@ -372,8 +374,8 @@ class _Selection:
             number = int(same.argmax()) if same.any() else len(self._planes)
             if number == len(self._planes):
                 across = np.array([-0.5, 0.5])[:, None, None] * reach * face.normal
-                self._planes.append(ChosenPlane(plane, worth, (1.0, -1.0), side + across))
-                self._push(worth, number)
+                self._planes.append(ChosenPlane(plane, score, (1.0, -1.0), side + across))
+                self._push(score, number)
             self._propose_down(side, number)
 
     def _propose_down(self, side: FloatArray, number: int) -> None:
@@ -397,7 +399,7 @@ class _Selection:
         near = SAME_PLANE_PX * self._pixel
         if overlap(corners, normal, face.corners, face.normal, near):
             return True
-        centres, free = self._witnesses.centres[face.shown], FREE_PX * self._pixel
+        centres, free = self._photos.centres[face.shown], FREE_PX * self._pixel
         hides = blocked(corners, normal, face.seen, centres, free)
         return bool(hides.sum() > MAX_BLOCKED * hides.size)
 

@@ -19,24 +19,25 @@ from facetlog.perception.detection.line_front_end.corner_tracks import (
 )
 from facetlog.perception.detection.line_front_end.evidence.exposure import exposures
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
-from facetlog.perception.detection.line_front_end.evidence.print_likeness import surface_between
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
+from facetlog.perception.detection.line_front_end.evidence.texture_correlation import (
+    surface_between,
+)
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace, select_faces
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
 from facetlog.perception.detection.line_front_end.neighbouring_faces import neighbouring_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_hypotheses
-from facetlog.perception.detection.line_front_end.planes.print_planes import (
-    print_planes,
+from facetlog.perception.detection.line_front_end.planes.texture_planes import (
     shown_patches,
+    texture_planes,
 )
-from facetlog.perception.detection.line_front_end.points_3d.print_points import (
-    PrintPoints,
+from facetlog.perception.detection.line_front_end.points_3d.texture_points import (
+    TexturePoints,
     Triangulate,
-    print_points,
+    texture_points,
 )
-from facetlog.perception.detection.line_front_end.print_faces import print_faces
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
 from facetlog.perception.detection.line_front_end.segments_3d.line_extent import (
     covered_extents,
@@ -51,6 +52,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.view_judgement imp
     without_them,
 )
 from facetlog.perception.detection.line_front_end.side_fit import fit_sides
+from facetlog.perception.detection.line_front_end.texture_faces import texture_faces
 from facetlog.perception.detection.picture_noise import Noise
 from facetlog.perception.detection.segments import detect_segments
 from facetlog.perception.detection.tracked_faces import (
@@ -68,13 +70,13 @@ from facetlog.perception.detection.working_size import (
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["Pictures", "line_front_end", "look_at", "tracked_faces"]
+__all__ = ["Pictures", "line_front_end", "prepared_pictures", "tracked_faces"]
 
 # Places along a 3-D segment to which the views that show it see.
 SIGHT_SAMPLES = 12
 
 T = TypeVar("T")
-Agree: TypeAlias = Callable[
+AlignViews: TypeAlias = Callable[
     [Sequence[View], Sequence[EdgeMap], Sequence[FloatArray], FloatArray, NDArray[np.bool_]],
     tuple[View, ...] | None,
 ]
@@ -94,8 +96,8 @@ class Pictures:
     maps: tuple[EdgeMap, ...]
     segments: tuple[FloatArray, ...]
 
-    def only(self, kept: Sequence[int]) -> "Pictures":
-        """Some of them."""
+    def select(self, kept: Sequence[int]) -> "Pictures":
+        """The chosen ones."""
 
         def those(all_: tuple[T, ...]) -> tuple[T, ...]:
             return tuple(all_[k] for k in kept)
@@ -108,7 +110,7 @@ class Pictures:
             those(self.segments),
         )
 
-    def and_then(self, others: "Pictures") -> "Pictures":
+    def extended_by(self, others: "Pictures") -> "Pictures":
         """These and others after them."""
         return Pictures(
             (*self.views, *others.views),
@@ -124,20 +126,20 @@ def line_front_end(
     up: FloatArray | None,
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
-    agree: Agree | None = None,
+    align: AlignViews | None = None,
     triangulate: Triangulate | None = None,
 ) -> TrackedFaces:
     """Faces with their corners tracked through the views, found by lines first.
 
-    `agree` brings views whose poses are off to where their segments agree, so that what belongs
-    together is found; the tracks are pixels, and nothing else comes of these poses. `triangulate`
-    makes points of print of what may show them: they propose planes, and faces without edges.
+    `align` corrects poses until the views' segments agree, so that correspondences are found; the
+    tracks are pixels, and the corrected poses are used for nothing else. `triangulate` makes points
+    of matched texture features: they propose planes, and faces without edges.
     """
-    pictures = look_at(views, clock, progress)
-    return tracked_faces(pictures, up, clock, agree, triangulate)
+    pictures = prepared_pictures(views, clock, progress)
+    return tracked_faces(pictures, up, clock, align, triangulate)
 
 
-def look_at(
+def prepared_pictures(
     views: Sequence[View],
     clock: StepClock,
     progress: Callable[[str, int, int], None] | None = None,
@@ -161,16 +163,16 @@ def tracked_faces(
     pictures: Pictures,
     up: FloatArray | None,
     clock: StepClock,
-    agree: Agree | None,
+    align: AlignViews | None,
     triangulate: Triangulate | None,
 ) -> TrackedFaces:
     """`line_front_end` of views that were looked at."""
     views, maps, segments = pictures.views, pictures.maps, pictures.segments
     with clock.step("3-D segments"):
         cloud, use = shown_lines(views, maps, segments)
-    if agree is not None:
+    if align is not None:
         with clock.step("poses"):
-            placed = agree(views, maps, segments, cloud.segments, use)
+            placed = align(views, maps, segments, cloud.segments, use)
             if placed is not None:
                 views = placed
                 cloud, use = shown_lines(views, maps, segments)
@@ -181,36 +183,36 @@ def tracked_faces(
         return without_them(
             wrong,
             views,
-            lambda kept: tracked_faces(pictures.only(kept), up, clock, agree, triangulate),
+            lambda kept: tracked_faces(pictures.select(kept), up, clock, align, triangulate),
         )
-    prints = PrintPoints.none(len(views))
+    texture = TexturePoints.none(len(views))
     if triangulate is not None:
-        with clock.step("points of print"):
-            prints = print_points(views, maps, graph, cloud.pixel, triangulate)
+        with clock.step("texture points"):
+            texture = texture_points(views, maps, graph, cloud.pixel, triangulate)
     with clock.step("faces"):
         planes = plane_hypotheses(cloud.segments, cloud.end_covs, cloud.support, cloud.pixel)
         profiles = line_profiles(cloud.segments, views, maps, use, graph.weight)
         side_judge = SideJudge(views, maps, graph.weight)
-        worth = side_judge.worth(cloud.segments)
-        ground = find_ground(planes, cloud, worth, views, graph.distance, up)
+        score = side_judge.score(cloud.segments)
+        ground = find_ground(planes, cloud, score, views, graph.distance, up)
         exposure = exposures(cloud.segments, use, views)
         levels = GreyLevels(views, maps, exposure, pictures.noises)
-        witnesses = Witnesses(views, levels, graph.weight)
+        photos = PhotometricViews(views, levels, graph.weight)
         if ground is not None:
-            prints = prints.take(~ground.holds(prints.points))
-        surface = partial(surface_between, witnesses, views, cloud.pixel)
-        patches = shown_patches(print_planes(prints, cloud.pixel), prints, surface)
+            texture = texture.take(~ground.holds(texture.points))
+        surface = partial(surface_between, photos, views, cloud.pixel)
+        patches = shown_patches(texture_planes(texture, cloud.pixel), texture, surface)
         faces, taken = select_faces(
-            planes, cloud, worth, views, profiles, ground, witnesses, side_judge, prints, patches
+            planes, cloud, score, views, profiles, ground, photos, side_judge, texture, patches
         )
-        faces += neighbouring_faces(faces, witnesses, side_judge, taken, ground, cloud.pixel)
-        faces += print_faces(patches, prints, faces, views, witnesses, taken, ground, cloud)
+        faces += neighbouring_faces(faces, photos, side_judge, taken, ground, cloud.pixel)
+        faces += texture_faces(patches, texture, faces, views, photos, taken, ground, cloud)
     weight = tuple(float(w) for w in graph.weight)
     level = None if ground is None else (ground.normal, ground.height)
     places = segment_samples(covered_extents(cloud.segments, profiles), SIGHT_SAMPLES)
     landmarks = Landmarks(
-        np.concatenate([places.reshape(-1, 3), prints.points]),
-        np.concatenate([np.repeat(use, SIGHT_SAMPLES, axis=0), prints.seen]),
+        np.concatenate([places.reshape(-1, 3), texture.points]),
+        np.concatenate([np.repeat(use, SIGHT_SAMPLES, axis=0), texture.seen]),
     )
     if not faces:
         check_consistency(cloud.segments, use, graph.weight, views, segments)

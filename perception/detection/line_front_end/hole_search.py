@@ -18,12 +18,12 @@ from facetlog.perception.detection.line_front_end.evidence.half_planes import (
     MIN_CONSISTENT,
     MIN_WEIGHT,
 )
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import (
-    LEAST_WORTH,
+    LEAST_SCORE,
     LinesBehind,
 )
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import MOVES_PX, SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.outlines.outline_search import find_outlines
 from facetlog.perception.detection.line_front_end.outlines.plane_grid import (
     COARSE_PX,
@@ -49,14 +49,14 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["HoleFinder", "differs_more"]
 
-# A place is none of the surface at odds of 20 to 1.
+# A place is not surface at odds of 20 to 1.
 MIN_RATIO = float(np.log(20.0))
 # How often views disagree elsewhere on the face settles in few steps.
 STEPS = 10
-# Each side is one of some twenty, and of its moves; less than one face in a thousand may have a
-# hole by chance.
-SIDE_PRICE, CHANCE_PRICE = float(np.log(20.0 * len(MOVES_PX))), float(np.log(1000.0))
-# Fewer cells than this in a hole or beside its rim tell nothing.
+# Penalty: each side is one of some twenty, and of its moves; less than one face in a thousand may
+# have a hole by chance.
+SIDE_PENALTY, CHANCE_PENALTY = float(np.log(20.0 * len(MOVES_PX))), float(np.log(1000.0))
+# Fewer cells than this in a hole or beside its rim are no evidence.
 MIN_CELLS = 8
 # A surface shines where one number of each view leaves no more of what the views differ by: glossy
 # labels leave .00 to .05, the plain walls of a shaft, each of them one grey to a view, .10 to .21.
@@ -87,13 +87,13 @@ class HoleFinder:
 
     def __init__(
         self,
-        witnesses: Witnesses,
+        photos: PhotometricViews,
         sides: SideJudge,
         cloud: LineCloud,
         profiles: LineProfiles,
         behind: LinesBehind,
     ) -> None:
-        self._witnesses = witnesses
+        self._photos = photos
         self._sides = sides
         self._cloud = cloud
         self._profiles = profiles
@@ -118,12 +118,12 @@ class HoleFinder:
             return ()
         cells = self._look(corners, plane, views, taken, FINE_PX)
         rings = list(self._rings(cells, plane, views))
-        worth = np.array([self._worth(ring, cells, plane.normal, views, taken) for ring in rings])
+        score = np.array([self._score(ring, cells, plane.normal, views, taken) for ring in rings])
         chosen: list[shapely.Polygon] = []
         holes = []
-        for k in descending(worth):
+        for k in descending(score):
             flat = shapely.Polygon(cells.grid.cells(rings[k]))
-            if worth[k] > 0 and not any(flat.intersects(other) for other in chosen):
+            if score[k] > 0 and not any(flat.intersects(other) for other in chosen):
                 chosen.append(flat)
                 holes.append(rings[k][::-1].copy())
         return tuple(holes)
@@ -163,18 +163,18 @@ class HoleFinder:
         grid, left = cells.grid, _largest(cells.outline)
         openings = [opening for _, opening in self._openings(cells, plane, views)]
 
-        def worth(part: shapely.Polygon) -> float:
+        def score(part: shapely.Polygon) -> float:
             ring = grid.points(shapely.get_coordinates(part.exterior)[:-1])
-            return self._behind.worth(ring, plane.normal, views)
+            return self._behind.score(ring, plane.normal, views)
 
         for _ in range(MOST_OPENINGS):
             if left is None or left.interiors:
                 return None
-            if worth(left) <= LEAST_WORTH:
+            if score(left) <= LEAST_SCORE:
                 ring = shapely.geometry.polygon.orient(left).exterior
                 return grid.points(shapely.get_coordinates(ring)[:-1])
             cuts = [(_largest(left & each), _largest(left - each)) for each in openings]
-            seen = [(worth(piece), rest) for piece, rest in cuts if piece and rest]
+            seen = [(score(piece), rest) for piece, rest in cuts if piece and rest]
             best = max(seen, key=lambda cut: round(cut[0], 6), default=(0.0, None))
             left = best[1] if best[0] > 0 else None
         return None
@@ -197,8 +197,8 @@ class HoleFinder:
         outline = shapely.Polygon(grid.cells(corners) + 0.5).buffer(0)
         middles = np.argwhere(np.ones(grid.shape))[:, ::-1] + 0.5
         middles = middles[shapely.contains_xy(outline, middles)]
-        found, seen = self._witnesses.agree(views, grid.points(middles), taken)
-        weight = self._witnesses.weight[views]
+        found, seen = self._photos.agree(views, grid.points(middles), taken)
+        weight = self._photos.weight[views]
         missing = differs_more(weight @ seen, weight @ (seen & ~found.agrees))
         return _Cells(grid, outline, middles, missing)
 
@@ -227,7 +227,7 @@ class HoleFinder:
         for ring in self._rings(cells, plane, views):
             yield ring, shapely.Polygon(cells.grid.cells(ring) + 0.5).buffer(0)
 
-    def _worth(
+    def _score(
         self,
         ring: FloatArray,
         cells: _Cells,
@@ -235,8 +235,8 @@ class HoleFinder:
         views: NDArray[np.intp],
         taken: Sequence[NDArray[np.uint8]],
     ) -> float:
-        # What speaks for a hole by its edges, 0 where what lies in or beside it speaks against it.
-        # A plain floor behind looks the same to all views: lines tell there.
+        # Evidence for a hole from its edges, 0 where its inside or rim contradicts it. A plain
+        # floor behind looks the same to all views: there lines decide.
         polygon = shapely.Polygon(cells.grid.cells(ring) + 0.5)
         clear = CLEAR_PX * self._pixel / cells.grid.step
         if not (polygon.is_valid and cells.outline.buffer(-clear).contains(polygon)):
@@ -258,16 +258,16 @@ class HoleFinder:
         hit = edges.found.sum(axis=(0, 2)) / np.maximum(edges.there.sum(axis=(0, 2)), 1)
         if (hit < MIN_COVERAGE).any():
             return 0.0
-        ratio = float((self._witnesses.weight[views] @ edges.ratio).sum())
-        return max(ratio - SIDE_PRICE * len(ring) - CHANCE_PRICE, 0.0)
+        ratio = float((self._photos.weight[views] @ edges.ratio).sum())
+        return max(ratio - SIDE_PENALTY * len(ring) - CHANCE_PENALTY, 0.0)
 
     def _shines(
         self, points: FloatArray, views: NDArray[np.intp], taken: Sequence[NDArray[np.uint8]]
     ) -> bool:
         # Whether what views differ by is mostly how bright all of it is to each: a glossy label.
-        weight = self._witnesses.weight[views]
-        found, seen = self._witnesses.agree(views, points, taken)
-        even = self._witnesses.agree_evened(views, points, taken)
+        weight = self._photos.weight[views]
+        found, seen = self._photos.agree(views, points, taken)
+        even = self._photos.agree_evened(views, points, taken)
         apart, left = (float((weight @ (seen & ~a.agrees)).sum()) for a in (found, even))
         return left < SHINES * apart
 

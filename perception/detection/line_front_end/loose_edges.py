@@ -1,4 +1,4 @@
-"""3-D segments that bound no face but belong to one: what stands behind it within its outline."""
+"""3-D segments that bound no face but belong to one: they lie behind it within its outline."""
 
 from collections.abc import Sequence
 
@@ -23,13 +23,13 @@ from facetlog.perception.types import FloatArray, View
 
 __all__ = ["find_loose_edges"]
 
-# A segment this near to a face, in px, lies on it: print, or the face's own border.
+# A segment this near to a face, in px, lies on it: texture, or the face's own border.
 ON_FACE_PX = 6.0
-# Places along an edge to which the views must see.
+# Samples along an edge that the views must see.
 SIGHT_SAMPLES = 8
 # A segment this near to the line of a side, in px, is that side again or its shadow.
 ALONG_SIDE_PX = 10.0
-# Shorter loose edges than this many px are not worth a fact.
+# Loose edges shorter than this many px are dropped.
 MIN_LENGTH_PX = 15.0
 
 
@@ -43,23 +43,23 @@ def find_loose_edges(
 ) -> tuple[FloatArray, NDArray[np.intp]]:
     """Loose edges (m, 2, 3) and the segments of the cloud that they come from (m,).
 
-    `loops` are the faces' corners, as numbers that they share. `seen` (segments, V) tells which
-    views show which segment: what they see through a face, such as print at a wrong depth, is none.
+    `loops` are the faces' corners, as numbers that they share. `seen` (segments, V) says which
+    views show which segment: one seen through a face, as of texture at a wrong depth, is dropped.
     """
     extents = covered_extents(cloud.segments, profiles)
     keep = np.linalg.norm(extents[:, 1] - extents[:, 0], axis=1) > MIN_LENGTH_PX * cloud.pixel
     for face in faces:
         keep &= ~_lies_on(extents, face, ON_FACE_PX * cloud.pixel)
         keep &= ~_runs_along(extents, face, ALONG_SIDE_PX * cloud.pixel)
-    # The ends are the least known: whether a segment is inside its middle part tells.
+    # The ends are the least certain: whether a segment is inside is decided by its middle part.
     cores = segment_samples(extents, 5)[:, [1, 3]]
     belongs = np.zeros(len(extents), np.bool_)
     for k, face in enumerate(faces):
         inside = stands_behind(extents, face.corners, face.normal)
         beside = (n for n in range(len(faces)) if n != k and _share_a_side(loops[k], loops[n]))
         for other in (faces[n] for n in beside if _is_convex(face, faces[n])):
-            # What stands behind two sides of one solid at once would be seen inside it; what stands
-            # before the other side is not part of the solid.
+            # A segment behind two sides of one solid at once would be seen inside it; one before
+            # the other side is not part of the solid.
             depth = (extents - other.corners.mean(axis=0)) @ other.normal
             inside &= (depth < ON_FACE_PX * cloud.pixel).all(axis=1)
             inside &= ~lies_inside(cores, other.corners, other.normal)
@@ -89,7 +89,7 @@ def _lies_on(segments: FloatArray, face: SelectedFace, tolerance: float) -> NDAr
 
 
 def _runs_along(segments: FloatArray, face: SelectedFace, tolerance: float) -> NDArray[np.bool_]:
-    # Both ends near the line of one side: the side once more, or the shadow at its foot.
+    # Both ends near the line of one side: the side itself again, or the shadow at its foot.
     along = np.zeros(len(segments), np.bool_)
     for start, end in zip(face.corners, np.roll(face.corners, -1, axis=0), strict=True):
         unit = (end - start) / np.linalg.norm(end - start)

@@ -1,4 +1,4 @@
-"""Faces that found ones propose beside them, where too few views see a face to compare.
+"""Faces implied by their neighbours, where too few views see a face to compare them.
 
 A face is found where views agree on what it shows; a side that one view sees, or none, is not. But
 where two faces meet along a side, what lies between their next sides is most likely the third face
@@ -24,8 +24,8 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     inner_points,
 )
 from facetlog.perception.detection.line_front_end.evidence.half_planes import MIN_WEIGHT
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.face_selection import (
     FREE_PX,
     SAME_PLANE_PX,
@@ -39,12 +39,12 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["neighbouring_faces"]
 
-# Three or more distinct views of a face have had their say of it.
+# Faces seen in three or more distinct views were decided before.
 JUDGED_WEIGHT = 3.0
-# Three sides propose the fourth: with so many of them on found faces a face is there unseen.
+# Three sides propose the fourth: with so many of them on found faces an unseen face is implied.
 ENOUGH_KNOWN = 3
 # Less than one in a thousand scenes may show edges so by chance.
-CHANCE_PRICE = float(np.log(1000.0))
+CHANCE_PENALTY = float(np.log(1000.0))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,7 +56,7 @@ class _Proposal:
 
 def neighbouring_faces(
     faces: Sequence[SelectedFace],
-    witnesses: Witnesses,
+    photos: PhotometricViews,
     sides: SideJudge,
     taken: Sequence[NDArray[np.uint8]],
     ground: Ground | None,
@@ -71,14 +71,14 @@ def neighbouring_faces(
         p
         for p in _proposals(faces, ground, pixel)
         if not (ground is not None and ground.holds(p.ring).all())
-        and _is_free(p, faces, witnesses, pixel)
+        and _is_free(p, faces, photos, pixel)
     ]
-    price = CHANCE_PRICE + float(np.log(max(len(proposals), 1)))
-    found = [_judged(p, witnesses, sides, taken, price) for p in proposals]
+    penalty = CHANCE_PENALTY + float(np.log(max(len(proposals), 1)))
+    found = [_judged(p, photos, sides, taken, penalty) for p in proposals]
     judged = [each for each in found if each is not None]
     kept: list[SelectedFace] = []
     near = SAME_PLANE_PX * pixel
-    for k in descending(np.array([worth for _, worth in judged])):
+    for k in descending(np.array([score for _, score in judged])):
         face = judged[k][0]
         if not any(overlap(face.corners, face.normal, o.corners, o.normal, near) for o in kept):
             kept.append(face)
@@ -152,14 +152,14 @@ def _proposal(
 
 
 def _is_free(
-    proposal: _Proposal, faces: Sequence[SelectedFace], witnesses: Witnesses, pixel: float
+    proposal: _Proposal, faces: Sequence[SelectedFace], photos: PhotometricViews, pixel: float
 ) -> bool:
     # It lies on no found face and hides none from the views that show it.
     ring, normal = proposal.ring, proposal.normal
     for f in faces:
         if overlap(ring, normal, f.corners, f.normal, SAME_PLANE_PX * pixel):
             return False
-        centres = witnesses.centres[f.shown]
+        centres = photos.centres[f.shown]
         hides = blocked(ring, normal, f.seen, centres, FREE_PX * pixel)
         if hides.sum() > MAX_BLOCKED * hides.size:
             return False
@@ -168,31 +168,31 @@ def _is_free(
 
 def _judged(
     proposal: _Proposal,
-    witnesses: Witnesses,
+    photos: PhotometricViews,
     sides: SideJudge,
     taken: Sequence[NDArray[np.uint8]],
-    price: float,
+    penalty: float,
 ) -> tuple[SelectedFace, float] | None:
-    # The face, if the views that it is turned to do not speak against it, and what for it.
+    # The face, if the views that it faces do not contradict it, and its score.
     ring, normal = proposal.ring, proposal.normal
     points = inner_points(ring, normal)
-    views = witnesses.facing(ring.mean(axis=0), normal)
+    views = photos.facing(ring.mean(axis=0), normal)
     if not len(views) or not len(points):
         return None
-    result, seen = witnesses.agree(views, points, taken)
+    result, seen = photos.agree(views, points, taken)
     views = views[seen.mean(axis=1) > SEEN_SHARE]
-    shown = np.zeros(len(witnesses.weight), dtype=np.bool_)
+    shown = np.zeros(len(photos.weight), dtype=np.bool_)
     shown[views] = True
     if not len(views):
         implied = SelectedFace(ring, normal, shown, 0.0, points)
         return (implied, 0.0) if proposal.known.sum() >= ENOUGH_KNOWN else None
-    weight = float(witnesses.weight[views].sum())
+    weight = float(photos.weight[views].sum())
     if weight >= JUDGED_WEIGHT or (weight >= MIN_WEIGHT and result.ratio.mean() < 0):
         return None
     evidence = sides.evidence(views, np.stack([ring, np.roll(ring, -1, axis=0)], axis=1))
     new = ~proposal.known if not proposal.known.all() else proposal.known
     hit = evidence.found.sum(axis=(0, 2)) / np.maximum(evidence.there.sum(axis=(0, 2)), 1)
-    worth = float((witnesses.weight[views] @ evidence.ratio)[new].sum())
-    if (hit[new] < MIN_COVERAGE).any() or worth < price:
+    score = float((photos.weight[views] @ evidence.ratio)[new].sum())
+    if (hit[new] < MIN_COVERAGE).any() or score < penalty:
         return None
-    return SelectedFace(ring, normal, shown, float(hit.mean()), points), worth
+    return SelectedFace(ring, normal, shown, float(hit.mean()), points), score

@@ -1,8 +1,8 @@
 """Straight sides fitted to the edges of each view: at working size, then in the stored picture.
 
-A picture that was kept reduced is read once more, and along each side the gradient across it is
-measured in its own pixels: the mean over so much of the side as one reading stands for, so that all
-pixels count and faint sides are seen in the noise of a large picture, too.
+A picture that was kept reduced is read again at full size, and along each side the gradient across
+it is measured in its own pixels: averaged over the part of the side that one reading stands for, so
+that all pixels count and faint sides are found in the noise of a large picture, too.
 """
 
 from collections.abc import Sequence
@@ -33,7 +33,7 @@ MIN_READ = 0.6
 ROBUST_PX = 0.5
 MIN_READING_SD_PX = 0.05
 # Neighbouring readings share pixels: noise smoothed by a Gaussian of s = sqrt(1 + 0.5) px, the
-# gradient's, is worth one independent reading for each 2 sqrt(pi) s px along the edge.
+# gradient's, counts as one independent reading for each 2 sqrt(pi) s px along the edge.
 INDEPENDENT_PX = 4.3
 # Half the width searched in a stored picture, in px of the reduced one: many times the error of a
 # fit there, and little enough to stay at the same edge.
@@ -45,7 +45,7 @@ class SideFits:
     """Where a view shows n sides, against their projection.
 
     `offset` (n, 2) px at start and end along unit `normal` (n, 2), `variance` (n, 2) of these in
-    px²; `good` (n,) tells which sides were found.
+    px²; `good` (n,) says which sides were found.
     """
 
     normal: FloatArray
@@ -117,7 +117,7 @@ def _fitted(x: FloatArray, offset: FloatArray, normal: FloatArray, length: Float
 
 
 def _fit_stored(fits: SideFits, uv: FloatArray, view: View, image: Image) -> None:
-    # Fits the good ones anew, in place; where the stored picture shows no edge, they stay.
+    # Refits the good ones, in place; where the stored picture shows no edge, they stay.
     factor = view.enlargement
     chosen = np.nonzero(fits.good)[0]
     placed = uv[chosen] + fits.offset[chosen, :, None] * fits.normal[chosen, None]

@@ -1,9 +1,9 @@
 """Bundle adjustment: the most likely poses, lenses and points together, with honest covariances.
 
-How far poses and lenses may be off, and pixels beyond their own covariance, is what makes the
-residuals most likely (error_sizes.py); so all is fitted and sizes estimated in turn.
-The prior of the poses holds the gauge: what no picture tells, as the place of the whole in the
-world, stays with the mean of the poses given.
+The standard deviations of pose and lens errors, and of pixel noise beyond its stated covariance,
+are those that make the residuals most likely (error_sizes.py); unknowns and these sizes are
+estimated in turn. The prior of the poses fixes the gauge: what no picture determines, as the place
+of the whole scene in the world, stays with the mean of the given poses.
 """
 
 from collections.abc import Sequence
@@ -39,23 +39,24 @@ __all__ = ["Adjusted", "adjust"]
 
 MAX_STEPS = 30
 CONVERGED = 0.1
-"""Sum of squares: a step that lowers it by less ends the iteration, for the next one would lower it
-by a fraction of that."""
+"""Convergence: a step that lowers the sum of squares by less ends the iteration, for the next one
+would lower it by a fraction of that."""
 SHORTEST_STEP = 1e-3
-"""Of the whole one: along its direction the sum falls at first."""
+"""The shortest step of the line search, as a share of the full one: along its direction the sum
+falls at first."""
 ROUNDS = 5
-"""At most, of unknowns fitted and sizes estimated in turn: from far off both are wrong at first."""
+"""Rounds of fitting and size estimation, at most: from far off both are wrong at first."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Adjusted:
     """Poses (V), points (n, 3) and their covariances (n, 3, 3) with the poses' own in them.
 
-    `lens` (C, 2) are the unknowns of the cameras (lens_unknowns.py). `sizes` are those of the
-    pixels' noise beyond their covariances and of the poses' and lenses' own error; `residual` (V,)
-    is the root mean square of each view's residuals in px, NaN where it shows no point. `twists`
-    (V, 6) have brought the views there. The rest, of it what pixels and prior know of all twists
-    and lenses (m, m each, m = 6 V + 2 C), is for `errors_at`.
+    `lens` (C, 2) are the unknowns of the cameras (lens_unknowns.py). `sizes` are the standard
+    deviations of pixel noise beyond its covariances and of pose and lens errors; `residual` (V,) is
+    the rms reprojection error of each view in px, NaN where it shows no point. `twists` (V, 6) move
+    the views from their given poses. The rest is for `errors_at`, of it the information of pixels
+    and of the prior on all twists and lenses (m, m each, m = 6 V + 2 C).
     """
 
     poses: tuple[Pose, ...]
@@ -76,13 +77,13 @@ class Adjusted:
         placed = zip(self.problem.views, self.poses, focal.tolist(), strict=True)
         return tuple(replace(v, pose=p, camera=v.camera.zoomed(f)) for v, p, f in placed)
 
-    def freed(self, tracks: Tracks) -> Tracks:
-        """The tracks as pinholes would show them: without the radial distortion found."""
-        return replace(tracks, uv=self.problem.lenses.freed(self.lens, tracks.uv))
+    def undistorted(self, tracks: Tracks) -> Tracks:
+        """The tracks undistorted: as pinholes would show them."""
+        return replace(tracks, uv=self.problem.lenses.undistorted(self.lens, tracks.uv))
 
     @property
     def lens_errors(self) -> tuple[LensError, ...]:
-        """What each view's lens was found to be off by; none where they are as stated."""
+        """The estimated error of each view's lens; none where lenses are as stated."""
         if self.sizes.lens_sd == EXACT or not self.lens.size:
             return ()
         variances = np.diagonal(np.linalg.inv(self.of_pixels + self.of_prior))
@@ -92,12 +93,11 @@ class Adjusted:
     def errors_at(
         self, tracks: Tracks, points: FloatArray, factor: float = 1.0
     ) -> tuple[FloatArray, FloatArray]:
-        """Those of points (m, 3) estimated from tracks at the adjusted poses: own and shared.
+        """Errors of points (m, 3) estimated from tracks at the adjusted poses: own and shared.
 
         Errors of points i and j have the covariance δij own_i + shared_iᵀ shared_j, with `own`
         (m, 3, 3) of the pixels and `shared` (m, 6 V + 2 C, 3) of poses and lenses, where the
-        pixels' variances are `factor` times what they are given as. Every track must be used in two
-        views.
+        pixels' variances are `factor` times the given ones. Every track must be used in two views.
         """
         views = zip(self.problem.views, self.poses, strict=True)
         placed = tuple(replace(view, pose=pose) for view, pose in views)
@@ -119,11 +119,11 @@ def adjust(
 ) -> Adjusted:
     """The most likely poses and points of the tracks, from the views' poses and `points` (n, 3).
 
-    `errors` are those that are stated of the poses; beyond them poses err independently by a size
-    that the residuals tell. `extra_px` is the noise that pixels seem to have at the views' poses;
-    `near` was found from much the same tracks; `least_px` is the least noise that they have beyond
-    their own. With `lens_is_off` it is known that the lenses' intrinsics are none that were
-    calibrated; else the residuals tell that too. Every point must be used in two views.
+    `errors` are the stated pose errors; beyond them poses have independent errors of a size that is
+    estimated from the residuals. `extra_px` is the apparent pixel noise at the views' poses; `near`
+    is a result for nearly the same tracks, to start from; `least_px` is a lower bound of the noise
+    beyond the pixels' own. `lens_is_off` states that the intrinsics are not calibrated; else that
+    is estimated from the residuals too. Every point must be used in two views.
     """
     about = points.mean(axis=0) if near is None else near.problem.about
     centres = np.array([v.pose.centre for v in views])
@@ -136,7 +136,7 @@ def adjust(
     weighted = prior.weighted(tracks.weight)
     given = State(np.zeros((len(views), 6)), points, np.zeros((lenses.count, LENS_UNKNOWNS)))
     if near is None:
-        # What the residuals show may be the pixels' or the poses': both may take it at first.
+        # Residuals may come from the pixels or the poses: at first each may explain them all.
         focal = float(np.median([v.camera.fx for v in views]))
         sizes = Sizes(max(extra_px, LEAST_PX), max(extra_px / focal, EXACT), lens_sds[0])
         state = given

@@ -1,8 +1,8 @@
 """Tracks into points, with the poses adjusted to what all tracks show together (adjust.py).
 
-Which observations belong to a point cannot be told before the poses are right, nor can these be
-told from wrong matches. So all observations of a point take part at first, with a robust weight;
-then those that agree are chosen anew at the adjusted poses, and these alone decide.
+Inliers cannot be chosen before the poses are right, nor poses be estimated from wrong matches. So
+all observations of a point take part at first, with a robust weight; then the inliers are chosen
+anew at the adjusted poses, and only these are used.
 """
 
 from collections.abc import Sequence
@@ -25,19 +25,19 @@ from facetlog.perception.types import FloatArray, PoseErrors, View
 __all__ = ["AdjustedPoints", "adjusted_points", "points_at"]
 
 LEAST_POINTS = 4
-"""Fewer points say too little about six numbers a view and three of their own."""
+"""Fewer points do not constrain six unknowns a view and three a point."""
 CHOICES = 2
-"""Of observations that agree, each at better poses."""
+"""Choices of inliers, each at better poses."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class AdjustedPoints:
     """Views adjusted in pose and focal length; points (n, 3), covs (n, 3, 3), used (n, V), ok (n,).
 
-    As of `estimate_points`, the poses' errors included, and `shape_covs` (n, 3, 3) without what
-    moves all points alike (common_motion.py); `extra_px` is the noise of pixels beyond
-    their own covariances, `factor` by how much all these variances are too small, as neighbouring
-    views share errors. `adjusted` is None where there were too few points to adjust poses.
+    As of `estimate_points`, pose errors included, and `shape_covs` (n, 3, 3) without the common
+    motion of all points (common_motion.py); `extra_px` is the pixel noise beyond the pixels' own
+    covariances, `factor` by how much all these variances are too small because neighbouring views
+    share errors. `adjusted` is None where there were too few points to adjust poses.
     """
 
     views: tuple[View, ...]
@@ -59,10 +59,9 @@ def adjusted_points(
 ) -> AdjustedPoints:
     """The points of tracks whose `used` says what was seen; not adjusted where these are too few.
 
-    `errors` are those that are stated of the views' poses; `lens_is_off` as of `adjust`. Residuals
-    weighed by what the corners say of themselves show too little where the surest of them are off
-    by more than they say; so the noise of pixels is at least what their residuals show unweighed
-    (pose_noise.py).
+    `errors` are the stated errors of the views' poses; `lens_is_off` as of `adjust`. Residuals
+    weighted by the corners' own covariances are too small where the most certain corners are
+    overconfident; so the pixel noise is at least that of the unweighted residuals (pose_noise.py).
     """
     extra_px = _pose_noise_px(tracks, views)
     found = _estimated(tracks, views, extra_px)
@@ -76,13 +75,13 @@ def adjusted_points(
         of_chosen = replace(tracks, used=used).rows(chosen)
         start = found.points[chosen]
         done = adjust(of_chosen, views, start, errors, extra_px, done, least_px, lens_is_off)
-        straight = done.freed(tracks)
+        straight = done.undistorted(tracks)
         found = _estimated(straight, done.views, done.sizes.extra_px)
         before, used = used, found.used
         if choice and (used == before).all():
             break
         least_px = max(_pose_noise_px(straight, done.views), LEAST_PX)
-    straight = tracks if done is None else done.freed(tracks)
+    straight = tracks if done is None else done.undistorted(tracks)
     projections = np.array([v.projection for v in found.views])
     groups = view_groups(np.array([v.pose.centre for v in found.views]))
     noise = tracks.noise(found.extra_px)
@@ -91,14 +90,14 @@ def adjusted_points(
 
 
 def points_at(tracks: Tracks, at: AdjustedPoints) -> AdjustedPoints:
-    """The points of tracks where the poses stay as they were adjusted, with what these are off."""
-    straight = tracks if at.adjusted is None else at.adjusted.freed(tracks)
+    """The points of tracks at the adjusted poses, with the errors of these in their covariances."""
+    straight = tracks if at.adjusted is None else at.adjusted.undistorted(tracks)
     found = _estimated(straight, at.views, at.extra_px)
     return _honest(tracks, replace(found, factor=at.factor, adjusted=at.adjusted))
 
 
 def _honest(tracks: Tracks, found: AdjustedPoints) -> AdjustedPoints:
-    # The points with covariances that have the poses' errors in them, and those that views share.
+    # The points with covariances that include pose errors and errors that views share.
     covs, ok = found.factor * found.covs, found.ok
     shape_covs = covs.copy()
     if found.adjusted is not None:

@@ -1,7 +1,7 @@
-"""What points are off by against one another: their covariances without a common motion.
+"""Relative errors of points: their covariances without a common rigid motion.
 
-Errors of the poses move all points of a scene alike: by much, compared with what moves them against
-one another. Angles between planes know nothing of it.
+Errors of the poses move all points of a scene together, by much more than against one another.
+Angles between planes do not depend on that common motion.
 """
 
 import numpy as np
@@ -12,10 +12,10 @@ __all__ = ["without_common_motion"]
 
 
 def without_common_motion(points: FloatArray, own: FloatArray, shared: FloatArray) -> FloatArray:
-    """Covariances (n, 3, 3) of points (n, 3) after the best shift and turn of all onto the truth.
+    """Covariances (n, 3, 3) of points (n, 3) after the best rigid alignment of all with the truth.
 
     Before it the errors of points i and j have the covariance δij own_i + shared_iᵀ shared_j, with
-    `own` (n, 3, 3) and `shared` (n, m, 3). Points count by their precision in what is best.
+    `own` (n, 3, 3) and `shared` (n, m, 3). The alignment weights points by their precision.
     """
     covs: FloatArray = own + shared.transpose(0, 2, 1) @ shared
     if not len(points):
@@ -23,7 +23,7 @@ def without_common_motion(points: FloatArray, own: FloatArray, shared: FloatArra
     weight = 1.0 / np.trace(covs, axis1=1, axis2=2)
     arm = points - weight @ points / weight.sum()
     arm = arm / max(float(np.abs(arm).max()), np.finfo(np.float64).tiny)
-    # By a shift and a turn, which moves a point by turn × arm.
+    # A shift, and a rotation vector, which moves a point by rotation × arm.
     x, y, z = arm.T
     by_motion = np.zeros((len(points), 3, 6))
     by_motion[:, :, :3] = np.eye(3)
@@ -31,7 +31,7 @@ def without_common_motion(points: FloatArray, own: FloatArray, shared: FloatArra
     by_motion[:, 1, 3], by_motion[:, 1, 5] = -z, x
     by_motion[:, 2, 3], by_motion[:, 2, 4] = y, -x
     weighted = by_motion * weight[:, None, None]
-    # One or two points leave some turns open: these are none.
+    # One or two points leave some rotations undetermined: these are set to zero.
     solve = np.linalg.pinv(np.einsum("nia,nib->ab", weighted, by_motion), hermitian=True)
     motion = weighted @ solve  # (n, 3, 6): the best motion is its sum over the errors
     of_shared = np.einsum("nmi,nia->ma", shared, motion)

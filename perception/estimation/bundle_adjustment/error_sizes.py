@@ -1,8 +1,8 @@
-"""How far poses, lenses and pixels are off beyond what is stated, as the residuals tell it.
+"""Standard deviations of pose, lens and pixel errors beyond the stated ones, from the residuals.
 
-The sizes are the most likely ones, with all unknowns integrated out about the best of them
-(Laplace's approximation; variance components, empirical Bayes). Exact poses thus stay as they are.
-A lens is as it is stated, or off by any usual error, whichever is more likely.
+Variance components by empirical Bayes: the sizes that maximise the marginal likelihood, with all
+unknowns integrated out by Laplace's approximation. Exact poses thus stay as they are. A lens is
+either as stated or has a usual error, whichever is more likely.
 """
 
 from collections.abc import Sequence
@@ -25,30 +25,32 @@ from facetlog.perception.types import FloatArray
 __all__ = ["EXACT", "LEAST_PX", "LENS_SD", "Sizes", "likely_sizes"]
 
 MOST_VIEWS = 24
-"""That tell the sizes: their number cubed is what each size tried costs."""
+"""Views from which the sizes are estimated: each trial costs their number cubed."""
 WORTH = 0.1
-"""Of deviance, for which a size is changed."""
+"""Least gain of deviance for which a size is changed."""
 EXACT = np.radians(1e-3)
-"""The size of the poses' error that no picture shows, radians: a hundredth of a pixel."""
+"""A pose error below what pictures can show, radians: a hundredth of a pixel."""
 POSE_SDS = (EXACT, np.radians(0.03), np.radians(0.3), np.radians(2.0))
 LENS_SD = 0.05
-"""Of focal lengths, as shares, and radial factors that are off: what maker's data and pictures'
-headers leave. Pictures that tell them tell them far better."""
+"""Prior standard deviation of focal lengths, as a share, and of radial factors, where they are off:
+the accuracy of makers' data and of pictures' headers. Pictures that determine them do so far
+better."""
 LENS_PRICE = 2 * float(np.log(1000.0))
-"""Of deviance: less than one in a thousand right lenses may seem wrong by chance."""
+"""Gain of deviance for a lens error: fewer than one in a thousand right lenses may seem wrong by
+chance."""
 LEAST_PX = 0.01
-"""Of extra noise: no picture shows less."""
+"""Least extra noise, px: no picture shows less."""
 EXTRA_PX = (LEAST_PX, 0.1, 0.5, 2.0)
 """Sizes of the poses' error (radians) and of the extra noise (px) that are tried first."""
 FACTORS = (2.0, 1.2)
-"""By which the best of them is then made larger or smaller, as long as that is better: a size
-known to a fifth is as good as known."""
+"""Factors by which the best of them is then changed as long as that improves it: a size known to a
+fifth is good enough."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sizes:
-    """Standard deviations: the pixels' beyond their own (px), the poses' own error (radians), and
-    of what lenses are off by (shares)."""
+    """Standard deviations: pixel noise beyond the pixels' own (px), pose errors (radians), lens
+    errors (shares)."""
 
     extra_px: float
     pose_sd: float
@@ -63,9 +65,9 @@ def likely_sizes(
     near: Sizes | None = None,
     lens_sds: Sequence[float] = (EXACT, LENS_SD),
 ) -> Sizes:
-    """The most likely sizes at a state; where some are known to be near, from these on.
+    """The most likely sizes at a state, searched from `near` where it is given.
 
-    The lenses' is one of `lens_sds`, of which the first needs no evidence.
+    That of lenses is one of `lens_sds`, of which the first needs no evidence.
     """
     problem, prior, state = _some(problem, prior, state)
     at, off = linear(problem, state), prior.off(state.twists, state.lens)
@@ -98,8 +100,8 @@ def likely_sizes(
                 best = better
         return best
 
-    # Pixels and poses together: both explain the same residuals, and one at a time would not get
-    # across. A lens as stated is tried first: where nothing tells them apart it is right.
+    # Pixels and poses jointly: both explain the same residuals, and a search over one at a time
+    # would get stuck. A lens as stated is tried first: without evidence it is taken.
     found = []
     for lens_sd in lens_sds:
         first = [Sizes(max(px, least_px), sd, lens_sd) for px in EXTRA_PX for sd in POSE_SDS]
@@ -110,7 +112,7 @@ def likely_sizes(
 
 
 def _deviance(pixels: Reduced, off: FloatArray, belief: FloatArray, log_det: float) -> float:
-    """-2 log of the likelihood of the sizes, all else integrated out about the state.
+    """-2 log of the marginal likelihood of the sizes, all else integrated out about the state.
 
     `off` (m,) is how far the unknowns but the points are from the prior's mean.
     """

@@ -1,4 +1,4 @@
-"""What lenses are off by: two unknowns of each camera, its focal length and its radial distortion.
+"""Self-calibration: two unknowns of each camera, errors of its focal length and radial distortion.
 
 A pixel p of a pinhole is seen at c + (1 + a) (1 + b r²) (p - c), with c the principal point and r
 the tangent of the ray's angle to the axis (OpenCV's k1 is b). Views of one camera share both.
@@ -15,9 +15,10 @@ __all__ = ["LENS_UNKNOWNS", "Lenses", "lenses_of"]
 
 LENS_UNKNOWNS = 2
 LEAST_VIEWS = 3
-"""A camera of fewer views tells its own lens no better than where it stood."""
+"""With fewer views of a camera, errors of its lens cannot be separated from those of its poses."""
 ROUNDS = 20
-"""Of a fixed point: a radial distortion of .3 at r = .5 shrinks its error by .2 a round."""
+"""Rounds of a fixed-point iteration: for a radial distortion of .3 at r = .5 the error shrinks by a
+factor of .2 a round."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -68,8 +69,8 @@ class Lenses:
         at = self.centre + ((1.0 + a) * gain)[..., None] * off
         return at, by_pixel, np.stack([by_focal, by_radial], axis=-1)
 
-    def freed(self, unknowns: FloatArray, uv: FloatArray) -> FloatArray:
-        """What pixels (n, V, 2) as seen would be without the radial distortion alone."""
+    def undistorted(self, unknowns: FloatArray, uv: FloatArray) -> FloatArray:
+        """Observed pixels (n, V, 2) without the radial distortion; the focal length stays."""
         a, b = np.moveaxis(self.of_views(unknowns), -1, 0)
         if not b.any():
             return uv

@@ -1,9 +1,9 @@
 """The normal equations of poses and points, with the points eliminated (Schur complement).
 
-Unknown are a twist a view (turn and shift about one point, pose_chain.py; shifts in units of the
-cameras' distance), two numbers a camera (lens_unknowns.py) and three a point. What is solved has
-six rows a view and two a camera, however many points there are (Triggs et al. 2000, section 6).
-Residuals far beyond the noise have a Cauchy weight, so that a wrong match has no say.
+The unknowns are a twist a view (rotation and shift about one point, pose_chain.py; shifts in units
+of the cameras' distance), two numbers a camera (lens_unknowns.py) and three a point. The reduced
+system has six rows a view and two a camera, however many points there are (Triggs et al. 2000,
+section 6). Residuals far beyond the noise have a Cauchy weight, so that outliers have no influence.
 """
 
 from dataclasses import dataclass
@@ -25,15 +25,16 @@ __all__ = ["ROBUST_SD", "Linear", "Problem", "Reduced", "State", "Tracks", "line
 ROBUST_SD = 5.0
 """Standard deviations of a residual at which its weight is a half: beyond noise, not in it."""
 RIDGE = 1e-12
-"""Share of a matrix's trace that is added to its diagonal: rounding, so that its root exists."""
+"""Share of a matrix's trace that is added to its diagonal, so that its Cholesky factor exists in
+spite of rounding."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tracks:
     """Pixels (n, V, 2), covariances (n, V, 2, 2), which are used (n, V); a view's `weight` (V,).
 
-    Views almost alike share the errors of their poses and pixels: each has their variance, which is
-    estimated view by view, 1 / weight times.
+    Nearly identical views share the errors of their poses and pixels: the variance of each, which
+    is estimated view by view, is multiplied by 1 / weight.
     """
 
     uv: FloatArray
@@ -103,7 +104,7 @@ class Linear:
 
 
 def linear(problem: Problem, state: State) -> Linear:
-    """The problem made linear at a state."""
+    """The problem linearised at a state."""
     projections = problem.projections(state.twists)
     used = problem.tracks.used
     h = (state.points @ projections[:, :, :3].transpose(0, 2, 1)).transpose(1, 0, 2)
@@ -125,12 +126,12 @@ def linear(problem: Problem, state: State) -> Linear:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Reduced:
-    """What the pixels alone say of twists and lenses, with the points eliminated.
+    """The pixels' normal equations of twists and lenses, with the points eliminated.
 
-    `matrix` (m, m) and `gradient` (m,), m = 6 V + 2 C, are the normal equations; `cost` the robust
+    `matrix` (m, m) and `gradient` (m,), m = 6 V + 2 C, are the reduced system; `cost` the robust
     sum of squares and `log_noise` the log determinant of the noise. Points are whitened:
-    `of_points` (n, 3, 3) is the inverse of the factor of their information, `coupling` (m, 3 n) and
-    `pull` (n, 3) are what they have in common with the others, and their gradient.
+    `of_points` (n, 3, 3) is the inverse of the factor of their information, `coupling` (m, 3 n)
+    their cross terms with the other unknowns, `pull` (n, 3) their gradient.
     """
 
     cost: float

@@ -1,7 +1,8 @@
-"""What is believed of poses and lenses before the points have their say: a normal density.
+"""The prior of poses and lenses in bundle adjustment: a normal density.
 
-A pose is off by what its file states, each pose on its own or in a chain as odometry's, and beyond
-that by an error of its own whose size the residuals tell (error_sizes.py); so it is with lenses.
+A pose has the error that its file states, independent or in a chain as that of odometry, and beyond
+that an independent one whose size is estimated from the residuals (error_sizes.py); so it is with
+lenses.
 """
 
 from collections.abc import Sequence
@@ -21,10 +22,10 @@ __all__ = ["Prior", "block_diagonal", "prior_of"]
 class Prior:
     """A normal density of twists (V, 6), shifts in units of the cameras' distance, and of lenses.
 
-    `mean` (V, 6) is where the poses as stated lie from those that the twists move. `own` (V, 6, 6)
-    are covariances of an error of one radian of each pose on its own, `stated` (V, 6, 6) those of
-    the errors that are stated, or `chain` (6 V, 6 V) those of all poses together. `unknowns` of
-    lenses are about 0.
+    `mean` (V, 6) are the twists from the poses that are adjusted to the stated ones. `own` (V, 6,
+    6) are covariances of an independent error of one radian of each pose, `stated` (V, 6, 6) those
+    of the stated errors, or `chain` (6 V, 6 V) that of all poses together. The lenses' `unknowns`
+    have mean 0.
     """
 
     mean: FloatArray
@@ -51,7 +52,7 @@ class Prior:
         return np.concatenate([(twists - self.mean).ravel(), lens.ravel()])
 
     def weighted(self, weight: FloatArray) -> "Prior":
-        """The same where views almost alike share their own errors (each 1 / weight as large)."""
+        """The same where nearly identical views share their errors (each 1 / weight as large)."""
         return replace(self, own=self.own / weight[:, None, None])
 
     def some(self, chosen: NDArray[np.intp]) -> "Prior":
@@ -71,8 +72,7 @@ def prior_of(
 ) -> Prior:
     """The prior of the twists about a point (3,) that move these poses, and of lenses' unknowns.
 
-    An own error is as large in place as in turn, as seen from the cameras: by the same angle at
-    this distance.
+    An independent error is as large in place as in rotation: by the same angle at this distance.
     """
     unit = np.repeat([1.0, distance], 3)
     scale = np.outer(unit, unit)
@@ -99,8 +99,8 @@ def block_diagonal(blocks: FloatArray) -> FloatArray:
 
 
 def _chained(stated: FloatArray) -> FloatArray:
-    # Errors of two poses of a chain have in common what had gathered up to the first of them; where
-    # the odometry began anew they have nothing in common.
+    # The covariance of two poses of a chain is that of the first of them; across a restart of the
+    # odometry they are independent.
     count = len(stated)
     whole = np.zeros((count, 6, count, 6))
     gathered, began = stated[0], 0

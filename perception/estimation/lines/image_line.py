@@ -103,8 +103,8 @@ def fit_image_line(points: ArrayLike, covs: ArrayLike) -> ImageLine:
 
 
 def image_line_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[ImageLine]:
-    """The line after each further pixel, as `fit_image_line` has them; each is taken once and made
-    linear at the line before it. It begins with the first ones that make its slope sure.
+    """The line after each further pixel, as of `fit_image_line`; each is used once, linearised at
+    the previous line. It starts from the first pixels that make its slope sure.
     """
     x, noise = np.asarray(points, dtype=np.float64), np.asarray(covs, dtype=np.float64)
     start = held_start(

@@ -61,9 +61,9 @@ class SpaceLine:
         return converted(self.state.cov, self.state.mean, self._drawn)
 
     def near(self, point: FloatArray, cov: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Where a point (3,) lies that is known to be on the line, and its covariance (3, 3).
+        """A point (3,) known to be on the line, projected onto it, and its covariance (3, 3).
 
-        The line has its place across, its own covariance (3, 3) tells how far it is known along.
+        Across the line it has the line's covariance, along the line its own (3, 3).
         """
         i, j, k = self.chart.axes
         a = self.state.mean
@@ -180,7 +180,7 @@ def line_of_points(points: ArrayLike, covs: ArrayLike) -> SpaceLine:
 
 
 def line_of_points_recursion(points: ArrayLike, covs: ArrayLike) -> Iterator[SpaceLine]:
-    """The line after each further point, each taken once; begun with those that make it sure."""
+    """The line after each further point, each used once, from the first ones that make it sure."""
     x, noise = np.asarray(points, dtype=np.float64), np.asarray(covs, dtype=np.float64)
     start = held_start(lambda n: line_of_points(x[:n], noise[:n]), len(x), _is_sure)
     if start is None:
@@ -221,9 +221,9 @@ def line_of_images(images: Sequence[ImageLine], projections: Sequence[FloatArray
 def line_of_images_recursion(
     images: Sequence[ImageLine], projections: Sequence[FloatArray]
 ) -> Iterator[SpaceLine]:
-    """The line after each further view, as `line_of_images` has them; each is taken once and made
-    linear at the line before it. It begins with the first views that make the line's direction
-    sure, and its place as a share of the distance.
+    """The line after each further view, as of `line_of_images`; each is used once, linearised at
+    the previous line. It starts from the first views that make the line's direction sure, and its
+    place as a share of the distance.
     """
     pinhole = -np.linalg.solve(projections[0][:, :3], projections[0][:, 3])
     start = held_start(
@@ -262,7 +262,7 @@ def plane_of_lines(lines: Sequence[SpaceLine]) -> Plane:
 
 
 def plane_of_lines_recursion(lines: Sequence[SpaceLine]) -> Iterator[Plane]:
-    """The plane after each further line, each taken once; begun with those that make it sure."""
+    """The plane after each further line, each used once, from the first ones that make it sure."""
     start = held_start(
         lambda n: plane_of_lines(lines[:n]),
         len(lines),

@@ -1,1 +1,1 @@
-"""Poses that drift, as a robot's odometry does, put right by the straight edges in the pictures."""
+"""Drifting poses, as from a robot's odometry, corrected by the straight edges in the pictures."""

@@ -1,4 +1,4 @@
-"""Views and the 3-D segments that they show, found and fitted together at poses in the making."""
+"""Views and the 3-D segments that they show, found and fitted together at intermediate poses."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -54,7 +54,7 @@ def smaller(drifting: DriftingViews, share: float, reach_px: float | None = None
 def fitted(
     drifting: DriftingViews, twists: FloatArray, searches_px: Sequence[float]
 ) -> tuple[FloatArray, FloatArray]:
-    """Twists and segments after a fit of all views that have a twist to what they show together."""
+    """Twists and segments after a joint fit of all views that have a twist."""
     here = drifting.first(len(twists))
     lines = lines_of(here, twists)
     segments = lines.segments

@@ -1,8 +1,8 @@
 """Poses and 3-D segments fitted together to the edges in the pictures, odometry as the prior.
 
-Gauss-Newton: unknown are a twist of six numbers a view (pose_chain.py) and four a segment (both
-ends across it). What is measured is the distance in pixels from samples of the projected segments
-to the nearest strong edge; what is believed before is the chain of steps.
+Gauss-Newton: the unknowns are a twist of six numbers a view (pose_chain.py) and four a segment
+(both ends across it). The residuals are the distances in pixels from samples of the projected
+segments to the nearest strong edge; the prior is the chain of odometry's steps.
 """
 
 from collections.abc import Sequence
@@ -26,14 +26,14 @@ from facetlog.perception.types import FloatArray, Pose, View
 __all__ = ["DriftingViews", "align", "align_one"]
 
 SAMPLES = 16
-# The robust (Cauchy) scale is this share of the width searched, one pixel at least: from far off
-# the right edge is some pixels away, near the end a pixel's difference is another edge.
+# The robust (Cauchy) scale is this share of the width searched, one pixel at least: at first the
+# right edge is some pixels away, near the end an edge one pixel away is a different one.
 ROBUST_SHARE = 1 / 3
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DriftingViews:
-    """Views at the poses that odometry gives, their edges, and how far these poses can be off."""
+    """Views at the poses from odometry, their edges, and the prior of the errors of these poses."""
 
     views: tuple[View, ...]
     maps: tuple[EdgeMap, ...]
@@ -42,7 +42,7 @@ class DriftingViews:
     chain: PoseChain | SinglePoses
 
     def at(self, chosen: Sequence[int], twists: FloatArray) -> tuple[View, ...]:
-        """The chosen views where these twists, one for each of them, put them."""
+        """The chosen views moved by these twists, one for each of them."""
         placed = zip(chosen, twists, strict=True)
         return tuple(replace(self.views[k], pose=self.pose(k, twist)) for k, twist in placed)
 
@@ -66,14 +66,14 @@ def align(
 ) -> tuple[FloatArray, FloatArray]:
     """One step for the views and segments (n, 2, 3) together: twists (V, 6) and segments.
 
-    `use` (n, V) tells which segment is looked for in which view.
+    `use` (n, V) says which segment is searched in which view.
     """
     views, lines = len(drifting.views), len(segments)
     basis = across_basis(segments)
     points = segment_samples(segments, SAMPLES)
     own = 6 * views
     h, g = np.zeros((own + 4 * lines,) * 2), np.zeros(own + 4 * lines)
-    drifting.chain.believe(twists, h, g)
+    drifting.chain.add_prior(twists, h, g)
     for k, view in enumerate(drifting.at(range(views), twists)):
         chosen = np.nonzero(use[:, k])[0]
         if not len(chosen):
@@ -113,7 +113,7 @@ def align_one(
 ) -> FloatArray:
     """One step for the twist (6,) of view k alone, to segments (n, 2, 3) that stay.
 
-    `expected` are mean and covariance of what is believed of it.
+    `expected` are the mean and covariance of its prior.
     """
     (view,) = drifting.at([k], twist[None])
     points = segment_samples(segments, SAMPLES)
@@ -138,6 +138,6 @@ def _readings(
     found = np.isfinite(read.offset)
     error = np.where(found, read.offset, 0.0)
     scale = max(1.0, ROBUST_SHARE * search_px)
-    # The samples of a segment in a view share what is wrong with it there.
+    # The samples of a segment in a view share its error there.
     weight = found / (1.0 + (error / scale) ** 2) * (READINGS_A_VIEW / SAMPLES)
     return by_view, by_point, error, weight

@@ -1,8 +1,8 @@
-"""What is known of poses that were counted up step by step, as odometry counts them.
+"""The prior of poses from odometry: a chain of independent errors of the steps between poses.
 
-The error of a pose is a small motion of the world, a twist: turn (3,) and shift (3,) of the camera
-about one fixed point. In this form the error of a pose is that of the pose before it plus what the
-step between them adds, so a drift over many metres is a chain of independent steps.
+The error of a pose is a small motion of the world, a twist: rotation vector (3,) and shift (3,) of
+the camera about one fixed point. In this form the error of a pose is that of the previous pose plus
+that of the step between them, so a drift over many metres is a chain of independent steps.
 """
 
 from collections.abc import Sequence
@@ -16,11 +16,11 @@ from facetlog.perception.types import FloatArray, Pose
 
 __all__ = ["PoseChain", "SinglePoses", "added", "moved", "of_twist", "pose_chain"]
 
-# What every view has on its own, whatever the odometry: the head's pointing and the settling of
-# the robot on its wheels. Radians; the same angle times the distance of what is looked at for the
-# camera's place, since lengths may have any unit.
+# Independent error of every view besides odometry: the head's pointing and the settling of the
+# robot on its wheels. Radians; for the camera's place the same angle times the distance to the
+# scene, since lengths may have any unit.
 OWN_SD = np.radians(0.25)
-# A turn's covariance that shrinks by more than this share did not shrink by rounding.
+# A rotation's covariance that shrinks by more than this share did not shrink by rounding.
 ROUNDING = 1e-6
 
 
@@ -28,7 +28,8 @@ ROUNDING = 1e-6
 class PoseChain:
     """The covariances (6, 6) of the first pose's twist and of what each step adds (V - 1, 6, 6).
 
-    Twists are about the point `about` (3,): turns in radians first, then shifts in world units.
+    Twists are about the point `about` (3,): rotation vectors in radians, then shifts in world
+    units.
     """
 
     about: FloatArray
@@ -39,7 +40,7 @@ class PoseChain:
         """Mean (6,) and covariance (6, 6) of the twist of view k > 0, from those before it."""
         return twists[k - 1], self.steps[k - 1]
 
-    def believe(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
+    def add_prior(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
         """Adds the chain's own normal equations of the first twists (V, 6) to h and g."""
         belief = np.linalg.inv(self.first)
         h[:6, :6] += belief
@@ -58,16 +59,16 @@ class PoseChain:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SinglePoses:
-    """The covariances (V, 6, 6) of the twists about `about` (3,) of poses that err one by one."""
+    """Covariances (V, 6, 6) of the twists about `about` (3,) of poses with independent errors."""
 
     about: FloatArray
     covs: FloatArray
 
     def expected(self, k: int, twists: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean (6,) and covariance (6, 6) of the twist of view k: others say nothing of it."""
+        """Mean (6,) and covariance (6, 6) of the twist of view k, independent of the others."""
         return np.zeros_like(twists[0]), self.covs[k]
 
-    def believe(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
+    def add_prior(self, twists: FloatArray, h: FloatArray, g: FloatArray) -> None:
         """Adds the normal equations of the first twists (V, 6) to h and g."""
         for k, twist in enumerate(twists):
             at = slice(6 * k, 6 * k + 6)
@@ -87,10 +88,10 @@ def pose_chain(
 ) -> PoseChain:
     """The chain of poses, in the order in which they were taken.
 
-    `covariances` (V, 6, 6) are of place (world units) and turn (radians, about the camera), both in
-    the world's axes; they grow from pose to pose as the odometry's do. Where they become smaller it
-    began anew, and the errors before and after have nothing to do with each other. `about` is where
-    the views look, `distance` how far that is from them.
+    `covariances` (V, 6, 6) are of place (world units) and of a rotation vector (radians), both in
+    the world frame; they grow from pose to pose as the odometry's do. Where they become smaller
+    odometry restarted, and the errors before and after are independent. `about` is the point that
+    the views look at, `distance` how far it is from them.
     """
     of_twists = np.array(
         [of_twist(pose, cov, about) for pose, cov in zip(poses, covariances, strict=True)]
@@ -103,7 +104,7 @@ def pose_chain(
 
 
 def of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
-    """The covariance (6, 6) of a pose's twist, from that of its place and turn in world axes."""
+    """The covariance (6, 6) of a pose's twist, from that of its place and rotation vector."""
     # The camera's place moves by turn x (centre - about) + shift.
     x, y, z = pose.centre - about
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
@@ -117,12 +118,12 @@ def of_twist(pose: Pose, cov: FloatArray, about: FloatArray) -> FloatArray:
 def added(before: FloatArray, after: FloatArray) -> FloatArray | None:
     """What the step between two poses adds to the covariance (6, 6) of their twists.
 
-    None where the odometry began anew.
+    None where the odometry restarted.
     """
     cov = after - before
     if np.trace(cov[:3, :3]) < -ROUNDING * np.trace(before[:3, :3]):
         return None
-    # Differences of rounded covariances need not be one.
+    # The difference of two rounded covariances need not be positive.
     values, vectors = np.linalg.eigh((cov + cov.T) / 2)
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T)
 

@@ -1,10 +1,10 @@
-"""Poses that were counted up step by step, corrected by what the pictures show.
+"""Poses from odometry, corrected by the straight edges in the pictures.
 
-The way: the first views, between which odometry has hardly drifted, are brought into agreement
-from coarse pictures to fine ones, for in a small picture a wrong pose is wrong by few pixels. Each
-further view is then registered to the 3-D segments found so far, and all are fitted together
-(line_alignment.py), with odometry as the prior. What is fixed by nothing but odometry, as the place
-of the whole in the world, stays as it says.
+The first views, between which odometry has hardly drifted, are aligned from coarse pictures to fine
+ones, since in a small picture a wrong pose is off by few pixels. Each further view is then
+registered to the 3-D segments found so far, and all are fitted together (line_alignment.py), with
+odometry as the prior. What only odometry determines, as the place of the whole in the world, stays
+as it is.
 """
 
 from collections.abc import Callable, Sequence
@@ -33,33 +33,32 @@ from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
 __all__ = ["RefinedViews", "refined_views", "with_refined_poses"]
 
-# Views that are brought into agreement first: a 3-D segment needs three, and one of them may show
-# little.
+# Views that are aligned first: a 3-D segment needs three, and one of them may show little.
 FIRST = 6
 # Pictures are shrunk to these shares at first.
 COARSE_TO_FINE = (1 / 3, 1 / 2, 1.0)
 # Width searched across projected segments, px, in successive fits.
 FIRST_SEARCH_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 SEARCH_PX = (4.0, 3.0, 2.0)
-# All views are fitted anew when there are so many times more: each time costs as much as all
-# views together.
+# All views are fitted anew when their number has grown by this factor: each time costs as much as
+# all views together.
 GROWTH = 1.1
 ROUNDS = 4
-"""Of new segments and a fit, once all views are there; fewer once no view gains by it."""
+"""Rounds of new segments and a fit, once all views are there; fewer once no view gains by it."""
 DOUBTFUL = 0.05
-"""A view that explains so much less than the median of all may be one edge off, and is registered
-anew in each round: what was not known when it was first may be now."""
+"""A view whose explained share is this far below the median of all may be off by one edge, and is
+registered again in each round, with more segments known."""
 GAIN = 0.02
-"""Of its explained share, for which a view is moved."""
+"""Least gain of its explained share for which a view is moved."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RefinedViews:
-    """The views at their new poses; how far these went (world units, radians) at most.
+    """The views at their new poses; the largest correction (world units, radians).
 
     `explained` and `explained_before` are the shares (by length) of the pictures' straight segments
-    that lie on 3-D segments, at the new poses and at those given. Where the new ones explain no
-    more, the views are as they were given.
+    that lie on 3-D segments, at the new poses and at the given ones. Where the new ones explain no
+    more, the views are returned as given.
     """
 
     views: tuple[View, ...]
@@ -76,8 +75,9 @@ def refined_views(
 ) -> RefinedViews:
     """The views with their poses corrected; in the order in which they were taken.
 
-    `covariances` (V, 6, 6): of each camera's place (world units) and turn (radians), in the world's
-    axes, as odometry counts them up. `progress` is called with ("poses", done, all).
+    `covariances` (V, 6, 6): of each camera's place (world units) and of a rotation vector
+    (radians), both in the world frame, as they accumulate in odometry. `progress` is called with
+    ("poses", done, all).
     """
     working, factors = at_working_size(views)
     graph = view_graph(working)
@@ -123,8 +123,8 @@ def with_refined_poses(
 ) -> ViewSet:
     """The set with its poses corrected, and a line about that among its problems.
 
-    Only poses that were counted up are: errors of single poses are left to bundle adjustment.
-    ValueError if nothing is stated of the poses' errors.
+    Only poses from odometry are corrected: independent errors are left to bundle adjustment.
+    ValueError if the covariances of the poses are not stated.
     """
     if view_set.pose_errors is None:
         raise ValueError(f"{view_set.name}: the covariances of the poses are not known")
@@ -136,7 +136,7 @@ def with_refined_poses(
     length = f"{found.shift * 100:.2g} cm" if view_set.metric else f"{found.shift:.2g} units"
     line = (
         f"poses were off by up to {length} and {np.degrees(found.turn):.2g} degrees and were "
-        f"corrected: {found.explained:.0%} of the straight edges agree, before it were "
+        f"corrected: {found.explained:.0%} of the straight edges agree, before it was "
         f"{found.explained_before:.0%} (--keep-poses takes them as they are)"
     )
     return replace(view_set, views=found.views, problems=(*view_set.problems, line))
@@ -159,7 +159,7 @@ def _first_twists(views: Sequence[View], full: DriftingViews) -> tuple[FloatArra
 
 
 def _registered_anew(drifting: DriftingViews, twists: FloatArray) -> FloatArray:
-    """The twists with those of doubtful views put right; the very same where none gains by it."""
+    """The twists with those of suspect views registered again; unchanged where none gains by it."""
     lines = lines_of(drifting, twists)
     shares = np.array([shown_share(drifting, k, t, lines.segments) for k, t in enumerate(twists)])
     better = twists
@@ -174,7 +174,7 @@ def _registered_anew(drifting: DriftingViews, twists: FloatArray) -> FloatArray:
 
 
 def shown_share(drifting: DriftingViews, k: int, twist: FloatArray, segments: FloatArray) -> float:
-    """How much of the straight segments of view k the 3-D segments (n, 2, 3) explain there."""
+    """The share of the straight segments of view k that the 3-D segments (n, 2, 3) explain."""
     view = drifting.at([k], twist[None])
     use = np.nan_to_num(coverage(segments, view, [drifting.maps[k]])) > SUPPORTED
     return explained_share(segments, use, view, [drifting.segments[k]])

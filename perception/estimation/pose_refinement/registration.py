@@ -1,9 +1,8 @@
-"""Where a further view stands, by the 3-D segments that the views before it show.
+"""Registration of a further view to the 3-D segments of the views before it.
 
-The pose that odometry gives may be off by more than half the way to the next edge of the same
-direction, where a search across the edges ends at the wrong one. So many poses are drawn from what
-odometry allows, those at which the pictures show most of the segments are improved, and the best of
-them is taken.
+The pose from odometry may be off by more than half the distance to the next parallel edge, where a
+search across the edges ends at the wrong one. So poses are sampled from odometry's prior, those at
+which the picture shows most of the segments are refined, and the best of them is taken.
 """
 
 import numpy as np
@@ -18,7 +17,7 @@ from facetlog.perception.types import FloatArray
 __all__ = ["registered"]
 
 DRAWN = 400
-# What is drawn spreads a little further than believed: covariances are estimates too.
+# Samples spread a little wider than the prior: covariances are estimates too.
 SPREAD = 1.5
 IMPROVED = 6
 # Width searched, px, and share of a segment that must lie on edges, in successive steps.
@@ -27,14 +26,15 @@ STEPS = ((8.0, 0.3), (5.0, 0.3), (3.0, 0.5), (2.0, 0.5), (2.0, 0.5))
 # the floor's boards are longer than anything that stands on it.
 SHOWN = 0.5
 LONGEST = 0.5
-# So many pixels of shown segments are worth one unit of the prior's squared distance.
+# So many pixels of shown segments count as much as one unit of the prior's squared Mahalanobis
+# distance.
 PX_A_UNIT = 2.0
 
 
 def registered(
     drifting: DriftingViews, k: int, twists: FloatArray, segments: FloatArray
 ) -> FloatArray:
-    """The twist (6,) of view k that shows segments (n, 2, 3) best, near what those before allow."""
+    """The twist (6,) of view k that shows segments (n, 2, 3) best, within its prior."""
     before, step = drifting.chain.expected(k, twists)
     rng = np.random.default_rng(k)
     drawn = rng.multivariate_normal(before, SPREAD * step, DRAWN, method="eigh")
@@ -45,9 +45,9 @@ def registered(
     for index in np.argsort(-shown, kind="stable")[:IMPROVED]:
         twist = _improved(drifting, k, drawn[index], (before, step), segments)
         off = twist - before
-        worth = _shown_px(drifting, k, twist, segments) - PX_A_UNIT * float(off @ belief @ off)
-        if worth > most:
-            best, most = twist, worth
+        score = _shown_px(drifting, k, twist, segments) - PX_A_UNIT * float(off @ belief @ off)
+        if score > most:
+            best, most = twist, score
     return best
 
 

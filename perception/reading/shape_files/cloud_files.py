@@ -1,6 +1,6 @@
 """Point cloud files (PLY, PCD, LAS/LAZ, text) and COLMAP models as clouds.
 
-A file may lie. What it claims is compared with what it holds before anything is allocated.
+Headers are not trusted: their counts are compared with the file's size before allocating anything.
 """
 
 from collections.abc import Callable
@@ -38,7 +38,7 @@ DEFAULT_LIMITS = CloudLimits()
 
 
 def read_cloud(path: Path, limits: CloudLimits = DEFAULT_LIMITS) -> Cloud:
-    """The cloud of a file, its kind told by the suffix, or of a folder with a COLMAP model.
+    """The cloud of a file, its kind by the suffix, or of a folder with a COLMAP model.
 
     Raises InputError where it is missing, empty, damaged, beyond the limits, or of another kind.
     """
@@ -60,7 +60,7 @@ def read_cloud(path: Path, limits: CloudLimits = DEFAULT_LIMITS) -> Cloud:
         if not path.is_file():
             raise InputError(f"{path.name}: is no file; give a point cloud")
         if size == 0:
-            raise InputError(f"{path.name}: is empty; export the cloud anew")
+            raise InputError(f"{path.name}: is empty; export the cloud again")
         if size > limits.size_bytes:
             raise InputError(
                 f"{path.name}: has {size} bytes, more than {limits.size_bytes}; thin the cloud"

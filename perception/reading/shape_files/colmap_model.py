@@ -100,7 +100,7 @@ def read_colmap(folder: Path, most: int) -> Cloud:
         ) from exc
     except (struct.error, ValueError, IndexError, KeyError) as exc:
         raise InputError(
-            f"{folder}: the COLMAP model is truncated or damaged; export it anew"
+            f"{folder}: the COLMAP model is truncated or damaged; export it again"
         ) from exc
     places = np.array([p.place for p in points]).reshape(-1, 3)
     seen_from = np.full((len(points), 3), np.nan)

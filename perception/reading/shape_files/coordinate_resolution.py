@@ -1,4 +1,4 @@
-"""Whether coordinates keep the shape that they are of: far from the origin numbers are coarse."""
+"""Whether coordinates resolve their shape: far from the origin floating-point is coarse."""
 
 import numpy as np
 

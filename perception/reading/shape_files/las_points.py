@@ -39,10 +39,10 @@ def las_points(path: Path, most: int) -> FloatArray:
             return np.array(file.read().xyz, dtype=np.float64)
     except (OSError, MemoryError):
         raise
-    except Exception as exc:  # readers fail in every way there is on a damaged file
+    except Exception as exc:  # readers raise any kind of error on a damaged file
         said = " ".join(str(exc).split()) or type(exc).__name__
         raise InputError(
-            f"{path.name}: cannot be read as LAS ({said[:200]}); export the cloud anew"
+            f"{path.name}: cannot be read as LAS ({said[:200]}); export the cloud again"
         ) from exc
 
 
@@ -52,7 +52,7 @@ def _check_header(path: Path, most: int) -> None:
     with path.open("rb") as file:
         head = file.read(MOST_HEADER_BYTES)
     if not head.startswith(SIGNATURE):
-        raise InputError(f"{path.name}: has no LAS header; export the cloud anew")
+        raise InputError(f"{path.name}: has no LAS header; export the cloud again")
     minor = head[MINOR_AT] if len(head) > MINOR_AT else 0
     least = MOST_HEADER_BYTES if minor > 4 else LEAST_HEADER.get(minor, HEADER_BYTES)
     if len(head) < least:

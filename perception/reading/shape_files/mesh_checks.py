@@ -1,4 +1,4 @@
-"""What a mesh file says of its own size, held against what it can hold, before it is read.
+"""Size checks of mesh files: header counts are compared with the file's size before it is read.
 
 A header of a few bytes can ask for terabytes: counts of a PLY, STL or OFF, accessors of a glTF, and
 parts of a scene that are shown thousands of times.
@@ -64,14 +64,14 @@ DEFAULT_LIMITS = Limits()
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """What a file says that it is: its kind (the suffix without the dot), and faces at least."""
+    """A file's claims: its kind (the suffix without the dot), and the least number of faces."""
 
     kind: str
     faces: int = 0
 
 
 def check_file(path: Path, limits: Limits = DEFAULT_LIMITS) -> Claim:
-    """What a mesh file claims to be, after that was found possible.
+    """The claims of a mesh file, after they were found possible.
 
     Raises InputError where the file is missing, empty, too large, of no known kind or claims more
     than it can hold; NoTrianglesError for a PLY without faces.
@@ -84,7 +84,7 @@ def check_file(path: Path, limits: Limits = DEFAULT_LIMITS) -> Claim:
         if not path.is_file():
             raise InputError(f"{path.name}: is no file; give a mesh file")
         if size == 0:
-            raise InputError(f"{path.name}: is empty; export the mesh anew")
+            raise InputError(f"{path.name}: is empty; export the mesh again")
         if size > limits.size_bytes:
             raise InputError(
                 f"{path.name}: has {size} bytes, more than {limits.size_bytes}; reduce the mesh"
@@ -124,7 +124,7 @@ def _too_many(name: str, limits: Limits) -> InputError:
 def _check_ply(file: BinaryIO, name: str, size: int, limits: Limits) -> int:
     head, ended, _ = file.read(HEADER_BYTES).partition(b"end_header")
     if not head.startswith(b"ply") or not ended:
-        raise InputError(f"{name}: has no PLY header; export the mesh anew")
+        raise InputError(f"{name}: has no PLY header; export the mesh again")
     text = head.decode("ascii", "replace").splitlines()
     ascii_text = any(line.split()[:2] == ["format", "ascii"] for line in text)
     counts: dict[str, int] = {}
@@ -142,9 +142,9 @@ def _check_ply(file: BinaryIO, name: str, size: int, limits: Limits) -> int:
                     LEAST_TEXT_BYTES if ascii_text else PLY_BYTES[words[1 + (words[1] == "list")]]
                 )
     except (IndexError, KeyError, ValueError) as exc:
-        raise InputError(f"{name}: has a damaged PLY header; export the mesh anew") from exc
+        raise InputError(f"{name}: has a damaged PLY header; export the mesh again") from exc
     if any(count < 0 for count in counts.values()):
-        raise InputError(f"{name}: has a damaged PLY header; export the mesh anew")
+        raise InputError(f"{name}: has a damaged PLY header; export the mesh again")
     needed = sum(count * row_bytes[element] for element, count in counts.items())
     # the last number of a text needs no blank
     if needed > size - len(head) + LEAST_TEXT_BYTES:
@@ -182,7 +182,7 @@ def _check_stl(file: BinaryIO, name: str, size: int, limits: Limits) -> None:
     if needed is None:
         return  # text has no counts
     if size < STL_HEADER_BYTES:
-        raise InputError(f"{name}: is shorter than an STL header; export the mesh anew")
+        raise InputError(f"{name}: is shorter than an STL header; export the mesh again")
     count = (needed - STL_HEADER_BYTES) // STL_TRIANGLE_BYTES
     if needed > size:
         raise _claims_too_much(name, f"{count} triangles")
@@ -194,7 +194,7 @@ def _check_off(file: BinaryIO, name: str, size: int, limits: Limits) -> int:
     text = re.sub(rb"#[^\n]*", b"", file.read(HEADER_BYTES))
     counts = re.match(rb"\s*[A-Z]*OFF\s+(\d+)\s+(\d+)", text)
     if counts is None:
-        raise InputError(f"{name}: has no OFF header; export the mesh anew")
+        raise InputError(f"{name}: has no OFF header; export the mesh again")
     vertices, faces = int(counts[1]), int(counts[2])
     if 3 * LEAST_TEXT_BYTES * vertices + 4 * LEAST_TEXT_BYTES * faces > size:
         raise _claims_too_much(name, f"{vertices} vertices and {faces} faces")
@@ -208,7 +208,7 @@ def _gltf_document(file: BinaryIO, name: str, kind: str, size: int) -> dict[str,
     if kind == "glb":
         head = file.read(20)
         if len(head) < 20 or head[:4] != GLB_MAGIC:
-            raise InputError(f"{name}: has no GLB header; export the mesh anew")
+            raise InputError(f"{name}: has no GLB header; export the mesh again")
         total, length, chunk = struct.unpack("<8xIII", head)
         if total > size or length > size or chunk != GLB_JSON:
             raise _claims_too_much(name, f"{max(total, length)} bytes")
@@ -218,9 +218,9 @@ def _gltf_document(file: BinaryIO, name: str, kind: str, size: int) -> dict[str,
     try:
         document = json.loads(text)
     except (ValueError, RecursionError) as exc:
-        raise InputError(f"{name}: is no glTF, its JSON is damaged; export it anew") from exc
+        raise InputError(f"{name}: is no glTF, its JSON is damaged; export it again") from exc
     if not isinstance(document, dict):
-        raise InputError(f"{name}: is no glTF, its JSON is no object; export it anew")
+        raise InputError(f"{name}: is no glTF, its JSON is no object; export it again")
     return document
 
 
@@ -253,7 +253,7 @@ def _check_gltf(document: dict[str, Any], path: Path, size: int, limits: Limits)
         if _shown_triangles(document) > limits.triangles:
             raise _too_many(name, limits)
     except (AttributeError, IndexError, KeyError, TypeError, ValueError) as exc:
-        raise InputError(f"{name}: is no sound glTF ({exc!r:.80}); export it anew") from exc
+        raise InputError(f"{name}: is no sound glTF ({exc!r:.80}); export it again") from exc
 
 
 def _surface_accessors(document: dict[str, Any]) -> set[int]:
@@ -272,7 +272,7 @@ def _buffer_bytes(buffer: dict[str, Any], path: Path, size: int) -> int:
         try:
             return len(base64.b64decode(uri.partition(",")[2], validate=True))
         except binascii.Error as exc:
-            raise InputError(f"{path.name}: has a damaged buffer; export it anew") from exc
+            raise InputError(f"{path.name}: has a damaged buffer; export it again") from exc
     folder = path.resolve().parent
     target = (folder / unquote(uri)).resolve()
     if "://" in uri or not target.is_relative_to(folder):

@@ -1,6 +1,6 @@
 """Mesh files (PLY, OBJ, OFF, STL, glTF, DAE) as one list of triangles in the file's own frame.
 
-A file may lie. Sizes are compared with what the file can hold before anything is allocated
+Headers are not trusted: sizes are compared with the file's size before anything is allocated
 (mesh_checks.py), nothing is fetched, and no file outside the mesh's own folder is opened.
 """
 
@@ -44,7 +44,7 @@ class Mesh:
     """Triangles (m, 3) of indices into vertices (n, 3), as a file has them, all finite.
 
     `up` (3,) is the axis and `unit_metres` the length of the unit, both None where the format
-    does not say. `left_out` is how many triangles were, and `warnings` tell why.
+    does not say. `left_out` is how many triangles were, and `warnings` say why.
     """
 
     vertices: FloatArray
@@ -74,14 +74,14 @@ class Mesh:
         if not len(corners):
             if len(points):
                 raise NoTrianglesError(f"{name}: has no faces; give a mesh, or read it as a cloud")
-            raise InputError(f"{name}: holds no triangle; export the mesh anew")
+            raise InputError(f"{name}: holds no triangle; export the mesh again")
         with np.errstate(invalid="ignore"):
             sound: NDArray[np.bool_] = np.all(np.abs(points) < HUGE, axis=1)
         there = (corners >= 0) & (corners < len(points))
         known = np.flatnonzero((there & sound[np.where(there, corners, 0)]).all(axis=1))
         lost = len(corners) - len(known)
         if lost == len(corners):
-            raise InputError(f"{name}: no triangle has three finite corners; export the mesh anew")
+            raise InputError(f"{name}: no triangle has three finite corners; export the mesh again")
         said = (
             f"{lost} of {len(corners)} triangles left out: corners that are missing or not finite"
         )
@@ -97,7 +97,7 @@ class Mesh:
 
 
 def read_mesh(path: Path, limits: Limits = DEFAULT_LIMITS) -> Mesh:
-    """The mesh of a file, its kind told by the suffix; scenes of several parts become one mesh.
+    """The mesh of a file, its kind by the suffix; scenes of several parts become one mesh.
 
     Raises NoTrianglesError where a sound file has no faces (a cloud), InputError where it is
     missing, empty, damaged, beyond the limits, or of another kind.
@@ -106,7 +106,7 @@ def read_mesh(path: Path, limits: Limits = DEFAULT_LIMITS) -> Mesh:
     kind = claim.kind
     try:
         with warnings.catch_warnings():
-            # What a reader warns of is either harmless or found below.
+            # Warnings of readers are either harmless or detected below.
             warnings.simplefilter("ignore")
             if kind == "dae":
                 return _read_collada(path, limits)
@@ -116,15 +116,15 @@ def read_mesh(path: Path, limits: Limits = DEFAULT_LIMITS) -> Mesh:
     except MemoryError as exc:
         raise InputError(f"{path.name}: does not fit into memory; reduce the mesh") from exc
     except ImportError as exc:
-        # of a form that is rare: what its readers want is nothing that a user can know
+        # a rare variant: the message of its reader would not help a user
         raise InputError(
             f"{path.name}: is {kind.upper()} in a form that cannot be read here; export the mesh "
-            "anew, perhaps as PLY"
+            "again, perhaps as PLY"
         ) from exc
-    except Exception as exc:  # readers fail in every way there is on a damaged file
+    except Exception as exc:  # readers raise any kind of error on a damaged file
         raise InputError(
             f"{path.name}: cannot be read as {kind.upper()}, it is truncated or damaged; "
-            "export the mesh anew"
+            "export the mesh again"
         ) from exc
     if len(mesh.triangles) + mesh.left_out < claim.faces:
         raise InputError(

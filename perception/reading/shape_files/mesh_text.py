@@ -1,4 +1,4 @@
-"""Mesh files as trimesh reads them right: UTF-8, no bytes after the end, OBJ with absolute indices.
+"""Mesh files rewritten for trimesh: UTF-8, no bytes after the end, OBJ with absolute indices.
 
 trimesh counts a negative index of an OBJ from the file's end, the format from the line that has it;
 and an index 0, which there is none of, it takes for the first vertex.
@@ -15,15 +15,15 @@ from facetlog.perception.reading.shape_files.mesh_checks import binary_stl_bytes
 __all__ = ["readable"]
 
 END_OF_PLY_HEADER = b"end_header"
-# What trimesh reads otherwise than it is meant: a face with an index that does not begin with 1 to
-# 9, a line that goes on in the next, and one that is indented or has tabs.
+# What trimesh misreads: a face with an index that does not begin with 1 to 9, a line continued in
+# the next, and one that is indented or has tabs.
 ODD_FACE = re.compile(rb"\nf(?: ++[1-9]\S*+)*+ ++[-+0]")
 CONTINUED = re.compile(rb"\\\r?\n")
 ODD_BLANKS = re.compile(rb"\n(?:[ \t]++[vf][ \t]|[vf]\t|f[^\n\t]*+\t)")
 
 
 def readable(file: BinaryIO, name: str, kind: str) -> BinaryIO:
-    """The same mesh as trimesh reads it right; the file itself where that is what it holds.
+    """The same mesh in a form that trimesh reads correctly; the file itself if it already is.
 
     Text that is not UTF-8 is taken for Latin-1: only comments and names differ. Raises InputError
     for an OBJ with an index that is none.
@@ -102,15 +102,15 @@ def _absolute(words: Sequence[bytes], count: int, place: str) -> list[int]:
     try:
         corners = [int(word.partition(b"/")[0]) for word in words]
     except ValueError:
-        told = b" ".join(words).decode("latin-1")
-        raise InputError(f"{place}: f {told:.40}: is no face; export the mesh anew") from None
+        line = b" ".join(words).decode("latin-1")
+        raise InputError(f"{place}: f {line:.40}: is no face; export the mesh again") from None
     if 0 in corners:
-        raise InputError(f"{place}: vertex 0: indices of an OBJ begin at 1; export the mesh anew")
+        raise InputError(f"{place}: vertex 0: indices of an OBJ begin at 1; export the mesh again")
     least = min(corners, default=1)
     if least > 0:
         return corners
     if least < -count:
         raise InputError(
-            f"{place}: vertex {least}: there are {count} before it; export the mesh anew"
+            f"{place}: vertex {least}: there are {count} before it; export the mesh again"
         )
     return [corner if corner > 0 else count + 1 + corner for corner in corners]

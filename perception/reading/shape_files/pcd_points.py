@@ -23,7 +23,7 @@ MOST_EXPANSION = 88
 TYPES = {("F", 4): "<f4", ("F", 8): "<f8"} | {
     (kind, size): f"<{kind.lower()}{size}" for kind in "IU" for size in (1, 2, 4, 8)
 }
-# VIEWPOINT of a file that knows of none: the origin, not turned.
+# VIEWPOINT of a file without one: the origin, not rotated.
 NO_VIEWPOINT = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
@@ -46,12 +46,12 @@ class _Header:
 
 
 def read_pcd_points(file: BinaryIO, name: str, most: int) -> tuple[PointTable, FloatArray | None]:
-    """The points of a PCD, and where the sensor was (3,), None where the file does not say."""
+    """The points of a PCD, and the sensor's place (3,), None where the file does not have it."""
     head = file.read(HEADER_BYTES)
     start = head.find(b"\nDATA")
     end = head.find(b"\n", start + 1)
     if start < 0 or end < 0:
-        raise InputError(f"{name}: has no PCD header; export the cloud anew")
+        raise InputError(f"{name}: has no PCD header; export the cloud again")
     header = _header(head[:end].decode("ascii", "replace"), name)
     if header.count > most:
         raise InputError(f"{name}: has {header.count} points, more than {most}; thin the cloud")
@@ -93,10 +93,10 @@ def _header(text: str, name: str) -> _Header:
         viewpoint = tuple(float(x) for x in entries.get("VIEWPOINT", NO_VIEWPOINT))
         data = entries["DATA"][0].lower()
     except (IndexError, KeyError, ValueError) as exc:
-        raise InputError(f"{name}: has a damaged PCD header; export the cloud anew") from exc
+        raise InputError(f"{name}: has a damaged PCD header; export the cloud again") from exc
     sound = len(fields) == len(types) == len(repeats) and min(repeats, default=0) > 0 <= count
     if not sound or sum(repeats) > HEADER_BYTES:
-        raise InputError(f"{name}: has a damaged PCD header; export the cloud anew")
+        raise InputError(f"{name}: has a damaged PCD header; export the cloud again")
     return _Header(fields, types, repeats, count, data, viewpoint)
 
 

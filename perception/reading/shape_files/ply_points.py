@@ -37,7 +37,7 @@ def read_ply_points(file: BinaryIO, name: str, most: int) -> PointTable:
     head = file.read(HEADER_BYTES)
     before, ended, _ = head.partition(b"end_header")
     if not head.startswith(b"ply") or not ended:
-        raise InputError(f"{name}: has no PLY header; export the cloud anew")
+        raise InputError(f"{name}: has no PLY header; export the cloud again")
     start = head.find(b"\n", len(before)) + 1
     if start == 0:
         raise InputError(f"{name}: ends with its header; it is truncated")
@@ -49,7 +49,7 @@ def read_ply_points(file: BinaryIO, name: str, most: int) -> PointTable:
             break
         skipped += _skipped(element, order, name)
     else:
-        raise InputError(f"{name}: has no vertices; export the cloud anew")
+        raise InputError(f"{name}: has no vertices; export the cloud again")
     if element.count > most:
         raise InputError(f"{name}: has {element.count} points, more than {most}; thin the cloud")
     fields = tuple(field for field, _ in element.properties)
@@ -78,14 +78,14 @@ def _header(text: bytes, name: str) -> tuple[str, tuple[_Element, ...]]:
                 case ["property", kind, field]:
                     elements[-1] = _with(elements[-1], field, TYPES[kind])
     except (IndexError, KeyError, ValueError) as exc:
-        raise InputError(f"{name}: has a damaged PLY header; export the cloud anew") from exc
+        raise InputError(f"{name}: has a damaged PLY header; export the cloud again") from exc
     vertices = [element for element in elements if element.name == "vertex"]
     if (
         not order
         or any(element.count < 0 for element in elements)
         or any(kind == "list" for element in vertices for _, kind in element.properties)
     ):
-        raise InputError(f"{name}: has a damaged PLY header; export the cloud anew")
+        raise InputError(f"{name}: has a damaged PLY header; export the cloud again")
     return order, tuple(elements)
 
 

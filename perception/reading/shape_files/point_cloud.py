@@ -1,4 +1,4 @@
-"""A point cloud as a value: points, and what their file says of normals, viewpoints and errors."""
+"""A point cloud as a value: points, with the file's normals, viewpoints and errors, if any."""
 
 from dataclasses import dataclass
 
@@ -23,7 +23,7 @@ class Cloud:
     Unit `normals` (n, 3) outwards, or None where the file has none; `seen_from` (n, 3), a place
     from which each point was seen, rows of NaN where that is not known, or None; `camera_ups`
     (m, 3), unit vectors upwards in the cameras' pictures; `errors` (n,), the standard deviation of
-    each point in the unit of length. `warnings` tell what was left out.
+    each point in the unit of length. `warnings` say what was left out.
     """
 
     points: FloatArray
@@ -59,7 +59,7 @@ class Cloud:
         if len(rows) < LEAST_POINTS:
             raise InputError(
                 f"{name}: {len(rows) or 'no'} different points with finite coordinates, at least "
-                f"{LEAST_POINTS} are needed: export the cloud anew"
+                f"{LEAST_POINTS} are needed: export the cloud again"
             )
         said = []
         for lost, what in ((int((~sound).sum()), "not finite"), (int(same.sum()), "there twice")):

@@ -1,4 +1,4 @@
-"""Rows of named numbers, as PLY and PCD keep points: sizes held against the file before reading."""
+"""Tables of named numbers, as PLY and PCD keep points: sizes are checked before reading."""
 
 import io
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ NORMALS = (("nx", "ny", "nz"), ("normal_x", "normal_y", "normal_z"))
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PointTable:
-    """Points (n, 3) and what else was found beside them, None where it was not: normals (n, 3)."""
+    """Points (n, 3), and normals (n, 3) or None."""
 
     points: FloatArray
     normals: FloatArray | None
@@ -43,14 +43,14 @@ def rows_from_text(name: str, data: bytes, columns: int, count: int) -> FloatArr
     except (ValueError, UnicodeDecodeError) as exc:
         said = " ".join(str(exc).split())
         raise InputError(
-            f"{name}: has a damaged row ({said[:100]}); export the cloud anew"
+            f"{name}: has a damaged row ({said[:100]}); export the cloud again"
         ) from exc
     if rows.shape[0] < count:
         raise _claims_too_much(name, count)
     if count and rows.shape[1] != columns:
         raise InputError(
             f"{name}: has rows of {rows.shape[1]} numbers where its header says {columns}; "
-            "export the cloud anew"
+            "export the cloud again"
         )
     return rows.reshape(count, columns)
 
@@ -59,7 +59,7 @@ def columns_of(name: str, fields: tuple[str, ...], rows: NDArray[Any]) -> PointT
     """Places and normals among the fields of rows, which are packed or (n, fields) numbers."""
     lower = [field.lower() for field in fields]
     if not set(PLACE) <= set(lower):
-        raise InputError(f"{name}: its points have no x, y and z; export the cloud anew")
+        raise InputError(f"{name}: its points have no x, y and z; export the cloud again")
 
     def taken(wanted: tuple[str, ...]) -> FloatArray:
         at = [lower.index(field) for field in wanted]

@@ -15,8 +15,8 @@ __all__ = ["points_from_text"]
 FIRST_BYTES = 1 << 12
 # A remark as numpy.savetxt and most others begin it, and as CloudCompare does.
 REMARKS = ("#", "//")
-# Of the names of columns this much is told.
-TOLD = 100
+# Names of columns are quoted up to this length.
+QUOTED = 100
 
 
 def points_from_text(name: str, data: bytes, most: int) -> PointTable:
@@ -42,18 +42,18 @@ def points_from_text(name: str, data: bytes, most: int) -> PointTable:
     if len(rows) > most:
         raise InputError(f"{name}: has more than {most} points; thin the cloud")
     if rows.shape[1] < 3:
-        raise InputError(f"{name}: has no x, y, z in each row; export the cloud anew")
+        raise InputError(f"{name}: has no x, y, z in each row; export the cloud again")
     if not names:
         return PointTable(rows[:, :3], None)
-    if not _tell_place(names):
+    if not _name_place(names):
         raise InputError(
-            f"{name}: has no columns x, y, z but {_told(names)}; name those of the place x, y, z"
+            f"{name}: has no columns x, y, z but {_quoted(names)}; name those of the place x, y, z"
         )
     if len(names) != rows.shape[1]:
         # names with blanks in them, or a unit after them: the first three are where they are
         if tuple(map(str.lower, names[:3])) != PLACE:
             raise InputError(
-                f"{name}: names {len(names)} columns ({_told(names)}) of rows of "
+                f"{name}: names {len(names)} columns ({_quoted(names)}) of rows of "
                 f"{rows.shape[1]} numbers; put x, y, z first, or give each column one name"
             )
         names = PLACE
@@ -76,7 +76,7 @@ def _head(file: io.BytesIO) -> tuple[tuple[str, ...], str | None]:
             separator = _separator(text)
             words = _words(text, separator)
             numbers = [word for word in words if _is_number(word)]
-            if not names and words and (_tell_place(words) or not numbers):
+            if not names and words and (_name_place(words) or not numbers):
                 names = words
             elif len(words) == 1 and numbers and not counted:
                 counted = True  # how many rows there are, as .pts have it and CloudCompare may
@@ -92,7 +92,7 @@ def _names_in(remarks: list[str], columns: int, separator: str | None) -> tuple[
     for remark in reversed(remarks):
         text = remark.removeprefix("//").lstrip("#").strip()
         words = _words(text, _separator(text))
-        if _tell_place(words):
+        if _name_place(words):
             # as in "columns: x y z"
             return words[1:] if words[0].endswith(":") else words
         if separator is not None and _separator(text) == separator and len(words) == columns:
@@ -108,13 +108,13 @@ def _words(text: str, separator: str | None) -> tuple[str, ...]:
     return tuple(word.strip().strip('"') for word in text.split(separator))
 
 
-def _tell_place(words: tuple[str, ...]) -> bool:
+def _name_place(words: tuple[str, ...]) -> bool:
     return set(PLACE) <= {word.lower() for word in words}
 
 
-def _told(names: tuple[str, ...]) -> str:
+def _quoted(names: tuple[str, ...]) -> str:
     said = ", ".join(names)
-    return said if len(said) <= TOLD else f"{said[:TOLD]}…"
+    return said if len(said) <= QUOTED else f"{said[:QUOTED]}…"
 
 
 def _is_number(word: str) -> bool:

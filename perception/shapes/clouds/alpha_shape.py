@@ -1,4 +1,4 @@
-"""The area that points in a plane cover: alpha shape of their triangulation, without whiskers."""
+"""The area covered by points in a plane: their alpha shape, without thin whiskers."""
 
 import numpy as np
 import shapely
@@ -8,7 +8,7 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["covered_area"]
 
-# Points at random leave an empty disc of 2.2 times their spacing once in e^15 (π 2.2²).
+# Random points leave an empty disc of 2.2 times their spacing once in e^15 (π 2.2²).
 ALPHA = 2.2
 # More points than this make no better outline, only a slower one; the spacing grows with the gap.
 MOST_POINTS = 6000

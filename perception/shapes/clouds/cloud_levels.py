@@ -1,8 +1,8 @@
-"""What faces up in a cloud that goes all round, told by heights where planes do not show.
+"""Level surfaces that face up in a cloud of all sides, found as peaks of the heights' histogram.
 
-With up known a level surface has one unknown left, its height, so all of its points say it at once.
-That still works where neighbourhoods are wider than a board is thick, or where a cushion is bent:
-there planes are not found, or a board's two sides are one plane, which may look down.
+With up known a level surface has one unknown left, its height, which all of its points determine
+together. That still works where neighbourhoods are wider than a board is thick, or where a cushion
+is bent: there planes are not found, or a board's two sides are one plane, which may face down.
 """
 
 from collections.abc import Iterator
@@ -42,8 +42,8 @@ BLOCK = np.ones((2, 2), dtype=bool)
 # Cubes of the grid that is looked out through, in spacings: where a surface's points fall half into
 # one cube and half into the next, either is empty by chance once in e^6, 400.
 CUBE_SPACINGS = 3.5
-# A level is no inner side of a closed box if one sees out from over it, on the mean over its
-# columns, this share of all directions: half-way up to what is above it, or all if nothing is.
+# A level is not an inner side of a closed box if this share of all directions is free above it, on
+# the mean over its columns: half-way up to what is above it, or all if nothing is.
 LEAST_SIGHT = 0.03
 # Columns at the rim, so many wide, have no say: a cube there reaches past the rim.
 RIM = 2

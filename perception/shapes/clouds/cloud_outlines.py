@@ -30,7 +30,7 @@ SNAP_SHARE = 0.5
 SNAP_PROBES = 9
 # ... and if the planes meet under 20 degrees or more: the line is known to σ / sin of that.
 SNAP_SINE = float(np.sin(np.deg2rad(20.0)))
-# Straight sides stand for the jagged area if they cover so much of it; else it is only simplified,
+# Straight sides replace the jagged area if they cover this share of it; else it is only simplified,
 # to within so many spacings.
 SAME_AREA = 0.8
 ROUGH = 2.0

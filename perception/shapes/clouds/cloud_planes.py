@@ -23,24 +23,25 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["CloudPlane", "CloudPlanes", "cloud_planes", "least_squares_plane"]
 
-# Fewer points have no neighbourhood to speak of.
+# Fewer points have no meaningful neighbourhood.
 LEAST_POINTS = 8
-# A point is of a plane within so many sd: of a normal distribution one in 2,000 is left out.
+# Inliers of a plane are within so many sd: of a normal distribution one in 2,000 is left out.
 GATE_SDS = 3.5
-# A point is offered the planes of so many of its nearest nodes.
+# Candidate planes of a point are those of so many of its nearest nodes.
 OFFERS = 4
 # Near an edge nodes are of no plane, as their neighbourhoods have points of both: points there are
 # offered those of more nodes that are of one, no further than so many neighbourhoods' radii.
 RIM_OFFERS = 24
 RIM_REACH = 2.0
-# Rounds of dealing points out and fitting again; the second moves planes by less than their sd.
+# Rounds of assigning points and fitting again; the second moves planes by less than their sd.
 ROUNDS = 2
 # A plane is kept with so many points, twice the least neighbourhood: between two pieces of a curve
 # one neighbourhood is always flat.
 LEAST_MEMBERS = 2 * LEAST_SIZE
 # A plane's narrow side is this many times the noise wide at least: narrower, it has no direction.
 LEAST_WIDTH = 4.0
-# What is left is looked at again if it is so many neighbourhoods, and so much of the cloud.
+# The remaining points are searched again if they are so many neighbourhoods, and so much of the
+# cloud.
 LEAST_LEFT = 2
 LEAST_LEFT_SHARE = 0.01
 # Residuals are looked at in blocks, so many along each axis.
@@ -76,9 +77,10 @@ def least_squares_plane(points: FloatArray, least_sd: float = 0.0) -> tuple[Plan
     """Total-least-squares plane through points (n, 3), n > 3, with its covariance, and the rms.
 
     With middle c, in-plane axes u, v and variances λu, λv along them, the slopes have the variance
-    σ² / (n λ) and the height at c has σ² / n. Where neighbouring points err together, as on a
-    sensor that rounds depths, n counts for less: the covariance is scaled by how much more the
-    means over blocks vary than those of independent errors would. `least_sd` is rounding.
+    σ² / (n λ) and the height at c has σ² / n. Where the errors of neighbouring points are
+    correlated, as on a sensor that rounds depths, the effective n is smaller: the covariance is
+    scaled by how much more the means over blocks vary than those of independent errors would.
+    `least_sd` is rounding.
     """
     count = len(points)
     middle = points.mean(axis=0)
@@ -117,8 +119,8 @@ def _shared_error(x: FloatArray, y: FloatArray, height: FloatArray, variance: fl
 def cloud_planes(points: FloatArray) -> CloudPlanes:
     """All planes of points (n, 3); without any where the points are too few or nowhere flat.
 
-    What is left by the first planes is looked at again by itself: neighbourhoods on a narrow face
-    reach beyond it, until what is there has been taken away. Then with smaller neighbourhoods.
+    The points left by the first planes are searched again on their own: neighbourhoods on a narrow
+    face reach beyond it until its surroundings are removed. Then with smaller neighbourhoods.
     """
     count = len(points)
     owner = np.full(count, -1)
@@ -185,7 +187,7 @@ def _fitted(points: FloatArray, owner: NDArray[np.intp], noise: float, count: in
     for nth, rows in enumerate(_members(owner, count)):
         if len(rows) > LEAST_MEMBERS:
             plane, rms = least_squares_plane(points[rows])
-            # wild points must not widen their own gate beyond what a warped sheet has
+            # outliers must not widen their own gate beyond that of a warped sheet
             warped = max(2.0 * noise, WARP / 2.0 * _width(points[rows]))
             fits[nth] = (*plane.normal, plane.offset, np.clip(rms, 0.5 * noise, warped))
     return fits

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
-from facetlog.perception.shapes.clouds.all_round import closes_gaps, goes_all_round
+from facetlog.perception.shapes.clouds.all_sides import closes_gaps, covers_all_sides
 from facetlog.perception.shapes.clouds.cloud_levels import levels_by_height
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline, cloud_outlines
 from facetlog.perception.shapes.clouds.cloud_planes import (
@@ -18,7 +18,7 @@ from facetlog.perception.shapes.clouds.cloud_planes import (
 from facetlog.perception.shapes.clouds.cloud_sides import Surroundings, outer_side
 from facetlog.perception.shapes.clouds.points_off_faces import off_faces
 from facetlog.perception.shapes.regions.flat_region import FlatRegion, Rest
-from facetlog.perception.shapes.regions.point_bodies import is_scatter, majority, tell_apart
+from facetlog.perception.shapes.regions.point_bodies import cluster_bodies, is_scatter, majority
 from facetlog.perception.shapes.regions.up_direction import (
     HELD_OTHERWISE,
     Up,
@@ -29,7 +29,7 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["CloudRegions", "cloud_regions"]
 
-# So many points tell floor, objects and sides apart; more only take longer.
+# So many points are enough to separate floor, objects and sides; more only take longer.
 MOST_LOOKED_AT = 20_000
 # The rest of the surface is thinned to so many points, each with more area.
 MOST_REST = 5_000
@@ -61,7 +61,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     level = _up(cloud, found, outlines, owner, looked, spacing, up)
     floor = () if level is None or level.floor is None else (level.floor,)
     bodies = np.full(len(cloud.points), -1)
-    bodies[looked] = tell_apart(cloud.points[looked], owner[looked], spacing, support=floor)
+    bodies[looked] = cluster_bodies(cloud.points[looked], owner[looked], spacing, support=floor)
     body_of = [
         -1 if n in floor else majority(bodies[looked][owner[looked] == n])
         for n in range(len(outlines))
@@ -78,7 +78,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     direction = None if level is None else level.direction
     regions = _regions(outlines, found, about, body_of, floor, direction)
     things = cloud.points[looked][bodies[looked] >= 0]
-    whole = not floor and goes_all_round(things, noise=found.noise, spacing=spacing)
+    whole = not floor and covers_all_sides(things, noise=found.noise, spacing=spacing)
     if whole and direction is not None:
         levels, on_levels = _levels(cloud, found, about, looked, regions, direction)
         regions = (*regions, *levels)
@@ -90,7 +90,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
 
 
 def _without_holes(rest: Rest, points: FloatArray, bodies: NDArray[np.intp]) -> bool:
-    """Whether the surface of each object closes what it encloses: one open leaves all in doubt."""
+    """Whether the surface of each object is closed: one open object makes the whole uncertain."""
     for body in np.unique(bodies[bodies >= 0]):
         free = (rest.bodies == body) & (rest.areas > 0.0)
         area = float(rest.areas[free].sum())
@@ -117,8 +117,9 @@ def _up(
 ) -> Up | None:
     """Up as given, by the floor, or by the cameras; with the floor's number if there is one.
 
-    A floor that is level by the cameras goes before others, which may be walls; but cameras that
-    look straight down are held with their up along the floor, so any floor goes before cameras.
+    A floor that is level by the cameras is preferred to others, which may be walls; but cameras
+    that look straight down are held with their up along the floor, so any floor is preferred to
+    cameras.
     """
     held = None if cloud.camera_ups is None else up_from_cameras(cloud.camera_ups)
     rough = up if up is not None else None if held is None else held.direction
@@ -232,6 +233,6 @@ def _rest(
         free, areas = free[kept], areas[kept] * (len(free) / MOST_REST)
     spacing = float(np.median(found.spacing))
     off = off_faces(cloud.points[free], bodies[free], regions, noise=found.noise, spacing=spacing)
-    areas[~off] = 0.0  # noise of faces, whose area is told by these
+    areas[~off] = 0.0  # noise of faces, whose area counts already
     normals = np.zeros((len(free), 3)) if cloud.normals is None else cloud.normals[free]
     return Rest(cloud.points[free], normals, areas, bodies[free].astype(np.float64))

@@ -25,10 +25,10 @@ BEHIND_SHARE = 0.6
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Surroundings:
-    """What is known of a cloud: points (n, 3), the region and object of each, noise and spacing.
+    """A cloud's points (n, 3), the region and object of each, noise and spacing.
 
     `normals` (n, 3) as the file gives them and `seen_from` (n, 3), a place from which each point
-    was seen; None where nobody says.
+    was seen; None where the file does not have them.
     """
 
     points: FloatArray
@@ -50,14 +50,14 @@ def outer_side(
 ) -> int:
     """1 if the plane of `region`, whose points are `members`, looks outwards, -1 if inwards.
 
-    By the first that tells: the normals of the file; where it was seen from; the side from which
-    a ray comes further before it meets other surface; the side with less of the same object; up;
-    away from the middle.
+    By the first criterion that decides: the normals of the file; where it was seen from; the side
+    from which rays go further before they meet other surface; the side with less of the same
+    object; up; away from the middle.
     """
     paths = _free_paths(region, members, plane, about)
-    sign = _told_sign(members, plane, about)
+    sign = _stated_sign(members, plane, about)
     if not sign:
-        # a way that ends nowhere is as long as the whole cloud
+        # a ray that meets nothing is as long as the whole cloud
         longest = float(np.linalg.norm(np.ptp(about.points, axis=0)))
         ahead, back = (np.minimum(path, longest).mean() for path in paths)
         if ahead > CLEARLY_FREE * back:
@@ -73,8 +73,8 @@ def outer_side(
     return sign
 
 
-def _told_sign(members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
-    """Sign by the file's normals or by the places it was seen from; 0 where these do not tell."""
+def _stated_sign(members: NDArray[np.intp], plane: Plane, about: Surroundings) -> int:
+    """Sign by the file's normals or by the places it was seen from; 0 where these do not decide."""
     votes: list[FloatArray] = []
     if about.normals is not None:
         votes.append(about.normals[members] @ plane.normal)

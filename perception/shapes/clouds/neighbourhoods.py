@@ -1,4 +1,4 @@
-"""How a cloud looks near each of some of its points: normals, spacing, noise, who is next to whom.
+"""Local geometry of a cloud at some of its points: normals, spacing, noise, links to neighbours.
 
 A neighbourhood is the k nearest points. Its middle is known sqrt(k) times better than a point, so
 middles, not points, are what regions are grown from.
@@ -19,8 +19,8 @@ SIZES = (16, 32, 64, 128)
 LEAST_SIZE = SIZES[0]
 # A neighbourhood is large enough when its normal and that of the one round its furthest point
 # differ by less than this (median, radians; 8 degrees): then 4 sd of one normal are within what
-# separates the regions' (plane_growth.SAME_WAY). It is told by comparing, so that errors which
-# neighbouring points share, as on a sensor that rounds depths, count.
+# separates the regions' (plane_growth.SAME_WAY). It is measured by comparing, so that correlated
+# errors of neighbouring points, as on a sensor that rounds depths, count.
 SURE_NORMAL = 0.14
 # Points from which the size and the noise are judged: the median of so many is good to 3 %.
 SAMPLE = 500
@@ -92,7 +92,7 @@ def _shapes(
 
 
 def _fitting_size(points: FloatArray, tree: KDTree, sample: NDArray[np.intp]) -> int:
-    """The least size whose normals are sure, else the one whose normals are surest."""
+    """The least size with certain enough normals, else the one with the most certain."""
     allowed = [size for size in SIZES if size <= len(points) // 4] or [max(4, len(points) // 4)]
     turns = []
     for size in allowed:

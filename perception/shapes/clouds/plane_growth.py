@@ -20,11 +20,11 @@ SAME_WAY = float(np.cos(np.deg2rad(20.0)))
 # The middle of a neighbourhood is within so many times the noise of its region's plane. Its own
 # error is a fourth of that at most, the rest is room for planes that are a little warped.
 MIDDLE_GATE = 1.5
-# Sheets, and what sensors make of flat ones, are warped by up to this share of their width: a
+# Sheets, and flat ones as sensors measure them, are warped by up to this share of their width: a
 # Kinect shows a carton of 16 cm 5 mm off, where its local noise is a tenth of that. With 0.012 the
 # faces of such cartons fall into pieces that are 3 to 9 degrees apart.
 WARP = 0.03
-# Growth starts where this share of the neighbours look the same way.
+# Growth starts where this share of the neighbours have the same normal.
 SEED_AGREEMENT = 0.7
 # A region has this many nodes at least, fewer fix no plane, and half of the points that make a
 # neighbourhood.
@@ -33,7 +33,7 @@ LEAST_SHARE = 0.5
 # A region narrower than a neighbourhood's radius and thicker than this times the noise is the
 # rounded-off edge between two others: its neighbourhoods have points of both.
 SLIVER_THICKNESS = 1.15
-# A region is fitted anew whenever it has grown by this factor.
+# A region is refitted whenever it has grown by this factor.
 REFIT = 1.5
 # Rounds of growing from all members again after the last fit. Each widens a region by half at
 # least, or is the last but one: 30 take a neighbourhood to any size.
@@ -41,8 +41,8 @@ REGROWTHS = 30
 # Touching regions are one if the rms of their middles is within this share of one gate, as it
 # is of heights that fill the gate evenly.
 MERGED_GATES = 0.6
-# A region with less than this share of another's nodes is a scrap of it if it lies within so many
-# gates and within 30 degrees (cosine): a scrap's own normal is vague.
+# A region with less than this share of another's nodes is a fragment of it if it lies within so
+# many gates and within 30 degrees (cosine): a fragment's own normal is uncertain.
 SCRAP_SHARE = 0.2
 SCRAP_GATES = 2.0
 SCRAP_WAY = float(np.cos(np.deg2rad(30.0)))
@@ -65,7 +65,7 @@ def grown_regions(near: Neighbourhoods) -> NDArray[np.intp]:
     """Number of the flat region of each node, (m,); -1: none, CURVED: of a curved surface."""
     growth = _Growth(near)
     growth.run()
-    # pieces of a cylinder must not be joined to a sheet before they are known for what they are
+    # pieces of a cylinder must not be joined to a sheet before they are recognised
     labels, narrow = _without_curves(near, growth.labels)
     labels, wide = _without_curves(near, _merged(near, labels))
     return _kept(near, _spread_curves(near, labels, [*narrow, *wide]))
@@ -196,9 +196,9 @@ def _merged(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
 
 
 def _is_curved(places: FloatArray, noise: float) -> bool:
-    """Whether points (n, 3) lie on a curve: h = a + bx + cy + dx² + exy + fy² explains them.
+    """Whether points (n, 3) lie on a curved surface: h = a + bx + cy + dx² + exy + fy² fits them.
 
-    Middles would not do: at the rim of a flat face they are drawn to what is next to it.
+    Middles are not used: at the rim of a flat face they are biased towards its neighbours.
     """
     if len(places) <= 2 * LEAST_NODES:
         return False
@@ -252,7 +252,7 @@ def _without_curves(
 def _spread_curves(
     near: Neighbourhoods, labels: NDArray[np.intp], strips: Sequence[NDArray[np.intp]]
 ) -> NDArray[np.intp]:
-    """Labels in which what goes on smoothly from a larger curved surface is CURVED as well.
+    """Labels in which smooth continuations of a larger curved surface are CURVED as well.
 
     `strips` are the regions that are curved by themselves, as rows of nodes.
 

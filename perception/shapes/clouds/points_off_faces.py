@@ -30,8 +30,8 @@ def off_faces(
     """Whether each of points (n, 3) is off its object's faces by more than noise makes it, (n,).
 
     `bodies` (n,) numbers the object of each point, as regions do; `noise` is the sd of a point off
-    its surface, `spacing` the typical distance between points. A thing reaches as far as its faces
-    do, not as far as the wildest of their points.
+    its surface, `spacing` the typical distance between points. A thing's extent is that of its
+    faces, not of their outliers.
     """
     off = np.ones(len(points), dtype=bool)
     for region in regions:

@@ -14,7 +14,7 @@ PER_RADIAN = 40.0
 def scan_sights(cloud: Cloud) -> tuple[SightLines, ...]:
     """The lines of sight from each place that the cloud's points were seen from.
 
-    Of all points in about one direction the nearest is kept: before it the scan met nothing.
+    Of all points in about one direction the nearest is kept: the space in front of it is free.
     """
     if cloud.seen_from is None:
         return ()

@@ -16,8 +16,8 @@ JAG = 1.5
 RECTANGLE_JAG = 3.0
 # Sides shorter than this, in spacings, are what is left of a corner that no point fell into.
 SHORTEST = 4.0
-# A side's direction is uncertain by about a spacing over its length; within so many of that, and
-# never more than 12 degrees, it is square to the others.
+# A side's direction is uncertain by about a spacing over its length; within this multiple of that,
+# and never more than 12 degrees, it is made parallel or perpendicular to the others.
 SQUARE_SPACINGS = 1.5
 MOST_SQUARED = np.deg2rad(12.0)
 # A side this short, in spacings, is a corner cut off, if it is between two that lie where planes
@@ -25,7 +25,7 @@ MOST_SQUARED = np.deg2rad(12.0)
 # between two that are so many times longer (points at random fill a corner up).
 CUT = 8.0
 LONGER = 3.0
-# Lines that meet under less than this have no corner worth the name (15 degrees).
+# Lines that meet under less than this have no well-defined corner (15 degrees).
 MEETING = np.deg2rad(15.0)
 # A corner where two lines meet is within so many spacings of where the ring turns.
 CORNER_REACH = 6.0
@@ -138,9 +138,9 @@ def _meeting(p: FloatArray, d: FloatArray, q: FloatArray, e: FloatArray) -> Floa
 
 
 def squared(lines: tuple[SideLine, ...], spacing: float) -> tuple[SideLine, ...]:
-    """Sides turned parallel or square to the surest one, where that is within their error.
+    """Sides made parallel or perpendicular to the most certain one, within their errors.
 
-    Sides where planes meet are surest, then long ones; they are not turned themselves.
+    Sides where planes meet are most certain, then long ones; they are not rotated themselves.
     """
     if not lines:
         return ()

@@ -1,9 +1,9 @@
-"""Meshes as people have them, put in order: welded, without doubles, wound one way, outside out.
+"""Repair of meshes: welded vertices, no duplicates, consistent winding, normals outwards.
 
-Corners within a millionth of the size are one; triangles without an area and second copies of a
-triangle go. Sheets of triangles joined by edges that two of them share are wound alike; a closed
-one by the sign of its volume, so that its normals point out. What an open one's outside is, its
-winding does not say: mesh_sides.py looks.
+Corners within a millionth of the size are merged; degenerate and duplicate triangles are removed.
+Sheets of triangles joined by edges that two of them share get one winding; a closed one that of
+positive volume, so that its normals point out. The outside of an open one does not follow from its
+winding: mesh_sides.py determines it.
 """
 
 from dataclasses import dataclass
@@ -62,10 +62,10 @@ def clean_mesh(mesh: Mesh) -> Surface:
     low, high = mesh.vertices[used].min(axis=0), mesh.vertices[used].max(axis=0)
     centre = 0.5 * low + 0.5 * high
     size = float(np.linalg.norm(high - low))
-    # What the numbers themselves can tell apart, so far from the origin.
+    # The resolution of the numbers themselves at this distance from the origin.
     grain = 4.0 * float(np.spacing(max(np.abs(low).max(), np.abs(high).max())))
     if not size > grain:
-        raise InputError(f"{mesh.name}: all corners are in one place; export the mesh anew")
+        raise InputError(f"{mesh.name}: all corners are in one place; export the mesh again")
     points, triangles = _welded(
         mesh.vertices - centre, mesh.triangles, used, max(RESOLUTION * size, grain)
     )
@@ -76,7 +76,7 @@ def clean_mesh(mesh: Mesh) -> Surface:
     longest = np.maximum.reduce([_lengths(p - q) for p, q in ((a, b), (b, c), (c, a))])
     solid = double > RESOLUTION * size * longest
     if not solid.any():
-        raise InputError(f"{mesh.name}: no triangle has an area; export the mesh anew")
+        raise InputError(f"{mesh.name}: no triangle has an area; export the mesh again")
     triangles, normals, double = triangles[solid], normals[solid], double[solid]
     normals /= double[:, None]
     return _wound(points, triangles, normals, 0.5 * double, centre, size)

@@ -1,7 +1,8 @@
-"""Which triangles are one object: parts whose surfaces come near each other, whether they share
-corners or not, as a leg that ends within a table top, or a little below it, does not.
+"""Objects of a mesh: parts whose surfaces come near each other, whether they share corners or not.
 
-How near that is depends on the parts alone, so that an object is the same whatever else is there.
+A leg that ends inside a table top, or a little below it, shares none with it.
+
+The threshold depends on the parts alone, so that an object is the same whatever else is there.
 """
 
 from dataclasses import dataclass, field
@@ -131,13 +132,13 @@ def _boxes_near(low: FloatArray, high: FloatArray, reach: FloatArray) -> Indices
 def _together(parts: _Parts, count: int) -> Indices:
     """The object (p,) of each of `count` parts.
 
-    What is joined grows, and then reaches further: pairs are asked until nothing joins. In which
-    order does not matter, for whoever may join may do so later as well.
+    Joined parts grow, and then reach further: pairs are tested until nothing joins. The order does
+    not matter, since parts that may join may do so later as well.
     """
     label = np.arange(count)
     low, high = parts.low.copy(), parts.high.copy()
     larger = parts.extents[parts.pairs].max(axis=1)
-    # what is large joins most, and spares the asking of pairs that it has joined
+    # large parts join most, which saves testing the pairs that they have joined
     open_pairs = parts.pairs[np.argsort(-larger, kind="stable")].tolist()
     members = [[k] for k in range(count)]
     gaps: dict[tuple[int, int], float] = {}

@@ -1,10 +1,9 @@
 """Which triangles of a mesh are the floor that its things stand on.
 
-A floor is a level sheet or slab, or several side by side, with everything else above it. A base,
-a plinth or a platform is that too. What tells them apart is what is left without it: several
-objects that stand there, some of them clear of its rim, or one object that the floor reaches
-beyond on all sides. A bed's ends stand at its platform's rim, and a pedestal's top reaches over its
-foot.
+A floor is a level sheet or slab, or several side by side, with everything else above it. A base, a
+plinth or a platform is that too. The difference is what remains without it: for a floor several
+objects that stand there, some of them clear of its rim, or one object that the floor reaches beyond
+on all sides. A bed's ends stand at its platform's rim, and a pedestal's top reaches over its foot.
 """
 
 from collections.abc import Iterator
@@ -42,7 +41,7 @@ CLEAR_SHARE = 0.1
 CLEAR_SIDES = 3
 # Of a floor this share is covered at most. Keys cover a keyboard, and cushions a bed.
 MOST_COVERED = 0.5
-# Cells along the floor's lesser breadth to tell how much is covered.
+# Cells along the floor's lesser breadth to measure how much is covered.
 CELLS = 48
 
 

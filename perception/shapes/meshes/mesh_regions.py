@@ -1,4 +1,4 @@
-"""Which triangles are one flat face: first what is flat, then what is nearly flat, then the rest.
+"""Segmentation of triangles into flat faces: first flat ones, then nearly flat ones, then the rest.
 
 1. Triangles joined by edges that do not bend are a facet, if a plane fits all of it: a fine sphere
    does not bend at any one edge.
@@ -39,7 +39,7 @@ STAVE_AREA_SHARE = 0.4
 # A stave is narrower than this share of the surface: of a drum as high as broad, cut into eight,
 # a stave has 22 %, and a prism of that few sides is one of flat faces.
 STAVE_BREADTH_SHARE = 0.2
-# Normals of a nearly flat piece stay this near to their mean (issue: "about 25°") …
+# Normals of a nearly flat piece stay this near to their mean: about 25° …
 NEARLY_FLAT = np.deg2rad(25.0)
 # … and have this rms from it. An even bend over ± 25° has 14°, so that tubes and balls have not.
 NEARLY_FLAT_SPREAD = np.deg2rad(10.0)
@@ -77,7 +77,7 @@ class _Bends:
 def find_regions(surface: Surface, bodies: Indices) -> Indices:
     """The flat region (m,) of each triangle, numbered from 0; -1 where the surface is not flat.
 
-    `bodies` (m,) number the object that each triangle is of: what is a speck is told by its area.
+    `bodies` (m,) number the object of each triangle: specks are judged against the object's area.
     """
     bends = _Bends.of(surface)
     everything = np.arange(len(surface.triangles))
@@ -86,7 +86,7 @@ def find_regions(surface: Surface, bodies: Indices) -> Indices:
     flat = surface.links[bends.angles < FLAT + bends.slack]
     count, facets = joined(len(everything), flat)
     sizes = group_sums(facets, surface.areas, count)
-    # Specks are not worth a fit. They stay together with what they are part of.
+    # Specks are not fitted. They stay with the piece that they are part of.
     rows = everything[sizes[facets] >= least]
     labels = np.full(len(everything), -1, dtype=np.int64)
     if len(rows):
@@ -105,7 +105,7 @@ def find_regions(surface: Surface, bodies: Indices) -> Indices:
 def _staves(
     surface: Surface, bends: _Bends, facets: Indices, sizes: FloatArray
 ) -> NDArray[np.bool_]:
-    """Which facets are cut from a curved surface: most of their outline bends into their equals."""
+    """Which facets are cut from a curved surface: most of their outline bends into similar ones."""
     one, two = facets[surface.links].T
     apart = one != two
     around = np.zeros(len(sizes))

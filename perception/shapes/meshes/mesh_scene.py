@@ -24,8 +24,8 @@ __all__ = ["scene_of_mesh"]
 # What is not flat is sampled at this share of its object's diagonal, and thinned to cells of it,
 # so that a grid of 1/64 of the diagonal has no hole where there is surface.
 REST_SPACING_SHARE = 1 / 128
-# Sheets of a single layer have no side of their own; pieces of one plane are turned to the side
-# of this direction, which no axis of a model comes near.
+# Sheets of a single layer have no outer side; pieces of one plane are oriented to the side of this
+# direction, which is not near any axis of a model.
 REFERENCE = np.array([0.5377, 0.6172, 0.5743])
 
 
@@ -42,7 +42,7 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
     bodies = _by_area(surface, find_bodies(surface, floor))
     labels = find_regions(surface, bodies)
     count = int(labels.max()) + 1
-    # what is in no region is looked at by the sheets that it belongs to
+    # the sides of triangles in no region are determined by their sheets
     pieces = np.where(labels >= 0, labels, count + surface.sheets)
     sides = find_sides(surface, samples, bodies, pieces, int(pieces.max()) + 1)
     surface = _turned(surface, labels, pieces, sides)
@@ -117,7 +117,7 @@ def _faces_of(piece: Piece, body_of: Indices, sides: Sides, centre: FloatArray) 
 
 
 def _rest(surface: Surface, bodies: Indices, left: NDArray[np.bool_]) -> Rest:
-    """Points on the triangles that are left, each object's as dense as its size asks."""
+    """Points on the triangles that are left, with a density by each object's size."""
     parts: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
     rows = np.flatnonzero(left)
     for own in (rows[some] for some in by_group(bodies[rows])):

@@ -1,15 +1,15 @@
-"""Which side of a piece of surface is outside, by how much of the sky each side sees.
+"""Which side of a piece of surface is outside, by visibility: the share of free directions.
 
-A closed sheet's normals point out already. Of others the winding says nothing: both sides are
-looked from. Round each object a grid of cubes is laid; from every cube, in 26 directions, it is
-known whether the way out is free. A side sees the share of the directions before it that are free.
+A closed sheet's normals point out already. For others the winding does not decide: both sides are
+tested. Each object gets a grid of cubes; for every cube, in 26 directions, it is known whether the
+ray out is free. A side sees the share of the directions in front of it that are free.
 
 - The side that sees more is outside.
 - Where the other sees at least a quarter as much, the piece is a sheet with two sides: a table top
   of a single layer has an upper and a lower face, the walls of a tray an inner and an outer one. A
   deep box without a bottom is open below, but its walls see little from inside, and have one side.
-- What sees nothing on any side is within the object, and is no surface of it. Nor are the walls of
-  gaps narrower than some 2 % of the object, which the grid does not see into.
+- A piece that sees nothing on either side is inside the object, and is no surface of it. Nor are
+  the walls of gaps narrower than some 2 % of the object, which the grid does not resolve.
 """
 
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ __all__ = ["SPACING_SHARE", "Sides", "find_sides"]
 SAMPLES_PER_CUBE = 2.0
 SPACING_SHARE = 1.0 / (CUBES * SAMPLES_PER_CUBE)
 """How far apart samples lie, as a share of the object's diagonal."""
-# A side is looked from this far in front of the surface, in cubes: beyond the surface's own.
+# Visibility is tested this far in front of the surface, in cubes: beyond the surface's own.
 STAND_OFF = 1.5
 # Both sides are outside where the lesser sees at least this share of what the greater sees. Within
 # a tray a wall sees 30 %: of nine directions the three that go up over the far wall.
@@ -59,7 +59,7 @@ class Sides:
 def find_sides(
     surface: Surface, samples: Samples, bodies: Indices, pieces: Indices, count: int
 ) -> Sides:
-    """What is outside of each of `count` pieces; `bodies`, `pieces` (m,) number each triangle.
+    """The outer sides of each of `count` pieces; `bodies`, `pieces` (m,) number each triangle.
 
     `samples` of the whole surface lie at most SPACING_SHARE of its size apart.
     """
@@ -88,7 +88,7 @@ def find_sides(
 def _sights(
     samples: Samples, normals: FloatArray, pieces: Indices, count: int, extent: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Share of the sky (p,) before and behind each piece of one object, `extent` its diagonal.
+    """Share of free directions (p,) in front of and behind each piece; `extent` is the diagonal.
 
     Of the triangles that the samples lie on, `normals` (m, 3) and `pieces` (m,).
     """
@@ -132,9 +132,9 @@ def _faced(
     ahead: FloatArray,
     cube: float,
 ) -> NDArray[np.bool_]:
-    """Whether another piece lies across the way, nearer than where the sky is looked at from.
+    """Whether another piece faces this one, nearer than the point where visibility is tested.
 
-    The underside of a thin board lies there, which the cubes cannot tell from the upper side.
+    That is the underside of a thin board, which the cubes cannot distinguish from the upper side.
     """
     blocked = np.zeros(len(votes), dtype=bool)
     step = cube / SAMPLES_PER_CUBE

@@ -11,8 +11,8 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["Fits", "Moments", "fitted_plane"]
 
-# A plane is as sure as by so many independent places of the surface: what is not flat about a face
-# is a bow or a twist, not noise, so more triangles do not make it surer. Four bear a rectangle.
+# A plane is as certain as from so many independent points: a face's deviation from flatness is a
+# bow or a twist, not noise, so more triangles do not make it more certain. Four bear a rectangle.
 INDEPENDENT = 4.0
 
 
@@ -120,7 +120,7 @@ def fitted_plane(fits: Fits, group: int, size: float) -> Plane:
     middle, normal = fits.middles[group], fits.normals[group]
     tilt = np.zeros((3, 3))
     for variance, axis in zip(fits.variances[group], fits.axes[group], strict=True):
-        # a piece narrower than the resolution has no tilt to speak of
+        # a piece narrower than the resolution has no meaningful tilt
         floor = (RESOLUTION * size) ** 2
         tilt += sd**2 / (INDEPENDENT * max(float(variance), floor)) * np.outer(axis, axis)
     lever = np.vstack([np.eye(3), -middle])

@@ -1,4 +1,4 @@
-"""Which points of a surface say how far it reaches, to every side."""
+"""The extreme points of a surface in every direction."""
 
 import numpy as np
 
@@ -21,7 +21,7 @@ def _directions() -> FloatArray:
 
 
 def outermost(points: FloatArray, *exactly: FloatArray) -> list[int]:
-    """Rows of the points (n, 3) that lie farthest out, to many sides and to the given ones (3,).
+    """Rows of the points (n, 3) that lie farthest out, in many directions and the given ones (3,).
 
     >>> outermost(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.2, 0.2, 0.2]]))
     [0, 1, 2, 3]

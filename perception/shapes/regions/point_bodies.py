@@ -1,4 +1,4 @@
-"""Which points are of one object: what is near to one another once the floor is taken away."""
+"""Clustering of points into objects: points near to one another once the floor is removed."""
 
 from collections.abc import Collection
 
@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["is_scatter", "majority", "tell_apart"]
+__all__ = ["cluster_bodies", "is_scatter", "majority"]
 
 # Points at random on one surface are within so many spacings of the next: the chance is e^-28.
 REACH_SPACINGS = 3.0
@@ -26,7 +26,7 @@ SCATTER_SHARE = 0.005
 LEAST_POINTS = 8
 
 
-def tell_apart(
+def cluster_bodies(
     points: FloatArray,
     owner: NDArray[np.intp],
     spacing: float,
@@ -37,8 +37,8 @@ def tell_apart(
 
     `owner` (n,) is the flat region of a point, -1 for none: a region is of one object. Regions
     named in `support`, as a floor is, are of none, and join nothing. `spacing` is the typical
-    distance between points on the surface. Single linkage, within 3 spacings or 1 % of the
-    diagonal of what is told apart.
+    distance between points on the surface. Single-linkage clustering, within 3 spacings or 1 % of
+    the diagonal of the clustered points.
     """
     bodies = np.full(len(points), -1)
     rows = np.flatnonzero(~np.isin(owner, list(support)))
@@ -82,8 +82,8 @@ def is_scatter(
 ) -> NDArray[np.bool_]:
     """Which of points (n, 3), those `free` of any flat region, are too few together for a surface.
 
-    `bodies` (n,) is the object of each. A sensor puts some points into the air beside an edge:
-    they must not say how far an object reaches.
+    `bodies` (n,) is the object of each. A sensor puts some flying points beside an edge: they must
+    not extend an object.
     """
     rows = np.flatnonzero(free)
     scatter = np.zeros(len(points), dtype=bool)

@@ -21,8 +21,8 @@ __all__ = ["MOST_FACES", "assemble_scene", "unit_vector"]
 
 # Facts are quadratic in the faces: 300 make some 200,000. What is smaller is kept as a patch.
 MOST_FACES = 300
-# Corners are not made one over more than this share of a side that ends there: a thin board keeps
-# its rim.
+# Corners are not merged over more than this share of a side that ends there: a thin board keeps its
+# rim.
 SIDE_SHARE = 0.25
 # A face that becomes a patch is sampled at this share of its object's diagonal.
 PATCH_SPACING_SHARE = 1 / 128
@@ -76,7 +76,7 @@ class _Rings:
         limits = np.minimum(SDS * np.hypot(self.sds[one], self.sds[two]), self.slacks[pairs].min(1))
         near = (gaps <= limits) & (self.bodies[one] == self.bodies[two])
         groups, labels = joined(len(self.points), pairs[near])
-        # the surer corner counts for more: weights 1 / sd²
+        # the more certain corner counts for more: weights 1 / sd²
         weights = self.sds**-2.0
         total = group_sums(labels, weights, groups)
         means = group_sums(labels, weights[:, None] * self.points, groups) / total[:, None]
@@ -112,8 +112,8 @@ def assemble_scene(
 
     Faces come by object and then by area, largest first; corners of an object's faces that lie
     within 3 sd are one vertex. Of each object the 300 largest regions become faces. `whole` says
-    that the surface is known from all sides. What has no face is no body, only a patch: no model
-    can be asked about it.
+    that the surface is known from all sides. An object without faces is no body, only a patch: no
+    model is judged on it.
     """
     kept, left, said = _largest(list(regions))
     rest = _with_regions(rest, left)
@@ -248,8 +248,8 @@ def _without_repeats(ring: Sequence[int]) -> Ring:
 def _patches(
     rest: Rest, count: int, size: float, up: ArrayLike | None
 ) -> tuple[tuple[Patch, ...], tuple[int, ...], tuple[Vertex, ...]]:
-    """One patch for each object that has any rest, the objects' numbers, and the vertices that
-    say how far the patches reach, numbered from `count`.
+    """One patch for each object that has any rest, the objects' numbers, and the extreme vertices
+    of the patches, numbered from `count`.
     """
     numbers = np.unique(rest.bodies).astype(int).tolist() if len(rest.points) else []
     exactly = () if up is None else (np.asarray(up, dtype=np.float64),)
@@ -259,7 +259,7 @@ def _patches(
     for number in numbers:
         own = rest.bodies == number
         points = rest.points[own]
-        # what stands for no area is the noise of faces, and reaches no further than these
+        # points of no area are the noise of faces, and do not extend them
         far = points[rest.areas[own] > 0.0]
         outer = [Vertex(far[i], cov) for i in outermost(far, *exactly)] if len(far) else []
         hull = tuple(range(count + len(reaching), count + len(reaching) + len(outer)))

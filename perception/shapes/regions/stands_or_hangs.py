@@ -1,8 +1,8 @@
 """Whether a thing on a plane can only stand there, as on a floor, or may hang, as on a wall.
 
 A cabinet on a wall is a box on a plane, as a carton on a floor is, and a top turned over carries
-its legs. What stands is higher than it is broad, or comes down on feet from something that covers
-them; what is as thin as a leg or a panel tells nothing.
+its legs. A standing thing is higher than it is broad, or stands on feet below something that covers
+them; a thing as thin as a leg or a panel is no evidence.
 """
 
 from collections.abc import Sequence
@@ -43,7 +43,7 @@ def surely_stand(things: Sequence[FloatArray], spacing: float) -> bool:
 
 
 def _kind(thing: FloatArray, spacing: float) -> str:
-    """What a thing (k, 3) tells: "tall", "on feet", or nothing."""
+    """The evidence of a thing (k, 3): "tall", "on feet", or none."""
     plan, heights = thing[:, :2], thing[:, 2]
     high = float(heights.max())
     try:

@@ -1,4 +1,4 @@
-"""Up, where nobody says it: from the floor or table that things stand on, or from the cameras."""
+"""Up where it is not given: from the floor or table that things stand on, or from the cameras."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.scene import Plane
-from facetlog.perception.shapes.regions.point_bodies import tell_apart
+from facetlog.perception.shapes.regions.point_bodies import cluster_bodies
 from facetlog.perception.shapes.regions.stands_or_hangs import surely_stand, width_of
 from facetlog.perception.types import FloatArray
 
@@ -19,7 +19,7 @@ __all__ = ["FROM_CAMERAS", "FROM_FLOOR", "HELD_OTHERWISE", "Up", "find_up", "up_
 FROM_FLOOR = "up was found from the plane on which everything stands"
 FROM_CAMERAS = "up was found from the way the cameras were held"
 HELD_OTHERWISE = f"{FROM_FLOOR}, but the cameras were held otherwise: if it is a wall, say up"
-"""How up was found, as a scene's warnings say it."""
+"""How up was found, as in a scene's warnings."""
 
 # So much of what is not the floor is above it; the rest is noise, or seen through a gap.
 ABOVE_SHARE = 0.95
@@ -72,8 +72,8 @@ def find_up(
 
     `points` (n, 3) lie evenly on the surface, `owner` (n,) is the plane of each, -1: none; `noise`
     is their sd off the planes, `spacing` the typical distance between them. A wall carries things
-    too: one must be there that can only stand. With a known `up` only the level planes are asked,
-    and the answer tells which of them is the floor.
+    too: there must be one that can only stand. With a known `up` only level planes are considered,
+    and the result says which of them is the floor.
     """
     found = [
         candidate
@@ -85,7 +85,8 @@ def find_up(
         return None
     first = found[0]
     for other in found[1:]:
-        # beside a larger floor the others are walls; facing it, as a ceiling does, nobody knows
+        # beside a larger floor the others are walls; one that faces it, as a ceiling does, is
+        # ambiguous
         facing = float(first.normal @ other.normal) < -ONE_LEVEL
         if facing or first.area < CLEARLY_LARGER * other.area:
             return None
@@ -135,7 +136,7 @@ def _candidate(
     if within.mean() < WITHIN_SHARE or width < LEAST_WIDTH * float(np.abs(height[things]).max()):
         return None
     if up is None:
-        bodies = tell_apart(points, owner, spacing, support=(region,))
+        bodies = cluster_bodies(points, owner, spacing, support=(region,))
         over = np.column_stack([flat, sign * height])
         numbers = range(int(bodies.max()) + 1)
         # Of some bodies all points are in the plane, or below it.

@@ -1,4 +1,4 @@
-"""From where in and round an object one sees out: a grid of cubes, looked through in 26 ways."""
+"""Visibility in and round an object: free rays through a grid of cubes in 26 directions."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

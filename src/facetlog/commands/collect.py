@@ -1,4 +1,4 @@
-"""`facetlog collect`: a robot drives a tour and brings home pictures with their poses."""
+"""`facetlog collect`: a robot drives a tour and collects pictures with their poses."""
 
 import json
 import math
@@ -30,7 +30,7 @@ from facetlog.commands.robot_options import (
     numbers_in,
     optics_of,
     parsed_start,
-    telling_warnings,
+    warnings_to_stderr,
 )
 from facetlog.commands.robot_words import COLLECT_AGAIN, worded, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
@@ -90,7 +90,7 @@ def collect_command(
     models: Models = None,
     trust: Trust = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with DIR: the views that are missing there.")
+        bool, typer.Option("--resume", help="Resume DIR: take the views that are missing there.")
     ] = False,
     latency: Latency = None,
     noiseless: Noiseless = False,
@@ -112,7 +112,7 @@ def collect_command(
     checked_head(head, head_port, unheard=head_unheard)
     if resume and start is None:
         raise InputError(
-            "--resume: odometry began anew, so say by --start X,Y,HEADING_DEG where the robot "
+            "--resume: odometry restarts, so give by --start X,Y,HEADING_DEG where the robot "
             f"stands now{_last_place(out)}"
         )
     optics, of_file = optics_of(camera_file, None if tour == "paper" else Path(tour))
@@ -137,7 +137,7 @@ def collect_command(
         model=model,
         baud=baud,
     )
-    with ended_by_signals(), ExitStack() as stack, telling_warnings():
+    with ended_by_signals(), ExitStack() as stack, warnings_to_stderr():
         verdicts = _judging(stack, out, tuple(models or ()), trust) if recognize else None
         collected = _collected(request, verdicts)
         last = _last_verdict(verdicts, len(collected.taken)) if verdicts is not None else None
@@ -150,19 +150,19 @@ def collect_command(
     return YES if complete else NO
 
 
-def _keep_out(told: list[str] | None) -> "float | tuple[Circle, ...] | None":
+def _keep_out(given: list[str] | None) -> "float | tuple[Circle, ...] | None":
     """One radius about the target, or circles."""
     from facetlog.robot.collecting.route import Circle
 
-    if not told:
+    if not given:
         return None
     form = "RADIUS, or X,Y,RADIUS as often as needed (metres)"
     circles = []
-    for text in told:
+    for text in given:
         numbers = numbers_in(text, "--keep-out", form, 1, 3)
         if numbers[-1] <= 0:
             raise InputError(f"--keep-out {text!r:.40}: a radius is above 0")
-        if len(numbers) == 1 and len(told) == 1:
+        if len(numbers) == 1 and len(given) == 1:
             return numbers[0]
         if len(numbers) == 1:
             raise InputError(f"--keep-out {text!r:.40}: of several, each is X,Y,RADIUS")
@@ -177,7 +177,7 @@ def _tour(name: str, scale: float | None) -> "Tour":
 
 
 def _last_place(folder: Path) -> str:
-    """Where an earlier run left the robot, to help who is asked for it; empty if nobody knows."""
+    """Where an earlier run left the robot, as a hint for --start; empty if it is not known."""
     from facetlog.robot.collecting.record import read_log, read_record
 
     try:
@@ -199,7 +199,7 @@ def _last_place(folder: Path) -> str:
 def _judging(
     stack: ExitStack, folder: Path, models: tuple[Path, ...], trusted: bool
 ) -> "ViewVerdicts":
-    """The process that judges; models that cannot be used are refused before the robot moves."""
+    """The process that judges; unusable models are refused before the robot moves."""
     from facetlog.pipeline import open_models
     from facetlog.view_verdicts import ViewVerdicts
 
@@ -208,7 +208,7 @@ def _judging(
     return stack.enter_context(ViewVerdicts(folder, models, trusted=trusted))
 
 
-class _Told:
+class _ProgressLines:
     """Lines on stderr: each view, and each verdict as it comes."""
 
     def __init__(self, verdicts: "ViewVerdicts | None") -> None:
@@ -223,7 +223,7 @@ class _Told:
             f"{math.degrees(view.pan):+.1f}°, tilt {math.degrees(view.tilt):+.1f}°"
         )
         if self._verdicts is not None:
-            _tell(self._verdicts.ready())
+            _report(self._verdicts.ready())
             if done >= LEAST_VIEWS:
                 self._verdicts.ask(done)
 
@@ -234,7 +234,7 @@ class _Told:
         note(message)
 
 
-def _tell(verdicts: "list[ViewVerdict]") -> None:
+def _report(verdicts: "list[ViewVerdict]") -> None:
     for verdict in verdicts:
         note(f"of {verdict.views} views: {verdict.line}")
 
@@ -243,7 +243,7 @@ def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collecte
     from facetlog.robot.collecting.run import run_collection
 
     with wording_errors(COLLECT_AGAIN):
-        collected = run_collection(request, _Told(verdicts))
+        collected = run_collection(request, _ProgressLines(verdicts))
     fault = collected.ended.fault
     if not isinstance(fault, DeviceError):
         return collected
@@ -251,13 +251,13 @@ def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collecte
 
 
 def _last_verdict(verdicts: "ViewVerdicts", views: int) -> "ViewVerdict | None":
-    """The verdict on all views, once it is there; those before it are told."""
-    _tell(verdicts.ready())
+    """The verdict on all views, once it is there; those before it are printed."""
+    _report(verdicts.ready())
     if views < LEAST_VIEWS:
         return None
     verdicts.ask(views, finally_=True)
     come = verdicts.last()
-    _tell(come[:-1])
+    _report(come[:-1])
     return come[-1] if come else None
 
 

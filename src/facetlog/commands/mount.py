@@ -27,7 +27,7 @@ from facetlog.commands.robot_options import (
     checked_speed,
     ended_by_signals,
     optics_of,
-    telling_warnings,
+    warnings_to_stderr,
 )
 from facetlog.commands.robot_words import MOUNT_AGAIN, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, command
@@ -62,10 +62,10 @@ def mount_command(
         typer.Option(
             "--board-height",
             metavar="METRES",
-            help="Of the board's upper left corner over the floor: tells the mast's height.",
+            help="Of the board's upper left corner over the floor: determines the mast's height.",
         ),
     ] = None,
-    believed: Annotated[
+    prior: Annotated[
         Path | None,
         typer.Option("--mount", metavar="TOML", help="The mount by tape; else the paper's mast."),
     ] = None,
@@ -81,7 +81,7 @@ def mount_command(
     baud: Baud = None,
     as_json: AsJson = False,
 ) -> int:
-    """Calibrates where the camera head sits. Exit code 0: all is known, 1: something stays open.
+    """Calibrates where the camera head sits. Exit code 0: all is determined, 1: not all.
 
     The robot stands 1 to 2 m before the board, facing it, with half a metre free to both sides.
     """
@@ -95,7 +95,7 @@ def mount_command(
     if out.is_dir() or not out.absolute().parent.is_dir():
         raise InputError(f"{out} cannot be written: give a file in a folder that exists")
     told_optics, _ = optics_of(camera_file, None)
-    mount = DEFAULT_MOUNT if believed is None else read_mount(believed)
+    mount = DEFAULT_MOUNT if prior is None else read_mount(prior)
     sightings, optics = _sightings(
         _Line(
             robot, head, head_port, head_unheard, camera, latency, not noiseless, model, baud, speed
@@ -107,7 +107,7 @@ def mount_command(
     fit = fit_mount(sightings, optics.camera, mount, board_height=board_height)
     remarks = (
         f"by {fit.sightings} pictures of a board; corners fit to {fit.rms_px:.2f} pixels (rms)",
-        *(f"not determined by the motions, as it was before: {name}" for name in fit.undetermined),
+        *(f"not determined by the motions, value from before: {name}" for name in fit.undetermined),
     )
     write_file(out, mount_text(fit.mount, remarks=remarks).encode())
     typer.echo(_document(fit) if as_json else _text(fit))
@@ -130,12 +130,12 @@ class _Line:
     speed: float
 
 
-def _board(told: str, square: float, marker: float) -> "Board":
+def _board(given: str, square: float, marker: float) -> "Board":
     from facetlog.robot.collecting.board import Board
 
-    columns, _, rows = told.lower().partition("x")
+    columns, _, rows = given.lower().partition("x")
     if not (columns.isdecimal() and rows.isdecimal()):
-        raise InputError(f"--board {told!r:.40}: give COLUMNSxROWS of squares, as 7x5")
+        raise InputError(f"--board {given!r:.40}: give COLUMNSxROWS of squares, as 7x5")
     if not square > 0:
         raise InputError(f"--square {square:g}: give metres, above 0")
     return Board(int(columns), int(rows), square, marker)
@@ -146,11 +146,11 @@ def _sightings(
 ) -> "tuple[list[Sighting], Optics]":
     """The board from all sides, and the optics it was seen with."""
     from facetlog.robot.camera.source import open_camera
-    from facetlog.robot.collecting.drive import Wheels
+    from facetlog.robot.collecting.drive import MobileBase
     from facetlog.robot.collecting.line_faults import with_line
     from facetlog.robot.collecting.mount_session import BoardRig, take_sightings
     from facetlog.robot.collecting.run import open_robot_head
-    from facetlog.robot.collecting.simulated import sight
+    from facetlog.robot.collecting.simulated_robot import camera_and_optics
     from facetlog.robot.collecting.steering import Pace
     from facetlog.robot.pioneer.limits import Limits
     from facetlog.robot.pioneer.pioneer import Pioneer
@@ -160,29 +160,29 @@ def _sightings(
         ended_by_signals(),
         wording_errors(MOUNT_AGAIN),
         ExitStack() as stack,
-        telling_warnings(),
+        warnings_to_stderr(),
     ):
         robot = stack.enter_context(
             Pioneer.connect(
                 line.robot, model=line.model, limits=Limits(speed=line.speed), baud=line.baud
             )
         )
-        seen = sight(robot, line.robot, line.camera, optics, note)
+        seen = camera_and_optics(robot, line.robot, line.camera, optics, note)
         robot.switch_sonars(False)  # nothing here looks at them
         head = open_robot_head(stack, robot, line.head, line.head_port, unheard=line.head_unheard)
         camera = open_camera(seen.camera, latency=line.latency, noisy=line.noisy)
         stack.callback(camera.close)
         robot.enable_motors()
-        wheels = Wheels(robot, Pose2(), pace=Pace(robot.limits.speed, robot.limits.turning))
+        base = MobileBase(robot, Pose2(), pace=Pace(robot.limits.speed, robot.limits.turning))
         radius = robot.parameters.radius
-        rig = BoardRig(wheels, head, camera, seen.optics, mount, board, radius)
+        rig = BoardRig(base, head, camera, seen.optics, mount, board, radius)
         try:
             return list(take_sightings(rig, note)), seen.optics
         except DeviceError as exc:
             raise with_line(exc, robot.problems, time.monotonic()) from exc
 
 
-def _told(fit: "MountFit") -> dict[str, dict[str, object]]:
+def _rows(fit: "MountFit") -> dict[str, dict[str, object]]:
     """Each number with its deviation, in metres or degrees, and whether it was determined."""
     from facetlog.robot.collecting.mount import ANGLES, PARAMETERS
 
@@ -199,14 +199,14 @@ def _told(fit: "MountFit") -> dict[str, dict[str, object]]:
 
 def _document(fit: "MountFit") -> str:
     head = {"schema": SCHEMA, "pictures": fit.sightings, "rms_px": fit.rms_px}
-    return json.dumps({**head, "mount": _told(fit)}, indent=1)
+    return json.dumps({**head, "mount": _rows(fit)}, indent=1)
 
 
 def _text(fit: "MountFit") -> str:
     lines = [f"{fit.sightings} pictures, corners fit to {fit.rms_px:.2f} pixels (rms)"]
-    for name, row in _told(fit).items():
+    for name, row in _rows(fit).items():
         unit = "°" if name.endswith("_deg") else " m"
-        remark = "" if row["determined"] else "  not determined: as it was before"
+        remark = "" if row["determined"] else "  not determined: value from before"
         lines.append(
             f"{name.removesuffix('_deg'):<14}{row['value']:+9.4f} ± {row['sd']:.4f}{unit}{remark}"
         )

@@ -1,4 +1,4 @@
-"""What the commands with a robot share: options, the camera, and how its warnings are told."""
+"""Shared by the commands with a robot: options, the camera, and warnings on stderr."""
 
 import logging
 import math
@@ -40,12 +40,12 @@ __all__ = [
     "numbers_in",
     "optics_of",
     "parsed_start",
-    "telling_warnings",
+    "warnings_to_stderr",
 ]
 
 CAMERA_TOML = "camera.toml"
 HEAD_PORTS = ("aux1", "aux2", "aux3")
-# The head that obeys though its cable lets it say nothing.
+# The head that obeys though its cable cannot carry its answers.
 UNHEARD_HEAD = "canon-vc-c4"
 DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
 # Besides that of Ctrl-C. SIGSTOP and SIGKILL cannot be caught: the robot's watchdog is left.
@@ -81,7 +81,7 @@ HeadUnheard = Annotated[
     bool,
     typer.Option(
         "--head-unheard",
-        help="The Canon head's cable cannot let it answer: its angles are those it is told.",
+        help="The Canon head's cable carries no answers: record its commanded angles.",
     ),
 ]
 CameraFile = Annotated[
@@ -111,7 +111,7 @@ Baud = Annotated[
 
 
 def checked_head(kind: str, port: str, *, unheard: bool) -> None:
-    """InputError for a head, or a port of it, that cannot be."""
+    """InputError for an unknown head or a port that it cannot have."""
     if port not in HEAD_PORTS and not any(sign in port for sign in ":/"):
         raise InputError(
             f"--head-port {port!r:.40}: give aux1, aux2 or aux3 of the robot, or the head's own "
@@ -131,7 +131,7 @@ def checked_speed(speed: float) -> float:
 
 
 def optics_of(camera_file: Path | None, tour: Path | None) -> tuple["Optics | None", float | None]:
-    """The camera that is told, or that of camera.toml beside the tour, with its unit in metres.
+    """The given camera, or that of camera.toml beside the tour, with its unit in metres.
 
     None where there is neither.
     """
@@ -143,7 +143,7 @@ def optics_of(camera_file: Path | None, tour: Path | None) -> tuple["Optics | No
 
 
 def parsed_start(text: str | None) -> "Pose2":
-    """The robot's place in the world; its origin, facing along x, where nothing is told."""
+    """The robot's pose in the world; by default its origin, facing along x."""
     from facetlog.robot.pose2 import Pose2
 
     if text is None:
@@ -171,7 +171,7 @@ class _AsWarnings(logging.Handler):
 
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
-    """SIGTERM, SIGHUP and SIGTSTP end the body as Ctrl-C does: the robot is told to stop first.
+    """SIGTERM, SIGHUP and SIGTSTP end the body as Ctrl-C does: the robot is stopped first.
 
     A terminal that is closed, or a connection to this machine that is lost, sends SIGHUP, and
     Ctrl-Z sends SIGTSTP: a program that is put to sleep cannot stop what drives on.
@@ -192,7 +192,7 @@ def _interrupt(_number: int, _frame: FrameType | None) -> None:
 
 
 @contextmanager
-def telling_warnings() -> Iterator[None]:
+def warnings_to_stderr() -> Iterator[None]:
     """Warnings of the robot's room as lines on stderr, in the form of this program's own."""
     logger, handler = logging.getLogger("facetlog.robot"), _AsWarnings(logging.WARNING)
     logger.addHandler(handler)

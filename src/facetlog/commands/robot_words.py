@@ -1,7 +1,7 @@
-"""What the robot's room says to programs, said to who sits at the command line.
+"""The driver's messages, worded for the command line.
 
-The driver's errors name the call that helps ("call enable_motors()"). Here nobody can call it: a
-command is called again, with options.
+The driver's errors name the call that helps ("call enable_motors()"). At the command line it cannot
+be called: the command is run again, with options.
 """
 
 import re
@@ -26,13 +26,13 @@ WORDS = (
     (re.compile(r"\bbaud=(?=\d)"), "--baud "),
     (
         re.compile(r"(the CTS line of its port \(pin 2\) is high)"),
-        r"\1; a Canon head whose cable lets it say nothing needs --head-unheard",
+        r"\1; a Canon head whose cable carries no answers needs --head-unheard",
     ),
 )
 
 
 def worded(fault: DeviceError, again: str) -> DeviceError:
-    """The error in the command line's words; `again` says how the command is gone on with.
+    """The error in the command line's words; `again` says how to continue the command.
 
     >>> stop = DeviceError("STOP button pressed: pull it out, then call enable_motors()")
     >>> str(worded(stop, MOUNT_AGAIN))

@@ -1,4 +1,4 @@
-"""`facetlog simulate`: a simulated Pioneer with a camera on a pan-tilt head, until it is ended."""
+"""`facetlog simulate`: a simulated Pioneer with a camera on a pan-tilt head."""
 
 from dataclasses import replace
 from pathlib import Path

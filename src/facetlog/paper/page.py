@@ -51,7 +51,7 @@ def page(run: Experiment, seed: int) -> str:
 
 def _contents(run: Experiment, seed: int) -> dict[str, Any]:
     scene, recognition = run.found.scene, run.found.recognition
-    # The picture that tells three faces best apart by their greys, as the paper's does.
+    # The picture that separates three faces best by their greys, as the paper's does.
     view = max(
         range(len(run.views)),
         key=lambda k: (len(run.agreement[k].faces), min(run.agreement[k].overlap, default=0.0)),

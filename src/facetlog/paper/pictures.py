@@ -206,10 +206,10 @@ def _enlarged(image: Image, mask: Image, how: int) -> tuple[Image, FloatArray, f
 
 
 def sightings(run: Experiment, vertex: int, count: int) -> list[tuple[str, str]]:
-    """Figure 11: the first views of a vertex, each with its pixel (u, v) and what surrounds it."""
+    """Figure 11: the first views of a vertex, each with its pixel (u, v) and its surroundings."""
     found = []
-    told = run.vertices[vertex]
-    for view, uv in list(zip(told.views, told.pixels, strict=True))[:count]:
+    track = run.vertices[vertex]
+    for view, uv in list(zip(track.views, track.pixels, strict=True))[:count]:
         image = run.views[view].image
         padded = np.pad(image, AROUND_PX, constant_values=128)
         u, v = np.rint(uv).astype(int).tolist()

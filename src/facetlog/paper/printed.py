@@ -1,4 +1,4 @@
-"""What the paper prints in figures, and the same worked out by its recursion as it stands there."""
+"""The numbers that the paper prints, and the same computed by its recursion as printed."""
 
 import tomllib
 from dataclasses import dataclass
@@ -19,8 +19,8 @@ __all__ = ["Iteration", "plane_iterations", "point_iterations", "printed"]
 
 @dataclass(frozen=True, slots=True)
 class Iteration:
-    """One printed step: what goes in, and for each number that comes out (name, printed, computed
-    with as many decimals).
+    """One printed step: its inputs, and for each output (name, printed, computed with one more
+    digit).
     """
 
     number: int
@@ -36,12 +36,12 @@ def printed() -> dict[str, Any]:
 
 def point_iterations() -> tuple[Iteration, ...]:
     """The two iterations of the point filter."""
-    told = printed()["point"]
-    cases = told["iteration"]
-    poses = [(*case["pose"], told["focal"]) for case in cases]
+    paper = printed()["point"]
+    cases = paper["iteration"]
+    poses = [(*case["pose"], paper["focal"]) for case in cases]
     projections = [projection_matrix(x, y, z, *angles) for x, y, z, *angles in poses]
-    seen = [Observation(k, case["uv"], told["noise"] * np.eye(2)) for k, case in enumerate(cases)]
-    start = State(np.zeros(3), told["s0"] * np.eye(3))
+    seen = [Observation(k, case["uv"], paper["noise"] * np.eye(2)) for k, case in enumerate(cases)]
+    start = State(np.zeros(3), paper["s0"] * np.eye(3))
     found = []
     states = plain_recursion(seen, projections, start)
     for number, (case, state) in enumerate(zip(cases, states, strict=True), start=1):
@@ -61,11 +61,11 @@ def point_iterations() -> tuple[Iteration, ...]:
 
 def plane_iterations() -> tuple[Iteration, ...]:
     """The two iterations of the plane filter."""
-    told = printed()["plane"]
-    cases = told["iteration"]
-    start = State(np.zeros(3), told["s0"] * np.eye(3))
+    paper = printed()["plane"]
+    cases = paper["iteration"]
+    start = State(np.zeros(3), paper["s0"] * np.eye(3))
     points = [case["point"] for case in cases]
-    states = plain_plane_recursion(points, told["noise"] * np.eye(3), start, Chart.Z)
+    states = plain_plane_recursion(points, paper["noise"] * np.eye(3), start, Chart.Z)
     return tuple(
         Iteration(
             number,
@@ -79,6 +79,6 @@ def plane_iterations() -> tuple[Iteration, ...]:
     )
 
 
-def _row(name: str, told: float, computed: float, digits: int) -> tuple[str, str, str]:
+def _row(name: str, given: float, computed: float, digits: int) -> tuple[str, str, str]:
     # One digit more than printed: two of the paper's figures are cut, not rounded.
-    return name, f"{told:.{digits}f}", f"{computed + 0.0:.{digits + 1}f}"
+    return name, f"{given:.{digits}f}", f"{computed + 0.0:.{digits + 1}f}"

@@ -64,7 +64,7 @@ def test_blur_does_not_depend_on_contrast() -> None:
     assert blur_px(step(3.0, 60.0)) == pytest.approx(blur_px(step(3.0, 180.0)), rel=0.1)
 
 
-def test_without_an_edge_no_blur_is_told() -> None:
+def test_without_an_edge_no_blur_is_measured() -> None:
     assert np.isnan(blur_px(flat(100)))
 
 
@@ -127,7 +127,7 @@ def test_a_tour_out_of_focus_is_called_blurred() -> None:
     assert warning.startswith("all 24 pictures are blurred by about 1.")
 
 
-def test_of_pictures_without_an_edge_no_blur_is_told() -> None:
+def test_of_pictures_without_an_edge_no_blur_is_measured() -> None:
     ramp = np.linspace(60, 120, 320) + np.random.default_rng(0).normal(0, 2, (240, 320))
     views = views_of(*[np.rint(ramp).astype(np.uint8)] * 8)
     assert usable_views(views) == (views, ())

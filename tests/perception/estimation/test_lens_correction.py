@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.perception.estimation.lens_correction import corrected, lens_warnings, together
+from facetlog.perception.estimation.lens_correction import combined, corrected, lens_warnings
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.types import LensError, StoredPicture
 from tests.rendered import tour
@@ -41,7 +41,7 @@ def test_the_stored_picture_is_corrected_when_it_is_read() -> None:
 
 
 def test_what_is_found_in_corrected_views_comes_on_top() -> None:
-    both = together(LensError(1.05, -0.1, 0.1, 0.1), LensError(0.99, 0.01, 0.001, 0.002))
+    both = combined(LensError(1.05, -0.1, 0.1, 0.1), LensError(0.99, 0.01, 0.001, 0.002))
     assert both.focal == pytest.approx(1.05 * 0.99)
     assert both.radial == pytest.approx(-0.09)
     assert both.focal_sd == pytest.approx(1.05 * 0.001)
@@ -61,7 +61,7 @@ def test_distortion_is_named_by_itself() -> None:
     assert "focal" not in said
 
 
-def test_a_focal_length_that_pictures_hardly_tell_is_said_to_be_so() -> None:
+def test_an_uncertain_focal_length_is_reported_as_such() -> None:
     (said,) = lens_warnings(tour("block", 0)[:1], [LensError(1.3, 0.0, 0.05, 0.1)])
     assert "lengths are known no better" in said
 

@@ -71,7 +71,7 @@ def test_the_likelier_of_two_points_wins():
     assert found.rejected == (1, 4, 6)
 
 
-def test_points_are_kept_where_the_noise_is_three_times_what_was_told():
+def test_points_are_kept_where_the_noise_is_three_times_the_stated_one():
     projections = ring(24)
     rng = np.random.default_rng(31)
     truth, uv, cov, _ = pictured(rng, 100, projections, wrong=0.2, sd=3 * PIXEL_SD)

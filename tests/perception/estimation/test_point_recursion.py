@@ -7,7 +7,11 @@ from hypothesis import strategies as st
 
 from facetlog.perception.estimation.ekf import Linearised, State, step
 from facetlog.perception.estimation.incidence import updated
-from facetlog.perception.estimation.point_filter import estimate_points, pixel_measurement, seen_at
+from facetlog.perception.estimation.point_filter import (
+    estimate_points,
+    pixel_incidence,
+    pixel_measurement,
+)
 from facetlog.perception.estimation.point_recursion import PointFilters
 from tests.perception.rigs import PIXEL_SD, pictured, ring
 
@@ -45,7 +49,7 @@ def test_one_update_is_filterpys_of_the_pixel():
     points, uv, cov, _ = pictured(rng, 1, projections, sd=1e-3)
     start = State(points[0] + 0.01, 1e-4 * np.eye(3))
     mean, after, _ = updated(
-        seen_at(projections[0]), start.mean[None], start.cov[None], uv[:, 0], cov[:, 0]
+        pixel_incidence(projections[0]), start.mean[None], start.cov[None], uv[:, 0], cov[:, 0]
     )
     # Made linear at where it ends, as the last of the passes is.
     at = mean[0]

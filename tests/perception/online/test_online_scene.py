@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from facetlog.perception.detection.line_front_end.faces_from_lines import look_at
+from facetlog.perception.detection.line_front_end.faces_from_lines import prepared_pictures
 from facetlog.perception.online.key_views import KEY_VIEWS, KeyViews
 from facetlog.perception.online.online_scene import OnlineScene
 from facetlog.perception.step_clock import StepClock
@@ -113,7 +113,7 @@ def test_of_many_views_those_are_kept_that_differ_most():
     views = tour("block")
     key = KeyViews()
     for view in [*views, *views[:4], *views[:4]]:
-        key.add(view, look_at([view], StepClock()))
+        key.add(view, prepared_pictures([view], StepClock()))
     assert len(key.views) == len(key.looked.views) == KEY_VIEWS
     assert not key.complete
     assert {v.name for v in key.views} == {v.name for v in views}

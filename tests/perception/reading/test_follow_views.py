@@ -55,7 +55,7 @@ def test_views_come_as_pictures_and_poses_do(tmp_path):
     assert source.problems == ()
 
 
-def test_nothing_is_read_before_it_is_asked_for(tmp_path):
+def test_nothing_is_read_before_it_is_requested(tmp_path):
     _poses(tmp_path, 2)
     _picture(tmp_path, 0)
     (tmp_path / "1.png").write_bytes(b"no picture")

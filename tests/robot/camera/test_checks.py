@@ -66,7 +66,7 @@ def test_pictures_without_any_edge_are_compared_without_error() -> None:
 
 
 @pytest.mark.parametrize("grey", [0, 255])
-def test_a_picture_clipped_by_more_than_a_fifth_is_told(grey: int) -> None:
+def test_a_picture_clipped_by_more_than_a_fifth_is_reported(grey: int) -> None:
     image = SHARP[0].copy()
     rows = round(image.shape[0] * (CLIPPED_SHARE + 0.05))
     image[:rows] = grey

@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.perception.types import Image
-from facetlog.robot.camera.freshness import Newest
+from facetlog.robot.camera.freshness import LatestFrame
 
 
 def _image(value: int) -> Image:
@@ -15,7 +15,7 @@ def _image(value: int) -> Image:
 
 
 def test_a_frame_counts_only_if_it_was_surely_exposed_after() -> None:
-    newest = Newest("c", latency=0.3, noisy=True)
+    newest = LatestFrame("c", latency=0.3, noisy=True)
     newest.put(_image(1), arrived=10.2)
     assert newest.taken(after=10.0) is None
     newest.put(_image(2), arrived=10.31)
@@ -25,7 +25,7 @@ def test_a_frame_counts_only_if_it_was_surely_exposed_after() -> None:
 
 
 def test_a_frame_like_the_one_before_is_no_new_exposure_of_a_noisy_camera() -> None:
-    newest = Newest("c", latency=0.0, noisy=True)
+    newest = LatestFrame("c", latency=0.0, noisy=True)
     newest.put(_image(1), 1.0)
     newest.put(_image(1), 2.0)
     assert newest.taken(1.5) is None
@@ -34,30 +34,30 @@ def test_a_frame_like_the_one_before_is_no_new_exposure_of_a_noisy_camera() -> N
 
 
 def test_a_camera_without_noise_may_repeat_itself() -> None:
-    newest = Newest("c", latency=0.0, noisy=False)
+    newest = LatestFrame("c", latency=0.0, noisy=False)
     newest.put(_image(1), 1.0)
     newest.put(_image(1), 2.0)
     assert newest.taken(1.5) is not None
 
 
 def test_a_waiter_gets_the_frame_that_comes_meanwhile() -> None:
-    newest = Newest("c", latency=0.0, noisy=True)
+    newest = LatestFrame("c", latency=0.0, noisy=True)
     timer = threading.Timer(0.05, newest.put, (_image(1), 5.0))
     timer.start()
     assert newest.shot(after=4.0, timeout=30.0).arrived == 5.0
     timer.join()
 
 
-def test_no_frame_at_all_is_told_with_what_the_source_says() -> None:
-    newest = Newest("hall", latency=0.0, noisy=True)
+def test_no_frame_at_all_is_reported_with_the_sources_reason() -> None:
+    newest = LatestFrame("hall", latency=0.0, noisy=True)
     newest.put(_image(1), 1.0)
     newest.fail("the connection to it is lost")
     with pytest.raises(DeviceTimeout, match=r"camera hall sent no picture .*connection to it is"):
         newest.shot(after=2.0, timeout=0.01)
 
 
-def test_a_frozen_camera_is_told_as_such() -> None:
-    newest = Newest("hall", latency=0.0, noisy=True)
+def test_a_frozen_camera_is_reported_as_such() -> None:
+    newest = LatestFrame("hall", latency=0.0, noisy=True)
     newest.put(_image(1), 1.0)
     before = newest.count
     for at in (2.0, 3.0, 4.0):
@@ -66,15 +66,15 @@ def test_a_frozen_camera_is_told_as_such() -> None:
     assert "frozen: its last 4 pictures are the same to the pixel" in said
 
 
-def test_frames_that_may_be_old_are_told_as_such() -> None:
-    newest = Newest("hall", latency=0.5, noisy=True)
+def test_frames_that_may_be_old_are_reported_as_such() -> None:
+    newest = LatestFrame("hall", latency=0.5, noisy=True)
     newest.put(_image(1), 1.0)
     newest.put(_image(2), 1.2)
     assert "none of them surely taken after the robot stood" in str(newest.complaint(1, 0.2))
 
 
 def test_closing_lets_a_waiter_go() -> None:
-    newest = Newest("hall", latency=0.0, noisy=True)
+    newest = LatestFrame("hall", latency=0.0, noisy=True)
     timer = threading.Timer(0.05, newest.close)
     timer.start()
     with pytest.raises(DeviceError, match="was closed"):

@@ -105,7 +105,7 @@ def test_a_camera_that_goes_away_is_opened_again() -> None:
     assert captures[1].released
 
 
-def test_a_camera_that_cannot_be_opened_is_told() -> None:
+def test_a_camera_that_cannot_be_opened_is_reported() -> None:
     capture = ScriptedCapture(_endless())
     capture.release()
     with pytest.raises(DeviceError, match="scripted cannot be opened: check its address"):
@@ -169,7 +169,7 @@ def _serving() -> Iterator[Camera]:
         server.server_close()
 
 
-def test_an_mjpeg_stream_is_read_and_its_new_frames_told_from_old_ones() -> None:
+def test_an_mjpeg_stream_is_read_and_its_new_frames_distinguished_from_old_ones() -> None:
     with _serving() as camera:
         source = open_camera(camera.url + "/", latency=0.2)
         try:
@@ -186,7 +186,7 @@ def test_an_mjpeg_stream_is_read_and_its_new_frames_told_from_old_ones() -> None
             source.close()
 
 
-def test_a_still_is_asked_for_when_it_is_wanted() -> None:
+def test_a_still_is_requested_when_it_is_needed() -> None:
     with _serving() as camera:
         source = open_camera(camera.url + "/frame.jpg", latency=0.0)
         assert isinstance(source, StillSource)
@@ -214,14 +214,14 @@ def test_a_still_that_is_cut_off_is_not_taken() -> None:
             source.shot(time.monotonic(), 0.3)
 
 
-def test_a_still_camera_that_is_not_there_is_told() -> None:
+def test_a_still_camera_that_is_not_there_is_reported() -> None:
     with _serving() as camera:
         url = camera.url
     with pytest.raises(DeviceError, match=r"gives no picture \(.*refused.*\): check"):
         open_camera(url + "/frame.jpg")
 
 
-def test_a_stream_that_is_not_there_is_told_without_chatter(
+def test_a_missing_stream_is_reported_without_chatter(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     with _serving() as camera:
@@ -242,12 +242,12 @@ def test_numbered_pictures_are_taken_one_for_each_shot(tmp_path: Path) -> None:
     source.close()
 
 
-def test_what_is_no_camera_is_told() -> None:
+def test_what_is_no_camera_is_reported() -> None:
     with pytest.raises(InputError, match="'nothing' is neither a device"):
         open_camera("nothing")
 
 
-def test_a_device_that_is_not_there_is_told_without_chatter(
+def test_a_missing_device_is_reported_without_chatter(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
     with pytest.raises(DeviceError, match="camera 97 cannot be opened"):

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.collecting.drive import Wheels
+from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.pioneer.problems import Problem
 from facetlog.robot.pioneer.state import RobotState
@@ -52,9 +52,9 @@ def test_a_program_that_was_held_up_ends_the_drive_with_one_line_and_the_robot_s
     in_vain: bool,
 ) -> None:
     robot = HeldUp(0.3, in_vain=in_vain)
-    wheels = Wheels(robot, Pose2(), pace=Pace())
+    base = MobileBase(robot, Pose2(), pace=Pace())
     with pytest.raises(DeviceError) as ended:
-        wheels.follow(((0.0, 0.0), (3.0, 0.0)))
+        base.follow(((0.0, 0.0), (3.0, 0.0)))
     said = str(ended.value)
     assert said.startswith("the program was held up for 5.")
     assert said.endswith("then go on with --resume")

@@ -10,16 +10,16 @@ import pytest
 from facetlog.errors import DeviceError, InputError
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.run import open_checked_camera
-from facetlog.robot.collecting.simulated import Sight
+from facetlog.robot.collecting.simulated_robot import CameraAndOptics
 from facetlog.robot.tour import tour_camera
 
 
-def _sight(folder: Path, width: int, height: int, count: int = 2) -> Sight:
+def _sight(folder: Path, width: int, height: int, count: int = 2) -> CameraAndOptics:
     """A camera of numbered files, each of one grey: 10, 20 and so on."""
     for number in range(1, count + 1):
         picture = np.full((height, width), 10 * number, np.uint8)
         cv2.imwrite(str(folder / f"shot{number:03d}.png"), picture)
-    return Sight(str(folder / "shot%03d.png"), Optics(tour_camera()))
+    return CameraAndOptics(str(folder / "shot%03d.png"), Optics(tour_camera()))
 
 
 def test_pictures_of_another_size_are_refused(tmp_path: Path) -> None:

@@ -31,6 +31,6 @@ def test_a_fault_after_many_silences_is_laid_to_the_line() -> None:
         [Problem(Cause.BUMPER, "bumper", 98), Problem(Cause.STALL, "stall", 99)],
     ],
 )
-def test_a_fault_with_another_reason_is_told_as_it_is(problems: list[Problem]) -> None:
+def test_a_fault_with_another_reason_is_reported_unchanged(problems: list[Problem]) -> None:
     fault = DeviceError("the wheels are stalled")
     assert with_line(fault, problems, 100.0) is fault

@@ -9,7 +9,7 @@ import pytest
 from facetlog.errors import DeviceError, InputError
 from facetlog.perception.types import Image, Pose
 from facetlog.robot.collecting.board import Board
-from facetlog.robot.collecting.drive import Wheels
+from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT, PARAMETERS, Mount
 from facetlog.robot.collecting.mount_fit import fit_mount
@@ -37,9 +37,9 @@ def _rig(robot: FakeRobot, *, board: Board = CHARUCO, at: Pose = BOARD) -> Board
     def picture(place: Pose2, looks: HeadState) -> Image:
         return seen_by(board, camera_pose(place, TRUE, Gaze(looks.pan, looks.tilt)), at)
 
-    wheels = Wheels(robot, Pose2(), pace=Pace())
+    base = MobileBase(robot, Pose2(), pace=Pace())
     camera = FakeCamera(robot, head, picture)
-    return BoardRig(wheels, head, camera, Optics(CAMERA), DEFAULT_MOUNT, board, 0.25)
+    return BoardRig(base, head, camera, Optics(CAMERA), DEFAULT_MOUNT, board, 0.25)
 
 
 def test_the_mount_is_found_by_driving_before_a_board() -> None:
@@ -73,7 +73,7 @@ def test_a_board_aside_is_searched_for() -> None:
     assert first.robot.heading > math.radians(30)
 
 
-def test_no_board_is_told_with_the_way_out() -> None:
+def test_no_board_is_reported_with_the_way_out() -> None:
     rig = _rig(FakeRobot())
     rig.camera.picture = lambda *_: np.full((480, 640), 90, np.uint8)  # type: ignore[attr-defined]
     told: list[str] = []

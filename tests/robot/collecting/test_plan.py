@@ -28,7 +28,7 @@ def _turned(plan: Plan, start: Pose2) -> float:
     return sum(abs(wrapped(b - a)) for a, b in pairwise(headings))
 
 
-def test_the_papers_views_are_taken_from_where_they_are_asked_for() -> None:
+def test_the_papers_views_are_taken_from_their_places() -> None:
     plan = plan_stops(TOUR, Pose2(), REACH)
     assert [stop.number for stop in plan.stops] == list(range(1, 25))
     assert plan.skipped == ()
@@ -42,7 +42,7 @@ def test_the_papers_views_are_taken_from_where_they_are_asked_for() -> None:
         assert distance_to(CLOSED, (stop.robot.x, stop.robot.y)) >= 0
 
 
-def test_other_heights_are_told_once_and_still_look_at_the_same() -> None:
+def test_other_heights_are_reported_once_and_still_look_at_the_same() -> None:
     plan = plan_stops(TOUR, Pose2(), REACH)
     assert len(plan.remarks) == 1
     assert plan.remarks[0].startswith("2 of 24 views are taken from another height")
@@ -67,7 +67,7 @@ def test_a_mount_ahead_of_the_axle_moves_the_robot_not_the_pinhole() -> None:
         np.testing.assert_allclose(pose.centre[:2], stop.view.pose.centre[:2], atol=1e-6)
 
 
-def test_a_tilt_beyond_the_heads_is_told_and_the_nearest_taken() -> None:
+def test_a_tilt_beyond_the_heads_is_reported_and_the_nearest_taken() -> None:
     mount = Mount(z=0.85)
     plan = plan_stops(TOUR, Pose2(), replace(REACH, mount=mount))
     assert plan.stops
@@ -108,15 +108,15 @@ def test_a_view_behind_circles_that_leave_no_way_is_left_out_of_the_plan() -> No
     plan = plan_stops(TOUR, Pose2(5.0, 5.0, 0.0), reach, order=[2, 12])
     assert [stop.number for stop in plan.stops] == [13]
     assert [each.number for each in plan.skipped] == [3]
-    assert "no way of the robot leads there" in plan.skipped[0].reason
+    assert "no route leads there" in plan.skipped[0].reason
 
 
-def test_skewed_views_are_told() -> None:
+def test_skewed_views_are_reported() -> None:
     pose = TOUR.views[0].pose
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     view = TourView("a.png", replace(pose, rotation=pose.rotation @ turn))
     plan = plan_stops(Tour("t", (view,)), Pose2(), REACH)
-    assert any("asked for with a skew" in remark for remark in plan.remarks)
+    assert any("have a skew" in remark for remark in plan.remarks)
 
 
 def test_an_order_of_ones_own_is_kept() -> None:

@@ -224,18 +224,18 @@ def test_pictures_with_three_equal_channels_are_kept_as_grey(tmp_path: Path) -> 
         ('{"schema": "facetlog-collect/1"}\n{"result": "taken"}\n', r"collect.jsonl:2: is no line"),
     ],
 )
-def test_a_record_that_cannot_be_read_is_told(tmp_path: Path, text: str, said: str) -> None:
+def test_a_record_that_cannot_be_read_is_reported(tmp_path: Path, text: str, said: str) -> None:
     (tmp_path / LOG_FILE).write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=said):
         read_record(tmp_path)
 
 
-def test_a_folder_without_a_collection_is_told(tmp_path: Path) -> None:
+def test_a_folder_without_a_collection_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no collection to go on with: leave out --resume"):
         read_record(tmp_path)
 
 
-def test_a_full_disk_is_told_and_leaves_the_files_that_were_there(
+def test_a_full_disk_is_reported_and_leaves_the_files_that_were_there(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     record = _recorded(tmp_path, 2)

@@ -12,7 +12,7 @@ import pytest
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.perception.types import Image
 from facetlog.robot.camera.freshness import Frame
-from facetlog.robot.collecting.drive import Wheels
+from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose
 from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT
@@ -20,7 +20,7 @@ from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_record
 from facetlog.robot.collecting.route import Circle
-from facetlog.robot.collecting.session import SETTLE, Rig, collect, ending_told
+from facetlog.robot.collecting.session import SETTLE, Rig, collect, end_recorded
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import paper_tour
 from facetlog.robot.head.head import HeadState
@@ -68,14 +68,14 @@ class Scene:
         self.head = FakeHead(self.robot)
         self.camera = FakeCamera(self.robot, self.head, _picture)
         self.way: list[Pose2] = []
-        self.wheels = Wheels(
+        self.base = MobileBase(
             self.robot,
             START,
             pace=Pace(),
             closed=FORBIDDEN,
             moved=lambda _, place: self.way.append(place),
         )
-        self.rig = Rig(self.wheels, self.head, self.camera, OPTICS, REACH, START, 1.7e9)
+        self.rig = Rig(self.base, self.head, self.camera, OPTICS, REACH, START, 1.7e9)
         self.record = Record(folder, OPTICS, {"tour": TOUR.name})
         self.heard = Heard()
 
@@ -88,7 +88,7 @@ def _log(folder: Path) -> list[dict[str, object]]:
     return [json.loads(line) for line in lines]
 
 
-def test_the_papers_tour_is_collected_where_it_was_asked_for(tmp_path: Path) -> None:
+def test_the_papers_tour_is_collected_at_its_places(tmp_path: Path) -> None:
     scene = Scene(tmp_path)
     plan = plan_stops(TOUR, START, REACH)
     ended = collect(scene.rig, plan.stops, scene.record, scene.heard)
@@ -184,7 +184,7 @@ def test_whatever_the_robot_reports_stops_it(
 def test_a_robot_that_is_held_is_noticed_without_any_flag(tmp_path: Path) -> None:
     scene = Scene(tmp_path, FakeRobot(START, held=103.0))
     ended = collect(scene.rig, scene.plan(9).stops, scene.record, scene.heard)
-    assert "is told to move and does not" in str(ended.fault)
+    assert "does not move though it is commanded to" in str(ended.fault)
     assert scene.robot.state.at < 103 + 6
 
 
@@ -202,7 +202,7 @@ def test_time_without_reports_is_not_time_of_being_held(tmp_path: Path) -> None:
     scene.robot.advance = damaged  # type: ignore[method-assign]
     scene.robot.drive = held  # type: ignore[method-assign]
     with pytest.raises(DeviceTimeout, match="takes too long"):
-        scene.wheels.turn_to(START.heading + 1.0)
+        scene.base.turn_to(START.heading + 1.0)
 
 
 def test_a_frozen_camera_ends_the_collection(tmp_path: Path) -> None:
@@ -244,7 +244,7 @@ def test_a_blurred_picture_is_taken_again(tmp_path: Path) -> None:
     assert last == pytest.approx(first, rel=0.5)
 
 
-def test_what_stays_bad_is_kept_and_told(tmp_path: Path) -> None:
+def test_what_stays_bad_is_kept_and_noted(tmp_path: Path) -> None:
     scene = Scene(tmp_path)
     scene.camera.picture = lambda *_: np.full((480, 640), 255, np.uint8)
     ended = collect(scene.rig, scene.plan(1).stops, scene.record, scene.heard)
@@ -305,11 +305,11 @@ def test_ctrl_c_stops_the_robot(tmp_path: Path) -> None:
 
 def _collected(scene: Scene, *numbers: int) -> None:
     stops = scene.plan(*numbers).stops
-    with ending_told(scene.rig, len(stops), scene.record, scene.heard):
+    with end_recorded(scene.rig, len(stops), scene.record, scene.heard):
         collect(scene.rig, stops, scene.record, scene.heard)
 
 
-def test_a_full_disk_that_takes_no_line_more_is_told_all_the_same(
+def test_a_full_disk_that_takes_no_line_more_is_reported_all_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene = Scene(tmp_path)

@@ -31,7 +31,7 @@ def test_the_papers_tour_looks_at_the_block_in_metres() -> None:
     assert not any(view.skewed for view in tour.views)
 
 
-def test_poses_are_read_in_the_unit_that_is_told(tmp_path: Path) -> None:
+def test_poses_are_read_in_the_unit_that_is_reported(tmp_path: Path) -> None:
     path = _written(tmp_path, HEADER + "# a remark\na.jpg,10,20,30,45,-100,3\n\n,1,2,3,0,-90,\n")
     tour = read_tour(path, unit=0.01)
     assert [view.name for view in tour.views] == ["a.png", "view002.png"]
@@ -59,14 +59,14 @@ def test_the_papers_own_columns_are_inches_and_need_no_unit(tmp_path: Path) -> N
         ("", InputError, "has no poses"),
     ],
 )
-def test_what_is_wrong_is_told_with_its_line(
+def test_errors_name_their_line(
     tmp_path: Path, text: str, kind: type[Exception], said: str
 ) -> None:
     with pytest.raises(kind, match=said):
         read_tour(_written(tmp_path, text), unit=1.0)
 
 
-def test_a_unit_is_asked_for(tmp_path: Path) -> None:
+def test_a_missing_unit_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="give --unit"):
         read_tour(_written(tmp_path, HEADER + "a,1,2,3,0,-90,0\n"))
 

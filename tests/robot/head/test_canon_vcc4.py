@@ -80,7 +80,7 @@ def test_a_robot_that_hands_bytes_on_ten_times_a_second_only_makes_it_slower() -
     assert line.now - before < 1.0 + 2.0
 
 
-def test_answers_are_asked_for_in_two_pieces_at_most_six_bytes_first() -> None:
+def test_answers_are_requested_in_two_pieces_at_most_six_bytes_first() -> None:
     head, line = started()
     head.look(rad(20), rad(5), zoom=300)
     head.where()
@@ -120,7 +120,7 @@ def test_a_stop_stops_it_where_it_is() -> None:
     assert head.where().pan == state.pan
 
 
-def test_without_answers_it_is_sent_its_moves_unseen_and_that_is_said(
+def test_without_answers_it_is_moved_open_loop_with_a_warning(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     line = SimulatedLine(CanonHead(answers=False))
@@ -128,7 +128,7 @@ def test_without_answers_it_is_sent_its_moves_unseen_and_that_is_said(
     with caplog.at_level(logging.WARNING):
         head.start()
     assert "CTS" in caplog.text
-    assert "what was asked for" in caplog.text
+    assert "its moves are not confirmed" in caplog.text
     assert not head.answers
     for pan, tilt in ((90, 40), (-90, -25), (3, 0), (3, 0)):
         state = head.look(rad(pan), rad(tilt))
@@ -199,7 +199,7 @@ def test_noise_on_the_line_ends_in_an_error_that_says_so() -> None:
 
 
 @models
-def test_a_head_that_is_switched_off_meanwhile_is_told(model: CanonModel) -> None:
+def test_a_head_that_is_switched_off_meanwhile_is_reported(model: CanonModel) -> None:
     head, line = started(model)
     line.device.receive(command_to_bytes(CanonCommand.POWER, b"0"), line.now)
     line.sleep(6.0)
@@ -210,7 +210,7 @@ def test_a_head_that_is_switched_off_meanwhile_is_told(model: CanonModel) -> Non
     assert head.look(0.5, 0.1).pan == pytest.approx(0.5, abs=HALF_A_COUNT)
 
 
-def test_a_head_that_is_slowed_down_is_not_waited_for_longer_than_asked() -> None:
+def test_a_head_that_is_slowed_down_is_waited_for_until_the_timeout() -> None:
     head, line = started()
     line.device.receive(command_to_bytes(CanonCommand.PAN_SPEED, hexadecimal(8, 3)), line.now)
     line.sleep(0.2)
@@ -235,7 +235,7 @@ def test_what_it_cannot_reach_is_refused_before_a_byte_is_sent() -> None:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_lost_bytes_are_asked_for_again(seed: int) -> None:
+def test_lost_bytes_are_requested_again(seed: int) -> None:
     chance = random.Random(seed)
     losing = False
 

@@ -44,7 +44,7 @@ def test_canon_counts_are_degrees_as_the_maker_says() -> None:
 
 
 @given(sony_models, shares, shares)
-def test_a_sony_head_is_told_an_angle_to_half_a_count(
+def test_angles_are_sent_to_a_sony_head_to_half_a_count(
     model: SonyModel, pan_share: float, tilt_share: float
 ) -> None:
     limits = model.limits

@@ -38,7 +38,7 @@ def test_a_head_that_begins_late_is_not_taken_for_one_that_stands() -> None:
     assert time.settle(lambda now: 0 if now < 0.4 else 100, 100) == ((100,), True)
 
 
-def test_a_head_that_stands_elsewhere_is_told() -> None:
+def test_a_head_that_stands_elsewhere_is_reported() -> None:
     assert Time().settle(lambda _: 7, 100) == ((7,), False)
 
 

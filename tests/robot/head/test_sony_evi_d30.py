@@ -67,7 +67,7 @@ def test_a_robot_that_hands_bytes_on_ten_times_a_second_only_makes_it_slower() -
     assert line.now - before < 1.25 + 1.5
 
 
-def test_answers_are_asked_for_in_two_pieces_at_most_the_shortest_first() -> None:
+def test_answers_are_requested_in_two_pieces_at_most_the_shortest_first() -> None:
     head, line = started()
     head.look(rad(20), rad(5), zoom=300)
     head.where()
@@ -173,7 +173,7 @@ def test_noise_on_the_line_ends_in_an_error_that_says_so() -> None:
         SonyEviD30(line, clock=line.clock).start()
 
 
-def test_a_head_that_is_switched_off_meanwhile_is_told() -> None:
+def test_a_head_that_is_switched_off_meanwhile_is_reported() -> None:
     head, line = started()
     line.device.receive(bytes.fromhex("81 01 04 00 03 FF"), line.now)
     line.sleep(1.0)
@@ -191,7 +191,7 @@ def test_sockets_that_another_left_taken_are_cleared() -> None:
     assert head.look(rad(10), rad(5)).pan == pytest.approx(rad(10))
 
 
-def test_a_head_that_is_held_is_told_after_a_few_attempts() -> None:
+def test_a_head_that_is_held_is_reported_after_a_few_attempts() -> None:
     line = SimulatedLine(SonyHead())
     head = SonyEviD30(line, clock=line.clock)
     head.start()
@@ -213,7 +213,7 @@ def test_a_completion_that_comes_late_is_not_taken_for_a_place() -> None:
     assert line.device.angles(line.now)[0] == pytest.approx(rad(-10))
 
 
-def test_a_slow_head_is_not_waited_for_longer_than_asked() -> None:
+def test_a_slow_head_is_waited_for_until_the_timeout() -> None:
     head, line = started(slow())
     before = line.now
     with pytest.raises(DeviceTimeout, match="not still"):
@@ -246,7 +246,7 @@ def test_a_stop_stops_it_where_it_is() -> None:
     assert head.where().pan == state.pan
 
 
-def test_where_may_be_asked_while_it_moves() -> None:
+def test_the_position_may_be_requested_while_it_moves() -> None:
     head, line = started()
     line.device.receive(to_bytes(AbsoluteMove(-880, 0, pan_speed=1)), line.now)
     line.flush()
@@ -282,7 +282,7 @@ class Losing:
 
 
 @pytest.mark.parametrize("seed", range(12))
-def test_lost_bytes_are_asked_for_again(seed: int) -> None:
+def test_lost_bytes_are_requested_again(seed: int) -> None:
     losing = Losing(seed, 0.02)
     line = SimulatedLine(SonyHead(), losing)
     head = SonyEviD30(line, clock=line.clock)

@@ -120,7 +120,7 @@ def test_what_is_for_all_cameras_goes_to_address_8() -> None:
     assert parse_command(bytes.fromhex("88 30 01 FF")) == (8, AddressSet(1))
 
 
-def test_the_version_tells_the_model() -> None:
+def test_the_version_gives_the_model() -> None:
     reply = parse_reply(bytes.fromhex("90 50 00 20 04 02 01 00 02 FF"))
     assert isinstance(reply, Information)
     version = Version.of(reply.data)

@@ -30,7 +30,7 @@ class ScriptedRobot:
 
     model: str = "p3dx"
     configuration: Configuration | None = CONFIGURATION
-    tells_motors: bool = True
+    reports_motors: bool = True
     watchdog: float = 2.0
     enable_works: bool = True
     session: str = "waiting"
@@ -219,7 +219,7 @@ class ScriptedRobot:
             rear_bumpers=0,
             front_bumpers=self.front_bumpers,
             control=0,
-            flags=(self.motors | self.stop_button << 5) if self.tells_motors else 1500,
+            flags=(self.motors | self.stop_button << 5) if self.reports_motors else 1500,
             compass=0,
             sonar=(SonarReading(0, 1000), SonarReading(7, 2000)),
         )

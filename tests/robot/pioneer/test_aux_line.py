@@ -106,7 +106,7 @@ def test_reports_go_on_while_an_answer_is_waited_for(robot: Pioneer) -> None:
     assert robot.state.at > before
 
 
-def test_the_ports_speed_is_set_where_that_is_asked_for(
+def test_the_ports_baud_rate_is_set_where_one_is_given(
     robot: Pioneer, scripted: ScriptedRobot
 ) -> None:
     robot.aux(1, baud=9600)

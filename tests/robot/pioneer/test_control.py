@@ -33,7 +33,7 @@ def moving(drive: Drive | None = None, speed: float = 0.3, turning: float = 0.0)
     return drive
 
 
-def test_a_robot_that_is_driven_goes_as_fast_as_it_is_told() -> None:
+def test_a_robot_that_is_driven_goes_as_fast_as_it_is_reported() -> None:
     drive = moving(turning=0.2)
     assert drive.state.turning == pytest.approx(math.radians(11), abs=0.01)
     assert drive.control.problems == ()
@@ -143,9 +143,7 @@ def test_the_first_packets_after_a_gap_are_zeros_never_a_pulse() -> None:
     assert Cause.HELD_UP in causes(drive)
 
 
-def test_a_program_that_was_held_up_while_it_drove_is_told_and_drives_on_only_if_it_says_so() -> (
-    None
-):
+def test_a_program_that_was_held_up_while_driving_drives_on_only_after_clear_stop() -> None:
     drive = moving()
     drive.hang(5.0)
     drive.run(1.0)
@@ -303,7 +301,7 @@ def test_a_low_battery_stops_the_robot_but_a_dip_does_not() -> None:
         drive.control.drive(0.1, 0.0, 0.3, drive.now)
 
 
-def test_a_battery_that_is_not_told_is_not_low() -> None:
+def test_a_battery_that_is_not_reported_is_not_low() -> None:
     drive = Drive(ScriptedRobot(battery=0))
     drive.run(3.0, (0.2, 0.0))
     assert causes(drive) == []
@@ -337,11 +335,11 @@ def test_motors_that_were_switched_off_on_purpose_are_no_problem() -> None:
 
 def old_robot(**changes: object) -> Drive:
     return Drive(
-        ScriptedRobot(model="p2dx", tells_motors=False, **changes)  # type: ignore[arg-type]
+        ScriptedRobot(model="p2dx", reports_motors=False, **changes)  # type: ignore[arg-type]
     )
 
 
-def test_old_firmware_does_not_tell_but_its_behaviour_does() -> None:
+def test_old_firmware_does_not_report_its_motors_but_its_behaviour_shows_them() -> None:
     """There the flags are a servo's pulse width; here 1500, which would say STOP button."""
     drive = old_robot()
     assert drive.state.motors_on is None
@@ -352,13 +350,13 @@ def test_old_firmware_does_not_tell_but_its_behaviour_does() -> None:
 
 
 def test_motors_of_old_firmware_are_taken_to_be_off_after_connecting() -> None:
-    drive = Drive(ScriptedRobot(model="p2dx", tells_motors=False), enabled=False)
+    drive = Drive(ScriptedRobot(model="p2dx", reports_motors=False), enabled=False)
     assert drive.state.motors_on is False
 
 
 def test_a_robot_that_does_not_move_is_said_to_have_its_motors_off() -> None:
     drive = old_robot(enable_works=False)
-    with pytest.raises(DeviceError, match="told to move for"):
+    with pytest.raises(DeviceError, match="commanded to move for"):
         drive.run(4.0, (0.2, 0.0))
     assert causes(drive) == [Cause.NOT_MOVING]
     assert "MOTORS button" in drive.control.problems[0].text
@@ -370,7 +368,7 @@ def test_motors_of_old_firmware_that_go_off_on_the_way_are_said_once() -> None:
     drive = old_robot()
     drive.run(1.0, (0.2, 0.0))
     drive.robot.motors = False
-    with pytest.raises(DeviceError, match="told to move for"):
+    with pytest.raises(DeviceError, match="commanded to move for"):
         drive.run(4.0, (0.2, 0.0))
     drive.run(1.0)
     assert causes(drive) == [Cause.NOT_MOVING]

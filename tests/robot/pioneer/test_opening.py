@@ -62,7 +62,7 @@ def test_the_first_packet_after_open_is_stop() -> None:
     assert machine.received[0].packet.kind in SIP_KINDS
 
 
-def test_firmware_without_config_is_asked_a_bounded_number_of_times() -> None:
+def test_config_is_requested_a_bounded_number_of_times() -> None:
     line = Line(answering(synchronised(configuration=None)))
     machine = opened(line)
     assert (machine.failure, machine.configuration) == (None, None)
@@ -128,7 +128,7 @@ def test_a_reset_while_the_session_is_opened_is_said() -> None:
     assert "reset" in str(machine.failure)
 
 
-def test_a_damaged_config_is_asked_for_again() -> None:
+def test_a_damaged_config_is_requested_again() -> None:
     robot = synchronised()
     damaged = [Packet(0x20, b"Pioneer").to_bytes()]
 

@@ -83,7 +83,7 @@ def test_a_robot_is_connected_driven_and_left_standing_with_its_motors_off() -> 
     assert words[-1] == "CLOSE"
 
 
-def test_everything_that_can_be_asked_is_answered() -> None:
+def test_every_request_is_answered() -> None:
     with Pioneer.connect(ScriptedPort(ScriptedRobot(x=1.25, y=-0.5))) as robot:
         assert robot.encoders() == Encoders(-70000, 123456)
         assert robot.inputs_outputs() == InputsOutputs(b"\x0f", b"\xf0", (512, 3))
@@ -140,7 +140,7 @@ def test_an_exception_in_the_block_stops_the_robot_and_comes_through() -> None:
     assert (scripted.speed, scripted.motors, port.closed) == (0.0, False, True)
 
 
-def test_a_bumper_stops_the_robot_and_the_callback_is_told() -> None:
+def test_a_bumper_stops_the_robot_and_the_callback_is_reported() -> None:
     scripted = ScriptedRobot()
     told: list[Problem] = []
     with Pioneer.connect(ScriptedPort(scripted)) as robot:
@@ -199,7 +199,7 @@ def test_a_port_that_breaks_ends_the_session_and_closing_is_still_clean() -> Non
 def test_a_wait_in_vain_is_a_time_out() -> None:
     with (
         Pioneer.connect(ScriptedPort(ScriptedRobot())) as robot,
-        pytest.raises(DeviceTimeout, match="in vain"),
+        pytest.raises(DeviceTimeout, match="did not reach the awaited state"),
     ):
         robot.wait_for(lambda s: s.speed > 1.0, 0.3)
 
@@ -248,7 +248,7 @@ def test_motors_are_not_switched_on_while_the_stop_button_is_pressed() -> None:
 
 
 def test_old_firmware_is_driven_at_once_after_its_motors_were_switched_on() -> None:
-    scripted = ScriptedRobot(model="p2dx", tells_motors=False)
+    scripted = ScriptedRobot(model="p2dx", reports_motors=False)
     with Pioneer.connect(ScriptedPort(scripted)) as robot:
         robot.enable_motors()
         robot.drive(0.1, 0.0)

@@ -56,7 +56,7 @@ def test_bytes_go_both_ways_over_tcp(server: socket.socket, form: str) -> None:
     port.close()
 
 
-def test_a_read_waits_no_longer_than_it_is_told(server: socket.socket) -> None:
+def test_a_read_waits_no_longer_than_it_is_reported(server: socket.socket) -> None:
     port = open_port("tcp:{}:{}".format(*server.getsockname()))
     try:
         before = time.monotonic()

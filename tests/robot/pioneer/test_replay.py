@@ -60,7 +60,7 @@ def test_a_session_is_decoded_again_to_the_same_states(tmp_path: Path, damage: f
 
 def test_what_was_thought_of_the_motors_of_old_firmware_comes_back_too(tmp_path: Path) -> None:
     path = tmp_path / "traffic.jsonl"
-    live = drive_and_log(path, robot=ScriptedRobot(model="p2dx", tells_motors=False))
+    live = drive_and_log(path, robot=ScriptedRobot(model="p2dx", reports_motors=False))
     again = {s.at: s for s in replayed_states(replay(path))}
     assert {s.motors_on for s in live} == {False, None, True}
     assert [again[s.at] for s in live] == live

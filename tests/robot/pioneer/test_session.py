@@ -58,7 +58,7 @@ def test_a_robot_that_the_watchdog_stopped_does_not_jump_when_a_client_connects(
     assert (fastest, robot.x) == (0.0, where)
 
 
-def test_a_lost_echo_is_asked_for_again() -> None:
+def test_a_lost_echo_is_requested_again() -> None:
     robot = ScriptedRobot()
     lost = {0: 1, 1: 1}
 
@@ -197,7 +197,7 @@ def test_noise_alone_is_said_to_be_noise() -> None:
     assert "no packet of a robot" in str(machine.failure)
 
 
-def test_a_session_that_does_not_close_is_told_from_a_silent_robot() -> None:
+def test_a_session_that_does_not_close_is_distinguished_from_a_silent_robot() -> None:
     report = ScriptedRobot().report().to_packet().to_bytes()
     machine = shake(Line(lambda _data, now, _baud: report if round(now * 100) % 10 == 0 else b""))
     assert isinstance(machine.failure, DeviceError)

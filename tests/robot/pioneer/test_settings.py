@@ -7,10 +7,10 @@ from facetlog.robot.pioneer.commands import command_name
 from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.packet import Packet
-from facetlog.robot.pioneer.settings import make_arrive, own_settings
+from facetlog.robot.pioneer.settings import limit_settings, send_until_confirmed
 from tests.robot.pioneer.scripted import CONFIGURATION
 
-OWN = own_settings(Limits(), CONFIGURATION)
+OWN = limit_settings(Limits(), CONFIGURATION)
 TAKEN = replace(
     CONFIGURATION, speed_max=300, turning_max=30, deceleration=1200, turning_deceleration=120
 )
@@ -24,7 +24,7 @@ def sent(*told: Configuration | None) -> list[list[str]]:
     def send(packets: Sequence[Packet]) -> None:
         rounds.append([command_name(packet) for packet in packets])
 
-    make_arrive(OWN, send, lambda: next(answers))
+    send_until_confirmed(OWN, send, lambda: next(answers))
     return rounds
 
 
@@ -46,7 +46,7 @@ def test_where_config_is_not_answered_all_is_sent_three_times_and_no_more() -> N
     assert sent(None, None) == [ALL] * 3
 
 
-def test_nothing_is_asked_where_there_is_nothing_to_set() -> None:
+def test_nothing_is_requested_where_there_is_nothing_to_set() -> None:
     asked: list[None] = []
-    make_arrive([], lambda _: None, lambda: asked.append(None))
+    send_until_confirmed([], lambda _: None, lambda: asked.append(None))
     assert asked == []

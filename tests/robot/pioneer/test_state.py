@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.pioneer.server_information import ServerInformation, SonarReading
-from facetlog.robot.pioneer.state import StateMaker, tells_motors
+from facetlog.robot.pioneer.state import StateMaker, reports_motors
 from tests.robot.pioneer.scripted import CONFIGURATION
 
 REPORT = ServerInformation(
@@ -64,7 +64,7 @@ def test_flags_are_believed_from_aros_on_only() -> None:
     assert (told.motors_on, told.stop_button, told.charger_power) == (True, True, True)
     old, _ = StateMaker(MODELS["p2dx"]).state(REPORT, 0.0)
     assert (old.motors_on, old.stop_button, old.charger_power) == (None, None, None)
-    new = {name for name, p in MODELS.items() if tells_motors(p)}
+    new = {name for name, p in MODELS.items() if reports_motors(p)}
     assert new == {"p2d8", "p2at8", "p3dx", "p3dx-sh", "p3at", "p3at-sh"}
 
 

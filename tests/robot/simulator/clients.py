@@ -57,7 +57,7 @@ class Client:
         for packet in packets:
             self.firmware.receive(packet.to_bytes(), self.now)
 
-    def tell(self, command: Command, value: int | None = None) -> None:
+    def command(self, command: Command, value: int | None = None) -> None:
         packet = plain_command(command) if value is None else integer_command(command, value)
         self.say(packet)
 
@@ -73,7 +73,7 @@ class Client:
         """The same, with a PULSE every half second as clients send it."""
         found: list[Packet] = []
         while seconds > 1e-9:
-            self.tell(Command.PULSE)
+            self.command(Command.PULSE)
             found += self.wait(min(seconds, 0.5))
             seconds -= 0.5
         return found
@@ -82,9 +82,9 @@ class Client:
         for number in range(3):
             self.say(Packet(number))
             assert [packet.kind for packet in self.wait(0.01)] == [number]
-        self.tell(Command.OPEN)
+        self.command(Command.OPEN)
         if motors:
-            self.tell(Command.ENABLE, 1)
+            self.command(Command.ENABLE, 1)
         return self
 
     def report(self) -> ServerInformation:

@@ -47,31 +47,31 @@ def answers(packets: list[Packet]) -> list[Packet]:
 
 
 @pytest.mark.parametrize(("number", "send", "ask", "kind"), PORTS)
-def test_bytes_go_out_at_once_and_come_back_when_asked_for(
+def test_bytes_go_out_at_once_and_come_back_on_request(
     number: int, send: Command, ask: Command, kind: int
 ) -> None:
     client, parrot = with_parrot(number)
-    client.tell(ask, 0)
+    client.command(ask, 0)
     client.say(text_command(send, b"\x81\x00\x09\xff"))
     assert parrot.heard == b"\x81\x00\x09\xff"
     assert answers(client.wait(0.3)) == []
-    client.tell(ask, 4)
+    client.command(ask, 4)
     assert answers(client.wait(0.05)) == [Packet(kind, b"\x81\x00\x09\xff")]
 
 
 def test_asking_before_sending_works_as_well() -> None:
     client, _ = with_parrot()
-    client.tell(Command.GETAUX, 3)
+    client.command(Command.GETAUX, 3)
     client.say(text_command(Command.TTY2, b"abc"))
     assert answers(client.wait(0.05)) == [Packet(0xB0, b"abc")]
 
 
 def test_an_answer_comes_in_chunks_and_only_once_each_is_complete() -> None:
     client, _ = with_parrot()
-    client.tell(Command.GETAUX, 6)
+    client.command(Command.GETAUX, 6)
     client.say(text_command(Command.TTY2, b"abcdefghij"))
     assert answers(client.wait(0.05)) == [Packet(0xB0, b"abcdef")]
-    client.tell(Command.GETAUX, 5)
+    client.command(Command.GETAUX, 5)
     assert answers(client.wait(0.5)) == []
     client.say(text_command(Command.TTY2, b"k"))
     assert answers(client.wait(0.05)) == [Packet(0xB0, b"ghijk")]
@@ -79,37 +79,37 @@ def test_an_answer_comes_in_chunks_and_only_once_each_is_complete() -> None:
 
 def test_getaux_arms_one_answer_only() -> None:
     client, _ = with_parrot()
-    client.tell(Command.GETAUX, 2)
+    client.command(Command.GETAUX, 2)
     client.say(text_command(Command.TTY2, b"abcd"))
     assert len(answers(client.wait(1.0))) == 1
 
 
-def test_getaux_0_forgets_what_came_and_what_was_asked_for() -> None:
+def test_getaux_0_clears_the_buffer_and_the_request() -> None:
     client, _ = with_parrot()
     client.say(text_command(Command.TTY2, b"old"))
     client.wait(0.1)
-    client.tell(Command.GETAUX, 8)
-    client.tell(Command.GETAUX, 0)
+    client.command(Command.GETAUX, 8)
+    client.command(Command.GETAUX, 0)
     client.say(text_command(Command.TTY2, b"new"))
     assert answers(client.wait(0.2)) == []
-    client.tell(Command.GETAUX, 3)
+    client.command(Command.GETAUX, 3)
     assert answers(client.wait(0.2)) == [Packet(0xB0, b"new")]
 
 
 def test_reports_come_between_while_an_answer_is_waited_for() -> None:
     client, _ = with_parrot()
-    client.tell(Command.GETAUX, 3)
+    client.command(Command.GETAUX, 3)
     assert [packet.kind for packet in client.wait(0.5)] == [0x32] * 5
 
 
 def test_at_another_speed_the_device_is_not_understood() -> None:
     client, parrot = with_parrot()
-    client.tell(Command.AUX1BAUD, 2)
-    client.tell(Command.GETAUX, 3)
+    client.command(Command.AUX1BAUD, 2)
+    client.command(Command.GETAUX, 3)
     client.say(text_command(Command.TTY2, b"abc"))
     assert answers(client.wait(0.2)) == []
     assert parrot.heard == b""
-    client.tell(Command.AUX1BAUD, 0)
+    client.command(Command.AUX1BAUD, 0)
     client.say(text_command(Command.TTY2, b"abc"))
     assert answers(client.wait(0.2)) == [Packet(0xB0, b"abc")]
 
@@ -117,7 +117,7 @@ def test_at_another_speed_the_device_is_not_understood() -> None:
 def test_a_silent_device_neither_hears_nor_answers() -> None:
     client, parrot = with_parrot()
     client.firmware.ports[0].silent = True
-    client.tell(Command.GETAUX, 3)
+    client.command(Command.GETAUX, 3)
     client.say(text_command(Command.TTY2, b"abc"))
     assert answers(client.wait(1.0)) == []
     assert parrot.heard == b""
@@ -125,7 +125,7 @@ def test_a_silent_device_neither_hears_nor_answers() -> None:
 
 def test_a_port_without_a_device_says_nothing() -> None:
     client, _ = with_parrot()
-    client.tell(Command.GETAUX2, 1)
+    client.command(Command.GETAUX2, 1)
     client.say(text_command(Command.TTY3, b"a"))
     assert answers(client.wait(1.0)) == []
 
@@ -135,9 +135,9 @@ def test_the_buffer_of_a_port_is_finite_and_large_requests_are_cut() -> None:
     for _ in range(4):
         client.say(text_command(Command.TTY2, bytes(100)))
     client.wait(0.1)
-    client.tell(Command.GETAUX, 250)
+    client.command(Command.GETAUX, 250)
     assert [len(packet.payload) for packet in answers(client.wait(0.1))] == [200]
-    client.tell(Command.GETAUX, 57)
+    client.command(Command.GETAUX, 57)
     assert answers(client.wait(0.5)) == []
-    client.tell(Command.GETAUX, 56)
+    client.command(Command.GETAUX, 56)
     assert [len(packet.payload) for packet in answers(client.wait(0.1))] == [56]

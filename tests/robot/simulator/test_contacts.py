@@ -19,14 +19,14 @@ BLOCK = cuboid(0.2, 0.2, 0.2)
 
 def against(block: Solid, speed: int = 200, model: str = "p3dx") -> Client:
     client = connected(make_firmware(model, block))
-    client.tell(Command.VEL, speed)
+    client.command(Command.VEL, speed)
     client.wait_pulsing(6.0)
     return client
 
 
 def until_touched(client: Client) -> None:
     for _ in range(100):
-        client.tell(Command.PULSE)
+        client.command(Command.PULSE)
         if client.report().front_bumpers:
             return
     pytest.fail("no bumper was pressed")
@@ -56,12 +56,12 @@ def test_without_bumpstall_a_stall_takes_half_a_second_with_it_it_comes_at_once(
     times = {}
     for stalls in (0, 3):
         client = connected(make_firmware("p3dx", placed(BLOCK, 0.8, 0.0)))
-        client.tell(Command.BUMPSTALL, stalls)
-        client.tell(Command.VEL, 200)
+        client.command(Command.BUMPSTALL, stalls)
+        client.command(Command.VEL, 200)
         until_touched(client)
         touched = client.now
         for _ in range(20):
-            client.tell(Command.PULSE)
+            client.command(Command.PULSE)
             if client.report().stall_left:
                 break
         times[stalls] = client.now - touched
@@ -72,7 +72,7 @@ def test_without_bumpstall_a_stall_takes_half_a_second_with_it_it_comes_at_once(
 @pytest.mark.parametrize(("model", "stalls"), [("p2dx", False), ("p3dx", True)])
 def test_bumpers_stall_by_themselves_from_aros_on(model: str, stalls: bool) -> None:
     client = connected(make_firmware(model, placed(BLOCK, 0.8, 0.0)))
-    client.tell(Command.VEL, 200)
+    client.command(Command.VEL, 200)
     until_touched(client)
     assert client.firmware.drive.contacts.stalled == stalls
 
@@ -80,12 +80,12 @@ def test_bumpers_stall_by_themselves_from_aros_on(model: str, stalls: bool) -> N
 def test_it_can_drive_away_from_what_it_touches_and_turn_at_it() -> None:
     client = against(placed(BLOCK, 0.8, 0.0))
     touched = client.truth.x
-    client.tell(Command.VEL, 0)
-    client.tell(Command.RVEL, 20)
+    client.command(Command.VEL, 0)
+    client.command(Command.RVEL, 20)
     client.wait_pulsing(2.0)
     assert client.truth.heading > math.radians(30)
-    client.tell(Command.RVEL, 0)
-    client.tell(Command.VEL, -200)
+    client.command(Command.RVEL, 0)
+    client.command(Command.VEL, -200)
     client.wait_pulsing(3.0)
     assert client.truth.x < touched - 0.2
     report = client.report()
@@ -157,10 +157,10 @@ def test_no_drive_takes_the_robot_into_a_solid(heading: float, speed: int, turni
     ]
     client = connected(make_firmware("p3dx", *ring, start=Truth(0.0, 0.0, heading)))
     obstacles = Obstacles.of(tuple(ring), radius=RADIUS, height=0.24)
-    client.tell(Command.VEL, speed)
-    client.tell(Command.RVEL, turning)
+    client.command(Command.VEL, speed)
+    client.command(Command.RVEL, turning)
     for _ in range(12):
-        client.tell(Command.PULSE)
+        client.command(Command.PULSE)
         client.wait(0.25)
         found = obstacles.nearest(client.truth.x, client.truth.y)
         assert found is not None

@@ -14,15 +14,15 @@ TRACK = 0.35
 
 def driven(errors: MotionErrors, seed: int = 0, way: int = 2000) -> Client:
     client = connected(make_firmware("p3dx", errors=errors, seed=seed))
-    client.tell(Command.MOVE, way)
+    client.command(Command.MOVE, way)
     client.wait_pulsing(way / 300 + 4.0)
     return client
 
 
 def test_without_errors_odometry_is_the_truth() -> None:
     client = connected(make_firmware())
-    client.tell(Command.VEL, 300)
-    client.tell(Command.RVEL, 20)
+    client.command(Command.VEL, 300)
+    client.command(Command.RVEL, 20)
     client.wait_pulsing(20.0)
     odometry, truth = client.firmware.drive.odometry, client.truth
     assert (truth.x, truth.y, truth.heading) == pytest.approx(
@@ -32,12 +32,12 @@ def test_without_errors_odometry_is_the_truth() -> None:
 
 def test_a_circle_has_the_radius_of_speed_over_turning() -> None:
     client = connected(make_firmware())
-    client.tell(Command.VEL, 200)
-    client.tell(Command.RVEL, 20)
+    client.command(Command.VEL, 200)
+    client.command(Command.RVEL, 20)
     client.wait_pulsing(3.0)
     places = []
     for _ in range(60):
-        client.tell(Command.PULSE)
+        client.command(Command.PULSE)
         client.wait(0.3)
         places.append((client.truth.x, client.truth.y))
     x, y = np.array(places).T
@@ -60,7 +60,7 @@ def test_larger_wheels_go_further_than_they_count() -> None:
 
 def test_a_wider_track_turns_less_than_it_counts() -> None:
     client = connected(make_firmware(errors=MotionErrors(track=0.05)))
-    client.tell(Command.HEAD, 170)
+    client.command(Command.HEAD, 170)
     client.wait_pulsing(6.0)
     assert math.degrees(client.truth.heading) == pytest.approx(170 / 1.05, abs=0.2)
 
@@ -94,7 +94,7 @@ def test_the_way_does_not_depend_on_how_often_it_is_looked_at() -> None:
     ends = []
     for pause in (0.5, 0.013):
         client = connected(make_firmware(errors=errors))
-        client.tell(Command.VEL, 300)
+        client.command(Command.VEL, 300)
         begun = client.now
         while client.now < begun + 1.9:
             client.wait(min(pause, begun + 1.9 - client.now))

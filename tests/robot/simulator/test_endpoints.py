@@ -93,7 +93,7 @@ def test_a_client_that_does_not_read_does_not_stop_the_robot(tcp: TcpEndpoint) -
             tcp.write(bytes(10_000), 0.0, BAUD)
 
 
-def test_a_port_in_use_is_told_in_one_line(tcp: TcpEndpoint) -> None:
+def test_a_port_in_use_is_reported_in_one_line(tcp: TcpEndpoint) -> None:
     address = tcp.address.removeprefix("tcp:")
     with pytest.raises(DeviceError, match=f"{address} is in use: .*another --listen"):
         TcpEndpoint(address, OPTION)

@@ -47,10 +47,10 @@ class Driver:
         self.reports: list[ServerInformation] = []
         self.others: list[Packet] = []
         for kind in (0, 1, 2, Command.OPEN):
-            self.tell(plain_command(Command(kind)), 0.02)
-        self.tell(integer_command(Command.ENABLE, 1), 0.0)
+            self.command(plain_command(Command(kind)), 0.02)
+        self.command(integer_command(Command.ENABLE, 1), 0.0)
 
-    def tell(self, packet: Packet, seconds: float) -> int:
+    def command(self, packet: Packet, seconds: float) -> int:
         """How many packets came in the seconds after it was sent."""
         self.simulation.receive(packet.to_bytes(), self.now)
         return self.listen(seconds)
@@ -68,7 +68,7 @@ class Driver:
     def hold(self, speed: int, seconds: float) -> None:
         end = self.now + seconds
         while self.now < end - 1e-9:
-            self.tell(integer_command(Command.VEL, speed), 0.1)
+            self.command(integer_command(Command.VEL, speed), 0.1)
 
     def inject(self, kind: FaultKind, **values: float | bool) -> None:
         self.simulation.inject(Fault(kind, **values), self.now)  # type: ignore[arg-type]
@@ -179,14 +179,14 @@ def test_a_link_frozen_for_longer_than_the_watchdog_stops_it_and_then_lets_it_go
     driver.inject(FaultKind.FROZEN, seconds=4.0)
     driver.listen(3.9)
     assert driver.speed == 0.0
-    driver.tell(plain_command(Command.PULSE), 1.5)
+    driver.command(plain_command(Command.PULSE), 1.5)
     assert driver.speed == pytest.approx(0.3)
 
 
 def test_late_bytes_come_when_they_are_due() -> None:
     driver = Driver()
     driver.inject(FaultKind.LATE, rate=1.0, delay=0.25)
-    driver.tell(integer_command(Command.VEL, 300), 0.24)
+    driver.command(integer_command(Command.VEL, 300), 0.24)
     assert driver.speed == 0.0
     driver.listen(0.26)
     assert driver.speed > 0.05
@@ -225,12 +225,12 @@ def test_low_battery_stall_and_buttons_are_seen_in_the_reports() -> None:
     driver.hold(200, 1.0)
     assert driver.reports[-1].flags & 1 == 0
     assert driver.speed == 0.0
-    driver.tell(integer_command(Command.ENABLE, 1), 0.0)
+    driver.command(integer_command(Command.ENABLE, 1), 0.0)
     driver.inject(FaultKind.STOP_BUTTON)
-    driver.tell(integer_command(Command.ENABLE, 1), 0.2)
+    driver.command(integer_command(Command.ENABLE, 1), 0.2)
     assert driver.reports[-1].flags & 0b100001 == 0b100000
     driver.inject(FaultKind.STOP_BUTTON, on=False)
-    driver.tell(integer_command(Command.ENABLE, 1), 0.2)
+    driver.command(integer_command(Command.ENABLE, 1), 0.2)
     assert driver.reports[-1].flags & 0b100001 == 1
 
 
@@ -272,7 +272,7 @@ def test_a_silent_head_neither_hears_nor_answers_at_either_port() -> None:
         assert said(simulation, port, 9.0) == b"abc"
 
 
-def test_the_camera_is_told_of_its_faults() -> None:
+def test_the_camera_gets_its_faults() -> None:
     simulation = Simulation(WorldSetup(head=HeadSetup(kind="none")))
     simulation.inject(Fault(FaultKind.CAMERA_FROZEN), 1.0)
     simulation.inject(Fault(FaultKind.CAMERA_SILENT, seconds=1.0), 1.0)

@@ -37,14 +37,14 @@ def test_no_report_is_sent_before_open(client: Client) -> None:
         client.say(Packet(number))
     client.wait(0.0)
     assert client.wait(1.0) == []
-    client.tell(Command.OPEN)
+    client.command(Command.OPEN)
     assert len(client.wait(1.0)) == 10
 
 
 def test_open_with_an_argument_opens_too(client: Client) -> None:
     for number in range(3):
         client.say(Packet(number))
-    client.tell(Command.OPEN, 1)
+    client.command(Command.OPEN, 1)
     client.wait(0.0)
     assert len(client.wait(0.5)) == 5
 
@@ -53,7 +53,7 @@ def test_a_repeated_sync_is_echoed_again(client: Client) -> None:
     for number in (0, 0, 1, 1, 2, 2):
         client.say(Packet(number))
         assert [packet.kind for packet in client.wait(0.05)] == [number]
-    client.tell(Command.OPEN)
+    client.command(Command.OPEN)
     assert client.firmware.opened
 
 
@@ -73,7 +73,7 @@ def test_a_sync_left_out_loses_the_count(client: Client) -> None:
 
 
 def test_an_open_that_comes_too_early_is_not_taken_for_a_sync(client: Client) -> None:
-    client.tell(Command.OPEN, 1)
+    client.command(Command.OPEN, 1)
     assert client.wait(0.05) == []
     client.open()
 
@@ -109,7 +109,7 @@ def test_a_sync_within_a_session_is_a_pulse_and_is_not_answered() -> None:
 
 def test_close_ends_reports_and_motors_and_goes_back_to_the_syncs() -> None:
     client = connected(make_firmware())
-    client.tell(Command.VEL, 300)
+    client.command(Command.VEL, 300)
     client.wait(1.0)
     client.say(plain_command(Command.CLOSE))
     client.wait(0.0)
@@ -122,11 +122,11 @@ def test_close_ends_reports_and_motors_and_goes_back_to_the_syncs() -> None:
 
 def test_after_a_power_cycle_the_session_is_gone_and_the_robot_says_so() -> None:
     client = connected(make_firmware())
-    client.tell(Command.VEL, 300)
+    client.command(Command.VEL, 300)
     client.wait(1.0)
     client.firmware.power_cycle(client.now)
     assert client.wait(BOOT_SECONDS / 2) == []
-    client.tell(Command.VEL, 300)
+    client.command(Command.VEL, 300)
     assert client.wait(BOOT_SECONDS) == [Packet(0xFF)]
     assert client.speed == 0.0
     assert client.firmware.drive.odometry.x == 0.0
@@ -135,6 +135,6 @@ def test_after_a_power_cycle_the_session_is_gone_and_the_robot_says_so() -> None
 
 def test_the_reset_command_restarts_the_robot() -> None:
     client = connected(make_firmware())
-    client.tell(Command.RESET)
+    client.command(Command.RESET)
     client.wait(0.0)
     assert client.wait(BOOT_SECONDS + 0.1) == [Packet(0xFF)]

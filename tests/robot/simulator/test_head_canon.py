@@ -98,7 +98,7 @@ def test_nothing_moves_before_the_line_has_the_control(model: CanonModel) -> Non
     assert talk.ask(INITIALIZE) == MODE
 
 
-def test_a_c50i_is_switched_on_and_finds_its_middle_only_when_told() -> None:
+def test_a_c50i_is_switched_on_and_homes_only_when_commanded() -> None:
     talk = Talk(CanonHead(VC_C50I))
     assert talk.ask(POWER_ON) == MODE
     assert talk.ask(CONTROL) == OK
@@ -171,7 +171,7 @@ def test_what_it_cannot_do_is_a_parameter_error(frame: bytes) -> None:
     assert talk.place() == (0, 0)
 
 
-def test_it_tells_its_limits_and_settings() -> None:
+def test_it_reports_its_limits_and_settings() -> None:
     talk = ready(VC_C50I)
     limits = {b"0": b"7C87", b"1": b"8379", b"2": b"7EF5", b"3": b"8320"}
     for which, expected in limits.items():

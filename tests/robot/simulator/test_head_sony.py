@@ -57,7 +57,7 @@ def test_a_move_is_acknowledged_and_completed_when_it_stands_there() -> None:
 
 
 @pytest.mark.parametrize(("speed", "degrees_a_second"), [(1, 3.33), (0x0C, 40), (0x18, 80)])
-def test_it_pans_at_the_speed_that_was_asked_for(speed: int, degrees_a_second: float) -> None:
+def test_it_pans_at_the_commanded_speed(speed: int, degrees_a_second: float) -> None:
     talk = Talk()
     talk.say(to_bytes(AbsoluteMove(-0x370, 0, pan_speed=speed)).hex())
     talk.now += 1.0
@@ -65,7 +65,7 @@ def test_it_pans_at_the_speed_that_was_asked_for(speed: int, degrees_a_second: f
 
 
 @pytest.mark.parametrize(("speed", "degrees_a_second"), [(1, 2.5), (0x14, 50)])
-def test_it_tilts_at_the_speed_that_was_asked_for(speed: int, degrees_a_second: float) -> None:
+def test_it_tilts_at_the_commanded_speed(speed: int, degrees_a_second: float) -> None:
     talk = Talk()
     talk.say(to_bytes(AbsoluteMove(0, 0x12C, tilt_speed=speed)).hex())
     talk.now += 0.2

@@ -22,19 +22,19 @@ def client() -> Client:
 
 def test_motors_are_off_after_connecting_and_vel_is_ignored() -> None:
     client = connected(make_firmware(), motors=False)
-    client.tell(Command.VEL, 300)
+    client.command(Command.VEL, 300)
     client.wait(0.5)
-    client.tell(Command.ENABLE, 1)
+    client.command(Command.ENABLE, 1)
     client.wait(1.0)
     assert client.truth.x == 0.0
-    client.tell(Command.VEL, 300)
+    client.command(Command.VEL, 300)
     client.wait(1.0)
     assert client.truth.x > 0.1
 
 
 @pytest.mark.parametrize("speed", [200, -200])
-def test_vel_accelerates_to_the_speed_asked_for_and_no_faster(client: Client, speed: int) -> None:
-    client.tell(Command.VEL, speed)
+def test_vel_accelerates_to_the_commanded_speed_and_no_faster(client: Client, speed: int) -> None:
+    client.command(Command.VEL, speed)
     client.wait(0.4)
     assert client.speed == pytest.approx(math.copysign(0.4 * ACCELERATION, speed), abs=2e-3)
     client.wait(1.0)
@@ -46,7 +46,7 @@ def test_vel_accelerates_to_the_speed_asked_for_and_no_faster(client: Client, sp
 def test_rvel_turns_counter_clockwise_if_positive(
     client: Client, command: Command, turning: int
 ) -> None:
-    client.tell(command, turning)
+    client.command(command, turning)
     client.wait(1.0)
     assert math.degrees(client.turning) == pytest.approx(turning)
     # 0.2 s of acceleration at 100 degrees/s², then 0.8 s
@@ -54,8 +54,8 @@ def test_rvel_turns_counter_clockwise_if_positive(
 
 
 @pytest.mark.parametrize("way", [300, 1000, -300, -1000, 3])
-def test_move_goes_the_way_asked_for(client: Client, way: int) -> None:
-    client.tell(Command.MOVE, way)
+def test_move_goes_the_commanded_distance(client: Client, way: int) -> None:
+    client.command(Command.MOVE, way)
     client.wait_pulsing(8.0)
     assert client.speed == 0.0
     assert client.truth.x == pytest.approx(way / 1e3, abs=1e-3)
@@ -63,7 +63,7 @@ def test_move_goes_the_way_asked_for(client: Client, way: int) -> None:
 
 def test_move_is_unknown_to_the_pioneer_1() -> None:
     client = connected(make_firmware("pion1m"))
-    client.tell(Command.MOVE, 300)
+    client.command(Command.MOVE, 300)
     client.wait_pulsing(3.0)
     assert client.truth.x == 0.0
 
@@ -72,24 +72,24 @@ def test_move_is_unknown_to_the_pioneer_1() -> None:
 def test_head_turns_to_a_heading_the_shorter_way(
     client: Client, asked: int, reached: float
 ) -> None:
-    client.tell(Command.HEAD, asked)
+    client.command(Command.HEAD, asked)
     seen = []
     for _ in range(60):
-        client.tell(Command.PULSE)
+        client.command(Command.PULSE)
         client.wait(0.1)
         seen.append(math.degrees(client.truth.heading))
     assert seen[-1] == pytest.approx(reached, abs=0.1)
     assert max(abs(heading) for heading in seen) < abs(reached) + 1.0
 
 
-def test_dhead_is_from_the_present_heading_and_dchead_from_the_one_asked_for(
+def test_dhead_is_from_the_present_heading_and_dchead_from_the_commanded_one(
     client: Client,
 ) -> None:
-    client.tell(Command.DHEAD, 40)
-    client.tell(Command.DCHEAD, 20)
+    client.command(Command.DHEAD, 40)
+    client.command(Command.DCHEAD, 20)
     client.wait_pulsing(4.0)
     assert math.degrees(client.truth.heading) == pytest.approx(60, abs=0.1)
-    client.tell(Command.DHEAD, -45)
+    client.command(Command.DHEAD, -45)
     client.wait_pulsing(4.0)
     assert math.degrees(client.truth.heading) == pytest.approx(15, abs=0.2)
 
@@ -125,23 +125,23 @@ def test_vel2_takes_negative_speeds_in_both_forms(client: Client, packet: Packet
 
 
 def test_setv_limits_the_speed_and_top_limits_setv(client: Client) -> None:
-    client.tell(Command.SETV, 150)
-    client.tell(Command.VEL, 3000)
+    client.command(Command.SETV, 150)
+    client.command(Command.VEL, 3000)
     client.wait_pulsing(2.0)
     assert client.speed == pytest.approx(0.15)
-    client.tell(Command.SETV, 30000)
-    client.tell(Command.VEL, 30000)
+    client.command(Command.SETV, 30000)
+    client.command(Command.VEL, 30000)
     client.wait_pulsing(10.0)
     assert client.speed == pytest.approx(1.5)
 
 
 def test_setrv_limits_both_directions_and_setrvdir_one(client: Client) -> None:
-    client.tell(Command.SETRV, 20)
-    client.tell(Command.SETRVDIR, -10)
-    client.tell(Command.RVEL, 90)
+    client.command(Command.SETRV, 20)
+    client.command(Command.SETRVDIR, -10)
+    client.command(Command.RVEL, 90)
     client.wait_pulsing(1.0)
     assert math.degrees(client.turning) == pytest.approx(20)
-    client.tell(Command.RVEL, -90)
+    client.command(Command.RVEL, -90)
     client.wait_pulsing(1.0)
     assert math.degrees(client.turning) == pytest.approx(-10)
 
@@ -149,24 +149,24 @@ def test_setrv_limits_both_directions_and_setrvdir_one(client: Client) -> None:
 def test_seta_sets_acceleration_by_a_positive_and_deceleration_by_a_negative_number(
     client: Client,
 ) -> None:
-    client.tell(Command.SETA, 100)
-    client.tell(Command.SETA, -600)
-    client.tell(Command.VEL, 300)
+    client.command(Command.SETA, 100)
+    client.command(Command.SETA, -600)
+    client.command(Command.VEL, 300)
     client.wait(1.0)
     assert client.speed == pytest.approx(0.1, abs=2e-3)
     client.wait_pulsing(3.0)
-    client.tell(Command.STOP)
+    client.command(Command.STOP)
     client.wait(0.25)
     assert client.speed == pytest.approx(0.15, abs=5e-3)
 
 
 def test_setra_sets_how_fast_turning_grows_and_falls(client: Client) -> None:
-    client.tell(Command.SETRA, 20)
-    client.tell(Command.SETRA, -200)
-    client.tell(Command.RVEL, 40)
+    client.command(Command.SETRA, 20)
+    client.command(Command.SETRA, -200)
+    client.command(Command.RVEL, 40)
     client.wait(1.0)
     assert math.degrees(client.turning) == pytest.approx(20, abs=0.2)
-    client.tell(Command.RVEL, 0)
+    client.command(Command.RVEL, 0)
     client.wait(0.2)
     assert client.turning == 0.0
 
@@ -175,10 +175,10 @@ def test_stop_keeps_the_motors_on_and_estop_stops_harder() -> None:
     ways = {}
     for command in (Command.STOP, Command.ESTOP, Command.QSTOP):
         client = connected(make_firmware())
-        client.tell(Command.VEL, 300)
+        client.command(Command.VEL, 300)
         client.wait_pulsing(2.0)
         before = client.truth.x
-        client.tell(command)
+        client.command(command)
         client.wait(2.0)
         assert client.speed == 0.0
         assert client.firmware.drive.motors
@@ -188,24 +188,24 @@ def test_stop_keeps_the_motors_on_and_estop_stops_harder() -> None:
     assert ways[Command.ESTOP] == ways[Command.QSTOP] == pytest.approx(0.0225, abs=2e-3)
 
 
-def test_motion_asked_for_during_an_emergency_stop_is_not_heard(client: Client) -> None:
-    client.tell(Command.VEL, 300)
+def test_motion_commands_during_an_emergency_stop_are_ignored(client: Client) -> None:
+    client.command(Command.VEL, 300)
     client.wait(1.0)
-    client.tell(Command.ESTOP)
-    client.tell(Command.VEL, 300)
+    client.command(Command.ESTOP)
+    client.command(Command.VEL, 300)
     client.wait(1.0)
     assert client.speed == 0.0
-    client.tell(Command.VEL, 300)
+    client.command(Command.VEL, 300)
     client.wait(1.0)
     assert client.speed > 0.2
 
 
-def test_enable_0_stops_the_robot_and_forgets_what_was_asked_for(client: Client) -> None:
-    client.tell(Command.VEL, 300)
+def test_enable_0_stops_the_robot_and_clears_its_commands(client: Client) -> None:
+    client.command(Command.VEL, 300)
     client.wait(1.0)
-    client.tell(Command.ENABLE, 0)
+    client.command(Command.ENABLE, 0)
     client.wait(1.0)
-    client.tell(Command.ENABLE, 1)
+    client.command(Command.ENABLE, 1)
     client.wait(1.0)
     assert client.speed == 0.0
 
@@ -214,7 +214,7 @@ def test_seto_takes_the_present_place_as_origin_with_and_without_its_argument(
     client: Client,
 ) -> None:
     for packet in (Packet(Command.SETO), Packet(Command.SETO, b"\x3b")):
-        client.tell(Command.MOVE, 200)
+        client.command(Command.MOVE, 200)
         client.wait_pulsing(3.0)
         assert client.report().x > 300
         client.say(packet)
@@ -223,10 +223,10 @@ def test_seto_takes_the_present_place_as_origin_with_and_without_its_argument(
     assert client.truth.x == pytest.approx(0.4, abs=1e-3)
 
 
-def test_seto_leaves_the_heading_that_was_asked_for_where_it_is(client: Client) -> None:
-    client.tell(Command.HEAD, 90)
+def test_seto_leaves_the_commanded_heading_where_it_is(client: Client) -> None:
+    client.command(Command.HEAD, 90)
     client.wait(1.0)
-    client.tell(Command.SETO)
+    client.command(Command.SETO)
     client.wait_pulsing(4.0)
     assert math.degrees(client.truth.heading) == pytest.approx(90, abs=0.2)
 
@@ -236,15 +236,15 @@ def test_sim_set_pose_moves_the_robot_and_not_its_odometry(client: Client) -> No
     client.say(Packet(Command.SIM_SET_POSE, b"\0" + numbers))
     assert client.report().x == 0
     assert client.truth == Truth(-1.5, 2.5, math.radians(-90))
-    client.tell(Command.SIM_RESET)
+    client.command(Command.SIM_RESET)
     assert client.truth == Truth(0.0, 0.0, 0.0)
 
 
-def test_config_tells_what_was_set(client: Client) -> None:
-    client.tell(Command.SETV, 444)
-    client.tell(Command.SETRA, -33)
+def test_config_reports_the_settings(client: Client) -> None:
+    client.command(Command.SETV, 444)
+    client.command(Command.SETRA, -33)
     client.wait(0.01)
-    client.tell(Command.CONFIG, 1)
+    client.command(Command.CONFIG, 1)
     (packet,) = (p for p in client.wait(0.01) if p.kind == 0x20)
     told = Configuration.from_packet(packet)
     assert told.speed_max == 444
@@ -264,7 +264,7 @@ def test_no_command_makes_the_robot_faster_than_its_top_or_jump(
         if command in placing:
             continue
         before = client.truth
-        client.tell(command, value)
+        client.command(command, value)
         client.wait(0.3)
         assert abs(client.speed) <= 1.5 + 1e-9
         assert abs(client.turning) <= math.radians(300) + 1e-9

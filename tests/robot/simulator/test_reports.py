@@ -34,7 +34,7 @@ def test_the_kind_of_a_report_says_whether_the_robot_moves() -> None:
     client = connected(make_firmware())
     client.wait(0.5)
     assert set(kinds(client.wait(0.5))) == {0x32}
-    client.tell(Command.VEL, 100)
+    client.command(Command.VEL, 100)
     client.wait(0.2)
     assert set(kinds(client.wait(0.5))) == {0x33}
 
@@ -56,17 +56,17 @@ def test_motors_and_stop_button_stand_in_the_flags_from_aros_on() -> None:
     assert client.report().flags & 0b100001 == 0b1
     client.firmware.drive.press_stop_button(client.now, pressed=True)
     assert client.report().flags & 0b100001 == 0b100000
-    client.tell(Command.ENABLE, 1)
+    client.command(Command.ENABLE, 1)
     assert not client.report().flags & 1, "the button is still pressed"
     client.firmware.drive.press_stop_button(client.now, pressed=False)
-    client.tell(Command.ENABLE, 1)
+    client.command(Command.ENABLE, 1)
     assert client.report().flags & 0b100001 == 0b1
 
 
 def test_on_p2os_the_flags_say_nothing_of_the_motors() -> None:
     client = connected(make_firmware("p2dx"))
     on = client.report().flags
-    client.tell(Command.ENABLE, 0)
+    client.command(Command.ENABLE, 0)
     assert client.report().flags == on == 0
 
 
@@ -75,7 +75,7 @@ def test_the_stop_button_stalls_the_wheels_unless_e_stall_is_off() -> None:
     client.firmware.drive.press_stop_button(client.now, pressed=True)
     assert client.report().stall_left
     client = connected(make_firmware("p3dx"))
-    client.tell(Command.E_STALL, 0)
+    client.command(Command.E_STALL, 0)
     client.firmware.drive.press_stop_button(client.now, pressed=True)
     assert not client.report().stall_left
 
@@ -85,10 +85,10 @@ def test_the_stop_button_stalls_the_wheels_unless_e_stall_is_off() -> None:
 def test_odometry_rolls_over_and_differences_modulo_it_add_up(model: str, bits: int) -> None:
     client = connected(make_firmware(model, position_bits=bits))
     unit = client.firmware.drive.parameters.distance
-    client.tell(Command.VEL, -300)
+    client.command(Command.VEL, -300)
     total, before, rolled = 0, 0, False
     for _ in range(200):
-        client.tell(Command.PULSE)
+        client.command(Command.PULSE)
         x = client.report().x
         assert 0 <= x < 1 << bits
         step = (x - before + (1 << bits - 1)) % (1 << bits) - (1 << bits - 1)
@@ -100,11 +100,11 @@ def test_odometry_rolls_over_and_differences_modulo_it_add_up(model: str, bits: 
 
 def test_headings_and_speeds_are_in_the_units_of_the_model() -> None:
     client = connected(make_firmware("p2at"))
-    client.tell(Command.HEAD, 90)
+    client.command(Command.HEAD, 90)
     client.wait_pulsing(5.0)
     assert client.report().heading == 1024
     assert client.report().control == 1024
-    client.tell(Command.VEL, 200)
+    client.command(Command.VEL, 200)
     client.wait_pulsing(2.0)
     report = client.report()
     assert report.left == report.right == 200
@@ -112,7 +112,7 @@ def test_headings_and_speeds_are_in_the_units_of_the_model() -> None:
     assert report.y * 1.32e-3 == pytest.approx(client.truth.y, abs=0.01)
 
 
-def test_battery_is_told_in_tenths_of_a_volt() -> None:
+def test_battery_is_reported_in_tenths_of_a_volt() -> None:
     client = connected(make_firmware())
     client.firmware.battery_v = 11.2
     report = client.report()
@@ -123,22 +123,22 @@ def test_battery_is_told_in_tenths_of_a_volt() -> None:
 def test_encoder_is_sent_once_streamed_and_stopped(value: int) -> None:
     client = connected(make_firmware())
     client.wait(0.05)
-    client.tell(Command.ENCODER, 1)
+    client.command(Command.ENCODER, 1)
     assert kinds(client.wait(0.01)) == [0x90]
     assert 0x90 not in kinds(client.wait(1.0))
-    client.tell(Command.ENCODER, value)
+    client.command(Command.ENCODER, value)
     assert kinds(client.wait(1.0)).count(0x90) == 10
-    client.tell(Command.ENCODER, 0)
+    client.command(Command.ENCODER, 0)
     assert 0x90 not in kinds(client.wait(1.0))
 
 
 def test_encoders_count_both_ways_in_ticks() -> None:
     client = connected(make_firmware(ticks_mm=128))
-    client.tell(Command.MOVE, -500)
+    client.command(Command.MOVE, -500)
     client.wait_pulsing(5.0)
-    client.tell(Command.RVEL, 10)
+    client.command(Command.RVEL, 10)
     client.wait_pulsing(2.0)
-    client.tell(Command.ENCODER, 1)
+    client.command(Command.ENCODER, 1)
     (told,) = (Encoders.from_packet(p) for p in client.wait(0.01) if p.kind == 0x90)
     assert (told.left + told.right) / 2 == pytest.approx(-500 * 128, abs=128)
     turned = client.truth.heading * client.firmware.drive.body.track
@@ -147,24 +147,24 @@ def test_encoders_count_both_ways_in_ticks() -> None:
 
 def test_inputs_and_outputs_are_sent_on_request_and_digout_changes_what_its_mask_says() -> None:
     client = connected(make_firmware())
-    client.tell(Command.DIGOUT, 0x0F0A)
-    client.tell(Command.DIGOUT, 0x03FF)
-    client.tell(Command.IOREQUEST, 1)
+    client.command(Command.DIGOUT, 0x0F0A)
+    client.command(Command.DIGOUT, 0x03FF)
+    client.command(Command.IOREQUEST, 1)
     told = [InputsOutputs.from_packet(p) for p in client.wait(0.01) if p.kind == 0xF0]
     assert [each.digital_out for each in told] == [b"\x0b"]
     assert len(told[0].analog) == 8
     assert client.report().digital_out == 0x0B
-    client.tell(Command.IOREQUEST, 2)
+    client.command(Command.IOREQUEST, 2)
     assert kinds(client.wait(1.0)).count(0xF0) == 10
-    client.tell(Command.IOREQUEST, 0)
+    client.command(Command.IOREQUEST, 0)
     assert 0xF0 not in kinds(client.wait(1.0))
 
 
-def test_sim_stat_tells_the_true_pose_in_amrisims_layout() -> None:
+def test_sim_stat_gives_the_true_pose_in_amrisims_layout() -> None:
     start = Truth(1.25, -0.5, math.radians(-30))
     errors = MotionErrors(left=0.01, right=-0.02)
     client = connected(make_firmware(start=start, errors=errors))
-    client.tell(Command.SIM_STAT, 1)
+    client.command(Command.SIM_STAT, 1)
     (packet,) = (p for p in client.wait(0.01) if p.kind == 0x62)
     data = packet.payload
     assert data[:2] == b"\0\0"
@@ -175,13 +175,13 @@ def test_sim_stat_tells_the_true_pose_in_amrisims_layout() -> None:
     assert struct.unpack_from("<iiii", data, 28) == (0, 0, 0, -1)
     assert struct.unpack_from("<iii", data, 44) == (100_000, -200_000, 0)
     assert len(data) == 56
-    client.tell(Command.SIM_STAT, 2)
+    client.command(Command.SIM_STAT, 2)
     assert kinds(client.wait(1.0)).count(0x62) == 10
 
 
 def test_config_is_complete_and_read_back_by_the_codec() -> None:
     client = connected(make_firmware("p2dx"))
-    client.tell(Command.CONFIG)
+    client.command(Command.CONFIG)
     (packet,) = (p for p in client.wait(0.01) if p.kind == 0x20)
     told = Configuration.from_packet(packet)
     assert (told.robot_class, told.subclass) == ("Pioneer", "p2dx")
@@ -193,12 +193,12 @@ def test_config_is_complete_and_read_back_by_the_codec() -> None:
 def test_every_report_fits_into_a_packet_of_200_bytes() -> None:
     for model in ("p2dx", "p3at-sh"):
         client = connected(make_firmware(model))
-        client.tell(Command.CONFIG)
+        client.command(Command.CONFIG)
         for packet in client.wait(2.0):
             assert len(packet.to_bytes()) <= 200
 
 
-def test_sonars_fire_one_after_the_other_and_each_reading_is_told_once() -> None:
+def test_sonars_fire_one_after_the_other_and_each_reading_is_reported_once() -> None:
     wall = placed(cuboid(0.2, 4.0, 0.5), 2.1, 0.0)
     client = connected(make_firmware("p3dx", wall))
     client.wait(0.05)
@@ -223,9 +223,9 @@ def test_the_first_report_has_only_what_was_measured_since_the_sonars_were_on() 
     client.open()
     # 100 ms at 40 ms a sonar, in two arrays
     assert len(client.report().sonar) == 4
-    client.tell(Command.SONAR, 0)
+    client.command(Command.SONAR, 0)
     client.wait(5.0)
-    client.tell(Command.SONAR, 1)
+    client.command(Command.SONAR, 1)
     assert len(client.report().sonar) <= 6
 
 
@@ -238,9 +238,9 @@ def test_ranges_are_in_the_unit_of_the_model() -> None:
 
 def test_sonar_0_silences_the_sonars_and_polling_chooses_among_them() -> None:
     client = connected(make_firmware())
-    client.tell(Command.SONAR, 0)
+    client.command(Command.SONAR, 0)
     assert client.report().sonar == ()
-    client.tell(Command.SONAR, 1)
+    client.command(Command.SONAR, 1)
     client.say(text_command(Command.POLLING, bytes([3, 5])))
     client.report()
     told = {reading.index for _ in range(5) for reading in client.report().sonar}
@@ -287,18 +287,18 @@ def test_a_command_in_pieces_is_put_together_and_half_a_one_is_given_up() -> Non
     assert client.speed == pytest.approx(0.2)
     client.firmware.receive(data[:5], client.now)
     client.wait(0.2)
-    client.tell(Command.VEL, 0)
+    client.command(Command.VEL, 0)
     client.wait(1.0)
     assert client.speed == 0.0
 
 
 def test_a_garbled_length_does_not_swallow_the_commands_behind_it_for_long() -> None:
     client = connected(make_firmware())
-    client.tell(Command.VEL, 200)
+    client.command(Command.VEL, 200)
     client.wait(1.0)
     client.firmware.receive(bytes.fromhex("FA FB C0 0B 3B"), client.now)
     for _ in range(5):  # a client that repeats its stop every 50 ms
-        client.tell(Command.VEL, 0)
+        client.command(Command.VEL, 0)
         client.wait(0.05)
     client.wait(1.0)
     assert client.speed == 0.0

@@ -23,7 +23,7 @@ from facetlog.robot.pioneer.commands import Command, integer_command, plain_comm
 from facetlog.robot.pioneer.packet import Decoder, Packet
 from facetlog.robot.simulator import web
 from facetlog.robot.simulator.endpoints import PtyEndpoint
-from facetlog.robot.simulator.server import Turn
+from facetlog.robot.simulator.server import ActiveClient
 from facetlog.robot.simulator.simulation import Simulation
 from facetlog.robot.simulator.world_file import HeadSetup, RobotSetup, WorldSetup
 from tests.patience import allowed
@@ -68,7 +68,7 @@ def running() -> Iterator[Running]:
     made.close()
 
 
-def test_a_client_drives_over_tcp_and_the_state_tells_it(running: Running) -> None:
+def test_a_client_drives_over_tcp_and_the_state_shows_it(running: Running) -> None:
     client, line = over_tcp(running)
     with line:
         client.connect()
@@ -146,7 +146,7 @@ def test_a_client_at_the_other_end_does_not_end_the_session_of_the_first() -> No
 def test_another_end_is_heard_once_the_first_one_is_silent() -> None:
     first, second = (PtyEndpoint(np.random.default_rng(0)) for _ in range(2))
     try:
-        turn = Turn([first, second])
+        turn = ActiveClient([first, second])
         assert turn.takes(second, 0.0, 2.0)
         assert not turn.takes(first, 1.9, 2.0)
         assert turn.takes(second, 2.0, 2.0)
@@ -214,7 +214,7 @@ def test_opencv_reads_the_stream_and_each_picture_is_another_exposure(running: R
     assert not any(np.array_equal(a, b) for a, b in pairwise(pictures))
 
 
-def test_a_still_is_exposed_after_it_was_asked_for(running: Running) -> None:
+def test_a_still_is_exposed_after_its_request(running: Running) -> None:
     before = running.picture()
     client, line = over_tcp(running)
     with line:

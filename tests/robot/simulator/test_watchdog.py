@@ -10,7 +10,7 @@ from tests.robot.simulator.clients import Client, connected, make_firmware
 @pytest.fixture
 def client() -> Client:
     client = connected(make_firmware())
-    client.tell(Command.VEL, 300)
+    client.command(Command.VEL, 300)
     return client
 
 
@@ -44,15 +44,15 @@ def test_any_packet_lets_it_go_on_with_the_last_speed(client: Client, packet: Pa
 def test_a_stop_as_first_packet_after_the_gap_keeps_it_standing(client: Client) -> None:
     client.wait(5.0)
     stopped = client.truth
-    client.tell(Command.VEL, 0)
+    client.command(Command.VEL, 0)
     client.wait_pulsing(3.0)
     assert client.truth == stopped
 
 
 def test_a_turn_to_a_heading_goes_on_too() -> None:
     client = connected(make_firmware())
-    client.tell(Command.SETRV, 10)
-    client.tell(Command.HEAD, 90)
+    client.command(Command.SETRV, 10)
+    client.command(Command.HEAD, 90)
     client.wait(4.0)
     assert client.turning == 0.0
     before = client.truth.heading
@@ -76,14 +76,14 @@ def test_pulses_feed_it(client: Client) -> None:
 
 def test_its_time_comes_from_config() -> None:
     client = connected(make_firmware(watchdog_ms=500))
-    client.tell(Command.VEL, 300)
+    client.command(Command.VEL, 300)
     client.wait(2.5)
     assert client.speed == 0.0
 
 
 def test_it_can_be_switched_off() -> None:
     client = connected(make_firmware(watchdog_ms=0))
-    client.tell(Command.VEL, 300)
+    client.command(Command.VEL, 300)
     client.wait(10.0)
     assert client.speed == pytest.approx(0.3)
 
@@ -100,7 +100,7 @@ def test_a_client_that_vanished_leaves_a_standing_robot_and_a_session(client: Cl
     following = Client(client.firmware, now=client.now)
     following.say(Packet(0))
     assert all(packet.kind in (0x32, 0x33) for packet in following.wait(1.0))
-    following.tell(Command.CLOSE)
+    following.command(Command.CLOSE)
     following.wait(1.0)
     standing = client.truth
     following.open()

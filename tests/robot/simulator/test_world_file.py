@@ -100,7 +100,7 @@ def test_everything_can_be_said(tmp_path: Path) -> None:
         ('[head]\nport = "aux4"\n', 2, "head.port: input should be 'aux1', 'aux2', 'aux3' or"),
     ],
 )
-def test_a_fault_is_told_with_file_line_and_key(
+def test_a_fault_is_reported_with_file_line_and_key(
     tmp_path: Path, text: str, line: int, said: str
 ) -> None:
     path = world(tmp_path, text)
@@ -112,7 +112,7 @@ def test_a_fault_is_told_with_file_line_and_key(
     assert "\n" not in message
 
 
-def test_what_is_not_toml_or_not_there_is_told_in_a_line(tmp_path: Path) -> None:
+def test_what_is_not_toml_or_not_there_is_reported_in_a_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"not a TOML file: .*line 1"):
         read_world(world(tmp_path, "[scene\n"))
     with pytest.raises(InputError, match="cannot be read"):

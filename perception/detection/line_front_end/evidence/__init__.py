@@ -1,1 +1,1 @@
-"""What the views say of a surface: its inside by their agreement, its sides by edges."""
+"""Evidence of the views for a surface: photo-consistency inside, edges along its sides."""

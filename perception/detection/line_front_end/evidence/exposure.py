@@ -1,6 +1,6 @@
-"""How much brighter each picture is than the others, by what lies beside 3-D segments.
+"""The relative exposure of each picture, from the grey levels beside 3-D segments.
 
-A camera that exposes each picture by what it sees shows one surface at another level in each.
+A camera with automatic exposure shows the same surface at a different level in each picture.
 """
 
 from collections.abc import Sequence
@@ -24,17 +24,17 @@ __all__ = ["exposures"]
 SAMPLES = 6
 # Medians of rows and columns in turn settle quickly.
 STEPS = 10
-# Pictures were exposed differently if so many times as many places agree when that is allowed for:
-# 2.6 where a camera did so, .97 to 1.11 on 30 sets where none did.
+# Exposures differ if compensating for them makes this many times as many places agree: 2.6 times
+# for a camera with automatic exposure, .97 to 1.11 on 30 sets without.
 BETTER = 1.5
 
 
 def exposures(segments: FloatArray, use: NDArray[np.bool_], views: Sequence[View]) -> FloatArray:
-    """By which factor (V,) each view is brighter than usual.
+    """The factor (V,) by which each view is brighter than usual.
 
-    Of 3-D segments (n, 2, 3), `use` (n, V) tells which view shows which. Medians over places beside
-    them and over views in turn (Tukey's median polish): of a segment at a border one side is
-    background, another in each view, which makes these brighter as often as darker.
+    `use` (n, V) says which view shows which of the 3-D segments (n, 2, 3). Medians over places
+    beside them and over views in turn (Tukey's median polish): at a border one side of a segment is
+    background, a different one in each view, and that is brighter as often as darker.
     """
     levels = _log_levels(segments, use, views)
     levels = levels[np.isfinite(levels).sum(axis=1) > 1]
@@ -54,7 +54,7 @@ def exposures(segments: FloatArray, use: NDArray[np.bool_], views: Sequence[View
 
 
 def _agreeing(levels: FloatArray) -> int:
-    # How many levels (m, V) are those of their surface, but for what light changes with the view.
+    # How many levels (m, V) are those of their surface, up to changes of light with the view.
     apart = np.abs(levels - np.nanmedian(levels, axis=1, keepdims=True))
     return int((apart < AGREES_SDS * LIGHT_SHARE).sum())
 

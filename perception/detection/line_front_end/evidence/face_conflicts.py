@@ -1,5 +1,5 @@
-"""Which faces cannot both be: they share a part of one plane, or one hides what is seen; and which
-touch one another."""
+"""Which faces contradict each other (they overlap in one plane, or one occludes what is seen), and
+which touch."""
 
 from collections.abc import Sequence
 
@@ -14,9 +14,9 @@ __all__ = ["MAX_BLOCKED", "alike", "blocked", "lies_within", "overlap", "touch"]
 
 # Overlap of two coplanar faces, as a share of the smaller.
 MAX_OVERLAP = 0.15
-# Two outlines of one plane are alike when they share this much of what they cover together.
+# Two outlines of one plane are alike from this intersection over union on.
 ALIKE = 0.85
-# Two planes are one within this angle, and as near as the caller says.
+# Two planes are the same within this angle and the distance that the caller gives.
 SAME_PLANE_COSINE = np.cos(np.radians(10.0))
 # Share of the sight lines to what was seen that a face may block.
 MAX_BLOCKED = 0.25
@@ -55,8 +55,8 @@ def blocked(
 ) -> NDArray[np.bool_]:
     """Which sight lines (c, s) from centres (c, 3) to targets (s, 3) a polygon (k, 3) blocks.
 
-    Lines that pass within `margin` of its outline, or end within it of its plane, or go through one
-    of its `holes` (m, 3), go free.
+    Not blocked are lines that pass within `margin` of its outline, end within `margin` of its
+    plane, or go through one of its `holes` (m, 3).
     """
     offset = normal @ corners.mean(axis=0)
     before = centres @ normal - offset  # (c,)

@@ -1,6 +1,6 @@
-"""What the views say of an outline together: its inside by their agreement, its sides by edges.
+"""Evidence of all views for an outline: photo-consistency of its inside, edges along its sides.
 
-Views that something hides are left out, and of the others the parts that something hides.
+Occluded views are left out, and of the others the occluded parts.
 """
 
 from collections.abc import Sequence
@@ -18,12 +18,12 @@ from facetlog.perception.detection.line_front_end.evidence.half_planes import (
     MIN_WEIGHT,
 )
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import FREE_LEVEL
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import (
     BESIDE_PX,
     SAMPLES,
     SideJudge,
 )
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import (
     project_to_views,
@@ -39,19 +39,19 @@ __all__ = ["FaceEvidence", "FaceJudge", "inner_points"]
 MIN_SHARE, MIN_COVERAGE = 0.5, 0.6
 # About so many points inside an outline are compared, and no fewer than this.
 INNER_POINTS, MIN_INNER = 60, 8
-# A view shows the face when it agrees at this share of the points that it sees, and sees so many.
+# A view shows the face when it sees SEEN_SHARE of the points, and agrees at AGREES_SHARE of these.
 AGREES_SHARE, SEEN_SHARE = 0.5, 0.4
 # A view that sees a face less broad than this, px, says nothing of its sides: the edges beside one
 # of them, by which it is judged, are the other.
 MIN_WIDTH_PX = BESIDE_PX[-2]
-# Of true sides some are too faint for any view: so much speaks against a side at most.
-FAINT_PRICE = float(np.log(1e3))
+# Some true sides are too faint for any view: the evidence against a side is limited to this.
+FAINT_PENALTY = float(np.log(1e3))
 # A surface goes on beyond a side where most of what lies there agrees at odds of 20 to 1, and half
-# as well as the inside does. An edge within a surface may be print: it is worth half a border, and
-# where there is none, there is no border either.
+# as well as the inside does. An edge within a surface may be texture: it counts half as much as a
+# border, and where there is none, there is no border either.
 GOES_ON_SHARE, GOES_ON_RATIO, GOES_ON_AS_INSIDE = 0.8, float(np.log(20.0)), 0.5
-PRINT_WORTH = 0.5
-# What shows a face is the ground if that explains more than a third of it better.
+TEXTURE_SHARE = 0.5
+# A supposed face is the ground if the ground explains more than a third of its pixels better.
 MOST_GROUND = 1 / 3
 
 
@@ -76,7 +76,7 @@ class FaceEvidence:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Inside:
-    # What `FaceEvidence` has of an outline's inside, and the views (v,) that show it.
+    # The part of `FaceEvidence` about an outline's inside, and the views (v,) that show it.
     ratio: FloatArray
     inside: float
     consistent: float
@@ -88,9 +88,9 @@ class _Inside:
 class FaceJudge:
     """Judges outlines by all views."""
 
-    def __init__(self, witnesses: Witnesses, sides: SideJudge, ground: Ground | None) -> None:
-        self._witnesses = witnesses
-        self._weight = witnesses.weight
+    def __init__(self, photos: PhotometricViews, sides: SideJudge, ground: Ground | None) -> None:
+        self._photos = photos
+        self._weight = photos.weight
         self._sides = sides
         self._ground = ground
 
@@ -103,8 +103,8 @@ class FaceJudge:
     ) -> FaceEvidence | None:
         """Evidence for a polygon (k, 3) seen from the side that its normal points to.
 
-        None where too few views face it, its inside speaks against it, too little of its sides is
-        covered, or these cannot be worth more than `least`. `taken` as in `RegionFinder.outlines`.
+        None where too few views face it, its inside contradicts it, too little of its sides is
+        covered, or their score cannot exceed `least`. `taken` as in `RegionFinder.outlines`.
         """
         found = self._inside(corners, normal, taken)
         along = None if found is None else self._along(found, corners, normal, taken, least)
@@ -132,7 +132,7 @@ class FaceJudge:
     def _inside(
         self, corners: FloatArray, normal: FloatArray, taken: Sequence[NDArray[np.uint8]]
     ) -> _Inside | None:
-        views = self._witnesses.facing(corners.mean(axis=0), normal)
+        views = self._photos.facing(corners.mean(axis=0), normal)
         views = views[self._widths(views, corners) > MIN_WIDTH_PX]
         weight = self._weight[views]
         if weight.sum() < MIN_WEIGHT:
@@ -140,7 +140,7 @@ class FaceJudge:
         points = inner_points(corners, normal)
         if len(points) < MIN_INNER:
             return None
-        result, seen = self._witnesses.agree(views, points, taken)
+        result, seen = self._photos.agree(views, points, taken)
         in_sight = seen.mean(axis=1) > SEEN_SHARE
         shows = in_sight & (result.agrees.sum(axis=1) > AGREES_SHARE * seen.sum(axis=1))
         share = float(weight[shows].sum() / max(weight[in_sight].sum(), 1e-300))
@@ -158,34 +158,34 @@ class FaceJudge:
         evidence: FaceEvidence,
         taken: Sequence[NDArray[np.uint8]],
     ) -> bool:
-        """Whether the pixels that show a face (k, 3) rather show the ground behind it.
+        """Whether the pixels that show a face (k, 3) are better explained by the ground behind it.
 
         A pattern of the ground repeats itself: some views see one tile where others see the next;
         and one sees through between legs. So each view's pixels are compared with the ground that
-        they would show, whose level those other views tell that see it past the face; or all
-        others, for a price, since they may see the face there. The face's own `evidence` and
-        `taken` as in `judge`.
+        they would show, whose level is taken from the other views that see it past the face; or
+        from all others, with a penalty, since they may see the face there. The face's own
+        `evidence` and `taken` as in `judge`.
         """
         ground = self._ground
         if ground is None:
             return False
-        witnesses, weight = self._witnesses, self._weight
+        photos, weight = self._photos, self._weight
         everyone, showing = np.arange(len(weight)), np.nonzero(evidence.shown)[0]
         by_ground = np.zeros((2, len(evidence.points)))
         for k in showing.tolist():
-            points, meets = ground.behind(witnesses.centres[k], evidence.points)
+            points, meets = ground.behind(photos.centres[k], evidence.points)
             others = everyone[everyone != k]
-            past = ~blocked(corners, normal, points, witnesses.centres[others])
-            agreements = witnesses.agree_if_clear(others, points, taken, past)
+            past = ~blocked(corners, normal, points, photos.centres[others])
+            agreements = photos.agree_if_clear(others, points, taken, past)
             for total, found in zip(by_ground, agreements, strict=True):
-                ratio = witnesses.known_surface(k, points, found.level)
+                ratio = photos.known_surface(k, points, found.level)
                 total += weight[k] * np.where(meets & (found.ratio > 0), ratio, 0.0)
         best = np.maximum(by_ground[0], by_ground[1] - FREE_LEVEL)
         return bool((best > evidence.ratio).mean() > MOST_GROUND)
 
     def _widths(self, views: NDArray[np.intp], corners: FloatArray) -> FloatArray:
-        # How broad a polygon (k, 3) looks in the chosen views (v,), px: a sliver's width.
-        uv, depth = project_to_views(self._witnesses.projections[views], corners)
+        # How broad a polygon (k, 3) appears in the chosen views (v,), px: a sliver's width.
+        uv, depth = project_to_views(self._photos.projections[views], corners)
         following = np.roll(uv, -1, axis=1)
         twice = uv[..., 0] * following[..., 1] - uv[..., 1] * following[..., 0]
         round_it = np.linalg.norm(following - uv, axis=-1).sum(axis=1)
@@ -206,7 +206,7 @@ class FaceJudge:
         length = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
         # Where the inside next to a side is hidden, or taken by another face, so is the side.
         samples, inwards = self._inwards(views, sides, normal)
-        within, seen = self._witnesses.agree(views, (samples + inwards).reshape(-1, 3), taken)
+        within, seen = self._photos.agree(views, (samples + inwards).reshape(-1, 3), taken)
         bare = within.agrees | (seen & (within.ratio <= 0))
         edges = self._sides.evidence(views, sides, bare.reshape(len(views), len(sides), SAMPLES))
         weight = self._weight[views]
@@ -214,36 +214,36 @@ class FaceJudge:
         possible = float(weight @ edges.there.sum(axis=2) @ length)
         coverage = hit / max(possible, 1e-300)
         ratio = weight @ edges.ratio
-        faint = np.maximum(ratio, -FAINT_PRICE)
-        # What lies beyond can only speak against a side: most outlines are refused without it.
+        faint = np.maximum(ratio, -FAINT_PENALTY)
+        # What lies beyond can only lower the score: most outlines are rejected without it.
         if coverage < MIN_COVERAGE or faint.sum() <= least:
             return None
 
         beyond = (samples - inwards).reshape(-1, 3)
-        surface, _ = self._witnesses.agree(views, beyond, taken)
+        surface, _ = self._photos.agree(views, beyond, taken)
         same = surface.ratio > max(GOES_ON_RATIO, GOES_ON_AS_INSIDE * found.inside)
         if self._ground is not None:
             same &= self._ground.above(beyond) > 0
         goes_on = same.reshape(len(sides), SAMPLES).mean(axis=1) > GOES_ON_SHARE
 
-        printed = np.where(ratio > 0, PRINT_WORTH * ratio, ratio)
-        return float(np.where(goes_on, printed, faint).sum()), coverage
+        texture = np.where(ratio > 0, TEXTURE_SHARE * ratio, ratio)
+        return float(np.where(goes_on, texture, faint).sum()), coverage
 
     def _inwards(
         self, views: NDArray[np.intp], sides: FloatArray, normal: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        # Points (k, SAMPLES, 3) of sides (k, 2, 3), and the way inwards (k, 1, 3) to where, seen
-        # from the chosen views, their edges are over.
+        # Points (k, SAMPLES, 3) of sides (k, 2, 3), and the offset inwards (k, 1, 3) beyond which,
+        # seen from the chosen views, their edges end.
         inward = cross(normal, sides[:, 1] - sides[:, 0])
         inward /= np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), 1e-300)
-        away = np.linalg.norm(self._witnesses.centres[views] - sides[:, 0].mean(axis=0), axis=1)
-        step = CLEAR_PX * float(np.median(away)) / self._witnesses.focal
+        away = np.linalg.norm(self._photos.centres[views] - sides[:, 0].mean(axis=0), axis=1)
+        step = CLEAR_PX * float(np.median(away)) / self._photos.focal
         return segment_samples(sides, SAMPLES), step * inward[:, None]
 
 
 def inner_points(corners: FloatArray, normal: FloatArray) -> FloatArray:
     """About INNER_POINTS points (n, 3) spread evenly over the inside of a flat polygon (k, 3)."""
-    # Along the longest side: the world's frame plays no part.
+    # Along the longest side: independent of the world frame.
     along = np.roll(corners, -1, axis=0) - corners
     length = np.linalg.norm(along, axis=1)
     if not length.any():

@@ -1,9 +1,9 @@
-"""Do the pictures show one and the same surface at given points? A log-likelihood ratio says it.
+"""Photo-consistency: a log-likelihood ratio that the pictures show one surface at given points.
 
 A point of a surface has one brightness: the views that see it agree, up to noise, a change of
 light and the error of its place. A point in the air has the brightness of whatever lies behind it,
-in each view another. How likely a level is by chance follows from each picture's own levels, so
-that a plain background proves nothing and a rare level much.
+which differs between views. How likely a level is by chance follows from each picture's own
+levels, so that a plain background proves nothing and a rare level much.
 """
 
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ __all__ = [
     "known_surface_ratio",
 ]
 
-# Probability that a view does not see the surface, though it faces it: something is before it.
+# Probability that a view does not see the surface though it faces it: it is occluded.
 HIDDEN = 0.3
 # Light changes with the view by this share of the level: gloss, vignetting, exposure.
 LIGHT_SHARE = 0.02
@@ -36,14 +36,14 @@ LIGHT_SHARE = 0.02
 PLACE_PX = 0.5
 # Share of the chance density that is even over all levels: no level is impossible.
 EVEN_SHARE = 0.1
-# Price of the surface's own level, which is chosen after the fact: among some twenty that differ.
+# Penalty for the surface's own level, a free parameter: chosen among some twenty that differ.
 FREE_LEVEL = float(np.log(20.0))
 # Levels tried are those of so many views: of a surface that half of them show 1 in 250 is missed.
 TRIED_VIEWS = 8
 # A view agrees when its level is within this many standard deviations.
 AGREES_SDS = 3.0
-# Noise of twice what light changes of a middle grey leaves single pixels of a few views evidence
-# enough.
+# With noise of twice the change of light at a middle grey, single pixels of a few views are still
+# evidence enough.
 NOISE_BORNE = 2 * LIGHT_SHARE * 128
 # A Gaussian of so many px divides the noise of pixels by 2 √π times as much; of fewer px than
 # LEAST_SIGMA it hardly averages.
@@ -62,7 +62,7 @@ class Levels:
     chance: NDArray[np.float32]
 
     def where(self, clear: NDArray[np.bool_]) -> "Levels":
-        """The same of those points (V, ...) only that are clear."""
+        """The levels of those points (V, ...) only that are clear."""
         level = np.where(clear, self.level, np.float32(np.nan))
         return Levels(level, self.sd, self.chance)
 
@@ -79,11 +79,11 @@ class Agreement:
 
 
 class GreyLevels:
-    """The pictures of a set of views, ready to be asked for levels at any points.
+    """The pictures of a set of views, to be sampled at any points.
 
-    `exposure` (V,) is by which factor each view is brighter than usual: levels are freed of it.
-    None stands for views that are all as bright. `noises` are for pictures whose own pixels do not
-    tell them (working_size.py).
+    `exposure` (V,) is the factor by which each view is brighter than usual; levels are divided by
+    it, None means equal exposures. `noises` are for pictures whose noise cannot be estimated from
+    their own pixels, as of enlarged ones (working_size.py).
     """
 
     def __init__(
@@ -126,11 +126,11 @@ class GreyLevels:
 
 
 def agreement(levels: Levels, weight: FloatArray) -> Agreement:
-    """What levels (V, ...) say together, each view by its weight (V,) beside views almost like it.
+    """The joint evidence of levels (V, ...), each view by its weight (V,) beside similar views.
 
     With h = HIDDEN, the ratio is the maximum over the surface's own level m of
-    Σ weight · log(h + (1 - h) · N(level; m, sd²) / chance), less FREE_LEVEL: a hidden view costs
-    little, whatever it shows.
+    Σ weight · log(h + (1 - h) · N(level; m, sd²) / chance), less FREE_LEVEL: an occluded view, an
+    outlier, costs little whatever it shows.
     """
     shape = levels.level.shape
     level = levels.level.reshape(len(weight), -1)
@@ -177,8 +177,8 @@ def known_surface_ratio(levels: Levels, surface: NDArray[np.float32]) -> FloatAr
 
 
 def _averaged(image: Image, own: Noise) -> tuple[Image, float]:
-    # The picture averaged over so many pixels that its noise no longer hides what is alike, but
-    # over no more than edges are; and the noise left in it. Narrow faces suffer from it.
+    # The picture smoothed until its noise no longer hides agreement, but by no more than the width
+    # of edges; and the noise left in it. Smoothing costs narrow faces.
     noise = own.sd
     sigma = min(noise / (AVERAGING * NOISE_BORNE), GRADIENT_SIGMA)
     if sigma < LEAST_SIGMA:
@@ -188,8 +188,8 @@ def _averaged(image: Image, own: Noise) -> tuple[Image, float]:
 
 
 def _density(image: NDArray[np.uint8], noise: float) -> NDArray[np.float32]:
-    # Density of levels (256,), as unsharp as a level is known: so a background of one level, which
-    # is there by chance wherever one looks, proves nothing.
+    # Density of levels (256,), blurred by the uncertainty of a level: so a background of one level,
+    # which agrees by chance wherever one looks, proves nothing.
     count = cv2.calcHist([image], [0], None, [256], [0, 256]).ravel().astype(np.float64)
     # The median from the counts: of an even number the mean of both in the middle.
     half = [(image.size - 1) // 2, image.size // 2]

@@ -6,43 +6,44 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import blocked
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SAMPLES, SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
 from facetlog.perception.types import FloatArray
 
-__all__ = ["LEAST_WORTH", "LinesBehind"]
+__all__ = ["LEAST_SCORE", "LinesBehind"]
 
-# A line is behind a plane by so many px at least, which are so many standard deviations of its
-# depth: along the way that cameras moved a line's depth is hardly known, and errors of poses put
-# print there far behind its own face.
+# A line counts as behind a plane by so many px at least, and so many standard deviations of its
+# depth: for lines along the cameras' motion depth is uncertain, and pose errors put texture far
+# behind its own face.
 BEHIND_PX, BEHIND_SDS = 6.0, 3.0
-# One sees through from so much on that all lines together are worth: a line of chance that is worth
-# it alone is one in a million.
-LEAST_WORTH = float(np.log(1000.0 * 1000.0))
+# One sees through from this total score of all lines on: a chance line with that score is one in a
+# million.
+LEAST_SCORE = float(np.log(1000.0 * 1000.0))
 
 
 class LinesBehind:
-    """3-D segments (n, 2, 3) as witnesses; `covs` (n, 3, 3) are the covariances of their places,
-    `pixel` is a pixel's length at the focus.
+    """Whether 3-D segments (n, 2, 3) are seen through a polygon that they lie behind.
+
+    `covs` (n, 3, 3) are the covariances of their places, `pixel` is a pixel's length at the focus.
     """
 
     def __init__(
         self,
-        witnesses: Witnesses,
+        photos: PhotometricViews,
         sides: SideJudge,
         segments: FloatArray,
         covs: FloatArray,
         pixel: float,
     ) -> None:
-        self._witnesses = witnesses
+        self._photos = photos
         self._sides = sides
         self._segments = segments
         self._samples = segment_samples(segments, SAMPLES)
         self._covs = covs
         self._pixel = pixel
-        # A line was chosen among as many depths as edges tell apart, and pays for that.
-        self._price = float(np.log(sides.edges_abreast))
+        # A line was chosen among as many depths as edges can tell apart: a penalty for that choice.
+        self._penalty = float(np.log(sides.edges_abreast))
 
     def seen_through(
         self,
@@ -52,21 +53,21 @@ class LinesBehind:
         holes: Sequence[FloatArray] = (),
     ) -> bool:
         """Whether the chosen views (v,) see lines through a polygon (k, 3)."""
-        return self.worth(corners, normal, views, holes) > LEAST_WORTH
+        return self.score(corners, normal, views, holes) > LEAST_SCORE
 
-    def worth(
+    def score(
         self,
         corners: FloatArray,
         normal: FloatArray,
         views: NDArray[np.intp],
         holes: Sequence[FloatArray] = (),
     ) -> float:
-        """What all lines are worth that the chosen views (v,) see through a polygon (k, 3).
+        """Summed evidence that the chosen views (v,) see lines through a polygon (k, 3).
 
-        Each is worth its log-likelihood ratio less its price, and no less than 0: a line that is
-        hidden says that there is surface before it, and nothing of the place where another one is
-        seen. What views see past the polygon or through its `holes` says nothing, and nor does what
-        is rather print on it, as far as other views tell.
+        Each line counts by its log-likelihood ratio less its penalty, and by no less than 0: a
+        hidden line shows that there is surface in front of it, and nothing about where another one
+        is seen. Views past the polygon or through its `holes` do not count, nor do lines that are
+        more likely texture on it, as far as other views can tell the two apart.
         """
         sd = np.sqrt(np.maximum(np.einsum("i,nij,j->n", normal, self._covs, normal), 0.0))
         deep = BEHIND_PX * self._pixel
@@ -76,18 +77,18 @@ class LinesBehind:
         if not len(lines):
             return 0.0
         targets = self._samples[lines].reshape(-1, 3)
-        crosses = blocked(corners, normal, targets, self._witnesses.centres[views], deep, holes)
+        crosses = blocked(corners, normal, targets, self._photos.centres[views], deep, holes)
         through = crosses.reshape(len(views), len(lines), SAMPLES) & behind[lines]
-        ratio = self._witnesses.weight[views, None] * (
+        ratio = self._photos.weight[views, None] * (
             self._sides.evidence(views, self._segments[lines], through).ratio
         )
-        worth_it = ratio.sum(axis=0) > self._price
-        lines, through, ratio = lines[worth_it], through[:, worth_it], ratio[:, worth_it]
+        counts = ratio.sum(axis=0) > self._penalty
+        lines, through, ratio = lines[counts], through[:, counts], ratio[:, counts]
         height = float(normal @ corners.mean(axis=0))
-        ratio[self._is_print(views, lines, through, ratio, normal, height)] = 0.0
-        return float(np.maximum(ratio.sum(axis=0) - self._price, 0.0).sum())
+        ratio[self._is_texture(views, lines, through, ratio, normal, height)] = 0.0
+        return float(np.maximum(ratio.sum(axis=0) - self._penalty, 0.0).sum())
 
-    def _is_print(
+    def _is_texture(
         self,
         views: NDArray[np.intp],
         lines: NDArray[np.intp],
@@ -96,10 +97,10 @@ class LinesBehind:
         normal: FloatArray,
         height: float,
     ) -> NDArray[np.bool_]:
-        # Which hits (v, l) are rather print on the plane: where the edge would lie on it, views see
-        # an edge that see the line behind elsewhere. Grain offers lines at any depth.
-        printed = np.zeros(ratio.shape, dtype=np.bool_)
-        for k, centre in enumerate(self._witnesses.centres[views]):
+        # Which hits (v, l) are more likely texture on the plane: views that would see the line
+        # behind elsewhere see an edge where it would lie on the plane. Grain fits any depth.
+        texture = np.zeros(ratio.shape, dtype=np.bool_)
+        for k, centre in enumerate(self._photos.centres[views]):
             rays = self._segments[lines] - centre
             hits = np.nonzero((ratio[k] > 0) & (rays @ normal < 0).all(axis=1))[0]
             others = np.delete(views, k)
@@ -109,5 +110,5 @@ class LinesBehind:
             drawn = centre + ((height - normal @ centre) / (rays @ normal))[..., None] * rays
             apart = self._sides.apart(others, drawn, self._segments[lines[hits]])
             found = self._sides.evidence(others, drawn, apart & through[k, hits]).ratio
-            printed[k, hits] = self._witnesses.weight[others] @ found > 0
-        return printed
+            texture[k, hits] = self._photos.weight[others] @ found > 0
+        return texture

@@ -1,7 +1,7 @@
-"""Sides of outlines by the edges of all views: how likely they are, and where they run.
+"""Evidence for the sides of outlines from the edges of all views, and where the sides run.
 
 A log-likelihood ratio weighs each hit against the density of edges of its direction right beside
-the side: on a carpet a hit says little.
+the side: on a carpet a hit is weak evidence.
 """
 
 from collections.abc import Sequence
@@ -28,13 +28,13 @@ SAMPLES = 12
 INDEPENDENT_PX = 8.0
 # Probability that a true side is found at a place where the view shows the face.
 HIT = 0.85
-# Two edges are apart from twice their reach on: so far poses may leave either of them off.
+# Two edges are distinct from twice their reach on: pose errors may move either by its reach.
 APART_REACHES = 2.0
 # How far beside a side the density of edges is measured, px, and its range.
 BESIDE_PX = (-11.0, -7.0, 7.0, 11.0)
 CHANCE_RANGE = (0.02, 0.7)
-# A side is sought so far from where a region ends, px at either end: an edge reaches 2 px. The
-# smallest move stands first, for of equally good ones it is taken.
+# A side is searched this far from where a region ends, px at either end: an edge reaches 2 px. The
+# smallest move comes first, since of equally good ones the first is taken.
 STEPS_PX = 3.0 * np.arange(-3, 4)
 MOVES_PX = np.stack(np.meshgrid(STEPS_PX, STEPS_PX), axis=-1).reshape(-1, 2)
 MOVES_PX = MOVES_PX[ascending((MOVES_PX**2).sum(axis=1))]
@@ -46,7 +46,7 @@ MAX_OFF_PX = 27.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SideEvidence:
-    """Samples (v, k, m) of k sides in v views: `found` on an edge, `there` to be seen.
+    """Samples (v, k, m) of k sides in v views: `found` on an edge, `there` in sight.
 
     `ratio` (v, k) is the log-likelihood ratio of each side in each view.
     """
@@ -67,42 +67,42 @@ class SideJudge:
 
     @property
     def edges_abreast(self) -> float:
-        """How many edges of one direction a picture could show apart, at most."""
+        """How many parallel edges a picture could show as distinct, at most."""
         sizes = np.linalg.norm(self._sizes.reshape(-1, 2), axis=1)
         reach = np.array([edges.reach_px for edges in self._maps])
         return float((sizes / (2.0 * reach + 1.0)).max(initial=1.0))
 
-    def worth(self, segments: FloatArray) -> FloatArray:
+    def score(self, segments: FloatArray) -> FloatArray:
         """Log-likelihood ratio (n,) of segments (n, 2, 3) as sides, over the views in favour."""
         ratio = self.evidence(np.arange(len(self._maps)), segments).ratio
-        worth: FloatArray = self._weight @ np.maximum(ratio, 0.0)
-        return worth
+        score: FloatArray = self._weight @ np.maximum(ratio, 0.0)
+        return score
 
     def evidence(
         self, views: NDArray[np.intp], sides: FloatArray, bare: NDArray[np.bool_] | None = None
     ) -> SideEvidence:
-        """What the chosen views (v,) say of sides (k, 2, 3).
+        """The evidence of the chosen views (v,) for sides (k, 2, 3).
 
-        `bare` (v, k, SAMPLES) are the samples that nothing hides, all of them if it is None.
+        `bare` (v, k, SAMPLES) are the samples that are not occluded, all of them if it is None.
         """
         hit, inside, reach = self._hits(views, sides, (0.0, *BESIDE_PX))
         found, there = hit[0], inside[0]
         if bare is not None:
             found, there = found & bare, there & bare
-        # As if one sample more had been half a hit: few samples never make a chance of 0 or 1.
+        # Half a hit in one more sample is added: few samples never make a probability of 0 or 1.
         beside = (hit[1:].sum(axis=(0, 3)) + 0.5) / (inside[1:].sum(axis=(0, 3)) + 1.0)
         chance = np.clip(beside, *CHANCE_RANGE)[..., None]
         ratio = np.where(found, np.log(HIT / chance), np.log((1 - HIT) / (1 - chance)))
-        # The samples stand for all of a side, however long: cut in two it says the same.
+        # The samples stand for all of a side, however long: cut in two it has the same evidence.
         return SideEvidence(found, there, (ratio * there).mean(axis=2) * (reach / INDEPENDENT_PX))
 
     def apart(
         self, views: NDArray[np.intp], sides: FloatArray, others: FloatArray
     ) -> NDArray[np.bool_]:
-        """Which samples (v, k, SAMPLES) of sides (k, 2, 3) the chosen views (v,) see beside others.
+        """Samples (v, k, SAMPLES) of sides (k, 2, 3) that views (v,) see apart from other sides.
 
         Such a sample is too far from the line of the other side (k, 2, 3) for one edge to be both;
-        none is where that side is not all before the camera.
+        there is none where that side is not wholly in front of the camera.
         """
         shape = (len(views), len(sides), SAMPLES, 2)
         samples = segment_samples(sides, SAMPLES).reshape(-1, 3)
@@ -152,7 +152,7 @@ class SideJudge:
         samples = segment_samples(sides, SAMPLES)
         shape = (len(views), len(sides), SAMPLES)
         uv, depth = project_to_views(self._projections[views], samples.reshape(-1, 3))
-        # Across and down apart: numpy is slow where the last axis holds but two.
+        # Across and down separately: numpy is slow where the last axis has only two entries.
         u, v = (uv[..., axis].reshape(shape) for axis in (0, 1))
         du, dv = u[..., -1:] - u[..., :1], v[..., -1:] - v[..., :1]
         reach = np.maximum(np.hypot(du, dv), 1e-9)

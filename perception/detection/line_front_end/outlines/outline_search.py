@@ -24,10 +24,10 @@ MAX_LINES = {3: 14, 4: 14, 5: 9, 6: 8}
 MIN_COVERAGE = 0.6
 # Least turn at a corner: the paper's 30 degrees, less what perspective and noise take.
 MIN_TURN_SINE = np.sin(np.radians(20.0))
-# Sides shorter, or outlines thinner, than this many px are below what a segment detector sees.
+# Sides shorter, or outlines thinner, than this many px are below what a segment detector finds.
 MIN_SIDE_PX = 10.0
-# A notch costs no length, and print offers many: what is not plain must be better supported. A
-# true L still wins over its rectangle, half of whose two false sides is missing.
+# A notch costs no length, and texture offers many: outlines that are not plain need more support.
+# A true L still wins over its rectangle, half of whose two false sides is missing.
 COMPLEXITY = 0.1
 # Outlines kept for one plane, before views judge them.
 KEEP = 12
@@ -37,21 +37,21 @@ KEEP = 12
 class Outline:
     """A polygon: corners (k, 3); side i, on line `lines[i]`, runs from corner i to corner i + 1.
 
-    `worth` is Σ (2 · coverage - 1) · length, for true borders are longer than printed ones, less
-    COMPLEXITY of the outline's length for each side beyond four and each reflex corner.
+    `score` is Σ (2 · coverage - 1) · length, since true borders are longer than edges of texture,
+    less COMPLEXITY of the outline's length for each side beyond four and each reflex corner.
     """
 
     corners: FloatArray
     lines: tuple[int, ...]
     coverage: FloatArray
-    worth: float
+    score: float
     normal: FloatArray
 
 
 def find_outlines(
     plane: PlaneHypothesis, cloud: LineCloud, profiles: LineProfiles
 ) -> tuple[Outline, ...]:
-    """The best outlines on a plane, by worth."""
+    """The best outlines on a plane, by score."""
     segments, end_covs, support, pixel = (
         cloud.segments,
         cloud.end_covs,
@@ -71,15 +71,15 @@ def find_outlines(
         cycles = _cycles(min(most, len(members)), sides)
         if len(cycles):
             found += _supported(cycles, corner, members, profiles, origin, basis, plane, pixel)
-    best = descending(np.array([o.worth for o in found]))[:KEEP]
+    best = descending(np.array([o.score for o in found]))[:KEEP]
     return tuple(found[n] for n in best)
 
 
 def _onto_plane(
     ends: FloatArray, covs: FloatArray, plane: PlaneHypothesis, pixel: float
 ) -> FloatArray:
-    # The most likely points on the plane: each end moves the way it is least known, along the
-    # views' depth, so that it stays where it is in the pictures.
+    # The most likely points on the plane: each end moves in the direction of its largest variance,
+    # along the views' depth, so that it stays where it is in the pictures.
     towards = covs @ plane.normal + 1e-2 * pixel**2 * plane.normal
     share = (plane.distance - ends @ plane.normal) / (towards @ plane.normal)
     moved: FloatArray = ends + share[..., None] * towards
@@ -114,20 +114,20 @@ def _supported(
     following = np.roll(space, -1, axis=1)
     end = np.einsum("nkx,nkx->nk", following - profiles.origin[line], profiles.direction[line])
     cover = profiles.mean(line, start, end)
-    worth = ((2 * cover - 1) * length).sum(axis=1)
+    score = ((2 * cover - 1) * length).sum(axis=1)
     sides = cycles.shape[1]
     complexity = max(sides - 4, 0) + _reflex_corners(corners)
-    worth = worth - COMPLEXITY * complexity * length.sum(axis=1)
+    score = score - COMPLEXITY * complexity * length.sum(axis=1)
     keep = np.nonzero(cover.min(axis=1) >= MIN_COVERAGE)[0]
-    keep = keep[descending(worth[keep])][:KEEP]
+    keep = keep[descending(score[keep])][:KEEP]
     return [
-        Outline(space[n], tuple(map(int, line[n])), cover[n], float(worth[n]), plane.normal)
+        Outline(space[n], tuple(map(int, line[n])), cover[n], float(score[n]), plane.normal)
         for n in keep
     ]
 
 
 def _thickness(corners: FloatArray, length: FloatArray) -> FloatArray:
-    # Area over the longest side: a sliver's sides all ride on one and the same edge.
+    # Area over the longest side: a sliver's sides all lie on the same edge.
     following = np.roll(corners, -1, axis=1)
     twice = (corners[..., 0] * following[..., 1] - corners[..., 1] * following[..., 0]).sum(axis=1)
     thickness: FloatArray = np.abs(twice) / 2 / np.maximum(length.max(axis=1), 1e-300)

@@ -19,7 +19,7 @@ MAX_SEGMENTS, KEEP = 14, 12
 # Two sides meet where their lines cross not farther beyond an end, or before it, than so many px
 # or this share of the side; as near, two parallelograms are one and a segment lies on a side.
 MEET_PX, MEET_SHARE = 6.0, 0.1
-# Shorter sides, px, are below what a segment detector sees.
+# Shorter sides, px, are below what a segment detector finds.
 MIN_SIDE_PX = 10.0
 
 

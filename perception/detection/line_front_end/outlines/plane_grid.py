@@ -1,4 +1,4 @@
-"""A plane in cells, as the views see it, and regions of such cells."""
+"""A plane divided into cells, their pixels in the views, and connected regions of cells."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Regions of a plane on which the pictures agree: each is what a face may be."""
+"""Regions of a plane on which the pictures are consistent: candidates for faces."""
 
 from collections.abc import Iterator, Sequence
 
@@ -10,7 +10,7 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
     GreyLevels,
     agreement,
 )
-from facetlog.perception.detection.line_front_end.evidence.witnesses import MIN_FACING_SINE
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import MIN_FACING_SINE
 from facetlog.perception.detection.line_front_end.outlines.plane_grid import (
     COARSE_PX,
     CROSS,
@@ -87,9 +87,8 @@ class RegionFinder:
         """Corners (k, 3) of polygons that may be faces seen from one side (±1) of the plane.
 
         They run counter-clockwise seen from there. True comes with a rough one, whose sides are
-        near to where the face's are at best. The plane is looked at round the segments of `span`
-        (n, 2, 3). `taken` says of each view which of its pixels show a face that was found already:
-        a pixel shows one surface.
+        only near the face's. The plane is searched round the segments of `span` (n, 2, 3). `taken`
+        are each view's pixels that show a face found already: a pixel shows one surface.
         """
         extent = self._extent(plane, span, side, taken)
         if extent is None:
@@ -119,7 +118,7 @@ class RegionFinder:
                 corners = outline_polygon(ring, np.array(sides).reshape(-1, 2, 2) + 0.5)
                 if corners is not None:
                     yield grid.points(corners if side > 0 else corners[::-1]), False
-                if cut:  # between lines that may be print: it must have sides on them
+                if cut:  # between lines that may be texture: it must have sides on them
                     continue
                 for rough in rough_polygons(ring, MAX_SIDES if corners is None else len(corners)):
                     yield grid.points(rough if side > 0 else rough[::-1]), True
@@ -133,7 +132,7 @@ class RegionFinder:
     ) -> tuple[FloatArray, FloatArray, FloatArray] | None:
         # The rectangle of the plane in which the views agree somewhere, found with coarse cells:
         # its axes (3, 2), low and high. Cells lie along the longest line: most sides run along or
-        # across it, and the world's frame plays no part.
+        # across it, and the result does not depend on the world frame.
         along = span[:, 1] - span[:, 0]
         longest = descending(np.linalg.norm(along, axis=1))[0]
         basis = plane_axes(plane.normal, along[longest]).T

@@ -30,7 +30,7 @@ BEYOND = 0.25
 MIN_SIDE_CELLS = 2.0
 # What runs along no line is simplified to within so many cells.
 CURVE_CELLS = 1.0
-# A polygon whose border leaves the region's own by more than this is none of it.
+# A polygon whose border differs from the region's own by more than this is rejected.
 MAX_OFF_CELLS = 5.0
 MEAN_OFF_CELLS = 1.5
 # A ragged border is simplified to within so many cells too.

@@ -1,4 +1,4 @@
-"""The ground: one plane below everything, which is nobody's face."""
+"""The ground: one plane below everything, which is no object's face."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ __all__ = ["Ground", "find_ground"]
 
 # A point this near to the ground, px, lies on it.
 ON_GROUND_PX = 6.0
-# So much of the segments' likelihood is that of lines by chance. It may lie below the ground, that
-# of a segment spread over its length; or, for want of a plane, belong to those that reach below.
+# Share of the segments' likelihood that is due to chance lines. So much of it may lie below the
+# ground, that of a segment spread over its length; or, without a plane, belong to segments below.
 MAX_BELOW = 0.05
 # And the ground has so many times as much on it as lies below: a seat's rim above legs has not.
 ON_TO_BELOW = 2.0
@@ -45,7 +45,7 @@ class Ground:
         return heights
 
     def holds(self, points: FloatArray) -> NDArray[np.bool_]:
-        """Which points (n, 3) lie on the ground, as well as their depth is known."""
+        """Which points (n, 3) lie on the ground, within the accuracy of their depth."""
         away = np.median(np.linalg.norm(points[:, None] - self.centres, axis=-1), axis=1)
         # The error of a depth grows with its square.
         margin = self.margin * np.maximum(away / self.distance, 1.0) ** 2
@@ -83,14 +83,14 @@ class Ground:
 def find_ground(
     planes: Sequence[PlaneHypothesis],
     cloud: LineCloud,
-    worth: FloatArray,
+    score: FloatArray,
     views: Sequence[View],
     distance: float,
     up: FloatArray | None,
 ) -> Ground | None:
     """The plane of the likeliest lines that has all cameras and nearly all lines on one side.
 
-    `worth` (n,) is the log-likelihood ratio of the cloud's lines: a line that is there by chance
+    `score` (n,) is the log-likelihood ratio of the cloud's lines: a line that is there by chance
     has little. Where up is known it is a level plane, of lines that are level themselves; if none
     is below everything, the level below which hardly any line reaches. None where up is not known
     and no plane is below everything. `distance` is what the views look at from, in the median.
@@ -99,7 +99,7 @@ def find_ground(
     margin = ON_GROUND_PX * cloud.pixel
     candidates = [(plane.normal, plane.distance) for plane in planes]
     if up is not None:
-        candidates += [(up, h) for h in _levels(cloud.segments, worth, up, margin)]
+        candidates += [(up, h) for h in _levels(cloud.segments, score, up, margin)]
     best: Ground | None = None
     most = 0.0
     for normal, height in candidates:
@@ -110,9 +110,9 @@ def find_ground(
         if up is not None and ground.normal @ up < LEVEL_COSINE:
             continue
         above = ground.above(cloud.segments)
-        likely = float(worth[(np.abs(above) < margin).all(axis=1)].sum())
-        below = float(worth @ _share_below(above + margin))
-        chance = min(MAX_BELOW * worth.sum(), likely / ON_TO_BELOW)
+        likely = float(score[(np.abs(above) < margin).all(axis=1)].sum())
+        below = float(score @ _share_below(above + margin))
+        chance = min(MAX_BELOW * score.sum(), likely / ON_TO_BELOW)
         if likely > most and below <= chance:
             best, most = ground, likely
     if best is not None:
@@ -121,17 +121,17 @@ def find_ground(
         return None
     lowest = (cloud.segments @ up).min(axis=1)
     order = np.argsort(lowest, kind="stable")
-    reach = np.cumsum(worth[order])
+    reach = np.cumsum(score[order])
     height = float(lowest[order][np.searchsorted(reach, MAX_BELOW * reach[-1])])
     return Ground(np.array(up), height, margin, centres, distance)
 
 
-def _levels(segments: FloatArray, worth: FloatArray, up: FloatArray, margin: float) -> list[float]:
-    # Heights that level segments (n, 2, 3) crowd about: two sides of a foot tell the ground, and
+def _levels(segments: FloatArray, score: FloatArray, up: FloatArray, margin: float) -> list[float]:
+    # Heights that level segments (n, 2, 3) cluster about: two sides of a foot give the ground, and
     # even one. Each segment's height moves to the mean of those near it (mean shift).
     heights = segments @ up
-    level = (np.ptp(heights, axis=1) < margin) & (worth > 0)
-    middle, weight = heights[level].mean(axis=1), worth[level]
+    level = (np.ptp(heights, axis=1) < margin) & (score > 0)
+    middle, weight = heights[level].mean(axis=1), score[level]
     height = middle
     for _ in range(STEPS):
         near = np.abs(middle - height[:, None]) <= (1 + 1e-9) * margin

@@ -1,6 +1,6 @@
-"""Which plane hypotheses are worth a search: each edge bounds two faces, not a dozen.
+"""Which plane hypotheses to search: each edge bounds two faces, not a dozen.
 
-A line speaks for a plane only where the pictures agree, right beside it, that the plane is there.
+A line supports a plane only where the pictures are consistent, right beside it, with that plane.
 """
 
 import heapq
@@ -24,7 +24,7 @@ __all__ = ["OPEN_SLOPE", "ChosenPlane", "choose_planes", "plane_cov", "same_plan
 # Two hypotheses are one plane within this angle where their lines lie this near, px, by this share.
 SAME_COSINE = np.cos(np.radians(4.0))
 SAME_PX, SAME_SHARE = 3.0, 0.9
-# What a line is still worth to the next plane.
+# Share of a line's score that is left for the next plane.
 PASSED_ON = 0.5
 # Standard deviation px of a line beyond its ends' covariance: edges are dilated by 2 px where it is
 # sought. A plane that lines leave open is known to this slope and px.
@@ -34,13 +34,13 @@ OPEN_SLOPE, OPEN_PX = 0.05, 15.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ChosenPlane:
-    """A plane and what an outline of its lines is worth at most, seen from the `sides` (±1).
+    """A plane and the upper `bound` of an outline's score there, seen from the `sides` (±1).
 
     `spans` (n, 2, 3) are the segments that a face there is sought about.
     """
 
     plane: PlaneHypothesis
-    promise: float
+    bound: float
     sides: tuple[float, ...]
     spans: FloatArray
 
@@ -48,34 +48,34 @@ class ChosenPlane:
 def choose_planes(
     planes: Sequence[PlaneHypothesis],
     cloud: LineCloud,
-    worth: FloatArray,
+    score: FloatArray,
     ground: Ground | None,
     surface: Callable[[PlaneHypothesis], NDArray[np.bool_]],
     least: float,
 ) -> tuple[ChosenPlane, ...]:
-    """Planes that may hold a face, the one that promises most first.
+    """Planes that may hold a face, by descending upper bound of its score.
 
-    `worth` (n,) is the log-likelihood ratio of the cloud's lines as sides of faces. Planes that are
-    one are taken once. Each line is worth half as much to the next plane as to the one before, and
-    nothing where it lies on the ground or the plane beside it is no `surface` (2, its lines) from
-    either of its sides: a plane worth less than `least` is left out.
+    `score` (n,) is the log-likelihood ratio of the cloud's lines as sides of faces. Equal planes
+    are taken once. Each line counts half as much for the next plane as for the one before, and not
+    at all where it lies on the ground or the plane beside it is no `surface` (2, its lines) from
+    either of its sides: a plane with a bound below `least` is left out.
     """
     if ground is not None:
         low = ground.holds(cloud.segments.reshape(-1, 3)).reshape(-1, 2).all(axis=1)
-        worth = np.where(low, 0.0, worth)
+        score = np.where(low, 0.0, score)
     distinct = _distinct(planes, cloud)
-    left = worth.copy()
+    left = score.copy()
     lines = [plane.lines for plane in distinct]
     sides: dict[int, tuple[float, ...]] = {}
-    queue = [(-float(worth[on].sum()), k) for k, on in enumerate(lines)]
+    queue = [(-float(score[on].sum()), k) for k, on in enumerate(lines)]
     heapq.heapify(queue)
     chosen = []
     while queue and -queue[0][0] > least:
         known, k = heapq.heappop(queue)
         if k not in sides:
             beside = surface(distinct[k])
-            seen_from = zip((1.0, -1.0), beside @ worth[lines[k]], strict=True)
-            sides[k] = tuple(side for side, promise in seen_from if promise > least)
+            seen_from = zip((1.0, -1.0), beside @ score[lines[k]], strict=True)
+            sides[k] = tuple(side for side, bound in seen_from if bound > least)
             lines[k] = lines[k][beside.any(axis=0)]
         now = -float(left[lines[k]].sum())
         if not sides[k]:
@@ -84,13 +84,13 @@ def choose_planes(
             heapq.heappush(queue, (now, k))
         elif -now > least:
             spans = cloud.segments[distinct[k].lines]
-            chosen.append(ChosenPlane(distinct[k], float(worth[lines[k]].sum()), sides[k], spans))
+            chosen.append(ChosenPlane(distinct[k], float(score[lines[k]].sum()), sides[k], spans))
             left[lines[k]] *= PASSED_ON
     return tuple(chosen)
 
 
 def _distinct(planes: Sequence[PlaneHypothesis], cloud: LineCloud) -> list[PlaneHypothesis]:
-    # Of the planes that are one, the one with most support.
+    # Of equal planes, the one with most support.
     length = np.linalg.norm(cloud.segments[:, 1] - cloud.segments[:, 0], axis=1)
     support = cloud.support * length
     kept: list[PlaneHypothesis] = []
@@ -116,21 +116,20 @@ def same_plane(
 def plane_cov(
     plane: PlaneHypothesis, cloud: LineCloud, points: FloatArray, slope: float
 ) -> FloatArray:
-    """Covariance (k, k) of how far a plane is off at points (k, 3) of it, as its lines and print
-    know it.
+    """Covariance (k, k) of a plane's heights at points (k, 3) of it, from its lines and texture.
 
-    What they leave open is known to a `slope` (OPEN_SLOPE where nothing else tells it).
+    Where they leave the tilt open it has a prior of `slope` (OPEN_SLOPE if nothing else bounds it).
     """
     basis, middle = plane_basis(plane.normal), points.mean(axis=0)
 
     def design(x: FloatArray) -> FloatArray:
         return np.column_stack([(x - middle) @ basis, np.ones(len(x))])
 
-    known = design(np.concatenate([cloud.segments[plane.lines].reshape(-1, 3), plane.prints]))
+    known = design(np.concatenate([cloud.segments[plane.lines].reshape(-1, 3), plane.texture]))
     covs = cloud.end_covs[plane.lines].reshape(-1, 3, 3)
     variance = np.einsum("i,nij,j->n", plane.normal, covs, plane.normal)
     variance += (LINE_SD_PX * cloud.pixel) ** 2
-    variance = np.concatenate([variance, plane.print_variance])
+    variance = np.concatenate([variance, plane.texture_variance])
     prior = np.diag([slope, slope, OPEN_PX * cloud.pixel]) ** 2
     cov = np.linalg.inv(np.linalg.inv(prior) + (known.T / variance) @ known)
     there = design(points)

@@ -29,15 +29,15 @@ SAME_SHARE = 0.7
 class PlaneHypothesis:
     """Plane normal · x = distance and the indices of the segments that lie on it.
 
-    `prints` (m, 3) are points of print that are known to lie on it, each with this variance (m,)
+    `texture` (m, 3) are texture points known to lie on it, `texture_variance` (m,) their variances
     across it.
     """
 
     normal: FloatArray
     distance: float
     lines: NDArray[np.intp]
-    prints: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
-    print_variance: FloatArray = field(default_factory=lambda: np.zeros(0))
+    texture: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    texture_variance: FloatArray = field(default_factory=lambda: np.zeros(0))
 
 
 def plane_hypotheses(
@@ -45,8 +45,8 @@ def plane_hypotheses(
 ) -> tuple[PlaneHypothesis, ...]:
     """Planes through pairs of segments (n, 2, 3) that meet, best supported first.
 
-    `end_covs` (n, 2, 3, 3) says how far the ends may be off, `pixel` is the length of one pixel
-    at the object. A plane must hold MIN_LINES segments.
+    `end_covs` (n, 2, 3, 3) are the covariances of the ends, `pixel` is the length of one pixel at
+    the object. A plane needs MIN_LINES segments as inliers.
     """
     first, second = _meeting_pairs(segments, end_covs, pixel)
     if not len(first):
@@ -59,13 +59,13 @@ def plane_hypotheses(
     middle = (segments[first].sum(axis=1) + segments[second].sum(axis=1)) / 4
     distance = np.einsum("pk,pk->p", normal, middle)
     on = _on_planes(segments, end_covs, normal, distance, pixel)
-    worth = on @ (support * length)
+    score = on @ (support * length)
     count = on.sum(axis=1)
     planes: list[PlaneHypothesis] = []
     used = np.zeros(
         (0, len(segments))
-    )  # 1 where a segment lies on a plane, to count what is shared
-    for p in descending(worth):
+    )  # 1 where a segment lies on a plane, to count shared inliers
+    for p in descending(score):
         if count[p] < MIN_LINES:
             continue
         pair = on[p, first[p]] and (used[:, first[p]] * used[:, second[p]]).any()
@@ -129,8 +129,8 @@ def _meeting_pairs(
 def _fit(
     segments: FloatArray, end_covs: FloatArray, on: NDArray[np.bool_], pixel: float
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    # Total least squares through the ends, each by its variance across the plane found before;
-    # members are asked again with each fit.
+    # Total least squares through the ends, weighted by their variances across the plane found
+    # before; the inliers are chosen anew after each fit.
     fit = np.zeros(4)
     for _ in range(3):
         points = segments[on].reshape(-1, 3)

@@ -1,7 +1,8 @@
-"""Planes square to what is known: most things have right angles.
+"""Planes parallel or perpendicular to known ones: most things have right angles.
 
-Of a leg's face some pixels wide, or a rim's, the pictures leave the tilt open by degrees. Where
-they say as much for a plane parallel or square to the ground and the faces found, it is that plane.
+For a leg's face some pixels wide, or a rim's, the pictures leave the tilt uncertain by degrees.
+Where they are as consistent with a plane parallel or perpendicular to the ground and the faces
+found, that plane is taken.
 """
 
 from collections.abc import Iterator, Sequence

@@ -1,1 +1,1 @@
-"""Points of print: features of texture matched over the views and triangulated."""
+"""Texture points: corner features matched over the views and triangulated."""

@@ -1,4 +1,4 @@
-"""The 3-D segments of a scene: candidates of many view pairs, kept by support, merged, fitted."""
+"""The 3-D segments of a scene: candidates from view pairs, selected by support, merged, fitted."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,16 +23,16 @@ __all__ = ["SUPPORTED", "LineCloud", "reconstruct_lines", "segments_matched", "s
 
 # A view supports a segment when it shows this share of it.
 SUPPORTED = 0.6
-# Support by this many distinct views, for the two that made the candidate prove nothing; or, of
+# Support by this many distinct views, since the two that made the candidate prove nothing; or, for
 # views from a narrow arc, by more than two and this share of all.
 MIN_SUPPORT, TOO_FEW, NEARLY_ALL = 3.0, 2.0, 0.8
-# Candidates are screened on this many distinct views before all are asked.
+# Candidates are screened on this many distinct views before all are tested.
 SCREEN_VIEWS = 10
 # Cameras stand near enough to see the object: depths beyond this many distances are background.
 MAX_DEPTH = 4.0
 # The longest segments of a view take part in matching; all views' edges give support.
 MAX_SEGMENTS = 250
-# That bounds the time, of which fewer pairs of views than this leave some for more segments.
+# That bounds the time; with fewer pairs of views than this more segments are matched.
 FULL_PAIRS = 24
 # Matches of one segment in one other view that are looked at in all views.
 BEST_OF_PAIR = 4
@@ -45,7 +45,7 @@ MERGE_PX = 3.0
 MERGE_VIEWS = 5
 # Finer, after the fit.
 MERGE_FITTED_PX = 1.5
-# Beyond this rms residual the "line" is a contour that slides over a curved surface, or chance.
+# Beyond this rms residual the "line" is an apparent contour of a curved surface, or chance.
 MAX_RMS_PX = 1.5
 
 
@@ -136,7 +136,7 @@ def _screened_candidates(
 
 
 def _among_best(promise: FloatArray, made_of: NDArray[np.intp]) -> NDArray[np.bool_]:
-    # Of all that one view's segment could be with the other view's, the few most promising.
+    # Of all candidates of one view's segment with the other view's, the few most promising.
     kept = np.ones(len(promise), np.bool_)
     for owner in made_of.T:
         order = np.lexsort((ranks(-promise), owner))
@@ -146,8 +146,8 @@ def _among_best(promise: FloatArray, made_of: NDArray[np.intp]) -> NDArray[np.bo
 
 
 def _best_of_an_owner(score: FloatArray, owners: NDArray[np.intp]) -> NDArray[np.bool_]:
-    # A 2-D segment shows one 3-D segment: the best of those that it could. A candidate stays if
-    # it is the best one of both of its segments, or nearly.
+    # A 2-D segment shows one 3-D segment: a candidate stays if it is the best one, or nearly, of
+    # both of its 2-D segments.
     best = np.zeros(owners.max(initial=-1) + 1)
     np.maximum.at(best, owners.ravel(), np.repeat(score, 2))
     nearly: NDArray[np.bool_] = score >= NEARLY_BEST * best[owners].max(axis=1)
@@ -155,8 +155,8 @@ def _best_of_an_owner(score: FloatArray, owners: NDArray[np.intp]) -> NDArray[np
 
 
 def _distinct_views(weight: FloatArray, count: int) -> list[int]:
-    # Evenly through the cumulated weight: crowded views are passed over. A view whose weight ends
-    # just where one is wanted, as of many equal weights, counts as reaching it.
+    # Evenly through the cumulated weight: crowded views are skipped. A view whose weight ends just
+    # where one is wanted, as with many equal weights, counts as reaching it.
     position = np.cumsum(weight) / weight.sum()
     wanted = (np.arange(count) + 0.5) / count
     return sorted({int(np.searchsorted(position, w - TIE)) for w in wanted})
@@ -170,8 +170,9 @@ def _lengths(segments: FloatArray) -> FloatArray:
 def _merge(
     segments: FloatArray, score: FloatArray, views: Sequence[View], tolerance_px: float
 ) -> NDArray[np.intp]:
-    # Greedy: the best stays, those that lie on its line in all of these views, and mostly beside
-    # it, go. In pictures, not in space: where the views hardly differ, depth is hardly known.
+    # Non-maximum suppression: the best stays, those that lie on its line in all of these views, and
+    # mostly beside it, are dropped. In pictures, not in space: where the views hardly differ, depth
+    # is uncertain.
     uv = np.stack([project_points(v.projection, segments)[0] for v in views], axis=1)
     left = descending(score)
     chosen: list[int] = []

@@ -1,4 +1,4 @@
-"""How far the 3-D segments really reach: coverage profiles along their lines, and joined pieces."""
+"""The extents of 3-D segments: coverage profiles along their lines, and joined pieces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

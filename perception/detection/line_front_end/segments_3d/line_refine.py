@@ -32,9 +32,9 @@ SEARCH_PX = (4.0, 3.0, 2.0)
 STEP_PX = 0.5
 # A reading counts as an edge when its gradient across the segment exceeds this many noise sd.
 MIN_GRADIENT_SD = 3.0
-# Two numbers fix a straight line in a picture: so many of its readings are independent.
+# Two numbers determine a straight line in a picture: so many of its readings are independent.
 READINGS_A_VIEW = 2
-# Scale of the robust (Cauchy) weight, px: pose errors and print beside an edge, not pixel noise.
+# Scale of the robust (Cauchy) weight, px: pose errors and texture beside an edge, not pixel noise.
 ROBUST_PX = 1.0
 
 
@@ -197,7 +197,7 @@ def ends_jacobian(by_point: FloatArray, basis: FloatArray) -> FloatArray:
 
 
 def _solve(h: FloatArray, g: FloatArray) -> FloatArray:
-    # A touch of damping: a segment read in too few places does not move where it is not known.
+    # A little damping: a segment read in too few places does not move where it is undetermined.
     scale = np.trace(h, axis1=1, axis2=2)[:, None, None]
     damped = h + (1e-6 * scale + 1e-300) * np.eye(4)
     solution: FloatArray = np.linalg.solve(damped, g[..., None])[..., 0]

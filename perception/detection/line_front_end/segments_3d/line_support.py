@@ -1,4 +1,4 @@
-"""How much of a 3-D segment the pictures show: its coverage in each view."""
+"""The coverage of 3-D segments: the share of each that a view shows as edges."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ from facetlog.perception.types import FloatArray, View
 
 __all__ = ["coverage", "project_points", "project_to_views", "segment_samples"]
 
-# A view that shows less of a segment than this share says nothing about it.
+# A view that has less than this share of a segment in the picture is no evidence about it.
 MIN_VISIBLE = 0.6
 
 

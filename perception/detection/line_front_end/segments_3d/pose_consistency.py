@@ -1,4 +1,4 @@
-"""Do pictures and poses belong together? The share of the pictures' segments that is explained."""
+"""Whether pictures and poses are consistent: the share of the pictures' segments explained."""
 
 from collections.abc import Sequence
 
@@ -20,10 +20,10 @@ PARALLEL_COSINE = np.cos(np.radians(6.0))
 # Rendered worlds with true poses have 0.8 to 1.0 explained, with shuffled ones 0 to 0.17; real
 # pictures with a background that moves by itself 0.4 (benchmarks/accuracy_no_box.py).
 MIN_EXPLAINED = 0.25
-# Less than this total length of segments a view, in picture diagonals, is too little to judge by.
+# A smaller total length of segments a view, in picture diagonals, is too little evidence.
 MIN_LENGTH = 0.5
-# A 3-D segment needs three views: where fewer than twice as many were taken, most segments lack
-# them however right the poses are.
+# A 3-D segment needs three views: with fewer than twice as many, most segments are seen by too few
+# however right the poses are.
 MIN_VIEWS = 6
 
 
@@ -35,7 +35,7 @@ def explained_share(
 ) -> float:
     """Share (by length) of the views' segments (n, 4) that 3-D segments (m, 2, 3) project onto.
 
-    `supported` (m, V) tells which 3-D segments are seen in which view. 1 where there are none.
+    `supported` (m, V) says which 3-D segments are seen in which view. 1 where there are none.
     """
     explained, total = _lengths(segments_3d, supported, views, segments_2d).sum(axis=0)
     return float(explained / total) if total else 1.0

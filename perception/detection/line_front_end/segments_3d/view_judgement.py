@@ -1,11 +1,11 @@
-"""Which views contradict the others: a gross pose, or a picture that belongs to another pose.
+"""Outlier views: a gross pose error, or a picture that belongs to another pose.
 
-A view is judged by the 3-D segments that three of the other views show: of its own straight edges
-these explain about as much as they do of the others' edges, and hardly anything where its pose is
-wrong. How little is too little follows from the spread of the other views, and from what chance
-explains: what the same edges would be explained by at the poses of the other pictures. A right view
-may have many edges of its own, as of grain that others see from another side; but it shows about as
-many of the segments as others do, and a wrong one hardly any.
+A view is tested against the 3-D segments that three of the other views show: they explain about as
+much of its straight edges as of the others' edges, and hardly anything where its pose is wrong. The
+threshold follows from the spread of the other views, and from the share explained by chance, that
+of the same edges at the poses of the other pictures. A right view may have many edges of its own,
+as of grain that others see from another side; but it shows about as many of the segments as others
+do, and a wrong one hardly any.
 """
 
 from collections.abc import Callable, Sequence
@@ -29,14 +29,14 @@ OUTLIER_SDS = 3.0
 MEDIAN_OF_NORMAL = 0.6745
 # Share of a picture's diagonal: with less length of segments a view cannot be judged.
 MIN_LENGTH = 0.5
-# What chance explains of a picture: this quantile over the poses of all others, of which a few
-# neighbours' may be almost its own.
+# The share of a picture explained by chance: this quantile over the poses of all others, of which a
+# few neighbours' may be almost its own.
 CHANCE = 0.9
 # A view contradicts the others if not even this share of the way from chance to the usual is
 # explained. Views off by 3 degrees and more stay below .23, true ones of 15 sets at .44 and above.
 MIN_ABOVE_CHANCE = 1 / 3
-# And if it shows not even this share of the segments that views usually show. Views with another's
-# pose show .3 of that at most, right ones .7 and more.
+# It must also show less than this share of the segments that views usually show. Views with another
+# view's pose show .3 of that at most, right ones .7 and more.
 MIN_SHOWN = 0.5
 
 
@@ -58,7 +58,7 @@ def contradicting_views(
 ) -> tuple[Contradiction, ...]:
     """The views that the others contradict; none where these are not a small minority.
 
-    `supported` (m, V) tells which 3-D segments (m, 2, 3) are seen in which view, `weight` (V,) how
+    `supported` (m, V) says which 3-D segments (m, 2, 3) are seen in which view, `weight` (V,) how
     much a view counts beside those almost like it; `segments_2d` are the views' own, each (n, 4).
     """
     if len(views) < MIN_VIEWS or not len(segments_3d):
@@ -91,7 +91,7 @@ def _least(chance: float, usual: float) -> float:
 
 
 def _chance(k: int, segments_3d: FloatArray, views: Sequence[View], found: FloatArray) -> float:
-    """The share of view k's segments (n, 4) that wrong poses explain: those of the others."""
+    """The share of view k's segments (n, 4) explained by chance, at the poses of the others."""
     shares = []
     for j, other in enumerate(views):
         if j != k:

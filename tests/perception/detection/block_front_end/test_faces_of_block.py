@@ -237,7 +237,7 @@ def test_a_dark_picture_among_good_ones_is_reported_and_left_out(tour, found):
     assert len(mixed.tracks) == len(found.tracks)
 
 
-def test_progress_is_told_after_each_picture(tour):
+def test_progress_is_reported_after_each_picture(tour):
     told = []
     block_front_end(tour.views[:3], progress=lambda done, total: told.append((done, total)))
     assert told == [(1, 3), (2, 3), (3, 3)]

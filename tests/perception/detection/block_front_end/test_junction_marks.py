@@ -37,7 +37,7 @@ def test_edges_are_cut_at_their_vertices_and_end_in_points_of_their_own() -> Non
     assert sorted(edges) == [0, 1, 2, 3, 3, 4]
 
 
-def test_vertices_of_one_position_are_told_apart_by_their_junctions() -> None:
+def test_vertices_of_one_position_are_distinguished_by_their_junctions() -> None:
     marked = with_junctions((ARROW, BEND, TEE), LINES, 1)
     assert [v.mark for v in marked] == [
         ("front_?_top@1", "arrow"),

@@ -1,4 +1,4 @@
-"""A disc of print that fades into grey: a plane without any straight edge, its truth known."""
+"""A disc of texture that fades into grey: a plane without any straight edge, its truth known."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,13 +9,13 @@ import numpy as np
 
 from facetlog.perception.detection.edge_maps import EdgeMap, edge_map
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
-from facetlog.perception.detection.line_front_end.points_3d.print_points import (
-    PrintPoints,
-    print_points,
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
+from facetlog.perception.detection.line_front_end.points_3d.texture_points import (
+    TexturePoints,
+    texture_points,
 )
 from facetlog.perception.detection.view_graph import ViewGraph, view_graph
-from facetlog.perception.estimation.print_triangulation import triangulated
+from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.types import Camera, FloatArray, Image, Pose, View
 from facetlog.robot.tour import ring_poses
 
@@ -43,12 +43,12 @@ class PrintedRig:
         return self.graph.distance / CAMERA.fx
 
     @cached_property
-    def prints(self) -> PrintPoints:
-        return print_points(self.views, self.maps, self.graph, self.pixel, triangulated)
+    def texture(self) -> TexturePoints:
+        return texture_points(self.views, self.maps, self.graph, self.pixel, triangulated)
 
     @cached_property
-    def witnesses(self) -> Witnesses:
-        return Witnesses(self.views, GreyLevels(self.views, self.maps), self.graph.weight)
+    def photos(self) -> PhotometricViews:
+        return PhotometricViews(self.views, GreyLevels(self.views, self.maps), self.graph.weight)
 
 
 def drawing(seed: int) -> Image:
@@ -60,7 +60,7 @@ def drawing(seed: int) -> Image:
     return np.clip(120 + 55 * fade * noise / noise.std(), 0, 255).astype(np.uint8)
 
 
-def picture(pose: Pose, print_: Image, seed: int) -> Image:
+def picture(pose: Pose, texture: Image, seed: int) -> Image:
     """What a camera sees of the disc, with noise of one grey level."""
     u, v = np.meshgrid(np.arange(CAMERA.width), np.arange(CAMERA.height))
     rays = np.stack(
@@ -70,14 +70,14 @@ def picture(pose: Pose, print_: Image, seed: int) -> Image:
     share = (HEIGHT - pose.centre[2]) / np.where(rays[..., 2] < 0, rays[..., 2], -1e-9)
     at = ((pose.centre + share[..., None] * rays)[..., :2] / RADIUS + 1) * SIZE / 2 - 0.5
     read = cv2.remap(
-        print_, *at.astype(np.float32).transpose(2, 0, 1), cv2.INTER_LINEAR, borderValue=120
+        texture, *at.astype(np.float32).transpose(2, 0, 1), cv2.INTER_LINEAR, borderValue=120
     )
     noise = np.random.default_rng(seed).normal(size=read.shape)
     return np.clip(np.rint(read + noise), 0, 255).astype(np.uint8)
 
 
 def rig_of(poses: Sequence[Pose], seeds: Sequence[int]) -> PrintedRig:
-    """Views from these poses, each of a disc with the print of its own seed."""
+    """Views from these poses, each of a disc with the texture of its own seed."""
     pictures = [
         picture(p, drawing(s), k) for k, (p, s) in enumerate(zip(poses, seeds, strict=True))
     ]

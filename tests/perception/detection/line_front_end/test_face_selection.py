@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace, select_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import (
@@ -42,10 +42,10 @@ def selected(
     use = np.ones((len(segments), len(rig.views)), np.bool_)
     profiles = line_profiles(segments, rig.views, rig.maps, use, graph.weight)
     sides = SideJudge(rig.views, rig.maps, graph.weight)
-    worth = sides.worth(segments)
-    ground = find_ground(found, lines, worth, rig.views, graph.distance, up)
-    witnesses = Witnesses(rig.views, GreyLevels(rig.views, rig.maps), graph.weight)
-    faces, _ = select_faces(found, lines, worth, rig.views, profiles, ground, witnesses, sides)
+    score = sides.score(segments)
+    ground = find_ground(found, lines, score, rig.views, graph.distance, up)
+    photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), graph.weight)
+    faces, _ = select_faces(found, lines, score, rig.views, profiles, ground, photos, sides)
     return faces
 
 

@@ -44,11 +44,11 @@ def test_what_stands_under_a_board_belongs_to_it() -> None:
 
 
 def test_what_lies_on_the_face_or_before_it_or_beside_it_does_not() -> None:
-    print_on_it = np.array([[0.5, 0.5, 1.0], [1.5, 0.6, 1.0]])
+    texture_on_it = np.array([[0.5, 0.5, 1.0], [1.5, 0.6, 1.0]])
     before_it = np.array([[0.5, 0.5, 1.2], [0.5, 0.5, 1.9]])
     beside_it = LEG + np.array([5.0, 0, 0])
     side_again = np.array([[0.0, 0.01, 0.98], [2, 0.01, 0.98]])
-    found, numbers = loose(np.array([print_on_it, before_it, beside_it, side_again, LEG]))
+    found, numbers = loose(np.array([texture_on_it, before_it, beside_it, side_again, LEG]))
     assert numbers.tolist() == [4]
     assert len(found) == 1
 

@@ -8,8 +8,8 @@ import pytest
 
 from facetlog.perception.detection.line_front_end.evidence.face_evidence import inner_points
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.neighbouring_faces import neighbouring_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
@@ -41,9 +41,9 @@ def proposed(
     rig: Rig, faces: Sequence[int], ground: Ground | None = None
 ) -> tuple[SelectedFace, ...]:
     weight = np.ones(len(rig.views))
-    witnesses = Witnesses(rig.views, GreyLevels(rig.views, rig.maps), weight)
+    photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), weight)
     judge = SideJudge(rig.views, rig.maps, weight)
-    return neighbouring_faces(found(rig, faces), witnesses, judge, rig.untaken, ground, rig.pixel)
+    return neighbouring_faces(found(rig, faces), photos, judge, rig.untaken, ground, rig.pixel)
 
 
 def sides_of(rig: Rig) -> tuple[int, list[int]]:
@@ -109,14 +109,14 @@ def test_three_sides_imply_the_fourth_that_is_hidden() -> None:
     top, (front, side, back, other) = sides_of(rig)
     view = only(rig, [one_view_of(rig, back)])
     weight = np.ones(1)
-    witnesses = Witnesses(view.views, GreyLevels(view.views, view.maps), weight)
+    photos = PhotometricViews(view.views, GreyLevels(view.views, view.maps), weight)
     judge = SideJudge(view.views, view.maps, weight)
     hidden = [np.ones_like(pixels) for pixels in view.untaken]
     faces = found(view, [top, front, side, other])
-    (implied,) = neighbouring_faces(faces, witnesses, judge, hidden, None, rig.pixel)
+    (implied,) = neighbouring_faces(faces, photos, judge, hidden, None, rig.pixel)
     assert is_face(rig, back, implied)
     assert not implied.shown.any()
-    assert neighbouring_faces(faces[:2], witnesses, judge, hidden, None, rig.pixel) == ()
+    assert neighbouring_faces(faces[:2], photos, judge, hidden, None, rig.pixel) == ()
 
 
 def test_what_no_view_is_turned_to_is_not_implied() -> None:

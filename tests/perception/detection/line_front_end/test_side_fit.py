@@ -52,7 +52,9 @@ def offsets(contrast: float, noise: float) -> tuple[FloatArray, FloatArray]:
 
 
 @pytest.mark.parametrize(("contrast", "noise"), [(80.0, 4.0), (20.0, 8.0)])
-def test_the_stored_picture_tells_more_than_the_kept_one(contrast: float, noise: float) -> None:
+def test_the_stored_picture_is_more_accurate_than_the_kept_one(
+    contrast: float, noise: float
+) -> None:
     kept, stored = offsets(contrast, noise)
     assert np.sqrt((stored**2).mean()) < 0.6 * np.sqrt((kept**2).mean())
     assert np.sqrt((stored**2).mean()) < 0.02

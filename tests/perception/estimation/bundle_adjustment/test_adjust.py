@@ -87,7 +87,7 @@ def test_independent_pose_errors_are_taken_out(degrees: float, metres: float, sh
     assert np.mean([nees(f.points, f.covs) for f in found]) < 1.5
 
 
-def test_the_size_of_the_poses_error_is_what_the_residuals_tell() -> None:
+def test_the_size_of_the_poses_error_is_estimated_from_the_residuals() -> None:
     small, large = adjusted(0, 0.1, 0.001), adjusted(0, 1.0, 0.01)
     assert 5.0 < large.sizes.pose_sd / small.sizes.pose_sd < 20.0
     assert large.sizes.extra_px < PIXEL_SD
@@ -189,7 +189,7 @@ def test_stated_errors_are_believed() -> None:
     assert nees(found.points, found.covs) < 3.0
 
 
-def test_errors_beyond_the_stated_ones_are_told_by_the_residuals() -> None:
+def test_errors_beyond_the_stated_ones_are_estimated_from_the_residuals() -> None:
     views = off(ring(), 7, 0.3, 0.005)
     errors = stated(views, 0.003, 0.00005, PoseErrorKind.INDEPENDENT)
     found = adjust(tracks_of(ring(), 7), views, CORNERS, errors)

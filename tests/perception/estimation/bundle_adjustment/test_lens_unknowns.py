@@ -30,7 +30,7 @@ def test_a_pixel_freed_of_its_distortion_is_the_pinholes(focal: float, radial: f
     seen, _, _ = lenses.seen(unknowns, spread(UV, 3))
     off = spread(UV, 3) - lenses.centre
     np.testing.assert_allclose(
-        lenses.freed(unknowns, seen), lenses.centre + (1.0 + focal) * off, atol=1e-3
+        lenses.undistorted(unknowns, seen), lenses.centre + (1.0 + focal) * off, atol=1e-3
     )
 
 

@@ -69,7 +69,7 @@ def test_pictures_that_show_nothing_leave_the_poses_as_they_are() -> None:
     assert (found.shift, found.turn) == (0.0, 0.0)
 
 
-def test_the_correction_is_told_once_with_the_way_to_do_without_it() -> None:
+def test_the_correction_is_reported_once_with_the_option_against_it() -> None:
     true = _in_metres(tour("block")[:10])
     given, covs = with_drift(true, np.random.default_rng(1), turn_sd=2 * TURN_SD, way_sd=0.02)
     view_set = ViewSet("tour", given, metric=True, pose_errors=_stated(given, covs))

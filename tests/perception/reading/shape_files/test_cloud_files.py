@@ -129,7 +129,7 @@ def test_lzf_comes_back_as_it_was(data: bytes, times: int) -> None:
 
 
 @given(st.binary(max_size=60), st.integers(0, 300))
-def test_damaged_lzf_is_refused_or_makes_what_was_asked(data: bytes, size: int) -> None:
+def test_damaged_lzf_is_refused_or_has_the_given_size(data: bytes, size: int) -> None:
     try:
         made = decompress_lzf(data, size)
     except ValueError:

@@ -56,11 +56,11 @@ def test_meshes_and_clouds_are_judged_as_they_are_read(tmp_path: Path) -> None:
         read_cloud(tmp_path / "cloud.ply")
 
 
-def test_a_truncated_text_mesh_is_told_in_plain_words(tmp_path: Path) -> None:
+def test_a_truncated_text_mesh_is_reported_in_plain_words(tmp_path: Path) -> None:
     text = trimesh.creation.box((0.3, 0.2, 0.1)).export(file_type="off")
     (tmp_path / "cut.off").write_text(text[: len(text) * 6 // 10])
     with pytest.raises(InputError) as caught:
         read_mesh(tmp_path / "cut.off")
     assert str(caught.value) == (
-        "cut.off: cannot be read as OFF, it is truncated or damaged; export the mesh anew"
+        "cut.off: cannot be read as OFF, it is truncated or damaged; export the mesh again"
     )

@@ -137,7 +137,7 @@ def test_parts_of_a_scene_are_put_where_it_shows_them(tmp_path: Path) -> None:
     assert volume == pytest.approx(6.0 + 8 * 6.0)  # a mirror does not turn it inside out
 
 
-def test_a_ply_without_faces_is_told_apart(tmp_path: Path) -> None:
+def test_a_ply_without_faces_is_distinguished(tmp_path: Path) -> None:
     cloud = trimesh.PointCloud(np.random.default_rng(0).random((10, 3)))
     path = written(tmp_path, "cloud.ply", bytes(ply.export_ply(cloud)))
     with pytest.raises(NoTrianglesError, match=r"cloud.ply: has no faces"):

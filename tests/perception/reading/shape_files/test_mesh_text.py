@@ -99,7 +99,7 @@ def test_a_comment_that_ends_in_a_backslash_takes_no_line_away(tmp_path: Path) -
         ("f -1 -2 x", "line 4: f -1 -2 x: is no face"),
     ],
 )
-def test_an_index_that_is_none_is_told_with_its_line(tmp_path: Path, faces: str, said: str) -> None:
+def test_an_invalid_index_is_reported_with_its_line(tmp_path: Path, faces: str, said: str) -> None:
     text = f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{faces}\n"
     with pytest.raises(InputError, match=re.escape(f"bad.obj: {said}")):
         read_mesh(written(tmp_path, "bad.obj", text.encode()))

@@ -58,7 +58,7 @@ def test_names_with_blanks_leave_the_first_three_where_they_are() -> None:
 
 
 @pytest.mark.parametrize("head", ["id,east,north,height", "# id,east,north,height"])
-def test_names_without_a_place_are_refused_and_told(head: str) -> None:
+def test_names_without_a_place_are_refused_and_quoted(head: str) -> None:
     with pytest.raises(InputError, match=r"a\.csv: has no columns x, y, z but id, east, north"):
         points_from_text("a.csv", text(head, 4, ","), 100)
 

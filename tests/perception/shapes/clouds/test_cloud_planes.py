@@ -34,7 +34,7 @@ def test_six_sides_of_a_box_come_out_with_nearly_all_points(count: int, noise: f
     assert (found.owner >= 0).mean() > 0.99
 
 
-def test_noise_and_spacing_are_told_from_the_points() -> None:
+def test_noise_and_spacing_are_estimated_from_the_points() -> None:
     points = box_points((3.0, 2.0, 1.0), 20_000, noise=0.01)
     found = cloud_planes(points)
     assert found.noise == pytest.approx(0.01, rel=0.1)
@@ -51,7 +51,7 @@ def test_planes_do_not_depend_on_place_turn_and_unit(
     assert len(cloud_planes(moved).planes) == len(cloud_planes(points).planes) == 6
 
 
-def test_crossing_planes_are_told_apart() -> None:
+def test_crossing_planes_are_separated() -> None:
     rng = np.random.default_rng(0)
     floor = rectangle(rng, 3000, np.array([-1.0, -1.0, 0.0]), 2.0 * AXES[0], 2.0 * AXES[1])
     wall = rectangle(rng, 3000, np.array([-1.0, 0.0, -1.0]), 2.0 * AXES[0], 2.0 * AXES[2])

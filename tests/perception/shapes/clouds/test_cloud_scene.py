@@ -7,7 +7,7 @@ from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
-from facetlog.perception.shapes.regions.point_bodies import tell_apart
+from facetlog.perception.shapes.regions.point_bodies import cluster_bodies
 from facetlog.perception.shapes.regions.up_direction import FROM_FLOOR, HELD_OTHERWISE
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import (
@@ -143,7 +143,7 @@ def test_up_is_not_known_where_nothing_is_a_floor() -> None:
         assert scene.warnings == ()
 
 
-def test_cameras_tell_up_where_there_is_no_floor() -> None:
+def test_up_is_that_of_the_cameras_where_there_is_no_floor() -> None:
     ups = np.array([[0.0, -1.0, 0.1], [0.1, -1.0, 0.0], [0.0, -1.0, -0.1]])
     ups /= np.linalg.norm(ups, axis=1)[:, None]
     points = box_points(SIZE, 4000, noise=0.01)
@@ -218,7 +218,7 @@ def test_objects_are_numbered_by_size_and_the_floor_is_none() -> None:
     points = np.vstack([floor, small, large, stray])
     owner = np.full(len(points), -1)
     owner[:4000] = 0
-    bodies = tell_apart(points, owner, 0.05, support=(0,))
+    bodies = cluster_bodies(points, owner, 0.05, support=(0,))
     assert set(bodies[:4000].tolist()) == {-1}
     assert set(bodies[4000:4300].tolist()) == {1}
     assert set(bodies[4300:5200].tolist()) == {0}
@@ -229,7 +229,7 @@ def test_a_region_is_of_one_object_though_its_points_are_far_apart() -> None:
     rng = np.random.default_rng(0)
     halves = [rng.uniform(size=(200, 3)) * 0.1 + [x, 0.0, 0.0] for x in (0.0, 1.0)]
     points = np.vstack(halves)
-    alone = tell_apart(points, np.full(400, -1), 0.02)
-    joined = tell_apart(points, np.zeros(400, dtype=np.intp), 0.02)
+    alone = cluster_bodies(points, np.full(400, -1), 0.02)
+    joined = cluster_bodies(points, np.zeros(400, dtype=np.intp), 0.02)
     assert set(alone.tolist()) == {0, 1}
     assert set(joined.tolist()) == {0}

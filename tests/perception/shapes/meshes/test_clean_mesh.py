@@ -76,7 +76,7 @@ def test_a_strip_with_one_side_is_kept() -> None:
 
 @pytest.mark.parametrize("points", [np.zeros((3, 3)), np.outer(np.arange(3), np.ones(3))])
 def test_a_mesh_without_area_is_an_input_error(points: object) -> None:
-    with pytest.raises(InputError, match="export the mesh anew"):
+    with pytest.raises(InputError, match="export the mesh again"):
         clean_mesh(Mesh.of(np.asarray(points), [[0, 1, 2]], name="line.ply"))
 
 

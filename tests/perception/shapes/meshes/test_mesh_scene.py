@@ -93,7 +93,7 @@ def test_a_cuboid_stays_one_however_its_triangles_are_kept(spoilt: str) -> None:
     assert bends_of(scene) == pytest.approx([90.0] * 12, abs=1e-3)
 
 
-def test_two_chairs_apart_are_two_objects_and_their_faces_are_told_apart() -> None:
+def test_two_chairs_apart_are_two_objects_with_separate_faces() -> None:
     one = table()
     other = one.copy()
     other.apply_translation((2.2, 0, 0))

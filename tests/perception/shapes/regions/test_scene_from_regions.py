@@ -44,7 +44,7 @@ def test_objects_keep_their_own_corners_and_a_floor_is_of_none() -> None:
     assert scene.faces[0].outline == (0, 1, 2, 3)
 
 
-def test_more_faces_than_are_kept_become_a_patch_and_are_told() -> None:
+def test_more_faces_than_are_kept_become_a_patch_with_a_warning() -> None:
     count = MOST_FACES + 6
     regions = [square(2 * (i % 18), 2 * (i // 18), 1 + i / 1000) for i in range(count)]
     scene = assembled(*regions)

@@ -14,8 +14,8 @@ from facetlog.perception.detection.line_front_end.evidence.face_evidence import 
     inner_points,
 )
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.types import FloatArray
@@ -29,8 +29,8 @@ def judge(rig: Rig, maps: Sequence[EdgeMap] | None = None) -> FaceJudge:
     sides = SideJudge(rig.views, maps or rig.maps, weight)
     centres = np.array([v.pose.centre for v in rig.views])
     ground = Ground(UP, 0.0, 4 * rig.pixel, centres, 30.0)
-    witnesses = Witnesses(rig.views, GreyLevels(rig.views, rig.maps), weight)
-    return FaceJudge(witnesses, sides, ground)
+    photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), weight)
+    return FaceJudge(photos, sides, ground)
 
 
 def without_edge(rig: Rig, side: FloatArray) -> list[EdgeMap]:

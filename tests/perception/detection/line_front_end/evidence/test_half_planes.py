@@ -4,15 +4,15 @@ import numpy as np
 
 from facetlog.perception.detection.line_front_end.evidence.half_planes import surface_beside
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.block_rig import Rig, block_rig
 
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def witnesses(rig: Rig) -> Witnesses:
-    return Witnesses(rig.views, GreyLevels(rig.views, rig.maps), np.ones(len(rig.views)))
+def photos(rig: Rig) -> PhotometricViews:
+    return PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), np.ones(len(rig.views)))
 
 
 def sides_of(ring: FloatArray) -> FloatArray:
@@ -22,10 +22,10 @@ def sides_of(ring: FloatArray) -> FloatArray:
 def test_the_plane_of_a_face_is_surface_beside_its_sides_as_views_before_it_see_it() -> None:
     rig = block_rig()
     top, normal = rig.top
-    before, behind = surface_beside(witnesses(rig), normal, sides_of(top), rig.pixel)
+    before, behind = surface_beside(photos(rig), normal, sides_of(top), rig.pixel)
     assert before.all()
     assert not behind.any()
-    turned = surface_beside(witnesses(rig), -normal, sides_of(top), rig.pixel)
+    turned = surface_beside(photos(rig), -normal, sides_of(top), rig.pixel)
     np.testing.assert_array_equal(turned, [behind, before])
 
 
@@ -33,4 +33,4 @@ def test_a_plane_in_the_air_is_no_surface() -> None:
     rig = block_rig()
     top, normal = rig.top
     in_the_air = sides_of(top + 3.0 * UP)
-    assert not surface_beside(witnesses(rig), normal, in_the_air, rig.pixel).any()
+    assert not surface_beside(photos(rig), normal, in_the_air, rig.pixel).any()

@@ -1,4 +1,4 @@
-"""Does one see through an outline, or is what seems to be behind it print on it?"""
+"""Does one see through an outline, or is what seems to be behind it texture on it?"""
 
 from collections.abc import Sequence
 
@@ -8,9 +8,9 @@ import pytest
 
 from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.evidence.see_through import LinesBehind
 from facetlog.perception.detection.line_front_end.evidence.side_evidence import SideJudge
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.types import FloatArray, View
 from facetlog.robot.tour import ring_poses
@@ -36,7 +36,7 @@ def drawn(lines: Sequence[FloatArray]) -> tuple[View, ...]:
     return tuple(views)
 
 
-def seen_at(centre: FloatArray) -> FloatArray:
+def pixel_incidence(centre: FloatArray) -> FloatArray:
     """Where in the outline's plane a view sees the line behind."""
     t = centre[2] / (centre[2] - BEHIND[:, 2:])
     return np.asarray(centre + t * (BEHIND - centre))
@@ -54,10 +54,10 @@ def seen_through(
 
 def lines_behind(views: Sequence[View], behind: Sequence[FloatArray]) -> LinesBehind:
     maps, weight = [edge_map(v.image) for v in views], np.ones(len(views))
-    witnesses = Witnesses(views, GreyLevels(views, maps), weight)
+    photos = PhotometricViews(views, GreyLevels(views, maps), weight)
     exact = 1e-6 * np.tile(np.eye(3), (len(behind), 1, 1))
     sides = SideJudge(views, maps, weight)
-    return LinesBehind(witnesses, sides, np.array(behind), exact, PIXEL)
+    return LinesBehind(photos, sides, np.array(behind), exact, PIXEL)
 
 
 def test_one_sees_through_where_the_views_see_a_line_behind() -> None:
@@ -78,13 +78,13 @@ def test_what_is_seen_through_a_hole_says_nothing() -> None:
     assert not seen_through(drawn([BEHIND]), holes=[hole])
 
 
-def test_print_that_all_views_see_makes_no_line_behind() -> None:
+def test_texture_that_all_views_see_makes_no_line_behind() -> None:
     # Grain: in each view one of its lines is where the line behind would be.
-    grain = [seen_at(pose.centre) for pose in POSES]
+    grain = [pixel_incidence(pose.centre) for pose in POSES]
     assert not seen_through(drawn(grain))
 
 
-def test_print_is_known_where_the_views_see_it_apart_from_the_line() -> None:
+def test_texture_is_recognised_where_the_views_see_it_apart_from_the_line() -> None:
     # So near behind that views side by side see it at the same place of the outline.
     near = BEHIND * np.array([1.0, 1.0, 0.0]) - np.array([0.0, 0.0, 8.0 * PIXEL])
     assert seen_through(drawn([near]), behind=[near])
@@ -100,10 +100,10 @@ def test_a_line_pays_for_its_choice_among_depths() -> None:
     maps, weight = [edge_map(v.image) for v in views], np.ones(len(views))
     sides, everyone = SideJudge(views, maps, weight), np.arange(len(views))
     ratio = float(sides.evidence(everyone, BEHIND[None]).ratio.sum())
-    worth = lines_behind(views, [BEHIND]).worth(SQUARE, UP, everyone)
-    assert worth == pytest.approx(ratio - np.log(400.0 / 5.0))
+    score = lines_behind(views, [BEHIND]).score(SQUARE, UP, everyone)
+    assert score == pytest.approx(ratio - np.log(400.0 / 5.0))
 
 
 def test_without_views_there_is_nothing_to_see() -> None:
     none = np.zeros(0, dtype=np.intp)
-    assert lines_behind(drawn([BEHIND]), [BEHIND]).worth(SQUARE, UP, none) == 0.0
+    assert lines_behind(drawn([BEHIND]), [BEHIND]).score(SQUARE, UP, none) == 0.0

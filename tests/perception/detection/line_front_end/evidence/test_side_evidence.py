@@ -18,13 +18,13 @@ def sides(corners: FloatArray) -> FloatArray:
     return np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
 
 
-def test_true_edges_are_worth_much_and_lines_in_the_air_little() -> None:
+def test_true_edges_score_high_and_lines_in_the_air_low() -> None:
     rig = block_rig()
-    worth = judge(rig).worth(rig.edges)
+    score = judge(rig).score(rig.edges)
     seen = rig.shown_edges.sum(axis=1) >= 3
-    assert worth[seen].min() > 20
-    away = judge(rig).worth(rig.edges + 0.5 * (rig.edges - rig.points.mean(axis=0)))
-    assert np.median(away) < 0.2 * np.median(worth[seen])
+    assert score[seen].min() > 20
+    away = judge(rig).score(rig.edges + 0.5 * (rig.edges - rig.points.mean(axis=0)))
+    assert np.median(away) < 0.2 * np.median(score[seen])
 
 
 def test_a_side_counts_in_each_view_that_has_an_edge_there() -> None:

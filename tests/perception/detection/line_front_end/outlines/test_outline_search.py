@@ -89,8 +89,8 @@ def test_sides_that_stop_short_of_their_corner_still_meet() -> None:
 
 def test_a_printed_line_does_not_halve_a_face() -> None:
     corners = placed(SQUARE, np.eye(3))
-    print_line = placed(np.array([[0.0, 0.5], [1.0, 0.5]]), np.eye(3))
-    best = outlines_of(corners, np.concatenate([sides_of(corners), print_line[None]]))[0]
+    texture_line = placed(np.array([[0.0, 0.5], [1.0, 0.5]]), np.eye(3))
+    best = outlines_of(corners, np.concatenate([sides_of(corners), texture_line[None]]))[0]
     assert same_ring(best.corners, corners)
 
 
@@ -98,7 +98,7 @@ def test_an_l_is_not_taken_for_its_rectangle() -> None:
     corners = placed(L_SHAPE, np.eye(3))
     best, *others = outlines_of(corners)
     assert len(best.lines) == 6
-    assert all(o.worth < best.worth for o in others)
+    assert all(o.score < best.score for o in others)
 
 
 def test_an_outline_with_a_side_missing_is_none() -> None:
@@ -123,7 +123,7 @@ def test_crossing_sides_are_no_outline() -> None:
     assert all(len(o.lines) == 3 for o in found)  # its two triangles at most
 
 
-def test_few_are_kept_and_the_worthiest_first() -> None:
+def test_few_are_kept_and_the_best_first() -> None:
     grid = [[[0.0, k / 4], [1.0, k / 4]] for k in range(5)]
     grid += [[[k / 4, 0.0], [k / 4, 1.0]] for k in range(5)]
     segments = np.array([placed(np.array(line), np.eye(3)) for line in grid])
@@ -131,8 +131,8 @@ def test_few_are_kept_and_the_worthiest_first() -> None:
     found = outlines_of(corners, segments)
     assert len(found) == KEEP
     assert same_ring(found[0].corners, corners)
-    worth = [o.worth for o in found]
-    assert worth == sorted(worth, reverse=True)
+    score = [o.score for o in found]
+    assert score == sorted(score, reverse=True)
 
 
 @pytest.mark.parametrize("count", [0, 1, 2])

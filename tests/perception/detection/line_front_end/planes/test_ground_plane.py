@@ -65,13 +65,13 @@ def test_without_lines_on_it_the_ground_is_where_the_lowest_segments_end() -> No
     np.testing.assert_allclose(ground.height, 0.02, atol=1e-6)
 
 
-def test_two_sides_of_a_foot_tell_the_ground_though_an_upright_is_followed_below_it() -> None:
+def test_two_sides_of_a_foot_give_the_ground_though_an_upright_is_followed_below_it() -> None:
     # Two lines that meet make no plane of their own.
     foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0.001]]])
     upright = np.array([[[0.4, -0.4, -0.1], [0.4, -0.4, 0.7]]])
     lines = cloud(grid(0.7, 0.4), foot, upright)
-    worth = np.array([10.0] * 10 + [20.0, 20.0, 30.0])
-    ground = find_ground(planes(lines), lines, worth, VIEWS, DISTANCE, UP)
+    score = np.array([10.0] * 10 + [20.0, 20.0, 30.0])
+    ground = find_ground(planes(lines), lines, score, VIEWS, DISTANCE, UP)
     assert ground is not None
     np.testing.assert_allclose(ground.height, 0.0, atol=1e-3)
 
@@ -79,8 +79,8 @@ def test_two_sides_of_a_foot_tell_the_ground_though_an_upright_is_followed_below
 def test_the_rim_of_a_seat_is_not_the_ground_of_thin_legs() -> None:
     legs = np.array([[[x, 0.0, 0.0], [x, 0.0, 0.7]] for x in (-0.4, 0.4)])
     lines = cloud(grid(0.7, 0.4), legs)
-    worth = np.array([100.0] * 10 + [50.0, 50.0])
-    ground = find_ground(planes(lines), lines, worth, VIEWS, DISTANCE, UP)
+    score = np.array([100.0] * 10 + [50.0, 50.0])
+    ground = find_ground(planes(lines), lines, score, VIEWS, DISTANCE, UP)
     assert ground is not None
     np.testing.assert_allclose(ground.height, 0.0, atol=1e-6)
 
@@ -90,8 +90,8 @@ def test_a_chance_line_below_few_lines_is_not_the_ground() -> None:
     foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0]]])
     chance = np.array([[[-0.3, 0.5, -0.3], [0.2, 0.6, -0.3]]])
     lines = cloud(grid(0.7, 0.4), foot, chance)
-    worth = np.array([7.0] * 10 + [10.0, 10.0, 4.0])
-    ground = find_ground(planes(lines), lines, worth, VIEWS, DISTANCE, UP)
+    score = np.array([7.0] * 10 + [10.0, 10.0, 4.0])
+    ground = find_ground(planes(lines), lines, score, VIEWS, DISTANCE, UP)
     assert ground is not None
     np.testing.assert_allclose(ground.height, 0.0, atol=1e-3)
 
@@ -100,9 +100,9 @@ def test_a_line_that_is_there_by_chance_does_not_lower_the_ground() -> None:
     foot = np.array([[[-0.4, -0.4, 0], [0.4, -0.4, 0]], [[0.4, -0.4, 0], [0.4, 0.4, 0]]])
     chance = np.array([[[-0.3, 0.5, -0.5], [0.2, 0.6, -0.5]]])
     lines = cloud(grid(0.7, 0.4), foot, chance)
-    worth = np.array([50.0] * (len(lines.segments) - 1) + [5.0])
+    score = np.array([50.0] * (len(lines.segments) - 1) + [5.0])
     for known in (planes(lines), ()):
-        ground = find_ground(known, lines, worth, VIEWS, DISTANCE, UP)
+        ground = find_ground(known, lines, score, VIEWS, DISTANCE, UP)
         assert ground is not None
         np.testing.assert_allclose(ground.height, 0.0, atol=1e-6)
 

@@ -1,4 +1,4 @@
-"""Which plane hypotheses are worth a search."""
+"""Which plane hypotheses to search."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,12 +39,12 @@ def test_a_plane_that_is_there_twice_is_taken_once() -> None:
     (only,) = choose_planes(
         (level(1.0, 4), tilted), cloud(SQUARE), np.full(4, 9.0), None, surface, 1
     )
-    assert only.promise == 36.0
+    assert only.bound == 36.0
     assert only.sides == (1.0, -1.0)
     assert len(only.plane.lines) == 4
 
 
-def test_planes_through_the_same_lines_are_worth_less_and_less() -> None:
+def test_planes_through_the_same_lines_score_less_and_less() -> None:
     # Twelve planes round one line, each with a short line of its own.
     axis = np.array([[[0.0, 0, 0], [0, 0, 1]]])
     turns = np.linspace(0, np.pi, 12, endpoint=False)
@@ -54,19 +54,19 @@ def test_planes_through_the_same_lines_are_worth_less_and_less() -> None:
         PlaneHypothesis(np.array([-np.sin(t), np.cos(t), 0.0]), 0.0, np.array([0, k + 1]))
         for k, t in enumerate(turns)
     ]
-    worth = np.array([100.0, *np.full(12, 5.0)])
+    score = np.array([100.0, *np.full(12, 5.0)])
     lines = cloud(np.concatenate([axis, own]))
-    chosen = choose_planes(planes, lines, worth, None, surface, 16.0)
+    chosen = choose_planes(planes, lines, score, None, surface, 16.0)
     assert 3 <= len(chosen) <= 5
-    np.testing.assert_allclose([c.promise for c in chosen], 105.0)
+    np.testing.assert_allclose([c.bound for c in chosen], 105.0)
 
 
-def test_lines_on_the_ground_are_worth_nothing() -> None:
+def test_lines_on_the_ground_do_not_count() -> None:
     low = SQUARE - UP
     ground = Ground(UP, 0.0, 6 * PIXEL, np.array([[0.0, -3.0, 2.0]]), 3.0)
-    worth = np.full(4, 50.0)
-    assert len(choose_planes((level(1.0, 4),), cloud(SQUARE), worth, ground, surface, 16.0)) == 1
-    assert choose_planes((level(0.0, 4),), cloud(low), worth, ground, surface, 16.0) == ()
+    score = np.full(4, 50.0)
+    assert len(choose_planes((level(1.0, 4),), cloud(SQUARE), score, ground, surface, 16.0)) == 1
+    assert choose_planes((level(0.0, 4),), cloud(low), score, ground, surface, 16.0) == ()
 
 
 def test_no_planes_are_none() -> None:
@@ -77,11 +77,11 @@ def test_lines_speak_only_for_a_plane_that_is_a_surface_beside_them() -> None:
     def from_above_at_two(plane: PlaneHypothesis) -> NDArray[np.bool_]:
         return np.array([[True, True, False, False], [False] * 4])
 
-    worth = np.full(4, 10.0)
-    (plane,) = choose_planes((level(1.0, 4),), cloud(SQUARE), worth, None, from_above_at_two, 16.0)
-    assert plane.promise == 20.0
+    score = np.full(4, 10.0)
+    (plane,) = choose_planes((level(1.0, 4),), cloud(SQUARE), score, None, from_above_at_two, 16.0)
+    assert plane.bound == 20.0
     assert plane.sides == (1.0,)
-    assert not choose_planes((level(1.0, 4),), cloud(SQUARE), worth, None, from_above_at_two, 25.0)
+    assert not choose_planes((level(1.0, 4),), cloud(SQUARE), score, None, from_above_at_two, 25.0)
 
 
 def test_a_plane_is_known_near_its_lines_and_hardly_far_from_them() -> None:

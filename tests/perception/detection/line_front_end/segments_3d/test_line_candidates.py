@@ -98,7 +98,7 @@ def test_parallel_planes_do_not_meet() -> None:
     assert not len(candidate_segments(view(), upright, BESIDE, upright)[0])
 
 
-def test_every_pair_is_asked() -> None:
+def test_every_pair_is_tested() -> None:
     rng = np.random.default_rng(0)
     segments = rng.uniform(-1, 1, (6, 2, 3))
     left = np.concatenate([seen(LEFT, s) for s in segments])

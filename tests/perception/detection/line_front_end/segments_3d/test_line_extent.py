@@ -78,7 +78,7 @@ def test_the_edges_of_a_block_are_covered_to_their_ends_and_not_beyond() -> None
     )
 
 
-def test_a_short_piece_of_an_edge_tells_how_far_the_edge_reaches() -> None:
+def test_a_short_piece_of_an_edge_is_extended_to_all_of_the_edge() -> None:
     rig = block_rig()
     a, b = rig.edges[:, 0], rig.edges[:, 1]
     pieces = np.stack([a + 0.3 * (b - a), a + 0.7 * (b - a)], axis=1)

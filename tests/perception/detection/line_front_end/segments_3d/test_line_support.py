@@ -82,7 +82,7 @@ def test_every_edge_of_a_block_is_covered_where_it_is_seen() -> None:
     assert np.median(cover[~rig.shown_edges]) < 0.3
 
 
-def test_hits_tell_which_samples_are_in_the_picture() -> None:
+def test_hits_return_which_samples_are_in_the_picture() -> None:
     looking = view(half_plane(0.0, np.array([160.0, 120.0])))
     pixels = np.stack([np.linspace(-100, 419, 53), np.full(53, 120.0)], axis=-1)
     found, inside = hits(looking, edge_map(looking.image), at_depth(pixels[None]))

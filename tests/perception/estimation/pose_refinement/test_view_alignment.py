@@ -8,7 +8,7 @@ import numpy as np
 from facetlog.perception.detection.edge_maps import edge_map
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import shown_lines
 from facetlog.perception.detection.segments import detect_segments
-from facetlog.perception.estimation.pose_refinement.agreement import in_agreement
+from facetlog.perception.estimation.pose_refinement.view_alignment import aligned_views
 from facetlog.perception.types import View
 from facetlog.robot.rendering.views import views_of, with_pose_noise
 from facetlog.robot.rendering.worlds import make_world
@@ -25,7 +25,7 @@ def agreeing(views: tuple[View, ...]) -> tuple[View, ...]:
     maps = [edge_map(v.image) for v in views]
     segments = [detect_segments(v.image) for v in views]
     cloud, use = shown_lines(views, maps, segments)
-    return in_agreement(views, maps, segments, cloud.segments, use) or views
+    return aligned_views(views, maps, segments, cloud.segments, use) or views
 
 
 def test_views_that_agree_stay_as_they_are() -> None:

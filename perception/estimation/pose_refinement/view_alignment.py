@@ -1,10 +1,10 @@
-"""Views brought into agreement by the straight edges that they show, so that faces can be found.
+"""Views with independent pose errors, aligned coarse to fine by their straight edges.
 
-Poses that err one by one by some tenths of a degree leave edges off by more than a search across
-them reaches. In a small picture, and with edges that reach further, they are off by less; so views
-and 3-D segments are fitted together from coarse pictures to fine ones. Poses in agreement need not
-be the right ones, only good enough to tell what belongs together: what is measured then is weighed
-with the poses that were given (bundle_adjustment/).
+Pose errors of some tenths of a degree leave edges off by more than a search across them reaches. In
+a small picture, and with edges that reach further, they are off by fewer pixels; so views and 3-D
+segments are fitted together from coarse pictures to fine ones. The aligned poses need not be right,
+only consistent enough to find correspondences: the measurements are then weighted with the given
+poses (bundle_adjustment/).
 """
 
 from collections.abc import Sequence
@@ -23,38 +23,38 @@ from facetlog.perception.estimation.pose_refinement.line_alignment import Drifti
 from facetlog.perception.estimation.pose_refinement.pose_chain import SinglePoses, of_twist
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["in_agreement"]
+__all__ = ["aligned_views"]
 
 POSE_SD = np.radians(1.0)
-"""Of turns, and of places as seen from the cameras' distance: about how far poses may be off. Large
-enough to leave the say to the pictures."""
+"""Prior standard deviation of rotations, and of places as seen from the cameras' distance. Large
+enough that the pictures decide."""
 WELL_EXPLAINED = 0.9
-"""Where so much of the pictures' segments lies on 3-D segments nothing is tried: right poses of
+"""Explained share of the pictures' segments from which on views stay as they are: right poses of
 rendered worlds have .87 to 1, poses off by .3 degrees .7 to .8."""
 LEVELS = (
     ((1 / 3, None), (1 / 2, None), (1.0, None)),
     ((1 / 4, 4.0), (1 / 4, None), (1 / 3, None), (1 / 2, None), (1.0, None)),
 )
-"""Shares of the pictures' size, and how far edges reach there (px); the coarser way is gone where
-the finer one does not lead to agreement."""
+"""Scales of the pictures, and how far edges reach there (px); the coarser scales are used where the
+finer ones do not lead to alignment."""
 SEARCH_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 """Width searched across projected segments in successive fits."""
 MOVED_SHARE, MOVED = 0.2, 0.5
-"""Nothing is tried either where a fit to the segments at hand moves less than a fifth of the views
+"""Views also stay as they are where a fit to the present segments moves less than a fifth of them
 by half of what edges reach, 1 px: sets with right poses (eight path-traced, three photographed)
 moved by .25 to .99 px, own worlds off by .1 to 1 degree by 1.1 to 3.4."""
 GAIN = 0.02
-"""Of the explained share, for which poses are moved."""
+"""Least gain of the explained share for which poses are changed."""
 
 
-def in_agreement(
+def aligned_views(
     views: Sequence[View],
     maps: Sequence[EdgeMap],
     segments: Sequence[FloatArray],
     lines: FloatArray,
     use: NDArray[np.bool_],
 ) -> tuple[View, ...] | None:
-    """The views where their straight segments (n, 4) agree; None where they do as they are.
+    """The views at poses where their straight segments (n, 4) agree; None where they already do.
 
     `lines` (n, 2, 3) are the 3-D segments at the poses given, `use` (n, V) which view shows which.
     """
@@ -86,7 +86,7 @@ def in_agreement(
 def _moved(
     full: DriftingViews, twists: FloatArray, lines: FloatArray, use: NDArray[np.bool_]
 ) -> bool:
-    """Whether the 3-D segments move in the pictures of many views by more than matters."""
+    """Whether the 3-D segments move significantly in the pictures of many views."""
     motion = []
     for k, view in enumerate(full.at(range(len(full.views)), twists)):
         ends = lines[use[:, k]]

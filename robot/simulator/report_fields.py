@@ -1,4 +1,4 @@
-"""What the simulated robot says of itself, in the units of its wire."""
+"""Fields of the simulated robot's reports, in the units of the protocol."""
 
 import math
 import struct
@@ -21,16 +21,16 @@ NO_TEMPERATURE = -127
 
 
 def motion_fields(
-    parameters: Parameters, body: Body, odometry: Odometry, asked: float | None, bits: int
+    parameters: Parameters, body: Body, odometry: Odometry, commanded: float | None, bits: int
 ) -> dict[str, int]:
-    """Place, heading, wheels' speeds and the heading that is asked for, as a SIP has them.
+    """Place, heading, wheels' speeds and the commanded heading, as a SIP has them.
 
-    The place rolls over after so many `bits`; without a heading that is asked for the present one
-    stands in its place.
+    The place wraps around after so many `bits`; without a commanded heading the present one is
+    used.
     """
     mask = (1 << bits) - 1
     half = body.turning * body.track / 2
-    aimed = odometry.heading if asked is None else math.remainder(asked, 2 * math.pi)
+    aimed = odometry.heading if commanded is None else math.remainder(commanded, 2 * math.pi)
     return {
         "x": round(odometry.x / parameters.distance) & mask,
         "y": round(odometry.y / parameters.distance) & mask,
@@ -70,7 +70,7 @@ def encoders(body: Body, ticks_mm: int) -> Encoders:
 
 
 def true_pose_packet(truth: Truth, errors: MotionErrors, interval_ms: int) -> Packet:
-    """Where the robot truly is (SIM_STAT): millimetres and whole degrees, in AMRISim's layout.
+    """The true pose (SIM_STAT): millimetres and whole degrees, in AMRISim's layout.
 
     Two empty strings, flags, three intervals in ms, x, y, z and heading, latitude, longitude and
     altitude with their uncertainty (-1: none), and the errors of odometry as shares.

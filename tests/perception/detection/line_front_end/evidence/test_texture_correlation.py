@@ -1,11 +1,11 @@
-"""Whether pictures show one and the same print at places of a plane."""
+"""Whether pictures show the same texture at places of a plane."""
 
 import numpy as np
 
-from facetlog.perception.detection.line_front_end.evidence.print_likeness import (
-    MIN_LIKENESS,
-    print_likeness,
+from facetlog.perception.detection.line_front_end.evidence.texture_correlation import (
+    MIN_CORRELATION,
     surface_between,
+    texture_correlation,
 )
 from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.printed_disc import (
@@ -26,34 +26,34 @@ def inside(count: int, height: float = HEIGHT) -> FloatArray:
 
 
 def likeness(rig: PrintedRig, points: FloatArray) -> FloatArray:
-    return print_likeness(rig.views, np.arange(len(rig.views)), points, UP, rig.pixel)
+    return texture_correlation(rig.views, np.arange(len(rig.views)), points, UP, rig.pixel)
 
 
-def test_print_is_alike_on_its_plane() -> None:
+def test_texture_correlates_on_its_plane() -> None:
     assert (likeness(printed_rig(), inside(40)) > 0.8).all()
 
 
-def test_print_is_not_alike_off_its_plane() -> None:
-    assert (likeness(printed_rig(), inside(40, HEIGHT + 1.0)) < MIN_LIKENESS).mean() > 0.9
+def test_texture_does_not_correlate_off_its_plane() -> None:
+    assert (likeness(printed_rig(), inside(40, HEIGHT + 1.0)) < MIN_CORRELATION).mean() > 0.9
 
 
-def test_different_print_is_not_alike() -> None:
+def test_different_textures_do_not_correlate() -> None:
     rig = rig_of(ring(6, 60.0), range(6))
-    assert (likeness(rig, inside(40)) < MIN_LIKENESS).all()
+    assert (likeness(rig, inside(40)) < MIN_CORRELATION).all()
 
 
 def test_places_out_of_view_are_not_alike() -> None:
     assert not likeness(printed_rig(), inside(5) + np.array([100.0, 0.0, 0.0])).any()
 
 
-def test_print_is_surface_as_seen_from_above_only() -> None:
+def test_texture_is_surface_as_seen_from_above_only() -> None:
     rig = printed_rig()
-    front, back = surface_between(rig.witnesses, rig.views, rig.pixel, UP, inside(40))
+    front, back = surface_between(rig.photos, rig.views, rig.pixel, UP, inside(40))
     assert front.mean() > 0.9
     assert not back.any()
 
 
 def test_there_is_no_surface_in_the_air() -> None:
     rig = printed_rig()
-    found = surface_between(rig.witnesses, rig.views, rig.pixel, UP, inside(40, HEIGHT + 1.0))
+    found = surface_between(rig.photos, rig.views, rig.pixel, UP, inside(40, HEIGHT + 1.0))
     assert found.mean() < 0.1

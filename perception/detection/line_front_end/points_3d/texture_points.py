@@ -1,4 +1,4 @@
-"""The points of print of a scene, and which view sees which."""
+"""The texture points of a scene, and which view sees which."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -8,23 +8,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.edge_maps import EdgeMap
-from facetlog.perception.detection.line_front_end.points_3d.feature_chains import (
+from facetlog.perception.detection.line_front_end.points_3d.feature_tracks import (
     CORNER_SD_PX,
-    MIN_CHAIN,
-    feature_chains,
+    MIN_TRACK,
+    feature_tracks,
 )
-from facetlog.perception.detection.line_front_end.points_3d.print_features import (
+from facetlog.perception.detection.line_front_end.points_3d.texture_features import (
     common_direction,
-    print_features,
+    texture_features,
 )
 from facetlog.perception.detection.view_graph import ViewGraph
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["PrintPoints", "Triangulate", "print_points"]
+__all__ = ["TexturePoints", "Triangulate", "texture_points"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PrintPoints:
+class TexturePoints:
     """Points (n, 3) of the scene, their covariances (n, 3, 3), and which view sees which (n, V)."""
 
     points: FloatArray
@@ -42,29 +42,31 @@ class PrintPoints:
 
 
 Triangulate: TypeAlias = Callable[
-    [Sequence[View], FloatArray, float, NDArray[np.bool_]], PrintPoints
+    [Sequence[View], FloatArray, float, NDArray[np.bool_]], TexturePoints
 ]
-"""From views, pixels (n, V, 2), their standard deviation px, and which were seen (n, V), to those
-points on which three views and more agree."""
+"""From views, pixels (n, V, 2), their standard deviation px, and which were seen (n, V), to the
+points that at least three views are inliers of."""
 
 
-def print_points(
+def texture_points(
     views: Sequence[View],
     maps: Sequence[EdgeMap],
     graph: ViewGraph,
     pixel: float,
     triangulate: Triangulate,
-) -> PrintPoints:
-    """Points that texture shows in three views and more; `pixel` is a pixel's length at the focus.
+) -> TexturePoints:
+    """Texture points seen in three views or more; `pixel` is a pixel's length at the focus.
 
     Only the views that are paired for depth take part.
     """
     direction = common_direction(views)
     paired = sorted({k for pair in graph.pairs for k in pair})
-    if len(paired) < MIN_CHAIN:
-        return PrintPoints.none(len(views))
-    features = {k: print_features(views[k], maps[k], direction, graph.focus, pixel) for k in paired}
-    uv, seen = feature_chains(features, views, graph.pairs)
+    if len(paired) < MIN_TRACK:
+        return TexturePoints.none(len(views))
+    features = {
+        k: texture_features(views[k], maps[k], direction, graph.focus, pixel) for k in paired
+    }
+    uv, seen = feature_tracks(features, views, graph.pairs)
     if not len(uv):
-        return PrintPoints.none(len(views))
+        return TexturePoints.none(len(views))
     return triangulate(views, uv, CORNER_SD_PX, seen)

@@ -1,11 +1,11 @@
-"""Points of print from the features that may show them: what the views agree on."""
+"""Texture points triangulated from matched features, with the views that are inliers."""
 
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
+from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.estimation.point_consensus import agreeing_views
 from facetlog.perception.estimation.point_views import Cameras, Sightings
 from facetlog.perception.estimation.symmetric_matrices import unpacked
@@ -16,8 +16,8 @@ __all__ = ["triangulated"]
 
 def triangulated(
     views: Sequence[View], uv: FloatArray, sd_px: float, seen: NDArray[np.bool_]
-) -> PrintPoints:
-    """The points before the cameras on which three views and more agree, by the views that do.
+) -> TexturePoints:
+    """The points in front of the cameras with three inlier views or more, and these views.
 
     `uv` (n, V, 2) are pixels with this standard deviation, where `seen` (n, V).
     """
@@ -26,4 +26,6 @@ def triangulated(
     agreed = agreeing_views(cameras, Sightings.of(cameras, uv, cov, seen))
     rows = np.flatnonzero(agreed.stands & ~agreed.behind)
     points = cameras.origin + cameras.scale * agreed.points[rows]
-    return PrintPoints(points, cameras.scale**2 * unpacked(agreed.covs[rows]), agreed.masks[rows])
+    return TexturePoints(
+        points, cameras.scale**2 * unpacked(agreed.covs[rows]), agreed.inliers[rows]
+    )

@@ -1,4 +1,4 @@
-"""Planes of print beside those of lines: those that no lines tell."""
+"""Planes of texture points that no lines propose, added to those of lines."""
 
 from collections.abc import Sequence
 
@@ -9,51 +9,51 @@ from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     same_plane,
 )
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
-from facetlog.perception.detection.line_front_end.planes.print_planes import (
-    PrintPlane,
+from facetlog.perception.detection.line_front_end.planes.texture_planes import (
+    TexturePlane,
     patch_box,
 )
-from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
+from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.ties import largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["as_hypothesis", "with_print_planes"]
+__all__ = ["as_hypothesis", "with_texture_planes"]
 
 # A segment whose ends are this near to a plane, px, may bound a face there.
 ON_PLANE_PX = 3.0
 
 
-def with_print_planes(
+def with_texture_planes(
     chosen: Sequence[ChosenPlane],
-    patches: Sequence[PrintPlane],
-    prints: PrintPoints,
+    patches: Sequence[TexturePlane],
+    texture: TexturePoints,
     cloud: LineCloud,
 ) -> tuple[ChosenPlane, ...]:
-    """The planes chosen by lines and then those of patches of print that are none of them."""
+    """The planes chosen by lines, then those of texture patches that are not among them."""
     planes = list(chosen)
     for patch in patches:
-        own = as_hypothesis(patch, prints, cloud)
-        if not same_plane(own, own.prints, [c.plane for c in planes], cloud.pixel).any():
-            planes.append(ChosenPlane(own, patch.worth, patch.sides, _box(own, cloud)))
+        own = as_hypothesis(patch, texture, cloud)
+        if not same_plane(own, own.texture, [c.plane for c in planes], cloud.pixel).any():
+            planes.append(ChosenPlane(own, patch.score, patch.sides, _box(own, cloud)))
     return tuple(planes)
 
 
-def as_hypothesis(patch: PrintPlane, prints: PrintPoints, cloud: LineCloud) -> PlaneHypothesis:
+def as_hypothesis(patch: TexturePlane, texture: TexturePoints, cloud: LineCloud) -> PlaneHypothesis:
     """The plane of a patch, with its points and the segments that lie on it."""
     off = np.abs(cloud.segments @ patch.normal - patch.distance).max(axis=1, initial=0.0)
     lines = np.flatnonzero(off < ON_PLANE_PX * cloud.pixel)
-    covs = prints.covs[patch.points]
+    covs = texture.covs[patch.points]
     variance = np.einsum("k,nkl,l->n", patch.normal, covs, patch.normal) + cloud.pixel**2
-    points = prints.points[patch.points]
+    points = texture.points[patch.points]
     return PlaneHypothesis(patch.normal, patch.distance, lines, points, variance)
 
 
 def _box(plane: PlaneHypothesis, cloud: LineCloud) -> FloatArray:
-    # What bounds a face runs along or across its longest line, if it has any.
+    # The sides of a face run along or across its longest line, if it has any.
     lines = cloud.segments[plane.lines]
     along = lines[:, 1] - lines[:, 0]
     if not len(lines):
-        return patch_box(plane.prints, plane.normal, None)
+        return patch_box(plane.texture, plane.normal, None)
     longest = along[largest(np.linalg.norm(along, axis=1))]
-    return patch_box(plane.prints, plane.normal, longest)
+    return patch_box(plane.texture, plane.normal, longest)

@@ -1,4 +1,4 @@
-"""Features that show one and the same point: matched between pairs of views, linked to chains."""
+"""Features that show the same point: matched between pairs of views and linked into tracks."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,34 +7,34 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from facetlog.perception.detection.line_front_end.points_3d.print_features import (
+from facetlog.perception.detection.line_front_end.points_3d.texture_features import (
     APART_PX,
-    PrintFeatures,
+    TextureFeatures,
 )
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["CORNER_SD_PX", "MIN_CHAIN", "feature_chains", "matched_features"]
+__all__ = ["CORNER_SD_PX", "MIN_TRACK", "feature_tracks", "matched_features"]
 
-# Standard deviation of a corner's place, px: print seen from elsewhere is another picture, whose
-# corner lies elsewhere by a share of the window.
+# Standard deviation of a corner's place, px: texture looks different from elsewhere, and its corner
+# moves by a share of the window.
 CORNER_SD_PX = 0.7
 # A match lies this near to the epipolar line, in standard deviations of both corners.
 LINE_SDS = 3.0
 # Patches are alike from this correlation on: of two that have nothing in common, each of some
 # twenty independent samples, it is 1 / √20 on average, and once in 300 as much as this.
-MIN_LIKENESS = 0.6
-# The next like elsewhere on the line must be so much farther off (Lowe 2004).
+MIN_CORRELATION = 0.6
+# Ratio test: the second best match on the line must be this much farther off (Lowe 2004).
 RATIO = 0.85
-# Two views of a point prove nothing: a match by chance always meets one of the two.
-MIN_CHAIN = 3
+# Two views of a point prove nothing: the rays of a chance match on epipolar lines always meet.
+MIN_TRACK = 3
 
 
-def feature_chains(
-    features: Mapping[int, PrintFeatures],
+def feature_tracks(
+    features: Mapping[int, TextureFeatures],
     views: Sequence[View],
     pairs: Sequence[tuple[int, int]],
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Pixels (n, V, 2) of what may be n points, and which views show them (n, V).
+    """Pixels (n, V, 2) of n candidate points, and which views show them (n, V).
 
     `features` are those of the views (by their number) that the `pairs` name. Of a chain with two
     features of one view neither counts: they are not the same point.
@@ -53,7 +53,7 @@ def feature_chains(
     owner = np.repeat(np.array(numbers, dtype=np.intp), counts)
     often = np.zeros((chains, len(views)), dtype=np.intp)
     np.add.at(often, (label, owner), 1)
-    kept = np.nonzero((often == 1).sum(axis=1) >= MIN_CHAIN)[0]
+    kept = np.nonzero((often == 1).sum(axis=1) >= MIN_TRACK)[0]
     uv = np.zeros((chains, len(views), 2))
     if total:
         uv[label, owner] = np.concatenate([features[k].uv for k in numbers])
@@ -61,9 +61,9 @@ def feature_chains(
 
 
 def matched_features(
-    one: PrintFeatures, other: PrintFeatures, view: View, other_view: View
+    one: TextureFeatures, other: TextureFeatures, view: View, other_view: View
 ) -> NDArray[np.intp]:
-    """Pairs (m, 2) of features of two views that are each other's likest on the epipolar line."""
+    """Pairs (m, 2) of features of two views that are each other's best match on epipolar lines."""
     if not len(one.uv) or not len(other.uv):
         return np.zeros((0, 2), dtype=np.intp)
     lines = np.column_stack([one.uv, np.ones(len(one.uv))]) @ _epipolar(view, other_view).T
@@ -77,7 +77,7 @@ def matched_features(
     best = likeness.argmax(axis=1)
     alike = likeness[rows, best]
     mutual = likeness.argmax(axis=0)[best] == rows
-    likely = np.nonzero(mutual & (alike > MIN_LIKENESS))[0]
+    likely = np.nonzero(mutual & (alike > MIN_CORRELATION))[0]
     rest, places = likeness[likely], other.uv.astype(np.float32)
     there = places[best[likely]]
     apart = np.abs(there[:, :1] - places[:, 0]) > APART_PX

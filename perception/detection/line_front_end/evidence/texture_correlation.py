@@ -1,8 +1,8 @@
-"""Do the pictures show one and the same print at places of a plane? Their correlation says it.
+"""Do the pictures show the same texture at places of a plane? Patches are compared by correlation.
 
-Where a surface is rough or finely printed, the level of a single pixel hardly tells that views
-agree: it is as unsure as the surface is steep there. What a piece of the plane shows altogether
-does, whatever the light: each view's picture of the piece is laid onto the plane and compared.
+Where a surface is rough or finely textured, the level of a single pixel hardly shows that views
+agree: its uncertainty grows with the picture's gradient. A whole patch of the plane does, whatever
+the light: each view's patch is warped onto the plane and compared (normalised cross-correlation).
 """
 
 from collections.abc import Sequence
@@ -16,26 +16,26 @@ from facetlog.perception.detection.line_front_end.evidence.half_planes import (
     MIN_INSIDE,
     MIN_WEIGHT,
 )
-from facetlog.perception.detection.line_front_end.evidence.witnesses import Witnesses
+from facetlog.perception.detection.line_front_end.evidence.photometric_views import PhotometricViews
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["MIN_LIKENESS", "PIECE_PX", "print_likeness", "surface_between"]
+__all__ = ["MIN_CORRELATION", "PIECE_PX", "surface_between", "texture_correlation"]
 
 # A piece has SAMPLES x SAMPLES samples this far apart, px at the object: as patches of features,
-# large enough to tell print and small enough to lie on one surface.
+# large enough to be distinctive and small enough to lie on one surface.
 SAMPLES, STEP_PX = 8, 2.5
 PIECE_PX = SAMPLES * STEP_PX
 # Between a point of a plane and so many of its neighbours the plane is looked at.
 NEIGHBOURS = 4
-# Two views show one print where their pictures correlate so much; of two that have nothing in
+# Two views show the same texture where they correlate this much; of two that have nothing in
 # common, each of some twenty independent samples, one in a hundred does, and three hardly ever.
-MIN_LIKENESS = 0.5
+MIN_CORRELATION = 0.5
 
 
-def print_likeness(
+def texture_correlation(
     views: Sequence[View],
     which: NDArray[np.intp],
     points: FloatArray,
@@ -74,7 +74,7 @@ def print_likeness(
 
 
 def surface_between(
-    witnesses: Witnesses,
+    photos: PhotometricViews,
     views: Sequence[View],
     pixel: float,
     normal: FloatArray,
@@ -82,19 +82,19 @@ def surface_between(
 ) -> NDArray[np.bool_]:
     """Whether a plane is surface between each of its points (n, 3) and the next ones: (2, n).
 
-    By its levels or by its print, first as the views before it see it, then as those behind it do.
-    Corners of a frame lie on a plane, too, but there is air between them.
+    By grey levels or by texture, first as seen from its front, then from its back. The corners of
+    a frame lie on a plane, too, but there is air between them.
     """
     apart = np.linalg.norm(points[:, None] - points, axis=-1)
     near = np.argsort(apart, axis=1, kind="stable")[:, 1 : NEIGHBOURS + 1]
     middles = ((points[:, None] + points[near]) / 2).reshape(-1, 3)
     found = np.zeros((2, len(points)), dtype=np.bool_)
     for facing, row in zip((normal, -normal), found, strict=True):
-        which = witnesses.facing(points.mean(axis=0), facing)
-        if witnesses.weight[which].sum() < MIN_WEIGHT:
+        which = photos.facing(points.mean(axis=0), facing)
+        if photos.weight[which].sum() < MIN_WEIGHT:
             continue
-        ratio = witnesses.agree(which, middles)[0].ratio.reshape(near.shape)
+        ratio = photos.agree(which, middles)[0].ratio.reshape(near.shape)
         even = (ratio.mean(axis=1) > MIN_INSIDE) & ((ratio > 0).mean(axis=1) >= MIN_CONSISTENT)
-        likeness = print_likeness(views, which, middles, normal, pixel).reshape(near.shape)
-        row[:] = even | ((likeness > MIN_LIKENESS).mean(axis=1) >= MIN_CONSISTENT)
+        likeness = texture_correlation(views, which, middles, normal, pixel).reshape(near.shape)
+        row[:] = even | ((likeness > MIN_CORRELATION).mean(axis=1) >= MIN_CONSISTENT)
     return found

@@ -9,7 +9,11 @@ import pytest
 from facetlog.cli import main
 from facetlog.errors import DeviceTimeout, InputError
 from facetlog.robot.collecting.optics import Optics
-from facetlog.robot.collecting.simulated import SIMULATED_CAMERA, check_start, sight
+from facetlog.robot.collecting.simulated_robot import (
+    SIMULATED_CAMERA,
+    camera_and_optics,
+    check_start,
+)
 from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.world_file import RobotSetup, StartSetup, WorldSetup
@@ -18,7 +22,7 @@ from tests.robot.simulator.running import SMALL, Running
 
 
 @dataclass
-class Asked:
+class ConnectedRobot:
     serial_number: str | None = "SIM"
     true: Pose2 | None = None
 
@@ -44,47 +48,47 @@ def _quiet(message: str) -> None:
 )
 def test_a_simulated_robot_that_stands_elsewhere_is_refused(true: Pose2) -> None:
     with pytest.raises(InputError, match=r"give --start .* or start facetlog simulate anew") as no:
-        check_start(Asked(true=true), Pose2(), _quiet)
+        check_start(ConnectedRobot(true=true), Pose2(), _quiet)
     place = str(no.value).split("--start ")[1].split(", or")[0]
     x, y, heading = map(float, place.split(","))
-    check_start(Asked(true=true), Pose2(x, y, math.radians(heading)), _quiet)
+    check_start(ConnectedRobot(true=true), Pose2(x, y, math.radians(heading)), _quiet)
 
 
 def test_where_a_simulated_robot_stands_may_be_off_by_a_little() -> None:
-    check_start(Asked(true=Pose2(0.03, -0.03, math.radians(-2))), Pose2(), _quiet)
+    check_start(ConnectedRobot(true=Pose2(0.03, -0.03, math.radians(-2))), Pose2(), _quiet)
 
 
 @pytest.mark.parametrize("serial_number", [None, "", "AB1234"])
-def test_a_real_robot_is_not_asked_where_it_stands(serial_number: str | None) -> None:
-    check_start(Asked(serial_number, Pose2(3.0)), Pose2(), _quiet)
+def test_the_true_pose_of_a_real_robot_is_not_requested(serial_number: str | None) -> None:
+    check_start(ConnectedRobot(serial_number, Pose2(3.0)), Pose2(), _quiet)
 
 
-def test_a_simulated_robot_that_does_not_say_where_it_stands_is_told_of() -> None:
+def test_a_simulated_robot_without_a_true_pose_gives_a_warning() -> None:
     said: list[str] = []
-    check_start(Asked(), Pose2(), said.append)
-    assert "does not say where it stands" in said[0]
+    check_start(ConnectedRobot(), Pose2(), said.append)
+    assert "does not report its true pose" in said[0]
 
 
 @pytest.mark.parametrize("address", ["tcp:127.0.0.1:8101", "localhost:8101", "/dev/pts/3"])
 def test_only_a_robot_that_says_so_has_the_simulated_camera(address: str) -> None:
     said: list[str] = []
-    seen = sight(Asked(), address, None, None, said.append)
+    seen = camera_and_optics(ConnectedRobot(), address, None, None, said.append)
     assert seen.camera == SIMULATED_CAMERA
     assert "--camera-file" in said[0]
     for serial_number in (None, "AB1234"):
-        robot = Asked(serial_number)
+        robot = ConnectedRobot(serial_number)
         with pytest.raises(InputError, match=f"which camera is on {address}.* --camera"):
-            sight(robot, address, None, None, _quiet)
+            camera_and_optics(robot, address, None, None, _quiet)
         # The calibration is not that of the simulated camera either, wherever a tunnel ends.
         with pytest.raises(InputError, match="needs its calibration: give --camera-file"):
-            sight(robot, address, "http://127.0.0.1:8080/", None, _quiet)
+            camera_and_optics(robot, address, "http://127.0.0.1:8080/", None, _quiet)
         optics = Optics(tour_camera())
-        assert sight(robot, address, "0", optics, _quiet).optics is optics
+        assert camera_and_optics(robot, address, "0", optics, _quiet).optics is optics
 
 
 def test_a_simulated_robot_elsewhere_has_no_camera_here() -> None:
     with pytest.raises(InputError, match=r"which camera is on robot\.local"):
-        sight(Asked(), "robot.local:8101", None, None, _quiet)
+        camera_and_optics(ConnectedRobot(), "robot.local:8101", None, None, _quiet)
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,7 @@
-"""Whether a cloud goes all round its things, as points taken all over a surface do.
+"""Whether a cloud covers all sides of its objects, as points sampled all over a surface do.
 
-Whoever looks from one side sees nothing that is hidden behind something else: there is a direction
-from which all of the cloud lies open. A cloud that goes all round has hidden surface from wherever
-one looks, for solids about half of it.
+A scan from one side has no occluded points: there is a direction from which all of it is visible. A
+cloud of all sides has hidden surface from every direction, for solids about half of it.
 """
 
 import numpy as np
@@ -12,19 +11,19 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.surfaces.occupancy import CELLS
 from facetlog.perception.types import FloatArray
 
-__all__ = ["closes_gaps", "goes_all_round", "least_hidden"]
+__all__ = ["closes_gaps", "covers_all_sides", "least_hidden"]
 
 # Directions to look along, each from both ends: none is further than 15 degrees from one of them.
 DIRECTIONS = 48
 GOLDEN_TURN = float(np.pi * (3.0 - np.sqrt(5.0)))
 # Rays run through cells so many spacings wide: of points at random one cell in 500 is empty.
 CELL_SPACINGS = 2.5
-# What is behind a gap of so many sd and so many cells is another layer; less is noise, or the
-# slope of one surface.
+# A gap of so many sd and so many cells in depth separates two layers; less is noise, or the slope
+# of one surface.
 GAP_SDS = 4.0
 GAP_CELLS = 1.0
-# A view from one side hides less than this: flying points, and what is seen past an edge from
-# elsewhere than along the nearest direction. Of 62 views of boxes none hides more than 0.5 %; of
+# In a view from one side less than this is hidden: flying points, and points seen past an edge from
+# beside the nearest tested direction. Of 62 views of boxes none hides more than 0.5 %; of
 # noisy samples all over furniture the least, tables of one thin sheet on four legs, hide 1.3 %.
 HIDDEN_SHARE = 0.01
 
@@ -36,8 +35,8 @@ CELLS_A_POINT = 5.0
 FLAT_SHARE = 0.9
 
 
-def goes_all_round(points: FloatArray, *, noise: float, spacing: float) -> bool:
-    """Whether more of points (n, 3) is hidden from everywhere than a view from one side hides."""
+def covers_all_sides(points: FloatArray, *, noise: float, spacing: float) -> bool:
+    """Whether more of points (n, 3) is hidden from every direction than in a view from one side."""
     return least_hidden(points, noise=noise, spacing=spacing) > HIDDEN_SHARE
 
 
@@ -53,7 +52,7 @@ def closes_gaps(points: FloatArray, rest: FloatArray, area: float) -> bool:
 
 
 def least_hidden(points: FloatArray, *, noise: float, spacing: float) -> float:
-    """The share of points (n, 3) hidden behind others, from where least are.
+    """The share of points (n, 3) hidden behind others, from the direction where it is smallest.
 
     `noise` is the sd of a point off its surface, `spacing` the typical distance between points.
     """
@@ -73,7 +72,7 @@ def _directions() -> FloatArray:
 
 
 def _hidden(points: FloatArray, way: FloatArray, width: float, gap: float) -> tuple[float, float]:
-    """Shares of points hidden to who looks along `way`, and to who looks against it."""
+    """Shares of points hidden when seen along the direction `way`, and against it."""
     flat = points @ plane_axes(way, np.roll(way, 1)).T
     cells = np.floor((flat - flat.min(axis=0)) / width).astype(np.int64)
     cell = cells[:, 0] * (int(cells[:, 1].max()) + 1) + cells[:, 1]

@@ -1,20 +1,22 @@
-"""Faces that print shows by itself."""
+"""Faces found by texture alone."""
 
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
-from facetlog.perception.detection.line_front_end.evidence.print_likeness import surface_between
+from facetlog.perception.detection.line_front_end.evidence.texture_correlation import (
+    surface_between,
+)
 from facetlog.perception.detection.line_front_end.face_selection import SelectedFace
 from facetlog.perception.detection.line_front_end.planes.ground_plane import Ground
-from facetlog.perception.detection.line_front_end.planes.print_planes import (
-    PrintPlane,
-    print_planes,
+from facetlog.perception.detection.line_front_end.planes.texture_planes import (
+    TexturePlane,
     shown_patches,
+    texture_planes,
 )
-from facetlog.perception.detection.line_front_end.print_faces import print_faces
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
+from facetlog.perception.detection.line_front_end.texture_faces import texture_faces
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from tests.perception.detection.line_front_end.printed_disc import (
     HEIGHT,
@@ -29,9 +31,9 @@ from tests.perception.detection.line_front_end.printed_disc import (
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def patches_of(rig: PrintedRig) -> tuple[PrintPlane, ...]:
-    surface = partial(surface_between, rig.witnesses, rig.views, rig.pixel)
-    return shown_patches(print_planes(rig.prints, rig.pixel), rig.prints, surface)
+def patches_of(rig: PrintedRig) -> tuple[TexturePlane, ...]:
+    surface = partial(surface_between, rig.photos, rig.views, rig.pixel)
+    return shown_patches(texture_planes(rig.texture, rig.pixel), rig.texture, surface)
 
 
 def found(
@@ -45,12 +47,12 @@ def found(
     cloud = LineCloud(
         np.zeros((0, 2, 3)), np.zeros((0, 2, 3, 3)), np.zeros(0), np.zeros(0), rig.pixel
     )
-    return print_faces(
-        patches_of(rig), rig.prints, faces, rig.views, rig.witnesses, pixels, ground, cloud
+    return texture_faces(
+        patches_of(rig), rig.texture, faces, rig.views, rig.photos, pixels, ground, cloud
     )
 
 
-def test_print_without_any_straight_edge_is_a_face_as_far_as_it_goes() -> None:
+def test_texture_without_any_straight_edge_is_a_face_as_far_as_it_goes() -> None:
     (face,) = found(printed_rig())
     assert face.normal[2] > 0.9999
     assert true_height(face.corners).max() < 2 * printed_rig().pixel
@@ -70,13 +72,13 @@ def test_pixels_of_other_faces_show_no_print() -> None:
     assert found(printed_rig(), taken=True) == ()
 
 
-def test_print_on_the_ground_is_no_face() -> None:
+def test_texture_on_the_ground_is_no_face() -> None:
     rig = printed_rig()
-    ground = Ground(UP, HEIGHT, 6 * rig.pixel, rig.witnesses.centres, rig.graph.distance)
+    ground = Ground(UP, HEIGHT, 6 * rig.pixel, rig.photos.centres, rig.graph.distance)
     assert found(rig, ground=ground) == ()
 
 
-def test_pictures_of_different_print_show_no_face() -> None:
+def test_pictures_of_different_textures_show_no_face() -> None:
     assert found(rig_of(ring(6, 60.0), range(6))) == ()
 
 

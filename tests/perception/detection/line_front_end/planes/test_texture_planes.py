@@ -1,4 +1,4 @@
-"""Planes through points of print."""
+"""Planes through texture points."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,16 +7,16 @@ from facetlog.perception.detection.line_front_end.planes.plane_choice import (
     ChosenPlane,
 )
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import PlaneHypothesis
-from facetlog.perception.detection.line_front_end.planes.print_choice import (
+from facetlog.perception.detection.line_front_end.planes.texture_choice import (
     as_hypothesis,
-    with_print_planes,
+    with_texture_planes,
 )
-from facetlog.perception.detection.line_front_end.planes.print_planes import (
+from facetlog.perception.detection.line_front_end.planes.texture_planes import (
     patch_box,
-    print_planes,
     shown_patches,
+    texture_planes,
 )
-from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
+from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import LineCloud
 from facetlog.perception.types import FloatArray
 from tests.perception.detection.line_front_end.printed_disc import HEIGHT, printed_rig
@@ -34,9 +34,9 @@ def cloud_of(segments: FloatArray, pixel: float = PIXEL) -> LineCloud:
 NO_LINES = cloud_of(np.zeros((0, 2, 3)))
 
 
-def prints_of(points: FloatArray) -> PrintPoints:
+def texture_of(points: FloatArray) -> TexturePoints:
     covs = np.broadcast_to(SD**2 * np.eye(3), (len(points), 3, 3)).copy()
-    return PrintPoints(points, covs, np.ones((len(points), 4), np.bool_))
+    return TexturePoints(points, covs, np.ones((len(points), 4), np.bool_))
 
 
 def scattered(rng: np.random.Generator, count: int) -> FloatArray:
@@ -51,37 +51,37 @@ def level(rng: np.random.Generator, count: int, height: float, size: float = 0.5
 def test_points_on_a_plane_among_others_are_a_patch() -> None:
     rng = np.random.default_rng(0)
     points = np.concatenate([scattered(rng, 60), level(rng, 40, 0.3)])
-    (patch,) = print_planes(prints_of(points), PIXEL)
+    (patch,) = texture_planes(texture_of(points), PIXEL)
     assert abs(patch.normal[2]) > 0.999
     assert abs(abs(patch.distance) - 0.3) < 0.01
     assert (patch.points >= 60).sum() > 35
     assert (patch.points < 60).sum() < 4
-    assert patch.worth > patch.price
+    assert patch.score > patch.penalty
 
 
 def test_points_anywhere_are_no_patch() -> None:
     for seed in range(10):
         points = scattered(np.random.default_rng(seed), 150)
-        assert print_planes(prints_of(points), PIXEL) == ()
+        assert texture_planes(texture_of(points), PIXEL) == ()
 
 
 def test_few_points_are_no_patch() -> None:
     rng = np.random.default_rng(0)
     for count in (0, 1, 3, 5):
-        assert print_planes(prints_of(level(rng, count, 0.0)), PIXEL) == ()
+        assert texture_planes(texture_of(level(rng, count, 0.0)), PIXEL) == ()
 
 
 def test_points_on_a_line_or_in_a_place_raise_nothing() -> None:
     line = np.linspace(0, 1, 20)[:, None] * np.array([1.0, 2.0, 3.0])
-    print_planes(prints_of(line), PIXEL)
-    print_planes(prints_of(np.zeros((20, 3))), PIXEL)
+    texture_planes(texture_of(line), PIXEL)
+    texture_planes(texture_of(np.zeros((20, 3))), PIXEL)
 
 
-def test_print_on_two_things_of_one_height_is_two_patches() -> None:
+def test_texture_on_two_things_of_one_height_is_two_patches() -> None:
     rng = np.random.default_rng(1)
     apart = level(rng, 60, 0.0, 0.2) + np.array([[3.0, 0.0, 0.0]])
     points = np.concatenate([level(rng, 60, 0.0, 0.2), apart, scattered(rng, 30)])
-    first, second = print_planes(prints_of(points), PIXEL)
+    first, second = texture_planes(texture_of(points), PIXEL)
     sides = [np.sign(points[patch.points, 0].mean() - 1.5) for patch in (first, second)]
     assert sorted(sides) == [-1.0, 1.0]
 
@@ -90,39 +90,41 @@ def test_the_unit_of_length_and_the_frame_change_no_patch() -> None:
     rng = np.random.default_rng(2)
     points = np.concatenate([scattered(rng, 50), level(rng, 40, 0.3)])
     turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
-    (patch,) = print_planes(prints_of(points), PIXEL)
-    moved = PrintPoints(
-        1000 * points @ turn.T + 7.0, prints_of(points).covs * 1e6, np.ones((90, 4), np.bool_)
+    (patch,) = texture_planes(texture_of(points), PIXEL)
+    moved = TexturePoints(
+        1000 * points @ turn.T + 7.0, texture_of(points).covs * 1e6, np.ones((90, 4), np.bool_)
     )
-    (other,) = print_planes(moved, 1000 * PIXEL)
+    (other,) = texture_planes(moved, 1000 * PIXEL)
     np.testing.assert_array_equal(patch.points, other.points)
     assert abs(abs((turn @ patch.normal) @ other.normal) - 1) < 1e-9
 
 
 def test_only_what_is_surface_speaks_for_a_patch() -> None:
     rng = np.random.default_rng(3)
-    prints = prints_of(np.concatenate([level(rng, 40, 0.0), scattered(rng, 20)]))
-    patches = print_planes(prints, PIXEL)
+    texture = texture_of(np.concatenate([level(rng, 40, 0.0), scattered(rng, 20)]))
+    patches = texture_planes(texture, PIXEL)
 
     def left_half_from_above(normal: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
         front = (points[:, 0] < 0) & (normal[2] > 0)
         back = (points[:, 0] < 0) & (normal[2] < 0)
         return np.stack([front, back])
 
-    (half,) = shown_patches(patches, prints, left_half_from_above)
-    assert (prints.points[half.points, 0] < 0).all()
+    (half,) = shown_patches(patches, texture, left_half_from_above)
+    assert (texture.points[half.points, 0] < 0).all()
     assert half.sides == (float(np.sign(half.normal[2])),)
 
     def nowhere(normal: FloatArray, points: FloatArray) -> NDArray[np.bool_]:
         return np.zeros((2, len(points)), np.bool_)
 
-    assert shown_patches(patches, prints, nowhere) == ()
+    assert shown_patches(patches, texture, nowhere) == ()
 
 
 def test_a_printed_plane_without_any_line_is_proposed() -> None:
     rig = printed_rig()
-    patches = print_planes(rig.prints, rig.pixel)
-    chosen = with_print_planes((), patches[:1], rig.prints, cloud_of(NO_LINES.segments, rig.pixel))
+    patches = texture_planes(rig.texture, rig.pixel)
+    chosen = with_texture_planes(
+        (), patches[:1], rig.texture, cloud_of(NO_LINES.segments, rig.pixel)
+    )
     (plane,) = chosen
     assert abs(plane.plane.normal[2]) > 0.9999
     assert abs(abs(plane.plane.distance) - HEIGHT) < rig.pixel
@@ -131,24 +133,24 @@ def test_a_printed_plane_without_any_line_is_proposed() -> None:
 
 def test_a_plane_that_lines_know_is_not_taken_twice() -> None:
     rng = np.random.default_rng(4)
-    prints = prints_of(level(rng, 60, 0.0))
+    texture = texture_of(level(rng, 60, 0.0))
     rail = np.array([[[-0.5, -0.5, 0.0], [0.5, -0.5, 0.0]]])
     known = PlaneHypothesis(np.array([0.0, 0.0, 1.0]), 0.0, np.arange(1))
     given = ChosenPlane(known, 50.0, (1.0,), rail)
-    assert with_print_planes((given,), print_planes(prints, PIXEL), prints, cloud_of(rail)) == (
-        given,
-    )
+    assert with_texture_planes(
+        (given,), texture_planes(texture, PIXEL), texture, cloud_of(rail)
+    ) == (given,)
 
 
-def test_print_on_a_curved_surface_is_on_no_plane() -> None:
+def test_texture_on_a_curved_surface_is_on_no_plane() -> None:
     rng = np.random.default_rng(8)
     flat = level(rng, 120, 0.0)
-    assert print_planes(prints_of(flat), PIXEL)
+    assert texture_planes(texture_of(flat), PIXEL)
     reach = np.abs(flat[:, 0]).max()
     for height in (6.0, 12.0):  # of the bulge, px
         bowed = flat.copy()
         bowed[:, 2] -= height * PIXEL * (flat[:, 0] / reach) ** 2
-        for plane in print_planes(prints_of(bowed), PIXEL):
+        for plane in texture_planes(texture_of(bowed), PIXEL):
             # What is taken for flat bulges by less than a point is known.
             x = bowed[plane.points, 0]
             assert np.ptp(x) < 1.5 * reach
@@ -156,10 +158,10 @@ def test_print_on_a_curved_surface_is_on_no_plane() -> None:
 
 def test_a_hypothesis_has_the_lines_on_it() -> None:
     rng = np.random.default_rng(5)
-    prints = prints_of(level(rng, 60, 0.0))
+    texture = texture_of(level(rng, 60, 0.0))
     lines = cloud_of(np.array([[[0.0, 0, 0], [1, 0, 0]], [[0, 0, 0], [0, 0, 1.0]]]))
-    (patch,) = print_planes(prints, PIXEL)
-    assert as_hypothesis(patch, prints, lines).lines.tolist() == [0]
+    (patch,) = texture_planes(texture, PIXEL)
+    assert as_hypothesis(patch, texture, lines).lines.tolist() == [0]
 
 
 def test_a_box_holds_its_points() -> None:

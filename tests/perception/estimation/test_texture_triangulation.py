@@ -1,8 +1,8 @@
-"""Points of print from the features that may show them."""
+"""Texture points triangulated from features."""
 
 import numpy as np
 
-from facetlog.perception.estimation.print_triangulation import triangulated
+from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.types import Camera, View
 from facetlog.robot.tour import ring_poses
 

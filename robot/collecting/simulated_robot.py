@@ -1,7 +1,7 @@
-"""What a robot that is simulated may be taken for: where it truly stands, what it is seen with.
+"""Defaults and checks for a simulated robot: its true pose, its camera and calibration.
 
-An address says nothing of that: a real robot too is reached by 127.0.0.1, through a tunnel or a
-serial server. What counts is what the robot says of itself in CONFIG.
+An address does not identify it: a real robot, too, can be reached at 127.0.0.1, through a tunnel or
+a serial server. What counts is the serial number that the robot reports in CONFIG.
 """
 
 import math
@@ -16,54 +16,61 @@ from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.tour import tour_camera
 
-__all__ = ["SIMULATED_CAMERA", "Asked", "Sight", "check_start", "is_simulated", "sight"]
+__all__ = [
+    "SIMULATED_CAMERA",
+    "CameraAndOptics",
+    "ConnectedRobot",
+    "camera_and_optics",
+    "check_start",
+    "is_simulated",
+]
 
 # The serial number that simulators give: AMRISim, and `facetlog simulate`.
 SIMULATED_SERIAL_NUMBER = "SIM"
 SIMULATED_CAMERA = "http://127.0.0.1:8100/"
-"""What `facetlog simulate` offers if it is called without options."""
-# Where robots and cameras are that are reached on this machine.
+"""The camera of `facetlog simulate` without options."""
+# Hosts of robots and cameras on this machine.
 LOCAL = ("127.", "localhost", "/dev/pts/")
-# How far the robot may stand from where it is said to: as much as nobody calls another place.
+# How far the robot may stand from the given start: small enough to count as the same place.
 NEAR, NEAR_HEADING = 0.05, math.radians(3.0)
 
 
-class Asked(Protocol):
-    """Of the driver, what is asked here."""
+class ConnectedRobot(Protocol):
+    """The part of the driver that is used here."""
 
     @property
     def configuration(self) -> Configuration | None:
-        """What the robot says of itself; None from old firmware."""
+        """The robot's CONFIG report; None from old firmware."""
 
     def true_pose(self) -> Pose2:
-        """Where a simulated robot truly is; DeviceTimeout if it does not say so."""
+        """The true pose of a simulated robot; DeviceTimeout if it is not reported."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Sight:
+class CameraAndOptics:
     """A camera's address, and its calibration."""
 
     camera: str
     optics: Optics
 
 
-def is_simulated(robot: Asked) -> bool:
-    """Whether the robot says that it is."""
+def is_simulated(robot: ConnectedRobot) -> bool:
+    """Whether the robot reports that it is simulated."""
     configuration = robot.configuration
     return configuration is not None and configuration.serial_number == SIMULATED_SERIAL_NUMBER
 
 
-def check_start(robot: Asked, start: Pose2, warn: Callable[[str], None]) -> None:
+def check_start(robot: ConnectedRobot, start: Pose2, warn: Callable[[str], None]) -> None:
     """InputError if a simulated robot stands elsewhere than at `start` in its world.
 
-    It stays where an earlier session left it, which nobody sees as that of a real one is seen.
+    It stays where an earlier session left it, and unlike a real robot's that place is not visible.
     """
     if not is_simulated(robot):
         return
     try:
         true = robot.true_pose()
     except DeviceTimeout:
-        warn("the simulated robot does not say where it stands: see that --start is true")
+        warn("the simulated robot does not report its true pose: check that --start is right")
         return
     off = start.between(true)
     if math.hypot(off.x, off.y) <= NEAR and abs(off.heading) <= NEAR_HEADING:
@@ -75,16 +82,16 @@ def check_start(robot: Asked, start: Pose2, warn: Callable[[str], None]) -> None
     )
 
 
-def sight(
-    robot: Asked,
+def camera_and_optics(
+    robot: ConnectedRobot,
     address: str,
     camera: str | None,
     optics: Optics | None,
     note: Callable[[str], None],
-) -> Sight:
-    """What is told, and of what is not told the simulated camera's.
+) -> CameraAndOptics:
+    """The given camera and optics, with those of the simulated camera where none are given.
 
-    InputError where that must be told: of a robot that is not simulated, or not on this machine.
+    InputError where they must be given: for a robot that is not simulated, or not on this machine.
     """
     simulated = is_simulated(robot)
     if camera is None:
@@ -99,4 +106,4 @@ def sight(
             raise InputError(f"camera {camera} needs its calibration: give --camera-file")
         note("no --camera-file: the camera is taken to be the simulated one, 640 x 480, 65° across")
         optics = Optics(tour_camera())
-    return Sight(camera, optics)
+    return CameraAndOptics(camera, optics)

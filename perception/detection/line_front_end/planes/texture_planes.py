@@ -1,7 +1,8 @@
-"""Planes through points of print: seeded by neighbours, judged against what chance offers.
+"""Planes through texture points: seeded by neighbours, tested against chance.
 
-A label, a book's cover, boards of wood or a wall of stones show points by the dozen and hardly a
-straight line that two views agree on; where they lie on one plane, a face may be there.
+As RANSAC, but with samples of neighbouring points instead of random ones. A label, a book's cover,
+boards of wood or a wall of stones show points by the dozen and hardly a straight line that two
+views agree on; where the points lie on one plane, there may be a face.
 """
 
 from collections.abc import Callable, Sequence
@@ -14,12 +15,12 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
-from facetlog.perception.detection.line_front_end.points_3d.print_points import PrintPoints
+from facetlog.perception.detection.line_front_end.points_3d.texture_points import TexturePoints
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.ties import descending, largest
 from facetlog.perception.types import FloatArray
 
-__all__ = ["PrintPlane", "patch_box", "print_planes", "shown_patches"]
+__all__ = ["TexturePlane", "patch_box", "shown_patches", "texture_planes"]
 
 # Three points of each plane are a point and two of so many neighbours; so many points, evenly from
 # all, seed planes.
@@ -31,85 +32,85 @@ SCENES = float(np.log(1000.0))
 SDS = 3.0
 # Shares of the points that may lie on a plane: the likeliest is taken.
 SHARES = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.8])
-# Planes that are looked at closely, of those with most points; and how often each is fitted anew.
+# Planes that are examined closely, of those with most points; and how often each is refitted.
 BEST, FITS = 8, 3
 # A plane is known by three points; fewer than so many more prove nothing, whatever they say.
 MIN_POINTS = 6
-# Print is one patch as far as its gaps are no wider than once in a thousand by chance: of points as
-# dense as the upper quartile's third neighbours tell, a disc of √(log 1000 / 3) their distance.
+# Points are one patch as far as gaps are no wider than once in a thousand by chance: of points as
+# dense as by the upper quartile's third neighbours, a disc of √(log 1000 / 3) their distance.
 THIRD, QUARTILE, GAP = 3, 0.75, float(np.sqrt(np.log(1000.0) / 3.0))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PrintPlane:
-    """Plane normal · x = distance; the numbers (m,) of the points that are one patch on it.
+class TexturePlane:
+    """Plane normal · x = distance; the numbers (m,) of its inliers, which form one patch.
 
-    `ratio` (m,) is each point's log-likelihood ratio against one that lies anywhere, and `price`
-    what their sum must exceed, or it may be chance. It is seen from its `sides` (±1).
+    `ratio` (m,) is each point's log-likelihood ratio against one that lies anywhere, and `penalty`
+    the penalty that their sum must exceed, or it may be chance. It is seen from its `sides` (±1).
     """
 
     normal: FloatArray
     distance: float
     points: NDArray[np.intp]
     ratio: FloatArray
-    price: float
+    penalty: float
     sides: tuple[float, ...] = (1.0, -1.0)
 
     @property
-    def worth(self) -> float:
+    def score(self) -> float:
         """The log-likelihood ratio of the patch."""
         return float(self.ratio.sum())
 
 
-def print_planes(prints: PrintPoints, pixel: float) -> tuple[PrintPlane, ...]:
+def texture_planes(texture: TexturePoints, pixel: float) -> tuple[TexturePlane, ...]:
     """Patches of points on planes, those of the likeliest plane first.
 
     `pixel` is a pixel's length at the object: nothing is taken to be flatter than that.
     """
-    count = len(prints.points)
+    count = len(texture.points)
     if count < MIN_POINTS:
         return ()
-    price = 3 * float(np.log(count)) + SCENES
-    scene = _Scene.of(prints, pixel)
-    normal, distance = _seeds(prints.points)
+    penalty = 3 * float(np.log(count)) + SCENES
+    scene = _Scene.of(texture, pixel)
+    normal, distance = _seeds(texture.points)
     if not scene.spread or not len(normal):
         return ()
     gain = scene.gain(normal, distance)
     left = np.ones(count, dtype=np.bool_)
-    found: list[PrintPlane] = []
+    found: list[TexturePlane] = []
     while left.sum() >= MIN_POINTS:
         best = descending(gain[left].sum(axis=0, dtype=np.float64))[:BEST]
         fits = [scene.fitted(left & (gain[:, k] > 0), left, normal[k]) for k in best]
-        worths = np.array([fit.worth for fit in fits])
-        if not len(worths) or worths.max() < price:
+        scores = np.array([fit.score for fit in fits])
+        if not len(scores) or scores.max() < penalty:
             break
-        plane = fits[largest(worths)]
+        plane = fits[largest(scores)]
         if not plane.on.any():
             break
-        for patch in _patches(prints.points, plane):
+        for patch in _patches(texture.points, plane):
             ratio = scene.ratio(plane, patch, int(left.sum()))
-            if len(patch) < MIN_POINTS or ratio.sum() <= price:
+            if len(patch) < MIN_POINTS or ratio.sum() <= penalty:
                 continue
             if not scene.bends(plane.normal, patch):
-                found.append(PrintPlane(plane.normal, plane.distance, patch, ratio, price))
+                found.append(TexturePlane(plane.normal, plane.distance, patch, ratio, penalty))
         left &= ~plane.on
     return tuple(found)
 
 
 def shown_patches(
-    patches: Sequence[PrintPlane],
-    prints: PrintPoints,
+    patches: Sequence[TexturePlane],
+    texture: TexturePoints,
     surface: Callable[[FloatArray, FloatArray], NDArray[np.bool_]],
-) -> tuple[PrintPlane, ...]:
+) -> tuple[TexturePlane, ...]:
     """The patches that are surface, of each what is.
 
-    `surface` says of a normal and n points whether the plane is surface round each (2, n), as seen
-    from its front and its back: only those speak for a patch, and from that side.
+    `surface`, given a normal and n points, returns whether the plane is surface round each (2, n),
+    as seen from its front and its back: only those points support a patch, and from that side.
     """
     found = []
     for patch in patches:
-        shown = surface(patch.normal, prints.points[patch.points])
-        sides = [worth > patch.price for worth in shown @ patch.ratio]
+        shown = surface(patch.normal, texture.points[patch.points])
+        sides = [score > patch.penalty for score in shown @ patch.ratio]
         on = shown[sides].any(axis=0)
         if on.any():
             seen_from = tuple(side for side, may in zip((1.0, -1.0), sides, strict=True) if may)
@@ -125,7 +126,7 @@ class _Fit:
     normal: FloatArray
     distance: float
     on: NDArray[np.bool_]
-    worth: float
+    score: float
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -137,10 +138,10 @@ class _Scene:
     pixel: float
 
     @classmethod
-    def of(cls, prints: PrintPoints, pixel: float) -> "_Scene":
-        away = np.linalg.norm(prints.points - np.median(prints.points, axis=0), axis=1)
+    def of(cls, texture: TexturePoints, pixel: float) -> "_Scene":
+        away = np.linalg.norm(texture.points - np.median(texture.points, axis=0), axis=1)
         # Half of what fills a cube lies within half of its side from the middle, or nearly.
-        return cls(prints.points, prints.covs, 2.0 * float(np.median(away)), pixel)
+        return cls(texture.points, texture.covs, 2.0 * float(np.median(away)), pixel)
 
     def gain(self, normal: FloatArray, distance: FloatArray) -> NDArray[np.float32]:
         """Log-likelihood (n, p), over that of chance, of the points on planes; 0 where not on."""
@@ -163,8 +164,8 @@ class _Scene:
             on = left & (off**2 < SDS**2 * self.variance(normal))
         density = self._density(normal, distance)[left]
         # A share of the points left lies on the plane, the others anywhere.
-        worths = np.log1p(SHARES[:, None] * (density - 1.0)).sum(axis=1)
-        return _Fit(normal, distance, on, float(worths.max()))
+        scores = np.log1p(SHARES[:, None] * (density - 1.0)).sum(axis=1)
+        return _Fit(normal, distance, on, float(scores.max()))
 
     def ratio(self, plane: _Fit, patch: NDArray[np.intp], left: int) -> FloatArray:
         """What each point (m,) of a patch says for it, of so many points that it may be among.

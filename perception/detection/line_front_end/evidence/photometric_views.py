@@ -1,4 +1,4 @@
-"""The views as witnesses: do they show one and the same surface at points of the scene?"""
+"""Photo-consistency of views: do they show one and the same surface at points of the scene?"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,7 +16,7 @@ from facetlog.perception.detection.line_front_end.evidence.photo_consistency imp
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_to_views
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["MIN_FACING_SINE", "Witnesses"]
+__all__ = ["MIN_FACING_SINE", "PhotometricViews"]
 
 # A view counts when it looks at a plane by more than this sine.
 MIN_FACING_SINE = 0.15
@@ -24,7 +24,7 @@ MIN_FACING_SINE = 0.15
 BORDER_PX = 1
 
 
-class Witnesses:
+class PhotometricViews:
     """Views with their grey levels; `weight` (V,) is how much each counts beside views like it."""
 
     def __init__(self, views: Sequence[View], levels: GreyLevels, weight: FloatArray) -> None:
@@ -36,7 +36,7 @@ class Witnesses:
         self.levels = levels
 
     def facing(self, middle: FloatArray, normal: FloatArray) -> NDArray[np.intp]:
-        """The views (v,) before a plane through a point (3,) that do not see it edge-on."""
+        """The views (v,) in front of a plane through a point (3,) that do not see it edge-on."""
         rays = self.centres - middle
         before = rays @ normal > MIN_FACING_SINE * np.linalg.norm(rays, axis=1)
         return np.nonzero(before)[0]
@@ -48,7 +48,7 @@ class Witnesses:
         taken: Sequence[NDArray[np.uint8]] | None = None,
         clear: NDArray[np.bool_] | None = None,
     ) -> tuple[Agreement, NDArray[np.bool_]]:
-        """How the chosen views (v,) agree on points (n, 3), and which they see (v, n).
+        """How far the chosen views (v,) are consistent at points (n, 3), and which they see (v, n).
 
         A view does not see what is outside its picture, falls on its `taken` pixels (V pictures
         of 0 and 1), which show something else, or is not `clear` (v, n) of other things.
@@ -63,7 +63,7 @@ class Witnesses:
     ) -> Agreement:
         """`agree` if each view showed the points (n, 3) as bright in the median as all views do.
 
-        What gloss adds to a smooth surface is alike all over it.
+        Gloss adds about the same level everywhere on a smooth surface.
         """
         levels, seen = self._read(views, points, taken)
         there = seen.any(axis=1)
@@ -79,7 +79,7 @@ class Witnesses:
         taken: Sequence[NDArray[np.uint8]],
         clear: NDArray[np.bool_],
     ) -> tuple[Agreement, Agreement]:
-        """`agree` of the views that are clear of other things, and of all of them."""
+        """`agree` of the views whose sight of the points is clear, and of all of them."""
         levels, _ = self._read(views, points, taken)
         weight = self.weight[views]
         return agreement(levels.where(clear), weight), agreement(levels, weight)

@@ -1,26 +1,26 @@
-"""Corners of print in one picture."""
+"""Texture features of one picture."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from facetlog.perception.detection.edge_maps import edge_map
-from facetlog.perception.detection.line_front_end.points_3d.print_features import (
+from facetlog.perception.detection.line_front_end.points_3d.texture_features import (
     MAX_CORNERS,
-    PrintFeatures,
+    TextureFeatures,
     common_direction,
-    print_features,
+    texture_features,
 )
 from facetlog.perception.types import View
 from tests.perception.detection.line_front_end.printed_disc import PrintedRig, printed_rig
 
 
-def features(rig: PrintedRig, view: View) -> PrintFeatures:
+def features(rig: PrintedRig, view: View) -> TextureFeatures:
     direction = common_direction(rig.views)
-    return print_features(view, edge_map(view.image), direction, rig.graph.focus, rig.pixel)
+    return texture_features(view, edge_map(view.image), direction, rig.graph.focus, rig.pixel)
 
 
-def test_print_has_corners_with_patches_of_mean_zero_and_length_one() -> None:
+def test_texture_has_corners_with_patches_of_mean_zero_and_length_one() -> None:
     rig = printed_rig()
     found = features(rig, rig.views[0])
     assert 100 < len(found.uv) <= MAX_CORNERS

@@ -1,8 +1,8 @@
-"""Points of a picture that texture makes recognisable, each with what the picture shows round it.
+"""Corner features of a picture, each with a patch of the picture round it as its descriptor.
 
-The poses are known, so that nothing is asked of the picture that they tell: patches are turned to
-one direction of the world and scaled by the distance, and need be neither by themselves. That costs
-a twentieth of what features do that are made for unknown poses.
+The poses are known, so patches are rotated to one direction of the world and scaled by the
+distance; features need no scale or rotation invariance of their own. That costs a twentieth of
+features made for unknown poses.
 """
 
 from collections.abc import Sequence
@@ -17,28 +17,28 @@ from facetlog.perception.detection.gradients import GRADIENT_NOISE
 from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["PrintFeatures", "common_direction", "print_features"]
+__all__ = ["TextureFeatures", "common_direction", "texture_features"]
 
 # Sum of gradients round a point, px, and how near another one is the same corner.
 WINDOW_PX, APART_PX = 5, 3
 # A corner is one where the noise leaves its place open by no more than this, px: less than what
-# another view of the same print moves it by.
+# another view of the same texture moves it by.
 MAX_NOISE_PX = 0.25
 # Most corners of a view, and of each of GRID x GRID parts of it: the strongest, but a carpet must
 # not crowd out a label.
 MAX_CORNERS, GRID = 800, 8
 MAX_OF_PART = 3 * MAX_CORNERS // GRID**2
 # A patch has SAMPLES x SAMPLES samples this far apart, px, for a view at the usual distance: twenty
-# px across are enough to tell most print, and mostly lie on one face. Blurred by half a step, so
-# that a sample stands for what lies round it.
+# px across are distinctive for most texture, and mostly lie on one face. Blurred by half a step, so
+# that a sample stands for its surroundings.
 SAMPLES, STEP_PX = 8, 2.5
 BLUR_PX = STEP_PX / 2
-# The picture counts from where a patch of any direction fits in.
+# Corners nearer to the rim are left out: a patch of any direction must fit in.
 BORDER_PX = int(np.ceil(np.sqrt(2) * SAMPLES * STEP_PX / 2))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PrintFeatures:
+class TextureFeatures:
     """Corners (n, 2) of one picture, px, the strongest first, and the patches (n, d) round them.
 
     Patches have mean 0 and length 1: their product is the correlation of two.
@@ -55,10 +55,10 @@ def common_direction(views: Sequence[View]) -> FloatArray:
     return np.asarray(vectors[:, 0])
 
 
-def print_features(
+def texture_features(
     view: View, edges: EdgeMap, direction: FloatArray, focus: FloatArray, pixel: float
-) -> PrintFeatures:
-    """The corners of a picture that are worth matching.
+) -> TextureFeatures:
+    """The corners of a picture to be matched.
 
     `direction` (3,) of the world is down in all patches; what the view shows lies about as far
     away as `focus` (3,), where `pixel` is a pixel's length in the usual view.
@@ -66,7 +66,7 @@ def print_features(
     uv = _corners(edges)
     away = float(np.linalg.norm(focus - view.pose.centre))
     scale = pixel * view.camera.fx / away
-    return PrintFeatures(uv, _patches(view, uv, _turns(view, uv, direction, away), scale))
+    return TextureFeatures(uv, _patches(view, uv, _turns(view, uv, direction, away), scale))
 
 
 def _corners(edges: EdgeMap) -> FloatArray:
@@ -115,7 +115,7 @@ def _turns(view: View, uv: FloatArray, direction: FloatArray, away: float) -> Fl
     # Directions (n, 2), unit vectors, in which the world's direction appears at each pixel.
     rays = np.column_stack([uv, np.ones(len(uv))]) @ np.linalg.inv(view.projection[:, :3]).T
     rays *= away / np.linalg.norm(rays, axis=1, keepdims=True)
-    # What moves along it from x does so by (P3 d)(p12 - uv p3) / depth: its length is not asked.
+    # A point that moves along it from x does so by (P3 d)(p12 - uv p3) / depth: only the direction.
     h = (view.pose.centre + rays) @ view.projection[:, :3].T + view.projection[:, 3]
     slope = view.projection[:, :3] @ direction
     moves = (slope[:2] - h[:, :2] / h[:, 2:] * slope[2]) / h[:, 2:]

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.perception.shapes.clouds.all_round import closes_gaps, goes_all_round, least_hidden
+from facetlog.perception.shapes.clouds.all_sides import closes_gaps, covers_all_sides, least_hidden
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import box_points, sphere_points, turned
 
@@ -31,28 +31,28 @@ def seen_from(points: FloatArray, eye: FloatArray, radius: float) -> FloatArray:
 @given(st.integers(0, 2**31), st.sampled_from([1e-3, 1.0, 1e3]))
 def test_samples_all_over_a_box_go_all_round_in_any_frame_and_unit(seed: int, unit: float) -> None:
     points = unit * turned(box_points(SIZE, COUNT, noise=NOISE), seed)
-    assert goes_all_round(points, noise=unit * NOISE, spacing=unit * BOX_SPACING)
+    assert covers_all_sides(points, noise=unit * NOISE, spacing=unit * BOX_SPACING)
 
 
 @settings(deadline=None, max_examples=5)
 @given(st.integers(0, 2**31))
 def test_three_sides_of_a_box_lie_open_to_who_looks_at_their_corner(seed: int) -> None:
     points = turned(box_points(SIZE, COUNT, noise=NOISE, sides=("+x", "+y", "+z")), seed)
-    assert not goes_all_round(points, noise=NOISE, spacing=BOX_SPACING)
+    assert not covers_all_sides(points, noise=NOISE, spacing=BOX_SPACING)
 
 
 @pytest.mark.parametrize("distance", [2.0, 4.0, 20.0])
 def test_half_of_a_sphere_seen_from_a_place_lies_open(distance: float) -> None:
     points = sphere_points(1.0, 2 * COUNT, 0.0)
     view = seen_from(points, np.array([0.3, -0.5, 0.8]) * distance, 1.0)
-    assert not goes_all_round(view, noise=NOISE, spacing=spacing(2.0 * np.pi))
-    assert goes_all_round(points, noise=NOISE, spacing=spacing(2.0 * np.pi))
+    assert not covers_all_sides(view, noise=NOISE, spacing=spacing(2.0 * np.pi))
+    assert covers_all_sides(points, noise=NOISE, spacing=spacing(2.0 * np.pi))
 
 
 def test_box_with_a_side_missing_goes_round_as_holes_are_allowed() -> None:
     sides = ("-x", "+x", "-y", "+y", "-z")
     points = box_points(SIZE, COUNT, noise=NOISE, sides=sides)
-    assert goes_all_round(points, noise=NOISE, spacing=BOX_SPACING)
+    assert covers_all_sides(points, noise=NOISE, spacing=BOX_SPACING)
 
 
 def test_a_sheet_hides_nothing_and_a_box_its_smallest_side_at_least() -> None:
@@ -73,7 +73,7 @@ def test_a_thin_top_on_thin_legs_goes_all_round_though_it_hides_little() -> None
     table = turned(np.concatenate([top, *legs]))
     apart = float(np.sqrt(0.6 / 16_000))
     assert least_hidden(table, noise=NOISE, spacing=apart) == pytest.approx(0.02, abs=0.01)
-    assert goes_all_round(table, noise=NOISE, spacing=apart)
+    assert covers_all_sides(table, noise=NOISE, spacing=apart)
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from facetlog.perception.detection.line_front_end.points_3d.feature_chains import (
-    MIN_CHAIN,
-    feature_chains,
+from facetlog.perception.detection.line_front_end.points_3d.feature_tracks import (
+    MIN_TRACK,
+    feature_tracks,
     matched_features,
 )
-from facetlog.perception.detection.line_front_end.points_3d.print_features import (
-    PrintFeatures,
+from facetlog.perception.detection.line_front_end.points_3d.texture_features import (
+    TextureFeatures,
     common_direction,
-    print_features,
+    texture_features,
 )
 from facetlog.perception.types import FloatArray, View
 from tests.perception.detection.line_front_end.printed_disc import (
@@ -22,10 +22,10 @@ from tests.perception.detection.line_front_end.printed_disc import (
 )
 
 
-def features(rig: PrintedRig) -> dict[int, PrintFeatures]:
+def features(rig: PrintedRig) -> dict[int, TextureFeatures]:
     direction = common_direction(rig.views)
     return {
-        k: print_features(view, edges, direction, rig.graph.focus, rig.pixel)
+        k: texture_features(view, edges, direction, rig.graph.focus, rig.pixel)
         for k, (view, edges) in enumerate(zip(rig.views, rig.maps, strict=True))
     }
 
@@ -57,23 +57,23 @@ def test_a_feature_is_matched_once() -> None:
 
 def test_chains_have_one_feature_of_three_views_and_more() -> None:
     rig = printed_rig()
-    uv, seen = feature_chains(features(rig), rig.views, rig.graph.pairs)
+    uv, seen = feature_tracks(features(rig), rig.views, rig.graph.pairs)
     assert len(uv) > 50
-    assert (seen.sum(axis=1) >= MIN_CHAIN).all()
+    assert (seen.sum(axis=1) >= MIN_TRACK).all()
     assert uv.shape == (*seen.shape, 2)
 
 
-def test_pictures_of_different_print_make_hardly_any_chain() -> None:
+def test_pictures_of_different_textures_have_hardly_any_feature_track() -> None:
     rig = rig_of(ring(6, 60.0), range(6))
-    uv, _ = feature_chains(features(rig), rig.views, rig.graph.pairs)
-    same, _ = feature_chains(features(printed_rig()), printed_rig().views, rig.graph.pairs)
+    uv, _ = feature_tracks(features(rig), rig.views, rig.graph.pairs)
+    same, _ = feature_tracks(features(printed_rig()), printed_rig().views, rig.graph.pairs)
     assert len(uv) < 0.1 * len(same)
 
 
 def test_no_features_make_no_chains() -> None:
     rig = printed_rig()
-    none = PrintFeatures(np.zeros((0, 2)), np.zeros((0, 64), np.float32))
-    uv, seen = feature_chains(
+    none = TextureFeatures(np.zeros((0, 2)), np.zeros((0, 64), np.float32))
+    uv, seen = feature_tracks(
         dict.fromkeys(range(len(rig.views)), none), rig.views, rig.graph.pairs
     )
     assert uv.shape == (0, len(rig.views), 2)
