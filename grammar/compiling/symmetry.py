@@ -113,7 +113,8 @@ def _form(node: s.Node, words: Mapping[str, Word], swap: Mapping[str, str]) -> o
         case s.Comparison():
             second = inner(node.second) if node.second is not None else None
             fading = inner(node.fading) if node.fading is not None else None
-            return (node.comparator, inner(node.measure), inner(node.limit), second, fading)
+            sides = inner(node.measure), inner(node.limit)
+            return (node.comparator, *sides, second, fading, node.sharp)
         case s.Arithmetic(sign, left, right):
             return sign, inner(left), inner(right)
         case _:

@@ -68,6 +68,7 @@ class WithinRecord(_Record):
     sort: str
     limits: tuple[FiniteFloat, ...]
     fading: FiniteFloat | None = None
+    soft: FiniteFloat | None = None
 
 
 class _MeasuredRecord(_Record):

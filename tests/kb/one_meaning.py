@@ -174,6 +174,8 @@ def _comparison(draw: Random, names: Sequence[str]) -> Term:
         "at_least": lambda: ("at_least", measure, limit()),
         "at_most": lambda: ("at_most", measure, limit()),
     }[draw.choice(("near", "between", "at_least", "at_most"))]()
+    if draw.random() < 0.2:
+        return ("soft", test, draw.choice((0, 0.1, 0.5)))
     return ("fading", test, finite()) if draw.random() < 0.2 else test
 
 
@@ -255,6 +257,8 @@ def _said(scene: _Scene, test: Term) -> Outline:
             return _at_least(count, said) if bound == "at_least_of" else _at_most(count, said)
         case ("fading", (form, measure, *limits), width):
             return _compared(scene, form, measure, limits, width)
+        case ("soft", (form, measure, *limits), share):
+            return _compared(scene, form, measure, limits, None, share)
         case ("near" | "between" | "at_least" | "at_most" as form, measure, *limits):
             return _compared(scene, form, measure, limits, None)
         case (str(name), *args) if name in scene.case.words:
@@ -326,7 +330,12 @@ def _related(scene: _Scene, name: str, parts: Sequence[str]) -> Outline:
 
 
 def _compared(
-    scene: _Scene, form: str, measure: Term, limits: Sequence[Term], width: Term | None
+    scene: _Scene,
+    form: str,
+    measure: Term,
+    limits: Sequence[Term],
+    width: Term | None,
+    share: float = 0,
 ) -> Outline:
     values = [_value(scene, expression) for expression in (measure, *limits)]
     slope = (0.0, 0.0) if width is None else _value(scene, width)
@@ -349,7 +358,10 @@ def _compared(
     edges = [(d + fade / 2, var + fade_var / 4) for d, var in edges]
     sharp = width is None or scene.case.crisp
     inside = [_mass(*edge) if sharp else _faded(*edge, fade) for edge in edges]
-    degree = min(1, max(0, sum(inside) - len(inside) + 1))
+    degree = chance = min(1, max(0, sum(inside) - len(inside) + 1))
+    if share and not scene.case.crisp:  # of the degree alone: not of what holds
+        inside = [_faded(*edge, 2 * share * scale) for edge in edges]
+        degree = min(1, max(0, sum(inside) - len(inside) + 1))
     distance, edge_var = min(edges, key=lambda edge: edge[0])
     if distance < 0:
         # More of what is counted may be there than was seen.
@@ -359,7 +371,7 @@ def _compared(
         # A miss by a tolerance is a half; what is not measured more exactly has its deviation.
         tolerance = max(scale + (fade / 2 if width is not None else 0), math.sqrt(edge_var))
         return (FAILS, degree, degree, distance / (distance - tolerance))
-    return (UNKNOWN if degree < 0.5 - 1e-9 else HOLDS, degree, degree, 0)
+    return (UNKNOWN if chance < 0.5 - 1e-9 else HOLDS, degree, degree, 0)
 
 
 def _mass(distance: float, var: float) -> float:
