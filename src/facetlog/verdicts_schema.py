@@ -132,7 +132,7 @@ class VerdictRecord(_Record):
     degree: Share
     degree_at_most: Share
     specialises: tuple[str, ...]
-    probability: Share | None
+    confidence: Share | None
     summary: str
     parts: dict[str, tuple[str, ...]]
     sizes: dict[str, SizeRecord]

@@ -117,7 +117,7 @@ def test_no_things_give_no_verdicts() -> None:
 
 def test_proof_is_readable_down_to_the_measured_values(facts_of: Build) -> None:
     text = "\n".join(recognize(facts_of("box", seen=(1, 2, 3)), scene_name="s").lines(full=True))
-    assert "t1 is a box (100%)" in text
+    assert "t1 is a box (" in text
     assert "square: the faces meet at right angles" in text
     assert "angle(f1, f2) = 90.0° ± 0.4°, within 90 ± 15" in text
 

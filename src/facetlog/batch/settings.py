@@ -28,7 +28,8 @@ class Settings:
     `up` is x, y, z, -x, -y, -z, auto or none; `unit` m, cm, mm, in, ft or none. `seconds` is the
     processor time that one scene may take; by the clock it may take five times that, and what
     models are asked of it once. `memory_mb` is what one worker may take; None: its share of the
-    memory there is. What cannot be understood is an InputError.
+    memory there is. With `raw` verdicts have no confidence. What cannot be understood is an
+    InputError.
     """
 
     models: tuple[str, ...] = ()
@@ -38,6 +39,7 @@ class Settings:
     unit: str = "none"
     seconds: float = SECONDS_PER_SCENE
     memory_mb: int | None = None
+    raw: bool = False
 
     def __post_init__(self) -> None:
         up_from(self.up)
