@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.calibration_scenes import KINDS, truth
+from benchmarks.calibration_scenes import KINDS, world_truth
 from benchmarks.common import Cell, Report, Row, Settings, Table, command
 from benchmarks.polygons import Polygon
 from benchmarks.recognition import Run, counted, in_metres, recognised, tour_views
@@ -88,7 +88,7 @@ class Trial:
     @property
     def is_right(self) -> bool:
         """Whether something is said, and nothing that the thing is not."""
-        said = [truth(self.world, model) for model in self.run.models]
+        said = [world_truth(self.world, model) for model in self.run.models]
         return True in said and False not in said
 
 

@@ -1,7 +1,8 @@
-"""Rendered scenes of things of known kind: their facts, kept from run to run, and the truth.
+"""Scenes of things of known kind: their facts, kept from run to run, and the truth.
 
-Facts are kept by the content of all that they follow from: the world, the seed of the pictures'
-noise, and the code that renders and reconstructs.
+Tours of pictures are rendered and reconstructed; shapes are the labelled meshes and scans of
+FACETLOG_DATA, the half that rules are developed on. Facts are kept by the content of all that they
+follow from: the world and the seed of the pictures' noise, or the shape's file, and the code.
 """
 
 import gzip
@@ -9,9 +10,9 @@ import hashlib
 import json
 import os
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from types import MappingProxyType
 
@@ -19,7 +20,10 @@ import numpy as np
 
 import facetlog
 from benchmarks.recognition import in_metres, tour_views
+from benchmarks.shape_judging import LISTED_APART, PERHAPS_BOXES, Task, is_held_out, scene_of
+from facetlog.batch.labels import read_labels
 from facetlog.errors import FacetlogError
+from facetlog.kb.calibration import InputKind
 from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.step_clock import StepClock
@@ -27,7 +31,17 @@ from facetlog.pipeline import reconstruct_views
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
 
-__all__ = ["KINDS", "OPEN", "TourScene", "main_thing", "tour_scene", "truth"]
+__all__ = [
+    "KINDS",
+    "LABELS",
+    "OPEN",
+    "LabelledScene",
+    "main_thing",
+    "shape_scenes",
+    "tour_scene",
+    "truth",
+    "world_truth",
+]
 
 KINDS: Mapping[str, frozenset[str]] = MappingProxyType(
     {
@@ -59,6 +73,33 @@ another size might be one, and a model that cannot tell them apart is to be told
 calibration.
 """
 
+LABELS: Mapping[str, frozenset[str]] = MappingProxyType(
+    {
+        "armchair": frozenset({"chair"}),
+        "desk": frozenset({"desk", "table"}),
+        **{one: frozenset({one}) for one in ("box", "cabinet", "chair", "shelf", "stairs")},
+        **{one: frozenset({one}) for one in ("stool", "table")},
+    }
+)
+"""What a person would call the thing of each label; those that do not stand here are none of it."""
+
+_OPEN_LABELS: Mapping[str, frozenset[str]] = MappingProxyType(
+    {
+        **{one: frozenset({"chair", "table", "box"}) for one in LISTED_APART},
+        **{one: frozenset({"box"}) for one in PERHAPS_BOXES},
+        "cabinet": frozenset({"box", "shelf"}),
+        "shelf": frozenset({"cabinet"}),
+        "box": frozenset({"cabinet"}),
+        "table": frozenset({"desk"}),
+        "tv_unit": frozenset({"chair", "table", "box", "cabinet", "shelf"}),
+        "ottoman": frozenset({"chair", "table", "box", "stool"}),
+    }
+)
+"""Labels and the models of which people would not agree, as accuracy_shapes counts them; and
+cabinets with open shelves, closed boxes that may be cabinets, tables that may be desks."""
+
+WHOLE_ROOMS = "scan_scene"  # of many things: there is no main one
+
 FOLDER = ("facetlog", "benchmarks", "calibration")
 # What facts follow from, besides the world's own content. The makers of solids are not among it.
 ROBOT_CODE = (
@@ -70,6 +111,7 @@ ROBOT_CODE = (
     "tour.py",
     "tour.csv",
 )
+TOUR = "tour of "
 # What of perception has no part in a reconstruction.
 APART = frozenset(
     {
@@ -86,42 +128,89 @@ FOLDERS_APART = frozenset({"shapes", "shape_files", "pose_refinement"})
 
 
 @dataclass(frozen=True, slots=True)
-class TourScene:
-    """The facts of a tour through a world, and its main thing.
+class LabelledScene:
+    """The facts of a scene whose main thing is known: of a world or label, from some source.
 
-    Without facts there was an error, which `fault` names; without a thing nothing was found.
+    Things of one source were made alike: a world of the tours, a collection of shapes. Without
+    facts there was an error, which `fault` names; without a thing nothing was found.
     """
 
-    world: str
-    seed: int
+    label: str
+    source: str
     facts: tuple[Fact, ...]
     thing: str | None
     fault: str = ""
 
+    @property
+    def kind(self) -> InputKind:
+        """How the main thing was measured."""
+        for kind in (InputKind.WHOLE, InputKind.SCANNED):
+            if (kind.value, self.thing) in self.facts:
+                return kind
+        return InputKind.PICTURES
 
-def truth(world: str, model: str) -> bool | None:
+
+def world_truth(world: str, model: str) -> bool | None:
     """Whether the main thing of the world is what the model describes; None where that is open."""
     return None if (world, model) in OPEN else model in KINDS[world]
 
 
-def tour_scene(name: str, seed: int) -> TourScene:
+def truth(scene: LabelledScene, model: str) -> bool | None:
+    """The same of any labelled scene."""
+    if scene.source.startswith(TOUR):
+        return world_truth(scene.label, model)
+    if model in _OPEN_LABELS.get(scene.label, ()):
+        return None
+    return model in LABELS.get(scene.label, ())
+
+
+def tour_scene(name: str, seed: int) -> LabelledScene:
     """The scene of the paper's tour through a world, rendered and reconstructed if it is new.
 
     Lengths are those of the real thing, in metres, where the world is a model of one.
     """
     world = make_world(name, seed)
-    path = _folder() / f"{name}-{seed}-{_key(world, seed)}.json.gz"
-    if path.exists():
-        kept = json.loads(gzip.decompress(path.read_bytes()))
-        facts = tuple(map(tuple, kept["facts"]))
-        return TourScene(name, seed, facts, main_thing(facts), kept["fault"])
-    facts, fault = _facts(world, seed)
-    text = json.dumps({"facts": facts, "fault": fault})
-    path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    part.write_bytes(gzip.compress(text.encode(), mtime=0))
-    part.replace(path)
-    return TourScene(name, seed, facts, main_thing(facts), fault)
+    facts, fault = _kept(f"{name}-{seed}-{_key(world, seed)}", lambda: _facts(world, seed))
+    return LabelledScene(name, f"{TOUR}{name}", facts, main_thing(facts), fault)
+
+
+def shape_scenes(folder: Path) -> Iterator[LabelledScene]:
+    """The scenes of a folder's labelled shapes, as many as rules are developed on."""
+    for label in read_labels(folder / "labels.csv").values():
+        path = Path(label.file)
+        name = path.relative_to(folder).as_posix()
+        if is_held_out(name) or label.label == WHOLE_ROOMS:
+            continue
+        task = Task.of_file(label, name)
+        total = hashlib.sha256(_code(frozenset()).encode() + path.read_bytes())
+        total.update(repr((task.up, task.unit)).encode())
+        key = f"{name.replace('/', '-')}-{total.hexdigest()[:16]}"
+        facts, fault = _kept(key, partial(_shape_facts, task))
+        yield LabelledScene(label.label, name.split("/")[0], facts, main_thing(facts), fault)
+
+
+def _shape_facts(task: Task) -> tuple[tuple[Fact, ...], str]:
+    try:
+        scene = scene_of(task)
+    except FacetlogError as exc:
+        return (), type(exc).__name__
+    return tuple((fact.functor, *fact.args) for fact in scene_facts(scene)), ""
+
+
+def _kept(
+    name: str, make: Callable[[], tuple[tuple[Fact, ...], str]]
+) -> tuple[tuple[Fact, ...], str]:
+    """The facts and the fault of this name, made if they are not kept yet."""
+    path = _folder() / f"{name}.json.gz"
+    if not path.exists():
+        facts, fault = make()
+        text = json.dumps({"facts": facts, "fault": fault})
+        path.parent.mkdir(parents=True, exist_ok=True)
+        part = path.with_name(f"{path.name}.{os.getpid()}.part")
+        part.write_bytes(gzip.compress(text.encode(), mtime=0))
+        part.replace(path)
+    kept = json.loads(gzip.decompress(path.read_bytes()))
+    return tuple(map(tuple, kept["facts"])), kept["fault"]
 
 
 def main_thing(facts: Iterable[Fact]) -> str | None:
@@ -158,7 +247,7 @@ def _folder() -> Path:
 
 
 def _key(world: World, seed: int) -> str:
-    total = hashlib.sha256(_code().encode())
+    total = hashlib.sha256(_code(FOLDERS_APART).encode())
     for solid in world.solids:
         total.update(np.ascontiguousarray(solid.vertices).tobytes())
         total.update(repr((solid.faces, solid.albedo, solid.prints, solid.curved)).encode())
@@ -168,14 +257,14 @@ def _key(world: World, seed: int) -> str:
 
 
 @cache
-def _code() -> str:
-    """SHA-256 of the files that render pictures and make facts of them."""
+def _code(folders_apart: frozenset[str]) -> str:
+    """SHA-256 of the files that render pictures and make facts of them, but for some folders."""
     source = Path(facetlog.__file__).parent
     files = [source / "robot" / name for name in ROBOT_CODE]
     files += sorted((source / "perception").rglob("*.py"))
     total = hashlib.sha256()
     for path in files:
-        if path.name not in APART and FOLDERS_APART.isdisjoint(path.parts):
+        if path.name not in APART and folders_apart.isdisjoint(path.parts):
             total.update(path.name.encode())
             total.update(path.read_bytes())
     return total.hexdigest()

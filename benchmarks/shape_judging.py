@@ -30,6 +30,8 @@ from facetlog.perception.shapes.shape_options import UP_AXES
 __all__ = [
     "CLASSES",
     "COUNTED_AS",
+    "LISTED_APART",
+    "PERHAPS_BOXES",
     "Judged",
     "Task",
     "confusion",
@@ -37,6 +39,7 @@ __all__ = [
     "judged",
     "judged_all",
     "noisy_cloud",
+    "scene_of",
 ]
 
 CLASSES = ("chair", "table", "box")
@@ -114,7 +117,8 @@ def noisy_cloud(mesh: Mesh, name: str) -> Cloud:
     return Cloud.of(points + generator.normal(scale=sd, size=points.shape), name=name)
 
 
-def _scene(task: Task) -> Scene:
+def scene_of(task: Task) -> Scene:
+    """The scene of a shape. Raises FacetlogError if it cannot be read."""
     up = None if task.up is None else UP_AXES[task.up]
     if task.file is not None and not task.sampled:
         return read_shape(Path(task.file), ShapeOptions(up=up, unit=task.unit))
@@ -137,7 +141,7 @@ def judged(task: Task, judge: BatchJudge) -> Judged:
     row: Row = {"path": task.name, "verdicts": [], "error": None}
     whole = False
     try:
-        scene = _scene(task)
+        scene = scene_of(task)
         whole = any(body.whole for body in scene.bodies)
         row["verdicts"] = [
             {"model": v.model, "state": str(v.state), "degree": v.degree}

@@ -149,7 +149,8 @@ class Comparison:
     """A measure and the region that it should lie in.
 
     `limit` is the target, the bound or the lower bound; `second` the tolerance of `=` or the upper
-    bound of `between`; `fading` how far beyond the region membership falls to nothing.
+    bound of `between`; `fading` how far beyond the region membership falls to nothing. One that is
+    `sharp` does not fade at all.
     """
 
     comparator: Comparator
@@ -158,6 +159,7 @@ class Comparison:
     second: "Expression | None"
     fading: "Expression | None"
     span: Span
+    sharp: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -102,6 +102,8 @@ _KINDS = (
               "between 4 and 2 faces leg where leg adjoins top"),
     FaultKind("dimension", ERROR, "Measures of different kinds are mixed up.",
               "tilt(top) at most 5 cm"),
+    FaultKind("fading", ERROR, "A model's fading is no share of its limits.",
+              "let fading = 5 cm"),
     FaultKind("kind", ERROR, "A word is said of what it cannot be said of.",
               "share(this) at least 5 %"),
     FaultKind("member", ERROR, "What stands before the point has no such part.",

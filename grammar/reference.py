@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from facetlog.grammar.checking.model import MOST_PARTS, MOST_SINGULAR
 from facetlog.grammar.compiling.lines import WEIGHTS
-from facetlog.grammar.compiling.tests import ABOUT
+from facetlog.grammar.fading import ABOUT, FADING, SHARE
 from facetlog.grammar.fault_codes import FAULT_KINDS
 from facetlog.grammar.layout import DEEPEST, STATEMENT_WORDS
 from facetlog.grammar.library import MOST_FILES
@@ -239,6 +239,7 @@ def _numbers() -> Iterator[str]:
         (
             *weights,
             ("`about x`", f"`= x ± {about} fading {about}`"),
+            (f"`let {FADING}`", f"{SHARE:.0%}".replace("%", " %") + ", where a model does not say"),
             ("singular parts of a model", f"{MOST_SINGULAR} at most"),
             ("parts and sets of a model", f"{MOST_PARTS} at most"),
             ("brackets within brackets", f"{DEEPEST} at most"),

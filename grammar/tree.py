@@ -248,7 +248,9 @@ class TreeToSyntax:
     def _compared(self, comparator: s.Comparator, parts: Parts) -> s.Comparison:
         measure, limit, *rest = parts
         second, fading = (None, None, *rest)[-2:]
-        return s.Comparison(comparator, measure, limit, second, fading, self._span(parts))
+        sharp = isinstance(fading, Token)
+        width = None if sharp else fading
+        return s.Comparison(comparator, measure, limit, second, width, self._span(parts), sharp)
 
     def equal(self, parts: Parts) -> s.Comparison:
         return self._compared(s.Comparator.EQUAL, parts)
@@ -267,7 +269,7 @@ class TreeToSyntax:
     def about(self, parts: Parts) -> s.Comparison:
         return self._compared(s.Comparator.ABOUT, [*parts, None, None])
 
-    def fading(self, parts: Parts) -> s.Expression:
+    def fading(self, parts: Parts) -> s.Expression | Token:
         return parts[0]  # type: ignore[no-any-return]
 
     def property(self, parts: Parts) -> s.Property:

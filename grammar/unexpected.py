@@ -14,9 +14,9 @@ __all__ = ["Parsing", "explained"]
 # Words of the language that a misspelt word may be meant for. A word of two letters is like too
 # many others.
 _KEYWORDS = STATEMENT_WORDS.union(
-    """faces edges vertices elements where least most between about fading each pair there holds
-    fails unknown because separate exactly number known weakly strongly longest like from and not
-    are any""".split()  # noqa: SIM905  a list of words is read more easily so
+    """faces edges vertices elements where least most between about fading sharp each pair there
+    holds fails unknown because separate exactly number known weakly strongly longest like from and
+    not are any""".split()  # noqa: SIM905  a list of words is read more easily so
 )
 _SHORTEST = 3
 ALIKE = 0.7

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from facetlog.errors import EngineError
-from facetlog.kb.calibration import Calibration
+from facetlog.kb.calibration import InputKind
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.engine import house
 from facetlog.kb.engine.leftovers import scene_module
@@ -32,8 +32,8 @@ __all__ = ["BatchJudge", "BriefVerdict", "Conditions", "Cost"]
 JUDGING_CODE = ("rules/*.pl", "kb/prolog/**/*.pl")
 HASH_DIGITS = 16
 
-# A scene with any of these is known from its surface, which no calibration was made for.
-SURFACE = frozenset({("whole", 1), ("scanned", 1)})
+# What says how a thing was measured, where it was not found in pictures.
+SURFACES = {("whole", 1): InputKind.WHOLE, ("scanned", 1): InputKind.SCANNED}
 
 SEPARATOR = "\x7f"  # separator/1 of batch.pl
 
@@ -77,7 +77,7 @@ class BriefVerdict:
     state: State
     degree: float
     degree_at_most: float
-    probability: float | None
+    confidence: float | None
     parts: tuple[tuple[str, tuple[str, ...]], ...]
     sizes: tuple[tuple[str, float, float], ...]
     cost: Cost = field(default=Cost(), compare=False)
@@ -97,9 +97,12 @@ class BatchJudge(Closing):
         *,
         trusted: bool = False,
         crisp: bool = False,
+        raw: bool = False,
         limits: Limits | None = None,
     ) -> None:
-        self._base = open_knowledge_base(model_paths, trusted=trusted, limits=limits, crisp=crisp)
+        self._base = open_knowledge_base(
+            model_paths, trusted=trusted, limits=limits, crisp=crisp, raw=raw
+        )
         self.models_hash = _models_hash(self._base)
         self._asked: frozenset[tuple[str, int]] = frozenset()
         self._batch: str | None = None
@@ -119,7 +122,7 @@ class BatchJudge(Closing):
         models = tuple(Struct("-", (Atom(m), tuple(names))) for m, names in of_module.items())
         about = Struct("batch", (Atom(batch), Atom(self._scene), models))
         asked = self._base.request("open_batch", about, keep=batch)
-        self._asked = frozenset(map(_functor, _items(asked))) | SURFACE
+        self._asked = frozenset(map(_functor, _items(asked))) | SURFACES.keys()
         self._needed = sorted(self._asked)
         return batch
 
@@ -132,6 +135,11 @@ class BatchJudge(Closing):
     def models(self) -> tuple[str, ...]:
         """The names of the models, in the order in which verdicts are given."""
         return tuple(self._base.models)
+
+    @property
+    def contents(self) -> Mapping[str, str]:
+        """The content key of each model's text, as calibrations go by."""
+        return {model: rules.content for model, rules in self._base.models.items()}
 
     @property
     def asked(self) -> frozenset[tuple[str, int]]:
@@ -179,11 +187,17 @@ class BatchJudge(Closing):
             self._base.forget("close_batch", batch)
             raise
         self._batch = batch
-        surface = not SURFACE.isdisjoint(needed)
-        calibration = Calibration() if surface else self._base.calibration
-        return tuple(self._verdicts(_fields(said), calibration))
+        kinds = {
+            str(thing): kind
+            for fact, kind in SURFACES.items()
+            for (things,) in [needed.get(fact, ((),))]
+            for thing in things
+        }
+        return tuple(self._verdicts(_fields(said), kinds))
 
-    def _verdicts(self, fields: Sequence[str], calibration: Calibration) -> Iterator[BriefVerdict]:
+    def _verdicts(
+        self, fields: Sequence[str], kinds: Mapping[str, InputKind]
+    ) -> Iterator[BriefVerdict]:
         """From what told_verdicts/3 of batch.pl tells."""
         field = iter(fields)
         for model in field:
@@ -194,8 +208,12 @@ class BatchJudge(Closing):
                 (next(field), float(next(field)), float(next(field)))
                 for _ in range(int(next(field)))
             )
-            probability = calibration.probability(
-                model, float(low), float(high), content=self._base.models[model].content
+            confidence = self._base.calibration.confidence(
+                model,
+                self._base.models[model].content,
+                kinds.get(thing, InputKind.PICTURES),
+                float(low),
+                float(high),
             )
             yield BriefVerdict(
                 model=model,
@@ -203,7 +221,7 @@ class BatchJudge(Closing):
                 state=State(state),
                 degree=float(low),
                 degree_at_most=float(high),
-                probability=probability if thing else None,
+                confidence=confidence if thing else None,
                 parts=parts,
                 sizes=sizes,
                 cost=cost,

@@ -13,7 +13,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from facetlog.errors import EngineError, QueryError
-from facetlog.kb.calibration import Calibration, shipped_calibration
+from facetlog.kb.calibration import Calibration, InputKind, shipped_calibration
 from facetlog.kb.engine.answers import Answers
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.door import LOAD_SECONDS, Door, ask, checked
@@ -163,7 +163,13 @@ class KnowledgeBase(Closing):
             said = self._request("known_of_scene", term_text(Atom(module)))
             known = said if isinstance(said, tuple) else ()
             unit = "m" if Atom("metric") in known else None
-            scene = LoadedScene(name, module, total, unit, Atom("surface") in known)
+            surfaces = {
+                str(thing): InputKind(kind)
+                for term in known
+                if isinstance(term, Struct)
+                for kind, (thing,) in [(term.functor, term.args)]
+            }
+            scene = LoadedScene(name, module, total, unit, MappingProxyType(surfaces))
             with self._lock:
                 named = _terms("named", self._name, name, module)
                 self._request("name_scene", named, state=module)
@@ -274,7 +280,7 @@ class KnowledgeBase(Closing):
     ) -> Verdict:
         """The verdict on the best assignment that agrees with `parts` (role to face).
 
-        Of one thing, or of whichever fits best; without probability if parts are given. Raises
+        Of one thing, or of whichever fits best; without confidence if parts are given. Raises
         QueryError for a model, a role, a thing or a face that there is not.
         """
         verdict = self._verdict("why", scene, self._about(model, thing, parts))
@@ -282,10 +288,8 @@ class KnowledgeBase(Closing):
         return verdict if parts else self._calibrated(verdict, scene)
 
     def _calibrated(self, verdict: Verdict, scene: str) -> Verdict:
-        # Calibrations count things that were found in pictures: of surfaces they say nothing.
-        if self._scene(scene).surface:
-            return verdict
-        return self.calibration.applied(verdict, self._model(verdict.model).content)
+        kind = self._scene(scene).kind_of(verdict.thing)
+        return self.calibration.applied(verdict, self._model(verdict.model).content, kind)
 
     def _with_unseen(self, verdicts: Sequence[Verdict], scene: str) -> tuple[Verdict, ...]:
         """The verdicts, where something was not seen with why, and from where it could be."""

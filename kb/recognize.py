@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from facetlog.errors import RuleSyntaxError
+from facetlog.kb.calibration import Calibration
 from facetlog.kb.engine.terms import Atom
 from facetlog.kb.explaining.verdict import Recognition
 from facetlog.kb.knowledge_base import KnowledgeBase
@@ -47,15 +48,18 @@ def open_knowledge_base(
     trusted: bool = False,
     limits: Limits | None = None,
     crisp: bool = False,
+    raw: bool = False,
 ) -> KnowledgeBase:
     """A knowledge base with the built-in models and the user's files and folders of rules.
 
     Files that are not `trusted` are checked, and evaluated in a process of their own. A `crisp` one
-    ignores standard deviations. Raises RuleSyntaxError for a faulty file, EngineError if SWI-Prolog
-    is missing or too old.
+    ignores standard deviations; verdicts of a `raw` one have degrees alone, no confidence. Raises
+    RuleSyntaxError for a faulty file, EngineError if SWI-Prolog is missing or too old.
     """
     files = rule_files(model_paths)
     base = KnowledgeBase(limits, isolated=bool(files) and not trusted, crisp=crisp)
+    if raw:
+        base.calibration = Calibration()
     try:
         for path in files:
             base.load_rules(path, trusted=trusted)

@@ -41,7 +41,7 @@ condition(box, seen, "three of its faces were measured", Thing, [A, B, C],
           any([each(X, [A, B, C], measured(X)), scanned(Thing)])).
 % box.model:38  this is not whole or solidity(this) at least solid
 condition(box, solid, "it fills the box round it", Thing, [_, _, _],
-          any([not(whole(Thing)), at_least(solidity(Thing), 0.85)])).
+          any([not(whole(Thing)), soft(at_least(solidity(Thing), 0.85), 0.1)])).
 % box.model:39  (each pair x, y of a, b, c: x adjoins y) or this is whole or this is scanned
 condition(box, adjoining, "each two of the faces share an edge", Thing, [A, B, C],
           any([each_pair(X, Y, [A, B, C], adjoins(X, Y)), whole(Thing), scanned(Thing)])).
@@ -50,41 +50,47 @@ condition(box, corner, "the three faces meet at one corner", Thing, [A, B, C],
           any([share_corner([A, B, C]), whole(Thing), scanned(Thing)])).
 % box.model:43  each pair x, y of a, b, c: angle(x, y) = 90 deg ± right
 condition(box, square, "the faces meet at right angles", _, [A, B, C],
-          if_known(each_pair(X, Y, [A, B, C], near(angle(X, Y), 90, 15)))).
+          if_known(each_pair(X, Y, [A, B, C], soft(near(angle(X, Y), 90, 15), 0.1)))).
 % box.model:45  (each pair x, y of a, b, c: angle(x, y) / 90 deg = 100 % ± 33 %) or this is scanned
 condition(box, sure, "their angles are known", Thing, [A, B, C],
-          any([each_pair(X, Y, [A, B, C], near(angle(X, Y)/90, 1, 0.33)), scanned(Thing)])).
+          any([each_pair(X, Y, [A, B, C], soft(near(angle(X, Y)/90, 1, 0.33), 0.1)),
+               scanned(Thing)])).
 % box.model:47  (each pair x, y of a, b, c: convex(x, y)) or this is whole or this is scanned
 condition(box, convex, "the faces bulge outwards where they meet", Thing, [A, B, C],
           any([each_pair(X, Y, [A, B, C], convex(X, Y)), whole(Thing), scanned(Thing)])).
 % box.model:49  (each x of a, b, c: share(x) at least most or this is whole and share(x) at least 20 %) or this is scanned
 condition(box, full, "each face fills its side of the block", Thing, [A, B, C],
           any([each(X, [A, B, C],
-                    any([at_least(share(X), 0.8), all([whole(Thing), at_least(share(X), 0.2)])])),
+                    any([soft(at_least(share(X), 0.8), 0.1),
+                         all([whole(Thing), soft(at_least(share(X), 0.2), 0.1)])])),
                scanned(Thing)])).
 % box.model:51  (each x of a, b, c: fill(x) at least most) or this is whole or this is scanned
 condition(box, whole, "each face is a whole rectangle", Thing, [A, B, C],
-          any([each(X, [A, B, C], at_least(fill(X), 0.8)), whole(Thing), scanned(Thing)])).
+          any([each(X, [A, B, C], soft(at_least(fill(X), 0.8), 0.1)), whole(Thing),
+               scanned(Thing)])).
 % box.model:53  each x of a, b, c: protrusion(x) at most 5 % of length(this)
 condition(box, flush, "nothing sticks out past a face", Thing, [A, B, C],
-          if_known(each(X, [A, B, C], at_most(protrusion(X), 0.05*thing_length(Thing))))).
+          if_known(each(X, [A, B, C],
+                        soft(at_most(protrusion(X), 0.05*thing_length(Thing)), 0.1)))).
 % box.model:55  this is whole and depth(this) at least 12 % of length(this) or this is scanned and depth(this) at least 12 % of length(this) or this is not whole and this is not scanned and (each x of a, b, c: width(x) at least 12 % of length(this))
 condition(box, thick, "it is no board, door or pane", Thing, [A, B, C],
-          any([all([whole(Thing), at_least(depth(Thing), 0.12*thing_length(Thing))]),
-               all([scanned(Thing), at_least(depth(Thing), 0.12*thing_length(Thing))]),
+          any([all([whole(Thing), soft(at_least(depth(Thing), 0.12*thing_length(Thing)), 0.1)]),
+               all([scanned(Thing), soft(at_least(depth(Thing), 0.12*thing_length(Thing)), 0.1)]),
                all([not(whole(Thing)), not(scanned(Thing)),
-                    each(X, [A, B, C], at_least(width(X), 0.12*thing_length(Thing)))])])).
+                    each(X, [A, B, C], soft(at_least(width(X), 0.12*thing_length(Thing)), 0.1))])])).
 % box.model:60  each face other where counts(other): along(other)
 condition(box, others, "every other face lies along one of the three", Thing, [A, B, C],
           each(Other, Others,
                implies(any([all([whole(Thing),
-                                 at_least(area(Other),
-                                          0.1*thing_length(Thing)*thing_width(Thing))]),
+                                 soft(at_least(area(Other),
+                                               0.1*thing_length(Thing)*thing_width(Thing)),
+                                      0.1)]),
                             all([scanned(Thing),
-                                 at_least(area(Other),
-                                          0.05*thing_length(Thing)*thing_width(Thing))]),
+                                 soft(at_least(area(Other),
+                                               0.05*thing_length(Thing)*thing_width(Thing)),
+                                      0.1)]),
                             all([not(whole(Thing)), not(scanned(Thing)),
-                                 some(P, Seen, at_least(area(Other), 0.05*area(P)))])]),
+                                 some(P, Seen, soft(at_least(area(Other), 0.05*area(P)), 0.1))])]),
                        some(P2, Seen, parallel(Other, P2, 15))))) :-
     exclude(==(unseen), [A, B, C], Seen),
     findall(Other,
@@ -104,22 +110,28 @@ condition(box, two_sides, "two of its sides were scanned and bulge outwards wher
           Thing, [A, B, C],
           any([not(scanned(Thing)),
                some(X, Seen,
-                    all([at_least(share(X), 0.55), at_least(fill(X), 0.8),
+                    all([soft(at_least(share(X), 0.55), 0.1), soft(at_least(fill(X), 0.8), 0.1),
                          some(Y, Seen,
-                              all([at_least(share(Y), 0.4), at_least(fill(Y), 0.55),
-                                   adjoins(X, Y), convex(X, Y)]))]))])) :-
+                              all([soft(at_least(share(Y), 0.4), 0.1),
+                                   soft(at_least(fill(Y), 0.55), 0.1), adjoins(X, Y),
+                                   convex(X, Y)]))]))])) :-
     exclude(==(unseen), [A, B, C], Seen).
 % box.model:66  this is not scanned or (there is no face f where area(f) at least 1 % of length(this) * width(this), behind(f) or thin(f))
 condition(box, closed, "no surface was seen behind its sides", Thing, [A, B, C],
           any([not(scanned(Thing)),
                not(some(F, Fs,
-                        all([at_least(area(F), 0.01*thing_length(Thing)*thing_width(Thing)),
+                        all([soft(at_least(area(F), 0.01*thing_length(Thing)*thing_width(Thing)),
+                                  0.1),
                              any([some(P, Seen,
-                                       all([at_most(angle(F, P), 15),
-                                            at_most(offset(F, P), -(0.08*thing_length(Thing)))])),
+                                       all([soft(at_most(angle(F, P), 15), 0.1),
+                                            soft(at_most(offset(F, P),
+                                                         -(0.08*thing_length(Thing))),
+                                                 0.1)])),
                                   some(P2, Seen,
-                                       all([at_least(angle(F, P2), 165),
-                                            at_least(offset(F, P2), -(0.12*thing_length(Thing)))]))])])))])) :-
+                                       all([soft(at_least(angle(F, P2), 165), 0.1),
+                                            soft(at_least(offset(F, P2),
+                                                          -(0.12*thing_length(Thing))),
+                                                 0.1)]))])])))])) :-
     exclude(==(unseen), [A, B, C], Seen),
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [A, B, C]),
@@ -134,7 +146,7 @@ condition(box, closed, "no surface was seen behind its sides", Thing, [A, B, C],
     sort(Found, Fs).
 % box.model:69  this is not scanned or curved(this) at most bent
 condition(box, flat, "its surface is flat", Thing, [_, _, _],
-          any([not(scanned(Thing)), at_most(curved(Thing), 0.15)])).
+          any([not(scanned(Thing)), soft(at_most(curved(Thing), 0.15), 0.1)])).
 % box.model:70  this is not scanned or (each x of a, b, c: x is measured)
 condition(box, third, "three of its sides were seen", Thing, [A, B, C],
           expect(0.5, any([not(scanned(Thing)), each(X, [A, B, C], measured(X))]))).

@@ -62,8 +62,8 @@ distant(cabinet, Thing, [Top, Front2, Side2]) :-
 
 % cabinet.model:15  leg is upright, bottom_of(leg) at most 5 % of height(this), top_of(leg) between 3 % of height(this) and 40 % of height(this)
 means('cabinet.leg'(Leg, Thing),
-      all([upright(Leg), at_most(bottom_of(Leg), 0.05*thing_height(Thing)),
-           between(top_of(Leg), 0.03*thing_height(Thing), 0.4*thing_height(Thing))])).
+      all([upright(Leg), soft(at_most(bottom_of(Leg), 0.05*thing_height(Thing)), 0.1),
+           soft(between(top_of(Leg), 0.03*thing_height(Thing), 0.4*thing_height(Thing)), 0.1)])).
 
 % cabinet.model:15
 members(cabinet, leg, Thing, [Top, Front, Side], Members) :-
@@ -83,37 +83,38 @@ condition(cabinet, adjoining, "each two of the faces share an edge", _, [Top, Fr
           each_pair(X, Y, [Top, Front, Side], adjoins(X, Y))).
 % cabinet.model:22  each pair x, y of top, front, side: angle(x, y) = 90 deg ± right
 condition(cabinet, square, "the faces meet at right angles", _, [Top, Front, Side],
-          each_pair(X, Y, [Top, Front, Side], near(angle(X, Y), 90, 15))).
+          each_pair(X, Y, [Top, Front, Side], soft(near(angle(X, Y), 90, 15), 0.1))).
 % cabinet.model:24  each pair x, y of top, front, side: convex(x, y)
 condition(cabinet, convex, "the faces bulge outwards where they meet", _, [Top, Front, Side],
           each_pair(X, Y, [Top, Front, Side], convex(X, Y))).
 % cabinet.model:26  share(top) at least 80 %
 condition(cabinet, cover, "the top covers it seen from above", _, [Top, _, _],
-          at_least(share(Top), 0.8)).
+          soft(at_least(share(Top), 0.8), 0.1)).
 % cabinet.model:27  each x of front, side: share(x) at least 100 % - base
 condition(cabinet, closed, "the sides are closed, down to the feet", _, [_, Front, Side],
-          each(X, [Front, Side], at_least(share(X), 0.6))).
+          each(X, [Front, Side], soft(at_least(share(X), 0.6), 0.1))).
 % cabinet.model:28  each x of top, front, side: fill(x) at least 80 %
 condition(cabinet, whole, "each face is a whole rectangle", _, [Top, Front, Side],
-          each(X, [Top, Front, Side], at_least(fill(X), 0.8))).
+          each(X, [Top, Front, Side], soft(at_least(fill(X), 0.8), 0.1))).
 % cabinet.model:29  each x of top, front, side: protrusion(x) at most 5 % of length(this)
 condition(cabinet, flush, "nothing sticks out past a face", Thing, [Top, Front, Side],
-          each(X, [Top, Front, Side], at_most(protrusion(X), 0.05*thing_length(Thing)))).
+          each(X, [Top, Front, Side],
+               soft(at_most(protrusion(X), 0.05*thing_length(Thing)), 0.1))).
 % cabinet.model:31  clear_below(top) at most base * elevation(top)
 condition(cabinet, solid, "there is no free space beneath the top but for feet", _, [Top, _, _],
-          at_most(clear_below(Top), 0.4*elevation(Top))).
+          soft(at_most(clear_below(Top), 0.4*elevation(Top)), 0.1)).
 % cabinet.model:32  each x of front, side: bottom_of(x) at most base * height(this)
 condition(cabinet, standing, "the sides go down to the floor or nearly so", Thing,
           [_, Front, Side],
-          each(X, [Front, Side], at_most(bottom_of(X), 0.4*thing_height(Thing)))).
+          each(X, [Front, Side], soft(at_most(bottom_of(X), 0.4*thing_height(Thing)), 0.1))).
 % cabinet.model:33  height(this) at least 120 % of width(top)
 condition(cabinet, tall, "it is higher than deep", Thing, [Top, _, _],
-          at_least(thing_height(Thing), 1.2*width(Top))).
+          soft(at_least(thing_height(Thing), 1.2*width(Top)), 0.1)).
 % cabinet.model:34  each face other where area(other) at least 5 % of area(top): lies_along(other)
 condition(cabinet, others, "every other face lies along one of the three", Thing,
           [Top, Front, Side],
           each(Other, Others,
-               implies(at_least(area(Other), 0.05*area(Top)),
+               implies(soft(at_least(area(Other), 0.05*area(Top)), 0.1),
                        any([parallel(Other, Top, 15), parallel(Other, Front, 15),
                             parallel(Other, Side, 15)])))) :-
     findall(Other,
@@ -123,7 +124,7 @@ condition(cabinet, others, "every other face lies along one of the three", Thing
 % cabinet.model:35  each face f where area(f) at least 20 % of length(this) * width(this): f is level or f is upright
 condition(cabinet, straight, "its large faces are level or upright", Thing, [Top, Front, Side],
           each(F, Fs,
-               implies(at_least(area(F), 0.2*thing_length(Thing)*thing_width(Thing)),
+               implies(soft(at_least(area(F), 0.2*thing_length(Thing)*thing_width(Thing)), 0.1),
                        any([level(F), upright(F)])))) :-
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [Top, Front, Side]),
@@ -137,7 +138,8 @@ condition(cabinet, raised, "cabinets stand on a plinth or feet", Thing, [Top, Fr
     separate(Leg_members, Leg_groups).
 % cabinet.model:38  height(this) between 50 cm and 260 cm
 condition(cabinet, usual, "cabinets are 50 cm to 260 cm high", Thing, [_, _, _],
-          expect(0.5, if_known(between(thing_height(Thing), metres(0.5), metres(2.6))))).
+          expect(0.5,
+                 if_known(soft(between(thing_height(Thing), metres(0.5), metres(2.6)), 0.1)))).
 
 written(cabinet, level, 'cabinet.model:19', "top is measured, top is level, top is upward").
 written(cabinet, upright, 'cabinet.model:20',

@@ -44,7 +44,7 @@ distant(chair, Thing, [Seat, Back]) :-
 means('chair.leg'(Leg, Seat), supports(Leg, Seat)).
 % chair.model:25  panel supports seat, wide(panel)
 means('chair.panel'(Panel, Seat),
-      all([supports(Panel, Seat), at_least(width(Panel), 0.5*width(Seat))])).
+      all([supports(Panel, Seat), soft(at_least(width(Panel), 0.5*width(Seat)), 0.1)])).
 
 % chair.model:24
 members(chair, leg, Thing, [Seat, Back], Members) :-
@@ -61,33 +61,37 @@ members(chair, panel, Thing, [Seat, Back], Members) :-
 
 % chair.model:23  optional face back where is_back(back)
 condition(chair, back, "an upright back stands at the rim of the seat", _, [Seat, Back],
-          all([at_least(tilt(Back), 65), at_least(top_of(Back), 1.3*elevation(Seat)),
-               at_least(length(Back), 0.5*width(Seat)),
-               any([at_least(offset(Seat, Back), 0.3*width(Seat)),
-                    at_most(offset(Seat, Back), -(0.3*width(Seat)))])])) :-
+          all([soft(at_least(tilt(Back), 65), 0.1),
+               soft(at_least(top_of(Back), 1.3*elevation(Seat)), 0.1),
+               soft(at_least(length(Back), 0.5*width(Seat)), 0.1),
+               any([soft(at_least(offset(Seat, Back), 0.3*width(Seat)), 0.1),
+                    soft(at_most(offset(Seat, Back), -(0.3*width(Seat))), 0.1)])])) :-
     Back \== unseen.
 % chair.model:27  seat is measured, tilt(seat) at most 20 deg, seat is upward
 condition(chair, level, "the seat is about level and faces up", _, [Seat, _],
-          all([measured(Seat), at_most(tilt(Seat), 20), upward(Seat)])).
+          all([measured(Seat), soft(at_most(tilt(Seat), 20), 0.1), upward(Seat)])).
 % chair.model:31  this is not whole or cover(seat) at least 45 % or cover(seat) at least 25 % and see_through(seat) at most 35 %
 condition(chair, cover, "the seat takes much of the plan", Thing, [Seat, _],
-          any([not(whole(Thing)), at_least(cover(Seat), 0.45),
-               all([at_least(cover(Seat), 0.25), at_most(see_through(Seat), 0.35)])])).
+          any([not(whole(Thing)), soft(at_least(cover(Seat), 0.45), 0.1),
+               all([soft(at_least(cover(Seat), 0.25), 0.1),
+                    soft(at_most(see_through(Seat), 0.35), 0.1)])])).
 % chair.model:34  protrusion(seat) at least 30 % of elevation(seat)
 condition(chair, rises, "something rises above the seat", _, [Seat, _],
-          at_least(protrusion(Seat), 0.3*elevation(Seat))).
+          soft(at_least(protrusion(Seat), 0.3*elevation(Seat)), 0.1)).
 % chair.model:35  this is whole and rises_at_one_side(seat) or this is not whole and (there is a face f where is_back(f))
 condition(chair, backed, "a back rises at one side of the seat, about as broad as that", Thing,
           [Seat, Back],
-          any([all([whole(Thing), at_least(rise_side(Seat), 0.35),
-                    at_most(rise_off_middle(Seat), 0.35), at_least(rise_span(Seat), 0.6),
-                    at_most(built_over(Seat), 0.6)]),
+          any([all([whole(Thing), soft(at_least(rise_side(Seat), 0.35), 0.1),
+                    soft(at_most(rise_off_middle(Seat), 0.35), 0.1),
+                    soft(at_least(rise_span(Seat), 0.6), 0.1),
+                    soft(at_most(built_over(Seat), 0.6), 0.1)]),
                all([not(whole(Thing)),
                     some(F, Fs,
-                         all([at_least(tilt(F), 65), at_least(top_of(F), 1.3*elevation(Seat)),
-                              at_least(length(F), 0.5*width(Seat)),
-                              any([at_least(offset(Seat, F), 0.3*width(Seat)),
-                                   at_most(offset(Seat, F), -(0.3*width(Seat)))])]))])])) :-
+                         all([soft(at_least(tilt(F), 65), 0.1),
+                              soft(at_least(top_of(F), 1.3*elevation(Seat)), 0.1),
+                              soft(at_least(length(F), 0.5*width(Seat)), 0.1),
+                              any([soft(at_least(offset(Seat, F), 0.3*width(Seat)), 0.1),
+                                   soft(at_most(offset(Seat, F), -(0.3*width(Seat))), 0.1)])]))])])) :-
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [Seat, Back]),
               possible(all([at_least(tilt(F), 65), at_least(top_of(F), 1.3*elevation(Seat)),
@@ -98,9 +102,10 @@ condition(chair, backed, "a back rises at one side of the seat, about as broad a
     sort(Found, Fs).
 % chair.model:38  free(seat) or (there is a face f where f underside_of seat, free(f)) or this is whole
 condition(chair, room, "there is free space beneath the seat", Thing, [Seat, Back],
-          any([at_least(clear_below(Seat), 0.5*elevation(Seat)),
+          any([soft(at_least(clear_below(Seat), 0.5*elevation(Seat)), 0.1),
                some(F, Fs,
-                    all([underside_of(F, Seat), at_least(clear_below(F), 0.5*elevation(Seat))])),
+                    all([underside_of(F, Seat),
+                         soft(at_least(clear_below(F), 0.5*elevation(Seat)), 0.1)])),
                whole(Thing)])) :-
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [Seat, Back]),
@@ -117,22 +122,22 @@ condition(chair, support, "it stands on three legs or two panels at least", Thin
     separate(Panel_members, Panel_groups).
 % chair.model:42  elevation(seat) between 20 % of height(this) and 75 % of height(this)
 condition(chair, height, "the seat is at about half of the height", Thing, [Seat, _],
-          between(elevation(Seat), 0.2*thing_height(Thing), 0.75*thing_height(Thing))).
+          soft(between(elevation(Seat), 0.2*thing_height(Thing), 0.75*thing_height(Thing)), 0.1)).
 % chair.model:43  this is whole and level_width(seat) at least 40 % of elevation(seat) and level_length(seat) at most 180 % of level_width(seat) or this is not whole and width(seat) at least 40 % of elevation(seat) and length(seat) at most 180 % of width(seat)
 condition(chair, proportion, "the seat is no bar stool's and no bench's", Thing, [Seat, _],
-          any([all([whole(Thing), at_least(level_width(Seat), 0.4*elevation(Seat)),
-                    at_most(level_length(Seat), 1.8*level_width(Seat))]),
-               all([not(whole(Thing)), at_least(width(Seat), 0.4*elevation(Seat)),
-                    at_most(length(Seat), 1.8*width(Seat))])])).
+          any([all([whole(Thing), soft(at_least(level_width(Seat), 0.4*elevation(Seat)), 0.1),
+                    soft(at_most(level_length(Seat), 1.8*level_width(Seat)), 0.1)]),
+               all([not(whole(Thing)), soft(at_least(width(Seat), 0.4*elevation(Seat)), 0.1),
+                    soft(at_most(length(Seat), 1.8*width(Seat)), 0.1)])])).
 % chair.model:47  height(this) at least 50 % of length(this)
 condition(chair, tall, "it is not long like a sofa", Thing, [_, _],
-          at_least(thing_height(Thing), 0.5*thing_length(Thing))).
+          soft(at_least(thing_height(Thing), 0.5*thing_length(Thing)), 0.1)).
 % chair.model:49  this is not whole or elevation(seat) at least 35 % of level_length(seat)
 condition(chair, high, "the seat is not low like a bed", Thing, [Seat, _],
-          any([not(whole(Thing)), at_least(elevation(Seat), 0.35*level_length(Seat))])).
+          any([not(whole(Thing)), soft(at_least(elevation(Seat), 0.35*level_length(Seat)), 0.1)])).
 % chair.model:51  elevation(seat) between 30 cm and 60 cm
 condition(chair, usual, "seats are 30 cm to 60 cm high", _, [Seat, _],
-          expect(0.25, if_known(between(elevation(Seat), metres(0.3), metres(0.6))))).
+          expect(0.25, if_known(soft(between(elevation(Seat), metres(0.3), metres(0.6)), 0.1)))).
 
 written(chair, back, 'chair.model:23', "optional face back where is_back(back)").
 written(chair, level, 'chair.model:27',

@@ -55,7 +55,7 @@ means('desk.closed'(Closed, Top), closes(Closed, Top)).
 means('desk.leg'(Leg, Top), supports(Leg, Top)).
 % table.model:14  panel supports top, wide(panel)
 means('desk.panel'(Panel, Top),
-      all([supports(Panel, Top), at_least(width(Panel), 0.5*width(Top))])).
+      all([supports(Panel, Top), soft(at_least(width(Panel), 0.5*width(Top)), 0.1)])).
 
 % table.model:12
 members(desk, closed, _, [Top, Left, Right], Members) :-
@@ -78,33 +78,35 @@ members(desk, panel, Thing, [Top, Left, Right], Members) :-
 
 % desk.model:15  face left where left supports top, across(left)
 condition(desk, left, "a panel or drawer block carries one end", _, [Top, Left, _],
-          all([supports(Left, Top), at_least(width(Left), 0.5*width(Top))])).
+          all([supports(Left, Top), soft(at_least(width(Left), 0.5*width(Top)), 0.1)])).
 % desk.model:16  face right where right supports top, across(right)
 condition(desk, right, "another carries the other end", _, [Top, _, Right],
-          all([supports(Right, Top), at_least(width(Right), 0.5*width(Top))])).
+          all([supports(Right, Top), soft(at_least(width(Right), 0.5*width(Top)), 0.1)])).
 % table.model:18  top is measured, top is level, top is upward
 condition(desk, level, "the top is level and faces up", _, [Top, _, _],
           all([measured(Top), level(Top), upward(Top)])).
 % table.model:19  share(top) at least 80 % or this is whole and cover(top) at least 70 %
 condition(desk, cover, "the top covers the thing seen from above", Thing, [Top, _, _],
-          any([at_least(share(Top), 0.8), all([whole(Thing), at_least(cover(Top), 0.7)])])).
+          any([soft(at_least(share(Top), 0.8), 0.1),
+               all([whole(Thing), soft(at_least(cover(Top), 0.7), 0.1)])])).
 % table.model:21  protrusion(top) at most 10 % of elevation(top) or this is whole and protrusion(top) at most 15 % of elevation(top) or this is whole and built_over(top) at most 30 % and rise_span(top) at most 60 % and protrusion(top) at most 60 % of elevation(top)
 condition(desk, topmost, "nothing rises above the top but what may stand on it", Thing,
           [Top, _, _],
-          any([at_most(protrusion(Top), 0.1*elevation(Top)),
-               all([whole(Thing), at_most(protrusion(Top), 0.15*elevation(Top))]),
-               all([whole(Thing), at_most(built_over(Top), 0.3), at_most(rise_span(Top), 0.6),
-                    at_most(protrusion(Top), 0.6*elevation(Top))])])).
+          any([soft(at_most(protrusion(Top), 0.1*elevation(Top)), 0.1),
+               all([whole(Thing), soft(at_most(protrusion(Top), 0.15*elevation(Top)), 0.1)]),
+               all([whole(Thing), soft(at_most(built_over(Top), 0.3), 0.1),
+                    soft(at_most(rise_span(Top), 0.6), 0.1),
+                    soft(at_most(protrusion(Top), 0.6*elevation(Top)), 0.1)])])).
 % table.model:26  this is whole and room_below(top) at least 50 % of elevation(top) or this is whole and free_below(top) at least 75 % and see_across(top) at least 45 % or this is not whole and (free(top) or there is a face f where f underside_of top, free(f))
 condition(desk, room, "there is free space beneath the top", Thing, [Top, Left, Right],
-          any([all([whole(Thing), at_least(room_below(Top), 0.5*elevation(Top))]),
-               all([whole(Thing), at_least(free_below(Top), 0.75),
-                    at_least(see_across(Top), 0.45)]),
+          any([all([whole(Thing), soft(at_least(room_below(Top), 0.5*elevation(Top)), 0.1)]),
+               all([whole(Thing), soft(at_least(free_below(Top), 0.75), 0.1),
+                    soft(at_least(see_across(Top), 0.45), 0.1)]),
                all([not(whole(Thing)),
-                    any([at_least(clear_below(Top), 0.5*elevation(Top)),
+                    any([soft(at_least(clear_below(Top), 0.5*elevation(Top)), 0.1),
                          some(F, Fs,
                               all([underside_of(F, Top),
-                                   at_least(clear_below(F), 0.5*elevation(Top))]))])])])) :-
+                                   soft(at_least(clear_below(F), 0.5*elevation(Top)), 0.1)]))])])])) :-
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [Top, Left, Right]),
               possible(all([underside_of(F, Top), at_least(clear_below(F), 0.5*elevation(Top))])) ),
@@ -112,7 +114,7 @@ condition(desk, room, "there is free space beneath the top", Thing, [Top, Left, 
     sort(Found, Fs).
 % table.model:31  this is whole and see_through(top) at least 35 % or this is not whole and (each pair x, y of closed: not x adjoins y)
 condition(desk, open, "no two neighbouring sides are closed", Thing, [Top, Left, Right],
-          any([all([whole(Thing), at_least(see_through(Top), 0.35)]),
+          any([all([whole(Thing), soft(at_least(see_through(Top), 0.35), 0.1)]),
                all([not(whole(Thing)),
                     each_pair(X, Y, Closed_members,
                               implies(all(['desk.closed'(X, Top), 'desk.closed'(Y, Top)]),
@@ -129,17 +131,18 @@ condition(desk, support, "it stands on three legs or two panels at least", Thing
     separate(Panel_members, Panel_groups).
 % table.model:37  this is whole and level_width(top) at least 25 % of elevation(top) and elevation(top) at least 12 % of level_length(top) or this is not whole and width(top) at least 25 % of elevation(top) and elevation(top) at least 15 % of length(top)
 condition(desk, proportion, "the top is no pole and no tray", Thing, [Top, _, _],
-          any([all([whole(Thing), at_least(level_width(Top), 0.25*elevation(Top)),
-                    at_least(elevation(Top), 0.12*level_length(Top))]),
-               all([not(whole(Thing)), at_least(width(Top), 0.25*elevation(Top)),
-                    at_least(elevation(Top), 0.15*length(Top))])])).
+          any([all([whole(Thing), soft(at_least(level_width(Top), 0.25*elevation(Top)), 0.1),
+                    soft(at_least(elevation(Top), 0.12*level_length(Top)), 0.1)]),
+               all([not(whole(Thing)), soft(at_least(width(Top), 0.25*elevation(Top)), 0.1),
+                    soft(at_least(elevation(Top), 0.15*length(Top)), 0.1)])])).
 % table.model:41  elevation(top) between 30 cm and 120 cm
 condition(desk, usual, "tables are 30 cm to 120 cm high", _, [Top, _, _],
-          expect(0.25, if_known(between(elevation(Top), metres(0.3), metres(1.2))))).
+          expect(0.25, if_known(soft(between(elevation(Top), metres(0.3), metres(1.2)), 0.1)))).
 % desk.model:19  count(leg) at most 2 or there is a face end where end supports top, across(end)
 condition(desk, ends, "it stands on two ends, not on legs", Thing, [Top, Left, Right],
           any([at_most_of(2, Leg, Leg_groups, 'desk.leg'(Leg, Top)),
-               some(End, Ends, all([supports(End, Top), at_least(width(End), 0.5*width(Top))]))])) :-
+               some(End, Ends,
+                    all([supports(End, Top), soft(at_least(width(End), 0.5*width(Top)), 0.1)]))])) :-
     members(desk, leg, Thing, [Top, Left, Right], Leg_members),
     separate(Leg_members, Leg_groups),
     findall(End,
@@ -152,16 +155,16 @@ condition(desk, facing, "the inner sides of the ends face each other", _, [_, Le
           opposite(Left, Right)).
 % desk.model:23  offset(left, right) at least 60 % of elevation(top)
 condition(desk, knees, "there is room for knees between the ends", _, [Top, Left, Right],
-          at_least(offset(Left, Right), 0.6*elevation(Top))).
+          soft(at_least(offset(Left, Right), 0.6*elevation(Top)), 0.1)).
 % desk.model:25  there is a face panel_behind where panel_behind is upright, angle(panel_behind, left) = 90 deg ± 15 deg, between_ends(panel_behind), shuts(panel_behind)
 condition(desk, rear, "a panel between the ends shuts one long side, at least in part", Thing,
           [Top, Left, Right],
           some(Panel_behind, Panel_behinds,
-               all([upright(Panel_behind), near(angle(Panel_behind, Left), 90, 15),
-                    at_least(offset(Panel_behind, Left), 0*elevation(Top)),
-                    at_least(offset(Panel_behind, Right), 0*elevation(Top)),
-                    at_least(height(Panel_behind), 0.2*elevation(Top)),
-                    at_least(length(Panel_behind), 0.5*offset(Left, Right))]))) :-
+               all([upright(Panel_behind), soft(near(angle(Panel_behind, Left), 90, 15), 0.1),
+                    soft(at_least(offset(Panel_behind, Left), 0*elevation(Top)), 0.1),
+                    soft(at_least(offset(Panel_behind, Right), 0*elevation(Top)), 0.1),
+                    soft(at_least(height(Panel_behind), 0.2*elevation(Top)), 0.1),
+                    soft(at_least(length(Panel_behind), 0.5*offset(Left, Right)), 0.1)]))) :-
     findall(Panel_behind,
             ( face_of(Thing, Panel_behind), \+ memberchk(Panel_behind, [Top, Left, Right]),
               possible(all([upright(Panel_behind), near(angle(Panel_behind, Left), 90, 15),
@@ -173,7 +176,7 @@ condition(desk, rear, "a panel between the ends shuts one long side, at least in
     sort(Found, Panel_behinds).
 % desk.model:29  this is not whole or see_through(top) at most 80 %
 condition(desk, shut, "one does not see through beneath it", Thing, [Top, _, _],
-          any([not(whole(Thing)), at_most(see_through(Top), 0.8)])).
+          any([not(whole(Thing)), soft(at_most(see_through(Top), 0.8), 0.1)])).
 % desk.model:30  elevation(top) between 65 cm and 80 cm fading 5 cm
 condition(desk, working_height, "desks are 65 cm to 80 cm high", _, [Top, _, _],
           expect(0.25,

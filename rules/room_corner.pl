@@ -53,19 +53,20 @@ condition(room_corner, seen, "two of its faces were measured", _, [A, B],
 condition(room_corner, adjoining, "the faces share an edge", _, [A, B], adjoins(A, B)).
 % room_corner.model:24  hollow(a, b)
 condition(room_corner, hollow_corner, "the faces are hollow where they meet, at a right angle",
-          _, [A, B], near(dihedral(A, B), 270, 15)).
+          _, [A, B], soft(near(dihedral(A, B), 270, 15), 0.1)).
 % room_corner.model:25  each third: hollow(third, a), hollow(third, b)
 condition(room_corner, third_square, "so is the third face, if there is one", Thing, [A, B],
           each(Third, Third_members,
                implies('room_corner.third'(Third, A, B),
-                       all([near(dihedral(Third, A), 270, 15), near(dihedral(Third, B), 270, 15)])))) :-
+                       all([soft(near(dihedral(Third, A), 270, 15), 0.1),
+                            soft(near(dihedral(Third, B), 270, 15), 0.1)])))) :-
     members(room_corner, third, Thing, [A, B], Third_members).
 % room_corner.model:27  each face other: ahead(other, a), ahead(other, b)
 condition(room_corner, nothing_behind, "nothing lies behind a face but the wall itself", Thing,
           [A, B],
           each(Other, Others,
-               all([at_least(offset(Other, A), -(0.1*thing_length(Thing))),
-                    at_least(offset(Other, B), -(0.1*thing_length(Thing)))]))) :-
+               all([soft(at_least(offset(Other, A), -(0.1*thing_length(Thing))), 0.1),
+                    soft(at_least(offset(Other, B), -(0.1*thing_length(Thing))), 0.1)]))) :-
     findall(Other, ( face_of(Thing, Other), \+ memberchk(Other, [A, B]) ), Found),
     sort(Found, Others).
 % room_corner.model:29  there is no face other where stands_before(other, a) or stands_before(other, b)
@@ -73,11 +74,11 @@ condition(room_corner, open, "nothing stands before the walls, turned to them or
           [A, B],
           not(some(Other, Others,
                    any([all([parallel(Other, A, 15),
-                             at_least(offset(Other, A), 0.1*thing_length(Thing)),
+                             soft(at_least(offset(Other, A), 0.1*thing_length(Thing)), 0.1),
                              not(any([all([adjoins(Other, A), convex(Other, A)]),
                                       all([adjoins(Other, B), convex(Other, B)])]))]),
                         all([parallel(Other, B, 15),
-                             at_least(offset(Other, B), 0.1*thing_length(Thing)),
+                             soft(at_least(offset(Other, B), 0.1*thing_length(Thing)), 0.1),
                              not(any([all([adjoins(Other, A), convex(Other, A)]),
                                       all([adjoins(Other, B), convex(Other, B)])]))])])))) :-
     findall(Other,
@@ -98,7 +99,8 @@ condition(room_corner, floor, "floor and walls are level and upright", _, [A, B]
 % room_corner.model:33  each x of a, b: x is not level or elevation(x) at most 10 % of height(this)
 condition(room_corner, ground, "what is level of them is the floor", Thing, [A, B],
           if_known(each(X, [A, B],
-                        any([not(level(X)), at_most(elevation(X), 0.1*thing_height(Thing))])))).
+                        any([not(level(X)),
+                             soft(at_most(elevation(X), 0.1*thing_height(Thing)), 0.1)])))).
 
 written(room_corner, seen, 'room_corner.model:22', "a is measured, b is measured").
 written(room_corner, adjoining, 'room_corner.model:23', "a adjoins b").

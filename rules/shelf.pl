@@ -22,15 +22,17 @@ distant(shelf, Thing, [Top]) :-
 
 % shelf.model:11  board is level, board is upward, low(board), overlap(board, top) at least 80 %
 means('shelf.board'(Board, Top),
-      all([level(Board), upward(Board), at_most(elevation(Board), 0.8*elevation(Top)),
-           at_least(overlap(Board, Top), 0.8)])).
+      all([level(Board), upward(Board),
+           soft(at_most(elevation(Board), 0.8*elevation(Top)), 0.1),
+           soft(at_least(overlap(Board, Top), 0.8), 0.1)])).
 % shelf.model:13  side is upright, height(side) at least 80 % of height(this), width(side) at least 50 % of width(top)
 means('shelf.side'(Side, Top, Thing),
-      all([upright(Side), at_least(height(Side), 0.8*thing_height(Thing)),
-           at_least(width(Side), 0.5*width(Top))])).
+      all([upright(Side), soft(at_least(height(Side), 0.8*thing_height(Thing)), 0.1),
+           soft(at_least(width(Side), 0.5*width(Top)), 0.1)])).
 % shelf.model:15  shut is upright, share(shut) at least 70 %, protrusion(shut) at most 20 % of width(top)
 means('shelf.shut'(Shut, Top),
-      all([upright(Shut), at_least(share(Shut), 0.7), at_most(protrusion(Shut), 0.2*width(Top))])).
+      all([upright(Shut), soft(at_least(share(Shut), 0.7), 0.1),
+           soft(at_most(protrusion(Shut), 0.2*width(Top)), 0.1)])).
 
 % shelf.model:11
 members(shelf, board, Thing, [Top], Members) :-
@@ -66,16 +68,17 @@ condition(shelf, level, "the topmost board is level and faces up", _, [Top],
           all([measured(Top), level(Top), upward(Top)])).
 % shelf.model:19  share(top) at least 70 %
 condition(shelf, cover, "the boards reach from side to side", _, [Top],
-          at_least(share(Top), 0.7)).
+          soft(at_least(share(Top), 0.7), 0.1)).
 % shelf.model:20  protrusion(top) at most 20 % of elevation(top)
 condition(shelf, topmost, "little rises above the topmost board", _, [Top],
-          at_most(protrusion(Top), 0.2*elevation(Top))).
+          soft(at_most(protrusion(Top), 0.2*elevation(Top)), 0.1)).
 % shelf.model:21  gap_below(top) or there is a face f where f underside_of top, gap_below(f)
 condition(shelf, spaced, "there is room between the topmost board and the next", Thing, [Top],
-          any([between(clear_below(Top), 0.04*elevation(Top), 0.6*elevation(Top)),
+          any([soft(between(clear_below(Top), 0.04*elevation(Top), 0.6*elevation(Top)), 0.1),
                some(F, Fs,
                     all([underside_of(F, Top),
-                         between(clear_below(F), 0.04*elevation(Top), 0.6*elevation(Top))]))])) :-
+                         soft(between(clear_below(F), 0.04*elevation(Top), 0.6*elevation(Top)),
+                              0.1)]))])) :-
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [Top]),
               possible(all([underside_of(F, Top),
@@ -90,7 +93,7 @@ condition(shelf, open, "one side is open", Thing, [Top],
 % shelf.model:24  each face f where area(f) at least 20 % of length(this) * width(this): f is level or f is upright
 condition(shelf, straight, "its large faces are level or upright", Thing, [Top],
           each(F, Fs,
-               implies(at_least(area(F), 0.2*thing_length(Thing)*thing_width(Thing)),
+               implies(soft(at_least(area(F), 0.2*thing_length(Thing)*thing_width(Thing)), 0.1),
                        any([level(F), upright(F)])))) :-
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [Top]),

@@ -50,11 +50,12 @@ distant(stairs, Thing, [Low, Middle, High]) :-
 
 % stairs.model:18  tread is level, tread is upward, area(tread) at least 20 % of area(middle)
 means('stairs.tread'(Tread, Middle),
-      all([level(Tread), upward(Tread), at_least(area(Tread), 0.2*area(Middle))])).
+      all([level(Tread), upward(Tread), soft(at_least(area(Tread), 0.2*area(Middle)), 0.1)])).
 % stairs.model:20  riser is upright, length(riser) = length(middle) ± even, height(riser) at most 130 % of rise(low, middle)
 means('stairs.riser'(Riser, Low, Middle),
-      all([upright(Riser), between(length(Riser), 0.8*length(Middle), 1.2*length(Middle)),
-           at_most(height(Riser), 1.3*offset(Middle, Low))])).
+      all([upright(Riser),
+           soft(between(length(Riser), 0.8*length(Middle), 1.2*length(Middle)), 0.1),
+           soft(at_most(height(Riser), 1.3*offset(Middle, Low)), 0.1)])).
 
 % stairs.model:18
 members(stairs, tread, Thing, [Low, Middle, High], Members) :-
@@ -74,53 +75,54 @@ condition(stairs, level, "three treads are level and face up", _, [Low, Middle, 
           each(X, [Low, Middle, High], all([measured(X), level(X), upward(X)]))).
 % stairs.model:25  each pair x, y of low, middle, high: angle(x, y) at most 10 deg
 condition(stairs, same_way, "they face the same way", _, [Low, Middle, High],
-          each_pair(X, Y, [Low, Middle, High], at_most(angle(X, Y), 10))).
+          each_pair(X, Y, [Low, Middle, High], soft(at_most(angle(X, Y), 10), 0.1))).
 % stairs.model:28  each x of low, middle, high: share(x) at most 40 %
 condition(stairs, part, "each tread takes a part of the plan", _, [Low, Middle, High],
-          each(X, [Low, Middle, High], at_most(share(X), 0.4))).
+          each(X, [Low, Middle, High], soft(at_most(share(X), 0.4), 0.1))).
 % stairs.model:29  each x of low, middle, high: fill(x) at least 75 %
 condition(stairs, whole, "each tread is a rectangle", _, [Low, Middle, High],
-          each(X, [Low, Middle, High], at_least(fill(X), 0.75))).
+          each(X, [Low, Middle, High], soft(at_least(fill(X), 0.75), 0.1))).
 % stairs.model:30  each pair x, y of low, middle, high: overlap(x, y) at most 25 %
 condition(stairs, apart, "the treads lie beside one another, not one above the other", _,
           [Low, Middle, High],
-          if_known(each_pair(X, Y, [Low, Middle, High], at_most(overlap(X, Y), 0.25)))).
+          if_known(each_pair(X, Y, [Low, Middle, High], soft(at_most(overlap(X, Y), 0.25), 0.1)))).
 % stairs.model:33  rise(middle, high) = rise(low, middle) ± even
 condition(stairs, even_rise, "they rise evenly", _, [Low, Middle, High],
-          between(offset(High, Middle), 0.8*offset(Middle, Low), 1.2*offset(Middle, Low))).
+          soft(between(offset(High, Middle), 0.8*offset(Middle, Low), 1.2*offset(Middle, Low)),
+               0.1)).
 % stairs.model:34  alike(low, middle), alike(high, middle)
 condition(stairs, even_going, "they are of one size", _, [Low, Middle, High],
-          all([between(area(Low), 0.8*area(Middle), 1.2*area(Middle)),
-               between(area(High), 0.8*area(Middle), 1.2*area(Middle))])).
+          all([soft(between(area(Low), 0.8*area(Middle), 1.2*area(Middle)), 0.1),
+               soft(between(area(High), 0.8*area(Middle), 1.2*area(Middle)), 0.1)])).
 % stairs.model:35  each tread: alike(tread, middle)
 condition(stairs, flight, "so are all others", Thing, [Low, Middle, High],
           each(Tread, Tread_members,
                implies('stairs.tread'(Tread, Middle),
-                       between(area(Tread), 0.8*area(Middle), 1.2*area(Middle))))) :-
+                       soft(between(area(Tread), 0.8*area(Middle), 1.2*area(Middle)), 0.1)))) :-
     members(stairs, tread, Thing, [Low, Middle, High], Tread_members).
 % stairs.model:36  each tread: further(tread)
 condition(stairs, next, "none is left out", Thing, [Low, Middle, High],
           each(Tread, Tread_members,
                implies('stairs.tread'(Tread, Middle),
-                       any([at_most(offset(Tread, Low), 0.2*offset(Middle, Low)),
-                            at_most(offset(Middle, Tread), 0.2*offset(Middle, Low))])))) :-
+                       any([soft(at_most(offset(Tread, Low), 0.2*offset(Middle, Low)), 0.1),
+                            soft(at_most(offset(Middle, Tread), 0.2*offset(Middle, Low)), 0.1)])))) :-
     members(stairs, tread, Thing, [Low, Middle, High], Tread_members).
 % stairs.model:37  each pair x, y of riser: angle(x, y) at most 15 deg
 condition(stairs, direction, "the risers face one way", Thing, [Low, Middle, High],
           each_pair(X, Y, Riser_members,
                     implies(all(['stairs.riser'(X, Low, Middle), 'stairs.riser'(Y, Low, Middle)]),
-                            at_most(angle(X, Y), 15)))) :-
+                            soft(at_most(angle(X, Y), 15), 0.1)))) :-
     members(stairs, riser, Thing, [Low, Middle, High], Riser_members).
 % stairs.model:39  rise(low, middle) between 35 % of width(middle) and 100 % of width(middle)
 condition(stairs, pitch, "it is neither a ramp nor a ladder", _, [Low, Middle, _],
-          between(offset(Middle, Low), 0.35*width(Middle), width(Middle))).
+          soft(between(offset(Middle, Low), 0.35*width(Middle), width(Middle)), 0.1)).
 % stairs.model:41  length(middle) at least 120 % of width(middle)
 condition(stairs, broad, "treads are broader than deep", _, [_, Middle, _],
-          at_least(length(Middle), 1.2*width(Middle))).
+          soft(at_least(length(Middle), 1.2*width(Middle)), 0.1)).
 % stairs.model:42  each face f where area(f) at least 20 % of length(this) * width(this): f is level or f is upright
 condition(stairs, straight, "its large faces are level or upright", Thing, [Low, Middle, High],
           each(F, Fs,
-               implies(at_least(area(F), 0.2*thing_length(Thing)*thing_width(Thing)),
+               implies(soft(at_least(area(F), 0.2*thing_length(Thing)*thing_width(Thing)), 0.1),
                        any([level(F), upright(F)])))) :-
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [Low, Middle, High]),
@@ -129,7 +131,8 @@ condition(stairs, straight, "its large faces are level or upright", Thing, [Low,
     sort(Found, Fs).
 % stairs.model:44  rise(low, middle) between 13 cm and 22 cm
 condition(stairs, usual, "steps are 13 cm to 22 cm high", _, [Low, Middle, _],
-          expect(0.25, if_known(between(offset(Middle, Low), metres(0.13), metres(0.22))))).
+          expect(0.25,
+                 if_known(soft(between(offset(Middle, Low), metres(0.13), metres(0.22)), 0.1)))).
 
 written(stairs, level, 'stairs.model:23',
         "each x of low, middle, high: x is measured, x is level, x is upward").

@@ -28,7 +28,7 @@ distant(stool, Thing, [Seat]) :-
 means('stool.leg'(Leg, Seat), supports(Leg, Seat)).
 % stool.model:12  panel supports seat, wide(panel)
 means('stool.panel'(Panel, Seat),
-      all([supports(Panel, Seat), at_least(width(Panel), 0.5*width(Seat))])).
+      all([supports(Panel, Seat), soft(at_least(width(Panel), 0.5*width(Seat)), 0.1)])).
 
 % stool.model:11
 members(stool, leg, Thing, [Seat], Members) :-
@@ -48,15 +48,16 @@ condition(stool, level, "the seat is level and faces up", _, [Seat],
           all([measured(Seat), level(Seat), upward(Seat)])).
 % stool.model:15  share(seat) at least 80 %
 condition(stool, cover, "the seat covers the thing seen from above", _, [Seat],
-          at_least(share(Seat), 0.8)).
+          soft(at_least(share(Seat), 0.8), 0.1)).
 % stool.model:16  protrusion(seat) at most 10 % of elevation(seat)
 condition(stool, no_back, "nothing rises above the seat", _, [Seat],
-          at_most(protrusion(Seat), 0.1*elevation(Seat))).
+          soft(at_most(protrusion(Seat), 0.1*elevation(Seat)), 0.1)).
 % stool.model:17  free(seat) or there is a face f where f underside_of seat, free(f)
 condition(stool, room, "there is free space beneath the seat", Thing, [Seat],
-          any([at_least(clear_below(Seat), 0.5*elevation(Seat)),
+          any([soft(at_least(clear_below(Seat), 0.5*elevation(Seat)), 0.1),
                some(F, Fs,
-                    all([underside_of(F, Seat), at_least(clear_below(F), 0.5*elevation(Seat))]))])) :-
+                    all([underside_of(F, Seat),
+                         soft(at_least(clear_below(F), 0.5*elevation(Seat)), 0.1)]))])) :-
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [Seat]),
               possible(all([underside_of(F, Seat), at_least(clear_below(F), 0.5*elevation(Seat))])) ),
@@ -72,16 +73,16 @@ condition(stool, support, "it stands on three legs or two panels at least", Thin
     separate(Panel_members, Panel_groups).
 % stool.model:22  elevation(seat) between 90 % of width(seat) and 350 % of width(seat)
 condition(stool, high, "the seat is as high as it is broad, or higher", _, [Seat],
-          between(elevation(Seat), 0.9*width(Seat), 3.5*width(Seat))).
+          soft(between(elevation(Seat), 0.9*width(Seat), 3.5*width(Seat)), 0.1)).
 % stool.model:23  length(seat) at most 130 % of width(seat)
 condition(stool, one_place, "the seat has one place", _, [Seat],
-          at_most(length(Seat), 1.3*width(Seat))).
+          soft(at_most(length(Seat), 1.3*width(Seat)), 0.1)).
 % stool.model:24  length(seat) between 20 cm and 55 cm
 condition(stool, seat_size, "seats are 20 cm to 55 cm across", _, [Seat],
-          if_known(between(length(Seat), metres(0.2), metres(0.55)))).
+          if_known(soft(between(length(Seat), metres(0.2), metres(0.55)), 0.1))).
 % stool.model:25  elevation(seat) between 25 cm and 85 cm
 condition(stool, usual, "seats without a back are 25 cm to 85 cm high", _, [Seat],
-          expect(0.25, if_known(between(elevation(Seat), metres(0.25), metres(0.85))))).
+          expect(0.25, if_known(soft(between(elevation(Seat), metres(0.25), metres(0.85)), 0.1)))).
 
 written(stool, level, 'stool.model:14', "seat is measured, seat is level, seat is upward").
 written(stool, cover, 'stool.model:15', "share(seat) at least 80 %").

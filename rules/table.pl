@@ -36,7 +36,7 @@ means('table.closed'(Closed, Top), closes(Closed, Top)).
 means('table.leg'(Leg, Top), supports(Leg, Top)).
 % table.model:14  panel supports top, wide(panel)
 means('table.panel'(Panel, Top),
-      all([supports(Panel, Top), at_least(width(Panel), 0.5*width(Top))])).
+      all([supports(Panel, Top), soft(at_least(width(Panel), 0.5*width(Top)), 0.1)])).
 
 % table.model:12
 members(table, closed, _, [Top], Members) :-
@@ -61,23 +61,25 @@ condition(table, level, "the top is level and faces up", _, [Top],
           all([measured(Top), level(Top), upward(Top)])).
 % table.model:19  share(top) at least 80 % or this is whole and cover(top) at least 70 %
 condition(table, cover, "the top covers the thing seen from above", Thing, [Top],
-          any([at_least(share(Top), 0.8), all([whole(Thing), at_least(cover(Top), 0.7)])])).
+          any([soft(at_least(share(Top), 0.8), 0.1),
+               all([whole(Thing), soft(at_least(cover(Top), 0.7), 0.1)])])).
 % table.model:21  protrusion(top) at most 10 % of elevation(top) or this is whole and protrusion(top) at most 15 % of elevation(top) or this is whole and built_over(top) at most 30 % and rise_span(top) at most 60 % and protrusion(top) at most 60 % of elevation(top)
 condition(table, topmost, "nothing rises above the top but what may stand on it", Thing, [Top],
-          any([at_most(protrusion(Top), 0.1*elevation(Top)),
-               all([whole(Thing), at_most(protrusion(Top), 0.15*elevation(Top))]),
-               all([whole(Thing), at_most(built_over(Top), 0.3), at_most(rise_span(Top), 0.6),
-                    at_most(protrusion(Top), 0.6*elevation(Top))])])).
+          any([soft(at_most(protrusion(Top), 0.1*elevation(Top)), 0.1),
+               all([whole(Thing), soft(at_most(protrusion(Top), 0.15*elevation(Top)), 0.1)]),
+               all([whole(Thing), soft(at_most(built_over(Top), 0.3), 0.1),
+                    soft(at_most(rise_span(Top), 0.6), 0.1),
+                    soft(at_most(protrusion(Top), 0.6*elevation(Top)), 0.1)])])).
 % table.model:26  this is whole and room_below(top) at least 50 % of elevation(top) or this is whole and free_below(top) at least 75 % and see_across(top) at least 45 % or this is not whole and (free(top) or there is a face f where f underside_of top, free(f))
 condition(table, room, "there is free space beneath the top", Thing, [Top],
-          any([all([whole(Thing), at_least(room_below(Top), 0.5*elevation(Top))]),
-               all([whole(Thing), at_least(free_below(Top), 0.75),
-                    at_least(see_across(Top), 0.45)]),
+          any([all([whole(Thing), soft(at_least(room_below(Top), 0.5*elevation(Top)), 0.1)]),
+               all([whole(Thing), soft(at_least(free_below(Top), 0.75), 0.1),
+                    soft(at_least(see_across(Top), 0.45), 0.1)]),
                all([not(whole(Thing)),
-                    any([at_least(clear_below(Top), 0.5*elevation(Top)),
+                    any([soft(at_least(clear_below(Top), 0.5*elevation(Top)), 0.1),
                          some(F, Fs,
                               all([underside_of(F, Top),
-                                   at_least(clear_below(F), 0.5*elevation(Top))]))])])])) :-
+                                   soft(at_least(clear_below(F), 0.5*elevation(Top)), 0.1)]))])])])) :-
     findall(F,
             ( face_of(Thing, F), \+ memberchk(F, [Top]),
               possible(all([underside_of(F, Top), at_least(clear_below(F), 0.5*elevation(Top))])) ),
@@ -85,7 +87,7 @@ condition(table, room, "there is free space beneath the top", Thing, [Top],
     sort(Found, Fs).
 % table.model:31  this is whole and see_through(top) at least 35 % or this is not whole and (each pair x, y of closed: not x adjoins y)
 condition(table, open, "no two neighbouring sides are closed", Thing, [Top],
-          any([all([whole(Thing), at_least(see_through(Top), 0.35)]),
+          any([all([whole(Thing), soft(at_least(see_through(Top), 0.35), 0.1)]),
                all([not(whole(Thing)),
                     each_pair(X, Y, Closed_members,
                               implies(all(['table.closed'(X, Top), 'table.closed'(Y, Top)]),
@@ -101,13 +103,13 @@ condition(table, support, "it stands on three legs or two panels at least", Thin
     separate(Panel_members, Panel_groups).
 % table.model:37  this is whole and level_width(top) at least 25 % of elevation(top) and elevation(top) at least 12 % of level_length(top) or this is not whole and width(top) at least 25 % of elevation(top) and elevation(top) at least 15 % of length(top)
 condition(table, proportion, "the top is no pole and no tray", Thing, [Top],
-          any([all([whole(Thing), at_least(level_width(Top), 0.25*elevation(Top)),
-                    at_least(elevation(Top), 0.12*level_length(Top))]),
-               all([not(whole(Thing)), at_least(width(Top), 0.25*elevation(Top)),
-                    at_least(elevation(Top), 0.15*length(Top))])])).
+          any([all([whole(Thing), soft(at_least(level_width(Top), 0.25*elevation(Top)), 0.1),
+                    soft(at_least(elevation(Top), 0.12*level_length(Top)), 0.1)]),
+               all([not(whole(Thing)), soft(at_least(width(Top), 0.25*elevation(Top)), 0.1),
+                    soft(at_least(elevation(Top), 0.15*length(Top)), 0.1)])])).
 % table.model:41  elevation(top) between 30 cm and 120 cm
 condition(table, usual, "tables are 30 cm to 120 cm high", _, [Top],
-          expect(0.25, if_known(between(elevation(Top), metres(0.3), metres(1.2))))).
+          expect(0.25, if_known(soft(between(elevation(Top), metres(0.3), metres(1.2)), 0.1)))).
 
 written(table, level, 'table.model:18', "top is measured, top is level, top is upward").
 written(table, cover, 'table.model:19',

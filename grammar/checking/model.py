@@ -7,6 +7,7 @@ from facetlog.grammar.checking.conditions import ConditionChecker
 from facetlog.grammar.checking.extent import Extents
 from facetlog.grammar.checking.types import EVERY
 from facetlog.grammar.constants import constant
+from facetlog.grammar.fading import FADING
 from facetlog.grammar.faults import Fault, said
 from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.layout import STATEMENT_WORDS
@@ -20,7 +21,7 @@ __all__ = ["Checked", "check_file", "check_model"]
 
 _IN_CONDITIONS = frozenset(
     """not each there and or is at between about of sum mean lowest highest smallest largest if
-    fading where any exactly""".split()  # noqa: SIM905  a list of words is read more easily so
+    fading sharp where any exactly""".split()  # noqa: SIM905  a list of words is read more easily so
 )
 """Words that would be taken for themselves wherever a part of such a name is meant."""
 
@@ -100,7 +101,8 @@ class _ModelChecker(ConditionChecker):
                 first = named.setdefault(statement.name.text, statement.name)
                 if first is not statement.name:
                     self.fault("twice", f"`{first}` is defined twice", statement.name)
-                self._free(statement.name)
+                if not _is_fading(statement):
+                    self._free(statement.name)
         self.statements()
 
     def statements(self) -> None:
@@ -146,7 +148,7 @@ class _ModelChecker(ConditionChecker):
                 self.fault("taken", f"`{name}` is {before} already", name, "choose another name")
             elif name.text == THIS:
                 self.fault("taken", "`this` is the thing itself", name, "choose another name")
-            else:
+            elif what != "a constant" or name.text != FADING:
                 self._free(name)
 
     def _free(self, name: s.Name) -> None:
@@ -246,6 +248,11 @@ class _ModelChecker(ConditionChecker):
                 let.value,
                 "use `define` for what depends on a part",
             )
+        elif len(self.faults) == before and _is_fading(let):
+            value = constant(let.value, self.scope.lets)
+            if value is None or not value.percent or not 0 <= value.value <= 1:
+                message = "a model's fading is a share of its limits, from 0 % to 100 %"
+                self.fault("fading", message, let.value, "write `let fading = 10 %`")
 
     def _define(self, define: s.Define) -> None:
         names = [p.text for p in define.parameters]
@@ -297,3 +304,8 @@ class _ModelChecker(ConditionChecker):
             found = self._quantity(example.at_least)
             if found is not None and found is not Dimension.NUMBER:
                 self.fault("dimension", f"a degree is a share, this is {found}", example.at_least)
+
+
+def _is_fading(statement: s.Let | s.Define) -> bool:
+    """Whether it says over which share of them limits fade: a constant of that very name."""
+    return isinstance(statement, s.Let) and statement.name.text == FADING

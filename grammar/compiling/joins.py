@@ -13,7 +13,7 @@ from itertools import pairwise
 from facetlog.grammar.compiling.requirements import Requirement, requirements
 from facetlog.grammar.compiling.symmetry import interchangeable
 from facetlog.grammar.compiling.tests import Writer, WriterOf
-from facetlog.grammar.compiling.writer import NOTHING, UNSEEN, all_of, elements_goal
+from facetlog.grammar.compiling.writer import NOTHING, UNSEEN, all_of, elements_goal, state_only
 from facetlog.grammar.scope import PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Var
 from facetlog.grammar.vocabulary import FACE, THING
@@ -76,7 +76,7 @@ def _head(join: _Join, writer: Writer, functor: str) -> Struct:
 def _test(need: Requirement, writer: Writer) -> Term:
     given = {name: writer.bound(part) for name, part in need.substitutes}
     inner = writer.with_locals(**given) if given else writer
-    test = inner.test(need.condition)
+    test = state_only(inner.test(need.condition))
     return Struct("if_known", (test,)) if need.if_known else test
 
 
@@ -202,7 +202,7 @@ def _optional(part: PartSymbol, there: list[PartSymbol], writer: Writer) -> Term
         # What its condition goes through is found for each that may be it.
         alone = replace(writer, goals=[], found={})
         test = alone.test(where)
-        goals += [*alone.goals, Struct("possible", (test,))]
+        goals += [*alone.goals, Struct("possible", (state_only(test),))]
     found = writer.names.fresh(f"{part.name}s")
     every = Struct(",", tuple(goals)) if len(goals) > 1 else goals[0]
     choices = Struct("findall", (variable, every, found))

@@ -13,6 +13,7 @@ from facetlog.grammar.compiling.writer import (
     all_of,
     conjunction,
     elements_goal,
+    state_only,
 )
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import Scope
@@ -155,7 +156,7 @@ def _set_clauses(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Iterator
         goals.append(Struct("part_in", (member, Atom(shape.symbol.model), Atom(role), asked)))
     test = shape.test(writer)
     if test != NOTHING:
-        goals.append(Struct("possible", (test,)))
+        goals.append(Struct("possible", (state_only(test),)))
     found = Var("Found")
     head = Struct(
         "members",
@@ -217,7 +218,7 @@ def _group(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Clause:
     goals: list[Term] = [Struct("member", (shape.pattern(writer.names), found))]
     test = shape.test(writer)
     if test != NOTHING:
-        goals.append(Struct("holds", (test,)))
+        goals.append(Struct("holds", (state_only(test),)))
     member = writer.names[shape.symbol.name]
     every = Struct("findall", (member, conjunction(goals), Var("Members")))
     return Clause(head, (*writer.goals, every), _place(shape.symbol.owned))

@@ -140,7 +140,8 @@ def _form(node: s.Node, symmetric: Mapping[str, bool], swap: Mapping[str, str]) 
         case s.Comparison():
             second = inner(node.second) if node.second is not None else None
             fading = inner(node.fading) if node.fading is not None else None
-            return (node.comparator, inner(node.measure), inner(node.limit), second, fading)
+            sides = inner(node.measure), inner(node.limit)
+            return (node.comparator, *sides, second, fading, node.sharp)
         case s.Arithmetic(sign, left, right):
             return sign, inner(left), inner(right)
         case _:

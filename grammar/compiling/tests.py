@@ -18,16 +18,15 @@ from facetlog.grammar.compiling.writer import (
     all_of,
     conjunction,
     elements_goal,
+    state_only,
 )
 from facetlog.grammar.constants import constant
+from facetlog.grammar.fading import ABOUT, soft_share
 from facetlog.grammar.scope import SetSymbol, part_kind
 from facetlog.grammar.terms import Atom, Struct, Term, Var
 from facetlog.grammar.vocabulary import Kind, Kinds
 
-__all__ = ["ABOUT", "Writer", "WriterOf", "count_numbers"]
-
-ABOUT = 0.10
-"""`about x` is x ± 10 %, fading over 10 % more (the language's definition)."""
+__all__ = ["Writer", "WriterOf", "count_numbers"]
 
 
 @dataclass(slots=True)
@@ -109,7 +108,8 @@ class Writer(MeasureWriter):
                 scaled(share, _positive(limit)) if share is not None else self.measure(node.fading)
             )
             return Struct("fading", (test, width))
-        return test
+        share = soft_share(node, self.scope)
+        return Struct("soft", (test, share)) if share and limit != 0 else test
 
     def _near(self, measure: Term, target: Term, share: float) -> Struct:
         """Within a share of the target."""
@@ -210,7 +210,7 @@ class Writer(MeasureWriter):
         # What follows from outer names cannot choose beforehand.
         free = test is not None and not self._mentions(where, self.outer)
         if free and test is not None:
-            goals.append(Struct("possible", (test,)))
+            goals.append(Struct("possible", (state_only(test),)))
         # Sorted: a verdict does not depend on the order of the facts.
         found, others = self.names.fresh("found"), self.names.fresh(f"{name}s")
         self.goals.append(Struct("findall", (one, conjunction(goals), found)))

@@ -19,7 +19,15 @@ from facetlog.grammar.scope import THIS, Scope
 from facetlog.grammar.terms import Atom, Struct, Term, Var
 from facetlog.grammar.vocabulary import THING, Kind, Kinds
 
-__all__ = ["NOTHING", "UNSEEN", "MeasureWriter", "all_of", "conjunction", "elements_goal"]
+__all__ = [
+    "NOTHING",
+    "UNSEEN",
+    "MeasureWriter",
+    "all_of",
+    "conjunction",
+    "elements_goal",
+    "state_only",
+]
 
 UNSEEN = Atom("unseen")
 NOTHING = Struct("all", ((),))
@@ -50,6 +58,19 @@ def all_of(tests: list[Term]) -> Term:
             case _:
                 flat.append(test)
     return flat[0] if len(flat) == 1 else Struct("all", (tuple(flat),))
+
+
+def state_only(test: Term) -> Term:
+    """A test without what changes its degree alone: who asks whether it holds needs no more."""
+    match test:
+        case Struct("soft", (comparison, _)):
+            return comparison
+        case Struct(functor, args):
+            return Struct(functor, tuple(map(state_only, args)))
+        case tuple():
+            return tuple(map(state_only, test))
+        case _:
+            return test
 
 
 def conjunction(goals: list[Term]) -> Term:
@@ -139,7 +160,7 @@ class MeasureWriter:
         pattern, _, test = shape.copy(self, shape.symbol.name)
         goals: list[Term] = [Struct("member", (pattern, members))]
         if test != NOTHING:
-            goals.append(Struct("holds", (test,)))
+            goals.append(Struct("holds", (state_only(test),)))
         return self.once(
             f"held {shape.symbol.name}",
             f"{shape.symbol.name}_held",

@@ -14,15 +14,21 @@ from facetlog.grammar.language_server.documentation import (
     word_documentation,
 )
 from facetlog.grammar.language_server.symbols import Symbol, SymbolKind
+from facetlog.grammar.limits import Limit
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.source import Source
 
-__all__ = ["hover_text"]
+__all__ = ["hover_text", "limit_text"]
 
 
 def hover_text(analysis: Analysis, symbol: Symbol, builders: Builders) -> str:
     """What is known of a symbol, in Markdown; empty if nothing is."""
     return "\n\n".join(part for part in _parts(analysis, symbol, builders) if part)
+
+
+def limit_text(limit: Limit) -> str:
+    """From where to where a comparison fades, in Markdown."""
+    return f"`{limit.text}` {limit.fades}"
 
 
 def _parts(analysis: Analysis, symbol: Symbol, builders: Builders) -> Iterator[str]:

@@ -17,7 +17,7 @@ from facetlog.grammar.language_server.code_actions import KINDS, code_actions, f
 from facetlog.grammar.language_server.completion import TRIGGERS, completions
 from facetlog.grammar.language_server.diagnostics import diagnostics
 from facetlog.grammar.language_server.folding import folds
-from facetlog.grammar.language_server.hover import hover_text
+from facetlog.grammar.language_server.hover import hover_text, limit_text
 from facetlog.grammar.language_server.outline import outline
 from facetlog.grammar.language_server.project import Project, path_of
 from facetlog.grammar.language_server.protocol import Protocol
@@ -31,6 +31,7 @@ from facetlog.grammar.language_server.semantic_tokens import (
 from facetlog.grammar.language_server.signature_help import TRIGGERS as CALLS
 from facetlog.grammar.language_server.signature_help import signature_help
 from facetlog.grammar.language_server.symbols import Occurrence
+from facetlog.grammar.limits import limit_at
 from facetlog.grammar.source import Source, Span
 
 if TYPE_CHECKING:
@@ -180,13 +181,15 @@ def _serve_questions(server: ModelServer) -> None:
     @server.feature(lsp.TEXT_DOCUMENT_HOVER)
     def hover(params: lsp.HoverParams) -> lsp.Hover | None:
         path, one = server.at(params.text_document, params.position)
-        if one is None:
+        analysis, text = project.analysis(path), project.text(path)
+        limit = limit_at(analysis, text.offset(params.position))
+        said = [] if one is None else [hover_text(analysis, one.symbol, server.builders)]
+        said += [] if limit is None else [limit_text(limit)]
+        span = one.span if one is not None else limit.node.span if limit is not None else None
+        if span is None or not any(said):
             return None
-        text = hover_text(project.analysis(path), one.symbol, server.builders)
-        if not text:
-            return None
-        content = lsp.MarkupContent(lsp.MarkupKind.Markdown, text)
-        return lsp.Hover(content, project.text(path).range(one.span))
+        value = "\n\n".join(filter(None, said))
+        return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, value), text.range(span))
 
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     def symbols(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:

@@ -8,16 +8,14 @@ from dataclasses import replace
 from facetlog.grammar import syntax as s
 from facetlog.grammar.checking.types import DIMENSIONS
 from facetlog.grammar.constants import Constant, combined_dimension, constant, quantity
+from facetlog.grammar.fading import ABOUT
 from facetlog.grammar.lint.claims import Bound, Origin, Region
 from facetlog.grammar.lint.linear import Atom, Interval, Linear, constant_sum, single
 from facetlog.grammar.scope import THIS, Scope, SetSymbol
 from facetlog.grammar.source import Source
 from facetlog.grammar.units import Dimension
 
-__all__ = ["ABOUT", "RegionReader"]
-
-ABOUT = 0.10
-"""`about x` is x ± 10 %, fading over 10 % more (the language's definition)."""
+__all__ = ["RegionReader"]
 
 DEEPEST = 100
 """Expressions and definitions within one another; each level takes a few calls, and Python allows a

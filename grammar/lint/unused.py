@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 
 from facetlog.grammar import syntax as s
+from facetlog.grammar.fading import FADING
 from facetlog.grammar.faults import Fault, Severity
 from facetlog.grammar.fixing.fix import Fix, removal
 from facetlog.grammar.lint.claims import Claims
@@ -50,7 +51,7 @@ def unused_statements(
     for statement in every:
         if not isinstance(statement, s.Let | s.Define):
             continue
-        if id(statement) not in used:
+        if id(statement) not in used and statement.name.text != FADING:
             what = "constant" if isinstance(statement, s.Let) else "definition"
             message = f"the {what} `{statement.name}` is never used"
             title = f"leave out the {what} `{statement.name}`"

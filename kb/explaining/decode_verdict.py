@@ -114,7 +114,8 @@ def _proof(term: Term) -> Proof:
 def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
     match test, detail:
         case (
-            Struct("fading", (Struct(_, (measure, *limits)), _)) | Struct(_, (measure, *limits)),
+            Struct("fading" | "soft", (Struct(_, (measure, *limits)), _))
+            | Struct(_, (measure, *limits)),
             Struct(
                 "compared" | "uncertain",
                 (int() | float() as value, int() | float() as sd, kind, within, margin),
@@ -179,6 +180,8 @@ def _within(term: Term) -> Within:
     match term:
         case Struct("fading", (inner, int() | float() as width)):
             return replace(_within(inner), fading=float(width))
+        case Struct("soft", (inner, int() | float() as width)):
+            return replace(_within(inner), soft=float(width))
         case Struct(sort, limits):
             return Within(sort, tuple(float(x) for x in limits if isinstance(x, int | float)))
     raise _unreadable(term)

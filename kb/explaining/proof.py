@@ -48,12 +48,14 @@ MARKS = {State.HOLDS: "+", State.FAILS: "-", State.UNKNOWN: "?"}
 class Within:
     """The region that a value was tested against: near, between, at_least or at_most.
 
-    Its edges are sharp, or fall off to nothing over the width `fading`.
+    Its edges are sharp, or fall off to nothing over the width `fading` beyond them. Over the width
+    `soft`, half of it to either side of them, degrees alone fall.
     """
 
     sort: str
     limits: tuple[float, ...]
     fading: float = 0.0
+    soft: float = 0.0
 
     @property
     def edges(self) -> tuple[float, float]:
@@ -224,14 +226,15 @@ class Comparison:
     def to_json(self) -> dict[str, Any]:
         """Value, region and what is missing as plain data."""
         within = {"sort": self.within.sort, "limits": list(self.within.limits)}
-        fading = {"fading": self.within.fading} if self.within.fading > 0 else {}
+        widths = {"fading": self.within.fading, "soft": self.within.soft}
+        slopes = {name: width for name, width in widths.items() if width > 0}
         missing = {} if self.shortfall is None else {"shortfall": self.shortfall.to_json()}
         return {
             "measure": self.measure,
             "value": self.value,
             "sd": self.sd,
             "kind": self.kind,
-            "within": {**within, **fading},
+            "within": {**within, **slopes},
             **missing,
         }
 

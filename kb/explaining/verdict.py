@@ -91,10 +91,10 @@ class Verdict:
     that the true values lie within the model's tolerances; they are equal where all was measured.
     `also` counts the other ways to choose the parts that hold as well. `length_unit` is 'm', or
     None where the scale is not known. `specialises` names the models of which this one is a special
-    case, the nearest first. `probability` is how often the model was right on rendered things where
-    it gave this degree; None where its text was never calibrated, and of scenes that are known from
-    their surface: the rendered things were found in pictures. `unseen` says why parts may have been
-    missed and from where they could be seen, if someone asked why it does not hold.
+    case, the nearest first. `confidence` is how often the model was right of labelled things that
+    were measured likewise, where it gave this degree (calibration.py); None of a verdict on no
+    thing, of parts that were given, and where nothing is calibrated. `unseen` says why parts may
+    have been missed and from where they could be seen, if someone asked why it does not hold.
     """
 
     model: str
@@ -108,8 +108,13 @@ class Verdict:
     also: int = 0
     length_unit: str | None = None
     specialises: tuple[str, ...] = ()
-    probability: float | None = field(default=None, compare=False)
+    confidence: float | None = field(default=None, compare=False)
     unseen: tuple[Unseen, ...] = field(default=(), compare=False)
+
+    @property
+    def sure(self) -> float:
+        """How sure it is that it holds: the confidence, or the degree where there is none."""
+        return self.degree if self.confidence is None else self.confidence
 
     @property
     def angles(self) -> tuple[Comparison, ...]:
@@ -150,7 +155,7 @@ class Verdict:
             "degree": self.degree,
             "degree_at_most": self.degree_at_most,
             "specialises": list(self.specialises),
-            "probability": self.probability,
+            "confidence": self.confidence,
             "summary": self.summary,
             "parts": {part.role: list(part.faces) for part in self.parts},
             "sizes": {
@@ -184,10 +189,10 @@ class Recognition:
         By the probabilities if all have one, else by the degrees.
         """
         holding = [v for v in self.verdicts if v.state is State.HOLDS]
-        counted = all(v.probability is not None for v in holding)
+        counted = all(v.confidence is not None for v in holding)
 
         def sure(verdict: Verdict) -> float:
-            return (verdict.probability or 0.0) if counted else verdict.degree
+            return (verdict.confidence or 0.0) if counted else verdict.degree
 
         degrees = {(v.thing, v.model): sure(v) for v in holding}
 

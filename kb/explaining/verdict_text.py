@@ -47,7 +47,7 @@ def _summaries(verdict: "Verdict") -> tuple[str, ...]:
     if verdict.state is State.HOLDS:
         which = listed(tuple(map(with_article, verdict.specialises)))
         general = f", which is {which}" if verdict.specialises else ""
-        said, sure = f"{verdict.thing} is {one}", f"({verdict.degree:.0%})"
+        said, sure = f"{verdict.thing} is {one}", f"({verdict.sure:.0%})"
         return f"{said}{general} {sure}", f"{said} {sure}"
     if verdict.state is State.UNKNOWN:
         head = f"{verdict.thing}: {verdict.model} is unknown"

@@ -1,9 +1,11 @@
 """What a knowledge base has loaded."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.errors import EngineError
+from facetlog.kb.calibration import InputKind
 from facetlog.kb.engine.terms import Atom, Struct, Term
 
 __all__ = ["LoadedScene", "RuleFile", "decode_rule_file"]
@@ -33,14 +35,19 @@ class LoadedScene:
     """A scene whose facts are in the knowledge base.
 
     `facts` is how many there are; `length_unit` is 'm', or None where the scale is not known.
-    `surface`: its things are known from a mesh or a cloud, not from pictures.
+    `surfaces` says how things were measured that are known from a mesh or a cloud; all others were
+    found in pictures.
     """
 
     name: str
     module: str
     facts: int
     length_unit: str | None
-    surface: bool
+    surfaces: Mapping[str, InputKind]
+
+    def kind_of(self, thing: str) -> InputKind:
+        """How a thing was measured."""
+        return self.surfaces.get(thing, InputKind.PICTURES)
 
 
 def decode_rule_file(

@@ -313,15 +313,12 @@ result("interrupt", Text, true) :-
 
 %!  known_of_scene(?What, +Scene) is nondet.
 %
-%   What the caller keeps of a scene: its lengths are metric, or its things are known from their
-%   surface, as those of meshes and clouds are, and not from pictures.
+%   What the caller keeps of a scene: its lengths are metric; a thing is known from its surface, as those
+%   of meshes and clouds are, and not from pictures.
 
 known_of_scene(metric, Scene) :- catch(Scene:scale(metric), _, fail).
-known_of_scene(surface, Scene) :-
-    (   catch(Scene:whole(_), _, fail)
-    ;   catch(Scene:scanned(_), _, fail)
-    ),
-    !.
+known_of_scene(whole(Thing), Scene) :- catch(Scene:whole(Thing), _, fail).
+known_of_scene(scanned(Thing), Scene) :- catch(Scene:scanned(Thing), _, fail).
 
 %   Bases that take all values as exact (quantities.pl).
 :- dynamic crisp_base/1.

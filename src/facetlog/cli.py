@@ -20,7 +20,7 @@ from facetlog.commands.mount import mount_command
 from facetlog.commands.paper import paper_page
 from facetlog.commands.query import query_command
 from facetlog.commands.scene.app import scene_app
-from facetlog.commands.shared import NO, YES, AsJson, Full, Models, Trust, command
+from facetlog.commands.shared import NO, YES, AsJson, Full, Models, Raw, Trust, command
 from facetlog.commands.simulate import simulate_command
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
@@ -119,6 +119,7 @@ def recognize_command(
     models: Models = None,
     trust: Trust = False,
     crisp: Crisp = False,
+    raw: Raw = False,
     as_json: AsJson = False,
     full: Full = False,
     out: Out = None,
@@ -158,6 +159,7 @@ def recognize_command(
             models=tuple(models or ()),
             trusted=trust,
             crisp=crisp,
+            raw=raw,
             stop=Stop(goal, _method(front_end, sd_limit).sd_limit, max_views),
             polish=not no_polish,
             out=out,
@@ -171,6 +173,7 @@ def recognize_command(
         models=models,
         trusted=trust,
         crisp=crisp,
+        raw=raw,
         method=_method(front_end, sd_limit),
         out=out,
         as_json=as_json,
@@ -222,6 +225,7 @@ def demo_command(
     models: Models = None,
     trust: Trust = False,
     crisp: Crisp = False,
+    raw: Raw = False,
     as_json: AsJson = False,
     full: Full = False,
     front_end: WithFrontEnd = FrontEnd.LINES,
@@ -242,6 +246,7 @@ def demo_command(
         models=models,
         trusted=trust,
         crisp=crisp,
+        raw=raw,
         method=_method(front_end, sd_limit),
         out=out,
         as_json=as_json,
@@ -266,6 +271,7 @@ def _recognized(
     models: list[Path] | None,
     trusted: bool,
     crisp: bool,
+    raw: bool,
     method: Method,
     out: Path | None,
     as_json: bool,
@@ -276,7 +282,7 @@ def _recognized(
         check_replaceable(out)
     clock = StepClock()
     with (
-        open_models(tuple(models or ()), trusted=trusted, crisp=crisp) as base,
+        open_models(tuple(models or ()), trusted=trusted, crisp=crisp, raw=raw) as base,
         showing_progress() as progress,
     ):
         view_set = source(progress=progress, clock=clock)

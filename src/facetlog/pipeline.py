@@ -145,9 +145,14 @@ def simulated_views(
 
 
 def open_models(
-    model_paths: tuple[Path, ...] = (), *, trusted: bool = False, crisp: bool = False
+    model_paths: tuple[Path, ...] = (),
+    *,
+    trusted: bool = False,
+    crisp: bool = False,
+    raw: bool = False,
 ) -> "KnowledgeBase":
-    """A knowledge base with the built-in models and the user's; a crisp one knows no degrees.
+    """A knowledge base with the built-in models and the user's; a crisp one knows no degrees, a
+    raw one no confidences.
 
     Raises InputError for models that cannot be used, EngineError without an engine: to be called
     before any long work, all of which would be lost.
@@ -157,7 +162,7 @@ def open_models(
     for path in model_paths:
         if not path.exists():
             raise InputError(f"{path} does not exist: give a model file or a folder of them")
-    return open_knowledge_base(model_paths, trusted=trusted, crisp=crisp)
+    return open_knowledge_base(model_paths, trusted=trusted, crisp=crisp, raw=raw)
 
 
 def reconstruct_views(

@@ -68,6 +68,7 @@ class WithinRecord(_Record):
     sort: str
     limits: tuple[FiniteFloat, ...]
     fading: FiniteFloat | None = None
+    soft: FiniteFloat | None = None
 
 
 class _MeasuredRecord(_Record):
@@ -131,7 +132,7 @@ class VerdictRecord(_Record):
     degree: Share
     degree_at_most: Share
     specialises: tuple[str, ...]
-    probability: Share | None
+    confidence: Share | None
     summary: str
     parts: dict[str, tuple[str, ...]]
     sizes: dict[str, SizeRecord]

@@ -33,7 +33,7 @@ def fake_row(path: str, models: tuple[str, ...], read_as: str = "degrees") -> di
             "state": "holds" if model == holding else "fails",
             "degree": degree if model == holding else 0.0,
             "degree_at_most": degree if model == holding else 0.0,
-            "probability": None,
+            "confidence": None,
             "parts": [{"role": "top", "names": ["f1", "f2"]}],
             "sizes": [{"name": "width", "value": 0.5, "sd": 0.01}],
         }
@@ -47,7 +47,7 @@ def fake_row(path: str, models: tuple[str, ...], read_as: str = "degrees") -> di
         "model": holding if known else None,
         "thing": "t1" if known else None,
         "degree": degree if known else None,
-        "probability": None,
+        "confidence": None,
         "verdicts": [] if bad else verdicts,
         "faces": None if bad else 6,
         "things": None if bad else 1,

@@ -32,7 +32,7 @@ def _changed(**change: Any) -> list[tuple[str, str, str, str]]:
 
 @pytest.mark.parametrize(
     "change",
-    [{}, {"degree": 0.004}, {"parts": []}, {"probability": 0.5}],
+    [{}, {"degree": 0.004}, {"parts": []}, {"confidence": 0.5}],
 )
 def test_what_reads_the_same_is_no_change(change: dict[str, Any]) -> None:
     assert _changed(**change) == []

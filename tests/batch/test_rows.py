@@ -20,7 +20,7 @@ class _Verdict:
     model: str
     state: State
     degree: float
-    probability: float | None = None
+    confidence: float | None = None
 
 
 def test_a_row_has_the_columns_that_its_record_has() -> None:

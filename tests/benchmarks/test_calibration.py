@@ -6,14 +6,26 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import trimesh
 
 from benchmarks import calibration_scenes
-from benchmarks.calibration import Judged, chance_error, fitted, judged, report, write
-from benchmarks.calibration_scenes import KINDS, OPEN, TourScene, main_thing, tour_scene, truth
+from benchmarks.calibration import Judged, chance_error, draw, judged, report, write
+from benchmarks.calibration_scenes import (
+    KINDS,
+    LABELS,
+    OPEN,
+    LabelledScene,
+    main_thing,
+    shape_scenes,
+    tour_scene,
+    truth,
+)
 from benchmarks.common import Settings, text
 from benchmarks.recognition import tour_views
 from facetlog.errors import InputError
-from facetlog.kb.calibration import Calibration
+from facetlog.kb.calibration import Calibration, InputKind
+from facetlog.kb.calibration_fit import fit
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.loading.encode import Fact
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.reading.read_views import ViewSet
@@ -29,24 +41,71 @@ def facts_of(scene: Scene) -> tuple[Fact, ...]:
     return tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
 
 
-def exact(world: str, builder: str) -> TourScene:
+def exact(world: str, builder: str) -> LabelledScene:
     facts = facts_of(build(builder, {}))
-    return TourScene(world, 0, facts, main_thing(facts))
+    return LabelledScene(world, f"tour of {world}", facts, main_thing(facts))
 
 
 @pytest.fixture(scope="module")
 def found() -> Judged:
     scenes = [exact("boxes", "cuboid"), exact("cabinet", "cabinet"), exact("tables", "table")]
-    return judged([*scenes, exact("bench", "bench"), TourScene("cylinder", 0, (), None)])
+    return judged(
+        [*scenes, exact("bench", "bench"), LabelledScene("cylinder", "tour of cylinder", (), None)]
+    )
 
 
 def test_every_world_of_varied_things_has_its_truth() -> None:
     assert set(VARIED) <= set(KINDS) <= set(WORLDS)
     assert {world for world, _ in OPEN} <= set(KINDS)
-    assert truth("desk", "table") is True
-    assert truth("bench", "table") is False
-    assert truth("cabinet", "box") is None
-    assert truth("cabinet", "cabinet") is True
+    tours = {world: LabelledScene(world, f"tour of {world}", (), None) for world in KINDS}
+    assert truth(tours["desk"], "table") is True
+    assert truth(tours["bench"], "table") is False
+    assert truth(tours["cabinet"], "box") is None
+    assert truth(tours["cabinet"], "cabinet") is True
+
+
+@pytest.mark.parametrize(
+    ("label", "model", "expected"),
+    [
+        ("armchair", "chair", True),
+        ("table", "chair", False),
+        ("desk", "table", None),
+        ("desk", "desk", True),
+        ("cabinet", "box", None),
+        ("vase", "box", False),
+    ],
+)
+def test_every_label_of_a_shape_has_its_truth(
+    label: str, model: str, expected: bool | None
+) -> None:
+    assert truth(LabelledScene(label, "kenney", (), None), model) is expected
+    assert set(LABELS) >= {"box", "chair", "table"}
+
+
+def test_a_scene_is_of_the_kind_of_its_main_thing() -> None:
+    facts: tuple[Fact, ...] = (("whole", "t2"), ("scanned", "t1"))
+    kinds = {thing: LabelledScene("box", "s", facts, thing).kind for thing in ("t1", "t2", "t3")}
+    assert kinds == {
+        "t1": InputKind.SCANNED,
+        "t2": InputKind.WHOLE,
+        "t3": InputKind.PICTURES,
+    }
+
+
+def test_shapes_of_the_development_half_are_read_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    lines = ["file,label,up_axis,units,kind"]
+    for name in ("a", "b", "c", "d"):
+        trimesh.creation.box((1.0, 2.0, 3.0)).export(tmp_path / f"{name}.ply")
+        lines.append(f"{name}.ply,box,z,m,mesh")
+    (tmp_path / "labels.csv").write_text("\n".join(lines), encoding="utf-8")
+    found = list(shape_scenes(tmp_path))
+    assert 0 < len(found) < 4
+    assert {scene.kind for scene in found} == {InputKind.WHOLE}
+    monkeypatch.setattr(calibration_scenes, "scene_of", None)
+    assert list(shape_scenes(tmp_path)) == found
 
 
 def test_the_main_thing_is_the_one_of_the_largest_faces() -> None:
@@ -97,7 +156,7 @@ def test_facts_are_kept_by_world_and_seed_and_code(
         calibration_scenes, "make_world", lambda *a: replace(made(*a), exposure=1.0)
     )
     tour_scene("tables", 3)
-    monkeypatch.setattr(calibration_scenes, "_code", lambda: "another")
+    monkeypatch.setattr(calibration_scenes, "_code", lambda _: "another")
     tour_scene("tables", 3)
     assert len(reconstructed) == 4
 
@@ -122,27 +181,37 @@ def test_a_fault_is_kept_and_gives_no_thing(
 
 
 def test_every_model_is_asked_of_every_thing_but_where_people_differ(found: Judged) -> None:
-    models = len(found.contents)
-    open_ones = len(OPEN & {(s.world, m) for s in found.scenes for m, _ in found.contents})
-    assert len(found.samples) == 4 * models - open_ones
+    models = {model for model, _ in found.contents}
+    worlds = ("boxes", "cabinet", "tables", "bench")
+    open_ones = sum(world in worlds and model in models for world, model in OPEN)
+    assert len(found.samples) == 4 * len(models) - open_ones
     assert sum(s.truth for s in found.samples if s.model in ("box", "table", "chair")) == 2
-    assert {("boxes", "box"), ("tables", "table"), ("bench", "table")} <= set(found.holding)
+    holding = {(s.source, s.model) for s in found.samples if s.state is State.HOLDS}
+    assert {("tour of boxes", "box"), ("tour of bench", "table")} <= holding
 
 
-def test_the_report_counts_scenes_things_and_samples(found: Judged) -> None:
-    calibration = fitted(found)
-    said = report(Settings(), found, found, calibration)
-    worlds, errors, before, after = said.tables
-    assert sum(int(str(row["scenes"])) for row in worlds.rows) == 5
-    assert sum(int(str(row["things"])) for row in worlds.rows) == 4
-    overall = errors.rows[-1]
-    assert overall["model"] == "all"
-    assert overall["checked on"] == len(found.samples)
+def test_the_report_counts_scenes_sources_and_samples(found: Judged) -> None:
+    said = report(Settings(), found)
+    sources, errors, before, after = said.tables
+    assert said.to_json()["settings"]["scenes"] == 5
+    assert len(sources.rows) == 4
+    assert errors.rows[0]["of"] == "all"
+    assert errors.rows[0]["pairs"] == len(found.samples)
     for table in (before, after):
         assert sum(int(str(row["verdicts"])) for row in table.rows) == len(found.samples)
     lines = "\n".join(text(said.to_json()))
-    assert "ECE after" in lines
+    assert "ECE calibrated" in lines
     assert "--fit writes this one" in lines
+
+
+def test_the_diagram_names_both_forecasts_and_is_the_same_each_time(
+    found: Judged, tmp_path: Path
+) -> None:
+    for name in ("a", "b"):
+        draw(tmp_path / f"{name}.svg", found)
+    first = (tmp_path / "a.svg").read_text(encoding="utf-8")
+    assert first == (tmp_path / "b.svg").read_text(encoding="utf-8")
+    assert first.startswith("<?xml")
 
 
 def test_chance_alone_makes_an_error_that_falls_with_the_number_of_verdicts() -> None:
@@ -154,7 +223,7 @@ def test_chance_alone_makes_an_error_that_falls_with_the_number_of_verdicts() ->
 
 
 def test_what_is_written_is_the_calibration(found: Judged, tmp_path: Path) -> None:
-    calibration = fitted(found)
+    calibration = fit(found.samples, dict(found.contents))
     write(calibration, tmp_path / "c.json")
     kept = json.loads((tmp_path / "c.json").read_text(encoding="utf-8"))
     assert Calibration.from_json(kept) == calibration

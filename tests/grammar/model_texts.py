@@ -66,7 +66,7 @@ _MEASURE = st.recursive(
     ),
     max_leaves=4,
 )
-_FADING = _maybe(_joined("fading", _MEASURE))
+_FADING = _maybe(st.one_of(st.just(["sharp"]), _joined("fading", _MEASURE)))
 _PLUS_MINUS = st.sampled_from([["±"], ["+/-"]])
 _ATOM = st.one_of(
     _joined(_MEASURE, "=", _MEASURE, _maybe(_joined(_PLUS_MINUS, _MEASURE)), _FADING),

@@ -226,6 +226,16 @@ def test_hovering_tells_what_a_word_is(
     assert all(piece in found["contents"]["value"] for piece in shown)
 
 
+def test_hovering_tells_from_where_to_where_a_limit_fades(editor: Editor) -> None:
+    text = TABLE + "  tilt(top) at most 40 deg\n"
+    editor.open("h.model", text)
+    for word, number in (("tilt", text.count("tilt(")), ("40", text.count("40"))):
+        found = editor.at("hover", "h.model", *_place(text, word, number))
+        assert (
+            "`tilt(top) at most 40 deg` fades from 36 deg to 44 deg" in found["contents"]["value"]
+        )
+
+
 def test_hovering_tells_what_a_word_is_where_a_statement_cannot_be_read(editor: Editor) -> None:
     text = TABLE + "  tilt(top at\n"
     editor.open("h.model", text)

@@ -112,6 +112,14 @@ def test_comparisons_of_every_form(
     assert (found.fading is not None) is fading
 
 
+@pytest.mark.parametrize("text", ["tilt(a) at most 5° sharp", "tilt(a) = 9 deg ± 5 deg sharp"])
+def test_a_limit_is_sharp_where_its_author_says_so(text: str) -> None:
+    found = condition(text)
+    assert isinstance(found, s.Comparison)
+    assert found.sharp
+    assert found.fading is None
+
+
 def test_comma_binds_less_than_or_and_that_less_than_and_and_not() -> None:
     found = condition("a is x, b is x or not c is x and d is x")
     assert isinstance(found, s.And)

@@ -169,7 +169,7 @@ def brief(verdict: Verdict) -> BriefVerdict:
         verdict.state,
         verdict.degree,
         verdict.degree_at_most,
-        verdict.probability,
+        verdict.confidence,
         tuple((part.role, part.faces) for part in verdict.parts),
         tuple((size.name, size.value, size.sd) for size in verdict.sizes),
     )
@@ -366,11 +366,11 @@ def test_copies_of_the_built_in_models_are_specialised_as_these_are(
         assert copies.asked == judge.asked
         assert len(judge.asked) < len(FACT_SCHEMA)
         for facts in scenes:
-            found = {(v.model, v.thing): replace(v, probability=None) for v in copies.judge(facts)}
+            found = {(v.model, v.thing): replace(v, confidence=None) for v in copies.judge(facts)}
             for verdict in judge.judge(facts):
                 # Only the models that come with the program are calibrated.
                 said = found.pop((verdict.model, verdict.thing))
-                assert said == replace(verdict, probability=None)
+                assert said == replace(verdict, confidence=None)
             assert not found
 
 

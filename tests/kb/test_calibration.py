@@ -1,44 +1,59 @@
-"""From degree to probability: monotone, cautious, kept as JSON, and only for the text it was of."""
+"""From degree to confidence: monotone, cautious, kept as JSON, by kind of input and text."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from random import Random
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import isotonic_regression
 
 from facetlog.kb.batch_judge import BatchJudge
 from facetlog.kb.calibration import (
     Calibration,
-    ModelCalibration,
-    Sample,
+    Curve,
+    InputKind,
+    KindCalibration,
     content_key,
+    shipped_calibration,
+)
+from facetlog.kb.calibration_fit import (
+    BESIDE,
+    Sample,
     expected_calibration_error,
     fit,
+    held_out,
     reliability_table,
-    shipped_calibration,
 )
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.knowledge_base import BUILTIN_MODELS, KnowledgeBase
 from facetlog.kb.loading.encode import Fact
+from facetlog.kb.recognize import open_knowledge_base
 
 Build = Callable[..., tuple[Fact, ...]]
 
-COPIES = 100  # of each sample, beside which the prior nearly vanishes
 KEYS = {"box": "k1", "table": "k2"}
+PICTURES, WHOLE, SCANNED = InputKind.PICTURES, InputKind.WHOLE, InputKind.SCANNED
 
 
-def sample(score: float, truth: bool, model: str = "box") -> Sample:
-    return Sample(model, State.HOLDS if score >= 0.5 else State.FAILS, score, score, truth)
+def sample(
+    score: float,
+    truth: bool,
+    model: str = "box",
+    kind: InputKind = PICTURES,
+    source: str = "here",
+) -> Sample:
+    state = State.HOLDS if score >= 0.5 else State.FAILS
+    return Sample(model, kind, source, state, score, score, truth)
 
 
-def said(calibration: Calibration, score: float, model: str = "box") -> float:
-    probability = calibration.probability(model, score, score)
-    assert probability is not None
-    return probability
+def said(
+    calibration: Calibration, score: float, model: str = "box", kind: InputKind = PICTURES
+) -> float:
+    confidence = calibration.confidence(model, KEYS.get(model, ""), kind, score, score)
+    assert confidence is not None
+    return confidence
 
 
 def test_a_model_that_is_too_sure_is_brought_down_to_how_often_it_is_right() -> None:
@@ -50,8 +65,9 @@ def test_a_model_that_is_too_sure_is_brought_down_to_how_often_it_is_right() -> 
 
 def test_the_score_is_the_middle_of_the_bounds() -> None:
     calibration = fit([sample(0.5, i < 3) for i in range(10)], KEYS)
-    assert Sample("box", State.UNKNOWN, 0.2, 0.9, True).score == pytest.approx(0.55)
-    assert calibration.probability("box", 0.0, 1.0) == pytest.approx(3.5 / 11)
+    one = Sample("box", PICTURES, "here", State.UNKNOWN, 0.2, 0.9, True)
+    assert one.score == pytest.approx(0.55)
+    assert calibration.confidence("box", "k1", PICTURES, 0.0, 1.0) == pytest.approx(3.5 / 11)
 
 
 @pytest.mark.parametrize("truth", [True, False])
@@ -63,29 +79,22 @@ def test_few_samples_never_say_nought_or_one(truth: bool) -> None:
 
 
 @settings(deadline=None)
-@given(st.lists(st.tuples(st.floats(0, 1), st.booleans()), min_size=1, max_size=60))
-def test_a_map_never_falls_and_never_says_nought_or_one(pairs: list[tuple[float, bool]]) -> None:
-    calibration = fit([sample(score, truth) for score, truth in pairs], KEYS)
-    along = [said(calibration, i / 200) for i in range(201)]
-    assert along == sorted(along)
-    assert 0.0 < along[0] <= along[-1] < 1.0
-    assert calibration.models["box"].samples == len(pairs)
-
-
-@settings(deadline=None)
-@given(st.lists(st.tuples(st.floats(0, 1), st.booleans()), min_size=1, max_size=60))
-def test_pooled_steps_are_the_least_squares_map(pairs: list[tuple[float, bool]]) -> None:
-    """As scipy's isotonic regression has it, but for the prior."""
-    by_score: dict[float, list[bool]] = {}
-    for score, truth in pairs:
-        by_score.setdefault(round(score, 6), []).append(truth)
-    scores = sorted(by_score)
-    shares = [sum(by_score[s]) / len(by_score[s]) for s in scores]
-    weights = [float(len(by_score[s])) for s in scores]
-    expected = isotonic_regression(shares, weights=weights).x
-    copies = [sample(s, t) for s in scores for t in by_score[s] for _ in range(COPIES)]
-    calibration = fit(copies, KEYS)
-    assert [said(calibration, s) for s in scores] == pytest.approx(expected.tolist(), abs=0.006)
+@given(
+    st.lists(
+        st.tuples(st.floats(0, 1), st.booleans(), st.sampled_from(InputKind)),
+        min_size=1,
+        max_size=60,
+    )
+)
+def test_a_map_never_falls_and_never_says_nought_or_one(
+    drawn: Sequence[tuple[float, bool, InputKind]],
+) -> None:
+    calibration = fit([sample(score, truth, kind=kind) for score, truth, kind in drawn], KEYS)
+    for kind, maps in calibration.kinds.items():
+        along = [said(calibration, i / 200, kind=kind) for i in range(201)]
+        assert along == sorted(along)
+        assert 0.0 < along[0] <= along[-1] < 1.0
+        assert maps.pooled.samples == sum(k is kind for _, _, k in drawn)
 
 
 def test_between_two_steps_the_map_is_straight() -> None:
@@ -98,22 +107,29 @@ def test_between_two_steps_the_map_is_straight() -> None:
     assert said(calibration, 1.0) == high
 
 
-def test_each_model_has_a_map_of_its_own() -> None:
-    samples = [sample(0.9, True)] * 20 + [sample(0.9, False, "table")] * 20
+def test_models_and_kinds_have_maps_of_their_own_and_lean_on_others_where_they_have_few() -> None:
+    right = [sample(0.9, True, "box", PICTURES)] * 200
+    wrong = [sample(0.9, False, "table", PICTURES)] * 200
+    scanned = [sample(0.9, False, "box", SCANNED)] * 200
+    calibration = fit([*right, *wrong, *scanned, sample(0.9, True, "table", WHOLE)], KEYS)
+    assert said(calibration, 0.9) > 0.8
+    assert said(calibration, 0.9, "table") < 0.2
+    assert said(calibration, 0.9, kind=SCANNED) < 0.2
+    # Of one verdict nothing is known: it is as with others, of which two thirds are wrong.
+    beside = BESIDE * 200 * BESIDE, BESIDE * 200 + BESIDE * BESIDE * 200
+    own = said(calibration, 0.9, "table", WHOLE)
+    assert own == pytest.approx((beside[0] + 1.5) / (sum(beside) + 2), abs=1e-6)
+    assert Calibration().confidence("box", "k1", PICTURES, 0.9, 0.9) is None
+
+
+def test_a_model_that_was_not_counted_has_the_map_of_all() -> None:
+    samples = [sample(0.9, True)] * 30 + [sample(0.9, False, "table")] * 30
     calibration = fit(samples, KEYS)
-    assert said(calibration, 0.9) > 0.9
-    assert said(calibration, 0.9, "table") < 0.1
-    assert calibration.probability("chair", 0.9, 0.9) is None
-    assert Calibration().probability("box", 0.9, 0.9) is None
-
-
-def test_another_text_of_a_model_is_not_calibrated() -> None:
-    key = content_key("model(box, ...).")
-    calibration = fit([sample(0.9, True)], {"box": key})
-    assert calibration.probability("box", 0.9, 0.9, content=key) is not None
-    changed = content_key("model(box, ....).")
-    assert calibration.probability("box", 0.9, 0.9, content=changed) is None
-    assert calibration.probability("box", 0.9, 0.9, content="") is None
+    pooled = calibration.kinds[PICTURES].pooled.at(0.9)
+    assert pooled == pytest.approx(0.5)
+    assert said(calibration, 0.9) > 0.8
+    for model, content in (("sofa", ""), ("box", "changed"), ("box", "")):
+        assert calibration.confidence(model, content, PICTURES, 0.9, 0.9) == pooled
 
 
 def test_a_model_without_a_key_cannot_be_fitted() -> None:
@@ -121,43 +137,58 @@ def test_a_model_without_a_key_cannot_be_fitted() -> None:
         fit([sample(0.9, True, "sofa")], KEYS)
 
 
+def test_each_source_is_told_by_the_others_alone() -> None:
+    samples = [sample(0.9, True, source="a")] * 20 + [sample(0.9, False, source="b")] * 30
+    by_others = held_out(samples, KEYS)
+    assert by_others[:20] == pytest.approx([0.5 / 31] * 20, abs=1e-6)
+    assert by_others[20:] == pytest.approx([20.5 / 21] * 30, abs=1e-6)
+    assert held_out(samples[:20], KEYS) == (0.9,) * 20
+
+
 def test_json_gives_back_what_was_written() -> None:
     rng = Random(1)
     samples = [
-        sample(rng.random(), rng.random() < 0.5, rng.choice(("box", "table"))) for _ in range(99)
+        sample(
+            rng.random(),
+            rng.random() < 0.5,
+            rng.choice(("box", "table")),
+            rng.choice(tuple(InputKind)),
+        )
+        for _ in range(99)
     ]
     calibration = fit(samples, KEYS)
     text = json.dumps(calibration.to_json())
     assert Calibration.from_json(json.loads(text)) == calibration
 
 
+def kinds(**models: object) -> dict[str, object]:
+    pooled = {"samples": 2, "knots": [[0, 0.1]]}
+    kind = {"pictures": {"all": pooled, "models": models}}
+    return {"schema": "facetlog-calibration/2", "kinds": kind}
+
+
 @pytest.mark.parametrize(
     "data",
     [
         {},
-        {"schema": "another/1", "models": {}},
-        {"schema": "facetlog-calibration/1"},
-        {"schema": "facetlog-calibration/1", "models": []},
-        {"schema": "facetlog-calibration/1", "models": {"box": {}}},
-        {
-            "schema": "facetlog-calibration/1",
-            "models": {"box": {"content": "k", "samples": 2, "knots": [[0, 0.9], [1, 0.2]]}},
-        },
-        {
-            "schema": "facetlog-calibration/1",
-            "models": {"box": {"content": "k", "samples": 2, "knots": [[0, "x"]]}},
-        },
+        {"schema": "another/1", "kinds": {}},
+        {"schema": "facetlog-calibration/2"},
+        {"schema": "facetlog-calibration/2", "kinds": []},
+        {"schema": "facetlog-calibration/2", "kinds": {"sounds": {}}},
+        kinds(box={}),
+        kinds(box={"content": "k", "samples": 2, "knots": [[0, 0.9], [1, 0.2]]}),
+        kinds(box={"content": "k", "samples": 2, "knots": [[0, "x"]]}),
     ],
 )
 def test_what_is_no_calibration_is_refused(data: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match=r"calibration|convert"):
+    with pytest.raises(ValueError, match=r"calibration|convert|InputKind"):
         Calibration.from_json(data)
 
 
 @pytest.mark.parametrize("knots", [(), ((0.5, 1.5),), ((0.5, 0.5), (0.4, 0.6))])
 def test_knots_that_are_no_map_are_refused(knots: tuple[tuple[float, float], ...]) -> None:
     with pytest.raises(ValueError, match="calibration"):
-        ModelCalibration("k", 1, knots)
+        Curve(1, knots)
 
 
 def test_the_error_of_a_perfect_and_of_a_boasting_forecast() -> None:
@@ -211,60 +242,80 @@ def test_fitting_makes_the_error_small_on_samples_that_were_not_fitted() -> None
 
 
 def calibrated(base: KnowledgeBase, model: str) -> Calibration:
-    """A calibration that says 0.8 of this model as it stands, of whatever degree."""
-    fitted = ModelCalibration(base.models[model].content, 10, ((0.5, 0.8),))
-    return Calibration({model: fitted})
+    """Says 0.8 of this model as it stands and 0.3 of all others, of whatever degree in pictures;
+    of things that were scanned 0.6."""
+    own = {model: (base.models[model].content, Curve(10, ((0.5, 0.8),)))}
+    pictures = KindCalibration(Curve(10, ((0.5, 0.3),)), own)
+    return Calibration({PICTURES: pictures, SCANNED: KindCalibration(Curve(10, ((0.5, 0.6),)))})
 
 
-def test_of_what_is_known_from_its_surface_no_probability_is_said(facts_of: Build) -> None:
+def test_a_confidence_is_that_of_how_the_thing_was_measured(facts_of: Build) -> None:
     facts = tuple(facts_of("box"))
-    for surface in ("whole", "scanned"):
-        with KnowledgeBase() as base:
-            base.load_scene("pictures", facts)
-            base.load_scene("surface", (*facts, (surface, "t1")))
-            assert base.why("pictures", "box").probability is not None
-            assert base.why("surface", "box").probability is None
-            assert base.judge("surface", "box", "t1").probability is None
-        with BatchJudge() as judge:
-            assert {v.probability for v in judge.judge((*facts, (surface, "t1")))} == {None}
+    expected = {"pictures": 0.8, "scanned": 0.6, "whole": None}
+    with KnowledgeBase() as base, BatchJudge() as judge:
+        base.calibration = judge._base.calibration = calibrated(base, "box")
+        for kind, confidence in expected.items():
+            seen = facts if kind == "pictures" else (*facts, (kind, "t1"))
+            base.load_scene(kind, seen)
+            assert base.judge(kind, "box", "t1").confidence == confidence
+            assert base.why(kind, "box").confidence == confidence
+            assert {v.confidence for v in judge.judge(seen) if v.model == "box"} == {confidence}
 
 
-def test_a_verdict_has_the_probability_of_its_model(facts_of: Build) -> None:
+def test_a_verdict_has_the_confidence_of_its_model_beside_its_degree(facts_of: Build) -> None:
     with KnowledgeBase() as base:
         base.load_scene("s", facts_of("box"))
         base.calibration = calibrated(base, "box")
         verdict = base.judge("s", "box", "t1")
-        assert verdict.probability == 0.8
+        assert verdict.confidence == 0.8
         assert verdict.degree > 0.95
-        assert verdict.to_json()["probability"] == 0.8
-        assert base.why("s", "box").probability == 0.8
-        assert base.judge("s", "table", "t1").probability is None
+        assert verdict.to_json()["confidence"] == 0.8
+        assert verdict.summary == "t1 is a box (80%)"
+        assert base.judge("s", "table", "t1").confidence == 0.3
 
 
-def test_a_crisp_knowledge_base_has_no_probabilities() -> None:
+def test_what_is_raw_shows_the_degree(facts_of: Build) -> None:
+    with open_knowledge_base(raw=True) as base:
+        base.load_scene("s", facts_of("box"))
+        verdict = base.judge("s", "box", "t1")
+        assert verdict.confidence is None
+        assert verdict.summary == f"t1 is a box ({verdict.degree:.0%})"
+
+
+def test_a_confidence_turns_no_verdict(facts_of: Build) -> None:
+    with KnowledgeBase() as base:
+        base.load_scene("s", facts_of("box"))
+        never = KindCalibration(Curve(10, ((0.5, 0.001),)))
+        before = base.judge("s", "box", "t1")
+        base.calibration = Calibration({PICTURES: never})
+        assert base.judge("s", "box", "t1") == before  # confidences are not compared
+        assert before.state is State.HOLDS
+
+
+def test_a_crisp_knowledge_base_has_no_confidences() -> None:
     with KnowledgeBase(crisp=True) as base:
         assert base.calibration == Calibration()
 
 
-def test_a_verdict_on_nothing_has_no_probability() -> None:
+def test_a_verdict_on_nothing_has_no_confidence() -> None:
     with KnowledgeBase() as base:
         base.load_scene("s", [("scene", "s")])
         base.calibration = calibrated(base, "box")
         verdict = base.why("s", "box")
         assert not verdict.thing
-        assert verdict.probability is None
+        assert verdict.confidence is None
 
 
-def test_parts_that_the_model_did_not_choose_have_no_probability(facts_of: Build) -> None:
+def test_parts_that_the_model_did_not_choose_have_no_confidence(facts_of: Build) -> None:
     with KnowledgeBase() as base:
         base.load_scene("s", facts_of("table"))
         base.calibration = calibrated(base, "table")
         top = base.why("s", "table").parts[0]
-        assert base.why("s", "table", parts={top.role: top.faces[0]}).probability is None
-        assert all(v.probability is None for v in base.why_not("s", "table"))
+        assert base.why("s", "table", parts={top.role: top.faces[0]}).confidence is None
+        assert all(v.confidence is None for v in base.why_not("s", "table"))
 
 
-def test_a_users_model_in_a_built_in_ones_place_is_not_calibrated(
+def test_a_users_model_in_a_built_in_ones_place_has_the_map_of_all(
     facts_of: Build, tmp_path: Path
 ) -> None:
     with KnowledgeBase() as base:
@@ -274,14 +325,24 @@ def test_a_users_model_in_a_built_in_ones_place_is_not_calibrated(
         other = tmp_path / "box.pl"
         other.write_text(builtin + "extra(1).\n")
         base.load_rules(other, trusted=True)
-        assert base.judge("s", "box", "t1").probability is None
+        assert base.judge("s", "box", "t1").confidence == 0.3
         other.write_text(builtin + "% A comment says nothing.\n")
         base.load_rules(other, trusted=True)
-        assert base.judge("s", "box", "t1").probability == 0.8
+        assert base.judge("s", "box", "t1").confidence == 0.8
 
 
-def test_the_shipped_calibration_is_of_built_in_models_and_of_enough_things() -> None:
+def test_the_shipped_calibration_is_of_the_built_in_models_as_they_are() -> None:
     shipped = shipped_calibration()
-    assert shipped.models
-    assert set(shipped.models) <= set(BUILTIN_MODELS)
-    assert all(fitted.samples >= 100 for fitted in shipped.models.values())
+    assert set(shipped.kinds) == set(InputKind)
+    with KnowledgeBase() as base:
+        contents = {model: rules.content for model, rules in base.models.items()}
+    for maps in shipped.kinds.values():
+        assert maps.pooled.samples >= 100
+        assert {model: content for model, (content, _) in maps.models.items()} == contents
+    assert set(contents) == set(BUILTIN_MODELS)
+
+
+def test_comments_and_places_do_not_make_another_text() -> None:
+    key = content_key("model(box).\nwritten(box, 'box.model:3').\n")
+    assert content_key("% Made.\nmodel(box).\nwritten(box, 'box.model:4').\n") == key
+    assert content_key("model(box, 1).\nwritten(box, 'box.model:3').\n") != key

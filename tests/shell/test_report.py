@@ -38,7 +38,7 @@ def test_what_is_said_of_a_block_is_short_and_in_full_the_whole_proof(
         assert main(["demo", *options]) == 0
         return capsys.readouterr().out
 
-    lines = said().splitlines()
+    lines = said("--raw").splitlines()
     assert max(map(len, lines)) <= 100
     box = lines[lines.index("t1 is a box (100%)") :]
     end = next(k for k, line in enumerate(box) if k and not line.startswith(" "))

@@ -62,6 +62,7 @@ part_fault(comparison, Test, Position, Scope, Fault) :-
     nonvar(Test),
     (   test_form(Test, Form),
         Form \= fading(_, _),
+        Form \= soft(_, _),
         arg(_, Form, measure)
     ->  test_fault(Test, Position, Scope, Fault)
     ;   fault_at(Position, "a comparison is wanted: near, at_least, at_most or between", [], Fault)
@@ -83,6 +84,10 @@ part_fault(weight, Weight, Position, _, Fault) :-
     nonvar(Weight),
     \+ ( number(Weight), Weight >= 0, Weight =< 1 ),
     fault_at(Position, "the weight of expect is a number from 0 to 1", [], Fault).
+part_fault(share, Share, Position, _, Fault) :-
+    nonvar(Share),
+    \+ ( number(Share), Share >= 0, Share =< 1 ),
+    fault_at(Position, "the share of soft is a number from 0 to 1", [], Fault).
 
 may_be_groups(Groups) :-
     (   ( var(Groups) ; Groups == [] )

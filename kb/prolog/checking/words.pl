@@ -38,7 +38,7 @@ search_word(Indicator) :-
 %!  test_form(+Test, -Form) is semidet.
 %
 %   Form says what the arguments of a connective or comparison are: test, tests, comparison, measure,
-%   weight, count, groups, model, value.
+%   weight, share, count, groups, model, value.
 
 test_form(near(_, _, _), near(measure, measure, measure)).
 test_form(at_least(_, _), at_least(measure, measure)).
@@ -54,6 +54,7 @@ test_form(if_known(_), if_known(test)).
 test_form(expect(_, _), expect(weight, test)).
 test_form(implies(_, _), implies(test, test)).
 test_form(fading(_, _), fading(comparison, measure)).
+test_form(soft(_, _), soft(comparison, share)).
 test_form(at_least_of(_, _, _, _), at_least_of(count, value, groups, test)).
 test_form(at_most_of(_, _, _, _), at_most_of(count, value, groups, test)).
 test_form(is_a(_, _), is_a(value, model)).
@@ -123,6 +124,8 @@ described(expect('Weight', 'Test'), test, "always; if the test does not hold, th
 described(implies('Where', 'Test'), test, "where the first test holds, the second does").
 described(fading('Comparison', 'Width'), test,
           "the comparison, its edges falling off to nothing over the width").
+described(soft('Comparison', 'Share'), test,
+          "the comparison; its degree falls about each limit, over that share of it to either side").
 described(at_least_of('Count', 'X', 'Groups', 'Test'), test,
           "the test holds of one X in each of so many groups, or more").
 described(at_most_of('Count', 'X', 'Groups', 'Test'), test,

@@ -12,7 +12,7 @@ State, Low and High are those of outline/3 (say.pl), from the proofs of all part
 
   - compared(Value, Sd, Kind, Within, Margin): Within is near(Target, Tolerance),
     between(Low, High), at_least(Limit) or at_most(Limit), all in numbers, or fading(Within, Width)
-    of one of these; Margin is
+    or soft(Within, Width) of one of these; Margin is
     margin(Side, Distance, Sd): the signed distance to the nearer edge of the region, negative
     outside it, with the deviation of that difference; Side is below or above, where that edge is;
   - uncertain(Value, Sd, Kind, Within, Margin): the same, but it cannot be told;

@@ -11,11 +11,13 @@ A quantity and its limits become a region, and that a state with its probability
 A region is region(Margins, Within, Width): Margins are one(Side, Distance, Variance) or
 two(Below, BelowVar, Above, AboveVar), the signed distances to its edges, all >= 0 inside. Within has the
 limits in numbers, near(Target, Tolerance), between(Low, High), at_least(Limit) or at_most(Limit). Width
-is `sharp`, or width(Width), how wide the slopes of the edges are: an edge that fades is told from the middle of its
-slope, where the membership is 1/2.
+is `sharp`, or how wide the slopes of the edges are, whose middles, where the membership is 1/2, the
+distances are to: width(Width) begins at the limit and falls beyond it, and the middle of the slope decides
+the state; soft(Width) has the limit in its middle, and changes degrees alone.
 */
 
 :- use_module(library(lists)).
+:- use_module(library(error)).
 :- use_module(facetlog_kb(static)).
 :- use_module(facetlog_kb(forms)).
 :- use_module(facetlog_kb(quantities)).
@@ -36,6 +38,14 @@ comparison(at_most(M, Limit), M, at_most(Limit)).
 comparison(fading(Test, Width), M, fading(Bounds, Width)) :-
     nonvar(Test),
     Test \= fading(_, _),
+    Test \= soft(_, _),
+    comparison(Test, M, Bounds).
+comparison(soft(Test, Share), M, soft(Bounds, Share)) :-
+    nonvar(Test),
+    Test \= fading(_, _),
+    Test \= soft(_, _),
+    must_be(number, Share),             % arithmetic would work out what a clause computed
+    must_be(between(0.0, 1.0), Share),
     comparison(Test, M, Bounds).
 
 %!  compared(+Measure, +Bounds, +Module, +Test, +Want, -Said) is det.
@@ -95,6 +105,10 @@ region(fading(Bounds, Width), Module, Value, Test, region(Margins, Within, width
     limit(Width, Module, Value, Test, W0, Q),
     W is max(0, W0),
     widened(Margins0, W, Q, Margins).
+region(soft(Bounds, Share), Module, Value, Test, region(Margins, Within, soft(W))) :-
+    region(Bounds, Module, Value, Test, region(Margins, Within, _)),
+    scale_of(Within, Scale),
+    W is 2*Share*Scale.
 
 %   Margins are told from the middle of slopes that are Width wide, with the Variance of that.
 widened(one(Side, D0, V0), Width, Q, one(Side, D, V)) :-
@@ -120,7 +134,8 @@ judged(state, Region, Measure, said(State, none)) :-
     nearest(Region, Side, Distance, _),
     (   Distance < 0
     ->  outside(Side, Measure, State)
-    ;   inside(Region, State)
+    ;   Region = region(Margins, _, Edges),
+        inside(Edges, Margins, State)
     ).
 judged(full, Region, Measure, said(State, degree(Low, High, Miss))) :-
     degree_of(Region, Degree),
@@ -133,7 +148,8 @@ judged(full, Region, Measure, said(State, degree(Low, High, Miss))) :-
             miss(Region, Distance, Var, Miss)
         ;   Low = 0, High = 1, Miss = 0
         )
-    ;   mostly(Degree, State),
+    ;   Region = region(Margins, _, Edges),
+        inside_to(Edges, Margins, Degree, State),
         Low = Degree,
         High = Degree,
         Miss = 0
@@ -152,15 +168,28 @@ so_far(Measure) :-
     nonvar(Measure),
     memberchk(Measure, [count(_), faces_at(_)]).
 
-%   A value inside a region that it would more probably miss says nothing. One sharp edge is missed by
-%   the lesser part of a distribution whose mean is inside.
-inside(region(Margins, _, Width), State) :-
-    (   Width == sharp,
-        Margins = one(_, _, _)
-    ->  State = holds
-    ;   degree_of(region(Margins, _, Width), Degree),
-        mostly(Degree, State)
-    ).
+%   A value inside a region that it would more probably miss says nothing. One edge that does not fade
+%   is missed by the lesser part of a distribution whose mean is inside.
+inside(sharp, Margins, State) :-
+    inside_limits(Margins, State).
+inside(soft(_), Margins, State) :-
+    inside_limits(Margins, State).
+inside(width(Width), Margins, State) :-
+    degree_within(width(Width), Margins, Degree),
+    mostly(Degree, State).
+
+inside_limits(one(_, _, _), holds).
+inside_limits(two(Below, BelowVar, Above, AboveVar), State) :-
+    mass_within(two(Below, BelowVar, Above, AboveVar), Degree),
+    mostly(Degree, State).
+
+%   The same where the Degree is known.
+inside_to(sharp, _, Degree, State) :-
+    mostly(Degree, State).
+inside_to(width(_), _, Degree, State) :-
+    mostly(Degree, State).
+inside_to(soft(_), Margins, _, State) :-
+    inside_limits(Margins, State).
 
 %   A value in the middle of a slope is half inside, however that is rounded.
 mostly(Degree, State) :-
@@ -188,6 +217,11 @@ degree_of(region(Margins, _, Edges), Degree) :-
 degree_within(sharp, Margins, Degree) :-
     mass_within(Margins, Degree).
 degree_within(width(Width), Margins, Degree) :-
+    faded_within(Margins, Width, Degree).
+degree_within(soft(Width), Margins, Degree) :-
+    faded_within(Margins, Width, Degree).
+
+faded_within(Margins, Width, Degree) :-
     (   crisp                           % without deviations nothing fades
     ->  mass_within(Margins, Degree)
     ;   membership_within(Margins, Width, Degree)
@@ -218,6 +252,7 @@ scale_of(at_least(Limit), Scale)      :- Scale is abs(Limit).
 scale_of(at_most(Limit), Scale)       :- Scale is abs(Limit).
 
 widened_scale(sharp, Scale, Scale).
+widened_scale(soft(_), Scale, Scale).
 widened_scale(width(Width), Scale0, Scale) :-
     Scale is Scale0 + Width/2.
 
@@ -254,8 +289,12 @@ compared_in_detail(Measure, Bounds, Module, Test, Said, Detail) :-
 
 within(sharp, Within, Within).
 within(width(Width), Within, fading(Within, Width)).
+within(soft(Width), Within, soft(Within, Width)).
 
 limits(fading(Bounds, Width), [Width|Limits]) :-
+    !,
+    limits(Bounds, Limits).
+limits(soft(Bounds, _), Limits) :-
     !,
     limits(Bounds, Limits).
 limits(Bounds, Limits) :-

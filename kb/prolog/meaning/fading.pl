@@ -4,8 +4,8 @@
 
 /** <module> Edges of regions, sharp and fading
 
-A region's edge is sharp, or its membership falls linearly from 1 at the edge to 0 at some width
-beyond it. The degree is the expected membership of the true value, normally distributed about the
+A region's edge is sharp, or its membership falls linearly from 1 to 0 over some width, about the limit
+or beyond it. The degree is the expected membership of the true value, normally distributed about the
 measured one. Margins are those of compare.pl.
 */
 
@@ -28,16 +28,31 @@ membership_within(two(B, BV, A, AV), Width, Degree) :-
 %   normal distribution function over it is that within 1/24 of the square of this.
 narrow(1.0e-4).
 
+%   What is so many deviations beyond a slope is on its level side: less than 1.0e-16 of the mass is not.
+far(9).
+
 %   Expected value of clip(1/2 + X/Width, 0, 1) for a normal X of this mean and variance. With
 %   E max(0, X) = max(0, Mean) + Sd g(|Mean|/Sd) it is a difference of two such terms.
 expected(Mean, Var, Width, Membership) :-
+    far(Far),
+    Low is Mean - Width/2,
+    (   Low >= 0,
+        Low*Low >= Far*Far*Var
+    ->  Membership = 1.0
+    ;   High is Mean + Width/2,
+        (   High =< 0,
+            High*High >= Far*Far*Var
+        ->  Membership = 0.0
+        ;   on_or_near(Low, High, Mean, Var, Width, Membership)
+        )
+    ).
+
+on_or_near(Low, High, Mean, Var, Width, Membership) :-
     Sd is sqrt(Var),
     narrow(Narrow),
     (   Width =< Narrow*Sd
     ->  mass(Mean, Var, Membership)
-    ;   Low is Mean - Width/2,
-        High is Mean + Width/2,
-        on_slope(Low, High, Mean, Width, At),
+    ;   on_slope(Low, High, Mean, Width, At),
         (   Sd > 0
         ->  FromHigh is abs(High)/Sd,
             FromLow is abs(Low)/Sd,

@@ -80,6 +80,7 @@ class SceneEngine:
             tuple(map(Path, settings.models)),
             trusted=settings.trusted,
             crisp=settings.crisp,
+            raw=settings.raw,
             limits=self._limits,
         )
         self.models_hash = self._judge.models_hash

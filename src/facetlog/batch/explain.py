@@ -81,6 +81,7 @@ def _base(settings: Settings) -> KnowledgeBase:
         tuple(map(Path, settings.models)),
         trusted=settings.trusted,
         crisp=settings.crisp,
+        raw=settings.raw,
         limits=Limits(seconds=min(settings.seconds, SECONDS_PER_REASON)),
     )
 

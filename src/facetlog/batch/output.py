@@ -28,7 +28,7 @@ MOST_LINE_BYTES = 256_000_000
 # Columns that are lists: as JSON in a cell of CSV.
 LISTS = ("verdicts", "up", "warnings")
 # Columns that are no text, and are empty in a cell of CSV where there is none.
-NUMBERS = ("degree", "probability", "faces", "things", "seconds", "metric")
+NUMBERS = ("degree", "confidence", "faces", "things", "seconds", "metric")
 
 
 def check_format(path: Path) -> None:
@@ -194,14 +194,14 @@ def _arrow_schema() -> "pyarrow.Schema":
             ("state", text),
             ("degree", number),
             ("degree_at_most", number),
-            ("probability", number),
+            ("confidence", number),
             ("parts", pa.list_(part)),
             ("sizes", pa.list_(size)),
         ]
     )
     special = {
         "degree": number,
-        "probability": number,
+        "confidence": number,
         "verdicts": pa.list_(verdict),
         "faces": pa.int64(),
         "things": pa.int64(),

@@ -3,7 +3,15 @@
 import json
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, NonNegativeInt, ValidationError
+from pydantic import (
+    AliasChoices,
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    NonNegativeInt,
+    ValidationError,
+)
 
 from facetlog.batch.rows import Row
 from facetlog.errors import InputError
@@ -13,6 +21,10 @@ __all__ = ["RowRecord", "results_schema", "row_from"]
 SCHEMA_DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
 Share = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
+# Older tables call it otherwise.
+Confidence = Annotated[
+    Share | None, Field(validation_alias=AliasChoices("confidence", "probability"))
+]
 
 
 class _Record(BaseModel):
@@ -42,7 +54,7 @@ class VerdictRecord(_Record):
     state: Literal["holds", "fails", "unknown"]
     degree: Share
     degree_at_most: Share
-    probability: Share | None
+    confidence: Confidence = None
     parts: tuple[PartRecord, ...] = ()
     sizes: tuple[SizeRecord, ...] = ()
 
@@ -58,7 +70,9 @@ class RowRecord(_Record):
     model: str | None = Field(description="the model that holds with the highest degree")
     thing: str | None = Field(description="the thing that it holds of")
     degree: Share | None = Field(description="the degree to which it holds")
-    probability: Share | None = Field(description="how often a verdict of this degree was right")
+    confidence: Confidence = Field(
+        default=None, description="how often a model is right at such a degree"
+    )
     verdicts: tuple[VerdictRecord, ...] = Field(description="of each model on each thing")
     faces: NonNegativeInt | None
     things: NonNegativeInt | None

@@ -43,7 +43,7 @@ COLUMNS = (
     "model",
     "thing",
     "degree",
-    "probability",
+    "confidence",
     "verdicts",
     "faces",
     "things",
@@ -59,15 +59,15 @@ COLUMNS = (
 
 
 def best_verdict(verdicts: Sequence["BriefVerdict"]) -> "BriefVerdict | None":
-    """Of the verdicts that hold the surest, by probability if all have one; None if none holds.
+    """Of the verdicts that hold the surest, by confidence if all have one; None if none holds.
 
     Of equals the first, in the order of things and models.
     """
     holding = [v for v in verdicts if v.state.value == HOLDS]
-    counted = all(v.probability is not None for v in holding)
+    counted = all(v.confidence is not None for v in holding)
     return max(
         holding,
-        key=lambda v: ((v.probability or 0.0) if counted else v.degree, v.degree),
+        key=lambda v: ((v.confidence or 0.0) if counted else v.degree, v.degree),
         default=None,
     )
 
@@ -104,7 +104,7 @@ def _verdict(verdict: "BriefVerdict") -> Row:
         "state": verdict.state.value,
         "degree": verdict.degree,
         "degree_at_most": verdict.degree_at_most,
-        "probability": verdict.probability,
+        "confidence": verdict.confidence,
         "parts": [{"role": role, "names": list(names)} for role, names in verdict.parts],
         "sizes": [{"name": name, "value": value, "sd": sd} for name, value, sd in verdict.sizes],
     }
@@ -133,7 +133,7 @@ def scene_row(
         "model": best.model if best else None,
         "thing": best.thing if best else None,
         "degree": best.degree if best else None,
-        "probability": best.probability if best else None,
+        "confidence": best.confidence if best else None,
         "verdicts": [_verdict(verdict) for verdict in verdicts],
         "faces": faces,
         "things": things,
@@ -164,7 +164,7 @@ def error_row(
         "model": None,
         "thing": None,
         "degree": None,
-        "probability": None,
+        "confidence": None,
         "verdicts": [],
         "faces": None,
         "things": None,

@@ -28,8 +28,8 @@ class Settings:
     `up` is x, y, z, -x, -y, -z, auto or none; `unit` m, cm, mm, in, ft or none. `seconds` is the
     processor time that one scene may take; by the clock it may take five times that, and what
     models are asked of it once. `memory_mb` is what one worker may take; None: its share of the
-    memory there is. With `profile` workers say where their time went. What cannot be understood is
-    an InputError.
+    memory there is. With `profile` workers say where their time went, with `raw` verdicts have no
+    confidence. What cannot be understood is an InputError.
     """
 
     models: tuple[str, ...] = ()
@@ -40,6 +40,7 @@ class Settings:
     seconds: float = SECONDS_PER_SCENE
     memory_mb: int | None = None
     profile: bool = False
+    raw: bool = False
 
     def __post_init__(self) -> None:
         up_from(self.up)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.commands.shared import NO, YES, AsJson, Models, Raw, Trust, command
 from facetlog.counted import many
 from facetlog.errors import InputError
 from facetlog.terminal import note, one_line, printable, warn
@@ -53,6 +53,7 @@ def classify_command(
     crisp: Annotated[
         bool, typer.Option("--crisp", help="Take every measured value as exact.")
     ] = False,
+    raw: Raw = False,
     workers: Annotated[
         int | None,
         typer.Option("--workers", metavar="N", help="Worker processes; else one a core."),
@@ -165,6 +166,7 @@ def classify_command(
         timeout,
         memory,
         profile,
+        raw,
     )
     known = {} if labels is None else read_labels(labels)
     items = _items(_paths(scenes or (), listed or (), known, old), known)
@@ -318,7 +320,8 @@ def _row_text(row: "Row") -> str:
         return one_line(f"{row['path']}: error: {row['error'].removeprefix(row['path'] + ': ')}")
     if row["model"] is None:
         return one_line(f"{row['path']}: none")
-    return one_line(f"{row['path']}: {row['model']} ({row['degree']:.0%})")
+    sure = row["degree"] if row["confidence"] is None else row["confidence"]
+    return one_line(f"{row['path']}: {row['model']} ({sure:.0%})")
 
 
 def _tell(outcome: "Outcome", *, as_json: bool) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
+from facetlog.commands.shared import NO, YES, AsJson, Models, Raw, Trust, command
 from facetlog.errors import InputError
 from facetlog.terminal import note
 
@@ -45,6 +45,7 @@ def why_command(
     thing: Thing = None,
     models: Models = None,
     trust: Trust = False,
+    raw: Raw = False,
     as_json: AsJson = False,
     full: Annotated[
         bool,
@@ -66,7 +67,9 @@ def why_command(
             return origin(session, name, about.model, full=full)
         raise unknown_subject(session.base.models, names, about.model)
 
-    return _explained(explain, scene, model, parts, thing, models, trust=trust, as_json=as_json)
+    return _explained(
+        explain, scene, model, parts, thing, models, trust=trust, raw=raw, as_json=as_json
+    )
 
 
 @command
@@ -106,13 +109,14 @@ def _explained(
     models: list[Path] | None,
     *,
     trust: bool,
+    raw: bool = False,
     as_json: bool,
 ) -> int:
     from facetlog.query_shell.explaining import About, parts_given
     from facetlog.query_shell.session import Session
 
     about = About(model, thing, parts_given(parts or ()))
-    with Session(trust=trust) as session:
+    with Session(trust=trust, raw=raw) as session:
         session.load_models(models or ())
         (file,) = session.load_scenes([scene])
         explanation = explain(session, file.name, about)

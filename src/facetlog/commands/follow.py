@@ -106,6 +106,7 @@ def followed(
     models: tuple[Path, ...],
     trusted: bool,
     crisp: bool,
+    raw: bool,
     stop: Stop,
     polish: bool,
     out: Path | None,
@@ -127,7 +128,7 @@ def followed(
     last: StreamStep | None = None
     degrees: list[Degrees] = []
     interrupted = False
-    with open_models(models, trusted=trusted, crisp=crisp) as base:
+    with open_models(models, trusted=trusted, crisp=crisp, raw=raw) as base:
         _check_goal(stop, base.models)
         views = iter(source)
         try:

@@ -13,7 +13,7 @@ from facetlog.__main__ import INTERRUPTED
 from facetlog.errors import FacetlogError, InputError
 from facetlog.terminal import error, error_lines
 
-__all__ = ["NO", "YES", "AsJson", "Full", "Models", "Trust", "command"]
+__all__ = ["NO", "YES", "AsJson", "Full", "Models", "Raw", "Trust", "command"]
 
 YES, NO, BROKEN_PIPE = 0, 1, 141  # the last: 128 + the signal's number
 
@@ -25,6 +25,10 @@ Models = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="One JSON object instead of text.")]
 Full = Annotated[bool, typer.Option("--full", help="Every step of the proofs, not only reasons.")]
+Raw = Annotated[
+    bool,
+    typer.Option("--raw", help="Degrees as measured values give them, not calibrated."),
+]
 Trust = Annotated[
     bool,
     typer.Option(

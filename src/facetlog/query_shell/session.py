@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from facetlog.errors import InputError, RuleSyntaxError
+from facetlog.kb.calibration import Calibration
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
@@ -26,11 +27,14 @@ class Session(Closing):
     """The knowledge base, the files that it was loaded from, and which scenes are asked.
 
     Models of users are evaluated in a process of its own, unless `trust` says that they are the
-    user's. A context manager.
+    user's. With `raw` verdicts have no confidence. A context manager.
     """
 
-    def __init__(self, *, trust: bool = False, limits: Limits | None = None) -> None:
+    def __init__(
+        self, *, trust: bool = False, limits: Limits | None = None, raw: bool = False
+    ) -> None:
         self.trust = trust
+        self.raw = raw
         self.limits = limits or Limits()
         self._base: KnowledgeBase | None = None
         self._scenes: dict[str, SceneFile] = {}
@@ -52,7 +56,10 @@ class Session(Closing):
         return self._base
 
     def _new_base(self) -> KnowledgeBase:
-        return KnowledgeBase(self.limits, isolated=bool(self._models) and not self.trust)
+        base = KnowledgeBase(self.limits, isolated=bool(self._models) and not self.trust)
+        if self.raw:
+            base.calibration = Calibration()
+        return base
 
     @property
     def scene_files(self) -> tuple[SceneFile, ...]:

@@ -45,6 +45,9 @@ def check_command(
     fix: Annotated[
         bool, typer.Option("--fix", help="First put right what is sure, in the files themselves.")
     ] = False,
+    limits: Annotated[
+        bool, typer.Option("--limits", help="Then each limit, and from where to where it fades.")
+    ] = False,
     watch: Watch = False,
 ) -> int:
     """Tells all faults of model files.
@@ -57,29 +60,35 @@ def check_command(
         from facetlog.commands.model.fix import fix_files
 
         fix_files(model_files(files))
-    run = partial(_check, files, output, warnings_as_errors=warnings_as_errors)
+    if limits and output is not Output.TEXT:
+        raise InputError(f"--limits is for readers: leave out --output {output.value}")
+    run = partial(_check, files, output, warnings_as_errors=warnings_as_errors, limits=limits)
     return watched(run, partial(model_files, files), watch=watch)
 
 
-def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool) -> Ran:
+def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool, limits: bool) -> Ran:
     from facetlog.commands.model.fault_text import (
         distinct,
         errors_in,
         faults_json,
         faults_text,
+        plain,
     )
     from facetlog.commands.model.junit import faults_junit
     from facetlog.commands.model.sarif import faults_sarif
+    from facetlog.grammar.limits import limits as limits_of
 
     paths = model_files(arguments)
     used: set[Path] = set()
     read: dict[str, File] = {}
     found: list[Fault] = []
+    shown: list[str] = []
     for path in paths:
         analysis, faults = checked(path)
         used |= {*analysis.library.files, *analysis.library.words}
         read |= {str(name): file for name, file in analysis.library.files.items()}
         found.extend(faults)
+        shown += (plain(str(limit)) for limit in limits_of(analysis) if limits)
     faults = distinct(found)
     write: dict[Output, Callable[[Sequence[Path], Sequence[Fault]], str]] = {
         Output.TEXT: faults_text,
@@ -88,6 +97,8 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool) ->
         Output.JUNIT: partial(faults_junit, read=read, warnings_as_errors=warnings_as_errors),
     }
     typer.echo(write[output](paths, faults))
+    for line in shown:
+        typer.echo(line)
     if any(fault.code == "unreadable" for fault in faults):
         return Ran(InputError.exit_code, frozenset(used))
     bad = len(faults) if warnings_as_errors else errors_in(faults)

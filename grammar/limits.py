@@ -1,0 +1,53 @@
+"""The limits of a model file, and over which width each fades, for their author to look at."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.analysis import Analysis
+from facetlog.grammar.fading import fades_over
+from facetlog.grammar.lint.claims import in_short
+from facetlog.grammar.scope import Scope, file_scope
+
+__all__ = ["Limit", "limit_at", "limits"]
+
+
+@dataclass(frozen=True, slots=True)
+class Limit:
+    """A comparison of the file, and from where to where it fades."""
+
+    node: s.Comparison
+    place: str
+    text: str
+    fades: str
+
+    def __str__(self) -> str:
+        return f"{self.place}: {self.text}: {self.fades}"
+
+
+def limits(analysis: Analysis) -> Iterator[Limit]:
+    """The comparisons of the file that was analysed, in the order of its text."""
+    source = analysis.file.source
+    for scope, statement in _statements(analysis):
+        for node in s.walk(statement):
+            if isinstance(node, s.Comparison):
+                line, column = source.line_and_column(node.span.start)
+                place = f"{source.name}:{line}:{column}"
+                yield Limit(node, place, in_short(source, node), fades_over(node, scope))
+
+
+def limit_at(analysis: Analysis, offset: int) -> Limit | None:
+    """The innermost comparison at a place of the file; None where there is none."""
+    found = [one for one in limits(analysis) if offset in one.node.span]
+    return min(found, key=lambda one: one.node.span.end - one.node.span.start, default=None)
+
+
+def _statements(analysis: Analysis) -> Iterator[tuple[Scope, s.Statement]]:
+    before = file_scope(analysis.file, analysis.words, {})
+    for statement in analysis.file.statements:
+        yield before, statement
+    for model in analysis.file.models:
+        scope = analysis.scopes.get(model.name.text)
+        if scope is not None and scope.model.written is model:
+            for statement in model.statements:
+                yield scope, statement
