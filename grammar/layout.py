@@ -39,7 +39,7 @@ _TOKEN = re.compile(
     | (?P<newline>\n)
     | (?P<word>[^\W\d]\w*)
     | (?P<number>[0-9]+(?:\.[0-9]+)?(?:[eE][+-]?[0-9]+)?)
-    | (?P<sign>\+/-|\S)
+    | (?P<sign>\+/-|[^\s\ufeff])
     )
     """,
     re.VERBOSE,

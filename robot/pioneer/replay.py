@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.errors import DeviceError, InputError
-from facetlog.regular_file import read_regular
 from facetlog.robot.pioneer.connecting import Connected, connect_over
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
@@ -86,7 +85,7 @@ def replay(path: Path | str, session: int = -1) -> ReplayPort:
     """
     path = Path(path)
     try:
-        lines = read_regular(path).split(b"\n")
+        lines = path.read_bytes().split(b"\n")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     sessions: list[_Session] = []

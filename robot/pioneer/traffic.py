@@ -14,7 +14,6 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.regular_file import check_regular
 from facetlog.robot.pioneer.commands import command_name
 from facetlog.robot.pioneer.packet import Decoder, Packet
 from facetlog.robot.pioneer.reports import Report
@@ -44,7 +43,6 @@ class TrafficLog:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        check_regular(path)
         try:
             # Unbuffered: neither a fork nor a kill leaves half of a buffer behind.
             self._file = path.open("ab", buffering=0)
