@@ -52,7 +52,7 @@ __all__ = [
 
 
 MOST_COPIES = 8
-"""Faces with the same corners, of other vertices, that are read."""
+"""Faces with the same corners that are read, of both sides together."""
 
 END = np.dtype("<f4")
 """A coordinate of an end of a line of sight."""
@@ -263,22 +263,16 @@ def _repeated(record: SceneRecord) -> Iterator[SceneFault]:
     """
     known: dict[tuple[float, ...], int] = {}
     places = [known.setdefault(v.point, i) for i, v in enumerate(record.vertices)]
-    copies: dict[tuple[int, ...], list[int]] = {}
+    copies: dict[frozenset[int], list[int]] = {}
     for i, face in enumerate(record.faces):
-        loop = [places[v] for v in face.outline]
-        copies.setdefault(_from_least(loop), []).append(i)
+        corners = frozenset(map(places.__getitem__, face.outline))
+        copies.setdefault(corners, []).append(i)
     if len(copies) == len(record.faces):
         return
     for same in copies.values():
         for i in same[MOST_COPIES:]:
             said = f"has the corners of face {same[0]}, as {len(same) - 1} others: remove them"
             yield SceneFault(f"$.faces[{i}].outline", said)
-
-
-def _from_least(loop: Sequence[int]) -> tuple[int, ...]:
-    """The loop from its least vertex on."""
-    at = loop.index(min(loop))
-    return (*loop[at:], *loop[:at])
 
 
 def _said(kind: str, message: str) -> str:

@@ -84,3 +84,19 @@ def test_a_list_that_never_ends_is_refused_at_once(
     os.mkfifo("pipe")
     with pytest.raises(InputError, match=r"it is a pipe, .*\(- is standard input\)$"):
         paths_listed(name)
+
+
+def test_a_glob_over_folders_follows_no_links_among_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two links of a folder to itself would be 2^40 paths."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("a/b/c.json", "a/d.json", "a/.hidden/e.json"):
+        Path(name).parent.mkdir(parents=True, exist_ok=True)
+        Path(name).touch()
+    for link in ("one", "two"):
+        Path("a", link).symlink_to(".")
+    found = ("a/b/c.json", "a/d.json")
+    for pattern in ("a/**/*.json", "**/*.json", "a/**", "**/a/**/*.json"):
+        assert scene_paths([pattern]) == found
+    assert scene_paths([f"{tmp_path}/**/*.json"]) == tuple(f"{tmp_path}/{name}" for name in found)

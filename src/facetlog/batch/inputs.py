@@ -40,13 +40,34 @@ def _found(source: str) -> tuple[str, ...]:
         return inside
     if not glob.has_magic(source) or Path(source).exists():
         return (source,)
-    # Of pathlib there is none for an absolute pattern.
-    matched = sorted(glob.glob(source, recursive=True))  # noqa: PTH207
+    matched = sorted(_matched(source))
     if not matched:
         raise InputError(f"{source}: no file is called so")
     files = (path for path in matched if not Path(path).is_dir())
     folders = (path for path in matched if Path(path).is_dir())
     return (*files, *(inside for folder in folders for inside in _shapes_in(folder)))
+
+
+def _matched(pattern: str) -> Iterator[str]:
+    """The paths that a glob matches; ** stands for folders, and not for links to some.
+
+    Python's own follows them: two links of a folder to itself are 2^40 paths.
+    """
+    head, deep, rest = pattern.partition("**")
+    if not deep or rest[:1] not in ("", os.sep) or head[-1:] not in ("", os.sep):
+        # Of pathlib there is none for an absolute pattern.
+        yield from glob.iglob(pattern)  # noqa: PTH207
+        return
+    rest = rest.lstrip(os.sep)
+    for top in glob.iglob(head) if head else ("",):  # noqa: PTH207
+        for place, inner, names in os.walk(top or "."):
+            inner[:] = [name for name in inner if not name.startswith(".")]
+            folder = place if top else os.path.relpath(place)
+            folder = "" if folder == "." else os.path.join(folder, "")  # noqa: PTH118
+            if rest:
+                yield from _matched(glob.escape(folder) + rest)
+            else:
+                yield from (folder + name for name in names if not name.startswith("."))
 
 
 def _shapes_in(folder: str) -> Iterator[str]:

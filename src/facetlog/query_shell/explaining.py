@@ -94,10 +94,12 @@ def unknown_subject(
 
     >>> str(unknown_subject(["box"], {ArgumentKind.FACE: ["f1"]}, "bx"))
     "there is neither a model nor a thing of the scene called 'bx'; did you mean box?"
+    >>> str(unknown_subject(["box"], {ArgumentKind.FACE: ["f1"]}, ""))
+    "there is neither a model nor a thing of the scene called ''; models are box"
     """
     known = tuple(models)
     meant = nearest(text, (*known, *(name for those in names.values() for name in those)))
-    alike = next((those for those in names.values() if those and those[0][0] == text[0]), ())
+    alike = next((those for those in names.values() if those and those[0][0] == text[:1]), ())
     if meant:
         guess = f"did you mean {meant}?"
     elif alike:
