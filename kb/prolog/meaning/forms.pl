@@ -120,10 +120,10 @@ degree(all, degree(L0, H0, left(Left0, Misses0)), S1, degree(L1, H1, Miss),
     ;   Left = Left0,
         Misses = Misses0
     ).
-degree(any, degree(L0, H0, Miss0), S1, degree(L1, H1, Miss1), degree(L, H, Miss)) :-
+degree(any, degree(L0, H0, Miss0), _, degree(L1, H1, Miss1), degree(L, H, Miss)) :-
     L is max(L0, L1),
     H is max(H0, H1),
-    ( S1 == fails -> Miss is min(Miss0, Miss1) ; Miss = Miss0 ).
+    Miss is min(Miss0, Miss1).          % of what does not fail it is 0
 degree(not, _, S1, degree(L1, H1, _), degree(L, H, Miss)) :-
     L is 1 - H1,
     H is 1 - L1,
@@ -161,7 +161,7 @@ start_degree(full, Degree, Degree).
 
 %!  settled(+Join, +Want, +Sum) is semidet.
 %
-%   No further part can change what is wanted.
+%   No further part can change what is wanted. Of a count all groups are asked.
 
 settled(all, Want, sum(S, Degree)) :-
     S == fails,
@@ -172,8 +172,6 @@ settled(any, Want, sum(S, Degree)) :-
 settled(not, _, _) :- fail.
 settled(if_known, _, _) :- fail.
 settled(expect(_), Want, _) :- Want == state.
-settled(at_least(_), _, _) :- fail.
-settled(at_most(_), _, _) :- fail.
 
 settled_all(state, _).
 settled_all(full, degree(_, H, left(Left, _))) :-

@@ -181,6 +181,10 @@ settled(implies(measured(f1), counted(all([]))), state, 1).
 test(what_settles_a_test, forall(settled(Test, Want, Count))) :-
     asked(said(Test, user, Want, _), Asked),
     assertion(Test-Asked == Test-Count).
+test(state_asks_less_than_the_outline, Asked-All == 0-1) :-
+    Test = any([at_least(tilt(f2), 27), counted(all([]))]),
+    asked(state(Test, user, _), Asked),
+    asked(outline(Test, user, _), All).
 test(proof_has_all_parts, Asked == 2) :-
     asked(evaluate(any([counted(all([])), counted(all([]))]), user, _), Asked).
 
