@@ -1,4 +1,6 @@
 :- module(facetlog_body_code, [ body_code/3,          % +Goal, +Context, -Code
+                                written_as/3,         % +Goal, -Written, -Module
+                                listed_code/8,        % +Order, +Inputs, +X, +Goals, ... -Xs, -Code
                                 conjuncts/2,          % +Goal, -Goals
                                 conjunction/2         % +Codes, -Code
                               ]).
@@ -44,30 +46,24 @@ code(!, _, _, !) :- !.
 code(Module:Goal, _, Context, Code) :- !, code(Goal, Module, Context, Code).
 code(fact(Fact), _, Context, Code) :- !, fact_code(Fact, Context, Code).
 code(in(_, _), _, _, _) :- !, throw(facetlog_general(in)).
+code(Goal0, _, Context, Code) :-
+    written_as(Goal0, Goal, Module),
+    !,
+    code(Goal, Module, Context, Code).
 code(possible(Test), Module, Context, Code) :- !, test_goal(possible, Test, Module, Context, Code).
 code(holds(Test), Module, Context, Code) :- !, test_goal(holds, Test, Module, Context, Code).
-code(possible_in(Module, Test), _, Context, Code) :-
-    !,
-    test_goal(possible, Test, Module, Context, Code).
-code(holds_in(Module, Test), _, Context, Code) :- !, test_goal(holds, Test, Module, Context, Code).
 code(chosen(Inputs, X, Goals), Module, Context, Code) :-
     !,
-    chosen_code(Inputs, Goals, X, Module, Context, Chosen, Xs),
-    Code = ( Chosen, lists:member(X, Xs) ).
+    listed_code(as_found, Inputs, X, Goals, Module, Context, Xs, Listed),
+    Code = ( Listed, lists:member(X, Xs) ).
 code(among_chosen(Inputs, X, Goals), Module, Context, Code) :-
     !,
-    chosen_code(Inputs, Goals, X, Module, Context, Chosen, Xs),
-    Code = ( Chosen, memberchk(X, Xs) ).
+    listed_code(as_found, Inputs, X, Goals, Module, Context, Xs, Listed),
+    Code = ( Listed, memberchk(X, Xs) ).
 code(as_far_as_seen(Thing, Steps, Parts), Module, Context, Code) :-
     !,
     seen_code(Thing, Steps, Parts, Module, Context, Code).
-code(as_far_as_seen_in(Module, Thing, Steps, Parts), _, Context, Code) :-
-    !,
-    seen_code(Thing, Steps, Parts, Module, Context, Code).
 code(longest_first(Measures, Sorted), Module, Context, Code) :-
-    !,
-    sorted_code(Measures, Sorted, Module, Context, Code).
-code(longest_first_in(Module, Measures, Sorted), _, Context, Code) :-
     !,
     sorted_code(Measures, Sorted, Module, Context, Code).
 code(measure(Measure, V, Sd, Kind), measures, Context, Code) :-
@@ -109,6 +105,15 @@ code(Goal, Module, Context, Code) :-
 code(Goal, Module, Context, Code) :-
     ( reaches_facts(Goal, Module) -> asks_all(Context) ; true ),
     placed(Goal, Module, Code).
+
+%!  written_as(+Goal, -Written, -Module) is semidet.
+%
+%   A checked file has Goal where its author wrote Written, whose words are those of Module.
+
+written_as(possible_in(Module, Test), possible(Test), Module).
+written_as(holds_in(Module, Test), holds(Test), Module).
+written_as(as_far_as_seen_in(Module, Thing, Steps, Parts), as_far_as_seen(Thing, Steps, Parts), Module).
+written_as(longest_first_in(Module, Measures, Sorted), longest_first(Measures, Sorted), Module).
 
 code_in(Module, Context, Goal, Code) :-
     code(Goal, Module, Context, Code).
@@ -241,20 +246,28 @@ copy(Source, Goal, Context, Code) :-
     Goal =.. [_|Args],
     Code =.. [New|Args].
 
-%   Chosen finds Xs, the faces of joins.pl.
-chosen_code(Inputs, Goals, X, Module, Context, Chosen, Xs) :-
+%!  listed_code(+Order, +Inputs, +X, +Goals, +Module, +Context, -Xs, -Code) is det.
+%
+%   Code finds Xs, all X for which Goals of Module succeed: for the Inputs on which that depends it is worked
+%   out once a scene. Order is `as_found` or `sorted`, each once.
+
+listed_code(Order, Inputs, X, Goals, Module, Context, Xs, Code) :-
     copy_term(Inputs-X-Goals, Inputs1-X1-Goals1),
     append(Inputs1, [Xs1], Args1),
-    helper(Context, chosen(Module, Inputs1, X1, Goals1), Args1, Head, New),
+    helper(Context, listed(Order, Module, Inputs1, X1, Goals1), Args1, Head, New),
     (   New == true
     ->  conjunction(Goals1, Goal),
-        code(findall(X1, Goal, Xs1), Module, Context, Body),
+        collected(Order, X1, Goal, Xs1, Collected),
+        code(Collected, Module, Context, Body),
         put_remembered(Context, Head, Inputs1, [Xs1], Body)
     ;   true
     ),
     Head =.. [Name|_],
     append(Inputs, [Xs], Args),
-    Chosen =.. [Name|Args].
+    Code =.. [Name|Args].
+
+collected(as_found, X, Goal, Xs, findall(X, Goal, Xs)).
+collected(sorted, X, Goal, Xs, ( findall(X, Goal, Found), sort(Found, Xs) )).
 
 %   Words that go through the whole thing, and are asked again and again: a function of their first
 %   argument (det or semidet), or some answers for it (nondet).

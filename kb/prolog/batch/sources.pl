@@ -13,8 +13,7 @@ A condition on "each face other where ..." has its faces found by its body:
     sort(Found, Xs)
 
 Who these are but for the parts themselves depends on few of the parts, if on any: they are found once
-for those. Where Test asks for all of the parts, it has steps that ask for one, and what is not
-possible for that one need not be asked further.
+for those.
 
 A source is source(X, Goals, Excluded, Test, Xs), where Goals are those without the exclusion and the
 test, and Test is all([]) if there is none. A scope is scope(Thing, Parts, Derived): the variables for
@@ -23,7 +22,6 @@ the thing and its parts, and those that a body binds.
 
 :- use_module(library(lists)).
 :- use_module(library(apply)).
-:- use_module(library(ordsets)).
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(body_code)).
 
@@ -39,8 +37,7 @@ written_body(Module, Body, Goals) :-
     maplist(as_written(Module), Goals1, Goals).
 
 as_written(_, Goal, Goal) :- var(Goal), !.
-as_written(Module, possible_in(Of, Test), possible(Test)) :- Of == Module, !.
-as_written(Module, longest_first_in(Of, Ms, Sorted), longest_first(Ms, Sorted)) :- Of == Module, !.
+as_written(Module, Goal, Written) :- written_as(Goal, Written, Of), Of == Module, !.
 as_written(Module, findall(X, Goal0, Xs), findall(X, Goal, Xs)) :-
     !,
     conjuncts(Goal0, Goals0),
@@ -132,18 +129,10 @@ few_inputs(Term, Scope, Inputs) :-
 source_code(Source, Scope, Context, Code) :-
     Source = source(X, Goals, Excluded, Test, Xs),
     Context = context(Module, _, _),
-    (   own_inputs(Source, Test, Scope, Inputs)
-    ->  all_code(Source, Inputs, Context, All, AllCode),
+    (   own_inputs(Source, Scope, Inputs)
+    ->  ( Test == all([]) -> Searched = Goals ; append(Goals, [possible(Test)], Searched) ),
+        listed_code(sorted, Inputs, X, Searched, Module, Context, All, AllCode),
         Code = ( AllCode, facetlog_sources:without(Excluded, All, Xs) )
-    ;   narrower(Test, X, Scope, Tests),
-        \+ ( member(Some, Tests), \+ own_inputs(Source, Some, Scope, _) )
-    ->  maplist(narrow_code(Source, Scope, Context), Tests, Lists, Codes),
-        conjunction(Codes, ListsCode),
-        body_code(Module:possible(Test), Context, Possible),
-        inputs(Test-Excluded, Scope, Seen),
-        called(( lists:member(X, Union), \+ memberchk(X, Excluded), Possible ), X-Union-Seen,
-               Context, Call),
-        Code = ( ListsCode, facetlog_sources:together(Lists, Union), findall(X, Call, Xs) )
     ;   conjunction(Goals, Goal),
         body_code(Module:( findall(X, ( Goal, \+ memberchk(X, Excluded), possible(Test) ), Found),
                            sort(Found, Xs) ), Context, Code)
@@ -162,71 +151,10 @@ step_code(Scope, Context, Step, Code) :-
     ).
 
 %   The variable of the source and what is local to its goals are no inputs.
-own_inputs(source(X, Goals, _, _, _), Test, scope(Thing, Parts, Derived0), Inputs) :-
+own_inputs(source(X, Goals, _, Test, _), scope(Thing, Parts, Derived0), Inputs) :-
     term_variables(X-Goals, Own),
     exclude(among(Own), Derived0, Derived),
     few_inputs(Goals-Test, scope(Thing, Parts, Derived), Inputs).
-
-%!  all_code(+Source, +Inputs, +Context, -All, -Code) is det.
-%
-%   Code finds All, the same with those that are excluded, in order.
-
-all_code(source(X, Goals, _, Test, _), Inputs, Context, All, Code) :-
-    Context = context(Module, _, _),
-    copy_term(X-Goals-Test-Inputs, X1-Goals1-Test1-Inputs1),
-    append(Inputs1, [All1], Args1),
-    helper(Context, listed(Module, X1, Goals1, Test1, Inputs1), Args1, Head, New),
-    (   New == true
-    ->  conjunction(Goals1, Goal),
-        ( Test1 == all([]) -> Searched = Goal ; Searched = ( Goal, possible(Test1) ) ),
-        body_code(Module:( findall(X1, Searched, Found), sort(Found, All1) ), Context, Body),
-        put_remembered(Context, Head, Inputs1, [All1], Body)
-    ;   true
-    ),
-    Head =.. [Name|_],
-    append(Inputs, [All], Args),
-    Code =.. [Name|Args].
-
-%   For each way in which Test may be possible, what must be for one part.
-narrower(Test, X, Scope, Tests) :-
-    ( Test = any(Ways), is_list(Ways) -> true ; Ways = [Test] ),
-    maplist(narrow(X, Scope), Ways, Tests).
-
-narrow(X, Scope, Way, all(Steps)) :-
-    ( Way = all(All), is_list(All) -> true ; All = [Way] ),
-    Scope = scope(_, Parts, _),
-    findall(Count-Numbers,
-            ( member(Part, [none|Parts]),
-              findall(Number,
-                      ( nth1(Number, All, Step), asks_only(Step, X, Part, Scope) ),
-                      Numbers),
-              length(Numbers, Count),
-              Count > 0 ),
-            Found),
-    sort(1, @>=, Found, [_-Best|_]),
-    maplist(nth_of(All), Best, Steps).
-
-nth_of(List, Number, Element) :- nth1(Number, List, Element).
-
-%   The thing may be asked for as well.
-asks_only(Step, X, Part, scope(_, Parts, Derived)) :-
-    term_variables(Step, Variables),
-    among(Variables, X),
-    \+ ( member(Variable, Derived), Variable \== X, among(Variables, Variable) ),
-    include(among(Variables), Parts, Asked),
-    ( Part == none -> Asked == [] ; Asked = [Only], Only == Part ).
-
-narrow_code(Source0, Scope, Context, Test, All, Code) :-
-    Source0 = source(X, Goals, Excluded, _, Xs),
-    own_inputs(Source0, Test, Scope, Inputs),
-    all_code(source(X, Goals, Excluded, Test, Xs), Inputs, Context, All, Code).
-
-%!  together(+Lists, -Union) is det.
-
-together([List], List) :- !.
-together(Lists, Union) :-
-    append(Lists, All),
-    sort(All, Union).
 
 %!  without(+Excluded, +Names, -Others) is det.
 
