@@ -1,6 +1,6 @@
 """`facetlog model check`: all faults of model files, each with its place and the way out."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -62,14 +62,7 @@ def check_command(
 
 
 def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool) -> Ran:
-    from facetlog.commands.model.fault_text import (
-        distinct,
-        errors_in,
-        faults_json,
-        faults_text,
-    )
-    from facetlog.commands.model.junit import faults_junit
-    from facetlog.commands.model.sarif import faults_sarif
+    from facetlog.commands.model.fault_text import distinct, errors_in
 
     paths = model_files(arguments)
     used: set[Path] = set()
@@ -81,17 +74,39 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool) ->
         read |= {str(name): file for name, file in analysis.library.files.items()}
         found.extend(faults)
     faults = distinct(found)
-    write: dict[Output, Callable[[Sequence[Path], Sequence[Fault]], str]] = {
-        Output.TEXT: faults_text,
-        Output.JSON: faults_json,
-        Output.SARIF: faults_sarif,
-        Output.JUNIT: partial(faults_junit, read=read, warnings_as_errors=warnings_as_errors),
-    }
-    typer.echo(write[output](paths, faults))
+    typer.echo(_written(output, paths, faults, read, warnings_as_errors=warnings_as_errors))
     if any(fault.code == "unreadable" for fault in faults):
         return Ran(InputError.exit_code, frozenset(used))
     bad = len(faults) if warnings_as_errors else errors_in(faults)
     return Ran(NO if bad else YES, frozenset(used))
+
+
+def _written(
+    output: Output,
+    paths: Sequence[Path],
+    faults: "Sequence[Fault]",
+    read: "Mapping[str, File]",
+    *,
+    warnings_as_errors: bool,
+) -> str:
+    """The faults in one of the outputs; what writes the others is not loaded."""
+    match output:
+        case Output.TEXT:
+            from facetlog.commands.model.fault_text import faults_text
+
+            return faults_text(paths, faults)
+        case Output.JSON:
+            from facetlog.commands.model.fault_text import faults_json
+
+            return faults_json(paths, faults)
+        case Output.SARIF:
+            from facetlog.commands.model.sarif import faults_sarif
+
+            return faults_sarif(paths, faults)
+        case Output.JUNIT:
+            from facetlog.commands.model.junit import faults_junit
+
+            return faults_junit(paths, faults, read=read, warnings_as_errors=warnings_as_errors)
 
 
 def analysed(path: Path, text: str | None = None, memory: "Memory | None" = None) -> "Analysis":
