@@ -1,6 +1,6 @@
 """`facetlog model check`: all faults of model files, each with its place and the way out."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -22,7 +22,7 @@ __all__ = ["analysed", "check_command", "checked"]
 
 
 class Output(StrEnum):
-    """How faults are told."""
+    """How faults are reported."""
 
     TEXT = "text"
     JSON = "json"
@@ -67,16 +67,7 @@ def check_command(
 
 
 def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool, limits: bool) -> Ran:
-    from facetlog.commands.model.fault_text import (
-        distinct,
-        errors_in,
-        faults_json,
-        faults_text,
-        plain,
-    )
-    from facetlog.commands.model.junit import faults_junit
-    from facetlog.commands.model.sarif import faults_sarif
-    from facetlog.grammar.limits import limits as limits_of
+    from facetlog.commands.model.fault_text import distinct, errors_in
 
     paths = model_files(arguments)
     used: set[Path] = set()
@@ -88,21 +79,51 @@ def _check(arguments: list[str], output: Output, *, warnings_as_errors: bool, li
         used |= {*analysis.library.files, *analysis.library.words}
         read |= {str(name): file for name, file in analysis.library.files.items()}
         found.extend(faults)
-        shown += (plain(str(limit)) for limit in limits_of(analysis) if limits)
+        if limits:
+            shown += _limits(analysis)
     faults = distinct(found)
-    write: dict[Output, Callable[[Sequence[Path], Sequence[Fault]], str]] = {
-        Output.TEXT: faults_text,
-        Output.JSON: faults_json,
-        Output.SARIF: faults_sarif,
-        Output.JUNIT: partial(faults_junit, read=read, warnings_as_errors=warnings_as_errors),
-    }
-    typer.echo(write[output](paths, faults))
+    typer.echo(_written(output, paths, faults, read, warnings_as_errors=warnings_as_errors))
     for line in shown:
         typer.echo(line)
     if any(fault.code == "unreadable" for fault in faults):
         return Ran(InputError.exit_code, frozenset(used))
     bad = len(faults) if warnings_as_errors else errors_in(faults)
     return Ran(NO if bad else YES, frozenset(used))
+
+
+def _limits(analysis: "Analysis") -> Iterator[str]:
+    from facetlog.commands.model.fault_text import plain
+    from facetlog.grammar.limits import limits
+
+    return (plain(str(limit)) for limit in limits(analysis))
+
+
+def _written(
+    output: Output,
+    paths: Sequence[Path],
+    faults: "Sequence[Fault]",
+    read: "Mapping[str, File]",
+    *,
+    warnings_as_errors: bool,
+) -> str:
+    """The faults in one of the outputs; what writes the others is not loaded."""
+    match output:
+        case Output.TEXT:
+            from facetlog.commands.model.fault_text import faults_text
+
+            return faults_text(paths, faults)
+        case Output.JSON:
+            from facetlog.commands.model.fault_text import faults_json
+
+            return faults_json(paths, faults)
+        case Output.SARIF:
+            from facetlog.commands.model.sarif import faults_sarif
+
+            return faults_sarif(paths, faults)
+        case Output.JUNIT:
+            from facetlog.commands.model.junit import faults_junit
+
+            return faults_junit(paths, faults, read=read, warnings_as_errors=warnings_as_errors)
 
 
 def analysed(path: Path, text: str | None = None, memory: "Memory | None" = None) -> "Analysis":
