@@ -25,7 +25,10 @@ serve :-
     (   Term == end_of_file
     ->  true
     ;   Term = case(Facts, Files, Crisp, Tests, Pairs, Models),
-        answers(Facts, Files, Crisp, Tests, Pairs, Models, Answers),
+        (   answers(Facts, Files, Crisp, Tests, Pairs, Models, Answers0)
+        ->  Answers = Answers0
+        ;   Answers = []                % so that whoever waits for them sees it
+        ),
         json_write_dict(user_output, Answers, [width(0)]),
         nl(user_output),
         flush_output(user_output),
@@ -163,6 +166,9 @@ limits(fading(Within, Width), Limits) :-
     !,
     limits(Within, Limits0),
     append(Limits0, [Width], Limits).
+limits(soft(Within, Width), Limits) :-
+    !,
+    limits(fading(Within, Width), Limits).
 limits(Within, Limits) :-
     Within =.. Limits.
 
@@ -204,7 +210,7 @@ brief_verdicts(Modules, Facts, Models, Rows) :-
             facetlog_batch:brief_verdicts(Scene, Verdicts),
             findall(Row,
                     ( member(Model, Models),
-                      memberchk(brief(Model, _, State, Low, High, Parts, Sizes), Verdicts),
+                      memberchk(brief(Model, _, State, Low, High, Parts, Sizes, _), Verdicts),
                       verdict_row(State, Low, High, Parts, Sizes, Row) ),
                     Rows) ),
           Error, ( error_row(Error, Row), findall(Row, member(_, Models), Rows) )),

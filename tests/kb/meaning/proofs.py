@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from tests.kb.meaning.quantities import FORMS, compared, quantity
+from tests.kb.meaning.quantities import FORMS, SLOPES, compared, quantity
 from tests.kb.meaning.reference import instances, said, word_scene
 from tests.kb.meaning.scene import FAILS, HOLDS, STATES, UNKNOWN, Outline, Scene
 from tests.kb.meaning.terms import Term, prolog
@@ -61,7 +61,7 @@ def _inside(scene: Scene, test: Term) -> Inside:
             return _counted(scene, test)
         case ("is_a", thing, model):
             return [["judged", _why_not_judged(scene, scene.name(thing), str(model))]], [], True
-        case (str(form), *_) if form in FORMS or form == "fading":
+        case (str(form), *_) if form in (*FORMS, *SLOPES):
             return _compared(scene, test), [], True
         case (str(name), one) if name in scene.case.words:
             return [["short"]], [proof_of(word_scene(scene, one), scene.case.words[name])], True
@@ -100,6 +100,8 @@ def _compared(scene: Scene, test: Term) -> Sequence[Sequence[object]]:
 def _expressions(test: Term) -> list[Term]:
     """In the order in which they are looked for: the measure, what fades, the limits."""
     assert isinstance(test, tuple)
+    if test[0] == "soft":
+        return _expressions(test[1])
     if test[0] == "fading":
         measure, *limits = _expressions(test[1])
         return [measure, test[2], *limits]

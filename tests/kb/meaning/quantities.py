@@ -14,6 +14,7 @@ from tests.kb.meaning.terms import Term
 __all__ = ["Compared", "Quantity", "compared", "quantity"]
 
 FORMS = ("near", "between", "at_least", "at_most")
+SLOPES = ("fading", "soft")
 TOLERANCES = {"level": 10}
 OWN_TOLERANCES = {"rules": 12, "asking": 7}
 DIMENSIONS = {"deg": 0, "ratio": 0, "length": 1, "area": 2}
@@ -29,7 +30,8 @@ class Quantity(NamedTuple):
 
 class Compared(NamedTuple):
     """A quantity against its limits: what is said of it, the limits in numbers, how wide they fade
-    (None if they do not), and for each edge its side, distance and variance, the lower first."""
+    (None if they do not), whose slopes are about the limits or beyond them, and for each edge its
+    side, distance and variance, the lower first."""
 
     said: Outline
     quantity: Quantity
@@ -41,7 +43,8 @@ class Compared(NamedTuple):
 def compared(scene: Scene, test: Term) -> Compared | None:
     """The test of a measure against its limits; None where the scene does not know one of them."""
     assert isinstance(test, tuple)
-    bounds, width = (test[1], test[2]) if test[0] == "fading" else (test, None)
+    bounds, slopes = (test[1], test[2]) if test[0] in SLOPES else (test, None)
+    width = slopes if test[0] == "fading" else None
     assert isinstance(bounds, tuple)
     form, measure, *limits = bounds
     found = quantity(scene, measure)
@@ -71,6 +74,12 @@ def compared(scene: Scene, test: Term) -> Compared | None:
     within = (form, *(one.value for one in known))
     counted = isinstance(measure, tuple) and measure[0] == "count"
     said = _said(edges, within, fades, crisp=scene.case.crisp, counted=counted)
+    if test[0] == "soft":
+        fades = 2 * float(str(slopes)) * _scale(within)
+        state, _, _, miss = said
+        if said[1:3] != (0, 1) and not scene.case.crisp:  # of the degree alone
+            degree = _inside([_faded(d, var, fades) for _, d, var in edges])
+            said = (state, degree, degree, miss)
     return Compared(said, found, within, fades, edges)
 
 
@@ -101,7 +110,7 @@ def _said(
 ) -> Outline:
     sharp = fades is None or crisp
     inside = [_mass(d, var) if sharp else _faded(d, var, fades or 0) for _, d, var in edges]
-    degree = min(1, max(0, sum(inside) - len(inside) + 1))
+    degree = _inside(inside)
     side, distance, var = min(edges, key=lambda edge: edge[1])
     if distance >= 0:
         return (UNKNOWN if degree < 0.5 - 1e-9 else HOLDS, degree, degree, 0)
@@ -109,11 +118,20 @@ def _said(
     if counted and side == "below":
         return (UNKNOWN, 0, 1, 0)
     # A miss by a tolerance is a half; what is not measured more exactly has its deviation.
+    tolerance = max(_scale(within) + (fades or 0) / 2, math.sqrt(var))
+    return (FAILS, degree, degree, distance / (distance - tolerance))
+
+
+def _inside(masses: Sequence[float]) -> float:
+    """The mass between the edges, from that on the inner side of each."""
+    return min(1, max(0, sum(masses) - len(masses) + 1))
+
+
+def _scale(within: Sequence[object]) -> float:
+    """Half the width of a region, its tolerance, or its limit."""
     form, *limits = within
     low, high = (float(str(one)) for one in (limits[0], limits[-1]))
-    scale = abs(high - low) / 2 if form == "between" else abs(high)
-    tolerance = max(scale + (fades or 0) / 2, math.sqrt(var))
-    return (FAILS, degree, degree, distance / (distance - tolerance))
+    return abs(high - low) / 2 if form == "between" else abs(high)
 
 
 def _mass(distance: float, var: float) -> float:

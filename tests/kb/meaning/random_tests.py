@@ -147,6 +147,8 @@ class Drawing:
         form = self.draw.choice(("near", "between", "at_least", "at_most"))
         limits = {"near": (finite, finite), "between": (limit, limit)}.get(form, (limit,))
         test: Term = (form, measure, *(one() for one in limits))
+        if self.draw.random() < 0.2:
+            return ("soft", test, self.draw.choice((0, 0.1, 0.5)))
         return ("fading", test, finite()) if self.draw.random() < 0.2 else test
 
     def _limit(self, kind: str) -> Term:

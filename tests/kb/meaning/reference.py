@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
-from tests.kb.meaning.quantities import FORMS, compared
+from tests.kb.meaning.quantities import FORMS, SLOPES, compared
 from tests.kb.meaning.scene import FAILS, HOLDS, UNKNOWN, Outline, Scene
 from tests.kb.meaning.terms import Term
 
@@ -51,7 +51,7 @@ def said(scene: Scene, test: Term) -> Outline:
             return _at_least(count, every) if bound == "at_least_of" else _at_most(count, every)
         case ("is_a", thing, str(model)):
             return _model(scene, scene.name(thing), model)
-        case (str(form), *_) if form in FORMS or form == "fading":
+        case (str(form), *_) if form in (*FORMS, *SLOPES):
             found_within = compared(scene, test)
             return (UNKNOWN, 0, 1, 0) if found_within is None else found_within.said
         case (str(name), one) if name in scene.case.words:
