@@ -21,7 +21,7 @@ from facetlog.perception.facts.fact_schema import FEWEST_VIEWS
 __all__ = ["Unseen", "unseen"]
 
 # A face that is looked at from further off its normal than this is seen at a grazing angle: cos 75°
-# is a quarter of what one sees from the front (perception's witnesses ask for as much).
+# is a quarter of what one sees from the front (perception's photometric views ask for as much).
 GRAZING_DEG = 75.0
 # What nobody looked at from within this is worth another look; half a right angle sees both faces
 # of an edge.
