@@ -36,13 +36,12 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(ask)).
 :- use_module(facetlog_kb(loader)).
 :- use_module(facetlog_kb(reading)).
-:- use_module(facetlog_kb(question)).
-:- use_module(facetlog_kb(array_plan)).
+:- use_module(facetlog_kb(ask_scenes)).
 :- use_module(facetlog_kb(words)).
 :- use_module(facetlog_kb(bounded_text)).
 :- use_module(facetlog_kb(small_terms)).
-:- use_module(facetlog_kb(plain_errors)).
-:- use_module(facetlog_kb(answers)).
+:- use_module(facetlog_kb(faults)).
+:- use_module(facetlog_kb(plain_errors)).          % placed/9
 :- use_module(facetlog_kb(python)).
 :- use_module(facetlog(vocabulary)).
 
@@ -111,92 +110,9 @@ operation("add_facts", Text, [Reply]) :-
     ok(true, Reply).
 operation("query", Text, [Head|Chunk]) :-
     term_string(query(Base, Scenes, Most, Fewest, Bounds, Bindings, Question), Text),
-    bounded(Bounds, answers(Fewest, Base, Scenes, Most, Bindings, Question, Head0, Chunk)),
+    bounded(Bounds, ( ask_base(Base, Scenes),
+                      answers(Fewest, Base, Scenes, Most, Bindings, Question, Head0, Chunk) )),
     ok(Head0, Head).
-
-%   Head are the names of the columns of each Chunk. Where arrays can find the answers, and there are
-%   at least Fewest facts to look at, there is first plan(Names, Scenes, Plan) (array_plan.pl). The
-%   chunks come after it, for whoever cannot follow it. Of its scenes it has
-%   scene(Name, Scene, Generations), which tell when each fact of the plan was last changed.
-answers(Fewest, Base, Scenes, Most, Bindings, Text, Head, Chunk) :-
-    ask_base(Base, Scenes),
-    question(Text, Bindings, question(Goal, Names0, Vars, PerScene, Checked)),
-    (   PerScene == true
-    ->  findall(Asked, asked_scene(Base, Scenes, Asked), All),
-        scene_column(All, Names0, Names),
-        (   planned(Fewest, All, Checked, Vars, Dated, Plan),
-            Head = plan(Names, Dated, Plan),
-            Chunk = []
-        ;   Head = Names,
-            per_scene(All, Goal, Vars, Row, Run),
-            chunk(Row, Run, Most, Chunk)
-        )
-    ;   nb_setval(facetlog_scene, none),
-        Head = Names0,
-        chunk(Vars, facetlog_query:Goal, Most, Chunk)
-    ).
-
-scene_column([_], Names, Names) :- !.
-scene_column(_, Names, _) :-
-    memberchk('Scene', Names),
-    !,
-    throw(question_error(0, 0, "Scene is the name of the first column when several scenes are asked: call this variable something else", [])).
-scene_column(_, Names, ['Scene'|Names]).
-
-planned(Fewest, All, checked(Goal, Scope), Vars, Dated, Plan) :-
-    integer(Fewest),
-    findall(Indicator, fact_schema(Indicator, _), Every),
-    mostly_large(All, Every, Fewest),   % sooner seen than a plan is made
-    array_plan(Goal, Vars, Scope, Plan),
-    !,
-    Plan = plan(_, _, Facts),
-    mostly_large(All, Facts, Fewest),
-    maplist(dated(Facts), All, Dated).
-
-dated(Facts, Name-Scene, scene(Name, Scene, Generations)) :-
-    maplist(last_changed(Scene), Facts, Generations).
-
-%   Most scenes have a fact that is there so often. Of few facts Prolog is as fast.
-mostly_large(All, Facts, Fewest) :-
-    partition(large(Facts, Fewest), All, Large, Small),
-    length(Large, Count),
-    length(Small, Rest),
-    Count > Rest.
-
-large(_, 0, _) :- !.
-large(Facts, Fewest, _-Scene) :-
-    member(Name/Arity, Facts),
-    functor(Head, Name, Arity),
-    nth_clause(Scene:Head, Fewest, _),
-    !.
-
-%   To count the clauses would take as long as to visit them.
-last_changed(Scene, Name/Arity, Generation) :-
-    functor(Head, Name, Arity),
-    (   predicate_property(Scene:Head, last_modified_generation(Generation0))
-    ->  Generation = Generation0
-    ;   Generation = 0
-    ).
-
-per_scene([_-Scene], Goal, Vars, Vars, in_scene(Scene, facetlog_query:Direct)) :-
-    !,
-    direct(Goal, Scene, Direct).
-per_scene(All, Goal, Vars, [Name|Vars],
-          ( member(Name-Scene, All), in_scene(Scene, facetlog_query:Direct) )) :-
-    direct(Goal, Scene, Direct).
-
-%   Facts that are asked outright are asked of the scene itself: that is twice as fast as to look for
-%   the current one.
-direct(Goal, _, Goal) :-
-    var(Goal),
-    !.
-direct(fact(Fact), Scene, Scene:Fact) :- !.
-direct((A , B), Scene, (C , D)) :- !, direct(A, Scene, C), direct(B, Scene, D).
-direct((A ; B), Scene, (C ; D)) :- !, direct(A, Scene, C), direct(B, Scene, D).
-direct((A -> B), Scene, (C -> D)) :- !, direct(A, Scene, C), direct(B, Scene, D).
-direct((A *-> B), Scene, (C *-> D)) :- !, direct(A, Scene, C), direct(B, Scene, D).
-direct(\+ A, Scene, \+ B) :- !, direct(A, Scene, B).
-direct(Goal, _, Goal).
 
 deterministic(Operation) :-
     clause(result(Operation, _, _), _),
@@ -390,62 +306,3 @@ told_shortly(Error, Error) :-
     !.
 told_shortly(Error, Short) :-
     shortened(Error, Short).
-
-fault(facetlog_interrupt(Why), "limit", Message, []) :-
-    !,
-    interrupt_message(Why, Message).
-fault(question_error(Start, End, Format, Args), "question", Message, [Start, End]) :-
-    !,
-    format(string(Message), Format, Args).
-fault(rule_faults(Messages), "rules", Message, []) :-
-    !,
-    atomic_list_concat(Messages, '\n', Message).
-fault(error(type_error(comparable, Test), _), "rules", Message, []) :-
-    !,
-    format(string(Message),
-           "~p compares a length with a bare number: write metres(...) or a share of another length",
-           [Test]).
-fault(error(existence_error(Kind, What), _), "rules", Message, []) :-
-    memberchk(Kind, [word, tolerance]),
-    !,
-    format(string(Message), "~p is no ~w of the model or the vocabulary", [What, Kind]).
-fault(error(existence_error(model, Model), _), "rules", Message, []) :-
-    !,
-    format(string(Message), "a rule asks for the model ~w, which is not loaded", [Model]).
-fault(error(existence_error(Kind, Name), _), "question", Message, [0, 0]) :-
-    nothing_of(Kind, Format),
-    !,
-    format(string(Message), Format, [Name]).
-fault(error(python_error(Key, Message), _), "python", Message, [Key]) :- !.
-fault(inference_limit_exceeded, "limit", "the limit of inferences was reached", []) :- !.
-fault(error(resource_error(What), _), "limit", Message, []) :-
-    !,
-    resource(What, Name),
-    format(string(Message), "the limit of ~w was reached", [Name]).
-fault(models_not_ready(Models, Error), Kind, Message, Place) :-
-    !,
-    fault(Error, Kind, Why, Place),
-    atomic_list_concat(Models, ', ', Names),
-    format(string(Message), "the model ~w cannot be prepared: ~w", [Names, Why]).
-fault(Error, "prolog", Message, []) :-
-    plain_error(Error, Message),
-    !.
-fault(Error, "prolog", Message, []) :-
-    '$messages':translate_message(Error, Lines, [nl]),
-    with_output_to(string(Message0), print_message_lines(current_output, '', Lines)),
-    normalize_space(string(Message), Message0).
-
-nothing_of(thing, "the scene has no thing ~w").
-nothing_of(part, "the scene has no face or edge ~w").
-nothing_of(role, "the model has no part ~w").
-nothing_of(name, "the scene has neither a name nor a fact ~w").
-
-interrupt_message(time_limit, "the time limit was reached").
-interrupt_message(stopped, "the question was stopped").
-
-resource(inferences, "inferences") :- !.
-resource(What, "memory (Prolog's stacks)") :- memberchk(What, [stack, private_table_space]), !.
-resource(text, "text (characters of names that are made)") :- !.
-resource(term_size, "the size of a term") :- !.
-resource(number_length, "the length of a number") :- !.
-resource(What, What).

@@ -3,7 +3,8 @@
 
 /** <module> Questions that need no search: what is to be looked up in columns of facts
 
-Facts alone, compared and joined, and faces of which each two pass a test are answered from arrays in Python (kb/arrays/), with the same rows
+Facts alone, compared and joined, and faces of which each two pass a test are answered from arrays in Python
+(kb/arrays/), with the same rows
 in the same order as Prolog finds them. A plan is
 
     plan(Columns, Steps, Facts)
