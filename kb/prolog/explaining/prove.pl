@@ -164,10 +164,11 @@ best_member(Members, Rank, Member, Proof) :-
     findall(R-(M-P), ( member(M-P, Members), rank(P, R) ), Ranked),
     keysort(Ranked, [Rank-(Member-Proof)|_]).
 
+%   In the order of terms 0.0 and 0 differ, and so would -0.0.
 rank(proof(State, Low, High, _, _, _), rank(Order, LessLow, LessHigh)) :-
     order(State, Order),
-    LessLow is -Low,
-    LessHigh is -High.
+    LessLow is 0.0 - Low,
+    LessHigh is 0.0 - High.
 
 order(holds, 0).
 order(unknown, 1).

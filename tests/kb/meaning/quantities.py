@@ -90,8 +90,9 @@ def _edges(
     if form == "near":
         target, tolerance = limits
         var = variance + target.variance + tolerance.variance
-        off = value - target.value
-        return [("below", off + tolerance.value, var), ("above", tolerance.value - off, var)]
+        # Summed as compare.pl does: a value in the limit itself is not to fail by rounding.
+        below = value - target.value + tolerance.value
+        return [("below", below, var), ("above", target.value + tolerance.value - value, var)]
     edges = []
     if form in ("between", "at_least"):
         edges.append(("below", value - limits[0].value, variance + limits[0].variance))
