@@ -1,5 +1,7 @@
 :- module(measures, [ measure/4,            % +Measure, -Value, -Sd, -Kind
-                      known_measure/1       % ?Measure
+                      known_measure/1,      % ?Measure
+                      measure_of_space/1,   % ?Name
+                      hidden_part/4         % +Measure, -Fact, -IfFree, -IfFull
                     ]).
 
 /** <module> The measures of the vocabulary
@@ -82,6 +84,35 @@ measure(mean(List), V, Sd, Kind)        :- of_list(mean(List), V, Sd, Kind).
 
 known_measure(Measure) :-
     clause(measure(Measure, _, _, _), _).
+
+%!  hidden_part(+Measure, -Fact, -IfFree, -IfFull) is semidet.
+%
+%   Space that was not seen may change Measure: where it does, the scene has Fact, with the values if
+%   all of that is free, and if all is full.
+
+hidden_part(Measure, unseen_bounds(Name, X, IfFree, IfFull), IfFree, IfFull) :-
+    compound(Measure),
+    compound_name_arguments(Measure, Name, [X]),
+    measure_of_space(Name).
+
+%!  measure_of_space(?Name) is nondet.
+%
+%   Measures of one thing, or of a face in it, that its space has: what is full, free or was not seen.
+
+measure_of_space(footprint).
+measure_of_space(solidity).
+measure_of_space(cover).
+measure_of_space(level_length).
+measure_of_space(level_width).
+measure_of_space(built_over).
+measure_of_space(room_below).
+measure_of_space(room_above).
+measure_of_space(free_below).
+measure_of_space(see_through).
+measure_of_space(see_across).
+measure_of_space(rise_side).
+measure_of_space(rise_off_middle).
+measure_of_space(rise_span).
 
 %   Asked of every candidate, and it goes through the whole thing: remembered.
 %   Of several as high the one that is least sure, whatever the order of the facts.

@@ -41,6 +41,7 @@ is never proposed.
 :- use_module(facetlog_kb(say)).
 :- reexport(facetlog(grouping), [separate/2]).
 :- reexport(facetlog(measures), [measure/4, known_measure/1]).
+:- use_module(facetlog(measures), [measure_of_space/1]).
 :- reexport(facetlog(line_labels), [line_label/3, impossible_drawing/2]).
 :- use_module(facetlog_kb(pairs)).
 :- use_module(facetlog_kb(seen_parts)).
@@ -264,20 +265,10 @@ needs_up(Word) :-
     needs_all_sides(Word),
     Word \= solidity(_).
 
-needs_all_sides(footprint(_)).
-needs_all_sides(solidity(_)).
-needs_all_sides(cover(_)).
-needs_all_sides(level_length(_)).
-needs_all_sides(level_width(_)).
-needs_all_sides(built_over(_)).
-needs_all_sides(room_below(_)).
-needs_all_sides(room_above(_)).
-needs_all_sides(free_below(_)).
-needs_all_sides(see_through(_)).
-needs_all_sides(see_across(_)).
-needs_all_sides(rise_side(_)).
-needs_all_sides(rise_off_middle(_)).
-needs_all_sides(rise_span(_)).
+needs_all_sides(Word) :-
+    compound(Word),
+    compound_name_arity(Word, Name, 1),
+    measure_of_space(Name).
 
 mentions_unseen(Part) :-
     var(Part),

@@ -130,6 +130,10 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
                 _shortfall(margin),
                 _measured_limits(limits),
             )
+        case _, Struct("unseen", (int() | float() as free, int() | float() as full, nearer)):
+            found = _detail(test, nearer, state)
+            if isinstance(found, Comparison):
+                return replace(found, unseen=(float(free), float(full)))
         case _, Struct("missing", (measure, Atom(cause))):
             text = readable(measure)
             return Note("missing", text, unknown_words(measure, cause), cause_words(cause, measure))

@@ -122,7 +122,9 @@ class Comparison:
     """A measured value and the region that it was tested against; kind is deg, length, ...
 
     `limits` are those of the region as the rules have them where they were measured themselves
-    ('0.75*width(f1)'), else empty; there are none where no limit was.
+    ('0.75*width(f1)'), else empty; there are none where no limit was. `unseen` are the values if
+    the space that nobody saw is free, and if it is full; the value is the one that is nearer to
+    failing.
     """
 
     measure: str
@@ -132,6 +134,7 @@ class Comparison:
     within: Within
     shortfall: Shortfall | None = None
     limits: tuple[str, ...] = ()
+    unseen: tuple[float, float] | None = None
 
     def unit(self, length_unit: str | None) -> str:
         """The unit of the value as it is kept; empty for pure numbers."""
@@ -195,6 +198,8 @@ class Comparison:
         unit = self.written_in(length_unit)
         text, bare = self.text(length_unit), self.text(length_unit, with_sd=False)
         region = self.within.text(unit)
+        if state is State.UNKNOWN and self.unseen is not None:
+            return self._open_sentences(unit, region)
         if not is_wanted and state is State.FAILS:
             return f"{text}, not {region}", f"{bare}, not {region}", bare
         if self.shortfall is not None:
@@ -223,6 +228,17 @@ class Comparison:
         within = "" if self.within.sort.startswith("at_") else "within "
         return f"{text}, {within}{region}", text, bare
 
+    def _open_sentences(self, unit: Unit, region: str) -> tuple[str, ...]:
+        # Which of both is so hangs on space that nobody saw.
+        free, full = (amount(unit.of(value)) for value in self.unseen or ())
+        measure = measure_words(self.measure)
+        ends = f"{measure} = {with_unit(free, unit.name)} or {with_unit(full, unit.name)}"
+        return (
+            f"{ends}, as space that was not seen is free or full, needs {region}",
+            f"{ends}, as what was not seen is free or full",
+            f"{measure} hangs on space that was not seen",
+        )
+
     def to_json(self) -> dict[str, Any]:
         """Value, region and what is missing as plain data."""
         within = {"sort": self.within.sort, "limits": list(self.within.limits)}
@@ -236,6 +252,7 @@ class Comparison:
             "kind": self.kind,
             "within": {**within, **slopes},
             **missing,
+            **({} if self.unseen is None else {"unseen": list(self.unseen)}),
         }
 
 

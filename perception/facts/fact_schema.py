@@ -362,6 +362,13 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         _NO_RISE,
     ),
     _kind(
+        "unseen_bounds +Measure:symbol +X:body IfFree:number IfFull:number",
+        _MAYBE,
+        "what a measure of the face or thing X comes to if the space that nobody saw is free, and "
+        "if it is full",
+        "what was not seen does not change that measure",
+    ),
+    _kind(
         "junction +View:view +J:junction Type:symbol",
         _MAYBE,
         "lines meet so at a vertex of the view's line drawing: `end`, `straight`, `l`, `fork`, "

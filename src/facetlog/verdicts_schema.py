@@ -72,13 +72,15 @@ class WithinRecord(_Record):
 
 
 class _MeasuredRecord(_Record):
-    # What was compared, where a step was measured.
+    # What was compared, where a step was measured; `unseen` are the values if the space that nobody
+    # saw is free, and if it is full.
     measure: str | None = None
     value: FiniteFloat | None = None
     sd: NotNegative | None = None
     kind: str | None = None
     within: WithinRecord | None = None
     shortfall: ShortfallRecord | None = None
+    unseen: tuple[FiniteFloat, FiniteFloat] | None = None
 
 
 class ProofRecord(_MeasuredRecord):

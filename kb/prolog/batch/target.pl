@@ -153,6 +153,7 @@ calls_interpreter(Target, Indicator) :-
 interpreting(facetlog_say, said(_, _, _, _)).
 interpreting(facetlog_search, outlines(_, _, _, _, _, _)).
 interpreting(facetlog_quantities, value(_, _, _)).
+interpreting(facetlog_quantities, value(_, _, _, _)).
 interpreting(facetlog_quantities, longest_first_in(_, _, _)).
 interpreting(measures, measure(_, _, _, _)).
 

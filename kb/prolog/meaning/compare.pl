@@ -55,8 +55,17 @@ comparison(soft(Test, Share), M, soft(Bounds, Share)) :-
 %   @error type_error(comparable, Test) if a length is compared with a bare number, or the like.
 
 compared(Measure, Bounds, Module, Test, Want, Said) :-
-    (   value(Measure, Module, Quantity),
-        region(Bounds, Module, Quantity, Test, Region)
+    (   static(hangs_on_space(Test, Measures)),
+        any_open(Measures)
+    ->  compared_as(free, Measure, Bounds, Module, Test, Want, IfFree),
+        compared_as(full, Measure, Bounds, Module, Test, Want, IfFull),
+        either_way(Want, IfFree, IfFull, Said)
+    ;   compared_as(stated, Measure, Bounds, Module, Test, Want, Said)
+    ).
+
+compared_as(Reading, Measure, Bounds, Module, Test, Want, Said) :-
+    (   value(Measure, Module, Reading, Quantity),
+        region(Bounds, Module, Reading, Quantity, Test, Region)
     ->  judged(Want, Region, Measure, Said)
     ;   plain(Want, unknown, Said)
     ).
@@ -66,47 +75,51 @@ compared(Measure, Bounds, Module, Test, Want, Said) :-
 %   Test holds, where the Quantity of Measure is known already.
 
 passes(Quantity, Measure, Bounds, Module, Test) :-
-    region(Bounds, Module, Quantity, Test, Region),
-    judged(state, Region, Measure, said(holds, _)).
+    (   hangs_on_space(Test, Measures),
+        any_open(Measures)
+    ->  compared(Measure, Bounds, Module, Test, state, said(holds, _))
+    ;   region(Bounds, Module, stated, Quantity, Test, Region),
+        judged(state, Region, Measure, said(holds, _))
+    ).
 
                  /*******************************
                  *            REGIONS           *
                  *******************************/
 
-region(near(Target, Tolerance), Module, Value, Test,
+region(near(Target, Tolerance), Module, Reading, Value, Test,
        region(two(Below, Var, Above, Var), near(T, W), sharp)) :-
-    limit(Target, Module, Value, Test, T, R),
-    limit(Tolerance, Module, Value, Test, W, Q),
+    limit(Target, Module, Reading, Value, Test, T, R),
+    limit(Tolerance, Module, Reading, Value, Test, W, Q),
     Value = quantity(V, S, _),
     Var is S + R + Q,
     Below is V - T + W,
     Above is T + W - V.
-region(between(Low, High), Module, Value, Test,
+region(between(Low, High), Module, Reading, Value, Test,
        region(two(Below, BelowVar, Above, AboveVar), between(L, H), sharp)) :-
-    limit(Low, Module, Value, Test, L, R),
-    limit(High, Module, Value, Test, H, Q),
+    limit(Low, Module, Reading, Value, Test, L, R),
+    limit(High, Module, Reading, Value, Test, H, Q),
     Value = quantity(V, S, _),
     Below is V - L,
     BelowVar is S + R,
     Above is H - V,
     AboveVar is S + Q.
-region(at_least(Limit), Module, Value, Test, region(one(below, Below, Var), at_least(L), sharp)) :-
-    limit(Limit, Module, Value, Test, L, R),
+region(at_least(Limit), Module, Reading, Value, Test, region(one(below, Below, Var), at_least(L), sharp)) :-
+    limit(Limit, Module, Reading, Value, Test, L, R),
     Value = quantity(V, S, _),
     Below is V - L,
     Var is S + R.
-region(at_most(Limit), Module, Value, Test, region(one(above, Above, Var), at_most(H), sharp)) :-
-    limit(Limit, Module, Value, Test, H, Q),
+region(at_most(Limit), Module, Reading, Value, Test, region(one(above, Above, Var), at_most(H), sharp)) :-
+    limit(Limit, Module, Reading, Value, Test, H, Q),
     Value = quantity(V, S, _),
     Above is H - V,
     Var is S + Q.
-region(fading(Bounds, Width), Module, Value, Test, region(Margins, Within, width(W))) :-
-    region(Bounds, Module, Value, Test, region(Margins0, Within, _)),
-    limit(Width, Module, Value, Test, W0, Q),
+region(fading(Bounds, Width), Module, Reading, Value, Test, region(Margins, Within, width(W))) :-
+    region(Bounds, Module, Reading, Value, Test, region(Margins0, Within, _)),
+    limit(Width, Module, Reading, Value, Test, W0, Q),
     W is max(0, W0),
     widened(Margins0, W, Q, Margins).
-region(soft(Bounds, Share), Module, Value, Test, region(Margins, Within, soft(W))) :-
-    region(Bounds, Module, Value, Test, region(Margins, Within, _)),
+region(soft(Bounds, Share), Module, Reading, Value, Test, region(Margins, Within, soft(W))) :-
+    region(Bounds, Module, Reading, Value, Test, region(Margins, Within, _)),
     scale_of(Within, Scale),
     W is 2*Share*Scale.
 
@@ -120,8 +133,8 @@ widened(two(B0, BV0, A0, AV0), Width, Q, two(B, BV, A, AV)) :-
     A is A0 + Width/2,
     AV is AV0 + Q/4.
 
-limit(Expression, Module, Value, Test, V, Var) :-
-    value(Expression, Module, Limit),
+limit(Expression, Module, Reading, Value, Test, V, Var) :-
+    value(Expression, Module, Reading, Limit),
     comparable(Test, Value, Limit),
     Limit = quantity(V, Var, _).
 
@@ -265,8 +278,29 @@ widened_scale(width(Width), Scale0, Scale) :-
 %   As compared/6 in full, with what a proof keeps of it (prove.pl).
 
 compared_in_detail(Measure, Bounds, Module, Test, Said, Detail) :-
-    (   value(Measure, Module, Quantity),
-        region(Bounds, Module, Quantity, Test, Region)
+    (   hangs_on_space(Test, Measures),
+        any_open(Measures)
+    ->  compared_in_detail_as(free, Measure, Bounds, Module, Test, SaidFree, IfFree),
+        compared_in_detail_as(full, Measure, Bounds, Module, Test, SaidFull, IfFull),
+        either_way(full, SaidFree, SaidFull, Said),
+        either_detail(IfFree, IfFull, Detail)
+    ;   compared_in_detail_as(stated, Measure, Bounds, Module, Test, Said, Detail)
+    ).
+
+%   A limit that is not known is not known whatever was not seen. Else that case is shown which is nearer
+%   to failing.
+either_detail(missing(Missing, Cause), _, missing(Missing, Cause)) :- !.
+either_detail(_, missing(Missing, Cause), missing(Missing, Cause)) :- !.
+either_detail(IfFree, IfFull, unseen(Free, Full, Detail)) :-
+    arg(1, IfFree, Free),
+    arg(1, IfFull, Full),
+    arg(5, IfFree, margin(_, FreeDistance, _)),
+    arg(5, IfFull, margin(_, FullDistance, _)),
+    ( FullDistance < FreeDistance -> Detail = IfFull ; Detail = IfFree ).
+
+compared_in_detail_as(Reading, Measure, Bounds, Module, Test, Said, Detail) :-
+    (   value(Measure, Module, Reading, Quantity),
+        region(Bounds, Module, Reading, Quantity, Test, Region)
     ->  judged(full, Region, Measure, Said),
         Said = said(State, _),
         Quantity = quantity(V, Var, Kind),
@@ -282,7 +316,7 @@ compared_in_detail(Measure, Bounds, Module, Test, Said, Detail) :-
         )
     ;   plain(full, unknown, Said),
         limits(Bounds, Limits),
-        first_unknown([Measure|Limits], Module, Missing),
+        first_unknown([Measure|Limits], Module, Reading, Missing),
         missing_because(Missing, Cause),
         Detail = missing(Missing, Cause)
     ).

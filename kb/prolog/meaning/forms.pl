@@ -4,6 +4,7 @@
                             joined/5,       % +Join, +Want, +Sum0, +Said, -Sum
                             together/4,     % +Join, +Want, +Sum, -Said
                             plain/3,        % +Want, +State, -Said
+                            either_way/4,   % +Want, +Said, +Said, -Said
                             counted/3,      % +Saids, -Holding, -Open
                             deciding/2      % +Join, -Place
                           ]).
@@ -247,6 +248,22 @@ plain(full, S, said(S, degree(L, H, Miss))) :-
     ->  L = 0, H = 0, Miss = 1
     ;   L = 0, H = 1, Miss = 0
     ).
+
+%!  either_way(+Want, +Said1, +Said2, -Said) is det.
+%
+%   What is said where nobody knows which of two is so.
+
+either_way(state, said(S1, none), said(S2, none), said(S, none)) :-
+    same_state(S1, S2, S).
+either_way(full, said(S1, degree(L1, H1, Miss1)), said(S2, degree(L2, H2, Miss2)),
+           said(S, degree(L, H, Miss))) :-
+    same_state(S1, S2, S),
+    L is min(L1, L2),
+    H is max(H1, H2),
+    Miss is min(Miss1, Miss2).          % of what does not fail it is 0
+
+same_state(S1, S2, S) :-
+    ( S1 == S2 -> S = S1 ; S = unknown ).
 
                  /*******************************
                  *            COUNTS            *

@@ -1,7 +1,10 @@
 :- module(facetlog_quantities, [ value/3,          % +Expression, +Module, -Quantity
+                                 value/4,          % +Expression, +Module, +Reading, -Quantity
+                                 hangs_on_space/2, % +Test, -Measures
+                                 any_open/1,       % +Measures
                                  variance/2,       % +Sd, -Variance
                                  comparable/3,     % +Test, +Quantity, +Quantity
-                                 first_unknown/3,  % +Expressions, +Module, -Missing
+                                 first_unknown/4,  % +Expressions, +Module, +Reading, -Missing
                                  longest_first_in/3, % +Module, +Measures, -Sorted
                                  measure_in/5,     % +Module, ?Measure, -Value, -Sd, -Kind
                                  crisp/0
@@ -11,6 +14,9 @@
 
 A quantity is quantity(Value, Variance, Kind): a value in its unit, the variance of it, and what it
 is: number, deg, ratio, count, length, area or power(Dimension).
+
+A Reading says what space that was not seen is taken for: `free`, or `full`, or, where values are wanted
+as they are stated, `stated`. Of measures on which that has no bearing all three are the same.
 */
 
 :- use_module(library(lists)).
@@ -41,58 +47,63 @@ variance(Sd, Variance) :-
     ).
 
 %!  value(+Expression, +Module, -Quantity) is semidet.
+%!  value(+Expression, +Module, +Reading, -Quantity) is semidet.
 %
 %   Quantity is quantity(Value, Variance, Kind), variances to first order and as if the terms were
 %   independent. Fails if a measure is unknown.
 %
 %   @error existence_error(tolerance, Name) if nobody defines it.
 
-value(Expression, Module, quantity(V, Var, Kind)) :-
-    static(expression(Expression, Module, Sort)),
-    value_of(Sort, Expression, Module, V, Var, Kind).
+value(Expression, Module, Quantity) :-
+    value(Expression, Module, stated, Quantity).
 
-value_of(number(X), _, _, X, 0, number).
-value_of(negative(A), _, Module, V, Var, Kind) :-
-    value(A, Module, quantity(X, Var, Kind)),
+value(Expression, Module, Reading, quantity(V, Var, Kind)) :-
+    static(expression(Expression, Module, Sort)),
+    value_of(Sort, Expression, Module, Reading, V, Var, Kind).
+
+value_of(number(X), _, _, _, X, 0, number).
+value_of(negative(A), _, Module, Reading, V, Var, Kind) :-
+    value(A, Module, Reading, quantity(X, Var, Kind)),
     V is -X.
-value_of(A + B, _, Module, V, Var, Kind) :-
-    two_alike(A, B, A + B, Module, X, Y, Var, Kind),
+value_of(A + B, _, Module, Reading, V, Var, Kind) :-
+    two_alike(A, B, A + B, Module, Reading, X, Y, Var, Kind),
     V is X + Y.
-value_of(A - B, _, Module, V, Var, Kind) :-
-    two_alike(A, B, A - B, Module, X, Y, Var, Kind),
+value_of(A - B, _, Module, Reading, V, Var, Kind) :-
+    two_alike(A, B, A - B, Module, Reading, X, Y, Var, Kind),
     V is X - Y.
-value_of(A * B, _, Module, V, Var, Kind) :-
-    value(A, Module, quantity(X, SX, KX)),
-    value(B, Module, quantity(Y, SY, KY)),
+value_of(A * B, _, Module, Reading, V, Var, Kind) :-
+    value(A, Module, Reading, quantity(X, SX, KX)),
+    value(B, Module, Reading, quantity(Y, SY, KY)),
     product(X, Y, V),
     Var is Y*Y*SX + X*X*SY,
     static(product_kind(KX, KY, Kind)).
-value_of(A / B, _, Module, V, Var, Kind) :-
-    value(A, Module, quantity(X, SX, KX)),
-    value(B, Module, quantity(Y, SY, KY)),
+value_of(A / B, _, Module, Reading, V, Var, Kind) :-
+    value(A, Module, Reading, quantity(X, SX, KX)),
+    value(B, Module, Reading, quantity(Y, SY, KY)),
     Y =\= 0,
     V is X / Y,
     Var is (SX + V*V*SY) / (Y*Y),
     static(quotient_kind(KX, KY, Kind)).
-value_of(lowest(List), Test, Module, V, Var, Kind) :-
-    quantities(Test, List, Module, Kind, Values),
+value_of(lowest(List), Test, Module, Reading, V, Var, Kind) :-
+    quantities(Test, List, Module, Reading, Kind, Values),
     min_member(V-Var, Values).
-value_of(highest(List), Test, Module, V, Var, Kind) :-
-    quantities(Test, List, Module, Kind, Values),
+value_of(highest(List), Test, Module, Reading, V, Var, Kind) :-
+    quantities(Test, List, Module, Reading, Kind, Values),
     max_member(V-Var, Values).
-value_of(sum(List), Test, Module, V, Var, Kind) :-
-    quantities(Test, List, Module, Kind, Values),
+value_of(sum(List), Test, Module, Reading, V, Var, Kind) :-
+    quantities(Test, List, Module, Reading, Kind, Values),
     total(Values, V, Var).
-value_of(mean(List), Test, Module, V, Var, Kind) :-
-    quantities(Test, List, Module, Kind, Values),
+value_of(mean(List), Test, Module, Reading, V, Var, Kind) :-
+    quantities(Test, List, Module, Reading, Kind, Values),
     total(Values, Sum, SumVar),
     length(Values, Count),
     V is Sum/Count,
     Var is SumVar/(Count*Count).
-value_of(measure, Measure, _, V, Var, Kind) :-
-    first_measure(Measure, V, Sd, Kind),
+value_of(measure, Measure, _, Reading, V, Var, Kind) :-
+    first_measure(Measure, V0, Sd, Kind),
+    read_as(Reading, Measure, V0, V),
     variance(Sd, Var).
-value_of(own_measure, Measure, Module, V, Var, Kind) :-
+value_of(own_measure, Measure, Module, _, V, Var, Kind) :-
     (   measure(Measure, V0, Sd0, Kind0)
     ->  V = V0, Sd = Sd0, Kind = Kind0
     ;   own_measure(Module, Measure, V, Sd, Kind)
@@ -147,6 +158,48 @@ first_measure(Measure, V, Sd, Kind) :-
     measure(Measure, V, Sd, Kind),
     !.
 
+%   read_as(Reading, Measure, V0, V)
+read_as(stated, _, V, V).
+read_as(free, Measure, V0, V) :-
+    (   static(hidden_part(Measure, Fact, V1, _)),
+        call(measures:fact(Fact))
+    ->  V = V1
+    ;   V = V0
+    ).
+read_as(full, Measure, V0, V) :-
+    (   static(hidden_part(Measure, Fact, _, V1)),
+        call(measures:fact(Fact))
+    ->  V = V1
+    ;   V = V0
+    ).
+
+%!  hangs_on_space(+Test, -Measures) is det.
+%
+%   Measures are those in Test that space may change which was not seen.
+
+hangs_on_space(Test, Measures) :-
+    (   var(Test)
+    ->  Measures = []
+    ;   hidden_part(Test, _, _, _)
+    ->  Measures = [Test]
+    ;   compound(Test)
+    ->  Test =.. [_|Args],
+        maplist(hangs_on_space, Args, Lists),
+        append(Lists, Measures)
+    ;   Measures = []
+    ).
+
+%!  any_open(+Measures) is semidet.
+%
+%   Space that was not seen changes one of Measures, of those that hangs_on_space/2 names.
+
+any_open([Measure|Measures]) :-
+    (   static(hidden_part(Measure, Fact, _, _)),
+        call(measures:fact(Fact))
+    ->  true
+    ;   any_open(Measures)
+    ).
+
 %   What a clause worked out may be an integer of any length.
 product(X, Y, Product) :-
     (   ( float(X) ; float(Y) )
@@ -154,9 +207,9 @@ product(X, Y, Product) :-
     ;   bounded_value(X*Y, Product)
     ).
 
-two_alike(A, B, Test, Module, X, Y, Var, Kind) :-
-    value(A, Module, QX),
-    value(B, Module, QY),
+two_alike(A, B, Test, Module, Reading, X, Y, Var, Kind) :-
+    value(A, Module, Reading, QX),
+    value(B, Module, Reading, QY),
     QX = quantity(X, SX, Kind),
     QY = quantity(Y, SY, _),
     comparable(Test, QX, QY),
@@ -204,19 +257,19 @@ value_in(Module, Measure, Value) :-
     value(Measure, Module, quantity(Value, _, _)).
 
 %   Values are Value-Variance of all of List, which is not empty.
-quantities(Test, List, Module, Kind, [V-S|Values]) :-
+quantities(Test, List, Module, Reading, Kind, [V-S|Values]) :-
     is_list(List),
     List = [First|Rest],
-    value(First, Module, Quantity),
+    value(First, Module, Reading, Quantity),
     Quantity = quantity(V, S, Kind),
-    values(Rest, Module, Test, Quantity, Values).
+    values(Rest, Module, Reading, Test, Quantity, Values).
 
-values([], _, _, _, []).
-values([Expression|Expressions], Module, Test, Quantity0, [V-S|Values]) :-
-    value(Expression, Module, Quantity),
+values([], _, _, _, _, []).
+values([Expression|Expressions], Module, Reading, Test, Quantity0, [V-S|Values]) :-
+    value(Expression, Module, Reading, Quantity),
     comparable(Test, Quantity0, Quantity),
     Quantity = quantity(V, S, _),
-    values(Expressions, Module, Test, Quantity0, Values).
+    values(Expressions, Module, Reading, Test, Quantity0, Values).
 
 %   Measured values are floats; what a clause worked out may be an integer of any length.
 total(Values, Sum, Var) :-
@@ -277,20 +330,20 @@ quotient_kind(KX, KY, Kind) :-
     D is DX - DY,
     kind(D, Kind).
 
-%!  first_unknown(+Expressions, +Module, -Missing) is semidet.
+%!  first_unknown(+Expressions, +Module, +Reading, -Missing) is semidet.
 %
 %   Missing is the first measure in Expressions that the scene does not know.
 
-first_unknown(Expressions, Module, Missing) :-
+first_unknown(Expressions, Module, Reading, Missing) :-
     member(Expression, Expressions),
-    unknown_in(Expression, Module, Missing),
+    unknown_in(Expression, Module, Reading, Missing),
     !.
 
-unknown_in(Expression, Module, Missing) :-
-    \+ value(Expression, Module, _),
+unknown_in(Expression, Module, Reading, Missing) :-
+    \+ value(Expression, Module, Reading, _),
     (   operands(Expression, Operands),
         member(Operand, Operands),
-        unknown_in(Operand, Module, Missing0)
+        unknown_in(Operand, Module, Reading, Missing0)
     ->  Missing = Missing0
     ;   Missing = Expression
     ).

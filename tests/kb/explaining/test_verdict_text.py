@@ -211,3 +211,14 @@ def test_in_full_the_place_and_the_text_of_the_line_are_told() -> None:
         "  + wide: it is wide (100%) [slab.model:9: share(a) at least]",
         "      + share(f1) = 90 ± 1 %, at least 50 %",
     ]
+
+
+def test_what_hangs_on_unseen_space_says_both_values_and_what_is_needed() -> None:
+    within = Within("at_least", (0.75,))
+    found = Comparison("free_below(f1)", 0.3, 0.01, "ratio", within, unseen=(0.9, 0.3))
+    text = found.sentence(UNKNOWN, "m")
+    assert text == (
+        "free_below(f1) = 90 % or 30 %, as space that was not seen is free or full, "
+        "needs at least 75 %"
+    )
+    assert found.to_json()["unseen"] == [0.9, 0.3]

@@ -16,6 +16,7 @@ from tests.kb.meaning.random_tests import (
     FACES,
     FAULTY_MEASURES,
     OF_FACE,
+    OPEN,
     OWN_MEASURES,
     VALUES,
     Drawing,
@@ -103,6 +104,9 @@ def _facts(draw: Random, faces: Sequence[str]) -> Facts:
                 if draw.random() < 0.75:
                     value = draw.choice(VALUES[kind]) + draw.choice((0, 0, 0.01, -0.1))
                     facts[name, face] = (float(value), float(draw.choice(SDS)))
+                    if name in OPEN and draw.random() < 0.5:
+                        ends = (float(draw.choice(VALUES[kind])) for _ in range(2))
+                        facts["unseen_bounds", name, face] = tuple(ends)
         if draw.random() < 0.5:
             facts["upward", face] = ()
     for a, b in combinations(faces, 2):

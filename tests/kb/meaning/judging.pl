@@ -154,6 +154,9 @@ proof_row(proof(State, Low, High, _, Detail, Children), [State, Low, High, Row, 
 detail_row(missing(Measure, Cause), [missing, Text, Cause]) :-
     !,
     plain_text(Measure, Text).
+detail_row(unseen(Free, Full, Detail), [unseen, Free, Full, Row]) :-
+    !,
+    detail_row(Detail, Row).
 detail_row(Detail, Row) :-
     Detail =.. [Kind, Value, Sd, _, Within, margin(Side, Distance, MarginSd)],
     !,

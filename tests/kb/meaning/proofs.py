@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 
-from tests.kb.meaning.quantities import FORMS, SLOPES, compared, quantity
+from tests.kb.meaning.quantities import FORMS, SLOPES, compared, open_measures, quantity
+from tests.kb.meaning.random_tests import OPEN
 from tests.kb.meaning.reference import instances, said, word_scene
 from tests.kb.meaning.scene import FAILS, HOLDS, STATES, UNKNOWN, Outline, Scene
 from tests.kb.meaning.terms import Term, prolog
@@ -80,6 +81,28 @@ def _why_not_judged(scene: Scene, thing: Term, model: str) -> str:
 
 
 def _compared(scene: Scene, test: Term) -> Sequence[Sequence[object]]:
+    if not open_measures(scene, test):
+        return _compared_as_read(scene, test)
+    # That case is shown which is nearer to failing; either of two that are as near.
+    free, full = (_compared_as_read(scene.read_as(way), test) for way in (0, 1))
+    for case in (free, full):
+        if case[0][0] == "missing":
+            return case
+    return [
+        ["unseen", free[0][1], full[0][1], list(shown)]
+        for case, other in ((free, full), (full, free))
+        for shown in case
+        if _distance(shown) <= _distance(other[0]) + CLOSE
+    ]
+
+
+def _distance(detail: Sequence[object]) -> float:
+    distance = detail[-2]
+    assert isinstance(distance, (int, float))
+    return distance
+
+
+def _compared_as_read(scene: Scene, test: Term) -> Sequence[Sequence[object]]:
     found = compared(scene, test)
     if found is None:
         missing = _missing(scene, _expressions(test))
@@ -127,8 +150,10 @@ def _why_missing(scene: Scene, word: Term) -> str:
     assert isinstance(word, tuple)
     if any(part == "unseen" or (isinstance(part, list) and "unseen" in part) for part in word[1:]):
         return "unseen"
-    if word[0] in ("tilt", "upward") and scene.fact("up") is None:
+    if word[0] in ("tilt", "upward", *OPEN) and scene.fact("up") is None:
         return "up"
+    if word[0] in OPEN and not any(key[0] == "whole" for key in scene.case.facts):
+        return "sides"
     if word[0] == "metres" and scene.fact("scale", "metric") is None:
         return "scale"
     return "unstated"

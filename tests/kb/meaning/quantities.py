@@ -7,11 +7,11 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from tests.kb.meaning.random_tests import FAULTY_MEASURES, OF_FACE, OWN_MEASURES
+from tests.kb.meaning.random_tests import FAULTY_MEASURES, OF_FACE, OPEN, OWN_MEASURES
 from tests.kb.meaning.scene import FAILS, HOLDS, UNKNOWN, FaultyTestError, Outline, Scene
 from tests.kb.meaning.terms import Term
 
-__all__ = ["Compared", "Quantity", "compared", "quantity"]
+__all__ = ["Compared", "Quantity", "compared", "open_measures", "quantity"]
 
 FORMS = ("near", "between", "at_least", "at_most")
 SLOPES = ("fading", "soft")
@@ -26,6 +26,13 @@ class Quantity(NamedTuple):
     value: float
     variance: float
     dimension: int
+
+
+def open_measures(scene: Scene, test: Term) -> bool:
+    """Whether the test asks for a measure that space changes which was not seen."""
+    if isinstance(test, tuple) and test[0] in OPEN:
+        return scene.fact("unseen_bounds", *map(scene.name, test)) is not None
+    return isinstance(test, (tuple, list)) and any(open_measures(scene, part) for part in test)
 
 
 class Compared(NamedTuple):
@@ -241,4 +248,6 @@ def _measure(scene: Scene, name: Term, args: Sequence[Term]) -> Quantity | None:
     kinds = {one: kind for kind, names in OF_FACE.items() for one in names}
     dimension = DIMENSIONS[kinds.get(str(name), "deg")]
     variance = 0.0 if scene.case.crisp else (times * found[1]) ** 2
-    return Quantity(times * found[0], variance, dimension)
+    ends = scene.fact("unseen_bounds", name, *map(scene.name, args))
+    value = found[0] if ends is None or scene.reading is None else ends[scene.reading]
+    return Quantity(times * value, variance, dimension)

@@ -9,7 +9,7 @@ from random import Random
 
 from tests.kb.meaning.terms import Term
 
-__all__ = ["FACES", "FAULTY_MEASURES", "OF_FACE", "OWN_MEASURES", "VALUES", "Drawing"]
+__all__ = ["FACES", "FAULTY_MEASURES", "OF_FACE", "OPEN", "OWN_MEASURES", "VALUES", "Drawing"]
 
 FACES = ("f1", "f2", "f3", "f4")
 RELATIONS = ("measured", "upward", "adjoins", "convex", "opposite")
@@ -18,8 +18,8 @@ OF_ONE = ("measured", "upward")
 # Measures of one face by their kind, with values that limits are drawn from.
 OF_FACE = {
     "deg": ("tilt",),
-    "ratio": ("fill", "share"),
-    "length": ("width", "length", "protrusion"),
+    "ratio": ("fill", "share", "free_below"),
+    "length": ("width", "length", "protrusion", "room_below"),
     "area": ("area",),
 }
 VALUES = {
@@ -28,6 +28,8 @@ VALUES = {
     "length": (0, 0.2, 1),
     "area": (0, 0.5, 2),
 }
+# Those that space which was not seen may change.
+OPEN = ("free_below", "room_below")
 # Measures that a file of rules defines, as so many times one of the vocabulary, and such as none
 # may: value, deviation and kind, and what is wrong with them.
 OWN_MEASURES = {"own_fill": ("fill", 2.0), "own_width": ("width", 0.5)}

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator, Sequence
 from itertools import combinations
 
-from tests.kb.meaning.quantities import FORMS, SLOPES, compared
+from tests.kb.meaning.quantities import FORMS, SLOPES, compared, open_measures
 from tests.kb.meaning.scene import FAILS, HOLDS, UNKNOWN, Outline, Scene
 from tests.kb.meaning.terms import Term
 
@@ -52,11 +52,23 @@ def said(scene: Scene, test: Term) -> Outline:
         case ("is_a", thing, str(model)):
             return _model(scene, scene.name(thing), model)
         case (str(form), *_) if form in (*FORMS, *SLOPES):
-            found_within = compared(scene, test)
-            return (UNKNOWN, 0, 1, 0) if found_within is None else found_within.said
+            if open_measures(scene, test):
+                return either(*(_compared(scene.read_as(way), test) for way in (0, 1)))
+            return _compared(scene, test)
         case (str(name), one) if name in scene.case.words:
             return said(word_scene(scene, one), scene.case.words[name])
     return _related(scene, str(test[0]), [scene.name(arg) for arg in test[1:]])
+
+
+def _compared(scene: Scene, test: Term) -> Outline:
+    found = compared(scene, test)
+    return (UNKNOWN, 0, 1, 0) if found is None else found.said
+
+
+def either(one: Outline, two: Outline) -> Outline:
+    """What is said where nobody knows which of two is so."""
+    state = one[0] if one[0] == two[0] else UNKNOWN
+    return state, min(one[1], two[1]), max(one[2], two[2]), min(one[3], two[3])
 
 
 def word_scene(scene: Scene, argument: Term) -> Scene:

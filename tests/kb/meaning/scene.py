@@ -32,7 +32,8 @@ class Scene:
 
     `module` has the words and tolerances of tests; `judged` are the models (of the thing t1) that
     are being judged, and `verdict` gives what a model comes to in a scene, with why not if nothing
-    is known.
+    is known. `reading` is what space that was not seen is taken for, if that is asked: 0 for free,
+    1 for full.
     """
 
     case: Case
@@ -40,6 +41,7 @@ class Scene:
     module: str = "rules"
     names: Mapping[str, Term] = field(default_factory=dict)
     judged: tuple[str, ...] = ()
+    reading: int | None = None
 
     def name(self, name: Term) -> Term:
         """What the name stands for."""
@@ -54,6 +56,10 @@ class Scene:
     def with_names(self, names: Mapping[str, Term]) -> Scene:
         """The same where variables stand for these, too."""
         return replace(self, names={**self.names, **names})
+
+    def read_as(self, reading: int) -> Scene:
+        """The same where space that was not seen is free (0), or full (1)."""
+        return replace(self, reading=reading)
 
     def fact(self, *key: object) -> tuple[float, ...] | None:
         """The numbers of a fact, None if it is not stated."""
