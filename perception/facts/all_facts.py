@@ -77,7 +77,7 @@ _MAKERS: tuple[tuple[Callable[[SceneMemo, BlockFacts], None], tuple[str, ...]], 
     (thing_facts.clear_facts, ("clear_below",)),
     (thing_facts.rim_facts, ("at_rim",)),
     (thing_facts.surface_facts, ("whole", "scanned", "curved")),
-    (thing_facts.space_facts, ("footprint", "solidity", *LEVEL_KINDS)),
+    (thing_facts.space_facts, ("footprint", "solidity", *LEVEL_KINDS, "unseen_bounds")),
     (drawing_facts.drawing_facts, ("junction", "line_at", "contour")),
 )
 

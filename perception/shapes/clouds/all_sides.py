@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.surfaces.occupancy import CELLS
+from facetlog.perception.space.grid import CELLS
 from facetlog.perception.types import FloatArray
 
 __all__ = ["closes_gaps", "covers_all_sides", "least_hidden"]
@@ -41,7 +41,7 @@ def covers_all_sides(points: FloatArray, *, noise: float, spacing: float) -> boo
 
 
 def closes_gaps(points: FloatArray, rest: FloatArray, area: float) -> bool:
-    """Whether the surface of a thing has no holes in the grid of its free space (occupancy.py).
+    """Whether the surface of a thing has no holes in the grid of its free space (space).
 
     Of all its points (n, 3) those of `rest` (m, 3) are of no face, and stand for `area` together.
     """

@@ -77,8 +77,7 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     )
     direction = None if level is None else level.direction
     regions = _regions(outlines, found, about, body_of, floor, direction)
-    things = cloud.points[looked][bodies[looked] >= 0]
-    whole = not floor and covers_all_sides(things, noise=found.noise, spacing=spacing)
+    whole = not floor and _covered(cloud.points[looked], bodies[looked], found.noise, spacing)
     if whole and direction is not None:
         levels, on_levels = _levels(cloud, found, about, looked, regions, direction)
         regions = (*regions, *levels)
@@ -87,6 +86,14 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     rest = _rest(cloud, found, regions, owner, looked, bodies, spacing)
     whole = whole and _without_holes(rest, cloud.points[looked], bodies[looked])
     return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said))
+
+
+def _covered(points: FloatArray, bodies: NDArray[np.intp], noise: float, spacing: float) -> bool:
+    """Whether points go round each object: of two seen from one side, one may hide the other."""
+    numbers = np.unique(bodies[bodies >= 0])
+    return len(numbers) > 0 and all(
+        covers_all_sides(points[bodies == body], noise=noise, spacing=spacing) for body in numbers
+    )
 
 
 def _without_holes(rest: Rest, points: FloatArray, bodies: NDArray[np.intp]) -> bool:
