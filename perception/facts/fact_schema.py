@@ -13,6 +13,7 @@ from facetlog.perception.facts.fact_kinds import (
     Value,
 )
 from facetlog.perception.facts.fact_kinds import fact_kind as _kind
+from facetlog.perception.facts.piece_kinds import PIECE_KINDS
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 
 __all__ = [
@@ -376,6 +377,7 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "with all of it full; its own fact has their middle",
         "no unseen space could change the measure",
     ),
+    *PIECE_KINDS,
     _kind(
         "junction +View:view +J:junction Type:symbol",
         _MAYBE,

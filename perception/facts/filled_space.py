@@ -33,9 +33,11 @@ class FilledSpace:
     sides.
 
     The box is upright or square to the largest face, whichever is filled more. Without a known up
-    there are no levels and no footprint.
+    there are no levels and no footprint. `space` and `surface` are what all that was measured on.
     """
 
+    space: Space
+    surface: ThingSurface
     known: bool
     footprint: Bounded | None
     solidity: Bounded
@@ -107,7 +109,12 @@ class _Measured:
         if space is None:
             return None
         filled = FilledSpace(
-            space.known, _footprint(space), _solidity(space), dict(self._levels(space, up))
+            space,
+            self.surface,
+            space.known,
+            _footprint(space),
+            _solidity(space),
+            dict(self._levels(space, up)),
         )
         # A box that is tipped over fills the box round it no less.
         if float(np.abs(space.axes @ self._axis()).max()) < SAME_DIRECTION:
@@ -118,7 +125,9 @@ class _Measured:
 
     def lying(self) -> FilledSpace | None:
         space = self._space(self._axis(), on_ground=False)
-        return None if space is None else FilledSpace(space.known, None, _solidity(space), {})
+        if space is None:
+            return None
+        return FilledSpace(space, self.surface, space.known, None, _solidity(space), {})
 
     def _axis(self) -> FloatArray:
         """The normal of the largest face, or the direction in which the points vary least."""

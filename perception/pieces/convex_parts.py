@@ -66,11 +66,12 @@ def _touching(parts: Indices) -> set[tuple[int, int]]:
 
 
 def _outer_corners(cells: Indices) -> FloatArray:
-    """Corners (k, 3) of cells (n, 3) in their order, the corners of their convex hull among them."""
+    """Corners (k, 3) of cells (n, 3) in their order, all of their convex hull among them."""
     # Between the lowest and the highest of a column nothing is a corner.
     ends = np.any(cells[1:, :2] != cells[:-1, :2], axis=1)
     outer = cells[np.concatenate([[True], ends]) | np.concatenate([ends, [True]])]
-    return (outer[:, None] + _CORNERS).reshape(-1, 3).astype(np.float64)
+    corners: FloatArray = (outer[:, None] + _CORNERS).reshape(-1, 3).astype(np.float64)
+    return corners
 
 
 def _hull(points: FloatArray) -> tuple[float, FloatArray]:

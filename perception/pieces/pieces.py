@@ -6,35 +6,27 @@ there is no surface: its end is known to a cell.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.flat_faces import Estimate, plane_axes
+from facetlog.perception.flat_faces import Estimate, FlatFace, plane_axes
 from facetlog.perception.pieces.solid_parts import solid_parts
 from facetlog.perception.row_table import Indices
+from facetlog.perception.space.grid import Grid, Lattice
+from facetlog.perception.space.surface_points import surface_points
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
-from facetlog.perception.surfaces.occupancy import Grid
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Piece", "Pieces", "SurfacePoints", "find_pieces"]
+__all__ = ["Piece", "Pieces", "find_pieces"]
 
 # sd of a place that is known to a cell, in cells: of a uniform distribution.
-ROUNDING = 0.29
+ROUNDING = 1.0 / float(np.sqrt(12.0))
+# Points of a face are this share of a cell apart.
+SPACING = 0.5
 # A part of fewer cells than this is no more than where surfaces cross.
 FEWEST_CELLS = 8
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class SurfacePoints:
-    """Points (n, 3) all over a thing's surface, with the face (n,) of each, -1 where it is curved,
-    and the `normals` of the faces by their numbers (m, 3).
-    """
-
-    points: FloatArray
-    face: Indices
-    normals: FloatArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,8 +34,8 @@ class Piece:
     """A solid part. `axes` (3, 3) are the directions of its length, width and thickness, as rows,
     `middle` (3,) is the middle of its box, all in the scene's frame; `volume` is that of its cells.
 
-    `faces` are numbers of faces that are mostly its own; `round` is the share of its surface that
-    is curved, 0..1. `low` and `high` are heights along the grid's last axis.
+    `faces` are indices of faces that are mostly its own; `round` is the share of its surface that
+    is curved, 0..1. `low` and `high` are heights along the grid's last axis, of the scene's frame.
     """
 
     length: Estimate
@@ -78,27 +70,50 @@ class Pieces:
         return carried
 
 
-def find_pieces(grid: Grid, surface: SurfacePoints) -> Pieces:
-    """The pieces of a thing that fills a grid and has some surface."""
+def find_pieces(grid: Grid, faces: Sequence[FlatFace], curved: FloatArray) -> Pieces:
+    """The pieces of a thing that fills a grid, has these flat faces, and besides surface that is
+    not flat, at points (n, 3).
+    """
+    surface = _Surface.of(grid.lattice, faces, curved)
     parts = solid_parts(grid.solid)
-    local = surface.points @ grid.axes.T - grid.corner
-    last = np.array(parts.shape) - 1
-    cells = np.clip(np.floor(local / grid.cell).astype(np.intp), 0, last)
-    part = parts[tuple(cells.T)]
+    part = parts[surface.cells(grid.lattice)]
     sizes = np.bincount(parts.ravel(), minlength=1)
-    owner = _owners(part, surface.face, len(surface.normals))
-    kept, found = [], []
+    owner = _owners(part, surface.face, len(faces))
+    kept: list[int] = []
+    found: list[Piece] = []
     for number in range(1, len(sizes)):
         own = part == number
-        if sizes[number] < FEWEST_CELLS or not _spans(local[own]):
+        if sizes[number] < FEWEST_CELLS or not _spans(surface.points[own]):
             continue
-        faces = tuple(np.flatnonzero(owner == number).tolist())
         kept.append(number)
-        found.append(_piece(grid, surface, own, faces, int(sizes[number])))
+        own_faces = tuple(np.flatnonzero(owner == number).tolist())
+        piece = _piece(grid, surface, own, own_faces, int(sizes[number]))
+        found.append(replace(piece, faces=tuple(faces[i].index for i in own_faces)))
     joins = _joins(parts, len(sizes))[np.ix_(kept, kept)]
     low = np.array([piece.low for piece in found])
     bears = joins & (low[:, None] < low[None] - grid.cell)
     return Pieces(tuple(found), joins, bears)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Surface:
+    # Points (n, 3) all over it, and which face (n,) each is on, -1 where it is curved; of the faces
+    # the normals (f, 3).
+    points: FloatArray
+    face: Indices
+    normals: FloatArray
+
+    @classmethod
+    def of(cls, lattice: Lattice, faces: Sequence[FlatFace], curved: FloatArray) -> "_Surface":
+        flat, face = surface_points(faces, SPACING * lattice.cell)
+        normals = np.array([face.normal for face in faces]).reshape(-1, 3)
+        bent = np.full(len(curved), -1)
+        return cls(np.concatenate([flat, curved]), np.concatenate([face, bent]), normals)
+
+    def cells(self, lattice: Lattice) -> tuple[Indices, ...]:
+        """Indices along each axis of the cell of each point."""
+        last = np.array(lattice.shape) - 1
+        return tuple(np.clip(np.floor(lattice.local(self.points)).astype(np.intp), 0, last).T)
 
 
 def _spans(points: FloatArray) -> bool:
@@ -117,10 +132,10 @@ def _owners(part: Indices, face: Indices, count: int) -> Indices:
 
 
 def _piece(
-    grid: Grid, surface: SurfacePoints, own: NDArray[np.bool_], faces: Sequence[int], cells: int
+    grid: Grid, surface: _Surface, own: NDArray[np.bool_], faces: Sequence[int], cells: int
 ) -> Piece:
     points = surface.points[own]
-    heights = points @ grid.axes[2]
+    heights = points @ grid.lattice.axes[2]
     extents, axes, middle = _least_box(points, list(_directions(grid, surface, points, faces)))
     sd = ROUNDING * grid.cell
     length, width, thickness = (Estimate(float(extent), sd) for extent in extents)
@@ -139,10 +154,10 @@ def _piece(
 
 
 def _directions(
-    grid: Grid, surface: SurfacePoints, points: FloatArray, faces: Sequence[int]
+    grid: Grid, surface: _Surface, points: FloatArray, faces: Sequence[int]
 ) -> Iterator[FloatArray]:
     """Along which a piece may be thin, the more likely first."""
-    yield from grid.axes[::-1]
+    yield from grid.lattice.axes[::-1]
     yield from surface.normals[list(faces)]
     yield np.linalg.eigh(np.cov(points.T))[1][:, 0]
 
@@ -151,19 +166,16 @@ def _least_box(
     points: FloatArray, directions: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Extents (3,), longest first, directions (3, 3) and middle of the least box round points."""
-    best: tuple[float, FloatArray, FloatArray] | None = None
+    least, extents, axes = np.inf, np.zeros(3), np.eye(3)
     for direction in directions:
         flat_axes = plane_axes(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
         along, _, _ = least_rectangle(points @ flat_axes.T)
         first = along @ flat_axes
-        axes = np.array([first, np.cross(direction, first), direction])
-        extents = np.ptp(points @ axes.T, axis=0)
-        size = float(extents.prod())
+        own = np.array([first, np.cross(direction, first), direction])
+        sides = np.ptp(points @ own.T, axis=0)
         # Another direction has to do better than rounding.
-        if best is None or size < best[0] * (1.0 - 1e-6):
-            best = size, extents, axes
-    assert best is not None
-    _, extents, axes = best
+        if float(sides.prod()) < least * (1.0 - 1e-6):
+            least, extents, axes = float(sides.prod()), sides, own
     order = np.argsort(-extents, kind="stable")
     axes = axes[order]
     local = points @ axes.T
@@ -178,10 +190,16 @@ def _joins(parts: Indices, count: int) -> NDArray[np.bool_]:
         move = np.array(step) - 1
         if tuple(move) <= (0, 0, 0):
             continue
-        here = parts[tuple(slice(max(0, -m), parts.shape[i] - max(0, m)) for i, m in enumerate(move))]
-        there = parts[tuple(slice(max(0, m), parts.shape[i] - max(0, -m)) for i, m in enumerate(move))]
-        joined[here, there] = True
+        joined[parts[_moved(parts, -move)], parts[_moved(parts, move)]] = True
     joined |= joined.T
     joined[0] = joined[:, 0] = False
     np.fill_diagonal(joined, val=False)
     return joined
+
+
+def _moved(parts: Indices, move: Indices) -> tuple[slice, ...]:
+    """The cells that have another so many cells back along each axis."""
+    return tuple(
+        slice(max(0, m), side + min(0, m))
+        for m, side in zip(move.tolist(), parts.shape, strict=True)
+    )

@@ -110,7 +110,9 @@ def _without_crumbs(parts: Indices, near: int) -> Indices:
     found = parts.copy()
     boxes = ndimage.find_objects(parts)
     for number in range(len(boxes), 1, -1):
-        around = tuple(slice(max(0, own.start - near), own.stop + near) for own in boxes[number - 1])
+        around = tuple(
+            slice(max(0, own.start - near), own.stop + near) for own in boxes[number - 1]
+        )
         window = found[around]
         own = window == number
         for larger in np.unique(window[ndimage.binary_dilation(own, _AROUND)]).tolist():
