@@ -12,12 +12,14 @@ from facetlog.perception.row_table import Indices
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CELLS", "Cells", "Grid", "Lattice"]
+__all__ = ["CELLS", "HARDLY_LARGER", "Cells", "Grid", "Lattice"]
 
 # Cells along the longest side. A chair's leg is 4 % of its height: a cell is 2.5 %. Finer grids
 # changed no verdict on furniture for the better, and take time with the third power.
 CELLS = 40
 
+HARDLY_LARGER = 1.1
+"""A rectangle or box up to this many times as large as the least is as good."""
 # So many cells outside of its lattice a point on its rim may be by rounding.
 AT_RIM = 1e-6
 
@@ -39,12 +41,21 @@ class Lattice:
     shape: tuple[int, int, int]
 
     @classmethod
-    def round(cls, points: FloatArray, up: FloatArray, cells: int = CELLS) -> "Lattice | None":
+    def round(
+        cls,
+        points: FloatArray,
+        up: FloatArray,
+        *,
+        square_to: FloatArray | None = None,
+        cells: int = CELLS,
+    ) -> "Lattice | None":
         """The lattice round points (n, 3), or None if they have no extent.
 
-        It stands along the unit vector `up` (3,), and square to the least rectangle round the plan.
+        It stands along the unit vector `up` (3,), and square to the least rectangle round the plan,
+        or to the direction `square_to` (3,) where that rectangle is hardly larger: two sides of a
+        box that meet at a corner fill half of either.
         """
-        axes = _axes(points, up)
+        axes = _axes(points, up, square_to)
         local = points @ axes.T
         low, size = local.min(axis=0), np.ptp(local, axis=0)
         cell = float(size.max()) / cells
@@ -58,6 +69,11 @@ class Lattice:
         """How many cells there are."""
         nx, ny, nz = self.shape
         return nx * ny * nz
+
+    @property
+    def volume(self) -> float:
+        """The volume that it takes."""
+        return self.size * self.cell**3
 
     def local(self, points: FloatArray) -> FloatArray:
         """Points (n, 3) of the scene in the lattice's axes from its corner, in cells."""
@@ -79,19 +95,24 @@ class Lattice:
         return np.where(inside, (x * shape[1] + y) * shape[2] + z, -1)
 
 
-def _axes(points: FloatArray, up: FloatArray) -> FloatArray:
+def _axes(points: FloatArray, up: FloatArray, square_to: FloatArray | None) -> FloatArray:
     first, second = plane_axes(up, np.eye(3)[int(np.argmin(np.abs(up)))])
-    direction, _, _ = least_rectangle(points @ np.array([first, second]).T)
+    direction, length, width = least_rectangle(points @ np.array([first, second]).T)
+    if square_to is not None:
+        plan = plane_axes(up, square_to)
+        if float(np.ptp(points @ plan.T, axis=0).prod()) <= HARDLY_LARGER * length * width:
+            return np.array([*plan, up])
     along = direction[0] * first + direction[1] * second
     return np.array([along, np.cross(up, along), up])
 
 
 @dataclass(frozen=True, eq=False, slots=False)
 class Grid:
-    """Which cells (nx, ny, nz) of a lattice are `solid`."""
+    """Which cells (nx, ny, nz) of a lattice are `solid`, and in which of these surface may be."""
 
     lattice: Lattice
     solid: Cells
+    surface: Cells
 
     @property
     def cell(self) -> float:
@@ -105,10 +126,10 @@ class Grid:
 
     @cached_property
     def upper(self) -> Cells:
-        """Cells (nx, ny, nz) that are solid with free space right above them."""
+        """Cells (nx, ny, nz) with surface that has free space right above it."""
         free_above: Cells = np.ones_like(self.solid)
         free_above[:, :, :-1] = ~self.solid[:, :, 1:]
-        found: Cells = self.solid & free_above
+        found: Cells = self.surface & free_above
         return found
 
     def layer(self, height: float) -> int:
