@@ -9,7 +9,7 @@ from facetlog.perception.facts.bounded import ROUNDING, Bounded
 from facetlog.perception.facts.levels import Level, level_at
 from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.scene import Scene
-from facetlog.perception.space.grid import Grid
+from facetlog.perception.space.grid import HARDLY_LARGER, Grid
 from facetlog.perception.space.space import Space
 from facetlog.perception.space.thing_space import ThingSurface, thing_space
 from facetlog.perception.surfaces.things import Thing
@@ -30,15 +30,17 @@ PLACES_OF_SCANS, PLACES_OF_PICTURES = 1, 2
 class FilledSpace:
     """A thing's `footprint` (area), `solidity` (its share of the least box round it, 0..1), and the
     levels of its faces that lie about level (by index of the face); whether it is `known` from all
-    sides.
+    sides, and the volume of that `box`.
 
-    The box is upright or square to the largest face, whichever is filled more. Without a known up
-    there are no levels and no footprint. `space` and `surface` are what all that was measured on.
+    The box is upright, or square to the largest face where that box is clearly smaller. Without a
+    known up there are no levels and no footprint. `space` and `surface` are what all that was
+    measured on.
     """
 
     space: Space
     surface: ThingSurface
     known: bool
+    box: float
     footprint: Bounded | None
     solidity: Bounded
     levels: dict[int, Level]
@@ -112,6 +114,7 @@ class _Measured:
             space,
             self.surface,
             space.known,
+            space.lattice.volume,
             _footprint(space),
             _solidity(space),
             dict(self._levels(space, up)),
@@ -119,15 +122,17 @@ class _Measured:
         # A box that is tipped over fills the box round it no less.
         if float(np.abs(space.axes @ self._axis()).max()) < SAME_DIRECTION:
             tipped = self.lying()
-            if tipped is not None and tipped.solidity.value > filled.solidity.value:
-                return replace(filled, solidity=tipped.solidity)
+            if tipped is not None and HARDLY_LARGER * tipped.box < filled.box:
+                return replace(filled, box=tipped.box, solidity=tipped.solidity)
         return filled
 
     def lying(self) -> FilledSpace | None:
         space = self._space(self._axis(), on_ground=False)
         if space is None:
             return None
-        return FilledSpace(space, self.surface, space.known, None, _solidity(space), {})
+        return FilledSpace(
+            space, self.surface, space.known, space.lattice.volume, None, _solidity(space), {}
+        )
 
     def _axis(self) -> FloatArray:
         """The normal of the largest face, or the direction in which the points vary least."""

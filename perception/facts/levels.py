@@ -190,7 +190,11 @@ class _Beneath:
         built_over = float((_any(grid.solid[:, :, slab.high :]) & plan).sum()) / taken
         across, through = sorted(_see_through(grid, plan, max(1, int(0.9 * slab.low))))
         free = ~grid.solid[:, :, : slab.layer + 1][plan]
-        above = ~grid.solid[:, :, slab.layer :][plan]
+        # above the uppermost surface of the level in each column, or, in its gaps, its height
+        own = grid.upper[:, :, slab.low : slab.high][plan]
+        topmost = slab.high - 1 - own[:, ::-1].argmax(axis=1)
+        topmost = np.where(own.any(axis=1), topmost, slab.layer - 1)
+        above = ~grid.solid[plan] & (np.arange(grid.solid.shape[2]) > topmost[:, None])
         rounding, seen_sd = ROUNDING * grid.cell, float(np.hypot(side, depth))
         return cls(
             Estimate(built_over, side),

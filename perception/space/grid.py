@@ -12,12 +12,14 @@ from facetlog.perception.row_table import Indices
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CELLS", "Cells", "Grid", "Lattice"]
+__all__ = ["CELLS", "HARDLY_LARGER", "Cells", "Grid", "Lattice"]
 
 # Cells along the longest side. A chair's leg is 4 % of its height: a cell is 2.5 %. Finer grids
 # changed no verdict on furniture for the better, and take time with the third power.
 CELLS = 40
 
+HARDLY_LARGER = 1.1
+"""A rectangle or box up to this many times as large as the least is as good."""
 # So many cells outside of its lattice a point on its rim may be by rounding.
 AT_RIM = 1e-6
 
@@ -29,8 +31,9 @@ Cells: TypeAlias = NDArray[np.bool_]
 class Lattice:
     """Cells of side `cell`, as many along each axis as `shape` says.
 
-    `axes` (3, 3) are its directions as rows, the last one up, right-handed; `corner` (3,) is its
-    lowest corner in these axes.
+    `axes` (3, 3) are its directions as rows, the last one up; `corner` (3,) is its lowest corner in
+    these axes. Cells begin where the points lie closer: a thing has the same cells however its
+    world is turned, for which one of two opposite directions, each by itself, has to be chosen.
     """
 
     cell: float
@@ -39,12 +42,22 @@ class Lattice:
     shape: tuple[int, int, int]
 
     @classmethod
-    def round(cls, points: FloatArray, up: FloatArray, cells: int = CELLS) -> "Lattice | None":
+    def round(
+        cls,
+        points: FloatArray,
+        up: FloatArray,
+        *,
+        square_to: FloatArray | None = None,
+        cells: int = CELLS,
+    ) -> "Lattice | None":
         """The lattice round points (n, 3), or None if they have no extent.
 
-        It stands along the unit vector `up` (3,), and square to the least rectangle round the plan.
+        It stands along the unit vector `up` (3,), and square to the least rectangle round the plan,
+        or to the direction `square_to` (3,) where that rectangle is hardly larger: two sides of a
+        box that meet at a corner fill half of either.
         """
-        axes = _axes(points, up)
+        axes = _axes(points, up, square_to)
+        axes[:2] *= _senses(points @ axes[:2].T)[:, None]
         local = points @ axes.T
         low, size = local.min(axis=0), np.ptp(local, axis=0)
         cell = float(size.max()) / cells
@@ -58,6 +71,11 @@ class Lattice:
         """How many cells there are."""
         nx, ny, nz = self.shape
         return nx * ny * nz
+
+    @property
+    def volume(self) -> float:
+        """The volume that it takes."""
+        return self.size * self.cell**3
 
     def local(self, points: FloatArray) -> FloatArray:
         """Points (n, 3) of the scene in the lattice's axes from its corner, in cells."""
@@ -79,19 +97,32 @@ class Lattice:
         return np.where(inside, (x * shape[1] + y) * shape[2] + z, -1)
 
 
-def _axes(points: FloatArray, up: FloatArray) -> FloatArray:
+def _senses(flat: FloatArray) -> FloatArray:
+    """-1 or 1 for each column of points (n, k): from where more of them lie to where fewer do."""
+    middle = (flat.min(axis=0) + flat.max(axis=0)) / 2.0
+    offset = (flat - middle).mean(axis=0)
+    # What is as good as even, lies the same from either side.
+    return np.where(offset > AT_RIM * np.ptp(flat, axis=0), -1.0, 1.0)
+
+
+def _axes(points: FloatArray, up: FloatArray, square_to: FloatArray | None) -> FloatArray:
     first, second = plane_axes(up, np.eye(3)[int(np.argmin(np.abs(up)))])
-    direction, _, _ = least_rectangle(points @ np.array([first, second]).T)
+    direction, length, width = least_rectangle(points @ np.array([first, second]).T)
+    if square_to is not None:
+        plan = plane_axes(up, square_to)
+        if float(np.ptp(points @ plan.T, axis=0).prod()) <= HARDLY_LARGER * length * width:
+            return np.array([*plan, up])
     along = direction[0] * first + direction[1] * second
     return np.array([along, np.cross(up, along), up])
 
 
 @dataclass(frozen=True, eq=False, slots=False)
 class Grid:
-    """Which cells (nx, ny, nz) of a lattice are `solid`."""
+    """Which cells (nx, ny, nz) of a lattice are `solid`, and in which of these surface may be."""
 
     lattice: Lattice
     solid: Cells
+    surface: Cells
 
     @property
     def cell(self) -> float:
@@ -105,10 +136,10 @@ class Grid:
 
     @cached_property
     def upper(self) -> Cells:
-        """Cells (nx, ny, nz) that are solid with free space right above them."""
+        """Cells (nx, ny, nz) with surface that has free space right above it."""
         free_above: Cells = np.ones_like(self.solid)
         free_above[:, :, :-1] = ~self.solid[:, :, 1:]
-        found: Cells = self.solid & free_above
+        found: Cells = self.surface & free_above
         return found
 
     def layer(self, height: float) -> int:

@@ -75,11 +75,15 @@ class Space:
 
     @cached_property
     def _least(self) -> Grid:
-        return Grid(self.lattice, self.cells >= State.ASSUMED)
+        # what is assumed reaches up to what is unseen, and shows no surface there
+        return Grid(self.lattice, self.cells >= State.ASSUMED, self.cells == State.FULL)
 
     @cached_property
     def _most(self) -> Grid:
-        return Grid(self.lattice, self.cells >= State.UNSEEN) if self.unseen else self._least
+        if not self.unseen:
+            return self._least
+        solid = self.cells >= State.UNSEEN
+        return Grid(self.lattice, solid, solid)
 
     def least(self) -> Grid:
         """The least that the thing may fill: what is unseen is free."""

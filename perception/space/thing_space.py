@@ -62,7 +62,8 @@ def thing_space(
     What lines of sight passed from so many different `places` is free. What does not stand
     `on_ground` is reached from below, too.
     """
-    lattice = Lattice.round(surface.outer, up)
+    square_to = None if surface.all_round else _largest_upright(surface.faces, up)
+    lattice = Lattice.round(surface.outer, up, square_to=square_to)
     if lattice is None:
         return None
     flat, face = surface_points(surface.faces, SPACING * lattice.cell)
@@ -83,6 +84,12 @@ def thing_space(
     )
     full = touched | _without_free(within & ~touched, free)
     return Space(lattice, _with_assumed(full, free & ~full), closed)
+
+
+def _largest_upright(faces: Sequence[FlatFace], up: FloatArray) -> FloatArray | None:
+    """The normal of the largest face about upright, if there is one."""
+    upright = [face for face in faces if abs(float(face.normal @ up)) < FACES_ALONG]
+    return max(upright, key=lambda face: face.area).normal if upright else None
 
 
 def _right_before(lattice: Lattice, points: FloatArray, normals: FloatArray) -> Cells:
