@@ -15,7 +15,7 @@ from facetlog.perception.flat_faces import Estimate, FlatFace, plane_axes
 from facetlog.perception.pieces.solid_parts import solid_parts
 from facetlog.perception.row_table import Indices
 from facetlog.perception.space.grid import Grid, Lattice
-from facetlog.perception.space.surface_points import surface_points
+from facetlog.perception.space.surface_points import inner_points
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.types import FloatArray
 
@@ -53,7 +53,8 @@ class Piece:
 @dataclass(frozen=True, eq=False, slots=True)
 class Pieces:
     """The pieces of a thing, the largest first. `joins` (p, p) says which touch, `bears` (p, p)
-    which carries which directly: it touches the other and reaches lower.
+    which carries which directly: it touches what is off the ground and reaches as low, within a
+    cell, or lower.
     """
 
     pieces: tuple[Piece, ...]
@@ -91,7 +92,8 @@ def find_pieces(grid: Grid, faces: Sequence[FlatFace], curved: FloatArray) -> Pi
         found.append(replace(piece, faces=tuple(faces[i].index for i in own_faces)))
     joins = _joins(parts, len(sizes))[np.ix_(kept, kept)]
     low = np.array([piece.low for piece in found])
-    bears = joins & (low[:, None] < low[None] - grid.cell)
+    off_ground = low >= low.min(initial=np.inf) + grid.cell
+    bears = joins & (low[:, None] <= low[None] + grid.cell) & off_ground
     return Pieces(tuple(found), joins, bears)
 
 
@@ -105,7 +107,7 @@ class _Surface:
 
     @classmethod
     def of(cls, lattice: Lattice, faces: Sequence[FlatFace], curved: FloatArray) -> "_Surface":
-        flat, face = surface_points(faces, SPACING * lattice.cell)
+        flat, face = inner_points(faces, SPACING * lattice.cell)
         normals = np.array([face.normal for face in faces]).reshape(-1, 3)
         bent = np.full(len(curved), -1)
         return cls(np.concatenate([flat, curved]), np.concatenate([face, bent]), normals)

@@ -34,6 +34,7 @@ def missed_cells(corner_sd: float) -> int:
 
 def enclosed(surface: Cells, *, on_ground: bool, missed: int = 0) -> Cells:
     """Cells that are surface or are enclosed by it; the ground closes what stands on it."""
+    missed = min(missed, max(surface.shape))  # from there on all gaps are closed
     within = ~reached_from_outside(surface, on_ground=on_ground, missed=missed)
     rooms = _met_along_all_axes(surface, on_ground=on_ground) & ~within
     return within | _nearly_closed(rooms, within) if rooms.any() else within

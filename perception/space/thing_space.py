@@ -12,7 +12,7 @@ from facetlog.perception.space.carving import places_through
 from facetlog.perception.space.flooding import enclosed, missed_cells
 from facetlog.perception.space.grid import Cells, Lattice
 from facetlog.perception.space.space import Space, State
-from facetlog.perception.space.surface_points import surface_points
+from facetlog.perception.space.surface_points import inner_points
 from facetlog.perception.types import FloatArray
 
 __all__ = ["ThingSurface", "thing_space"]
@@ -66,11 +66,11 @@ def thing_space(
     lattice = Lattice.round(surface.outer, up, square_to=square_to)
     if lattice is None:
         return None
-    flat, face = surface_points(surface.faces, SPACING * lattice.cell)
+    flat, face = inner_points(surface.faces, SPACING * lattice.cell)
     facing = np.array([f.normal for f in surface.faces]).reshape(-1, 3)[face]
     points = np.concatenate([flat, surface.curved])
     normals = np.concatenate([facing, surface.normals])
-    touched = lattice.holding(np.concatenate([points, surface.outer]))
+    touched = lattice.holding(points if len(flat) else np.concatenate([points, surface.outer]))
     within = enclosed(
         touched, on_ground=on_ground, missed=missed_cells(surface.corner_sd / lattice.cell)
     )

@@ -64,12 +64,11 @@ def test_legs_carry_the_back_of_a_chair_through_its_seat() -> None:
     back = max(heights, key=lambda name: heights[name][1])
     (seat,) = set(heights) - legs - {back}
     assert {name for (name,) in rows["piece_on_ground"]} == legs
-    assert {(one, other) for one, other in rows["carries"]} == {
-        *((leg, seat) for leg in legs),
-        *((leg, back) for leg in legs),
-        (seat, back),
-    }
-    assert (legs.pop(), back) not in rows["joins"]
+    carried = {(one, other) for one, other in rows["carries"]}
+    assert carried >= {(leg, other) for leg in legs for other in (seat, back)} | {(seat, back)}
+    assert not any(other in legs for _, other in carried)
+    joined = sum((leg, back) in rows["joins"] for leg in legs)
+    assert joined < len(legs)
 
 
 def test_faces_belong_to_the_piece_that_they_bound() -> None:
