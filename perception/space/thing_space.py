@@ -27,6 +27,10 @@ OPEN_SHARE = 0.5
 BESIDE = 1.0
 # A normal that points this much along an axis faces that way (cosine of 60 degrees).
 FACES_ALONG = 0.5
+# A side was seen if more than this share of the surface faces it: less may be noise.
+LEAST_SHOWN = 0.05
+# A cell that lies open to so many of these sides is not behind seen surface.
+MOST_MISSING = 2
 # What seems enclosed is not if more than this share of it is known to be free, as of a room that
 # was scanned from within: less are lines of sight that grazed a rim.
 FREE_SHARE = 0.1
@@ -83,7 +87,8 @@ def thing_space(
         | (places_through(lattice, sights, touched) >= places)
     )
     full = touched | _without_free(within & ~touched, free)
-    return Space(lattice, _with_assumed(full, free & ~full), closed)
+    shown = _shown_sides(lattice, normals)
+    return Space(lattice, _with_assumed(full, free & ~full, shown), closed)
 
 
 def _largest_upright(faces: Sequence[FlatFace], up: FloatArray) -> FloatArray | None:
@@ -136,21 +141,38 @@ def _without_free(within: Cells, free: Cells) -> Cells:
     return np.asarray(kept[rooms], dtype=np.bool_)
 
 
-def _with_assumed(full: Cells, free: Cells) -> NDArray[np.uint8]:
+def _shown_sides(lattice: Lattice, normals: FloatArray) -> dict[tuple[int, int], bool]:
+    """Along which axes, and in which sense (1 or -1), surface faces that was seen from there."""
+    along = normals @ lattice.axes.T
+    return {
+        (axis, sense): float((sense * along[:, axis] > FACES_ALONG).mean()) > LEAST_SHOWN
+        for axis in range(3)
+        for sense in (1, -1)
+    }
+
+
+def _with_assumed(
+    full: Cells, free: Cells, shown: dict[tuple[int, int], bool]
+) -> NDArray[np.uint8]:
     """The states of all cells, of which these are full and these free.
 
     Of the others those are assumed to be full from which surface is met along some axis, and along
-    none of them free space before it: no place that was seen to be free opens to them.
+    none of them free space before it: no place that was seen to be free opens to them. Nor do they
+    lie open to two sides that are `shown`, where surface of their own would have been seen: of one
+    side some may be missing, as where it mirrors.
     """
     states = np.full(full.shape, State.UNSEEN, dtype=np.uint8)
     states[free], states[full] = State.FREE, State.FULL
     opened, backed = np.zeros_like(full), np.zeros_like(full)
+    missing = np.zeros(full.shape, dtype=np.uint8)
     for axis in range(3):
         for sense in (1, -1):
             met = _first_met(states, axis, sense)
             opened |= met == State.FREE
+            if shown[axis, sense]:
+                missing += met == State.UNSEEN
             backed |= met == State.FULL
-    states[(states == State.UNSEEN) & backed & ~opened] = State.ASSUMED
+    states[(states == State.UNSEEN) & backed & ~opened & (missing < MOST_MISSING)] = State.ASSUMED
     return states
 
 

@@ -33,7 +33,7 @@ def eye_at(scene: Scene, azimuth_deg: float, height_deg: float, away: float = 2.
 
 
 def scanned(scene: Scene, eye: FloatArray) -> Scene:
-    """What is seen of the scene from `eye` (3,) as a body, with lines of sight to it and the floor."""
+    """What `eye` (3,) sees of the scene as a body, with lines of sight to it and to the floor."""
     seen = one_body(seen_from(scene, eye), whole=False)
     rays = _rays(scene, eye)
     away = np.full(len(rays), np.inf)
