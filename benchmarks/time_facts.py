@@ -1,17 +1,24 @@
 """How long do a scene's facts take, from its JSON on, and which step takes it?
 
-Exact scenes of 6 to 60 faces. Processor time of one process, the least of the repeats: what else
-the machine does can only add to it.
+Exact scenes of 6 to 60 faces; and the space of things with its measures: of a mesh, of a scan, and
+of what 24 views looked at. Processor time of one process, the least of the repeats: what else the
+machine does can only add to it.
 """
 
 import cProfile
 import pstats
 import time
 from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
 
 from benchmarks.common import Report, Row, Settings, Table, command
-from facetlog.perception.facts.all_facts import fact_columns, fact_rows, scene_facts
-from facetlog.perception.scene import Scene
+from benchmarks.time_mesh import table_mesh
+from facetlog.perception.facts.all_facts import LEVEL_KINDS, fact_columns, fact_rows, scene_facts
+from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.scene import Body, Scene, SightLines
+from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved, together
 from facetlog.perception.surfaces.scene_file import scene_from_json, scene_to_json
@@ -44,6 +51,10 @@ MADE_IN = (
     "/perception/facts/thing_facts.py",
     "/perception/facts/scene_memo.py",
 )
+# Facts that are measured in the space of things.
+OF_SPACE = frozenset({"whole", "footprint", "solidity", *LEVEL_KINDS, "unseen_bounds"})
+# Views round a table, and lines of sight of each that end on the floor about it.
+VIEWS, LINES = 24, 1600
 
 
 def scenes() -> dict[str, Scene]:
@@ -59,6 +70,32 @@ def scenes() -> dict[str, Scene]:
         "a shelf of nine boards": build("shelf", {"boards": 9}),
         "ten cuboids": together(*blocks),
     }
+
+
+def spacious() -> dict[str, Scene]:
+    """Scenes by name, each a thing whose space is known by something else."""
+    table = build("table", {})
+    mesh = table_mesh(3)
+    meshed = Mesh.of(mesh.vertices, mesh.faces, name="table")
+    lines = _looked_at(table)
+    body = (Body(tuple(range(len(table.faces)))),)
+    return {
+        f"a mesh of {len(mesh.faces)} triangles": scene_of_mesh(meshed, up=(0.0, 0.0, 1.0)),
+        "a scan from one place": replace(table, bodies=body, sights=lines[:1]),
+        f"{VIEWS} views": replace(table, sights=lines),
+    }
+
+
+def _looked_at(scene: Scene) -> tuple[SightLines, ...]:
+    """Lines of sight from places round the scene to the floor under it and about it."""
+    low, high = scene.points.min(axis=0), scene.points.max(axis=0)
+    rng = np.random.default_rng(0)
+    around = np.linspace(0.0, 2.0 * np.pi, VIEWS, endpoint=False)
+    places = 2.0 * np.column_stack([np.cos(around), np.sin(around), np.full(VIEWS, 0.7)])
+    low, high = low - (high - low), high + (high - low)
+    low[2] = high[2] = scene.points[:, 2].min()
+    ends = rng.uniform(low, high, (VIEWS, LINES, 3))
+    return tuple(map(SightLines, places, ends))
 
 
 def least_ms(work: Callable[[], object], repeats: int) -> float:
@@ -114,8 +151,22 @@ def measure(settings: Settings) -> Report:
             }
         )
         steps.append({"scene": name, **shares_of_steps(scene, repeats)})
-    tables = (Table("Processor time", tuple(times)), Table("Share of fact_rows, %", tuple(steps)))
-    return Report(NAME, tables, {"repeats": repeats})
+    space: list[Row] = [
+        {
+            "of": name,
+            "space and its measures, ms": least_ms(
+                lambda scene=scene: fact_rows(scene, OF_SPACE), repeats
+            ),
+        }
+        for name, scene in spacious().items()
+    ]
+    tables = (
+        Table("Processor time", tuple(times)),
+        Table("Share of fact_rows, %", tuple(steps)),
+        Table("Space", tuple(space)),
+    )
+    notes = ("Wanted: space and its measures within 100 ms of a mesh, 200 ms of 24 views.",)
+    return Report(NAME, tables, {"repeats": repeats}, notes)
 
 
 main = command(NAME, __doc__, measure)

@@ -9,9 +9,10 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import partial
 from itertools import repeat
 
-from facetlog.perception.facts import drawing_facts, part_facts, thing_facts
+from facetlog.perception.facts import drawing_facts, part_facts, piece_facts, thing_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ON_DEMAND, Fact, Value
 from facetlog.perception.facts.named_rows import BlockFacts, FactColumns, FactRows, rows_from
+from facetlog.perception.facts.piece_kinds import PIECE_KINDS
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.scene import Scene
 
@@ -77,7 +78,8 @@ _MAKERS: tuple[tuple[Callable[[SceneMemo, BlockFacts], None], tuple[str, ...]], 
     (thing_facts.clear_facts, ("clear_below",)),
     (thing_facts.rim_facts, ("at_rim",)),
     (thing_facts.surface_facts, ("whole", "scanned", "curved")),
-    (thing_facts.space_facts, ("footprint", "solidity", *LEVEL_KINDS)),
+    (thing_facts.space_facts, ("footprint", "solidity", *LEVEL_KINDS, "unseen_bounds")),
+    (piece_facts.piece_facts, tuple(kind.functor for kind in PIECE_KINDS)),
     (drawing_facts.drawing_facts, ("junction", "line_at", "contour")),
 )
 

@@ -33,6 +33,7 @@ class ArgumentKind(StrEnum):
     EDGE = "edge"
     FACE = "face"
     THING = "thing"
+    PIECE = "piece"
     JUNCTION = "junction"
     PART = "face or edge"
     BODY = "face, edge or thing"
@@ -126,6 +127,7 @@ _SHORT = {
     "edge": ArgumentKind.EDGE,
     "face": ArgumentKind.FACE,
     "thing": ArgumentKind.THING,
+    "piece": ArgumentKind.PIECE,
     "junction": ArgumentKind.JUNCTION,
     "part": ArgumentKind.PART,
     "body": ArgumentKind.BODY,

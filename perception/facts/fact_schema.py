@@ -13,6 +13,7 @@ from facetlog.perception.facts.fact_kinds import (
     Value,
 )
 from facetlog.perception.facts.fact_kinds import fact_kind as _kind
+from facetlog.perception.facts.piece_kinds import PIECE_KINDS
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 
 __all__ = [
@@ -33,7 +34,8 @@ _ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
 _NO_UP = "up is not known"
 _UPRIGHT = "up is not known, or a face stands within 10° of upright (its plan is a line)"
 
-_NO_SPACE = "the thing's surface is not known from all sides, or " + _NO_UP
+_UNNOTED = "it was found in pictures, and nobody noted what they show"
+_NO_SPACE = _UNNOTED + ", or " + _NO_UP
 _NO_LEVEL = _NO_SPACE + ", or the face leans more than 30° from level"
 _NO_RISE = _NO_LEVEL + ", or nothing rises above it"
 _NO_CAMERA = "no camera of the view is known, as of meshes and clouds"
@@ -268,7 +270,13 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "seen from above, the upright X stands at the rim of F: within 15 % of F's width",
         "otherwise, or " + _NO_UP,
     ),
-    _kind("whole +T:thing", _MAYBE, "its surface is known from all sides", "it is not"),
+    _kind(
+        "whole +T:thing",
+        _MAYBE,
+        "it was read from a mesh or cloud, and is known from all sides: its surface is closed, and "
+        "no space round it is unseen",
+        "it is not",
+    ),
     _kind(
         "scanned +T:thing",
         _MAYBE,
@@ -283,8 +291,8 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "solidity +T:thing R:share Sd:share",
         _MAYBE,
         "share that it takes of the least box round it, upright or square to its largest face; "
-        "what cannot be reached from outside counts as taken",
-        "its surface is not known from all sides",
+        "what surface encloses counts as taken, and what lies behind seen surface",
+        _UNNOTED,
     ),
     _kind(
         "cover +F:face R:share Sd:share",
@@ -364,10 +372,12 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind(
         "unseen_bounds +Measure:symbol +X:body IfFree:number IfFull:number",
         _MAYBE,
-        "what a measure of the face or thing X comes to if the space that nobody saw is free, and "
-        "if it is full",
-        "what was not seen does not change that measure",
+        "what the measure of space that `Measure` names (`footprint`, `solidity`, `cover` and so on "
+        "to `see_across`) comes to for the face or thing X if all unseen space is free, and if all "
+        "is full; its own fact has their middle",
+        "no unseen space could change the measure",
     ),
+    *PIECE_KINDS,
     _kind(
         "junction +View:view +J:junction Type:symbol",
         _MAYBE,

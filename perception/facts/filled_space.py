@@ -1,39 +1,48 @@
-"""The space of things whose surface is known from all sides: what they fill, and what they leave.
-
-Of others nothing is stated here: where a picture shows no surface, there may be one.
-"""
+"""What things fill of their space, and what they leave."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from facetlog.perception.facts.levels import ROUNDING, Level, level_at
+from facetlog.perception.facts.bounded import ROUNDING, Bounded
+from facetlog.perception.facts.levels import Level, level_at
 from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.occupancy import Grid, occupancy
+from facetlog.perception.space.grid import HARDLY_LARGER, Grid
+from facetlog.perception.space.space import Space
+from facetlog.perception.space.thing_space import ThingSurface, thing_space
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Space", "curved_share", "spaces"]
+__all__ = ["FilledSpace", "curved_share", "filled_spaces"]
 
 # A face that leans less than this from level has a level: sin 60°.
 LEVEL_ENOUGH = 0.866
 # A direction this near one of a box's own is the same: cos 5°.
 SAME_DIRECTION = 0.996
+# Lines of sight from so many places make a cell free: a scanner measures where they end, a picture
+# only agrees with others.
+PLACES_OF_SCANS, PLACES_OF_PICTURES = 1, 2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Space:
+class FilledSpace:
     """A thing's `footprint` (area), `solidity` (its share of the least box round it, 0..1), and the
-    levels of its faces that lie about level (by index of the face).
+    levels of its faces that lie about level (by index of the face); whether it is `known` from all
+    sides, and the volume of that `box`.
 
-    The box is upright or square to the largest face, whichever is filled more. Without a known up
-    there are no levels and no footprint.
+    The box is upright, or square to the largest face where that box is clearly smaller. Without a
+    known up there are no levels and no footprint. `space` and `surface` are what all that was
+    measured on.
     """
 
-    footprint: Estimate | None
-    solidity: Estimate
+    space: Space
+    surface: ThingSurface
+    known: bool
+    box: float
+    footprint: Bounded | None
+    solidity: Bounded
     levels: dict[int, Level]
 
 
@@ -45,36 +54,41 @@ def curved_share(scene: Scene, areas: FloatArray, thing: Thing) -> float:
     return curved / (curved + float(sum(areas[list(thing.faces)].tolist())))
 
 
-def _levels(grid: Grid, faces: tuple[FlatFace, ...], up: FloatArray) -> Iterator[tuple[int, Level]]:
-    known: dict[int, Level | None] = {}
-    for face in faces:
-        if abs(float(face.normal @ up)) < LEVEL_ENOUGH:
+def filled_spaces(
+    scene: Scene,
+    faces: tuple[FlatFace, ...],
+    things: tuple[Thing, ...],
+    outer: Sequence[FloatArray],
+) -> dict[int, FilledSpace]:
+    """What each thing (by its index) fills of its space; `outer` are points (n, 3) that reach as
+    far as each does.
+    """
+    places = PLACES_OF_PICTURES if scene.views else PLACES_OF_SCANS
+    found: dict[int, FilledSpace] = {}
+    for index, (thing, reach) in enumerate(zip(things, outer, strict=True)):
+        if len(reach) < 2:
             continue
-        height = float(face.middle @ up)
-        layer = grid.layer(height)
-        if layer not in known:
-            known[layer] = level_at(grid, height)
-        level = known[layer]
-        if level is not None:
-            yield face.index, level
+        measured = _Measured(scene, _surface(scene, faces, thing, reach), places)
+        filled = measured.lying() if scene.up is None else measured.standing(scene.up)
+        if filled is not None:
+            found[index] = filled
+    return found
 
 
-def _solidity(grid: Grid) -> Estimate:
-    return Estimate(float(grid.solid.mean()), ROUNDING / min(grid.solid.shape))
-
-
-def _footprint(grid: Grid) -> Estimate:
-    cells = float(grid.footprint.sum())
-    area = cells * grid.cell**2
-    return Estimate(area, 2.0 * ROUNDING / np.sqrt(cells) * area)
-
-
-def _axis(faces: tuple[FlatFace, ...], points: FloatArray) -> FloatArray:
-    """The normal of the largest face, or the direction in which the points vary least."""
-    if faces:
-        return max(faces, key=lambda face: face.area).normal
-    normal: FloatArray = np.linalg.eigh(np.cov(points.T))[1][:, 0]
-    return normal
+def _surface(
+    scene: Scene, faces: tuple[FlatFace, ...], thing: Thing, outer: FloatArray
+) -> ThingSurface:
+    own = tuple(faces[i] for i in thing.faces)
+    none = np.zeros((0, 3))
+    patches = [scene.patches[i] for i in thing.patches]
+    return ThingSurface(
+        own,
+        outer,
+        np.concatenate([none, *(patch.points for patch in patches)]),
+        np.concatenate([none, *(patch.normals for patch in patches)]),
+        _corner_sd(scene, own),
+        thing.whole,
+    )
 
 
 def _corner_sd(scene: Scene, faces: tuple[FlatFace, ...]) -> float:
@@ -85,63 +99,77 @@ def _corner_sd(scene: Scene, faces: tuple[FlatFace, ...]) -> float:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Surface:
-    """A thing's faces, points that reach as far as it does, and points of what is curved."""
+class _Measured:
+    """A thing's surface in its scene, measured in lattices along one direction or another."""
 
-    faces: tuple[FlatFace, ...]
-    outer: FloatArray
-    curved: FloatArray
-    corner_sd: float
+    scene: Scene
+    surface: ThingSurface
+    places: int
 
-    def standing(self, up: FloatArray) -> Space | None:
-        grid = self._grid(up, on_ground=True)
-        if grid is None:
+    def standing(self, up: FloatArray) -> FilledSpace | None:
+        space = self._space(up, on_ground=True)
+        if space is None:
             return None
-        solidity = _solidity(grid)
-        axis = _axis(self.faces, self.outer)
+        filled = FilledSpace(
+            space,
+            self.surface,
+            space.known,
+            space.lattice.volume,
+            _footprint(space),
+            _solidity(space),
+            dict(self._levels(space, up)),
+        )
         # A box that is tipped over fills the box round it no less.
-        if float(np.abs(grid.axes @ axis).max()) < SAME_DIRECTION:
-            tipped = self.lying(axis)
-            solidity = solidity if tipped is None else max(solidity, tipped.solidity)
-        return Space(_footprint(grid), solidity, dict(_levels(grid, self.faces, up)))
+        if float(np.abs(space.axes @ self._axis()).max()) < SAME_DIRECTION:
+            tipped = self.lying()
+            if tipped is not None and HARDLY_LARGER * tipped.box < filled.box:
+                return replace(filled, box=tipped.box, solidity=tipped.solidity)
+        return filled
 
-    def lying(self, axis: FloatArray) -> Space | None:
-        grid = self._grid(axis, on_ground=False)
-        return None if grid is None else Space(None, _solidity(grid), {})
-
-    def _grid(self, up: FloatArray, *, on_ground: bool) -> Grid | None:
-        return occupancy(
-            self.faces,
-            self.outer,
-            self.curved,
-            up,
-            corner_sd=self.corner_sd,
-            on_ground=on_ground,
+    def lying(self) -> FilledSpace | None:
+        space = self._space(self._axis(), on_ground=False)
+        if space is None:
+            return None
+        return FilledSpace(
+            space, self.surface, space.known, space.lattice.volume, None, _solidity(space), {}
         )
 
+    def _axis(self) -> FloatArray:
+        """The normal of the largest face, or the direction in which the points vary least."""
+        if self.surface.faces:
+            return max(self.surface.faces, key=lambda face: face.area).normal
+        normal: FloatArray = np.linalg.eigh(np.cov(self.surface.outer.T))[1][:, 0]
+        return normal
 
-def spaces(
-    scene: Scene,
-    faces: tuple[FlatFace, ...],
-    things: tuple[Thing, ...],
-    outer: Sequence[FloatArray],
-) -> dict[int, Space]:
-    """The space of each thing (by its index) that is known from all sides.
+    def _space(self, up: FloatArray, *, on_ground: bool) -> Space | None:
+        sights = self.scene.sights
+        return thing_space(self.surface, up, sights=sights, places=self.places, on_ground=on_ground)
 
-    `outer` are points (n, 3) that reach as far as each thing does.
-    """
-    found: dict[int, Space] = {}
-    for index, thing in enumerate(things):
-        if not thing.whole or len(outer[index]) < 2:
-            continue
-        own = tuple(faces[i] for i in thing.faces)
-        curved = [scene.patches[i].points for i in thing.patches]
-        others = np.concatenate([np.zeros((0, 3)), *curved])
-        surface = _Surface(own, outer[index], others, _corner_sd(scene, own))
-        if scene.up is None:
-            space = surface.lying(_axis(own, outer[index]))
-        else:
-            space = surface.standing(scene.up)
-        if space is not None:
-            found[index] = space
-    return found
+    def _levels(self, space: Space, up: FloatArray) -> Iterator[tuple[int, Level]]:
+        known: dict[int, Level | None] = {}
+        for face in self.surface.faces:
+            if abs(float(face.normal @ up)) < LEVEL_ENOUGH:
+                continue
+            height = float(face.middle @ up)
+            layer = space.least().layer(height)
+            if layer not in known:
+                known[layer] = level_at(space, height)
+            level = known[layer]
+            if level is not None:
+                yield face.index, level
+
+
+def _solidity(space: Space) -> Bounded:
+    def reading(grid: Grid) -> Estimate:
+        return Estimate(float(grid.solid.mean()), ROUNDING / min(grid.solid.shape))
+
+    return Bounded.between(reading(space.least()), reading(space.most()))
+
+
+def _footprint(space: Space) -> Bounded:
+    def reading(grid: Grid) -> Estimate:
+        cells = float(grid.footprint.sum())
+        area = cells * grid.cell**2
+        return Estimate(area, 2.0 * ROUNDING / float(np.sqrt(cells)) * area)
+
+    return Bounded.between(reading(space.least()), reading(space.most()))

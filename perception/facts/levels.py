@@ -2,8 +2,8 @@
 
 The *level* of a face is all of the thing that faces up at the height of the face's middle: a seat
 of slats is one level, and so is a table top of two leaves. The *space beneath* reaches from there
-to the ground. What is measured comes from a grid (occupancy.py), so it is known of things whose
-surface is known from all sides, and exact to about a cell.
+to the ground. It is measured in cells of the thing's space, exact to about one of them, and twice
+where some of it is unseen: as if that were free, and as if it were full.
 """
 
 from collections.abc import Iterator
@@ -12,8 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.facts.bounded import ROUNDING, Bounded
 from facetlog.perception.flat_faces import Estimate
-from facetlog.perception.surfaces.occupancy import Grid
+from facetlog.perception.space.grid import Grid
+from facetlog.perception.space.space import Space
 
 __all__ = ["GAP", "Level", "closed", "level_at"]
 
@@ -25,8 +27,6 @@ GAP = 2
 LEAST = 0.1
 # A back begins this share of the way up from a seat to the highest point: arms are lower.
 ABOVE_ARMS = 0.35
-# A uniform error of one cell.
-ROUNDING = 1.0 / np.sqrt(12.0)
 
 _Plan = NDArray[np.bool_]
 
@@ -46,23 +46,23 @@ class Level:
       is more; `see_across` whichever is less.
     - `side`: how far from its middle what rises high above it stands (1 at the rim), towards the
       side where it is farthest; `off_middle` the same along that side; `span`: how much of the
-      side's length it takes. None where nothing rises.
+      side's length it takes. None where nothing rises; what is unseen does not.
     """
 
-    cover: Estimate
-    length: Estimate
-    width: Estimate
-    built_over: Estimate
-    room_below: Estimate
-    room_above: Estimate
-    free_below: Estimate
-    see_through: Estimate
-    see_across: Estimate
-    side: Estimate | None = None
-    off_middle: Estimate | None = None
-    span: Estimate | None = None
+    cover: Bounded
+    length: Bounded
+    width: Bounded
+    built_over: Bounded
+    room_below: Bounded
+    room_above: Bounded
+    free_below: Bounded
+    see_through: Bounded
+    see_across: Bounded
+    side: Bounded | None = None
+    off_middle: Bounded | None = None
+    span: Bounded | None = None
 
-    def measures(self) -> Iterator[tuple[str, Estimate]]:
+    def measures(self) -> Iterator[tuple[str, Bounded]]:
         """The names of the facts and their values, of those that are known."""
         named = (
             ("cover", self.cover),
@@ -152,38 +152,107 @@ def _rise(plan: _Plan, tall: _Plan) -> tuple[float, float, float]:
     return float(offsets[first]), float(offsets[1 - first]), float(min(span, 1.0))
 
 
-def level_at(grid: Grid, height: float) -> Level | None:
-    """The level at a height (along up, in the scene's frame); None if next to nothing is there."""
-    layers = grid.solid.shape[2]
-    thickness = max(1, round(THICKNESS * layers))
-    layer = grid.layer(height)
-    low, high = max(0, layer - thickness), min(layers, layer + thickness + 1)
-    plan = closed(_any(grid.upper[:, :, low:high])) & grid.footprint
-    taken, footprint = int(plan.sum()), int(grid.footprint.sum())
-    if taken < LEAST * footprint:
+@dataclass(frozen=True, eq=False, slots=True)
+class _Slab:
+    """The layers of cells of a level: that of its height is `layer`, all from `low` to `high`."""
+
+    layer: int
+    low: int
+    high: int
+
+    @classmethod
+    def at(cls, grid: Grid, height: float) -> "_Slab":
+        layers = grid.solid.shape[2]
+        thickness = max(1, round(THICKNESS * layers))
+        layer = grid.layer(height)
+        return cls(layer, max(0, layer - thickness), min(layers, layer + thickness + 1))
+
+    def plan(self, grid: Grid) -> _Plan:
+        """The plan (nx, ny) of what faces up in it."""
+        return closed(_any(grid.upper[:, :, self.low : self.high])) & grid.footprint
+
+
+@dataclass(frozen=True, slots=True)
+class _Beneath:
+    """What lies over and under a level in one reading of its thing's space."""
+
+    built_over: Estimate
+    room_below: Estimate
+    room_above: Estimate
+    free_below: Estimate
+    see_through: Estimate
+    see_across: Estimate
+
+    @classmethod
+    def of(cls, grid: Grid, plan: _Plan, slab: _Slab) -> "_Beneath":
+        taken = int(plan.sum())
+        side, depth = _side(plan), ROUNDING / max(slab.layer, 1)
+        built_over = float((_any(grid.solid[:, :, slab.high :]) & plan).sum()) / taken
+        across, through = sorted(_see_through(grid, plan, max(1, int(0.9 * slab.low))))
+        free = ~grid.solid[:, :, : slab.layer + 1][plan]
+        # above the uppermost surface of the level in each column, or, in its gaps, its height
+        own = grid.upper[:, :, slab.low : slab.high][plan]
+        topmost = slab.high - 1 - own[:, ::-1].argmax(axis=1)
+        topmost = np.where(own.any(axis=1), topmost, slab.layer - 1)
+        above = ~grid.solid[plan] & (np.arange(grid.solid.shape[2]) > topmost[:, None])
+        rounding, seen_sd = ROUNDING * grid.cell, float(np.hypot(side, depth))
+        return cls(
+            Estimate(built_over, side),
+            Estimate(_room(free[:, ::-1]) * grid.cell, rounding),
+            Estimate(_room(above) * grid.cell, rounding),
+            Estimate(float(free.mean()), seen_sd),
+            Estimate(through, seen_sd),
+            Estimate(across, seen_sd),
+        )
+
+
+def _side(plan: _Plan) -> float:
+    """The sd of a share of a plan: a cell at its rim."""
+    return ROUNDING / float(np.sqrt(plan.sum()))
+
+
+def _risen(grid: Grid, plan: _Plan, slab: _Slab) -> tuple[Bounded, Bounded, Bounded] | None:
+    """`side`, `off_middle` and `span` of what rises high above a level, if anything does."""
+    begin = slab.high + max(1, int(ABOVE_ARMS * (grid.solid.shape[2] - slab.high)))
+    tall = _any(grid.solid[:, :, begin:])
+    if not tall.any():
         return None
-    side = ROUNDING / np.sqrt(taken)  # of a share of the plan: a cell at its rim
-    depth = ROUNDING / max(layer, 1)
-    rounding = ROUNDING * grid.cell
-    built_over = float((_any(grid.solid[:, :, high:]) & plan).sum()) / taken
-    below = max(1, int(0.9 * low))
-    across, through = sorted(_see_through(grid, plan, below))
-    seen_sd = float(np.hypot(side, depth))
-    free = ~grid.solid[:, :, : layer + 1][plan]
-    tall = _any(grid.solid[:, :, high + max(1, int(ABOVE_ARMS * (layers - high))) :])
-    rise = _rise(plan, tall) if tall.any() else None
-    width, length = sorted(_extents(plan)[1])
+    side, off_middle, span = (
+        Bounded.sure(Estimate(each, 2.0 * _side(plan))) for each in _rise(plan, tall)
+    )
+    return side, off_middle, span
+
+
+def level_at(space: Space, height: float) -> Level | None:
+    """The level at a height (along up, in the scene's frame); None if next to nothing is there."""
+    least, most = space.least(), space.most()
+    slab = _Slab.at(least, height)
+    plan = slab.plan(least)
+    taken, footprint = int(plan.sum()), least.footprint
+    if taken < LEAST * int(footprint.sum()):
+        return None
+    # what is unseen may be more of the level, or of the plan round it
+    wide = plan if most is least else slab.plan(most) | plan
+    side, rounding = _side(plan), ROUNDING * least.cell
+    cover = (
+        taken / int((footprint | most.footprint).sum()),
+        int(wide.sum()) / int((footprint | wide).sum()),
+    )
+    (width, length), (wider, longer) = (sorted(_extents(each)[1]) for each in (plan, wide))
+    one = _Beneath.of(least, plan, slab)
+    other = one if most is least else _Beneath.of(most, plan, slab)
+    rise = _risen(least, plan, slab) or (None, None, None)
     return Level(
-        cover=Estimate(taken / footprint, side),
-        length=Estimate(length * grid.cell, rounding),
-        width=Estimate(width * grid.cell, rounding),
-        built_over=Estimate(built_over, side),
-        room_below=Estimate(_room(free[:, ::-1]) * grid.cell, rounding),
-        room_above=Estimate(_room(~grid.solid[:, :, layer:][plan]) * grid.cell, rounding),
-        free_below=Estimate(float(free.mean()), seen_sd),
-        see_through=Estimate(through, seen_sd),
-        see_across=Estimate(across, seen_sd),
-        side=Estimate(rise[0], 2.0 * side) if rise else None,
-        off_middle=Estimate(rise[1], 2.0 * side) if rise else None,
-        span=Estimate(rise[2], 2.0 * side) if rise else None,
+        cover=Bounded.between(*(Estimate(each, side) for each in cover)),
+        length=Bounded.between(*(Estimate(n * least.cell, rounding) for n in (length, longer))),
+        width=Bounded.between(*(Estimate(n * least.cell, rounding) for n in (width, wider))),
+        built_over=Bounded.between(one.built_over, other.built_over),
+        room_below=Bounded.between(one.room_below, other.room_below),
+        room_above=Bounded.between(one.room_above, other.room_above),
+        free_below=Bounded.between(one.free_below, other.free_below),
+        see_through=Bounded.between(one.see_through, other.see_through),
+        see_across=Bounded.between(one.see_across, other.see_across),
+        side=rise[0],
+        off_middle=rise[1],
+        span=rise[2],
     )

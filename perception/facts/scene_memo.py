@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.facts import relations
+from facetlog.perception.facts.filled_space import FilledSpace, filled_spaces
 from facetlog.perception.facts.heights import Grounds, tilts, vertical_senses
 from facetlog.perception.facts.measures import Estimates, Group
 from facetlog.perception.facts.named_rows import named_in_order
@@ -207,6 +208,13 @@ class SceneMemo:
     def senses(self) -> Indices:
         """1 (f,) for faces that look up, -1 for those that look down, else 0, where up is known."""
         return vertical_senses(self.table.planes, self.ups[self.table.scene], self.leaning)
+
+    @cached_property
+    def filled(self) -> dict[int, FilledSpace]:
+        """What each thing (by its index) fills of its space, if this is a single scene's memo."""
+        (scene,) = self.scenes
+        outer = [self.table.points[members] for members in self.members]
+        return filled_spaces(scene, self.table.faces, self.things, outer)
 
     @cached_property
     def face_names(self) -> Names:

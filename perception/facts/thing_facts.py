@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.facts import heights, measures, plan_view
-from facetlog.perception.facts.filled_space import curved_share, spaces
+from facetlog.perception.facts.bounded import Bounded
+from facetlog.perception.facts.filled_space import curved_share
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.facts.standing_parts import at_rim
@@ -185,30 +186,40 @@ def rim_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def surface_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """What is known of things' surface that is no face's."""
-    curved = []
-    for thing, name in zip(s.things, s.thing_names.tolist(), strict=True):
-        scene = s.scenes[thing.scene]
-        if thing.whole:
-            rows.add_rows("whole", thing.scene, [(name,)])
-        elif scene.bodies:  # read from surface, not found in pictures
-            rows.add_rows("scanned", thing.scene, [(name,)])
-        curved.append(curved_share(scene, s.table.areas, thing))
+    """What is known of things' surface: whether from all sides, and how much is no face's."""
+    areas = s.table.areas
+    curved = [curved_share(s.scenes[thing.scene], areas, thing) for thing in s.things]
     rows.add("curved", s.thing_scene, s.thing_names, np.array(curved, dtype=np.float64))
+    if not (rows.wants("whole") or rows.wants("scanned")):
+        return
+    # what was read from surface, and not found in pictures
+    for nth, own in s.alone(np.array([bool(scene.bodies) for scene in s.scenes])):
+        for index, name in enumerate(own.thing_names.tolist()):
+            filled = own.filled.get(index)
+            known = filled is not None and filled.known
+            rows.add_rows("whole" if known else "scanned", nth, [(name,)])
 
 
 def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """What things fill, and what is beneath, on and above their level faces."""
-    whole = np.zeros(len(s.scenes), dtype=np.bool_)
-    whole[[thing.scene for thing in s.things if thing.whole]] = True
-    for nth, own in s.alone(whole):
-        table = own.table
-        outer = [table.points[members] for members in own.members]
-        for index, space in spaces(own.scenes[0], table.faces, own.things, outer).items():
+    """What things fill, and what is beneath, on and above their level faces.
+
+    Of scenes of which nobody noted what was looked at from where nothing is stated.
+    """
+    noted = np.array([bool(scene.bodies or scene.sights) for scene in s.scenes])
+    for nth, own in s.alone(noted):
+        for index, filled in own.filled.items():
             thing = f"t{index + 1}"
-            if space.footprint is not None:
-                rows.add_rows("footprint", nth, [(thing, *space.footprint)])
-            rows.add_rows("solidity", nth, [(thing, *space.solidity)])
-            for face, level in space.levels.items():
-                for functor, estimate in level.measures():
-                    rows.add_rows(functor, nth, [(f"f{face + 1}", *estimate)])
+            measures = [("solidity", thing, filled.solidity)]
+            if filled.footprint is not None:
+                measures.append(("footprint", thing, filled.footprint))
+            for face, level in filled.levels.items():
+                measures += [(name, f"f{face + 1}", each) for name, each in level.measures()]
+            for functor, of, each in measures:
+                _add_bounded(rows, nth, functor, of, each)
+
+
+def _add_bounded(rows: BlockFacts, scene: int, functor: str, of: str, measure: Bounded) -> None:
+    """A measure of space, and its bounds where these differ."""
+    rows.add_rows(functor, scene, [(of, measure.value, measure.sd)])
+    if measure.open:
+        rows.add_rows("unseen_bounds", scene, [(functor, of, measure.if_free, measure.if_full)])

@@ -5,6 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
+import numpy as np
+
 from facetlog.errors import InputError
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.reading.shape_files.mesh_checks import NoTrianglesError
@@ -49,6 +51,8 @@ def _cloud_file(path: Path, options: ShapeOptions) -> Scene:
     from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 
     cloud = read_cloud(path)
+    if options.sensor is not None:
+        cloud = replace(cloud, seen_from=np.tile(options.sensor, (len(cloud.points), 1)))
     if options.unit is not None:
         unit = METRES_PER[options.unit]
         cloud = replace(

@@ -1,5 +1,6 @@
 """Options for reading shape files, and which files hold shapes."""
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,11 +12,13 @@ from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES, MES
 
 __all__ = [
     "COLMAP_POINTS",
+    "NOT_GIVEN",
     "SCENE_SUFFIX",
     "SUFFIXES",
     "UP_AXES",
     "ShapeOptions",
     "says_itself",
+    "sensor_from",
     "shapes_among",
     "unit_from",
     "up_from",
@@ -42,22 +45,25 @@ COLMAP_POINTS = ("points3D.bin", "points3D.txt")
 NOT_SCENES = ("run.json", "verdicts.json", "transforms.json", "ground_truth.json")
 
 NOT_GIVEN = "none"
+"""The word for an option that says nothing."""
 FROM_THE_FLOOR = "auto"
 
 
 @dataclass(frozen=True, slots=True)
 class ShapeOptions:
-    """Up and unit for files of points or triangles.
+    """Up, unit and sensor for files of points or triangles.
 
     `up` is a unit vector in the file's axes; without it, and with `find_floor`, up is what the
     format states or what is found from the floor; without either it is unknown. `unit` is that of
     the file's coordinates, a key of METRES_PER; None: what the format states, else unknown, so that
-    only ratios of lengths mean something.
+    only ratios of lengths mean something. `sensor` is the place, in the file's axes and unit, from
+    which all points of a cloud were seen; without it, what the file states.
     """
 
     up: tuple[float, float, float] | None = None
     find_floor: bool = False
     unit: str | None = None
+    sensor: tuple[float, float, float] | None = None
 
 
 def up_from(word: str) -> tuple[float, float, float] | None:
@@ -81,6 +87,23 @@ def unit_from(word: str) -> str | None:
     if word not in METRES_PER:
         raise InputError(f"unit {word!r:.40}: use one of {', '.join((*METRES_PER, NOT_GIVEN))}")
     return word
+
+
+def sensor_from(word: str) -> tuple[float, float, float] | None:
+    """The place that a word names; None for `none`. InputError for another.
+
+    >>> sensor_from("0, 1.5,-2")
+    (0.0, 1.5, -2.0)
+    """
+    if word == NOT_GIVEN:
+        return None
+    try:
+        x, y, z = map(float, word.split(","))
+    except ValueError:
+        x = y = z = math.nan
+    if not all(math.isfinite(number) for number in (x, y, z)):
+        raise InputError(f"sensor {word!r:.40}: give three numbers x,y,z, or {NOT_GIVEN}")
+    return x, y, z
 
 
 def says_itself(path: str) -> bool:

@@ -146,7 +146,7 @@ def test_options_do_not_count_for_a_scene_and_it_says_so(run: Run) -> None:
     code, out, err = run("show", "block.json", "--up", "x", "--json")
     assert code == 0
     assert json.loads(out)["up"] == [0, 0, 1]
-    assert "warning: block.json: a scene says its up and its unit itself" in err
+    assert "warning: block.json: a scene says its up, its unit and its sensors itself" in err
 
 
 def test_a_shape_becomes_a_scene_that_is_sound(run: Run) -> None:
@@ -187,6 +187,7 @@ def test_facts_are_written_as_prolog(run: Run) -> None:
         (["show", "block.doc"], "block.doc: .doc: files that can be read are"),
         (["show", "block.stl", "--up", "w"], "up 'w': use one of"),
         (["show", "block.stl", "--unit", "mile"], "unit 'mile': use one of"),
+        (["show", "block.stl", "--sensor", "1,2"], "sensor '1,2': give three numbers x,y,z"),
         (["show", "block.stl", "-o", "block.jpg"], "what can be written is .png"),
         (["convert", "block.stl", "block.json"], "block.json exists: give --overwrite"),
         (["convert", "block.stl", "new.obj"], "new.obj: .obj: what can be written is .json, .ply"),

@@ -23,7 +23,8 @@ MOST_EXPANSION = 88
 TYPES = {("F", 4): "<f4", ("F", 8): "<f8"} | {
     (kind, size): f"<{kind.lower()}{size}" for kind in "IU" for size in (1, 2, 4, 8)
 }
-# VIEWPOINT of a file without one: the origin, not rotated.
+# VIEWPOINT of a file without one: the origin, not rotated. Where the points are a picture's, row by
+# row, they stand as the sensor measured them, so that the origin is its place.
 NO_VIEWPOINT = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
 
 
@@ -33,6 +34,7 @@ class _Header:
     types: tuple[str, ...]
     repeats: tuple[int, ...]
     count: int
+    rows: int
     data: str
     viewpoint: tuple[float, ...]
 
@@ -58,7 +60,7 @@ def read_pcd_points(file: BinaryIO, name: str, most: int) -> tuple[PointTable, F
     file.seek(end + 1)
     body = file.read()
     viewpoint = np.array(header.viewpoint[:3])
-    known = header.viewpoint != NO_VIEWPOINT and len(viewpoint) == 3
+    known = (header.viewpoint != NO_VIEWPOINT or header.rows > 1) and len(viewpoint) == 3
     where = viewpoint if known and bool(np.isfinite(viewpoint).all()) else None
     match header.data:
         case "ascii":
@@ -90,6 +92,7 @@ def _header(text: str, name: str) -> _Header:
             count = int(entries["POINTS"][0])
         else:
             count = int(entries["WIDTH"][0]) * int(entries["HEIGHT"][0])
+        rows = int(entries.get("HEIGHT", ["1"])[0])
         viewpoint = tuple(float(x) for x in entries.get("VIEWPOINT", NO_VIEWPOINT))
         data = entries["DATA"][0].lower()
     except (IndexError, KeyError, ValueError) as exc:
@@ -97,7 +100,7 @@ def _header(text: str, name: str) -> _Header:
     sound = len(fields) == len(types) == len(repeats) and min(repeats, default=0) > 0 <= count
     if not sound or sum(repeats) > HEADER_BYTES:
         raise InputError(f"{name}: has a damaged PCD header; export the cloud again")
-    return _Header(fields, types, repeats, count, data, viewpoint)
+    return _Header(fields, types, repeats, count, rows, data, viewpoint)
 
 
 def _unpacked(

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.flat_faces import plane_axes
-from facetlog.perception.surfaces.occupancy import CELLS
 from facetlog.perception.types import FloatArray
 
-__all__ = ["closes_gaps", "covers_all_sides", "least_hidden"]
+__all__ = ["covers_all_sides", "least_hidden"]
 
 # Directions to look along, each from both ends: none is further than 15 degrees from one of them.
 DIRECTIONS = 48
@@ -27,28 +26,10 @@ GAP_CELLS = 1.0
 # noisy samples all over furniture the least, tables of one thin sheet on four legs, hide 1.3 %.
 HIDDEN_SHARE = 0.01
 
-# Points of what is not flat close the grid in which free space is looked for if each stands for few
-# of its cells: a block of which three sides are strewn so thinly that each stands for 6 is looked
-# through, and legs of a table are still legs at 4. Of a thing that is flat but for the rest of this
-# share holes do not matter.
-CELLS_A_POINT = 5.0
-FLAT_SHARE = 0.9
-
 
 def covers_all_sides(points: FloatArray, *, noise: float, spacing: float) -> bool:
     """Whether more of points (n, 3) is hidden from every direction than in a view from one side."""
     return least_hidden(points, noise=noise, spacing=spacing) > HIDDEN_SHARE
-
-
-def closes_gaps(points: FloatArray, rest: FloatArray, area: float) -> bool:
-    """Whether the surface of a thing has no holes in the grid of its free space (occupancy.py).
-
-    Of all its points (n, 3) those of `rest` (m, 3) are of no face, and stand for `area` together.
-    """
-    if len(rest) <= (1.0 - FLAT_SHARE) * len(points):
-        return True
-    cell = float(np.ptp(points, axis=0).max()) / CELLS
-    return area <= CELLS_A_POINT * len(rest) * cell**2
 
 
 def least_hidden(points: FloatArray, *, noise: float, spacing: float) -> float:

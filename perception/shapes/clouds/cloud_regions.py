@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
-from facetlog.perception.shapes.clouds.all_sides import closes_gaps, covers_all_sides
+from facetlog.perception.shapes.clouds.all_sides import covers_all_sides
 from facetlog.perception.shapes.clouds.cloud_levels import levels_by_height
 from facetlog.perception.shapes.clouds.cloud_outlines import Outline, cloud_outlines
 from facetlog.perception.shapes.clouds.cloud_planes import (
@@ -77,26 +77,22 @@ def cloud_regions(cloud: Cloud, *, up: FloatArray | None = None) -> CloudRegions
     )
     direction = None if level is None else level.direction
     regions = _regions(outlines, found, about, body_of, floor, direction)
-    things = cloud.points[looked][bodies[looked] >= 0]
-    whole = not floor and covers_all_sides(things, noise=found.noise, spacing=spacing)
+    whole = not floor and _covered(cloud.points[looked], bodies[looked], found.noise, spacing)
     if whole and direction is not None:
         levels, on_levels = _levels(cloud, found, about, looked, regions, direction)
         regions = (*regions, *levels)
         owner[on_levels] = len(regions)  # they are not of the rest
     said = () if level is None or up is not None else (level.how,)
     rest = _rest(cloud, found, regions, owner, looked, bodies, spacing)
-    whole = whole and _without_holes(rest, cloud.points[looked], bodies[looked])
     return CloudRegions(regions, rest, direction, whole, (*cloud.warnings, *said))
 
 
-def _without_holes(rest: Rest, points: FloatArray, bodies: NDArray[np.intp]) -> bool:
-    """Whether the surface of each object is closed: one open object makes the whole uncertain."""
-    for body in np.unique(bodies[bodies >= 0]):
-        free = (rest.bodies == body) & (rest.areas > 0.0)
-        area = float(rest.areas[free].sum())
-        if not closes_gaps(points[bodies == body], rest.points[free], area):
-            return False
-    return True
+def _covered(points: FloatArray, bodies: NDArray[np.intp], noise: float, spacing: float) -> bool:
+    """Whether points go round each object: of two seen from one side, one may hide the other."""
+    numbers = np.unique(bodies[bodies >= 0])
+    return len(numbers) > 0 and all(
+        covers_all_sides(points[bodies == body], noise=noise, spacing=spacing) for body in numbers
+    )
 
 
 def _some_rows(count: int) -> NDArray[np.intp]:

@@ -4,11 +4,16 @@ import numpy as np
 
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
 from facetlog.perception.scene import SightLines
+from facetlog.perception.types import FloatArray
 
 __all__ = ["scan_sights"]
 
-# Lines of sight to a radian, as many as a picture has (surfaces/sights.py).
+# Lines of sight to a radian at least, as many as a picture has (surfaces/sights.py).
 PER_RADIAN = 40.0
+# Across what was seen from a place there are so many where points are dense: three for each cell of
+# the space of a thing that fills it. A direction has so many points then, or more.
+ACROSS = 128
+POINTS_OF_LINE = 4
 
 
 def scan_sights(cloud: Cloud) -> tuple[SightLines, ...]:
@@ -33,8 +38,18 @@ def scan_sights(cloud: Cloud) -> tuple[SightLines, ...]:
         ahead = away > 0
         seen, rays, away = seen[ahead], rays[ahead], away[ahead]
         nearest_first = np.argsort(away, kind="stable")
-        direction = np.rint(PER_RADIAN * rays / away[:, None])[nearest_first]
+        ways = rays / away[:, None]
+        direction = np.rint(_per_radian(ways) * ways)[nearest_first]
         _, first = np.unique(direction, axis=0, return_index=True)
         if len(first):
             found.append(SightLines(place, seen[nearest_first[np.sort(first)]]))
     return tuple(found)
+
+
+def _per_radian(ways: FloatArray) -> float:
+    """How many lines of sight to a radian there are among the directions (n, 3) of points."""
+    if not len(ways):
+        return PER_RADIAN
+    extent = float(np.ptp(ways, axis=0).max())
+    across = min(ACROSS, float(np.sqrt(len(ways) / POINTS_OF_LINE)))
+    return max(PER_RADIAN, across / max(extent, 1.0 / PER_RADIAN))

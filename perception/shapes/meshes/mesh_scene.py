@@ -50,7 +50,7 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
     found = flat_pieces(surface, seen, 2 * bodies + sides.sheets[pieces])
     flat = np.zeros(len(sides.hidden), dtype=bool)
     flat[[piece for f in found for piece in f.pieces]] = True
-    rest = _rest(surface, bodies, ~flat[pieces] & ~sides.hidden[pieces])
+    rest = _rest(surface, bodies, ~flat[pieces] & ~sides.hidden[pieces], sides.sheets[pieces])
     body_of = np.zeros(len(sides.hidden), dtype=np.int64)
     body_of[pieces] = bodies
     regions = [region for f in found for region in _faces_of(f, body_of, sides, surface.centre)]
@@ -116,8 +116,13 @@ def _faces_of(piece: Piece, body_of: Indices, sides: Sides, centre: FloatArray) 
     return [front, back]
 
 
-def _rest(surface: Surface, bodies: Indices, left: NDArray[np.bool_]) -> Rest:
-    """Points on the triangles that are left, with a density by each object's size."""
+def _rest(
+    surface: Surface, bodies: Indices, left: NDArray[np.bool_], sheets: NDArray[np.bool_]
+) -> Rest:
+    """Points on the triangles that are left, with a density by each object's size.
+
+    Of `sheets`, which show both their sides, neither is the outer one: no normal is known.
+    """
     parts: list[tuple[FloatArray, FloatArray, FloatArray, FloatArray]] = []
     rows = np.flatnonzero(left)
     for own in (rows[some] for some in by_group(bodies[rows])):
@@ -128,7 +133,8 @@ def _rest(surface: Surface, bodies: Indices, left: NDArray[np.bool_]) -> Rest:
         triangle = own[samples.triangles]
         group = np.zeros(len(triangle), dtype=np.int64)
         kept, place, areas = thinned(samples.points, samples.areas, group, spacing)
-        weighted = samples.areas[:, None] * surface.normals[triangle]
+        outwards = np.where(sheets[triangle], 0.0, samples.areas)
+        weighted = outwards[:, None] * surface.normals[triangle]
         normals = group_sums(place, weighted, len(kept))
         # the middle of a cell's samples does not depend on their order
         middles = group_sums(place, samples.areas[:, None] * samples.points, len(kept))

@@ -6,7 +6,14 @@ from typing import Any, Self
 
 from facetlog.batch.memory import LEAST_MB
 from facetlog.errors import InputError
-from facetlog.perception.shapes.shape_options import ShapeOptions, says_itself, unit_from, up_from
+from facetlog.perception.shapes.shape_options import (
+    NOT_GIVEN,
+    ShapeOptions,
+    says_itself,
+    sensor_from,
+    unit_from,
+    up_from,
+)
 
 __all__ = ["CRISP", "Item", "Settings", "shape_options", "told_options"]
 
@@ -25,7 +32,8 @@ the scene, but a read that hangs must end."""
 class Settings:
     """What is the same for all scenes of a run: models, and how raw shapes are read.
 
-    `up` is x, y, z, -x, -y, -z, auto or none; `unit` m, cm, mm, in, ft or none. `seconds` is the
+    `up` is x, y, z, -x, -y, -z, auto or none; `unit` m, cm, mm, in, ft or none; `sensor` the place
+    x,y,z from which the points of clouds were seen, or none. `seconds` is the
     processor time that one scene may take; by the clock it may take five times that, and what
     models are asked of it once. `memory_mb` is what one worker may take; None: its share of the
     memory there is. With `profile` workers say where their time went, with `raw` verdicts have no
@@ -41,10 +49,12 @@ class Settings:
     memory_mb: int | None = None
     profile: bool = False
     raw: bool = False
+    sensor: str = NOT_GIVEN
 
     def __post_init__(self) -> None:
         up_from(self.up)
         unit_from(self.unit)
+        sensor_from(self.sensor)
         if not self.seconds > 0:
             raise InputError(f"a time limit of {self.seconds:g} s: give seconds above 0")
         if self.memory_mb is not None and self.memory_mb < LEAST_MB:
@@ -103,7 +113,8 @@ class Item:
         if says_itself(self.path):
             return settings.judged_as
         up, unit = self.up or settings.up, self.unit or settings.unit
-        return f"up={up} unit={unit} {settings.judged_as}"
+        seen = f" sensor={settings.sensor}" if sensor_from(settings.sensor) else ""
+        return f"up={up} unit={unit}{seen} {settings.judged_as}"
 
 
 def told_options(read_as: str) -> tuple[str | None, str | None]:
@@ -119,4 +130,5 @@ def told_options(read_as: str) -> tuple[str | None, str | None]:
 def shape_options(item: Item, settings: Settings) -> ShapeOptions:
     """How a shape is read that does not say itself where up is and what its lengths are."""
     up = item.up or settings.up
-    return ShapeOptions(up_from(up), up == "auto", unit_from(item.unit or settings.unit))
+    unit = unit_from(item.unit or settings.unit)
+    return ShapeOptions(up_from(up), up == "auto", unit, sensor_from(settings.sensor))

@@ -88,6 +88,12 @@ def classify_command(
             show_default=NONE,
         ),
     ] = None,
+    sensor: Annotated[
+        str,
+        typer.Option(
+            "--sensor", metavar="X,Y,Z", help="Of clouds: from where the points were seen, or none."
+        ),
+    ] = NONE,
     timeout: Annotated[
         float,
         typer.Option(
@@ -167,6 +173,7 @@ def classify_command(
         memory,
         profile,
         raw,
+        sensor.replace(" ", ""),
     )
     known = {} if labels is None else read_labels(labels)
     items = _items(_paths(scenes or (), listed or (), known, old), known)

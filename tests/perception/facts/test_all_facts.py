@@ -87,7 +87,7 @@ def test_facts_of_one_kind_are_the_same_as_among_all(kind: str) -> None:
 
 def test_a_chair_and_a_block_have_facts_of_every_kind_that_needs_no_picture() -> None:
     of_pictures = {"view", "vertex_label", "observed", "viewpoint", "shows", "hides"}
-    of_scans = {"scanned"}
+    of_scans = {"scanned", "unseen_bounds"}
     assert {kind for kind, found in ALL_ROWS.items() if not found} == of_pictures | of_scans
 
 

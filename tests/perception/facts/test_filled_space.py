@@ -19,7 +19,7 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
 from facetlog.perception.types import FloatArray
 
 UP = np.array([0.0, 0.0, 1.0])
-CELL = 1 / 32
+CELL = 1 / 40
 """Of the longest side: what the grid resolves."""
 
 

@@ -1,5 +1,6 @@
 """One reader for whatever file holds a shape: kind by suffix, up and unit as they are told."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,11 @@ import trimesh
 from facetlog.errors import InputError
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
-from facetlog.perception.shapes.shape_options import unit_from, up_from
+from facetlog.perception.shapes.shape_options import sensor_from, unit_from, up_from
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.mesh_export import write_mesh
 from facetlog.perception.surfaces.scene_file import write_scene
+from tests.perception.shapes.sampled_shapes import box_points
 
 
 def _size(scene: Scene) -> list[float]:
@@ -81,6 +83,19 @@ def test_a_file_of_another_kind_is_refused(name: str) -> None:
 def test_words_for_axes_and_units_are_checked() -> None:
     assert (up_from("auto"), up_from("none"), unit_from("none")) == (None, None, None)
     assert unit_from("ft") == "ft"
+    assert sensor_from("none") is None
+    for word in ("1,2", "1,2,3,4", "a,b,c", "1,2,nan", ""):
+        with pytest.raises(InputError, match="give three numbers x,y,z"):
+            sensor_from(word)
     for word, check in (("w", up_from), ("mile", unit_from)):
         with pytest.raises(InputError, match=f"{word}.*use one of"):
             check(word)
+
+
+def test_a_sensor_is_a_place_in_the_clouds_own_unit(tmp_path: Path) -> None:
+    path = tmp_path / "a.xyz"
+    np.savetxt(path, 1000.0 * box_points((0.4, 0.3, 0.2), 2000, sides=("+x", "+y", "+z")))
+    options = ShapeOptions(up=(0.0, 0.0, 1.0), unit="mm", sensor=(1500.0, 1200.0, 1000.0))
+    (lines,) = read_shape(path, options).sights
+    np.testing.assert_allclose(lines.origin, [1.5, 1.2, 1.0])
+    assert read_shape(path, replace(options, sensor=None)).sights == ()

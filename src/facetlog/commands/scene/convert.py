@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from facetlog.commands.scene.output import Overwrite, check_output
-from facetlog.commands.scene.shape import AUTO, NONE, ShapeArgument, Unit, Up, read
+from facetlog.commands.scene.shape import AUTO, NONE, Sensor, ShapeArgument, Unit, Up, read
 from facetlog.commands.shared import YES, command
 from facetlog.terminal import warn
 
@@ -33,11 +33,12 @@ def convert_command(
     ],
     up: Up = AUTO,
     unit: Unit = NONE,
+    sensor: Sensor = NONE,
     overwrite: Overwrite = False,
 ) -> int:
     """Writes a scene, mesh or cloud in another form; the suffix says which."""
     check_output(out, tuple(_WRITERS), overwrite=overwrite)
-    scene = read(shape, up, unit).scene
+    scene = read(shape, up, unit, sensor).scene
     for line in scene.warnings:
         warn(line)
     _WRITERS[out.suffix.lower()](scene, out)

@@ -11,7 +11,7 @@ from facetlog.terminal import warn
 if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
 
-__all__ = ["Shape", "ShapeArgument", "Unit", "Up", "read"]
+__all__ = ["Sensor", "Shape", "ShapeArgument", "Unit", "Up", "read"]
 
 ShapeArgument = Annotated[
     Path,
@@ -27,6 +27,12 @@ Up = Annotated[
 ]
 Unit = Annotated[
     str, typer.Option("--unit", metavar="U", help="Of raw shapes: m cm mm in ft or none.")
+]
+Sensor = Annotated[
+    str,
+    typer.Option(
+        "--sensor", metavar="X,Y,Z", help="Of clouds: from where the points were seen, or none."
+    ),
 ]
 
 AUTO, NONE = "auto", "none"
@@ -44,22 +50,32 @@ class Shape:
     unit_known: str
 
 
-def read(path: Path, up: str, unit: str) -> Shape:
+def read(path: Path, up: str, unit: str, sensor: str) -> Shape:
     """The scene of a file or folder, with options in the words of the command line.
 
     Raises InputError for words that are none, and for what cannot be read.
     """
     from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
-    from facetlog.perception.shapes.shape_options import says_itself, unit_from, up_from
+    from facetlog.perception.shapes.shape_options import (
+        says_itself,
+        sensor_from,
+        unit_from,
+        up_from,
+    )
 
     up, unit = up.lower(), unit.lower()
-    options = ShapeOptions(up_from(up), find_floor=up == AUTO, unit=unit_from(unit))
+    options = ShapeOptions(
+        up_from(up), find_floor=up == AUTO, unit=unit_from(unit), sensor=sensor_from(sensor)
+    )
     if path.is_dir() and (path / SCENE_IN_FOLDER).is_file():
         path = path / SCENE_IN_FOLDER
     scene = read_shape(path, options)
     itself = says_itself(str(path))
-    if itself and (up != AUTO or unit != NONE):
-        warn(f"{path}: a scene says its up and its unit itself; --up and --unit do not count")
+    if itself and (up != AUTO or unit != NONE or sensor != NONE):
+        warn(
+            f"{path}: a scene says its up, its unit and its sensors itself; --up, --unit and "
+            "--sensor do not count"
+        )
     how_up = _how_up(path, scene, itself=itself, given=options.up is not None)
     how_unit = "given" if options.unit and not itself else "as the file says"
     return Shape(

@@ -37,10 +37,13 @@ def ply(points: FloatArray, form: str, normals: FloatArray | None = None) -> byt
     return "\n".join(head).encode() + body
 
 
-def pcd(points: FloatArray, form: str, viewpoint: str = "0 0 0 1 0 0 0") -> bytes:
+def pcd(
+    points: FloatArray, form: str, viewpoint: str = "0 0 0 1 0 0 0", rows_of_picture: int = 1
+) -> bytes:
     head = (
         "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z label\nSIZE 4 4 4 2\nTYPE F F F U\nCOUNT 1 1 1 1\n"
-        f"WIDTH {len(points)}\nHEIGHT 1\nVIEWPOINT {viewpoint}\nPOINTS {len(points)}\nDATA {form}\n"
+        f"WIDTH {len(points) // rows_of_picture}\nHEIGHT {rows_of_picture}\n"
+        f"VIEWPOINT {viewpoint}\nPOINTS {len(points)}\nDATA {form}\n"
     ).encode()
     rows = np.zeros(len(points), [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("label", "<u2")])
     for nth, name in enumerate("xyz"):
@@ -121,6 +124,16 @@ def test_viewpoint_of_a_pcd_is_where_its_points_were_seen_from(
     seen_from = read_cloud(path).seen_from
     assert seen_from is not None
     assert (seen_from == [1.0, 2.0, 3.0]).all()
+
+
+def test_a_pcd_that_is_a_picture_was_seen_from_its_origin(
+    tmp_path: Path, points: FloatArray
+) -> None:
+    path = tmp_path / "a.pcd"
+    path.write_bytes(pcd(points, "binary", rows_of_picture=2))
+    seen_from = read_cloud(path).seen_from
+    assert seen_from is not None
+    assert not seen_from.any()
 
 
 @given(st.binary(max_size=400), st.integers(1, 40))

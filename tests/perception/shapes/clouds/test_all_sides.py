@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from facetlog.perception.shapes.clouds.all_sides import closes_gaps, covers_all_sides, least_hidden
+from facetlog.perception.shapes.clouds.all_sides import covers_all_sides, least_hidden
 from facetlog.perception.types import FloatArray
 from tests.perception.shapes.sampled_shapes import box_points, sphere_points, turned
 
@@ -74,13 +74,3 @@ def test_a_thin_top_on_thin_legs_goes_all_round_though_it_hides_little() -> None
     apart = float(np.sqrt(0.6 / 16_000))
     assert least_hidden(table, noise=NOISE, spacing=apart) == pytest.approx(0.02, abs=0.01)
     assert covers_all_sides(table, noise=NOISE, spacing=apart)
-
-
-@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
-def test_points_close_the_grid_if_each_stands_for_few_of_its_cells(unit: float) -> None:
-    cell = 3.0 / 32
-    points = unit * box_points((3.0, 2.0, 1.0), 600)
-    rest = points[:300]
-    assert closes_gaps(points, rest, 300 * 4.0 * (unit * cell) ** 2)
-    assert not closes_gaps(points, rest, 300 * 6.0 * (unit * cell) ** 2)
-    assert closes_gaps(points, rest[:50], 50 * 6.0 * (unit * cell) ** 2)

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.perception.flat_faces import FlatFace
-from facetlog.perception.surfaces.occupancy import surface_points
+from facetlog.perception.space.surface_points import surface_points
 
 some = settings(max_examples=40, deadline=None)
 
@@ -43,7 +43,8 @@ def test_every_place_on_a_face_has_a_point_near_and_no_point_is_off_it(
     seeds: list[int], spacing: float
 ) -> None:
     polygons = [polygon(seed) for seed in seeds]
-    points = surface_points([face(each) for each in polygons], spacing)
+    points, of = surface_points([face(each) for each in polygons], spacing)
+    assert sorted(set(of.tolist())) == list(range(len(polygons)))
     every = shapely.union_all(polygons)
     assert (points[:, 2] == 2.0).all()
     dots = shapely.points(points[:, :2])
@@ -63,11 +64,11 @@ def test_the_points_within_are_those_of_a_grid(seed: int) -> None:
     grid = grid[shapely.distance(shapely.points(grid), own.boundary) > 1e-9]
     wanted = grid[shapely.contains_xy(own, grid)]
     rim = shapely.get_coordinates(shapely.segmentize(own, spacing))
-    found = surface_points([face(own)], spacing)[: -len(rim), :2]
+    found = surface_points([face(own)], spacing)[0][: -len(rim), :2]
     off_rim = shapely.distance(shapely.points(found), own.boundary) > 1e-9
     np.testing.assert_allclose(found[off_rim], wanted, rtol=0.0, atol=1e-12)
 
 
 def test_no_face_and_a_face_without_area_have_no_points() -> None:
-    assert surface_points([], 0.1).shape == (0, 3)
-    assert surface_points([face(shapely.Polygon())], 0.1).shape == (0, 3)
+    assert surface_points([], 0.1)[0].shape == (0, 3)
+    assert surface_points([face(shapely.Polygon())], 0.1)[0].shape == (0, 3)

@@ -1,0 +1,59 @@
+"""The kinds of facts about pieces: the rows of the schema that speak of them."""
+
+from functools import partial
+
+from facetlog.perception.facts.fact_kinds import FactKind, Solutions, fact_kind
+
+__all__ = ["PIECE_KINDS"]
+
+_ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
+_NO_UP = "up is not known"
+_kind = partial(fact_kind, on_demand=True)
+
+PIECE_KINDS: tuple[FactKind, ...] = (
+    _kind("piece +P:piece", _ONE, "a solid part of a thing: a board, a bar, a block"),
+    _kind("piece_of +P:piece T:thing", _ONE, "the thing that it is a part of"),
+    _kind(
+        "piece_size +P:piece L:length W:length H:length Sd:length",
+        _ONE,
+        "length, width and thickness of the least box round its surface, longest first; an end at "
+        "another piece is known to a cell",
+    ),
+    _kind(
+        "piece_heights +P:piece Low:length High:length Sd:length",
+        _MAYBE,
+        "from where to where it reaches above the lowest point of its thing",
+        _NO_UP,
+    ),
+    _kind(
+        "piece_tilt +P:piece Angle:deg Sd:deg",
+        _MAYBE,
+        "of what is thin the tilt of its broad side, 0 level, 90 upright; of others that of their "
+        "length, 0 lying, 90 standing",
+        _NO_UP,
+    ),
+    _kind(
+        "piece_on_ground +P:piece",
+        _MAYBE,
+        "its lowest point is level with its thing's, within a cell of its space",
+        "otherwise, or " + _NO_UP,
+    ),
+    _kind("piece_round +P:piece R:share", _ONE, "share of its surface that is curved"),
+    _kind(
+        "piece_face +P:piece F:face", _ANY, "a face that is mostly its own", "it is curved all over"
+    ),
+    _kind("joins +P:piece +Q:piece", _MAYBE, "they touch, within a cell", "otherwise"),
+    _kind(
+        "carries +P:piece +Q:piece",
+        _MAYBE,
+        "Q is off the ground, and P touches it and reaches as low, or carries a piece that carries Q",
+        "otherwise, or " + _NO_UP,
+    ),
+    _kind(
+        "piece_level +P:piece Measure:symbol V:number Sd:number",
+        _ANY,
+        "a measure of space (`cover` and so on to `rise_span`) of the level that the upper side of "
+        "a level board has",
+        _NO_UP + ", or it is no board, or leans more than 30° from level",
+    ),
+)

@@ -1,0 +1,1 @@
+"""The solid parts of things: boards, bars and blocks."""

@@ -1,0 +1,81 @@
+"""Parts that touch and are nearly convex together: they are one."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.row_table import Indices
+from facetlog.perception.types import FloatArray
+
+__all__ = ["convex_joined", "is_convex"]
+
+# Share of the convex hull that parts fill together. A slope in steps of cells takes some per cent
+# from it; a flight of three steps, which is not one part, fills .88.
+CONVEX = 0.9
+_CORNERS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def is_convex(cells: NDArray[np.bool_]) -> bool:
+    """Whether cells (nx, ny, nz), some at least, are nearly their own convex hull."""
+    volume, _ = _hull(_outer_corners(np.argwhere(cells)))
+    return int(cells.sum()) >= CONVEX * volume
+
+
+def convex_joined(parts: Indices) -> Indices:
+    """The same parts (nx, ny, nz), with those that are nearly convex together under one number.
+
+    The two that together fill their hull the most are joined first.
+    """
+    found = parts.copy()
+    count = int(parts.max())
+    sizes = np.bincount(parts.ravel(), minlength=count + 1).tolist()
+    hulls = {i: _hull(_outer_corners(np.argwhere(parts == i)))[1] for i in range(1, count + 1)}
+    fills: dict[tuple[int, int], float] = {}
+
+    def together(one: int, other: int) -> float:
+        if (one, other) not in fills:
+            volume, _ = _hull(np.concatenate([hulls[one], hulls[other]]))
+            fills[one, other] = (sizes[one] + sizes[other]) / volume
+        return fills[one, other]
+
+    touching = _touching(found)
+    while touching:
+        best = max(touching, key=lambda pair: (together(*pair), pair))
+        if together(*best) < CONVEX:
+            break
+        one, other = best
+        found[found == other] = one
+        hulls[one] = _hull(np.concatenate([hulls[one], hulls.pop(other)]))[1]
+        sizes[one] += sizes[other]
+        for pair in [pair for pair in fills if one in pair or other in pair]:
+            del fills[pair]
+        renamed = (tuple(sorted(one if i == other else i for i in pair)) for pair in touching)
+        touching = {(a, b) for a, b in renamed if a != b}
+    return found
+
+
+def _touching(parts: Indices) -> set[tuple[int, int]]:
+    """Pairs of parts, the lower number first, of which cells share a side."""
+    found: set[tuple[int, int]] = set()
+    for axis in range(3):
+        moved = np.moveaxis(parts, axis, 0)
+        one, other = moved[:-1], moved[1:]
+        meet = (one != other) & (one > 0) & (other > 0)
+        pairs = np.sort(np.stack([one[meet], other[meet]], axis=-1), axis=-1)
+        found.update((a, b) for a, b in np.unique(pairs, axis=0).tolist())
+    return found
+
+
+def _outer_corners(cells: Indices) -> FloatArray:
+    """Corners (k, 3) of cells (n, 3) in their order, all of their convex hull among them."""
+    # Between the lowest and the highest of a column nothing is a corner.
+    ends = np.any(cells[1:, :2] != cells[:-1, :2], axis=1)
+    outer = cells[np.concatenate([[True], ends]) | np.concatenate([ends, [True]])]
+    corners: FloatArray = (outer[:, None] + _CORNERS).reshape(-1, 3).astype(np.float64)
+    return corners
+
+
+def _hull(points: FloatArray) -> tuple[float, FloatArray]:
+    from scipy.spatial import ConvexHull
+
+    hull = ConvexHull(points)
+    return float(hull.volume), points[hull.vertices]

@@ -1,0 +1,207 @@
+"""The pieces of a thing: its solid parts with their extents, and how they meet.
+
+A piece's extents are the sides of the least box round its surface, of the boxes that lie along
+the grid, one of its faces, or the direction in which it is thinnest. Where a piece ends at another
+there is no surface: its end is known to a cell.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.flat_faces import Estimate, FlatFace, plane_axes
+from facetlog.perception.pieces.solid_parts import solid_parts
+from facetlog.perception.row_table import Indices
+from facetlog.perception.space.grid import Grid, Lattice
+from facetlog.perception.space.surface_points import inner_points
+from facetlog.perception.surfaces.convex_hulls import least_rectangle
+from facetlog.perception.types import FloatArray
+
+__all__ = ["Piece", "Pieces", "find_pieces"]
+
+# sd of a place that is known to a cell, in cells: of a uniform distribution.
+ROUNDING = 1.0 / float(np.sqrt(12.0))
+# Points of a face are this share of a cell apart.
+SPACING = 0.5
+# A part of fewer cells than this is no more than where surfaces cross.
+FEWEST_CELLS = 8
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Piece:
+    """A solid part. `axes` (3, 3) are the directions of its length, width and thickness, as rows,
+    `middle` (3,) is the middle of its box, all in the scene's frame; `volume` is that of its cells.
+
+    `faces` are indices of faces that are mostly its own; `round` is the share of its surface that
+    is curved, 0..1. `low` and `high` are heights along the grid's last axis, of the scene's frame.
+    """
+
+    length: Estimate
+    width: Estimate
+    thickness: Estimate
+    axes: FloatArray
+    middle: FloatArray
+    volume: float
+    low: float
+    high: float
+    faces: tuple[int, ...]
+    round: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pieces:
+    """The pieces of a thing, the largest first. `joins` (p, p) says which touch, `bears` (p, p)
+    which carries which directly: it touches what is off the ground and reaches as low, within a
+    cell, or lower.
+    """
+
+    pieces: tuple[Piece, ...]
+    joins: NDArray[np.bool_]
+    bears: NDArray[np.bool_]
+
+    @property
+    def carries(self) -> NDArray[np.bool_]:
+        """Which carries which (p, p), directly or through others."""
+        carried = self.bears.copy()
+        for middle in range(len(self.pieces)):
+            carried |= carried[:, middle : middle + 1] & carried[middle]
+        np.fill_diagonal(carried, val=False)
+        return carried
+
+
+def find_pieces(grid: Grid, faces: Sequence[FlatFace], curved: FloatArray) -> Pieces:
+    """The pieces of a thing that fills a grid, has these flat faces, and besides surface that is
+    not flat, at points (n, 3).
+    """
+    surface = _Surface.of(grid.lattice, faces, curved)
+    parts = solid_parts(grid.solid)
+    part = parts[surface.cells(grid.lattice)]
+    sizes = np.bincount(parts.ravel(), minlength=1)
+    owner = _owners(part, surface.face, len(faces))
+    kept: list[int] = []
+    found: list[Piece] = []
+    for number in range(1, len(sizes)):
+        own = part == number
+        if sizes[number] < FEWEST_CELLS or not _spans(surface.points[own]):
+            continue
+        kept.append(number)
+        own_faces = tuple(np.flatnonzero(owner == number).tolist())
+        piece = _piece(grid, surface, own, own_faces, int(sizes[number]))
+        found.append(replace(piece, faces=tuple(faces[i].index for i in own_faces)))
+    joins = _joins(parts, len(sizes))[np.ix_(kept, kept)]
+    low = np.array([piece.low for piece in found])
+    off_ground = low >= low.min(initial=np.inf) + grid.cell
+    bears = joins & (low[:, None] <= low[None] + grid.cell) & off_ground
+    return Pieces(tuple(found), joins, bears)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Surface:
+    # Points (n, 3) all over it, and which face (n,) each is on, -1 where it is curved; of the faces
+    # the normals (f, 3).
+    points: FloatArray
+    face: Indices
+    normals: FloatArray
+
+    @classmethod
+    def of(cls, lattice: Lattice, faces: Sequence[FlatFace], curved: FloatArray) -> "_Surface":
+        flat, face = inner_points(faces, SPACING * lattice.cell)
+        normals = np.array([face.normal for face in faces]).reshape(-1, 3)
+        bent = np.full(len(curved), -1)
+        return cls(np.concatenate([flat, curved]), np.concatenate([face, bent]), normals)
+
+    def cells(self, lattice: Lattice) -> tuple[Indices, ...]:
+        """Indices along each axis of the cell of each point."""
+        last = np.array(lattice.shape) - 1
+        return tuple(np.clip(np.floor(lattice.local(self.points)).astype(np.intp), 0, last).T)
+
+
+def _spans(points: FloatArray) -> bool:
+    """Whether points span a plane at least."""
+    return len(points) > 3 and bool(np.linalg.matrix_rank(points - points[0]) > 1)
+
+
+def _owners(part: Indices, face: Indices, count: int) -> Indices:
+    """The part (m,) in which most of each face's points lie; 0 for none."""
+    flat = face >= 0
+    width = int(part.max(initial=0)) + 1
+    votes = np.bincount(face[flat] * width + part[flat], minlength=count * width)
+    votes = votes.reshape(count, width)
+    votes[:, 0] = 0
+    return np.asarray(np.where(votes.any(axis=1), votes.argmax(axis=1), 0))
+
+
+def _piece(
+    grid: Grid, surface: _Surface, own: NDArray[np.bool_], faces: Sequence[int], cells: int
+) -> Piece:
+    points = surface.points[own]
+    heights = points @ grid.lattice.axes[2]
+    extents, axes, middle = _least_box(points, list(_directions(grid, surface, points, faces)))
+    sd = ROUNDING * grid.cell
+    length, width, thickness = (Estimate(float(extent), sd) for extent in extents)
+    return Piece(
+        length,
+        width,
+        thickness,
+        axes,
+        middle,
+        cells * grid.cell**3,
+        float(heights.min()),
+        float(heights.max()),
+        tuple(faces),
+        float((surface.face[own] < 0).mean()),
+    )
+
+
+def _directions(
+    grid: Grid, surface: _Surface, points: FloatArray, faces: Sequence[int]
+) -> Iterator[FloatArray]:
+    """Along which a piece may be thin, the more likely first."""
+    yield from grid.lattice.axes[::-1]
+    yield from surface.normals[list(faces)]
+    yield np.linalg.eigh(np.cov(points.T))[1][:, 0]
+
+
+def _least_box(
+    points: FloatArray, directions: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Extents (3,), longest first, directions (3, 3) and middle of the least box round points."""
+    least, extents, axes = np.inf, np.zeros(3), np.eye(3)
+    for direction in directions:
+        flat_axes = plane_axes(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
+        along, _, _ = least_rectangle(points @ flat_axes.T)
+        first = along @ flat_axes
+        own = np.array([first, np.cross(direction, first), direction])
+        sides = np.ptp(points @ own.T, axis=0)
+        # Another direction has to do better than rounding.
+        if float(sides.prod()) < least * (1.0 - 1e-6):
+            least, extents, axes = float(sides.prod()), sides, own
+    order = np.argsort(-extents, kind="stable")
+    axes = axes[order]
+    local = points @ axes.T
+    middle: FloatArray = (local.min(axis=0) + local.max(axis=0)) / 2.0 @ axes
+    return extents[order], axes, middle
+
+
+def _joins(parts: Indices, count: int) -> NDArray[np.bool_]:
+    """Which parts (count, count), by number, have cells that touch, by a corner at least."""
+    joined = np.zeros((count, count), dtype=bool)
+    for step in np.ndindex(3, 3, 3):
+        move = np.array(step) - 1
+        if tuple(move) <= (0, 0, 0):
+            continue
+        joined[parts[_moved(parts, -move)], parts[_moved(parts, move)]] = True
+    joined |= joined.T
+    joined[0] = joined[:, 0] = False
+    np.fill_diagonal(joined, val=False)
+    return joined
+
+
+def _moved(parts: Indices, move: Indices) -> tuple[slice, ...]:
+    """The cells that have another so many cells back along each axis."""
+    return tuple(
+        slice(max(0, m), side + min(0, m))
+        for m, side in zip(move.tolist(), parts.shape, strict=True)
+    )

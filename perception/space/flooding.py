@@ -1,0 +1,109 @@
+"""Which cells the surface of a thing encloses: flooded from outside, as far as gaps let through.
+
+It does not matter which way a surface is turned, whether it is doubled, or whether parts cross;
+gaps narrower than a cell are closed. Where outlines are known less well than to a cell, as those of
+clouds are, neighbouring faces miss each other by as much: then the flood does not pass through gaps
+that narrow either. Nor do wider gaps empty a box: cells from which surface is met along all six
+axes are a room, and a room that is open over less than one of a cube's sides is enclosed. The frame
+beneath a table is open over more; an open shelf and a bin without a lid are no rooms.
+"""
+
+import numpy as np
+
+from facetlog.perception.space.grid import Cells
+
+__all__ = ["enclosed", "missed_cells", "reached_from_outside"]
+
+# Two faces' outlines miss each other by less than this many sd of a corner, to either side.
+MISSED_SDS = 2.0
+# Less than this share of a cell, to either side, closes itself: both reach into it.
+LEAST_MISSED = 0.25
+# A room is enclosed if it is open over no more of its rim: one side of a cube is 1/6 of it.
+OPEN_SHARE = 0.15
+
+
+def missed_cells(corner_sd: float) -> int:
+    """By how many cells an outline may miss its neighbour's, if a corner's sd is so many cells.
+
+    >>> missed_cells(0.1), missed_cells(0.2), missed_cells(0.6)
+    (0, 1, 2)
+    """
+    missed = MISSED_SDS * corner_sd
+    return int(np.ceil(missed)) if missed > LEAST_MISSED else 0
+
+
+def enclosed(surface: Cells, *, on_ground: bool, missed: int = 0) -> Cells:
+    """Cells that are surface or are enclosed by it; the ground closes what stands on it."""
+    missed = min(missed, max(surface.shape))  # from there on all gaps are closed
+    within = ~reached_from_outside(surface, on_ground=on_ground, missed=missed)
+    rooms = _met_along_all_axes(surface, on_ground=on_ground) & ~within
+    return within | _nearly_closed(rooms, within) if rooms.any() else within
+
+
+def reached_from_outside(surface: Cells, *, on_ground: bool, missed: int = 0) -> Cells:
+    """Cells that can be reached from outside; on the ground not from below.
+
+    Gaps of up to twice as many cells as `missed` do not let the flood through, only in.
+    """
+    from scipy import ndimage  # loaded only now: what has no space does without
+
+    below = 0 if on_ground else 1
+    margin = max(1, missed)
+    rim = ((margin, margin), (margin, margin), (below * margin, margin))
+    free = np.pad(~surface, rim, constant_values=True)
+    open_ = free & ~_closed(free, on_ground, missed) if missed else free
+    regions, _ = ndimage.label(open_)
+    reached = regions == regions[0, 0, -1]
+    if missed:
+        reached = ndimage.binary_dilation(
+            reached, iterations=missed, mask=reached | (free & ~open_)
+        )
+    nx, ny, nz = surface.shape
+    low = below * margin
+    found: Cells = reached[margin : margin + nx, margin : margin + ny, low : low + nz]
+    return found
+
+
+def _closed(free: Cells, on_ground: bool, missed: int) -> Cells:
+    """The surface in a grid of which these cells are `free`, and the gaps in it."""
+    from scipy import ndimage
+
+    # what stands on the ground goes on beneath it
+    full = np.pad(~free, ((0, 0), (0, 0), (missed, 0)), constant_values=False)
+    if on_ground:
+        full[:, :, :missed] = full[:, :, missed : missed + 1]
+    closed: Cells = ndimage.binary_closing(full, iterations=missed)[:, :, missed:]
+    return closed | ~free
+
+
+def _met_along_all_axes(surface: Cells, *, on_ground: bool) -> Cells:
+    """Cells from which surface is met along all six axes, down at the ground at the latest."""
+    met = np.ones_like(surface)
+    for axis in range(3):
+        met &= np.logical_or.accumulate(surface[_backwards(axis)], axis)[_backwards(axis)]
+        if axis < 2 or not on_ground:
+            met &= np.logical_or.accumulate(surface, axis)
+    return met
+
+
+def _nearly_closed(rooms: Cells, within: Cells) -> Cells:
+    """Of cells those of rooms that are open over little of their rim; `within` is their walls."""
+    from scipy import ndimage
+
+    room, count = ndimage.label(rooms)
+    rim, opened = np.zeros(count + 1), np.zeros(count + 1)
+    for axis in range(3):
+        for here, walls in ((room, within), (room[_backwards(axis)], within[_backwards(axis)])):
+            along, beside = np.moveaxis(here, axis, 0), np.moveaxis(walls, axis, 0)
+            last = (along[:-1] > 0) & (along[1:] == 0)
+            of, closed = along[:-1][last], beside[1:][last]
+            rim += np.bincount(of, minlength=count + 1)
+            opened += np.bincount(of[~closed], minlength=count + 1)
+    rim += np.bincount(room[:, :, 0].ravel(), minlength=count + 1)  # on the ground
+    kept = opened <= OPEN_SHARE * rim
+    kept[0] = False
+    return np.asarray(kept[room], dtype=np.bool_)
+
+
+def _backwards(axis: int) -> tuple[slice, ...]:
+    return tuple(slice(None, None, -1 if k == axis else None) for k in range(3))

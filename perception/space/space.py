@@ -1,0 +1,94 @@
+"""The space round one thing: full, free, assumed to be full, or unseen."""
+
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.space.grid import Grid, Lattice
+from facetlog.perception.types import FloatArray
+
+__all__ = ["Space", "State"]
+
+# More than this share of cells neither free nor full, and a thing is not known from all sides:
+# less is the rounding of a surface in cells.
+LEAST_UNKNOWN = 0.01
+
+
+class State(IntEnum):
+    """What is known of a cell.
+
+    `FREE`: a line of sight passed it, or it lies outside of a closed surface. `UNSEEN`: nobody
+    looked into it. `ASSUMED`: it lies behind a surface that was seen, within the seen extent of the
+    thing, and nothing says that it is free; it counts as full. `FULL`: it holds surface, or surface
+    encloses it.
+    """
+
+    FREE = 0
+    UNSEEN = 1
+    ASSUMED = 2
+    FULL = 3
+
+
+@dataclass(frozen=True, eq=False, slots=False)
+class Space:
+    """The state (uint8) of each of the `cells` (nx, ny, nz) of a lattice round a thing.
+
+    `closed` says that the thing's surface leaves nothing open behind it.
+    """
+
+    lattice: Lattice
+    cells: NDArray[np.uint8]
+    closed: bool
+
+    @property
+    def cell(self) -> float:
+        """The side of a cell."""
+        return self.lattice.cell
+
+    @property
+    def axes(self) -> FloatArray:
+        """The lattice's directions (3, 3) as rows, the last one up."""
+        return self.lattice.axes
+
+    @property
+    def corner(self) -> FloatArray:
+        """The lattice's lowest corner (3,), in its axes."""
+        return self.lattice.corner
+
+    def share(self, state: State) -> float:
+        """How much of the lattice is in a state, 0..1."""
+        return float((self.cells == state).mean())
+
+    @property
+    def unseen(self) -> float:
+        """How much of the lattice nobody looked into, 0..1."""
+        return self.share(State.UNSEEN)
+
+    @cached_property
+    def known(self) -> bool:
+        """Whether the thing is known from all sides: closed, and nothing unseen or assumed."""
+        unknown = (self.cells == State.UNSEEN) | (self.cells == State.ASSUMED)
+        return self.closed and float(unknown.mean()) <= LEAST_UNKNOWN
+
+    @cached_property
+    def _least(self) -> Grid:
+        # what is assumed reaches up to what is unseen, and shows no surface there
+        return Grid(self.lattice, self.cells >= State.ASSUMED, self.cells == State.FULL)
+
+    @cached_property
+    def _most(self) -> Grid:
+        if not self.unseen:
+            return self._least
+        solid = self.cells >= State.UNSEEN
+        return Grid(self.lattice, solid, solid)
+
+    def least(self) -> Grid:
+        """The least that the thing may fill: what is unseen is free."""
+        return self._least
+
+    def most(self) -> Grid:
+        """The most that the thing may fill: what is unseen is full; `least()` if nothing is."""
+        return self._most

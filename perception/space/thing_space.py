@@ -1,0 +1,186 @@
+"""The space round a thing, from its surface and from the lines of sight of its scene."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.flat_faces import FlatFace
+from facetlog.perception.scene import SightLines
+from facetlog.perception.space.carving import places_through
+from facetlog.perception.space.flooding import enclosed, missed_cells
+from facetlog.perception.space.grid import Cells, Lattice
+from facetlog.perception.space.space import Space, State
+from facetlog.perception.space.surface_points import inner_points
+from facetlog.perception.types import FloatArray
+
+__all__ = ["ThingSurface", "thing_space"]
+
+# Samples of a face are this share of a cell apart, so that none of its cells is missed: an inner
+# cell of a plane holds a sample at any spacing below 1; corners of cells are cut at more than .5.
+SPACING = 0.5
+# A surface is closed unless more than this share of it has free space behind it. Of furniture as
+# meshes up to a third has, where walls are single sheets; of what lacks a side nearly all.
+OPEN_SHARE = 0.5
+# A point right before or behind a surface is so many cells from it.
+BESIDE = 1.0
+# A normal that points this much along an axis faces that way (cosine of 60 degrees).
+FACES_ALONG = 0.5
+# A side was seen if more than this share of the surface faces it: less may be noise.
+LEAST_SHOWN = 0.05
+# A cell that lies open to so many of these sides is not behind seen surface.
+MOST_MISSING = 2
+# What seems enclosed is not if more than this share of it is known to be free, as of a room that
+# was scanned from within: less are lines of sight that grazed a rim.
+FREE_SHARE = 0.1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ThingSurface:
+    """What is known of a thing's surface.
+
+    `outer` (k, 3) are points that reach as far as the thing does, `curved` (m, 3) points of what
+    is not flat, with unit `normals` (m, 3) outwards or rows of zeros; `corner_sd` is the sd of a
+    face's corner. `all_round` says that it was read from what shows surface on every side.
+    """
+
+    faces: tuple[FlatFace, ...]
+    outer: FloatArray
+    curved: FloatArray
+    normals: FloatArray
+    corner_sd: float = 0.0
+    all_round: bool = False
+
+
+def thing_space(
+    surface: ThingSurface,
+    up: FloatArray,
+    *,
+    sights: Sequence[SightLines] = (),
+    places: int = 1,
+    on_ground: bool = True,
+) -> Space | None:
+    """The space round a thing along the unit vector `up` (3,), or None if it has no extent.
+
+    What lines of sight passed from so many different `places` is free. What does not stand
+    `on_ground` is reached from below, too.
+    """
+    square_to = None if surface.all_round else _largest_upright(surface.faces, up)
+    lattice = Lattice.round(surface.outer, up, square_to=square_to)
+    if lattice is None:
+        return None
+    flat, face = inner_points(surface.faces, SPACING * lattice.cell)
+    facing = np.array([f.normal for f in surface.faces]).reshape(-1, 3)[face]
+    points = np.concatenate([flat, surface.curved])
+    normals = np.concatenate([facing, surface.normals])
+    touched = lattice.holding(points if len(flat) else np.concatenate([points, surface.outer]))
+    within = enclosed(
+        touched, on_ground=on_ground, missed=missed_cells(surface.corner_sd / lattice.cell)
+    )
+    closed = surface.all_round and _open_share(lattice, within, points, normals) <= OPEN_SHARE
+    if closed:
+        cells = np.where(within, State.FULL, State.FREE).astype(np.uint8)
+        return Space(lattice, cells, closed)
+    free = ~touched & (
+        _right_before(lattice, points, normals)
+        | (places_through(lattice, sights, touched) >= places)
+    )
+    full = touched | _without_free(within & ~touched, free)
+    shown = _shown_sides(lattice, normals)
+    return Space(lattice, _with_assumed(full, free & ~full, shown), closed)
+
+
+def _largest_upright(faces: Sequence[FlatFace], up: FloatArray) -> FloatArray | None:
+    """The normal of the largest face about upright, if there is one."""
+    upright = [face for face in faces if abs(float(face.normal @ up)) < FACES_ALONG]
+    return max(upright, key=lambda face: face.area).normal if upright else None
+
+
+def _right_before(lattice: Lattice, points: FloatArray, normals: FloatArray) -> Cells:
+    """Cells right before surface that was seen from there."""
+    numbers = lattice.numbers(points + BESIDE * lattice.cell * normals)
+    before = np.zeros(lattice.size, dtype=np.bool_)
+    before[numbers[(numbers >= 0) & normals.any(axis=1)]] = True
+    return before.reshape(lattice.shape)
+
+
+def _open_share(lattice: Lattice, within: Cells, points: FloatArray, normals: FloatArray) -> float:
+    """How much of the surface has free space behind it; boards thinner than a cell have none."""
+    known = normals.any(axis=1)
+    points, normals = points[known], normals[known]
+    if not len(points):
+        return 0.0
+    behind = [
+        lattice.numbers(points - share * BESIDE * lattice.cell * normals)
+        for share in (0.0, 0.5, 1.0)
+    ]
+    solid = within.ravel()[behind[-1]] & (behind[-1] >= 0)
+    for axis in range(3):
+        along = normals @ lattice.axes[axis]
+        for sense in (1.0, -1.0):
+            own, other = sense * along > FACES_ALONG, sense * along < -FACES_ALONG
+            backs = np.zeros(lattice.size + 1, dtype=np.bool_)  # the last for what is outside
+            backs[behind[0][other]] = True
+            backs[-1] = False
+            solid |= own & np.logical_or.reduce([backs[cells] for cells in behind])
+    return 1.0 - float(solid.mean())
+
+
+def _without_free(within: Cells, free: Cells) -> Cells:
+    """Of cells that seem enclosed those of rooms of which next to nothing is free."""
+    from scipy import ndimage  # loaded only now: what has no space does without
+
+    if not (within & free).any():
+        return within
+    rooms, count = ndimage.label(within)
+    sizes = np.bincount(rooms.ravel(), minlength=count + 1)
+    opened = np.bincount(rooms[free], minlength=count + 1)
+    kept = opened <= FREE_SHARE * sizes
+    kept[0] = False
+    return np.asarray(kept[rooms], dtype=np.bool_)
+
+
+def _shown_sides(lattice: Lattice, normals: FloatArray) -> dict[tuple[int, int], bool]:
+    """Along which axes, and in which sense (1 or -1), surface faces that was seen from there."""
+    along = normals @ lattice.axes.T
+    return {
+        (axis, sense): float((sense * along[:, axis] > FACES_ALONG).mean()) > LEAST_SHOWN
+        for axis in range(3)
+        for sense in (1, -1)
+    }
+
+
+def _with_assumed(
+    full: Cells, free: Cells, shown: dict[tuple[int, int], bool]
+) -> NDArray[np.uint8]:
+    """The states of all cells, of which these are full and these free.
+
+    Of the others those are assumed to be full from which surface is met along some axis, and along
+    none of them free space before it: no place that was seen to be free opens to them. Nor do they
+    lie open to two sides that are `shown`, where surface of their own would have been seen: of one
+    side some may be missing, as where it mirrors.
+    """
+    states = np.full(full.shape, State.UNSEEN, dtype=np.uint8)
+    states[free], states[full] = State.FREE, State.FULL
+    opened, backed = np.zeros_like(full), np.zeros_like(full)
+    missing = np.zeros(full.shape, dtype=np.uint8)
+    for axis in range(3):
+        for sense in (1, -1):
+            met = _first_met(states, axis, sense)
+            opened |= met == State.FREE
+            if shown[axis, sense]:
+                missing += met == State.UNSEEN
+            backed |= met == State.FULL
+    states[(states == State.UNSEEN) & backed & ~opened & (missing < MOST_MISSING)] = State.ASSUMED
+    return states
+
+
+def _first_met(states: NDArray[np.uint8], axis: int, sense: int) -> NDArray[np.uint8]:
+    """The state of the first free or full cell from each cell on along an axis, else unseen."""
+    layers = np.moveaxis(states, axis, 0)[::-sense]
+    met = np.full_like(layers, State.UNSEEN)
+    for here in range(1, len(layers)):
+        before = layers[here - 1]
+        met[here] = np.where(before == State.UNSEEN, met[here - 1], before)
+    return np.moveaxis(met[::-sense], 0, axis)

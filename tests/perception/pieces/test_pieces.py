@@ -1,0 +1,117 @@
+"""The pieces of things: what they are like, and what carries what."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.facts.named_rows import FactRows
+from facetlog.perception.facts.piece_kinds import PIECE_KINDS
+from facetlog.perception.scene import Plane, Scene
+from facetlog.perception.surfaces.exact_solids.builders import build
+
+KINDS = {kind.functor for kind in PIECE_KINDS}
+
+
+def facts(scene: Scene) -> FactRows:
+    return fact_rows(scene, KINDS)
+
+
+def kinds(rows: FactRows) -> dict[str, str]:
+    """What a person calls each piece, by its proportions."""
+    found = {}
+    for name, length, width, thickness, _ in rows["piece_size"]:
+        thin, slender = thickness <= 0.35 * width, width <= 0.35 * length
+        found[name] = "board" if thin else "bar" if slender else "block"
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("cuboid", {"block": 1}),
+        ("table", {"board": 1, "bar": 4}),
+        ("stool", {"board": 1, "bar": 4}),
+        ("chair", {"board": 2, "bar": 4}),
+        ("bench", {"board": 3}),
+        ("desk", {"board": 4}),
+        ("shelf", {"board": 7}),
+        ("cabinet", {"block": 1}),
+        ("tray", {"board": 5}),
+    ],
+)
+def test_furniture_has_the_pieces_that_a_person_names(name: str, expected: dict[str, int]) -> None:
+    assert Counter(kinds(facts(build(name, {}))).values()) == expected
+
+
+def test_extents_of_a_table_are_those_that_it_was_built_with() -> None:
+    sizes = {"width": 0.8, "length": 1.2, "height": 0.74, "thickness": 0.04, "leg": 0.06}
+    rows = facts(build("table", sizes))
+    top, *legs = sorted(rows["piece_size"], key=lambda row: -row[2])
+    assert top[1:4] == pytest.approx((1.2, 0.8, 0.04), abs=1e-6)
+    for _, length, width, thickness, sd in legs:
+        assert length == pytest.approx(0.7, abs=3 * sd)
+        assert (width, thickness) == pytest.approx((0.06, 0.06), abs=1e-6)
+
+
+def test_legs_carry_the_back_of_a_chair_through_its_seat() -> None:
+    rows = facts(build("chair", {}))
+    legs = {name for name, kind in kinds(rows).items() if kind == "bar"}
+    heights = {name: (low, high) for name, low, high, _ in rows["piece_heights"]}
+    back = max(heights, key=lambda name: heights[name][1])
+    (seat,) = set(heights) - legs - {back}
+    assert {name for (name,) in rows["piece_on_ground"]} == legs
+    carried = {(one, other) for one, other in rows["carries"]}
+    assert carried >= {(leg, other) for leg in legs for other in (seat, back)} | {(seat, back)}
+    assert not any(other in legs for _, other in carried)
+    joined = sum((leg, back) in rows["joins"] for leg in legs)
+    assert joined < len(legs)
+
+
+def test_faces_belong_to_the_piece_that_they_bound() -> None:
+    rows = facts(build("table", {}))
+    owned = Counter(name for name, _ in rows["piece_face"])
+    assert sorted(owned.values()) == [5, 5, 5, 5, 6]
+    assert len({face for _, face in rows["piece_face"]}) == sum(owned.values())
+
+
+def test_a_board_that_lies_is_level_and_one_that_stands_is_upright() -> None:
+    rows = facts(build("shelf", {}))
+    tilts = Counter(round(tilt) for _, tilt, _ in rows["piece_tilt"])
+    assert tilts == {0: 5, 90: 2}
+
+
+def test_without_a_known_up_nothing_is_said_of_heights() -> None:
+    rows = facts(replace(build("table", {}), up=None))
+    assert rows["piece_size"]
+    assert not any(rows[kind] for kind in ("piece_heights", "piece_tilt", "carries", "piece_level"))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_turning_the_world_moves_no_end_by_more_than_two_cells(seed: int) -> None:
+    scene = build("chair", {})
+    cell = 0.9 / 40  # of its height
+    rotation = Rotation.random(random_state=seed).as_matrix()
+    turned = _turned(scene, rotation)
+    before, after = facts(scene), facts(turned)
+    sizes = [np.array([row[1:4] for row in rows["piece_size"]]) for rows in (before, after)]
+    one, other = (each[np.argsort(each.prod(axis=1))] for each in sizes)
+    assert one == pytest.approx(other, abs=2 * cell)
+    assert len(before["carries"]) == len(after["carries"])
+
+
+def _turned(scene: Scene, rotation: np.ndarray) -> Scene:
+    up = scene.up
+    assert up is not None
+    return replace(
+        scene,
+        up=rotation @ up,
+        vertices=tuple(replace(v, point=rotation @ v.point) for v in scene.vertices),
+        faces=tuple(
+            replace(f, plane=Plane(rotation @ f.plane.normal, f.plane.offset, f.plane.cov))
+            for f in scene.faces
+        ),
+    )
