@@ -372,9 +372,9 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
     _kind(
         "unseen_bounds +Measure:symbol +X:body IfFree:number IfFull:number",
         _MAYBE,
-        "what the measure of space that `Measure` names (`footprint`, `solidity`, `cover` and so on "
-        "to `see_across`) comes to for the face or thing X if all unseen space is free, and if all "
-        "is full; its own fact has their middle",
+        "what the measure of space that `Measure` names (`footprint`, `solidity`, `cover` and so "
+        "on to `see_across`) comes to for the face or thing X if all unseen space is free, and if "
+        "all is full; its own fact has their middle",
         "no unseen space could change the measure",
     ),
     *PIECE_KINDS,

@@ -46,7 +46,7 @@ PIECE_KINDS: tuple[FactKind, ...] = (
     _kind(
         "carries +P:piece +Q:piece",
         _MAYBE,
-        "Q is off the ground, and P touches it and reaches as low, or carries a piece that carries Q",
+        "Q is off the ground, and P touches it and reaches as low; or P carries what carries Q",
         "otherwise, or " + _NO_UP,
     ),
     _kind(
