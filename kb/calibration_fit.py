@@ -182,16 +182,15 @@ def _curve(levels: Levels, key: Key, strength: float) -> Curve:
     """The map of a level, shrunk: straight between the knots of all levels that it consists of."""
     chain = _chain(levels, key)
     counted = levels[key][0].samples if key in levels else 0
-    knots = []
-    for at in sorted({at for curve, _ in chain for at, _ in curve.knots}):
-        knots.append((at, round(_shrunk(_shares(chain, at), strength), DIGITS)))
-    return Curve(counted, tuple(knots))
+    scores = sorted({at for curve, _ in chain for at, _ in curve.knots})
+    said = (round(_shrunk(_shares(chain, at), strength), DIGITS) for at in scores)
+    return Curve(counted, tuple(zip(scores, said, strict=True)))
 
 
 def _fitted(samples: Sequence[Sample], rising: bool) -> Curve:
-    """The map of samples, one step if it is not to rise: isotonic regression, the prior added to
-    each of its steps, and once more: near 1/2 it moves a short step more than a long one, past which
-    it might so come."""
+    """The map of samples: isotonic regression, or one step if it is not to rise; the prior added to
+    each step, and regression once more: near 1/2 it moves a short step more than a long one, past
+    which it might so come."""
     at, index = np.unique([round(s.score, DIGITS) for s in samples], return_inverse=True)
     totals = np.bincount(index).astype(np.float64)
     rights = np.bincount(index, weights=[float(s.truth) for s in samples])
