@@ -159,8 +159,9 @@ class Patch:
 class Body:
     """One object, told apart where the scene was read: indices of its faces, edges and patches.
 
-    `whole` says that its surface is known from all sides, as a mesh's is: where there is no
-    surface, there is nothing. Otherwise it may go on where nobody looked.
+    `whole` says that it was read from what has surface on every side, as a mesh has: where there is
+    no surface, there is nothing, unless its space (perception/space) turns out to be open behind
+    what there is. Otherwise it may go on where nobody looked.
     """
 
     faces: tuple[int, ...] = ()

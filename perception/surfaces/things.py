@@ -42,7 +42,7 @@ class Thing:
     """Faces, loose edges and patches that are judged as one object.
 
     Faces and edges are indices into all that the scenes of a block have, patches into those of the
-    thing's own `scene`. `whole` says that its surface is known from all sides.
+    thing's own `scene`. `whole` is its body's.
     """
 
     faces: tuple[int, ...]

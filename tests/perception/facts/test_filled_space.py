@@ -17,6 +17,7 @@ from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
 from facetlog.perception.types import FloatArray
+from tests.perception.space.simulated_scans import eye_at, scanned
 
 UP = np.array([0.0, 0.0, 1.0])
 CELL = 1 / 40
@@ -127,9 +128,38 @@ def test_neither_the_frame_nor_the_unit_matters(radians: float, scale: float) ->
     assert values(after, "room_below")["f2"] / scale == pytest.approx(room, abs=2 * CELL)
 
 
-def test_of_what_is_not_whole_no_space_is_stated() -> None:
+def test_where_nobody_noted_what_was_looked_at_no_space_is_stated() -> None:
     functors = {f.functor for f in scene_facts(build("table", {}))}
     assert not functors & {"cover", "room_below", "see_through", "solidity", "whole"}
+
+
+def looked_at(scene: Scene, *eyes: FloatArray) -> Scene:
+    """A scene as pictures from these places show it, with lines of sight to it and the floor."""
+    sights = [replace(scanned(scene, eye).sights[0], view=k) for k, eye in enumerate(eyes)]
+    views = tuple(f"{k}.png" for k in range(len(eyes)))
+    return replace(scene, views=views, sights=tuple(sights))
+
+
+def test_what_one_picture_alone_looked_through_is_not_free_and_what_two_did_is() -> None:
+    table = build("table", {})
+    eyes = [eye_at(table, azimuth, 25.0) for azimuth in (30.0, 50.0, 70.0)]
+    one, three = (values(looked_at(table, *some), "free_below")["f2"] for some in (eyes[:1], eyes))
+    assert one < 0.6
+    assert three > one + 0.1
+
+
+def test_only_measures_that_unseen_space_could_change_have_bounds_about_their_value() -> None:
+    scan = scanned(TABLE, eye_at(TABLE, 30.0, 40.0))
+    bounds = {f.args[:2]: f.args[2:] for f in scene_facts(scan) if f.functor == "unseen_bounds"}
+    stated = {(f.functor, f.args[0]): f.args[1:] for f in scene_facts(scan) if len(f.args) == 3}
+    assert bounds.keys() < stated.keys()
+    assert ("free_below", "f1") in bounds
+    for key, (low, high) in bounds.items():
+        value, sd = map(float, stated[key])
+        assert float(low) < float(high)
+        assert value == pytest.approx((float(low) + float(high)) / 2.0)
+        assert sd >= (float(high) - float(low)) / np.sqrt(12.0)
+    assert not [f for f in scene_facts(TABLE) if f.functor == "unseen_bounds"]
 
 
 def test_without_up_only_solidity_is_known() -> None:
