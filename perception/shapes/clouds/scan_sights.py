@@ -7,7 +7,7 @@ from facetlog.perception.scene import SightLines
 
 __all__ = ["scan_sights"]
 
-# Lines of sight to a radian, as many as a picture has (surfaces/sights.py).
+# Lines of sight to a radian, as many as a picture has (surfaces/eyes.py).
 PER_RADIAN = 40.0
 
 
