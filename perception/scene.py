@@ -9,7 +9,7 @@ from enum import StrEnum
 from itertools import chain
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from facetlog.perception.types import (
     Camera,
@@ -30,6 +30,7 @@ __all__ = [
     "Patch",
     "Plane",
     "Scene",
+    "SeenLattice",
     "SightLines",
     "Vertex",
 ]
@@ -189,6 +190,45 @@ class SightLines:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class SeenLattice:
+    """Points of a plane on a lattice, and which views show them: nothing stands before those.
+
+    Point (i, j) is at `corner` (3,) + i `steps`[0] + j `steps`[1], steps (2, 3). `shown` (v, rows,
+    columns) says what is seen from each of the `origins` (v, 3), the centres of `views` (v,).
+    `wrong` in [0, 1] is the share of points that pass as shown where it is known that something
+    hides them; None where nothing is known to.
+    """
+
+    corner: FloatArray
+    steps: FloatArray
+    origins: FloatArray
+    shown: NDArray[np.bool_]
+    views: tuple[int, ...]
+    wrong: float | None = None
+
+    def __post_init__(self) -> None:
+        count = len(self.views)
+        object.__setattr__(self, "corner", frozen(self.corner, 3))
+        object.__setattr__(self, "steps", frozen(self.steps, 2, 3))
+        object.__setattr__(self, "origins", frozen(self.origins, count, 3))
+        shown = np.array(self.shown, dtype=np.bool_)
+        if shown.ndim != 3 or len(shown) != count:
+            raise ValueError("a lattice is to say of each of its views what it shows")
+        shown.setflags(write=False)
+        object.__setattr__(self, "shown", shown)
+
+    @property
+    def lines(self) -> tuple[SightLines, ...]:
+        """A line of sight to each point from each view that shows it."""
+        found = []
+        for origin, shown, view in zip(self.origins, self.shown, self.views, strict=True):
+            if shown.any():
+                ends = self.corner + np.argwhere(shown) @ self.steps
+                found.append(SightLines(origin, ends, view))
+        return tuple(found)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Scene:
     """Everything that was reconstructed: what the facts are made of.
 
@@ -198,8 +238,8 @@ class Scene:
     touches what (things.py); each face, edge and patch is of one body at most. `poses` are those of
     the views as they were adjusted to what all of them show, and `cameras` what these took their
     pictures with; both are empty where no picture shows the scene. `lenses` say by what the views
-    were corrected, empty where lenses are as stated; a scene file does not keep them. `sights` say
-    which space is known to be free.
+    were corrected, empty where lenses are as stated; a scene file does not keep them. `sights`
+    and `lattices` say which space is known to be free.
     """
 
     name: str
@@ -216,6 +256,7 @@ class Scene:
     lenses: tuple[LensError, ...] = ()
     sights: tuple[SightLines, ...] = ()
     cameras: tuple[Camera, ...] = ()
+    lattices: tuple[SeenLattice, ...] = ()
 
     def __post_init__(self) -> None:
         if self.up is not None:
@@ -245,10 +286,16 @@ class Scene:
     def _check_sights(self) -> None:
         of_faces = [sight for face in self.faces for sight in face.sights]
         views = [s.view for s in of_faces] + [s.view for s in self.sights if s.view is not None]
+        views += chain.from_iterable(seen.views for seen in self.lattices)
         if any(not 0 <= view < len(self.views) for view in views):
             raise ValueError("a sight names a view that the scene does not have")
         if any(not 0 <= face < len(self.faces) for s in of_faces for face, _ in s.hidden):
             raise ValueError("a sight names a face that the scene does not have")
+
+    @property
+    def lines_of_sight(self) -> tuple[SightLines, ...]:
+        """All lines of sight: `sights`, and those to what the lattices show."""
+        return (*self.sights, *chain.from_iterable(seen.lines for seen in self.lattices))
 
     @property
     def points(self) -> FloatArray:

@@ -142,7 +142,7 @@ class _Measured:
         return normal
 
     def _space(self, up: FloatArray, *, on_ground: bool) -> Space | None:
-        sights = self.scene.sights
+        sights = self.scene.lines_of_sight
         return thing_space(self.surface, up, sights=sights, places=self.places, on_ground=on_ground)
 
     def _levels(self, space: Space, up: FloatArray) -> Iterator[tuple[int, Level]]:

@@ -205,7 +205,7 @@ def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
     Of scenes of which nobody noted what was looked at from where nothing is stated.
     """
-    noted = np.array([bool(scene.bodies or scene.sights) for scene in s.scenes])
+    noted = np.array([bool(scene.bodies or scene.lines_of_sight) for scene in s.scenes])
     for nth, own in s.alone(noted):
         for index, filled in own.filled.items():
             thing = f"t{index + 1}"

@@ -22,9 +22,11 @@ from facetlog.perception.scene import (
     Patch,
     Plane,
     Scene,
+    SeenLattice,
     SightLines,
     Vertex,
 )
+from facetlog.perception.surfaces.lattice_bits import MOST_LATTICE_BITS, packed, unpacked
 from facetlog.perception.surfaces.scene_checks import scene_faults
 from facetlog.perception.surfaces.scene_numbers import SceneFault, number_faults
 from facetlog.perception.surfaces.scene_records import (
@@ -34,6 +36,7 @@ from facetlog.perception.surfaces.scene_records import (
     PatchRecord,
     PosedCameraRecord,
     SceneRecord,
+    SeenLatticeRecord,
     SightLinesRecord,
     VertexRecord,
 )
@@ -162,6 +165,18 @@ def scene_to_json(scene: Scene) -> str:
             }
             for camera, pose in zip(scene.cameras, scene.poses, strict=False)
         ],
+        "lattices": [
+            {
+                "corner": _rows(seen.corner),
+                "steps": _rows(seen.steps),
+                "size": seen.shown.shape[1:],
+                "views": seen.views,
+                "origins": _rows(seen.origins),
+                "shown": base64.b64encode(packed(seen.shown)).decode(),
+                "wrong": seen.wrong,
+            }
+            for seen in scene.lattices
+        ],
     }
     return json.dumps(content, allow_nan=False, ensure_ascii=False) + "\n"
 
@@ -244,6 +259,8 @@ def _references(record: SceneRecord) -> Iterator[tuple[_Place, str, int, int]]:
     for i, lines in enumerate(record.sights):
         if lines.view is not None:
             yield ("sights", i, "view"), "view", lines.view, views
+    for i, seen_by in enumerate(record.lattices):
+        yield ("lattices", i, "views"), "view", max(seen_by.views, default=-1), views
 
 
 def _missing(record: SceneRecord) -> Iterator[SceneFault]:
@@ -335,6 +352,28 @@ def _sight_lines(record: SightLinesRecord, index: int, source: str) -> SightLine
     return SightLines(np.array(record.origin), ends, record.view)
 
 
+def _lattices(records: Sequence[SeenLatticeRecord], source: str) -> Iterator[SeenLattice]:
+    bits = 0
+    for i, r in enumerate(records):
+        rows, columns = r.size
+        bits += len(r.views) * rows * columns
+        place, said = f"$.lattices[{i}].shown", ""
+        if len(r.origins) != len(r.views):
+            place = f"$.lattices[{i}].origins"
+            said = f"{len(r.origins)} origins and {len(r.views)} views: give as many of each"
+        elif bits > MOST_LATTICE_BITS:
+            said = f"there are more than {MOST_LATTICE_BITS} bits in all lattices"
+        else:
+            try:
+                shown = unpacked(r.shown, (len(r.views), rows, columns))
+            except ValueError as exc:
+                said = str(exc)
+        if said:
+            raise SceneFileError(source, (SceneFault(place, said),))
+        origins = _vectors(r.origins, 3)
+        yield SeenLattice(np.array(r.corner), np.array(r.steps), origins, shown, r.views, r.wrong)
+
+
 def _posed(record: PosedCameraRecord, index: int, source: str) -> tuple[Camera, Pose]:
     try:
         camera = Camera(*record.size, *record.focal, *record.middle)
@@ -359,6 +398,7 @@ def _scene(record: SceneRecord, source: str) -> Scene:
         poses=tuple(pose for _, pose in posed),
         sights=tuple(_sight_lines(s, i, source) for i, s in enumerate(record.sights)),
         cameras=tuple(camera for camera, _ in posed),
+        lattices=tuple(_lattices(record.lattices, source)),
     )
 
 

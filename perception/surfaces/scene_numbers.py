@@ -114,6 +114,13 @@ def _sight_faults(scene: Scene) -> Iterator[SceneFault]:
             yield SceneFault(f"$.sights[{i}].origin", BEYOND)
         for j in _large(lines.ends)[:1]:
             yield SceneFault(f"$.sights[{i}].ends", f"has a coordinate of point {j} that {BEYOND}")
+    for i, seen in enumerate(scene.lattices):
+        with np.errstate(over="ignore"):
+            reach = seen.steps * np.array(seen.shown.shape[1:])[:, None]
+        parts = {"corner": seen.corner[None], "steps": reach, "origins": seen.origins}
+        for name, rows in parts.items():
+            if _large(rows):
+                yield SceneFault(f"$.lattices[{i}].{name}", BEYOND)
     for i in _large(stacked([pose.centre for pose in scene.poses], 3)):
         yield SceneFault(f"$.cameras[{i}].centre", BEYOND)
     for i, camera in enumerate(scene.cameras):

@@ -27,6 +27,7 @@ __all__ = [
     "PatchRecord",
     "PosedCameraRecord",
     "SceneRecord",
+    "SeenLatticeRecord",
     "SightLinesRecord",
     "VertexRecord",
     "scene_schema",
@@ -152,6 +153,24 @@ class SightLinesRecord(_Record):
     view: NonNegativeInt | None = None
 
 
+class SeenLatticeRecord(_Record):
+    """Lines of sight from views (indices), each from its origin, to points of a plane on a lattice.
+
+    Point (i, j) is at corner + i steps[0] + j steps[1], for i and j below the rows and columns in
+    `size`. `shown` has a bit for each view, row and column, eight a byte, the first one highest,
+    compressed by zlib, in base64. `wrong` is the share of points known to be hidden that pass as
+    shown.
+    """
+
+    corner: Vector3
+    steps: tuple[Vector3, Vector3]
+    size: tuple[PositiveInt, PositiveInt]
+    views: tuple[NonNegativeInt, ...]
+    origins: tuple[Vector3, ...]
+    shown: Annotated[bytes, EncodedBytes(encoder=_Base64)]
+    wrong: Share | None = None
+
+
 class PosedCameraRecord(_Record):
     """The camera of a view, a pinhole without distortion, and where it stood.
 
@@ -188,6 +207,7 @@ class SceneRecord(_Record):
     cameras: tuple[PosedCameraRecord, ...] = Field(
         default=(), description="one for each view, or none"
     )
+    lattices: tuple[SeenLatticeRecord, ...] = ()
 
 
 def scene_schema() -> str:

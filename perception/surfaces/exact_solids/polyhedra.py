@@ -369,4 +369,13 @@ def moved(
             SightLines(scale * turn @ s.origin + shift, scale * s.ends @ turn.T + shift, s.view)
             for s in scene.sights
         ),
+        lattices=tuple(
+            replace(
+                seen,
+                corner=scale * turn @ seen.corner + shift,
+                steps=scale * seen.steps @ turn.T,
+                origins=scale * seen.origins @ turn.T + shift,
+            )
+            for seen in scene.lattices
+        ),
     )

@@ -1,8 +1,10 @@
 """Scenes out and in: every bit comes back, and a bad file is told in one line."""
 
+import base64
 import json
 import os
 import subprocess
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from facetlog.errors import InputError
 from facetlog.perception.scene import (
@@ -20,10 +23,12 @@ from facetlog.perception.scene import (
     FaceSight,
     Plane,
     Scene,
+    SeenLattice,
     SightLines,
     Vertex,
 )
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, room_corner, stick_table
+from facetlog.perception.surfaces.lattice_bits import packed
 from facetlog.perception.surfaces.scene_file import (
     MOST_COPIES,
     SceneFileError,
@@ -58,6 +63,22 @@ def plate() -> Scene:
     plane = Plane(np.array([0.0, 0.0, 1.0]), -0.1, np.eye(4))
     face = Face((0, 1, 2, 3), plane, holes=((4, 5, 6, 7),))
     return Scene("plate", vertices=vertices, faces=(face,))
+
+
+@st.composite
+def lattices(draw: st.DrawFn, views: int) -> SeenLattice:
+    """Bits of views, of which there are so many, on a lattice."""
+    named = draw(st.lists(st.integers(0, views - 1), max_size=2) if views else st.just([]))
+    shape = len(named), draw(st.integers(1, 5)), draw(st.integers(1, 5))
+    near = st.floats(-LARGEST / 5, LARGEST / 5)
+    return SeenLattice(
+        draw(arrays(np.float64, 3, elements=near)),
+        draw(arrays(np.float64, (2, 3), elements=near)),
+        draw(arrays(np.float64, (len(named), 3), elements=near)),
+        draw(arrays(np.bool_, shape)),
+        tuple(named),
+        draw(st.none() | share),
+    )
 
 
 @st.composite
@@ -113,6 +134,7 @@ def scenes(draw: st.DrawFn) -> Scene:
         draw(st.booleans()),
         tuple(draw(st.lists(st.text(max_size=5), max_size=2))),
         sights=tuple(draw(st.lists(lines, max_size=2))),
+        lattices=tuple(draw(st.lists(lattices(len(views)), max_size=2))),
     )
 
 
@@ -138,6 +160,24 @@ SEEN = {"view": 0, "uv": [0, 0], "cov": [[1, 0], [0, 1]]}
 
 def _change(**changes: Any) -> str:
     return json.dumps({**json.loads(scene_to_json(cuboid())), **changes})
+
+
+def _lattice(**changes: Any) -> str:
+    """A scene whose lattice of 2 x 3 points says that one view sees all."""
+    square = {"corner": [0, 0, 0], "steps": [[1, 0, 0], [0, 1, 0]], "size": [2, 3]}
+    shown = base64.b64encode(packed(np.ones((1, 2, 3), dtype=np.bool_))).decode()
+    lattice = {**square, "views": [0], "origins": [[0, 0, 9]], "shown": shown, **changes}
+    return _change(views=["a.png"], lattices=[lattice])
+
+
+def _bytes(count: int) -> str:
+    return base64.b64encode(zlib.compress(bytes(count))).decode()
+
+
+def test_a_lattice_is_read() -> None:
+    (lines,) = scene_from_json(_lattice()).lines_of_sight
+    assert lines.view == 0
+    assert lines.ends.tolist() == [[i, j, 0] for i in range(2) for j in range(3)]
 
 
 def _broken(*path: str | int, value: Any) -> str:
@@ -213,6 +253,19 @@ def test_many_faces_with_the_same_corners_are_refused_and_a_few_are_read(
             _change(sights=[{"origin": [0, 0, 0], "ends": "", "view": 1}]),
             r"\$\.sights\[0\]\.view: view 1 ",
         ),
+        (_lattice(shown="AAAA"), r"\$\.lattices\[0\]\.shown: is not compressed by zlib$"),
+        (_lattice(shown=""), r"\$\.lattices\[0\]\.shown: does not hold 6 bits$"),
+        (_lattice(shown=_bytes(0)), r"\$\.lattices\[0\]\.shown: does not hold 6 bits$"),
+        (_lattice(shown=_bytes(1_000_000)), r"\$\.lattices\[0\]\.shown: does not hold 6 bits$"),
+        (
+            _lattice(size=[1 << 40, 1 << 40]),
+            r"\$\.lattices\[0\]\.shown: there are more than 16777216 bits in all lattices$",
+        ),
+        (_lattice(size=[0, 3]), r"\$\.lattices\[0\]\.size\[0\]: "),
+        (_lattice(views=[1]), r"\$\.lattices\[0\]\.views: view 1 does not exist"),
+        (_lattice(origins=[]), r"\$\.lattices\[0\]\.origins: 0 origins and 1 views: "),
+        (_lattice(wrong=1.5), r"\$\.lattices\[0\]\.wrong: "),
+        (_lattice(steps=[[1e308, 0, 0], [0, 1, 0]]), r"\$\.lattices\[0\]\.steps: is beyond "),
         (
             _broken("vertices", 0, "observations", value=[SEEN]),
             r"\$\.vertices\[0\]\.observations\[0\]\.view: view 0 ",

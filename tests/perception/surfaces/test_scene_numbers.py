@@ -5,7 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.perception.scene import Body, Patch, Plane, Scene, SightLines, Vertex
+from facetlog.perception.scene import (
+    Body,
+    Patch,
+    Plane,
+    Scene,
+    SeenLattice,
+    SightLines,
+    Vertex,
+)
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.surfaces.scene_file import SceneFileError, scene_from_json, scene_to_json
 from facetlog.perception.surfaces.scene_numbers import LARGEST, LEAST, number_faults
@@ -104,6 +112,7 @@ def test_what_is_far_off_is_told_wherever_it_stands() -> None:
         views=("a.png",),
         patches=(Patch(far[None], np.zeros((1, 3)), np.full(1, beyond**2)),),
         sights=(SightLines(far, far[None]),),
+        lattices=(SeenLattice(far, np.full((2, 3), LARGEST), far[None], np.ones((1, 2, 2)), (0,)),),
         cameras=(Camera(640, 480, beyond, 500.0, 320.0, beyond),),
         poses=(Pose(np.eye(3), far),),
     )
@@ -113,6 +122,9 @@ def test_what_is_far_off_is_told_wherever_it_stands() -> None:
         "$.patches[0].areas[0]",
         "$.sights[0].origin",
         "$.sights[0].ends",
+        "$.lattices[0].corner",
+        "$.lattices[0].steps",
+        "$.lattices[0].origins",
         "$.cameras[0].centre",
         "$.cameras[0].focal",
         "$.cameras[0].middle",

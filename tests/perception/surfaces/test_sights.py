@@ -51,26 +51,28 @@ def test_a_block_that_stands_alone_is_seen_whole_by_the_views_before_each_face()
 
 
 def test_sight_lines_end_on_the_block_or_the_floor_and_pass_through_nothing() -> None:
-    lines = block().sights
+    lines = block().lines_of_sight
     assert {line.view for line in lines} == set(range(24))
     for line in lines:
         assert line.view is not None
         np.testing.assert_allclose(line.origin, block().poses[line.view].centre, atol=1e-9)
-        outside = heights_over_faces(line.ends).max(axis=1)
+        some = line.ends[:: 1 + len(line.ends) // 1000]
+        outside = heights_over_faces(some).max(axis=1)
         # The floor's plane is that of the lines found on it, here the block's lower edges.
-        away = np.linalg.norm(line.ends - CORNERS.mean(axis=0), axis=1)
-        on_block, on_floor = np.abs(outside) < 0.2, np.abs(line.ends[:, 2]) < 0.1 + 0.005 * away
+        away = np.linalg.norm(some - CORNERS.mean(axis=0), axis=1)
+        on_block, on_floor = np.abs(outside) < 0.2, np.abs(some[:, 2]) < 0.1 + 0.005 * away
         assert (on_block | on_floor).all()
         # Of the way to an end on the floor, points of which none is in the block.
-        way = line.origin + (line.ends[on_floor] - line.origin)[:, None] * np.linspace(
+        way = line.origin + (some[on_floor] - line.origin)[:, None] * np.linspace(
             0.5, 0.99, 60
         ).reshape(-1, 1)
         inside = heights_over_faces(way.reshape(-1, 3)).max(axis=1) < -0.1
         assert inside.mean() < 0.001
-    ends = np.concatenate([line.ends for line in lines])
-    # Floor and block were seen all round.
-    assert (np.abs(ends[:, 2]) < 1.0).sum() > 2000
+    # Floor and block were seen all round, most of the floor by most views.
+    ends = np.concatenate([line.ends for line in block().sights])
     assert ends[:, 2].max() == pytest.approx(CORNERS[:, 2].max(), abs=0.2)
+    by_place = sum(seen.shown.sum(axis=0) for seen in block().lattices)
+    assert np.median(by_place) > 3
 
 
 def square(distance: float, low: float, high: float) -> FloatArray:

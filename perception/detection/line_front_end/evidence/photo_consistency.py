@@ -8,6 +8,7 @@ levels, so that a plain background proves nothing and a rare level much.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -100,7 +101,7 @@ class GreyLevels:
         self._slopes = [(slope.gx.ravel(), slope.gy.ravel()) for slope in gradients]
         even = np.ones(len(views)) if exposure is None else exposure
         self._exposure = even.astype(np.float32)
-        self._noise = np.array([noise for _, noise in smooth], dtype=np.float32)
+        self.noise = np.array([noise for _, noise in smooth], dtype=np.float32)
         self._chance = np.array([_density(image, noise) for image, noise in smooth])
 
     def read(
@@ -117,12 +118,43 @@ class GreyLevels:
             grey[n] = self._greys[k].take(at[n])
             slope[n] = np.hypot(gx.take(at[n]), gy.take(at[n]))
         level = grey.astype(np.float32)
-        noise = self._noise[views].reshape(by_view)
+        noise = self.noise[views].reshape(by_view)
         sd = np.sqrt(noise**2 + (LIGHT_SHARE * level) ** 2 + (PLACE_PX * slope) ** 2)
         chance = self._chance[views.reshape(by_view), grey]
         by = self._exposure[views].reshape(by_view)
         freed = np.asarray(np.where(seen, level, np.nan) / by, dtype=np.float32)
         return Levels(freed, sd / by, chance * by)
+
+    def warped(
+        self, view: int, pixels: FloatArray, shape: tuple[int, int]
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+        """Levels and standard deviations of a plane's points, each of `shape`, as a view has them;
+        a level is NaN where the view does not see the point.
+
+        `pixels` (3, 3) takes (column, row, 1) of a point to its homogeneous pixel, its last entry
+        the depth up to a positive factor.
+        """
+        grey = self._greys[view].reshape(-1, self._widths[view])
+        gx, gy = (slope.reshape(grey.shape) for slope in self._slopes[view])
+        inside = np.zeros_like(grey)
+        inside[1:-1, 1:-1] = 1
+
+        def warp(picture: NDArray[Any]) -> NDArray[Any]:
+            flags = cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP
+            return cv2.warpPerspective(picture, pixels, shape[::-1], flags=flags)
+
+        seen = (warp(inside) > 0) & _plane_seen(pixels, shape)
+        level, slope = warp(grey).astype(np.float32), warp(cv2.magnitude(gx, gy))
+        by = self._exposure[view]
+        sd = cv2.magnitude(level * np.float32(LIGHT_SHARE), slope * np.float32(PLACE_PX))
+        sd = np.sqrt(sd**2 + self.noise[view] ** 2)
+        return np.where(seen, level / by, np.float32(np.nan)), sd / by
+
+
+def _plane_seen(matrix: FloatArray, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    # Which points (column, row) of a plane lie before the camera of a homography.
+    column, row = np.arange(shape[1]), np.arange(shape[0])[:, None]
+    return np.asarray(matrix[2, 0] * column + matrix[2, 1] * row + matrix[2, 2] > 0)
 
 
 def agreement(levels: Levels, weight: FloatArray) -> Agreement:

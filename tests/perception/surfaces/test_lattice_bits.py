@@ -1,0 +1,44 @@
+"""Bits come back as they went in; other bytes are refused, and not unpacked beyond what is due."""
+
+import tracemalloc
+import zlib
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+from numpy.typing import NDArray
+
+from facetlog.perception.surfaces.lattice_bits import packed, unpacked
+
+
+@given(arrays(np.bool_, array_shapes(max_dims=3)))
+def test_bits_come_back(bits: NDArray[np.bool_]) -> None:
+    back = unpacked(packed(bits), bits.shape)
+    assert back.dtype == np.bool_
+    assert back.tolist() == bits.tolist()
+
+
+@given(st.binary(max_size=40))
+def test_other_bytes_are_refused_or_hold_the_bits(content: bytes) -> None:
+    with suppress(ValueError):
+        assert unpacked(content, (3, 4)).shape == (3, 4)
+
+
+def test_what_is_cut_short_or_goes_on_is_refused() -> None:
+    whole = packed(np.ones((2, 3, 5), dtype=np.bool_))
+    for content in (b"", whole[:-1], whole + b"x"):
+        with pytest.raises(ValueError, match="does not hold 30 bits"):
+            unpacked(content, (2, 3, 5))
+
+
+def test_what_would_fill_the_memory_is_not_unpacked() -> None:
+    bomb = zlib.compress(bytes(50_000_000))
+    tracemalloc.start()
+    with pytest.raises(ValueError, match="does not hold 8 bits"):
+        unpacked(bomb, (2, 2, 2))
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 1_000_000
