@@ -263,7 +263,7 @@ def draw(path: Path, found: Judged) -> None:
         ("Verdicts that hold", [i for i in every if samples[i].state is State.HOLDS]),
     )
     with mpl.rc_context({"svg.hashsalt": "facetlog", "font.size": 9}):
-        figure = Figure(figsize=(7.6, 4.0), layout="constrained")
+        figure = Figure(figsize=(7.6, 4.6), layout="constrained")
         for axes, (title, chosen) in zip(figure.subplots(1, 2), panels, strict=True):
             truths = [samples[i].truth for i in chosen]
             axes.plot((0, 100), (0, 100), color="0.7", lw=1, zorder=0)
@@ -280,7 +280,7 @@ def draw(path: Path, found: Judged) -> None:
                 xlim=(-2, 102), ylim=(-2, 102), aspect="equal", title=f"{title}: {len(truths)}"
             )
             axes.set(xlabel="said, %", ylabel="true, %")
-            axes.legend(frameon=False, loc="upper left")
+            axes.legend(frameon=False, loc="upper center", bbox_to_anchor=(0.5, -0.15))
         figure.savefig(path, metadata={"Date": None}, format="svg")
 
 
