@@ -53,11 +53,15 @@ measure(room_above(F), V, Sd, length)   :- fact(room_above(F, V, Sd)).
 measure(free_below(F), V, Sd, ratio)    :- fact(free_below(F, V, Sd)).
 measure(see_across(F), V, Sd, ratio)    :- fact(see_across(F, V, Sd)).
 measure(see_through(F), V, Sd, ratio)   :- fact(see_through(F, V, Sd)).
+measure(open_from_two_sides(F), V, Sd, ratio) :- fact(open_from_two_sides(F, V, Sd)).
+measure(closed_behind(F), V, Sd, ratio) :- fact(closed_behind(F, V, Sd)).
+measure(closed_in_front(F), V, Sd, ratio) :- fact(closed_in_front(F, V, Sd)).
 measure(rise_side(F), V, Sd, ratio)     :- fact(rise_side(F, V, Sd)).
 measure(rise_off_middle(F), V, Sd, ratio) :- fact(rise_off_middle(F, V, Sd)).
 measure(rise_span(F), V, Sd, ratio)     :- fact(rise_span(F, V, Sd)).
 measure(footprint(T), V, Sd, area)      :- fact(footprint(T, V, Sd)).
 measure(solidity(T), V, Sd, ratio)      :- fact(solidity(T, V, Sd)).
+measure(hollow_side(T), V, Sd, ratio)  :- fact(hollow_side(T, V, Sd)).
 measure(curved(T), V, 0, ratio)         :- fact(curved(T, V)).
 measure(overlap(A, B), V, 0, ratio)     :- fact(overlap(A, B, V)).
 measure(gap(A, B), V, Sd, length)       :- fact(gap(A, B, V, Sd)).

@@ -262,10 +262,12 @@ needs_up(upward(_)).
 needs_up(downward(_)).
 needs_up(Word) :-
     needs_all_sides(Word),
-    Word \= solidity(_).
+    Word \= solidity(_),
+    Word \= hollow_side(_).
 
 needs_all_sides(footprint(_)).
 needs_all_sides(solidity(_)).
+needs_all_sides(hollow_side(_)).
 needs_all_sides(cover(_)).
 needs_all_sides(level_length(_)).
 needs_all_sides(level_width(_)).
@@ -275,6 +277,9 @@ needs_all_sides(room_above(_)).
 needs_all_sides(free_below(_)).
 needs_all_sides(see_through(_)).
 needs_all_sides(see_across(_)).
+needs_all_sides(open_from_two_sides(_)).
+needs_all_sides(closed_behind(_)).
+needs_all_sides(closed_in_front(_)).
 needs_all_sides(rise_side(_)).
 needs_all_sides(rise_off_middle(_)).
 needs_all_sides(rise_span(_)).

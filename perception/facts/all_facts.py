@@ -43,6 +43,9 @@ LEVEL_KINDS = (
     "free_below",
     "see_through",
     "see_across",
+    "open_from_two_sides",
+    "closed_behind",
+    "closed_in_front",
     "rise_side",
     "rise_off_middle",
     "rise_span",
@@ -77,7 +80,7 @@ _MAKERS: tuple[tuple[Callable[[SceneMemo, BlockFacts], None], tuple[str, ...]], 
     (thing_facts.clear_facts, ("clear_below",)),
     (thing_facts.rim_facts, ("at_rim",)),
     (thing_facts.surface_facts, ("whole", "scanned", "curved")),
-    (thing_facts.space_facts, ("footprint", "solidity", *LEVEL_KINDS)),
+    (thing_facts.space_facts, ("footprint", "solidity", "hollow_side", *LEVEL_KINDS)),
     (drawing_facts.drawing_facts, ("junction", "line_at", "contour")),
 )
 

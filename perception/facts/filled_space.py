@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from facetlog.perception.facts.levels import ROUNDING, Level, level_at
+from facetlog.perception.facts.sides import hollow
 from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.occupancy import Grid, occupancy
@@ -25,8 +26,9 @@ SAME_DIRECTION = 0.996
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Space:
-    """A thing's `footprint` (area), `solidity` (its share of the least box round it, 0..1), and the
-    levels of its faces that lie about level (by index of the face).
+    """A thing's `footprint` (area), `solidity` (its share of the least box round it, 0..1), how
+    `hollow` the sides of that box are (0..1), and the levels of its faces that lie about level (by
+    index of the face).
 
     The box is upright or square to the largest face, whichever is filled more. Without a known up
     there are no levels and no footprint.
@@ -34,6 +36,7 @@ class Space:
 
     footprint: Estimate | None
     solidity: Estimate
+    hollow: Estimate
     levels: dict[int, Level]
 
 
@@ -61,6 +64,10 @@ def _levels(grid: Grid, faces: tuple[FlatFace, ...], up: FloatArray) -> Iterator
 
 def _solidity(grid: Grid) -> Estimate:
     return Estimate(float(grid.solid.mean()), ROUNDING / min(grid.solid.shape))
+
+
+def _hollow(grid: Grid, *, on_ground: bool) -> Estimate:
+    return Estimate(hollow(grid, on_ground=on_ground), ROUNDING / min(grid.solid.shape))
 
 
 def _footprint(grid: Grid) -> Estimate:
@@ -97,17 +104,22 @@ class _Surface:
         grid = self._grid(up, on_ground=True)
         if grid is None:
             return None
-        solidity = _solidity(grid)
+        solidity, hollowed = _solidity(grid), _hollow(grid, on_ground=True)
         axis = _axis(self.faces, self.outer)
         # A box that is tipped over fills the box round it no less.
         if float(np.abs(grid.axes @ axis).max()) < SAME_DIRECTION:
             tipped = self.lying(axis)
-            solidity = solidity if tipped is None else max(solidity, tipped.solidity)
-        return Space(_footprint(grid), solidity, dict(_levels(grid, self.faces, up)))
+            if tipped is not None and tipped.solidity > solidity:
+                solidity, hollowed = tipped.solidity, tipped.hollow
+        return Space(_footprint(grid), solidity, hollowed, dict(_levels(grid, self.faces, up)))
 
     def lying(self, axis: FloatArray) -> Space | None:
         grid = self._grid(axis, on_ground=False)
-        return None if grid is None else Space(None, _solidity(grid), {})
+        return (
+            None
+            if grid is None
+            else Space(None, _solidity(grid), _hollow(grid, on_ground=False), {})
+        )
 
     def _grid(self, up: FloatArray, *, on_ground: bool) -> Grid | None:
         return occupancy(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.facts.sides import closed_at_back, closed_sides, open_from_two_sides
 from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.surfaces.occupancy import Grid
 
@@ -44,6 +45,10 @@ class Level:
     - `free_below`: how much of the space beneath, board and all, is free.
     - `see_through`: how much of the space beneath one sees through, along or across it, whichever
       is more; `see_across` whichever is less.
+    - `open_sides`: how much of the space beneath one sees to the thing's middle through, from the
+      second most open of its four sides.
+    - `behind`: how much of the length of one of its sides has something high above it, of the side
+      where that exceeds the opposite one's most; `in_front` the same of the opposite one.
     - `side`: how far from its middle what rises high above it stands (1 at the rim), towards the
       side where it is farthest; `off_middle` the same along that side; `span`: how much of the
       side's length it takes. None where nothing rises.
@@ -58,6 +63,9 @@ class Level:
     free_below: Estimate
     see_through: Estimate
     see_across: Estimate
+    open_sides: Estimate
+    behind: Estimate
+    in_front: Estimate
     side: Estimate | None = None
     off_middle: Estimate | None = None
     span: Estimate | None = None
@@ -74,6 +82,9 @@ class Level:
             ("free_below", self.free_below),
             ("see_through", self.see_through),
             ("see_across", self.see_across),
+            ("open_from_two_sides", self.open_sides),
+            ("closed_behind", self.behind),
+            ("closed_in_front", self.in_front),
             ("rise_side", self.side),
             ("rise_off_middle", self.off_middle),
             ("rise_span", self.span),
@@ -172,6 +183,9 @@ def level_at(grid: Grid, height: float) -> Level | None:
     free = ~grid.solid[:, :, : layer + 1][plan]
     tall = _any(grid.solid[:, :, high + max(1, int(ABOVE_ARMS * (layers - high))) :])
     rise = _rise(plan, tall) if tall.any() else None
+    sides = closed_sides(plan, tall)
+    back = closed_at_back(sides)
+    rim = ROUNDING / float(np.sqrt(max(_extents(plan)[1])))
     width, length = sorted(_extents(plan)[1])
     return Level(
         cover=Estimate(taken / footprint, side),
@@ -183,6 +197,9 @@ def level_at(grid: Grid, height: float) -> Level | None:
         free_below=Estimate(float(free.mean()), seen_sd),
         see_through=Estimate(through, seen_sd),
         see_across=Estimate(across, seen_sd),
+        open_sides=Estimate(open_from_two_sides(grid, below), seen_sd),
+        behind=Estimate(sides[back], rim),
+        in_front=Estimate(sides[back ^ 1], rim),
         side=Estimate(rise[0], 2.0 * side) if rise else None,
         off_middle=Estimate(rise[1], 2.0 * side) if rise else None,
         span=Estimate(rise[2], 2.0 * side) if rise else None,

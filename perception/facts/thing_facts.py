@@ -209,6 +209,7 @@ def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
             if space.footprint is not None:
                 rows.add_rows("footprint", nth, [(thing, *space.footprint)])
             rows.add_rows("solidity", nth, [(thing, *space.solidity)])
+            rows.add_rows("hollow_side", nth, [(thing, *space.hollow)])
             for face, level in space.levels.items():
                 for functor, estimate in level.measures():
                     rows.add_rows(functor, nth, [(f"f{face + 1}", *estimate)])
