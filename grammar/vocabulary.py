@@ -202,6 +202,15 @@ _WORDS = (
                      "front or from the side, whichever is more"),
     _measure("see_across", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
              meaning="the same from the front or from the side, whichever is less"),
+    _measure("open_from_two_sides", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+             meaning="the share of level lines of sight beneath its level that reach the middle of "
+                     "its thing, from the second most open of four sides"),
+    _measure("closed_behind", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+             meaning="the share of the length of one side of its level that has something high "
+                     "above it: of the side where that exceeds the opposite one's most, as a "
+                     "back's does"),
+    _measure("closed_in_front", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+             meaning="the same of the opposite side"),
     _measure("rise_side", Gives.RATIO, FACE, unknown=_RISE,
              meaning="how far to one side what rises high above its level stands: 0 in the "
                      "middle, 1 at the rim"),
@@ -235,6 +244,10 @@ _WORDS = (
              unknown="the surface of the thing is not known from all sides",
              meaning="its share of the least box round it, upright or square to its largest face; "
                      "what cannot be reached from outside counts as its own"),
+    _measure("hollow_side", Gives.RATIO, THING, high=1.0,
+             unknown="the surface of the thing is not known from all sides",
+             meaning="the share of a side of that box that lies deep behind it, of the side where "
+                     "it is most; what stands on the ground has no side below"),
     _measure("curved", Gives.RATIO, THING, high=1.0,
              meaning="the share of its surface that is not flat"),
     _condition("whole", THING, meaning="its surface is known from all sides, as a mesh's is"),

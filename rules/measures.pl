@@ -55,11 +55,15 @@ measure(room_above(F), V, Sd, length)   :- fact(room_above(F, V, Sd)).
 measure(free_below(F), V, Sd, ratio)    :- fact(free_below(F, V, Sd)).
 measure(see_across(F), V, Sd, ratio)    :- fact(see_across(F, V, Sd)).
 measure(see_through(F), V, Sd, ratio)   :- fact(see_through(F, V, Sd)).
+measure(open_from_two_sides(F), V, Sd, ratio) :- fact(open_from_two_sides(F, V, Sd)).
+measure(closed_behind(F), V, Sd, ratio) :- fact(closed_behind(F, V, Sd)).
+measure(closed_in_front(F), V, Sd, ratio) :- fact(closed_in_front(F, V, Sd)).
 measure(rise_side(F), V, Sd, ratio)     :- fact(rise_side(F, V, Sd)).
 measure(rise_off_middle(F), V, Sd, ratio) :- fact(rise_off_middle(F, V, Sd)).
 measure(rise_span(F), V, Sd, ratio)     :- fact(rise_span(F, V, Sd)).
 measure(footprint(T), V, Sd, area)      :- fact(footprint(T, V, Sd)).
 measure(solidity(T), V, Sd, ratio)      :- fact(solidity(T, V, Sd)).
+measure(hollow_side(T), V, Sd, ratio)  :- fact(hollow_side(T, V, Sd)).
 measure(curved(T), V, 0, ratio)         :- fact(curved(T, V)).
 measure(overlap(A, B), V, 0, ratio)     :- fact(overlap(A, B, V)).
 measure(gap(A, B), V, Sd, length)       :- fact(gap(A, B, V, Sd)).
@@ -101,6 +105,7 @@ hidden_part(Measure, unseen_bounds(Name, X, IfFree, IfFull), IfFree, IfFull) :-
 
 measure_of_space(footprint).
 measure_of_space(solidity).
+measure_of_space(hollow_side).
 measure_of_space(cover).
 measure_of_space(level_length).
 measure_of_space(level_width).
@@ -110,6 +115,9 @@ measure_of_space(room_above).
 measure_of_space(free_below).
 measure_of_space(see_through).
 measure_of_space(see_across).
+measure_of_space(open_from_two_sides).
+measure_of_space(closed_behind).
+measure_of_space(closed_in_front).
 measure_of_space(rise_side).
 measure_of_space(rise_off_middle).
 measure_of_space(rise_span).

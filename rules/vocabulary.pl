@@ -263,7 +263,8 @@ needs_up(upward(_)).
 needs_up(downward(_)).
 needs_up(Word) :-
     needs_all_sides(Word),
-    Word \= solidity(_).
+    Word \= solidity(_),
+    Word \= hollow_side(_).
 
 needs_all_sides(Word) :-
     compound(Word),

@@ -295,6 +295,13 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         _UNNOTED,
     ),
     _kind(
+        "hollow_side +T:thing R:share Sd:share",
+        _MAYBE,
+        "share of a side of that box that lies deeper behind it than 7 % of its longest side, of "
+        "the side where it is most; what stands on the ground has no side below",
+        "its surface is not known from all sides",
+    ),
+    _kind(
         "cover +F:face R:share Sd:share",
         _MAYBE,
         "share of its thing's footprint that the level of the face takes: all that faces up at "
@@ -348,6 +355,26 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "see_across +F:face R:share Sd:share",
         _MAYBE,
         "the same from the front or from the side, whichever is less",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "open_from_two_sides +F:face R:share Sd:share",
+        _MAYBE,
+        "share of the level lines of sight beneath the face's level that reach the middle of its "
+        "thing, from the second most open of four sides",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "closed_behind +F:face R:share Sd:share",
+        _MAYBE,
+        "share of the length of a side of the face's level that has something high above its rim, "
+        "of the side where that exceeds the opposite side's most",
+        _NO_LEVEL,
+    ),
+    _kind(
+        "closed_in_front +F:face R:share Sd:share",
+        _MAYBE,
+        "the same of the opposite side",
         _NO_LEVEL,
     ),
     _kind(

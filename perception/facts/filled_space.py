@@ -7,6 +7,7 @@ import numpy as np
 
 from facetlog.perception.facts.bounded import ROUNDING, Bounded
 from facetlog.perception.facts.levels import Level, level_at
+from facetlog.perception.facts.sides import hollow
 from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.scene import Scene
 from facetlog.perception.space.grid import HARDLY_LARGER, Grid
@@ -28,9 +29,9 @@ PLACES_OF_SCANS, PLACES_OF_PICTURES = 1, 2
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FilledSpace:
-    """A thing's `footprint` (area), `solidity` (its share of the least box round it, 0..1), and the
-    levels of its faces that lie about level (by index of the face); whether it is `known` from all
-    sides, and the volume of that `box`.
+    """A thing's `footprint` (area), `solidity` (its share of the least box round it, 0..1), how
+    `hollow` the sides of that box are (0..1), and the levels of its faces that lie about level (by
+    index of the face); whether it is `known` from all sides, and the volume of that `box`.
 
     The box is upright, or square to the largest face where that box is clearly smaller. Without a
     known up there are no levels and no footprint. `space` and `surface` are what all that was
@@ -43,6 +44,7 @@ class FilledSpace:
     box: float
     footprint: Bounded | None
     solidity: Bounded
+    hollow: Bounded
     levels: dict[int, Level]
 
 
@@ -117,21 +119,32 @@ class _Measured:
             space.lattice.volume,
             _footprint(space),
             _solidity(space),
+            _hollow(space, on_ground=True),
             dict(self._levels(space, up)),
         )
         # A box that is tipped over fills the box round it no less.
         if float(np.abs(space.axes @ self._axis()).max()) < SAME_DIRECTION:
             tipped = self.lying()
             if tipped is not None and HARDLY_LARGER * tipped.box < filled.box:
-                return replace(filled, box=tipped.box, solidity=tipped.solidity)
+                return replace(
+                    filled, box=tipped.box, solidity=tipped.solidity, hollow=tipped.hollow
+                )
         return filled
 
     def lying(self) -> FilledSpace | None:
         space = self._space(self._axis(), on_ground=False)
         if space is None:
             return None
+        hollow_sides = _hollow(space, on_ground=False)
         return FilledSpace(
-            space, self.surface, space.known, space.lattice.volume, None, _solidity(space), {}
+            space,
+            self.surface,
+            space.known,
+            space.lattice.volume,
+            None,
+            _solidity(space),
+            hollow_sides,
+            {},
         )
 
     def _axis(self) -> FloatArray:
@@ -162,6 +175,13 @@ class _Measured:
 def _solidity(space: Space) -> Bounded:
     def reading(grid: Grid) -> Estimate:
         return Estimate(float(grid.solid.mean()), ROUNDING / min(grid.solid.shape))
+
+    return Bounded.between(reading(space.least()), reading(space.most()))
+
+
+def _hollow(space: Space, *, on_ground: bool) -> Bounded:
+    def reading(grid: Grid) -> Estimate:
+        return Estimate(hollow(grid, on_ground=on_ground), ROUNDING / min(grid.solid.shape))
 
     return Bounded.between(reading(space.least()), reading(space.most()))
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.facts.bounded import ROUNDING, Bounded
+from facetlog.perception.facts.sides import closed_at_back, closed_sides, open_from_two_sides
 from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.space.grid import Grid
 from facetlog.perception.space.space import Space
@@ -44,6 +45,10 @@ class Level:
     - `free_below`: how much of the space beneath, board and all, is free.
     - `see_through`: how much of the space beneath one sees through, along or across it, whichever
       is more; `see_across` whichever is less.
+    - `open_sides`: how much of the space beneath one sees to the thing's middle through, from the
+      second most open of its four sides.
+    - `behind`: how much of the length of one of its sides has something high above it, of the side
+      where that exceeds the opposite one's most; `in_front` the same of the opposite one.
     - `side`: how far from its middle what rises high above it stands (1 at the rim), towards the
       side where it is farthest; `off_middle` the same along that side; `span`: how much of the
       side's length it takes. None where nothing rises; what is unseen does not.
@@ -58,6 +63,9 @@ class Level:
     free_below: Bounded
     see_through: Bounded
     see_across: Bounded
+    open_sides: Bounded
+    behind: Bounded
+    in_front: Bounded
     side: Bounded | None = None
     off_middle: Bounded | None = None
     span: Bounded | None = None
@@ -74,6 +82,9 @@ class Level:
             ("free_below", self.free_below),
             ("see_through", self.see_through),
             ("see_across", self.see_across),
+            ("open_from_two_sides", self.open_sides),
+            ("closed_behind", self.behind),
+            ("closed_in_front", self.in_front),
             ("rise_side", self.side),
             ("rise_off_middle", self.off_middle),
             ("rise_span", self.span),
@@ -171,6 +182,11 @@ class _Slab:
         """The plan (nx, ny) of what faces up in it."""
         return closed(_any(grid.upper[:, :, self.low : self.high])) & grid.footprint
 
+    def tall(self, grid: Grid) -> _Plan:
+        """The plan (nx, ny) of what rises high above it."""
+        begin = self.high + max(1, int(ABOVE_ARMS * (grid.solid.shape[2] - self.high)))
+        return _any(grid.solid[:, :, begin:])
+
 
 @dataclass(frozen=True, slots=True)
 class _Beneath:
@@ -182,13 +198,20 @@ class _Beneath:
     free_below: Estimate
     see_through: Estimate
     see_across: Estimate
+    open_sides: Estimate
+    behind: Estimate
+    in_front: Estimate
 
     @classmethod
     def of(cls, grid: Grid, plan: _Plan, slab: _Slab) -> "_Beneath":
         taken = int(plan.sum())
         side, depth = _side(plan), ROUNDING / max(slab.layer, 1)
         built_over = float((_any(grid.solid[:, :, slab.high :]) & plan).sum()) / taken
-        across, through = sorted(_see_through(grid, plan, max(1, int(0.9 * slab.low))))
+        below = max(1, int(0.9 * slab.low))
+        across, through = sorted(_see_through(grid, plan, below))
+        sides = closed_sides(plan, slab.tall(grid))
+        back = closed_at_back(sides)
+        rim = ROUNDING / float(np.sqrt(max(_extents(plan)[1])))
         free = ~grid.solid[:, :, : slab.layer + 1][plan]
         # above the uppermost surface of the level in each column, or, in its gaps, its height
         own = grid.upper[:, :, slab.low : slab.high][plan]
@@ -203,6 +226,9 @@ class _Beneath:
             Estimate(float(free.mean()), seen_sd),
             Estimate(through, seen_sd),
             Estimate(across, seen_sd),
+            Estimate(open_from_two_sides(grid, below), seen_sd),
+            Estimate(sides[back], rim),
+            Estimate(sides[back ^ 1], rim),
         )
 
 
@@ -213,8 +239,7 @@ def _side(plan: _Plan) -> float:
 
 def _risen(grid: Grid, plan: _Plan, slab: _Slab) -> tuple[Bounded, Bounded, Bounded] | None:
     """`side`, `off_middle` and `span` of what rises high above a level, if anything does."""
-    begin = slab.high + max(1, int(ABOVE_ARMS * (grid.solid.shape[2] - slab.high)))
-    tall = _any(grid.solid[:, :, begin:])
+    tall = slab.tall(grid)
     if not tall.any():
         return None
     side, off_middle, span = (
@@ -252,6 +277,9 @@ def level_at(space: Space, height: float) -> Level | None:
         free_below=Bounded.between(one.free_below, other.free_below),
         see_through=Bounded.between(one.see_through, other.see_through),
         see_across=Bounded.between(one.see_across, other.see_across),
+        open_sides=Bounded.between(one.open_sides, other.open_sides),
+        behind=Bounded.between(one.behind, other.behind),
+        in_front=Bounded.between(one.in_front, other.in_front),
         side=rise[0],
         off_middle=rise[1],
         span=rise[2],

@@ -209,7 +209,10 @@ def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
     for nth, own in s.alone(noted):
         for index, filled in own.filled.items():
             thing = f"t{index + 1}"
-            measures = [("solidity", thing, filled.solidity)]
+            measures = [
+                ("solidity", thing, filled.solidity),
+                ("hollow_side", thing, filled.hollow),
+            ]
             if filled.footprint is not None:
                 measures.append(("footprint", thing, filled.footprint))
             for face, level in filled.levels.items():
