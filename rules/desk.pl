@@ -10,23 +10,19 @@ model(desk,
 % desk.model:5
 specialises(desk, table).
 
-% table.model:11  parts
+% table.model:7  parts
 candidate(desk, Thing, Parts) :-
     findall(Parts, likely(desk, Thing, Parts), Found),
     ( Found == [] -> distant(desk, Thing, Parts) ; member(Parts, Found) ).
 
-% table.model:11  all that may satisfy its lines
+% table.model:7  all that may satisfy its lines
 likely(desk, Thing, [Top, Left, Right]) :-
     face_of(Thing, Top),
-    possible(all([measured(Top), level(Top), upward(Top),
-                  any([at_least(share(Top), 0.8),
-                       all([whole(Thing), at_least(cover(Top), 0.75)])]),
-                  any([at_most(protrusion(Top), 0.1*elevation(Top)),
-                       all([whole(Thing), at_most(protrusion(Top), 0.4*elevation(Top))])]),
-                  any([all([whole(Thing), at_least(level_width(Top), 0.35*elevation(Top)),
-                            at_least(elevation(Top), 0.12*level_length(Top))]),
-                       all([not(whole(Thing)), at_least(width(Top), 0.25*elevation(Top)),
-                            at_least(elevation(Top), 0.15*length(Top))])]),
+    possible(all([measured(Top), level(Top), upward(Top), at_least(cover(Top), 0.75),
+                  at_most(protrusion(Top), 0.4*elevation(Top)), at_least(free_below(Top), 0.6),
+                  at_least(open_from_two_sides(Top), 0.3),
+                  at_least(level_width(Top), 0.35*elevation(Top)),
+                  at_least(elevation(Top), 0.12*level_length(Top)),
                   any([not(whole(Thing)), at_most(see_through(Top), 0.8)])])),
     face_of(Thing, Left),
     Left \== Top,
@@ -37,7 +33,7 @@ likely(desk, Thing, [Top, Left, Right]) :-
     possible(all([supports(Right, Top), at_least(width(Right), 0.5*width(Top)),
                   opposite(Left, Right), at_least(offset(Left, Right), 0.6*elevation(Top))])).
 
-% table.model:11  near misses
+% table.model:7  near misses
 distant(desk, Thing, [Top, Left, Right]) :-
     as_far_as_seen(Thing,
                    [step(Top, 6, all([measured(Top), level(Top), upward(Top)])),
@@ -47,27 +43,19 @@ distant(desk, Thing, [Top, Left, Right]) :-
                          all([supports(Right, Top), at_least(width(Right), 0.5*width(Top))]))],
                    [Top, Left, Right]).
 
-% table.model:12  closed closes top
-means('desk.closed'(Closed, Top), closes(Closed, Top)).
-% table.model:13  leg supports top
+% table.model:8  leg supports top
 means('desk.leg'(Leg, Top), supports(Leg, Top)).
-% table.model:14  panel supports top, wide(panel)
+% table.model:9  panel supports top, width(panel) at least 50 % of width(top)
 means('desk.panel'(Panel, Top),
       all([supports(Panel, Top), soft(at_least(width(Panel), 0.5*width(Top)), 0.1)])).
 
-% table.model:12
-members(desk, closed, _, [Top, Left, Right], Members) :-
-    findall(Closed,
-            ( shared_edge(Top, Closed, _), \+ memberchk(Closed, [Left, Right]),
-              possible('desk.closed'(Closed, Top)) ), Found),
-    sort(Found, Members).
-% table.model:13
+% table.model:8
 members(desk, leg, Thing, [Top, Left, Right], Members) :-
     findall(Leg,
             ( element_of(Thing, Leg), \+ memberchk(Leg, [Top, Left, Right]),
               possible('desk.leg'(Leg, Top)) ), Found),
     sort(Found, Members).
-% table.model:14
+% table.model:9
 members(desk, panel, Thing, [Top, Left, Right], Members) :-
     findall(Panel,
             ( face_of(Thing, Panel), \+ memberchk(Panel, [Top, Left, Right]),
@@ -80,55 +68,26 @@ condition(desk, left, "a panel or drawer block carries one end", _, [Top, Left, 
 % desk.model:16  face right where right supports top, across(right)
 condition(desk, right, "another carries the other end", _, [Top, _, Right],
           all([supports(Right, Top), soft(at_least(width(Right), 0.5*width(Top)), 0.1)])).
-% table.model:18  top is measured, top is level, top is upward
+% table.model:11  top is measured, top is level, top is upward
 condition(desk, level, "the top is level and faces up", _, [Top, _, _],
           all([measured(Top), level(Top), upward(Top)])).
-% table.model:19  share(top) at least 80 % or this is whole and cover(top) at least 75 %
-condition(desk, cover, "the top covers the thing seen from above", Thing, [Top, _, _],
-          any([soft(at_least(share(Top), 0.8), 0.1),
-               all([whole(Thing), soft(at_least(cover(Top), 0.75), 0.1)])])).
-% table.model:22  protrusion(top) at most 10 % of elevation(top) or this is whole and protrusion(top) at most 40 % of elevation(top)
-condition(desk, topmost, "nothing rises above the top but what may stand on it", Thing,
-          [Top, _, _],
-          any([soft(at_most(protrusion(Top), 0.1*elevation(Top)), 0.1),
-               all([whole(Thing), soft(at_most(protrusion(Top), 0.4*elevation(Top)), 0.1)])])).
-% table.model:26  this is whole and free_below(top) at least 60 % or this is not whole and (free(top) or there is a face f where f underside_of top, free(f))
-condition(desk, room, "there is free space beneath the top", Thing, [Top, Left, Right],
-          any([all([whole(Thing), soft(at_least(free_below(Top), 0.6), 0.1)]),
-               all([not(whole(Thing)),
-                    any([soft(at_least(clear_below(Top), 0.5*elevation(Top)), 0.1),
-                         some(F, Fs,
-                              all([underside_of(F, Top),
-                                   soft(at_least(clear_below(F), 0.5*elevation(Top)), 0.1)]))])])])) :-
-    findall(F,
-            ( face_of(Thing, F), \+ memberchk(F, [Top, Left, Right]),
-              possible(all([underside_of(F, Top), at_least(clear_below(F), 0.5*elevation(Top))])) ),
-            Found),
-    sort(Found, Fs).
-% table.model:30  this is whole and open_from_two_sides(top) at least 30 % or this is not whole and (each pair x, y of closed: not x adjoins y)
-condition(desk, open, "no two neighbouring sides are closed", Thing, [Top, Left, Right],
-          any([all([whole(Thing), soft(at_least(open_from_two_sides(Top), 0.3), 0.1)]),
-               all([not(whole(Thing)),
-                    each_pair(X, Y, Closed_members,
-                              implies(all(['desk.closed'(X, Top), 'desk.closed'(Y, Top)]),
-                                      not(adjoins(X, Y))))])])) :-
-    members(desk, closed, Thing, [Top, Left, Right], Closed_members).
-% table.model:33  count(leg) at least 3 or count(panel) at least 2 or this is whole
-condition(desk, support, "it stands on three legs or two panels at least", Thing,
-          [Top, Left, Right],
-          any([at_least_of(3, Leg, Leg_groups, 'desk.leg'(Leg, Top)),
-               at_least_of(2, Panel, Panel_groups, 'desk.panel'(Panel, Top)), whole(Thing)])) :-
-    members(desk, leg, Thing, [Top, Left, Right], Leg_members),
-    separate(Leg_members, Leg_groups),
-    members(desk, panel, Thing, [Top, Left, Right], Panel_members),
-    separate(Panel_members, Panel_groups).
-% table.model:36  this is whole and level_width(top) at least 35 % of elevation(top) and elevation(top) at least 12 % of level_length(top) or this is not whole and width(top) at least 25 % of elevation(top) and elevation(top) at least 15 % of length(top)
-condition(desk, proportion, "the top is no pole and no tray", Thing, [Top, _, _],
-          any([all([whole(Thing), soft(at_least(level_width(Top), 0.35*elevation(Top)), 0.1),
-                    soft(at_least(elevation(Top), 0.12*level_length(Top)), 0.1)]),
-               all([not(whole(Thing)), soft(at_least(width(Top), 0.25*elevation(Top)), 0.1),
-                    soft(at_least(elevation(Top), 0.15*length(Top)), 0.1)])])).
-% table.model:40  elevation(top) between 30 cm and 120 cm
+% table.model:12  cover(top) at least 75 %
+condition(desk, cover, "the top covers the thing seen from above", _, [Top, _, _],
+          soft(at_least(cover(Top), 0.75), 0.1)).
+% table.model:14  protrusion(top) at most 40 % of elevation(top)
+condition(desk, topmost, "nothing rises above the top but what may stand on it", _, [Top, _, _],
+          soft(at_most(protrusion(Top), 0.4*elevation(Top)), 0.1)).
+% table.model:16  free_below(top) at least 60 %
+condition(desk, room, "there is free space beneath the top", _, [Top, _, _],
+          soft(at_least(free_below(Top), 0.6), 0.1)).
+% table.model:17  open_from_two_sides(top) at least 30 %
+condition(desk, open, "one sees in beneath it from two sides", _, [Top, _, _],
+          soft(at_least(open_from_two_sides(Top), 0.3), 0.1)).
+% table.model:19  level_width(top) at least 35 % of elevation(top), elevation(top) at least 12 % of level_length(top)
+condition(desk, proportion, "the top is no pole and no tray", _, [Top, _, _],
+          all([soft(at_least(level_width(Top), 0.35*elevation(Top)), 0.1),
+               soft(at_least(elevation(Top), 0.12*level_length(Top)), 0.1)])).
+% table.model:21  elevation(top) between 30 cm and 120 cm
 condition(desk, usual, "tables are 30 cm to 120 cm high", _, [Top, _, _],
           expect(0.25, if_known(soft(between(elevation(Top), metres(0.3), metres(1.2)), 0.1)))).
 % desk.model:19  count(leg) at most 2 or there is a face end where end supports top, across(end)
@@ -178,20 +137,14 @@ condition(desk, working_height, "desks are 65 cm to 80 cm high", _, [Top, _, _],
 
 written(desk, left, 'desk.model:15', "face left where left supports top, across(left)").
 written(desk, right, 'desk.model:16', "face right where right supports top, across(right)").
-written(desk, level, 'table.model:18', "top is measured, top is level, top is upward").
-written(desk, cover, 'table.model:19',
-        "share(top) at least 80 % or this is whole and cover(top) at least 75 %").
-written(desk, topmost, 'table.model:22',
-        "protrusion(top) at most 10 % of elevation(top) or this is whole and protrusion(top) at most 40 % of elevation(top)").
-written(desk, room, 'table.model:26',
-        "this is whole and free_below(top) at least 60 % or this is not whole and (free(top) or there is a face f where f underside_of top, free(f))").
-written(desk, open, 'table.model:30',
-        "this is whole and open_from_two_sides(top) at least 30 % or this is not whole and (each pair x, y of closed: not x adjoins y)").
-written(desk, support, 'table.model:33',
-        "count(leg) at least 3 or count(panel) at least 2 or this is whole").
-written(desk, proportion, 'table.model:36',
-        "this is whole and level_width(top) at least 35 % of elevation(top) and elevation(top) at least 12 % of level_length(top) or this is not whole and width(top) at least 25 % of elevation(top) and elevation(top) at least 15 % of length(top)").
-written(desk, usual, 'table.model:40', "elevation(top) between 30 cm and 120 cm").
+written(desk, level, 'table.model:11', "top is measured, top is level, top is upward").
+written(desk, cover, 'table.model:12', "cover(top) at least 75 %").
+written(desk, topmost, 'table.model:14', "protrusion(top) at most 40 % of elevation(top)").
+written(desk, room, 'table.model:16', "free_below(top) at least 60 %").
+written(desk, open, 'table.model:17', "open_from_two_sides(top) at least 30 %").
+written(desk, proportion, 'table.model:19',
+        "level_width(top) at least 35 % of elevation(top), elevation(top) at least 12 % of level_length(top)").
+written(desk, usual, 'table.model:21', "elevation(top) between 30 cm and 120 cm").
 written(desk, ends, 'desk.model:19',
         "count(leg) at most 2 or there is a face end where end supports top, across(end)").
 written(desk, facing, 'desk.model:21', "left opposite right").
@@ -202,25 +155,20 @@ written(desk, shut, 'desk.model:29', "this is not whole or see_through(top) at m
 written(desk, working_height, 'desk.model:30',
         "elevation(top) between 65 cm and 80 cm fading 5 cm").
 
-% table.model:12
-group(desk, Thing, [Top, Left, Right], closed, Members) :-
-    members(desk, closed, Thing, [Top, Left, Right], Closed_members),
-    findall(Closed, ( member(Closed, Closed_members), holds('desk.closed'(Closed, Top)) ),
-            Members).
-% table.model:13
+% table.model:8
 group(desk, Thing, [Top, Left, Right], leg, Members) :-
     members(desk, leg, Thing, [Top, Left, Right], Leg_members),
     findall(Leg, ( member(Leg, Leg_members), holds('desk.leg'(Leg, Top)) ), Members).
-% table.model:14
+% table.model:9
 group(desk, Thing, [Top, Left, Right], panel, Members) :-
     members(desk, panel, Thing, [Top, Left, Right], Panel_members),
     findall(Panel, ( member(Panel, Panel_members), holds('desk.panel'(Panel, Top)) ), Members).
 
-% table.model:42
+% table.model:23
 size(desk, _, [Top, _, _], length, length(Top)).
-% table.model:43
+% table.model:24
 size(desk, _, [Top, _, _], width, width(Top)).
-% table.model:44
+% table.model:25
 size(desk, _, [Top, _, _], height, elevation(Top)).
 % desk.model:32
 size(desk, _, [_, Left, Right], knee_space, offset(Left, Right)).

@@ -5,13 +5,14 @@
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
-from facetlog.perception.scene import Scene
+from facetlog.perception.scene import Body, Scene
 from facetlog.perception.surfaces.exact_solids import exact_furniture, polyhedra
 from facetlog.perception.surfaces.exact_solids.exact_furniture import RIM_SHARE
 
@@ -67,7 +68,19 @@ def build(name: str, arguments: Mapping[str, float]) -> Scene:
     values = {
         p.name: _checked(name, p, arguments.get(p.name, p.default)) for p in builder.parameters
     }
-    return builder.make(**values)
+    return _known_all_round(builder.make(**values))
+
+
+def _known_all_round(scene: Scene) -> Scene:
+    """The scene as one object that is known from all sides, if its faces close it."""
+    loops = [loop for face in scene.faces for loop in (face.outline, *face.holes)]
+    sides = Counter(
+        frozenset(side) for loop in loops for side in zip(loop, (*loop[1:], loop[0]), strict=True)
+    )
+    if any(count % 2 for count in sides.values()):
+        return scene
+    faces, edges = (tuple(range(len(parts))) for parts in (scene.faces, scene.edges))
+    return replace(scene, bodies=(Body(faces, edges, whole=True),))
 
 
 def _instead(name: str, known: Mapping[str, object]) -> str:
