@@ -6,24 +6,22 @@
 model(chair, "A level seat on legs, with an upright back rising above one side of it.",
       [seat, back]).
 
-% chair.model:21  parts
+% chair.model:14  parts
 candidate(chair, Thing, Parts) :-
     findall(Parts, likely(chair, Thing, Parts), Found),
     ( Found == [] -> distant(chair, Thing, Parts) ; member(Parts, Found) ).
 
-% chair.model:21  all that may satisfy its lines
+% chair.model:14  all that may satisfy its lines
 likely(chair, Thing, [Seat, Back]) :-
     face_of(Thing, Seat),
     possible(all([measured(Seat), at_most(tilt(Seat), 20), upward(Seat),
-                  any([not(whole(Thing)),
-                       all([at_least(cover(Seat), 0.5), at_least(free_below(Seat), 0.5)]),
+                  any([all([at_least(cover(Seat), 0.5), at_least(free_below(Seat), 0.5)]),
                        all([at_least(cover(Seat), 0.3), at_most(see_through(Seat), 0.35)])]),
                   between(protrusion(Seat), 0.33*elevation(Seat), 4*elevation(Seat)),
-                  any([all([whole(Thing), at_least(level_width(Seat), 0.4*elevation(Seat)),
-                            at_most(level_length(Seat), 1.8*level_width(Seat))]),
-                       all([not(whole(Thing)), at_least(width(Seat), 0.4*elevation(Seat)),
-                            at_most(length(Seat), 1.8*width(Seat))])]),
-                  any([not(whole(Thing)), at_least(elevation(Seat), 0.35*level_length(Seat))])])),
+                  at_least(closed_behind(Seat), 0.7),
+                  at_least(level_width(Seat), 0.4*elevation(Seat)),
+                  at_most(level_length(Seat), 1.8*level_width(Seat)),
+                  at_least(elevation(Seat), 0.35*level_length(Seat))])),
     ( findall(Back,
               ( face_of(Thing, Back), Back \== Seat,
                 possible(all([at_least(tilt(Back), 65),
@@ -33,33 +31,24 @@ likely(chair, Thing, [Seat, Back]) :-
                                    at_most(offset(Seat, Back), -(0.3*width(Seat)))])])) ),
               Backs), member(Back, [unseen|Backs]) ).
 
-% chair.model:21  near misses
+% chair.model:14  near misses
 distant(chair, Thing, [Seat, Back]) :-
     as_far_as_seen(Thing,
                    [step(Seat, 10, all([measured(Seat), at_most(tilt(Seat), 20), upward(Seat)]))],
                    [Seat]),
     Back = unseen.
 
-% chair.model:23  leg supports seat
+% chair.model:16  leg supports seat
 means('chair.leg'(Leg, Seat), supports(Leg, Seat)).
-% chair.model:24  panel supports seat, wide(panel)
-means('chair.panel'(Panel, Seat),
-      all([supports(Panel, Seat), soft(at_least(width(Panel), 0.5*width(Seat)), 0.1)])).
 
-% chair.model:23
+% chair.model:16
 members(chair, leg, Thing, [Seat, Back], Members) :-
     findall(Leg,
             ( element_of(Thing, Leg), \+ memberchk(Leg, [Seat, Back]),
               possible('chair.leg'(Leg, Seat)) ), Found),
     sort(Found, Members).
-% chair.model:24
-members(chair, panel, Thing, [Seat, Back], Members) :-
-    findall(Panel,
-            ( face_of(Thing, Panel), \+ memberchk(Panel, [Seat, Back]),
-              possible('chair.panel'(Panel, Seat)) ), Found),
-    sort(Found, Members).
 
-% chair.model:22  optional face back where is_back(back)
+% chair.model:15  optional face back where is_back(back)
 condition(chair, back, "an upright back stands at the rim of the seat", _, [Seat, Back],
           all([soft(at_least(tilt(Back), 65), 0.1),
                soft(at_least(top_of(Back), 1.3*elevation(Seat)), 0.1),
@@ -67,26 +56,24 @@ condition(chair, back, "an upright back stands at the rim of the seat", _, [Seat
                any([soft(at_least(offset(Seat, Back), 0.3*width(Seat)), 0.1),
                     soft(at_most(offset(Seat, Back), -(0.3*width(Seat))), 0.1)])])) :-
     Back \== unseen.
-% chair.model:26  seat is measured, tilt(seat) at most 20 deg, seat is upward
+% chair.model:18  seat is measured, tilt(seat) at most 20 deg, seat is upward
 condition(chair, level, "the seat is about level and faces up", _, [Seat, _],
           all([measured(Seat), soft(at_most(tilt(Seat), 20), 0.1), upward(Seat)])).
-% chair.model:30  this is not whole or cover(seat) at least 50 % and free_below(seat) at least 50 % or cover(seat) at least 30 % and see_through(seat) at most 35 %
-condition(chair, cover, "the seat takes much of the plan", Thing, [Seat, _],
-          any([not(whole(Thing)),
-               all([soft(at_least(cover(Seat), 0.5), 0.1),
+% chair.model:22  cover(seat) at least 50 % and free_below(seat) at least 50 % or cover(seat) at least 30 % and see_through(seat) at most 35 %
+condition(chair, cover, "the seat takes much of the plan", _, [Seat, _],
+          any([all([soft(at_least(cover(Seat), 0.5), 0.1),
                     soft(at_least(free_below(Seat), 0.5), 0.1)]),
                all([soft(at_least(cover(Seat), 0.3), 0.1),
                     soft(at_most(see_through(Seat), 0.35), 0.1)])])).
-% chair.model:33  protrusion(seat) between 33 % of elevation(seat) and 400 % of elevation(seat)
+% chair.model:25  protrusion(seat) between 33 % of elevation(seat) and 400 % of elevation(seat)
 condition(chair, rises, "something rises above the seat, which is at about half of the height",
           _, [Seat, _],
           soft(between(protrusion(Seat), 0.33*elevation(Seat), 4*elevation(Seat)), 0.1)).
-% chair.model:34  this is whole and backed_at_one_side(seat) or this is not whole and (there is a face f where is_back(f))
+% chair.model:27  closed_behind(seat) at least 70 %, closed_in_front(seat) at most 35 % or there is a face f where is_back(f)
 condition(chair, backed, "a back rises at one side of the seat, about as broad as that", Thing,
           [Seat, Back],
-          any([all([whole(Thing), soft(at_least(closed_behind(Seat), 0.7), 0.1),
-                    soft(at_most(closed_in_front(Seat), 0.35), 0.1)]),
-               all([not(whole(Thing)),
+          all([soft(at_least(closed_behind(Seat), 0.7), 0.1),
+               any([soft(at_most(closed_in_front(Seat), 0.35), 0.1),
                     some(F, Fs,
                          all([soft(at_least(tilt(F), 65), 0.1),
                               soft(at_least(top_of(F), 1.3*elevation(Seat)), 0.1),
@@ -101,76 +88,45 @@ condition(chair, backed, "a back rises at one side of the seat, about as broad a
                                  at_most(offset(Seat, F), -(0.3*width(Seat)))])])) ),
             Found),
     sort(Found, Fs).
-% chair.model:37  free(seat) or (there is a face f where f underside_of seat, free(f)) or this is whole
-condition(chair, room, "there is free space beneath the seat", Thing, [Seat, Back],
-          any([soft(at_least(clear_below(Seat), 0.5*elevation(Seat)), 0.1),
-               some(F, Fs,
-                    all([underside_of(F, Seat),
-                         soft(at_least(clear_below(F), 0.5*elevation(Seat)), 0.1)])),
-               whole(Thing)])) :-
-    findall(F,
-            ( face_of(Thing, F), \+ memberchk(F, [Seat, Back]),
-              possible(all([underside_of(F, Seat), at_least(clear_below(F), 0.5*elevation(Seat))])) ),
-            Found),
-    sort(Found, Fs).
-% chair.model:39  count(leg) at least 3 or count(panel) at least 2 or this is whole
-condition(chair, support, "it stands on three legs or two panels at least", Thing, [Seat, Back],
-          any([at_least_of(3, Leg, Leg_groups, 'chair.leg'(Leg, Seat)),
-               at_least_of(2, Panel, Panel_groups, 'chair.panel'(Panel, Seat)), whole(Thing)])) :-
-    members(chair, leg, Thing, [Seat, Back], Leg_members),
-    separate(Leg_members, Leg_groups),
-    members(chair, panel, Thing, [Seat, Back], Panel_members),
-    separate(Panel_members, Panel_groups).
-% chair.model:41  this is whole and level_width(seat) at least 40 % of elevation(seat) and level_length(seat) at most 180 % of level_width(seat) or this is not whole and width(seat) at least 40 % of elevation(seat) and length(seat) at most 180 % of width(seat)
-condition(chair, proportion, "the seat is no bar stool's and no bench's", Thing, [Seat, _],
-          any([all([whole(Thing), soft(at_least(level_width(Seat), 0.4*elevation(Seat)), 0.1),
-                    soft(at_most(level_length(Seat), 1.8*level_width(Seat)), 0.1)]),
-               all([not(whole(Thing)), soft(at_least(width(Seat), 0.4*elevation(Seat)), 0.1),
-                    soft(at_most(length(Seat), 1.8*width(Seat)), 0.1)])])).
-% chair.model:45  height(this) at least 50 % of length(this)
+% chair.model:29  level_width(seat) at least 40 % of elevation(seat), level_length(seat) at most 180 % of level_width(seat)
+condition(chair, proportion, "the seat is no bar stool's and no bench's", _, [Seat, _],
+          all([soft(at_least(level_width(Seat), 0.4*elevation(Seat)), 0.1),
+               soft(at_most(level_length(Seat), 1.8*level_width(Seat)), 0.1)])).
+% chair.model:31  height(this) at least 50 % of length(this)
 condition(chair, tall, "it is not long like a sofa", Thing, [_, _],
           soft(at_least(thing_height(Thing), 0.5*thing_length(Thing)), 0.1)).
-% chair.model:47  this is not whole or elevation(seat) at least 35 % of level_length(seat)
-condition(chair, high, "the seat is not low like a bed", Thing, [Seat, _],
-          any([not(whole(Thing)), soft(at_least(elevation(Seat), 0.35*level_length(Seat)), 0.1)])).
-% chair.model:49  elevation(seat) between 30 cm and 60 cm
+% chair.model:33  elevation(seat) at least 35 % of level_length(seat)
+condition(chair, high, "the seat is not low like a bed", _, [Seat, _],
+          soft(at_least(elevation(Seat), 0.35*level_length(Seat)), 0.1)).
+% chair.model:34  elevation(seat) between 30 cm and 60 cm
 condition(chair, usual, "seats are 30 cm to 60 cm high", _, [Seat, _],
           expect(0.25, if_known(soft(between(elevation(Seat), metres(0.3), metres(0.6)), 0.1)))).
 
-written(chair, back, 'chair.model:22', "optional face back where is_back(back)").
-written(chair, level, 'chair.model:26',
+written(chair, back, 'chair.model:15', "optional face back where is_back(back)").
+written(chair, level, 'chair.model:18',
         "seat is measured, tilt(seat) at most 20 deg, seat is upward").
-written(chair, cover, 'chair.model:30',
-        "this is not whole or cover(seat) at least 50 % and free_below(seat) at least 50 % or cover(seat) at least 30 % and see_through(seat) at most 35 %").
-written(chair, rises, 'chair.model:33',
+written(chair, cover, 'chair.model:22',
+        "cover(seat) at least 50 % and free_below(seat) at least 50 % or cover(seat) at least 30 % and see_through(seat) at most 35 %").
+written(chair, rises, 'chair.model:25',
         "protrusion(seat) between 33 % of elevation(seat) and 400 % of elevation(seat)").
-written(chair, backed, 'chair.model:34',
-        "this is whole and backed_at_one_side(seat) or this is not whole and (there is a face f where is_back(f))").
-written(chair, room, 'chair.model:37',
-        "free(seat) or (there is a face f where f underside_of seat, free(f)) or this is whole").
-written(chair, support, 'chair.model:39',
-        "count(leg) at least 3 or count(panel) at least 2 or this is whole").
-written(chair, proportion, 'chair.model:41',
-        "this is whole and level_width(seat) at least 40 % of elevation(seat) and level_length(seat) at most 180 % of level_width(seat) or this is not whole and width(seat) at least 40 % of elevation(seat) and length(seat) at most 180 % of width(seat)").
-written(chair, tall, 'chair.model:45', "height(this) at least 50 % of length(this)").
-written(chair, high, 'chair.model:47',
-        "this is not whole or elevation(seat) at least 35 % of level_length(seat)").
-written(chair, usual, 'chair.model:49', "elevation(seat) between 30 cm and 60 cm").
+written(chair, backed, 'chair.model:27',
+        "closed_behind(seat) at least 70 %, closed_in_front(seat) at most 35 % or there is a face f where is_back(f)").
+written(chair, proportion, 'chair.model:29',
+        "level_width(seat) at least 40 % of elevation(seat), level_length(seat) at most 180 % of level_width(seat)").
+written(chair, tall, 'chair.model:31', "height(this) at least 50 % of length(this)").
+written(chair, high, 'chair.model:33', "elevation(seat) at least 35 % of level_length(seat)").
+written(chair, usual, 'chair.model:34', "elevation(seat) between 30 cm and 60 cm").
 
-% chair.model:23
+% chair.model:16
 group(chair, Thing, [Seat, Back], leg, Members) :-
     members(chair, leg, Thing, [Seat, Back], Leg_members),
     findall(Leg, ( member(Leg, Leg_members), holds('chair.leg'(Leg, Seat)) ), Members).
-% chair.model:24
-group(chair, Thing, [Seat, Back], panel, Members) :-
-    members(chair, panel, Thing, [Seat, Back], Panel_members),
-    findall(Panel, ( member(Panel, Panel_members), holds('chair.panel'(Panel, Seat)) ), Members).
 
-% chair.model:51
+% chair.model:36
 size(chair, _, [Seat, _], width, width(Seat)).
-% chair.model:52
+% chair.model:37
 size(chair, _, [Seat, _], depth, length(Seat)).
-% chair.model:53
+% chair.model:38
 size(chair, _, [Seat, _], seat_height, elevation(Seat)).
-% chair.model:54
+% chair.model:39
 size(chair, Thing, [_, _], height, thing_height(Thing)).

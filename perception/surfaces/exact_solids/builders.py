@@ -5,7 +5,6 @@
 """
 
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -40,12 +39,16 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Builder:
-    """A kind of exact scene: what it is called, its sizes, and what it shows."""
+    """A kind of exact scene: what it is called, its sizes, and what it shows.
+
+    What `is_solid` is known from all sides; of other things there is a part of the surface.
+    """
 
     name: str
     parameters: tuple[Parameter, ...]
     meaning: str
     make: Callable[..., Scene] = field(repr=False)
+    is_solid: bool = True
 
 
 def build(name: str, arguments: Mapping[str, float]) -> Scene:
@@ -68,17 +71,12 @@ def build(name: str, arguments: Mapping[str, float]) -> Scene:
     values = {
         p.name: _checked(name, p, arguments.get(p.name, p.default)) for p in builder.parameters
     }
-    return _known_all_round(builder.make(**values))
+    scene = builder.make(**values)
+    return _one_object(scene) if builder.is_solid else scene
 
 
-def _known_all_round(scene: Scene) -> Scene:
-    """The scene as one object that is known from all sides, if its faces close it."""
-    loops = [loop for face in scene.faces for loop in (face.outline, *face.holes)]
-    sides = Counter(
-        frozenset(side) for loop in loops for side in zip(loop, (*loop[1:], loop[0]), strict=True)
-    )
-    if any(count % 2 for count in sides.values()):
-        return scene
+def _one_object(scene: Scene) -> Scene:
+    """The scene as one object, of which the surface is known from all sides."""
     faces, edges = (tuple(range(len(parts))) for parts in (scene.faces, scene.edges))
     return replace(scene, bodies=(Body(faces, edges, whole=True),))
 
@@ -193,9 +191,13 @@ def _cabinet(width: float, depth: float, height: float, foot: float) -> Scene:
 
 
 def _builder(
-    name: str, make: Callable[..., Scene], meaning: str, *sizes: tuple[str, Kind, float]
+    name: str,
+    make: Callable[..., Scene],
+    meaning: str,
+    *sizes: tuple[str, Kind, float],
+    is_solid: bool = True,
 ) -> Builder:
-    return Builder(name, tuple(Parameter(*size) for size in sizes), meaning, make)
+    return Builder(name, tuple(Parameter(*size) for size in sizes), meaning, make, is_solid)
 
 
 def _length(name: str, default: float) -> tuple[str, Kind, float]:
@@ -250,6 +252,7 @@ _ALL = (
         _length("width", 3.0),
         _length("height", 2.5),
         ("angle", "angle", math.pi / 2),
+        is_solid=False,
     ),
     _builder(
         "table",
