@@ -140,6 +140,7 @@ def _resolve(draft: _Draft) -> None:
     """What models inherit, and what their names stand for."""
     draft.models = flat_models(draft.library.files.values(), draft.faults)
     draft.roles = roles = model_roles(draft.models, draft.library)
+    draft.words = {n: word for n, word in draft.words.items() if not (word.yields and n in roles)}
     models = draft.models.items()
     draft.scopes = {name: model_scope(model, draft.words, roles) for name, model in models}
     if draft.memory is not None:

@@ -19,7 +19,7 @@ from facetlog.grammar.layout import Token
 __all__ = ["NotParsed", "TableParser"]
 
 # Keys of a row that are no token's text, for none begins with a blank.
-_KINDS = {"word": " NAME", "number": " NUMBER", "string": " STRING"}
+_KINDS = {"word": " NAME", "piece": " PIECE", "number": " NUMBER", "string": " STRING"}
 _END = " $END"
 
 

@@ -5,7 +5,7 @@ open, after a word or sign that cannot end one, and where the next line begins w
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -13,12 +13,15 @@ from facetlog.grammar.faults import Fault
 from facetlog.grammar.source import Source, Span
 from facetlog.grammar.syntax import Comment
 
-__all__ = ["STATEMENT_WORDS", "Layout", "Statement", "Token", "laid_out", "pieces"]
+__all__ = ["PIECE_WORDS", "STATEMENT_WORDS", "Layout", "Statement", "Token", "laid_out", "pieces"]
 
 STATEMENT_WORDS = frozenset(
     ("use model let define drop size example face edge vertex element one optional expect").split()  # noqa: SIM905  a list of words is read more easily so
 )
 """Words that a statement begins with, and that nothing else may be called."""
+
+PIECE_WORDS = frozenset({"piece", "board", "bar", "block"})
+"""Words for pieces, where names follow them; elsewhere they are names like others."""
 
 # Words after which a statement cannot end.
 _OPEN_WORDS = frozenset(
@@ -50,7 +53,10 @@ _LABEL = re.compile(r"[^\W\d]\w*[ \t]*:")
 
 
 class Token(NamedTuple):
-    """A word, number, string, comment or sign: its kind, text and place."""
+    """A word, number, string, comment or sign: its kind, text and place.
+
+    The kind of a word for pieces that stands for one is `piece`.
+    """
 
     kind: str
     text: str
@@ -127,6 +133,7 @@ class _Lines:
         self.faults: list[Fault] = []
         self._tokens: list[Token] = []
         self._open: list[Token] = []
+        self._pieces: list[int] = []
         self._whole = True
 
     def take(self, piece: Span) -> None:
@@ -147,6 +154,8 @@ class _Lines:
             if fresh_line and self._tokens and not self._goes_on(token):
                 self._end_statement()
             line_is_empty = fresh_line = False
+            if text in PIECE_WORDS:
+                self._pieces.append(len(self._tokens))
             self._tokens.append(token)
             if kind == "string" or text in _BRACKETS:
                 self._check(token)
@@ -189,9 +198,31 @@ class _Lines:
             return
         if self._open:
             self._fault("bracket", "this bracket is not closed", self._open[-1], "")
+        for at in self._pieces:
+            if _names_pieces(self._tokens, at):
+                self._tokens[at] = self._tokens[at]._replace(kind="piece")
         self.statements.append(Statement(tuple(self._tokens), self._whole))
-        self._tokens, self._open, self._whole = [], [], True
+        self._tokens, self._open, self._pieces, self._whole = [], [], [], True
 
     def _fault(self, code: str, message: str, token: Token, hint: str) -> None:
         self._whole = False
         self.faults.append(Fault(code, message, self.source, Span(token.start, token.end), hint))
+
+
+def _names_pieces(tokens: Sequence[Token], at: int) -> bool:
+    """Whether the word for pieces there stands for one: as the terminal PIECE of model.lark.
+
+    It begins a statement, or stands after `optional` or `each`; names follow, and then `where`, a
+    reason, `:` or nothing.
+    """
+    if at and tokens[at - 1].text not in ("optional", "each"):
+        return False
+    at += 1
+    while at < len(tokens) and tokens[at].kind == "word":
+        at += 1
+        if at == len(tokens) or tokens[at].text in ("where", ":") or tokens[at].kind == "string":
+            return True
+        if tokens[at].text != ",":
+            return False
+        at += 1
+    return False

@@ -5,10 +5,11 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from facetlog.grammar import syntax as s
+from facetlog.grammar.layout import PIECE_WORDS
 from facetlog.grammar.library import Library
 from facetlog.grammar.resolve import FlatModel, Owned
-from facetlog.grammar.source import NOWHERE
-from facetlog.grammar.vocabulary import THING, Kind, Kinds, Word
+from facetlog.grammar.source import NOWHERE, Span
+from facetlog.grammar.vocabulary import PIECE, THING, Kind, Kinds, Word
 
 __all__ = [
     "THIS",
@@ -35,6 +36,7 @@ _KINDS = {
     "element": frozenset({Kind.FACE, Kind.EDGE}),
 }
 _PLURALS = {"faces": "face", "edges": "edge", "vertices": "vertex", "elements": "element"}
+_PIECES = {f"{word}{plural}": word for word in PIECE_WORDS for plural in ("", "s")}
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +97,34 @@ class Scope:
         """Whether the model is made of objects: it is judged at its first one."""
         return bool(self.singular) and self.singular[0].kinds == THING
 
+    def where(self, symbol: "PartSymbol | SetSymbol") -> s.Expression | None:
+        """What must be so of a part, or of each member of a set, by its own statement."""
+        node = symbol.owned.node
+        return self.demanded(node, next(n for n in node.names if n.text == symbol.name))
+
+    def demanded(self, node: s.Part | s.Each | s.There, name: s.Name) -> s.Expression | None:
+        """What must be so of what a part, `each` or `there` calls by that name.
+
+        That is its `where`, and before that, of a board, bar or block, that it is one.
+        """
+        where, kind = node.where, node.kind
+        shape = _PIECES.get(kind.text) if kind is not None else None
+        if kind is None or shape in (None, "piece") or self._is_model(kind.text):
+            return where
+        subject = s.Reference(name, name.span)
+        own = s.Property(subject, s.Name(str(shape), kind.span), False, kind.span)
+        if where is None:
+            return own
+        conditions = where.conditions if isinstance(where, s.And) else (where,)
+        return s.And((own, *conditions), Span(kind.span.start, where.span.end))
+
+    def element_kinds(self, text: str) -> Kinds | None:
+        """The kinds that `each` and `there is` go through by that word; objects are none."""
+        return None if self._is_model(text) else (part_kind(text, {}) or (None,))[0]
+
+    def _is_model(self, text: str) -> bool:
+        return bool((part_kind(text, self.roles) or ("", ""))[1])
+
 
 def part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] | None:
     """What a part's kind stands for: kinds of elements, or things of a model (its name).
@@ -103,6 +133,8 @@ def part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] | No
     (frozenset({vertex}), '')
     >>> part_kind("chairs", {"chair": ...})
     (frozenset({thing}), 'chair')
+    >>> part_kind("bars", {})
+    (frozenset({piece}), '')
     """
     word = _PLURALS.get(text, text)
     if word in _KINDS:
@@ -110,7 +142,7 @@ def part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] | No
     for name in (text, text.removesuffix("s"), text.removesuffix("es")):
         if name in models:
             return THING, name
-    return None
+    return (PIECE, "") if text in _PIECES else None
 
 
 def conditions_in(node: s.Expression | None, scope: Scope) -> Iterator[s.Expression]:

@@ -107,7 +107,7 @@ _GROUPS = {
     "a sign (`+`, `-`, `*`, `/`)": {"PLUS", "MINUS", "STAR", "SLASH"},
     "a unit": {"UNIT"},
     "a kind (`face`, `edge`, `vertex`, `element`)": {
-        "FACE", "FACES", "EDGE", "EDGES", "VERTEX", "VERTICES", "ELEMENT", "ELEMENTS",
+        "FACE", "FACES", "EDGE", "EDGES", "VERTEX", "VERTICES", "ELEMENT", "ELEMENTS", "PIECE",
     },
     "`lowest of` and its like": {"SUM", "MEAN", "LOWEST", "HIGHEST", "SMALLEST", "LARGEST"},
     "a number": {"NUMBER"},

@@ -11,7 +11,7 @@ from types import MappingProxyType
 
 from facetlog.grammar.source import Source, Span
 
-__all__ = ["ANY", "FACE", "THING", "VOCABULARY", "Gives", "Kind", "Kinds", "Word"]
+__all__ = ["ANY", "FACE", "PIECE", "THING", "VOCABULARY", "Gives", "Kind", "Kinds", "Word"]
 
 
 class Kind(StrEnum):
@@ -21,15 +21,19 @@ class Kind(StrEnum):
     EDGE = "edge"
     VERTEX = "vertex"
     THING = "thing"
+    PIECE = "piece"
 
     def __repr__(self) -> str:
         return self.value
 
 
 Kinds = frozenset[Kind]
-FACE, EDGE, VERTEX, THING = (frozenset({kind}) for kind in Kind)
+FACE, EDGE, VERTEX, THING, PIECE = (frozenset({kind}) for kind in Kind)
 ELEMENT = FACE | EDGE
 ANY = ELEMENT | THING
+SOLID = THING | PIECE
+LEVEL = FACE | PIECE
+"""What has a level: a face, and a board by its upper side."""
 
 
 class Gives(StrEnum):
@@ -51,8 +55,8 @@ class Word:
     condition of one argument is also a property (`top is level`), one of two a relation (`x adjoins
     y`).
     `low` and `high` bound a measure in degrees, shares or counts; lengths are bounded below alone.
-    `typical_sd` is the deviation that pictures usually leave, in degrees or shares, None if it
-    depends on the size. `unknown_when` says when the scene does not know.
+    `unknown_when` says when the scene does not know. A word that `yields` may also be the name of
+    a part, a definition or a model: that then hides it, as texts use it that are older.
     """
 
     name: str
@@ -65,6 +69,7 @@ class Word:
     low: float | None = None
     high: float | None = None
     number_last: Gives | None = None
+    yields: bool = False
     source: Source | None = None
     span: Span | None = None
 
@@ -93,9 +98,14 @@ _SCALE = "it is compared with metres and the scale is not known"
 
 
 def _condition(
-    name: str, *arguments: Kinds, meaning: str, unknown: str = "", symmetric: bool = False
+    name: str,
+    *arguments: Kinds,
+    meaning: str,
+    unknown: str = "",
+    symmetric: bool = False,
+    yields: bool = False,
 ) -> Word:
-    return Word(name, arguments, Gives.CONDITION, meaning, unknown, symmetric)
+    return Word(name, arguments, Gives.CONDITION, meaning, unknown, symmetric, yields=yields)
 
 
 def _measure(
@@ -107,8 +117,11 @@ def _measure(
     symmetric: bool = False,
     high: float | None = None,
     low: float | None = 0.0,
+    yields: bool = False,
 ) -> Word:
-    return Word(name, arguments, gives, meaning, unknown, symmetric, low=low, high=high)
+    return Word(
+        name, arguments, gives, meaning, unknown, symmetric, low=low, high=high, yields=yields
+    )
 
 
 _WORDS = (
@@ -145,30 +158,31 @@ _WORDS = (
     _condition("underside_of", FACE, FACE,
                meaning="the first is the lower side of the board whose upper side the second is",
                unknown=_UP),
-    _condition("above", FACE, FACE, meaning="its middle is higher than the other's", unknown=_UP),
-    _condition("below", FACE, FACE, meaning="its middle is lower than the other's", unknown=_UP),
+    _condition("above", LEVEL, LEVEL, meaning="its middle is higher than the other's", unknown=_UP),
+    _condition("below", LEVEL, LEVEL, meaning="its middle is lower than the other's", unknown=_UP),
     Word("parallel", (FACE, FACE), Gives.CONDITION,
          "their normals are along one line, within the given angle", symmetric=True,
          number_last=Gives.ANGLE),
     Word("share_corner", (FACE,), Gives.CONDITION, "all of them meet at one vertex", symmetric=True,
          many=True),
     # One face
-    _measure("tilt", Gives.ANGLE, ELEMENT, high=90.0, unknown=_UP,
-             meaning="0 level, 90 upright, whichever way it faces"),
+    _measure("tilt", Gives.ANGLE, ELEMENT | PIECE, high=90.0, unknown=_UP,
+             meaning="0 level, 90 upright, whichever way it faces; of a board's broad side, of "
+                     "another piece's length"),
     _measure("area", Gives.AREA, FACE, meaning="the area, without holes"),
-    _measure("length", Gives.LENGTH, FACE | THING,
+    _measure("length", Gives.LENGTH, FACE | SOLID,
              meaning="the longer side of the least rectangle round a face; the longest side of the "
-                     "least box round a thing"),
-    _measure("width", Gives.LENGTH, FACE | THING,
+                     "least box round a thing or piece"),
+    _measure("width", Gives.LENGTH, FACE | SOLID,
              meaning="the shorter side of that rectangle; the middle side of that box"),
     _measure("depth", Gives.LENGTH, THING, meaning="the shortest side of that box"),
-    _measure("height", Gives.LENGTH, ANY, unknown=_UP,
+    _measure("height", Gives.LENGTH, ANY | PIECE, unknown=_UP,
              meaning="how much higher its top is than its bottom"),
-    _measure("elevation", Gives.LENGTH, FACE, unknown=_UP,
+    _measure("elevation", Gives.LENGTH, LEVEL, unknown=_UP,
              meaning="how high its middle is above the lowest point of its thing"),
-    _measure("top_of", Gives.LENGTH, ANY, unknown=_UP,
+    _measure("top_of", Gives.LENGTH, ANY | PIECE, unknown=_UP,
              meaning="how high its highest point is above the lowest of its thing"),
-    _measure("bottom_of", Gives.LENGTH, ANY, unknown=_UP,
+    _measure("bottom_of", Gives.LENGTH, ANY | PIECE, unknown=_UP,
              meaning="how high its lowest point is above the lowest of its thing"),
     _measure("protrusion", Gives.LENGTH, FACE,
              meaning="how far its thing reaches in front of its plane"),
@@ -181,48 +195,48 @@ _WORDS = (
     _measure("coverage", Gives.RATIO, FACE, high=1.0,
              meaning="the share of it that was seen in at least one picture"),
     _measure("corners", Gives.COUNT, FACE, low=3.0, meaning="how many corners its outline has"),
-    # What lies beneath, on and above the level of a face
-    _measure("cover", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+    # What lies beneath, on and above the level of a face, or of the upper side of a level board
+    _measure("cover", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the share of the thing's footprint that its level takes: all that faces up "
                      "at that height"),
-    _measure("level_length", Gives.LENGTH, FACE, unknown=_LEVEL,
+    _measure("level_length", Gives.LENGTH, LEVEL, unknown=_LEVEL,
              meaning="the longer extent of its level, along the sides of the thing's plan"),
-    _measure("level_width", Gives.LENGTH, FACE, unknown=_LEVEL,
+    _measure("level_width", Gives.LENGTH, LEVEL, unknown=_LEVEL,
              meaning="the shorter extent of its level"),
-    _measure("built_over", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+    _measure("built_over", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the share of its level that has something above it"),
-    _measure("room_below", Gives.LENGTH, FACE, unknown=_LEVEL,
+    _measure("room_below", Gives.LENGTH, LEVEL, unknown=_LEVEL,
              meaning="the free height right beneath its level, on average"),
-    _measure("room_above", Gives.LENGTH, FACE, unknown=_LEVEL,
+    _measure("room_above", Gives.LENGTH, LEVEL, unknown=_LEVEL,
              meaning="the free height right above its level, on average"),
-    _measure("free_below", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+    _measure("free_below", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the share of the space beneath its level, its board included, that is free"),
-    _measure("see_through", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+    _measure("see_through", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the share of the space beneath its level that one sees through, from the "
                      "front or from the side, whichever is more"),
-    _measure("see_across", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+    _measure("see_across", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the same from the front or from the side, whichever is less"),
-    _measure("open_from_two_sides", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+    _measure("open_from_two_sides", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the share of level lines of sight beneath its level that reach the middle of "
                      "its thing, from the second most open of four sides"),
-    _measure("closed_behind", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+    _measure("closed_behind", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the share of the length of one side of its level that has something high "
                      "above it: of the side where that exceeds the opposite one's most, as a "
                      "back's does"),
-    _measure("closed_in_front", Gives.RATIO, FACE, high=1.0, unknown=_LEVEL,
+    _measure("closed_in_front", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the same of the opposite side"),
-    _measure("rise_side", Gives.RATIO, FACE, unknown=_RISE,
+    _measure("rise_side", Gives.RATIO, LEVEL, unknown=_RISE,
              meaning="how far to one side what rises high above its level stands: 0 in the "
                      "middle, 1 at the rim"),
-    _measure("rise_off_middle", Gives.RATIO, FACE, unknown=_RISE,
+    _measure("rise_off_middle", Gives.RATIO, LEVEL, unknown=_RISE,
              meaning="how far that is from the middle of this side: 0 in the middle, 1 at its end"),
-    _measure("rise_span", Gives.RATIO, FACE, high=1.0, unknown=_RISE,
+    _measure("rise_span", Gives.RATIO, LEVEL, high=1.0, unknown=_RISE,
              meaning="how much of the length of that side it takes"),
     _condition("measured", FACE, meaning="pictures support it"),
     _condition("upward", FACE, meaning="its outward side looks upwards", unknown=_UP),
     _condition("downward", FACE, meaning="its outward side looks downwards", unknown=_UP),
-    _condition("level", ELEMENT, meaning="within 10 degrees of level", unknown=_UP),
-    _condition("upright", ELEMENT, meaning="within 10 degrees of upright", unknown=_UP),
+    _condition("level", ELEMENT | PIECE, meaning="within 10 degrees of level", unknown=_UP),
+    _condition("upright", ELEMENT | PIECE, meaning="within 10 degrees of upright", unknown=_UP),
     # Edges, vertices, things
     _measure("edge_length", Gives.LENGTH, EDGE, meaning="its length"),
     _measure("faces_at", Gives.COUNT, VERTEX, meaning="how many faces meet there"),
@@ -232,7 +246,7 @@ _WORDS = (
     _condition("supports", ELEMENT, FACE, unknown=_UP,
                meaning="the first is upright, starts near the ground (within 15 % of the second's "
                        "height) and reaches at least half way up to the second, not past it"),
-    _condition("on_ground", ANY, unknown=_UP,
+    _condition("on_ground", ANY | PIECE, unknown=_UP,
                meaning="its lowest point is level with that of its thing, within 3 % of the "
                        "thing's height"),
     _condition("at_rim", ELEMENT, FACE, unknown=_UP,
@@ -248,12 +262,24 @@ _WORDS = (
              unknown="the surface of the thing is not known from all sides",
              meaning="the share of a side of that box that lies deep behind it, of the side where "
                      "it is most; what stands on the ground has no side below"),
-    _measure("curved", Gives.RATIO, THING, high=1.0,
+    _measure("curved", Gives.RATIO, SOLID, high=1.0,
              meaning="the share of its surface that is not flat"),
     _condition("whole", THING, meaning="its surface is known from all sides, as a mesh's is"),
     _condition("scanned", THING,
                meaning="its surface is known from some sides, as a scan's is, and there all of it "
                        "that was in sight"),
+    # Pieces
+    _measure("thickness", Gives.LENGTH, PIECE, yields=True,
+             meaning="the shortest side of the least box round it"),
+    _condition("board", PIECE, meaning="it is thin: its thickness is at most 35 % of its width",
+               yields=True),
+    _condition("bar", PIECE, yields=True,
+               meaning="it is slender: no board, and its width is at most 35 % of its length"),
+    _condition("block", PIECE, meaning="it is neither a board nor a bar", yields=True),
+    _condition("joins", PIECE, PIECE, meaning="they touch, as finely as the space is known",
+               symmetric=True, yields=True),
+    _condition("carries", PIECE, PIECE, unknown=_UP, yields=True,
+               meaning="the first touches the second from below, or carries another that does"),
     _condition("touches", THING, THING, symmetric=True, meaning="nothing is between them"),
 )  # fmt: skip
 

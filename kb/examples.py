@@ -15,6 +15,7 @@ from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
+from facetlog.kb.loading.promised_facts import FactMaker
 
 __all__ = ["Case", "CaseResult", "Expected", "SceneMaker", "example_cases", "run_cases"]
 
@@ -68,7 +69,8 @@ class Case:
     """One expectation: of which model, on which thing of which scene, and where it is written.
 
     Without `thing` it is the main one: that which fits best, or the largest where the model should
-    fail. `scene` names the scene in words, the same for the same scene; `facts` makes it.
+    fail. `scene` names the scene in words, the same for the same scene; `facts` makes it, and
+    `on_demand` those of its facts that only some models need.
     """
 
     title: str
@@ -78,6 +80,7 @@ class Case:
     scene: str
     facts: Callable[[], Iterable[Fact]] = field(compare=False, repr=False)
     thing: str | None = None
+    on_demand: FactMaker | None = field(default=None, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,16 +127,27 @@ class CaseResult:
         }
 
 
-def example_cases(analysis: Analysis, make: SceneMaker) -> tuple[Case, ...]:
-    """The examples of a model file without faults, in the order of the text."""
+def example_cases(
+    analysis: Analysis, make: SceneMaker, on_demand: SceneMaker | None = None
+) -> tuple[Case, ...]:
+    """The examples of a model file without faults, in the order of the text.
+
+    `on_demand` makes the facts that `make` leaves out.
+    """
     path = Path(analysis.file.source.name)
     return tuple(
-        _case(model, example, analysis, path, make) for model, example in examples_of(analysis)
+        _case(model, example, analysis, path, make, on_demand)
+        for model, example in examples_of(analysis)
     )
 
 
 def _case(
-    model: s.Model, example: s.Example, analysis: Analysis, path: Path, make: SceneMaker
+    model: s.Model,
+    example: s.Example,
+    analysis: Analysis,
+    path: Path,
+    make: SceneMaker,
+    on_demand: SceneMaker | None,
 ) -> Case:
     degree = None if example.at_least is None else quantity(example.at_least)
     expected = Expected(
@@ -148,6 +162,7 @@ def _case(
         expected,
         _scene_name(example.scene, path),
         lambda: make(example.scene, path),
+        on_demand=None if on_demand is None else lambda: on_demand(example.scene, path),
     )
 
 
@@ -168,7 +183,7 @@ def run_cases(base: KnowledgeBase, cases: Sequence[Case]) -> Iterator[CaseResult
         of_scene.setdefault(case.scene, []).append(case)
     for together in of_scene.values():
         try:
-            base.load_scene(SCENE, together[0].facts())
+            base.load_scene(SCENE, together[0].facts(), on_demand=together[0].on_demand)
         except FacetlogError as exc:
             yield from (CaseResult(case, None, (f"the scene: {exc}",)) for case in together)
             continue

@@ -4,6 +4,7 @@ import csv
 import io
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from typing import TypeAlias
 
 from facetlog.errors import InputError
 from facetlog.kb.examples import Case, Expected
@@ -20,12 +21,20 @@ MOST_BYTES = 10_000_000
 """Of a table: some hundred thousand labels. A larger file is none."""
 
 
+SceneReader: TypeAlias = Callable[[Path], Iterable[Fact]]
+
+
 def labelled_cases(
-    path: Path, facts: Callable[[Path], Iterable[Fact]], *, known: Iterable[str]
+    path: Path,
+    facts: SceneReader,
+    *,
+    known: Iterable[str],
+    on_demand: SceneReader | None = None,
 ) -> tuple[Case, ...]:
     """The cases of a table in CSV; scene files are named beside it, and read by `facts` when asked.
 
-    Raises InputError, with the line, for what is no such table, and for models not `known`.
+    `on_demand` makes the facts that `facts` leaves out. Raises InputError, with the line, for what
+    is no such table, and for models not `known`.
     """
     reader = csv.DictReader(io.StringIO(_text(path), newline=""))
     try:
@@ -34,7 +43,9 @@ def labelled_cases(
             raise InputError(f"{path}:1: the first line should be {','.join(COLUMNS)}")
         models = frozenset(known)
         return tuple(
-            _case(path, reader.line_num, row, facts, models) for row in reader if any(row.values())
+            _case(path, reader.line_num, row, facts, on_demand, models)
+            for row in reader
+            if any(row.values())
         )
     except csv.Error as exc:
         raise InputError(f"{path}:{reader.line_num}: {exc}") from exc
@@ -53,7 +64,8 @@ def _case(
     path: Path,
     line: int,
     row: dict[str, str],
-    facts: Callable[[Path], Iterable[Fact]],
+    facts: SceneReader,
+    on_demand: SceneReader | None,
     known: frozenset[str],
 ) -> Case:
     place = f"{path}:{line}"
@@ -73,5 +85,12 @@ def _case(
     thing = cells["thing"] or None
     title = f"{cells['scene']}{f' {thing}' if thing else ''}"
     return Case(
-        title, place, cells["model"], Expected(state), str(scene), lambda: facts(scene), thing
+        title,
+        place,
+        cells["model"],
+        Expected(state),
+        str(scene),
+        lambda: facts(scene),
+        thing,
+        None if on_demand is None else lambda: on_demand(scene),
     )

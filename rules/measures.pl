@@ -71,6 +71,30 @@ measure(thing_length(T), V, 0, length)  :- fact(thing_size(T, V, _, _)).
 measure(thing_width(T), V, 0, length)   :- fact(thing_size(T, _, V, _)).
 measure(thing_height(T), V, Sd, length) :-
     recall(vocabulary, thing_height, T, measure, max(V, Sd), highest_part(T, max(V, Sd))).
+measure(piece_length(P), V, Sd, length) :- fact(piece_size(P, V, _, _, Sd)).
+measure(piece_width(P), V, Sd, length)  :- fact(piece_size(P, _, V, _, Sd)).
+measure(thickness(P), V, Sd, length)    :- fact(piece_size(P, _, _, V, Sd)).
+measure(piece_height(P), V, Sd, length) :- height_of_piece(P, V, Sd).
+measure(piece_elevation(P), V, Sd, length) :- middle_of_piece(P, V, Sd).
+measure(piece_top_of(P), V, Sd, length) :- fact(piece_heights(P, _, V, Sd)).
+measure(piece_bottom_of(P), V, Sd, length) :- fact(piece_heights(P, V, _, Sd)).
+measure(piece_tilt(P), V, Sd, deg)      :- fact(piece_tilt(P, V, Sd)).
+measure(piece_curved(P), V, 0, ratio)   :- fact(piece_round(P, V)).
+measure(piece_cover(P), V, Sd, ratio) :- fact(piece_level(P, cover, V, Sd)).
+measure(piece_level_length(P), V, Sd, length) :- fact(piece_level(P, level_length, V, Sd)).
+measure(piece_level_width(P), V, Sd, length) :- fact(piece_level(P, level_width, V, Sd)).
+measure(piece_built_over(P), V, Sd, ratio) :- fact(piece_level(P, built_over, V, Sd)).
+measure(piece_room_below(P), V, Sd, length) :- fact(piece_level(P, room_below, V, Sd)).
+measure(piece_room_above(P), V, Sd, length) :- fact(piece_level(P, room_above, V, Sd)).
+measure(piece_free_below(P), V, Sd, ratio) :- fact(piece_level(P, free_below, V, Sd)).
+measure(piece_see_through(P), V, Sd, ratio) :- fact(piece_level(P, see_through, V, Sd)).
+measure(piece_see_across(P), V, Sd, ratio) :- fact(piece_level(P, see_across, V, Sd)).
+measure(piece_open_from_two_sides(P), V, Sd, ratio) :- fact(piece_level(P, open_from_two_sides, V, Sd)).
+measure(piece_closed_behind(P), V, Sd, ratio) :- fact(piece_level(P, closed_behind, V, Sd)).
+measure(piece_closed_in_front(P), V, Sd, ratio) :- fact(piece_level(P, closed_in_front, V, Sd)).
+measure(piece_rise_side(P), V, Sd, ratio) :- fact(piece_level(P, rise_side, V, Sd)).
+measure(piece_rise_off_middle(P), V, Sd, ratio) :- fact(piece_level(P, rise_off_middle, V, Sd)).
+measure(piece_rise_span(P), V, Sd, ratio) :- fact(piece_level(P, rise_span, V, Sd)).
 measure(metres(V), V, 0, length)        :- number(V), fact(scale(metric)).
 measure(count(List), V, 0, count)       :- is_list(List), length(List, V).
 measure(corners(F), V, 0, count)        :- corners(F, V).
@@ -98,6 +122,11 @@ hidden_part(Measure, unseen_bounds(Name, X, IfFree, IfFull), IfFree, IfFull) :-
     compound(Measure),
     compound_name_arguments(Measure, Name, [X]),
     measure_of_space(Name).
+hidden_part(Measure, piece_unseen(P, Name, IfFree, IfFull), IfFree, IfFull) :-
+    compound(Measure),
+    compound_name_arguments(Measure, OfPiece, [P]),
+    atom_concat(piece_, Name, OfPiece),
+    measure_of_space(Name).
 
 %!  measure_of_space(?Name) is nondet.
 %
@@ -121,6 +150,17 @@ measure_of_space(closed_in_front).
 measure_of_space(rise_side).
 measure_of_space(rise_off_middle).
 measure_of_space(rise_span).
+
+%   Ends and middle of a piece: its highest and its lowest point are known alike.
+height_of_piece(Piece, Height, Sd) :-
+    fact(piece_heights(Piece, Low, High, EndSd)),
+    Height is High - Low,
+    Sd is EndSd*sqrt(2).
+
+middle_of_piece(Piece, Middle, Sd) :-
+    fact(piece_heights(Piece, Low, High, EndSd)),
+    Middle is (Low + High)/2,
+    Sd is EndSd/sqrt(2).
 
 %   Asked of every candidate, and it goes through the whole thing: remembered.
 %   Of several as high the one that is least sure, whatever the order of the facts.

@@ -6,6 +6,9 @@
                         vertex_of/2,          % ?Thing, -Vertex
                         shared_edge/3,        % ?Face, ?Face, -Edge
                         standing_below/2,     % +Face, -FaceOrEdge
+                        piece_in/2,           % ?Thing, -Piece
+                        largest_pieces/2,     % +Thing, -Pieces
+                        piece_choice/4,       % +Pieces, +Count, +Others, -Piece
                         undersides/2,         % +Face, -Faces
                         largest_faces/2,      % +Thing, -Faces
                         longest_first/2,      % :Measures, -Measures
@@ -32,6 +35,10 @@ it compared with what; docs/models.md lists them. Unknown has causes that a read
 scale not given, or a face not seen. A part that was not seen is written `unseen`; whatever is asked
 of it is unknown. Only measured faces are evidence: a face that was completed from its neighbours
 is never proposed.
+
+Pieces, the solid parts of a thing, are worked out only for models that name them. What is asked of
+pieces therefore has words of its own: piece_length, piece_level, ... where models say `length(x)` or
+`x is level`.
 */
 
 :- use_module(library(lists)).
@@ -61,6 +68,9 @@ tolerance(upright, 10).     % degrees from vertical
 tolerance(reaches, 0.15).   % of a height: how short of an end still counts as there
 tolerance(board,   0.20).   % of a height: how thick a board on legs may be
 tolerance(alike,   0.05).   % of a size: congruent faces may differ by so much
+tolerance(thin,    0.35).   % of a piece's width: a board is no thicker
+tolerance(slender, 0.35).   % of a piece's length: a bar is no wider
+tolerance(shape,   0.10).   % of these two: over so much to either side a shape is in doubt
 tolerance(touch,   3).      % deviations: a gap of so few is none, as perception takes it for contacts
 
                  /*******************************
@@ -125,6 +135,37 @@ edge_of(Thing, Edge) :-
 vertex_of(Thing, Vertex) :-
     distinct(Thing-Vertex, ( face_of(Thing, Face),
                              fact(corner(Face, _, Vertex)) )).
+
+%!  piece_in(?Thing, -Piece) is nondet.
+%
+%   Piece is a solid part of Thing.
+
+piece_in(Thing, Piece) :-
+    fact(piece_of(Piece, Thing)).
+
+%!  largest_pieces(+Thing, -Pieces) is det.
+%
+%   The pieces of Thing, that with the largest box first.
+
+largest_pieces(Thing, Pieces) :-
+    findall(Volume-Piece,
+            ( piece_in(Thing, Piece),
+              fact(piece_size(Piece, Length, Width, Thickness, _)),
+              Volume is Length*Width*Thickness ),
+            Found),
+    sort(0, @>=, Found, Sorted),
+    pairs_values(Sorted, Pieces).
+
+%!  piece_choice(+Pieces, +Count, +Others, -Piece) is nondet.
+%
+%   Piece is one of the first Count of Pieces that are none of Others, or `unseen` if there are none.
+
+piece_choice(Pieces, Count, Others, Piece) :-
+    subtract(Pieces, Others, Free),
+    (   Free == []
+    ->  Piece = unseen
+    ;   limit(Count, member(Piece, Free))
+    ).
 
 %!  shared_edge(?A, ?B, -Edge) is nondet.
 %
@@ -261,6 +302,12 @@ needs_up(on_ground(_)).
 needs_up(at_rim(_, _)).
 needs_up(upward(_)).
 needs_up(downward(_)).
+needs_up(carries(_, _)).
+needs_up(Word) :-
+    functor(Word, Name, 1),
+    atom_concat(piece_, OfOthers, Name),
+    functor(Other, OfOthers, 1),
+    needs_up(Other).
 needs_up(Word) :-
     needs_all_sides(Word),
     Word \= solidity(_),
@@ -296,6 +343,9 @@ truth(upward(F),           fact(upward(F)),             fact(tilt(F, _, _))).
 truth(downward(F),         fact(downward(F)),           fact(tilt(F, _, _))).
 truth(on_ground(X),        fact(on_ground(X)),          fact(bottom_of(X, _, _))).
 truth(at_rim(X, F),        fact(at_rim(X, F)),          fact(tilt(F, _, _))).
+truth(joins(P, Q),         fact(joins(P, Q)),           pieces([P, Q])).
+truth(carries(P, Q),       fact(carries(P, Q)),         heights([P, Q])).
+truth(piece_on_ground(P),  fact(piece_on_ground(P)),    heights([P])).
 truth(whole(T),            fact(whole(T)),              seen([T])).
 truth(scanned(T),          fact(scanned(T)),            seen([T])).
 truth(share_corner(Faces), corner_of_all(Faces),        seen(Faces)).
@@ -303,6 +353,13 @@ truth(share_corner(Faces), corner_of_all(Faces),        seen(Faces)).
 %   No fact is about a part that was not seen.
 seen(Parts) :-
     \+ ( member(Part, Parts), Part == unseen ).
+
+pieces(Ps) :-
+    forall(member(P, Ps), fact(piece(P))).
+
+%   What stands on what is known where up is.
+heights(Ps) :-
+    forall(member(P, Ps), fact(piece_heights(P, _, _, _))).
 
 corner_of_all([]).
 corner_of_all([First|Faces]) :-
@@ -352,3 +409,21 @@ means(closes(Side, Face),
             at_most(bottom_of(Side), 0.5*elevation(Face)),
             at_least(fill(Side), 0.5),
             at_least(share(Side), 0.5) ])).
+% Pieces
+means(board(P), soft(at_most(thickness(P)/piece_width(P), Share), Fade)) :-
+    tolerance(thin, Share),
+    tolerance(shape, Fade).
+means(bar(P),
+      all([ not(board(P)),
+            soft(at_most(piece_width(P)/piece_length(P), Share), Fade) ])) :-
+    tolerance(slender, Share),
+    tolerance(shape, Fade).
+means(block(P),
+      all([ not(board(P)),
+            soft(at_least(piece_width(P)/piece_length(P), Share), Fade) ])) :-
+    tolerance(slender, Share),
+    tolerance(shape, Fade).
+means(piece_level(P),   at_most(piece_tilt(P), Limit))  :- tolerance(level, Limit).
+means(piece_upright(P), at_least(piece_tilt(P), Limit)) :- tolerance(upright, Slack), Limit is 90 - Slack.
+means(piece_above(P, Q), at_least(piece_elevation(P), piece_elevation(Q))).
+means(piece_below(P, Q), at_most(piece_elevation(P), piece_elevation(Q))).

@@ -17,7 +17,7 @@ from facetlog.grammar.vocabulary import THING, Gives, Kinds
 
 __all__ = ["ConditionChecker"]
 
-ELEMENTS = ("face", "faces", "edge", "edges", "element")
+ELEMENTS = ("face", "faces", "edge", "edges", "element", "piece", "board", "bar", "block")
 """What `there is` and `each` go through, as it is spelt."""
 
 
@@ -184,10 +184,10 @@ class ConditionChecker(MeasureChecker):
             local = Local(found.name, found.kinds, found.model)
             self.condition(node.body, {**names, found.name: local})
             return
-        kind = part_kind(node.kind.text, {})
-        if not self._no_shadow((node.name,), names) or kind is None:
+        kinds = self._element_kinds(node.kind)
+        if not self._no_shadow((node.name,), names) or kinds is None:
             return
-        inside = {**names, node.name.text: Local(node.name.text, kind[0])}
+        inside = {**names, node.name.text: Local(node.name.text, kinds)}
         if node.where is not None:
             self.condition(node.where, inside)
         self.condition(node.body, inside)
@@ -230,21 +230,29 @@ class ConditionChecker(MeasureChecker):
             self.whole_numbers(node.count)
         if not self._no_shadow((node.name,), names):
             return
-        kind = part_kind(node.kind.text, self.scope.roles if node.of else {})
-        if kind is None:
-            self.fault(
-                "unknown-kind",
-                f"`{node.kind}` is no kind of part",
-                node.kind,
-                said(node.kind.text, ELEMENTS),
-                respelling(node.kind, ELEMENTS),
-            )
+        named = part_kind(node.kind.text, self.scope.roles) if node.of else None
+        kinds = named[0] if named is not None else self._element_kinds(node.kind)
+        if kinds is None:
             return
-        local = Local(node.name.text, kind[0])
+        local = Local(node.name.text, kinds)
         if node.of:
             found = self._range(node.of, names)
             if found is None:
                 return
             local = replace(found, name=node.name.text)
-        if node.where is not None:
-            self.condition(node.where, {**names, node.name.text: local})
+        where = self.scope.demanded(node, node.name)
+        if where is not None:
+            self.condition(where, {**names, node.name.text: local})
+
+    def _element_kinds(self, kind: s.Name) -> Kinds | None:
+        """What `each` and `there` go through; a fault if it is unknown."""
+        found = self.scope.element_kinds(kind.text)
+        if found is None:
+            self.fault(
+                "unknown-kind",
+                f"`{kind}` is no kind of part",
+                kind,
+                said(kind.text, ELEMENTS),
+                respelling(kind, ELEMENTS),
+            )
+        return found

@@ -10,7 +10,7 @@ from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import FADING
 from facetlog.grammar.faults import Fault, said
 from facetlog.grammar.fixing.respelling import respelling
-from facetlog.grammar.layout import STATEMENT_WORDS
+from facetlog.grammar.layout import PIECE_WORDS, STATEMENT_WORDS
 from facetlog.grammar.library import builtin_names
 from facetlog.grammar.scope import THIS, Local, Scope, names_in, part_kind
 from facetlog.grammar.units import Dimension
@@ -154,7 +154,8 @@ class _ModelChecker(ConditionChecker):
     def _free(self, name: s.Name) -> None:
         """Reports a name that is a word already."""
         whose = ""
-        if name.text in self.scope.words or name.text == "count":
+        word = self.scope.words.get(name.text)
+        if (word is not None and not word.yields) or name.text == "count":
             whose = "the vocabulary"
         elif name.text in STATEMENT_WORDS | _IN_CONDITIONS:
             whose = "the language"
@@ -186,13 +187,14 @@ class _ModelChecker(ConditionChecker):
     def _part(self, part: s.Part) -> None:
         kind = part_kind(part.kind.text, self.scope.roles)
         if kind is None:
-            known = {"face", "edge", "vertex", "element", *self.scope.roles} | builtin_names()
+            known = {"face", "edge", "vertex", "element", *PIECE_WORDS, *self.scope.roles}
+            known |= builtin_names()
             self.fault(
                 "unknown-kind",
                 f"`{part.kind}` is no kind of part",
                 part.kind,
                 said(part.kind.text, known)
-                or "a face, an edge, a vertex, an element, or a model that this file uses",
+                or "a face, an edge, a vertex, an element, a piece, or a model that this file uses",
                 respelling(part.kind, known),
             )
             return

@@ -4,7 +4,7 @@
 thing; then at once whatever can be asked of the parts that are there, what needs one face before
 what needs two. It proposes all that may hold, so no assignment that holds is overlooked. Where
 there is none, `distant` proposes near misses: what adjoins as it should, and, part by part, the
-largest faces that lie as they should, `unseen` where there is none.
+largest faces that lie as they should and the largest pieces, `unseen` where there is none.
 """
 
 from dataclasses import dataclass, replace
@@ -16,7 +16,7 @@ from facetlog.grammar.compiling.tests import Writer, WriterOf
 from facetlog.grammar.compiling.writer import NOTHING, UNSEEN, all_of, elements_goal, state_only
 from facetlog.grammar.scope import PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Var
-from facetlog.grammar.vocabulary import FACE, THING
+from facetlog.grammar.vocabulary import FACE, PIECE, THING
 
 __all__ = ["candidate_clauses"]
 
@@ -113,7 +113,7 @@ def _likely(join: _Join, writer_of: WriterOf) -> Clause:
     there: list[PartSymbol] = []
     for part in _order(join):
         if part.owned.node.optional:
-            goals.append(_optional(part, there, writer))
+            goals.append(_optional(join, part, there, writer))
         elif part.kinds == THING:
             goals += _object(join, part, there, writer)
         else:
@@ -188,7 +188,7 @@ def _object(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writ
     return goals + _asked(join, part, there, writer)
 
 
-def _optional(part: PartSymbol, there: list[PartSymbol], writer: Writer) -> Term:
+def _optional(join: _Join, part: PartSymbol, there: list[PartSymbol], writer: Writer) -> Term:
     """A part that may be absent: whatever may be it, and nothing."""
     variable = writer.names[part.name]
     goals: list[Term] = [elements_goal(part.kinds, variable)]
@@ -197,7 +197,7 @@ def _optional(part: PartSymbol, there: list[PartSymbol], writer: Writer) -> Term
     ]
     if part.model:
         goals.append(Struct("possible", (Struct("is_a", (variable, Atom(part.model))),)))
-    where = part.owned.node.where
+    where = join.scope.where(part)
     if where is not None:
         # What its condition goes through is found for each that may be it.
         alone = replace(writer, goals=[], found={})
@@ -285,12 +285,16 @@ def _as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
         goals += [Struct("=", (other, UNSEEN)) for other in rest]
         return Clause(head, tuple(goals))
     steps: list[Term] = []
+    pieces: list[Term] = []
     counts = _TRIED.get(len(order), (*_TRIED_MORE, *(1 for _ in order[2:])))
     there: set[str] = set()
     free: list[Term] = []
     for part, count in zip(order, counts, strict=True):
         variable = writer.names[part.name]
         there.add(part.name)
+        if part.kinds == PIECE and not part.owned.node.optional:
+            pieces.append(_piece_choice(variable, count, pieces))
+            continue
         if part.owned.node.optional or part.kinds != FACE:
             free.append(Struct("=", (variable, UNSEEN)))
             continue
@@ -299,7 +303,20 @@ def _as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
         steps.append(Struct("step", (variable, count, test)))
     stepped = tuple(step.args[0] for step in steps if isinstance(step, Struct))
     head, ordered = _in_order(join, writer, "distant")
-    search = Struct("as_far_as_seen", (Var("Thing"), tuple(steps), stepped))
+    searches: list[Term] = []
+    if steps or not pieces:
+        searches.append(Struct("as_far_as_seen", (Var("Thing"), tuple(steps), stepped)))
+    if pieces:
+        searches.append(Struct("largest_pieces", (Var("Thing"), _PIECES)))
     # Where faces adjoin and lie as they should, others that do not adjoin are no nearer.
     unless = [Struct("\\+", (_fitting(join, writer_of()),))] if _linked(join) else []
-    return Clause(head, (*unless, search, *free, *ordered))
+    return Clause(head, (*unless, *searches, *pieces, *free, *ordered))
+
+
+_PIECES = Var("Pieces")
+
+
+def _piece_choice(variable: Var, count: int, before: list[Term]) -> Struct:
+    """The goal that proposes one of the largest pieces: of a thing all are known, or none."""
+    chosen = tuple(goal.args[-1] for goal in before if isinstance(goal, Struct))
+    return Struct("piece_choice", (_PIECES, count, chosen, variable))

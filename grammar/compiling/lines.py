@@ -16,7 +16,7 @@ from facetlog.grammar.compiling.writer import (
     state_only,
 )
 from facetlog.grammar.resolve import Owned
-from facetlog.grammar.scope import Scope
+from facetlog.grammar.scope import PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Text, Var
 from facetlog.grammar.vocabulary import FACE
 
@@ -107,37 +107,42 @@ def _part_conditions(
 ) -> Iterator[Clause]:
     """What a part's own statement demands: `where`, the model of an object, the count of a set."""
     part = owned.node
-    name = part.names[0].text
-    writer = writer_of()
-    tests: list[Term] = []
+    for name in part.names:
+        writer = writer_of()
+        test = _demanded(scope, shapes, part, name.text, writer)
+        if test == NOTHING:
+            continue
+        says = _text(owned, part)
+        if part.reason is not None:
+            says = says.removesuffix(f'"{part.reason.value}"').rstrip()
+        where = () if part.where is None else s.walk(part.where)
+        named = {n.text for n in where if isinstance(n, s.Name)} | {name.text}
+        reason = part.reason.value if part.reason else says
+        yield from _conditions(scope, name.text, reason, test, writer, _place(owned), says, named)
+
+
+def _demanded(
+    scope: Scope, shapes: Mapping[str, SetShape], part: s.Part, name: str, writer: Writer
+) -> Term:
+    """The test that a part is what its statement says, or a set has so many members."""
     if part.count is not None:
         low, high = count_numbers(part.count)
-        test = writer.number_of(shapes[name], low, high)
-        if part.optional or test == NOTHING:
-            return
-        tests.append(test)
-    else:
-        symbol = scope.symbols[name]
-        if symbol.model:
-            tests.append(Struct("is_a", (writer.names[name], Atom(symbol.model))))
-        if part.where is not None:
-            tests.append(writer.test(part.where))
-    if not tests:
-        return
-    says = _text(owned, part)
-    if part.reason is not None:
-        says = says.removesuffix(f'"{part.reason.value}"').rstrip()
-    named = {n.text for n in s.walk(part) if isinstance(n, s.Name)}
-    reason = part.reason.value if part.reason else says
-    yield from _conditions(
-        scope, name, reason, all_of(tests), writer, _place(owned), says, named | {name}
-    )
+        return NOTHING if part.optional else writer.number_of(shapes[name], low, high)
+    symbol = scope.symbols[name]
+    assert isinstance(symbol, PartSymbol)  # noqa: S101  it has no count
+    tests: list[Term] = []
+    if symbol.model:
+        tests.append(Struct("is_a", (writer.names[name], Atom(symbol.model))))
+    where = scope.where(symbol)
+    if where is not None:
+        tests.append(writer.test(where))
+    return all_of(tests)
 
 
 def _set_clauses(scope: Scope, shape: SetShape, writer_of: WriterOf) -> Iterator[Clause]:
     """Who may be a member, and the word that says how far one is."""
     owned = shape.symbol.owned
-    where = owned.node.where
+    where = shape.where
     place = _place(owned)
     if where is not None:
         writer = writer_of()

@@ -5,12 +5,15 @@ from dataclasses import dataclass
 from facetlog.grammar.constants import Constant
 from facetlog.grammar.terms import Struct, Term
 from facetlog.grammar.units import Dimension
-from facetlog.grammar.vocabulary import THING, Kinds
+from facetlog.grammar.vocabulary import PIECE, THING, VOCABULARY, Kinds
 
 __all__ = ["Bound", "aggregate_functor", "amount", "is_number", "scaled", "word_term"]
 
 # What the vocabulary calls the measures of a thing that share their names with those of faces.
 _OF_THINGS = {"length": "thing_length", "width": "thing_width", "height": "thing_height"}
+# The words that are said of pieces and of others: of pieces by a name of their own, so that whoever
+# asks of faces alone need not know the pieces.
+_OF_PIECES_TOO = frozenset(word.name for word in VOCABULARY.values() if word.arguments[0] > PIECE)
 _AGGREGATES = {"smallest gap": "smallest_gap", "largest gap": "largest_gap"}
 
 
@@ -54,6 +57,8 @@ def word_term(name: str, arguments: tuple[Bound, ...]) -> Struct:
     """A measure or relation of the vocabulary with its arguments."""
     if name in _OF_THINGS and arguments[0].kinds == THING:
         name = _OF_THINGS[name]
+    elif name in _OF_PIECES_TOO and arguments[0].kinds == PIECE:
+        name = f"piece_{name}"
     return Struct(name, tuple(argument.term for argument in arguments))
 
 

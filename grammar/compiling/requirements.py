@@ -32,7 +32,7 @@ def requirements(scope: Scope) -> tuple[Requirement, ...]:
     singular = {p.name: p for p in scope.singular if not p.owned.node.optional}
     found: list[Requirement] = []
     for part in singular.values():
-        where = part.owned.node.where
+        where = scope.where(part)
         if where is not None:
             found += _from(where, scope, singular, {}, False, True)
     for _, owned in scope.model.lines:

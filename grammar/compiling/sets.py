@@ -13,7 +13,7 @@ from facetlog.grammar.compiling.measures import Bound
 from facetlog.grammar.compiling.names import Names
 from facetlog.grammar.scope import THIS, Scope, SetSymbol, conditions_in, names_in
 from facetlog.grammar.terms import Atom, Struct, Term, Var
-from facetlog.grammar.vocabulary import Kinds
+from facetlog.grammar.vocabulary import PIECE, Kinds
 
 if TYPE_CHECKING:
     from facetlog.grammar.compiling.writer import MeasureWriter
@@ -34,6 +34,12 @@ class SetShape:
     needs: tuple[str, ...]
     needs_thing: bool
     word: str
+    where: s.Expression | None
+
+    @property
+    def separate(self) -> bool:
+        """Whether members that belong together count once: no two pieces do."""
+        return self.symbol.owned.node.separate and self.symbol.kinds != PIECE
 
     def variables(self, names: Names, stem: str) -> tuple[Var, ...]:
         return tuple(names[n] for n in (stem, *(f"{stem}_{role}" for role, _ in self.roles)))
@@ -61,7 +67,7 @@ class SetShape:
         tests: list[Term] = []
         if self.symbol.model:
             tests.append(Struct("is_a", (variables[0], Atom(self.symbol.model))))
-        if self.symbol.owned.node.where is not None:
+        if self.where is not None:
             tests.append(self.said_of(variables, writer))
         return tests[0] if len(tests) == 1 else Struct("all", (tuple(tests),))
 
@@ -104,7 +110,7 @@ def set_shapes(scope: Scope) -> dict[str, SetShape]:
         roles = tuple(
             (role, own[role]) for role in sorted(asked.get(symbol.name, ())) if role in own
         )
-        where = symbol.owned.node.where
+        where = scope.where(symbol)
         named = names_in(where, scope)
         searches = _searches(where, scope) or "count" in named
         needs = tuple(p.name for p in scope.singular if searches or p.name in named)
@@ -115,6 +121,7 @@ def set_shapes(scope: Scope) -> dict[str, SetShape]:
             needs,
             searches or THIS in named,
             word,
+            where,
         )
     return shapes
 

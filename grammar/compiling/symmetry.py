@@ -70,7 +70,8 @@ def _lines(
     for part in every:
         node = part.owned.node
         name = swap.get(part.name, part.name)
-        where = _form(node.where, symmetric, swap) if node.where is not None else None
+        demanded = scope.where(part)
+        where = _form(demanded, symmetric, swap) if demanded is not None else None
         count = (node.count.kind, str(node.count.low), str(node.count.high)) if node.count else None
         said.append((name, part.kinds, part.model, node.optional, node.separate, count, where))
     for _, owned in scope.model.lines:

@@ -22,7 +22,7 @@ from facetlog.grammar.compiling.writer import (
 )
 from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import ABOUT, soft_share
-from facetlog.grammar.scope import SetSymbol, part_kind
+from facetlog.grammar.scope import SetSymbol
 from facetlog.grammar.terms import Atom, Struct, Term, Var
 from facetlog.grammar.vocabulary import Kind, Kinds
 
@@ -161,7 +161,7 @@ class Writer(MeasureWriter):
     def _groups(self, shape: SetShape) -> Var:
         members = self.members(shape)
         name = shape.symbol.name
-        if shape.symbol.owned.node.separate:
+        if shape.separate:
             return self.once(
                 f"groups {name}",
                 f"{name}_groups",
@@ -181,18 +181,19 @@ class Writer(MeasureWriter):
             inner = self.with_locals(**shape.bound(self.names))
             body = shape.implied(self, inner.test(node.body))
             return Struct("each", (shape.pattern(self.names), members, body))
-        kinds = self._kinds(node.kind.text)
-        variable, inner = self._local(node.name.text, kinds)
-        others, where = self._others(kinds, node.where, node.name.text, variable, inner)
+        demanded = self.scope.demanded(node, node.name)
+        variable, kinds, inner = self._element(node.kind, node.name)
+        others, where = self._others(kinds, demanded, node.name.text, variable, inner)
         body = inner.test(node.body)
         if where is not None:
             body = Struct("implies", (where, body))
         return Struct("each", (variable, others, body))
 
-    def _kinds(self, text: str) -> Kinds:
-        kind = part_kind(text, {})
-        assert kind is not None  # noqa: S101  the checker has seen to it
-        return kind[0]
+    def _element(self, kind: s.Name, name: s.Name) -> tuple[Var, Kinds, "Writer"]:
+        kinds = self.scope.element_kinds(kind.text)
+        assert kinds is not None  # noqa: S101  the checker has seen to it
+        variable, inner = self._local(name.text, kinds)
+        return variable, kinds, inner
 
     def _local(self, name: str, kinds: Kinds, model: str = "") -> tuple[Var, "Writer"]:
         variable = self.names.fresh(name)
@@ -255,24 +256,24 @@ class Writer(MeasureWriter):
 
     def _there(self, node: s.There) -> Term:
         low, high = count_numbers(node.count) if node.count else (1.0, math.inf)
+        demanded = self.scope.demanded(node, node.name)
         first = self.scope.symbols.get(node.of[0].text) if node.of else None
         if isinstance(first, SetSymbol) and len(node.of) == 1:
             shape = self.shapes[first.name]
             pattern, bound, own = shape.copy(self, node.name.text)
             inner = self.with_locals(**bound)
-            where = inner.test(node.where) if node.where is not None else NOTHING
+            where = inner.test(demanded) if demanded is not None else NOTHING
             some: Term = self.members(shape)
             test = all_of([t for t in (own, where) if t != NOTHING] or [NOTHING])
         elif node.of:
             bounds = [self.bound(name.text) for name in node.of]
             kinds = frozenset[Kind]().union(*(b.kinds for b in bounds))
             pattern, inner = self._local(node.name.text, kinds, bounds[0].model)
-            test = inner.test(node.where) if node.where is not None else NOTHING
+            test = inner.test(demanded) if demanded is not None else NOTHING
             some = self._seen(tuple(b.term for b in bounds))
         else:
-            kinds = self._kinds(node.kind.text)
-            variable, inner = self._local(node.name.text, kinds)
-            some, own_where = self._others(kinds, node.where, node.name.text, variable, inner)
+            variable, kinds, inner = self._element(node.kind, node.name)
+            some, own_where = self._others(kinds, demanded, node.name.text, variable, inner)
             pattern, test = variable, own_where if own_where is not None else NOTHING
         if node.count is None:
             found = Struct("some", (pattern, some, test))

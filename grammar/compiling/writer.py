@@ -17,7 +17,7 @@ from facetlog.grammar.compiling.sets import SetShape
 from facetlog.grammar.constants import constant, quantity
 from facetlog.grammar.scope import THIS, Scope
 from facetlog.grammar.terms import Atom, Struct, Term, Var
-from facetlog.grammar.vocabulary import THING, Kind, Kinds
+from facetlog.grammar.vocabulary import PIECE, THING, Kind, Kinds
 
 __all__ = [
     "NOTHING",
@@ -38,6 +38,7 @@ _FINDERS = {
     frozenset({Kind.EDGE}): "edge_of",
     frozenset({Kind.VERTEX}): "vertex_of",
     frozenset({Kind.FACE, Kind.EDGE}): "element_of",
+    PIECE: "piece_in",
 }
 
 
@@ -193,7 +194,7 @@ class MeasureWriter:
             assert isinstance(of, s.Reference)  # noqa: S101  the checker has seen to it
             shape = self.shapes[of.name.text]
             held = self.held(shape)
-            if not shape.symbol.owned.node.separate:
+            if not shape.separate:
                 return Struct("count", (held,))
             name = f"{shape.symbol.name}_held_groups"
             groups = self.once(name, name, lambda var: [Struct("separate", (held, var))])

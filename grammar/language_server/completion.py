@@ -16,6 +16,7 @@ from facetlog.grammar.language_server.documentation import (
     unit_documentation,
     word_documentation,
 )
+from facetlog.grammar.layout import PIECE_WORDS
 from facetlog.grammar.library import builtin_names
 from facetlog.grammar.resolve import FlatModel, Owned
 from facetlog.grammar.scope import THIS
@@ -30,6 +31,7 @@ TRIGGERS = (" ", ".", "(", ":", ",")
 _KINDS = lsp.CompletionItemKind
 
 _KIND_WORDS = ("face", "faces", "edge", "edges", "vertex", "vertices", "element", "elements")
+_SEVERAL_PIECES = tuple(f"{word}s" for word in sorted(PIECE_WORDS))
 
 
 # The end of a statement in which the parts are listed that `each` goes through.
@@ -106,6 +108,7 @@ class _Completer:
             yield from self._relations()
         elif self._wants_members():
             yield from self._models()
+            yield from (_item(word, _KINDS.Keyword) for word in _SEVERAL_PIECES)
         elif self._names_something_new():
             if context.last == "each":
                 yield from self._parts(sets=True)
@@ -124,11 +127,13 @@ class _Completer:
 
     def _names_something_new(self) -> bool:
         """Whether the author gives a name here: behind a kind, or in the list of a part's names."""
-        texts = self._texts()
-        if texts[-1:] and texts[-1] in (*_KIND_WORDS, "each", "pair"):
+        texts, tokens = self._texts(), self.context.tokens
+        if texts[-1:] and texts[-1] in (*_KIND_WORDS, *_SEVERAL_PIECES, "each", "pair"):
             return True
-        declares = texts[1:2] if texts[:1] == ("optional",) else texts[:1]
-        return "where" not in texts and any(word in _KIND_WORDS for word in declares)
+        declares = tokens[1:2] if texts[:1] == ("optional",) else tokens[:1]
+        return "where" not in texts and any(
+            token.text in _KIND_WORDS or token.kind == "piece" for token in declares
+        )
 
     def _wants_parts(self) -> bool:
         """Whether a list of parts is being written: after `each x of`, `pair x, y of`."""
@@ -256,7 +261,14 @@ def _brought(texts: tuple[str, ...]) -> Iterator[str]:
         rest = texts[i + 1 :]
         if word == "each" and rest[:1] == ("pair",):
             yield from (name for name in (rest[1:2] + rest[3:4]) if name.isidentifier())
-        elif (word == "each" and rest[1:2] == ("of",)) or (word in _KIND_WORDS and i > 0 and rest):
+        elif (word == "each" and rest[1:2] == ("of",)) or (_is_kind(texts, i) and i > 0 and rest):
             yield rest[0]
     if texts[:1] == ("define",) and ")" in texts:
         yield from (name for name in texts[2 : texts.index(")")] if name.isidentifier())
+
+
+def _is_kind(texts: tuple[str, ...], i: int) -> bool:
+    """Whether the word there says what is gone through; those for pieces may be names, too."""
+    if texts[i] in PIECE_WORDS:
+        return texts[i - 1] in ("each", "a", "no") or texts[i - 1].isdigit()
+    return texts[i] in (*_KIND_WORDS, *_SEVERAL_PIECES)

@@ -9,7 +9,7 @@ from lark import Lark
 from lark.exceptions import UnexpectedInput
 from lark.lexer import PatternStr
 
-from facetlog.grammar.layout import Token, laid_out
+from facetlog.grammar.layout import PIECE_WORDS, Token, laid_out
 from facetlog.grammar.parse import GRAMMAR, LONGEST
 from facetlog.grammar.source import Source
 
@@ -105,4 +105,5 @@ def _following(tokens: Sequence[Token]) -> tuple[frozenset[str], frozenset[str]]
         accepted = frozenset(state.accepts())  # type: ignore[no-untyped-call]
     except UnexpectedInput:
         return frozenset(), frozenset()
-    return frozenset(_written()[name] for name in accepted if name in _written()), accepted
+    words = frozenset(_written()[name] for name in accepted if name in _written())
+    return words | (PIECE_WORDS if "PIECE" in accepted else frozenset()), accepted

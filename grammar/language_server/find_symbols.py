@@ -18,6 +18,7 @@ from facetlog.grammar.layout import STATEMENT_WORDS, Layout, laid_out, pieces
 from facetlog.grammar.readable import Readable
 from facetlog.grammar.scope import part_kind
 from facetlog.grammar.source import NOWHERE, Span
+from facetlog.grammar.vocabulary import PIECE
 
 __all__ = ["occurrences"]
 
@@ -167,7 +168,8 @@ class _Finder:
             case s.Each(kind=None):
                 self._value(node.name, brought)
                 self._expression(node.body, brought)
-            case s.Each():
+            case s.Each(kind=s.Name() as kind):
+                self._kind(kind)
                 inside = {**brought, node.name.text: (self._local(node.name), "")}
                 if node.where is not None:
                     self._expression(node.where, inside)
@@ -177,6 +179,7 @@ class _Finder:
                 new = {name.text: (self._local(name), model) for name in node.names}
                 self._expression(node.body, {**brought, **new})
             case s.There():
+                self._kind(node.kind)
                 model = self._range(node.of, brought)
                 local = self._local(node.name)
                 if node.where is not None:
@@ -250,8 +253,11 @@ class _Finder:
             self._add(SymbolKind.MODEL, name, home)
 
     def _kind(self, name: s.Name) -> None:
-        """The kind of a part, if it is a model, in the singular or the plural."""
+        """The kind of a part, singular or plural, if it is a model or a shape of pieces."""
         found = part_kind(name.text, self.models)
         if found is not None and found[1]:
             home = self.homes.of_model(found[1])
             self._add(SymbolKind.MODEL, name, home, name.text[len(found[1]) :])
+        elif found == (PIECE, "") and name.text.removesuffix("s") in self.analysis.words:
+            shape = name.text.removesuffix("s")
+            self._add(SymbolKind.WORD, name, self.homes.of_word(shape), name.text[len(shape) :])

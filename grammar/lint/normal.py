@@ -12,7 +12,7 @@ from facetlog.grammar import syntax as s
 from facetlog.grammar.lint.claims import Bound, Claim, Claims, Origin, Region
 from facetlog.grammar.lint.regions import RegionReader
 from facetlog.grammar.resolve import Owned
-from facetlog.grammar.scope import Scope, SetSymbol
+from facetlog.grammar.scope import Local, Scope, SetSymbol
 from facetlog.grammar.source import Source
 
 __all__ = ["claims_of"]
@@ -54,11 +54,12 @@ class _Normaliser(RegionReader):
         self._defined: Owned[s.Define] | None = None
 
     def model(self) -> None:
-        for part in self.scope.model.parts:
-            where = part.node.where
-            if where is None:
+        for symbol in self.scope.symbols.values():
+            where = None if isinstance(symbol, Local) else self.scope.where(symbol)
+            if isinstance(symbol, Local) or where is None:
                 continue
-            name = part.node.names[0].text
+            part = symbol.owned
+            name = symbol.name
             required = not part.node.optional
             own = self._is_own(part)
             self._origin = Origin(part, name, required, False, own, name)

@@ -21,7 +21,9 @@ DEEPEST = 100
 """Expressions and definitions within one another; each level takes a few calls, and Python allows a
 thousand of them."""
 
-POSITIVE = frozenset({"length", "width", "area", "edge_length", "shared_length", "fill", "share"})
+POSITIVE = frozenset(
+    ("length", "width", "thickness", "area", "edge_length", "shared_length", "fill", "share")
+)
 """Words whose measures are never zero: a face has an area, an edge a length."""
 
 

@@ -36,6 +36,7 @@ _OF_ONE = (
     ("top_of", "clear_below", True),
     ("elevation", "clear_below", False),
     ("length", "width", True),
+    ("width", "thickness", True),
 )
 
 # Of a thing (its highest point) and what belongs to it.

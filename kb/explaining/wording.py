@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 
+from facetlog.grammar.vocabulary import VOCABULARY
 from facetlog.kb.engine.terms import Atom, Struct, Term, Var
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 
@@ -88,6 +89,12 @@ _RELATIONS: dict[str, tuple[str, str, str]] = {
         "{0} does not stand at the rim of {1}",
         "it is not known whether {0} stands at the rim of {1}",
     ),
+    "joins": ("{all} touch", "{all} do not touch", "it is not known whether {all} touch"),
+    "carries": (
+        "{0} carries {1}",
+        "{0} does not carry {1}",
+        "it is not known whether {0} carries {1}",
+    ),
     "whole": (
         "{0} is known from all sides",
         "{0} is not known from all sides",
@@ -118,6 +125,12 @@ _SAME_AS = {
     "concave": "dihedral",
     "shared_length": "adjoins",
     "height": "top_of",
+    **{f"piece_{name}": "piece_heights" for name in ("height", "top_of", "bottom_of", "elevation")},
+    **{
+        f"piece_{word.name}": "piece_level"
+        for word in VOCABULARY.values()
+        if word.unknown_when.startswith(VOCABULARY["cover"].unknown_when)
+    },
 }
 
 
@@ -139,9 +152,9 @@ def relation_words(relation: Term, truth: str, cause: str = "none") -> str:
     if cause == UNSEEN:
         return unknown_words(relation, cause)
     match relation:
-        case Struct(name, args) if name in _RELATIONS:
+        case Struct(name, args) if _word(name) in _RELATIONS:
             faces = _names(args)
-            true, false, unknown = _RELATIONS[name]
+            true, false, unknown = _RELATIONS[_word(name)]
             form = {"true": true, "false": false}.get(truth, unknown)
             # A list of faces may be empty.
             return form.format(*faces, *("nothing",) * 2, all=listed(faces))
@@ -200,6 +213,8 @@ def readable(term: Term) -> str:
 
     >>> readable(Struct("at_least", (Struct("share", (Atom("f1"),)), 0.8)))
     'at_least(share(f1), 0.8)'
+    >>> readable(Struct("piece_length", (Atom("p1"),)))
+    'length(p1)'
     >>> readable(Struct("count", (((Atom("f9"), Atom("f10")), (Atom("f3"),)),)))
     'count of f9–f10 and f3'
     """
@@ -211,7 +226,7 @@ def readable(term: Term) -> str:
         case Struct("count", (tuple(counted),)):
             return f"count of {_counted(counted)}"
         case Struct(functor, args):
-            return f"{functor}({', '.join(map(readable, args))})"
+            return f"{_word(functor)}({', '.join(map(readable, args))})"
         case ():
             return "none"
         case tuple():
@@ -227,6 +242,11 @@ def readable(term: Term) -> str:
             return name
         case _:
             return str(term)
+
+
+def _word(functor: str) -> str:
+    """What models write for a word: of pieces some have another name in Prolog."""
+    return functor.removeprefix("piece_")
 
 
 def _counted(items: Sequence[Term]) -> str:

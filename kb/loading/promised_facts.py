@@ -18,9 +18,11 @@ __all__ = ["FactMaker", "PromisedFacts", "asks_on_demand"]
 FactMaker: TypeAlias = Callable[[], Iterable[Fact]]
 """Works out the facts on demand of one scene."""
 
-# The vocabulary's words that ask for facts on demand (rules/line_labels.pl).
-RESTING_WORDS = ("line_label", "impossible_drawing")
-_NAMED = re.compile(rf"\b(?:{'|'.join(sorted((*ON_DEMAND, *RESTING_WORDS)))})\b")
+# The vocabulary's words that ask for facts on demand (rules/line_labels.pl, rules/vocabulary.pl).
+RESTING_WORDS = ("line_label", "impossible_drawing", r"piece_\w+", "largest_pieces", "thickness")
+# Names of parts too, so that only what is asked of something counts.
+SHAPES = "board|bar|block"
+_NAMED = re.compile(rf"\b(?:(?:{'|'.join((*sorted(ON_DEMAND), *RESTING_WORDS))})\b|(?:{SHAPES})\()")
 
 
 def asks_on_demand(text: str) -> bool:

@@ -43,8 +43,8 @@ class RuleFiles:
 
     @property
     def on_demand(self) -> bool:
-        """Whether a user's file may ask for facts that are made on demand."""
-        return any(rules.on_demand for rules in self._users.values())
+        """Whether a file may ask for facts that are made on demand."""
+        return any(rules.on_demand for rules in (*self._builtin, *self._users.values()))
 
     @property
     def by_model(self) -> Mapping[str, RuleFile]:

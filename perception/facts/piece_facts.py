@@ -85,6 +85,8 @@ class _Found:
         if level is not None:
             for measure, each in level.measures():
                 yield "piece_level", (name, measure, each.value, each.sd)
+                if each.open:
+                    yield "piece_unseen", (name, measure, each.if_free, each.if_full)
 
 
 def _is_thin(piece: Piece) -> bool:

@@ -56,4 +56,10 @@ PIECE_KINDS: tuple[FactKind, ...] = (
         "a level board has",
         _NO_UP + ", or it is no board, or leans more than 30° from level",
     ),
+    _kind(
+        "piece_unseen +P:piece +Measure:symbol IfFree:number IfFull:number",
+        _MAYBE,
+        "what that measure comes to if all unseen space is free, and if all is full",
+        "no unseen space could change the measure",
+    ),
 )

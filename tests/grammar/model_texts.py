@@ -9,7 +9,7 @@ __all__ = ["model_files", "mutated_files"]
 Tokens = list[str]
 
 _NAMES = st.sampled_from(
-    ["a", "b", "leg", "board", "top", "length", "tilt", "known", "least", "pair", "größe", "x_1"]
+    ["a", "b", "leg", "board", "top", "length", "tilt", "known", "least", "pair", "größe", "bar"]
 )
 _NUMBERS = st.sampled_from(["0", "3", "80", "0.5", "1e3", "12.25"])
 _UNITS = st.sampled_from(["%", "°", "cm", "deg", "inch"])
@@ -41,7 +41,7 @@ _NUMBER = _NUMBERS.map(lambda number: [number])
 _STRING = _STRINGS.map(lambda text: [text])
 _QUANTITY = st.tuples(_NUMBERS, st.one_of(st.none(), _UNITS)).map(lambda q: [x for x in q if x])
 _NAME_LIST = _listed(_NAME)
-_KIND = st.sampled_from([["face"], ["edge"], ["vertex"]])
+_KIND = st.sampled_from([["face"], ["edge"], ["vertex"], ["board"]])
 _COUNT = st.one_of(
     _joined("at least", _NUMBER),
     _joined("exactly", _NUMBER),

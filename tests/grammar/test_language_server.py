@@ -191,7 +191,7 @@ def test_words_are_completed_with_signature_and_meaning(editor: Editor) -> None:
     text = TABLE + "  ti"
     editor.open("c.model", text)
     item = editor.completions("c.model", *_end(text))["tilt"]
-    assert item["detail"] == "tilt(edge/face): angle"
+    assert item["detail"] == "tilt(edge/face/piece): angle"
     assert "upright" in item["documentation"]["value"]
     assert "up is not known" in item["documentation"]["value"]
 
@@ -208,7 +208,7 @@ def test_parts_of_an_object_are_completed_behind_its_point(editor: Editor) -> No
 @pytest.mark.parametrize(
     ("word", "number", "shown"),
     [
-        ("tilt", 1, ["tilt(edge/face): angle", "at most 90", "up is not known"]),
+        ("tilt", 1, ["tilt(edge/face/piece): angle", "at most 90", "up is not known"]),
         ("square", 3, ["let square = 15 deg", "is 15°", "how square"]),
         ("top", 2, ["face top"]),
         ("leg", 2, ["at least 3 separate faces leg where"]),
@@ -240,7 +240,7 @@ def test_hovering_tells_what_a_word_is_where_a_statement_cannot_be_read(editor: 
     text = TABLE + "  tilt(top at\n"
     editor.open("h.model", text)
     found = editor.at("hover", "h.model", *_place(text, "tilt", 2))
-    assert "tilt(edge/face): angle" in found["contents"]["value"]
+    assert "tilt(edge/face/piece): angle" in found["contents"]["value"]
     assert editor.at("hover", "h.model", *_place(text, "at\n")) is None
 
 

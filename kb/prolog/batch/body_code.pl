@@ -275,6 +275,8 @@ once_a_scene(grouping, separate(_, _), function).
 once_a_scene(grouping, narrow_foot(_, _), function).
 once_a_scene(line_labels, labels_of_view(_, _), function).
 once_a_scene(vocabulary, largest_faces(_, _), function).
+once_a_scene(vocabulary, largest_pieces(_, _), function).
+once_a_scene(vocabulary, piece_in(_, _), answers).
 once_a_scene(vocabulary, face_of(_, _), answers).
 once_a_scene(vocabulary, element_of(_, _), answers).
 

@@ -77,6 +77,10 @@ described(loose_edge_of('Thing', 'Edge'), search,
 described(element_of('Thing', 'X'), search, "a measured face or loose edge of the thing").
 described(edge_of('Thing', 'Edge'), search, "a side of a measured face of the thing, or loose").
 described(vertex_of('Thing', 'Vertex'), search, "a corner of a measured face of the thing").
+described(piece_in('Thing', 'Piece'), search, "a solid part of the thing").
+described(largest_pieces('Thing', 'Pieces'), search, "the pieces, the largest first").
+described(piece_choice('Pieces', 'Count', 'Others', 'Piece'), search,
+          "one of the first pieces that are none of the others, or unseen").
 described(part_in('Thing', 'Model', 'Role', 'Part'), search,
           "what plays that part where the thing is such a model, or unseen").
 described(shared_edge('A', 'B', 'Edge'), search, "the measured faces A and B share the edge").
@@ -144,6 +148,34 @@ described(depth('Thing'), measure, "shortest side of a thing").
 described(height('X'), measure, "from the lowest to the highest point of a face, edge or thing").
 described(elevation('X'), measure,
           "height of the middle of a face or thing above the thing's lowest point").
+described(piece_length('Piece'), measure, "longest side of the least box round the piece").
+described(piece_width('Piece'), measure, "middle side of that box").
+described(thickness('Piece'), measure, "shortest side of that box").
+described(piece_height('Piece'), measure, "from the lowest to the highest point of the piece").
+described(piece_elevation('Piece'), measure,
+          "height of the middle of the piece above the thing's lowest point").
+described(piece_top_of('Piece'), measure, "height of its highest point above that").
+described(piece_bottom_of('Piece'), measure, "height of its lowest point above that").
+described(piece_tilt('Piece'), measure,
+          "tilt of the broad side of what is thin, else of the piece's length").
+described(piece_curved('Piece'), measure, "share of the piece's surface that is curved").
+described(piece_cover('Board'), measure, "cover of the level at the board's upper side").
+described(piece_level_length('Board'), measure, "level_length of the level at the board's upper side").
+described(piece_level_width('Board'), measure, "level_width of the level at the board's upper side").
+described(piece_built_over('Board'), measure, "built_over of the level at the board's upper side").
+described(piece_room_below('Board'), measure, "room_below of the level at the board's upper side").
+described(piece_room_above('Board'), measure, "room_above of the level at the board's upper side").
+described(piece_free_below('Board'), measure, "free_below of the level at the board's upper side").
+described(piece_see_through('Board'), measure, "see_through of the level at the board's upper side").
+described(piece_see_across('Board'), measure, "see_across of the level at the board's upper side").
+described(piece_open_from_two_sides('Board'), measure,
+          "open_from_two_sides of the level at the board's upper side").
+described(piece_closed_behind('Board'), measure, "closed_behind of the level at the board's upper side").
+described(piece_closed_in_front('Board'), measure,
+          "closed_in_front of the level at the board's upper side").
+described(piece_rise_side('Board'), measure, "rise_side of the level at the board's upper side").
+described(piece_rise_off_middle('Board'), measure, "rise_off_middle of the level at the board's upper side").
+described(piece_rise_span('Board'), measure, "rise_span of the level at the board's upper side").
 described(shared_length('A', 'B'), measure, "length of the (longest) edge that two faces share").
 described(corners('Face'), measure, "how many corners the outline has").
 described(faces_at('Vertex'), measure, "how many measured faces have a corner there").
@@ -153,6 +185,13 @@ described(lowest('Measures'), measure, "the least of the measures").
 described(highest('Measures'), measure, "the greatest of the measures").
 described(sum('Measures'), measure, "the sum of the measures").
 described(mean('Measures'), measure, "the mean of the measures").
+described(board('Piece'), relation, "the piece is thin: no thicker than 35 % of its width").
+described(bar('Piece'), relation, "the piece is no board, and no wider than 35 % of its length").
+described(block('Piece'), relation, "the piece is neither a board nor a bar").
+described(piece_level('Piece'), relation, "within 10 degrees of level").
+described(piece_upright('Piece'), relation, "within 10 degrees of upright").
+described(piece_above('P', 'Q'), relation, "the piece P is not lower than Q").
+described(piece_below('P', 'Q'), relation, "the piece P is not higher than Q").
 described(above('A', 'B'), relation, "the face A is not lower than B").
 described(below('A', 'B'), relation, "the face A is not higher than B").
 described(congruent('A', 'B'), relation, "the faces have the same length, width and area").

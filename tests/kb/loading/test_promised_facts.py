@@ -54,6 +54,15 @@ def test_words_that_rest_on_them_are_known() -> None:
     assert not asks_on_demand("adjunction(X), my_contour(Y), junctions(Z), face(F)")
 
 
+def test_names_of_pieces_count_where_something_is_said_of_them() -> None:
+    assert all(
+        map(asks_on_demand, ("board(P)", "piece_in(T, P)", "piece_cover(P)", "thickness(P)"))
+    )
+    assert not any(
+        map(asks_on_demand, ("group(shelf, board, X)", "'shelf.board'(X)", "bars, block"))
+    )
+
+
 def test_a_question_that_names_them_makes_them_once(base: KnowledgeBase) -> None:
     maker = Maker()
     assert base.load_scene("s", SEEN, on_demand=maker).facts == len(SEEN)

@@ -96,7 +96,12 @@ def _test(arguments: list[str], scenes: Path | None, output: Output, *, coverage
 
 def _tested(paths: Iterable[Path], scenes: Path | None) -> tuple[Tested, frozenset[Path]]:
     from facetlog.commands.model.fault_text import distinct
-    from facetlog.commands.model.scenes import example_facts, labelled_facts
+    from facetlog.commands.model.scenes import (
+        example_facts,
+        example_on_demand,
+        labelled_facts,
+        labelled_on_demand,
+    )
     from facetlog.grammar.faults import Severity
     from facetlog.kb.examples import example_cases, run_cases
     from facetlog.kb.knowledge_base import KnowledgeBase
@@ -112,13 +117,17 @@ def _tested(paths: Iterable[Path], scenes: Path | None) -> tuple[Tested, frozens
         faults += errors
         if not errors:
             analyses.append(analysis)
-    cases = [case for one in analyses for case in example_cases(one, example_facts)]
+    cases = [
+        case for one in analyses for case in example_cases(one, example_facts, example_on_demand)
+    ]
     # Models may be a stranger's: they are judged where they can neither hang nor fill the memory.
     with KnowledgeBase(isolated=True) as base:
         for analysis in analyses:
             base.load_rules(Path(analysis.file.source.name))
         if scenes is not None:
-            cases += labelled_cases(scenes, labelled_facts, known=base.models)
+            cases += labelled_cases(
+                scenes, labelled_facts, known=base.models, on_demand=labelled_on_demand
+            )
             used.add(scenes)
         results = {result.case: result for result in run_cases(base, cases)}
     used |= {Path(case.scene) for case in cases if Path(case.scene).is_file()}

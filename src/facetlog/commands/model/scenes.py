@@ -14,8 +14,15 @@ from facetlog.query_shell.scene_files import scene_file
 if TYPE_CHECKING:
     from facetlog.grammar.example_scenes import Builders
     from facetlog.kb.loading.encode import Fact
+    from facetlog.perception.scene import Scene
 
-__all__ = ["builder_sizes", "example_facts", "labelled_facts"]
+__all__ = [
+    "builder_sizes",
+    "example_facts",
+    "example_on_demand",
+    "labelled_facts",
+    "labelled_on_demand",
+]
 
 _DIMENSIONS = {
     "length": Dimension.LENGTH,
@@ -36,23 +43,43 @@ def builder_sizes() -> "Builders":
 
 
 def example_facts(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Iterable[Fact]":
-    """The facts of an example's scene; a file's path is beside the model file.
+    """The facts of an example's scene but those on demand; a file's path is beside the model file.
 
     Raises InputError for a file that is no scene, and for sizes that nothing can have.
     """
     if isinstance(scene, s.SceneFile):
         return labelled_facts(model_file.parent / scene.path.value)
     from facetlog.perception.facts.all_facts import scene_facts
+
+    return tuple((fact.functor, *fact.args) for fact in scene_facts(_built(scene)))
+
+
+def example_on_demand(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Iterable[Fact]":
+    """The facts that `example_facts` leaves out."""
+    if isinstance(scene, s.SceneFile):
+        return labelled_on_demand(model_file.parent / scene.path.value)
+    from facetlog.perception.facts.all_facts import facts_on_demand
+
+    return tuple((fact.functor, *fact.args) for fact in facts_on_demand(_built(scene)))
+
+
+def _built(scene: s.SceneBuilt) -> "Scene":
     from facetlog.perception.surfaces.exact_solids.builders import build
 
     try:
-        built = build(scene.builder.text, sizes_si(scene))
+        return build(scene.builder.text, sizes_si(scene))
     except ValueError as exc:
         raise InputError(str(exc)) from exc
-    return tuple((fact.functor, *fact.args) for fact in scene_facts(built))
 
 
 def labelled_facts(path: Path) -> "Iterable[Fact]":
-    """The facts of a scene file, or of a folder that -o wrote; InputError if it is none."""
-    file = scene_file(path)
-    return (*file.facts(), *file.facts_on_demand())
+    """The facts of a scene file, or of a folder that -o wrote, but those on demand.
+
+    Raises InputError if it is none.
+    """
+    return scene_file(path).facts()
+
+
+def labelled_on_demand(path: Path) -> "Iterable[Fact]":
+    """The facts that `labelled_facts` leaves out."""
+    return scene_file(path).facts_on_demand()

@@ -1,0 +1,236 @@
+"""`board top` and its like: words for pieces where names follow them, and names elsewhere."""
+
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from lark import Lark, Token, Tree
+from lark.exceptions import UnexpectedInput
+
+from facetlog.grammar import syntax as s
+from facetlog.grammar.analysis import Analysis, analyse
+from facetlog.grammar.compile import compiled
+from facetlog.grammar.format import formatted
+from facetlog.grammar.language_server.completion import completions
+from facetlog.grammar.language_server.find_symbols import occurrences
+from facetlog.grammar.language_server.hover import hover_text
+from facetlog.grammar.language_server.symbols import SymbolKind
+from facetlog.grammar.layout import PIECE_WORDS, laid_out
+from facetlog.grammar.parse import GRAMMAR, parse, statement_trees
+from facetlog.grammar.source import Source
+from facetlog.grammar.vocabulary import PIECE, VOCABULARY, Gives
+from tests.grammar.model_texts import model_files, mutated_files
+
+LARK = Lark(GRAMMAR.read_text(encoding="utf-8"), parser="lalr", maybe_placeholders=True)
+
+OF_PIECES = (
+    "board top",
+    "piece a, b",
+    "bar x where x is upright",
+    'block x  "why"',
+    "optional board back",
+    "board where where where is level",
+    "a: each bar x: x is upright",
+    "each board x where x is level: x is upright",
+    "each face y: (each block x: x is upright)",
+)
+OF_NAMES = (
+    "board is level",
+    "board adjoins top",
+    "board.seat is level",
+    "board: board is level",
+    "block: expect: board is level",
+    "each board: board is level",
+    "each board of a, b: board is level",
+    "each pair board, bar of a, b: board adjoins bar",
+    "face board, bar",
+    "one table board",
+    "board = 3 cm ± 1 cm",
+    "bar at least 3",
+    "let bar = 3 cm",
+    "define block(piece): piece is level",
+    "at least 2 separate faces board where board is level",
+    "exactly 1 board board",
+    "there is a bar board where board is level",
+)
+OLD = """model shelf2
+  face top, piece
+  at least 2 separate faces board where board is level, board is upward
+  any number of faces bar where bar closes top
+  define block(x): x is upright
+  define thickness(a): width(a) / 2
+  define joins(a, b): a adjoins b
+  board: top is level
+  block: each board: not board is block
+  bars: count(board) at most 3 and count(bar) at most 9
+  thin: thickness(top) at most 4 cm
+  met: top joins piece
+"""
+TABLE = """model table2
+  board top where top is level
+  at least 3 separate bars leg where leg carries top, leg is on_ground
+  wide: length(top) at least 3 * thickness(top), top_of(top) at most height(this)
+  bare: there is no block x where x above top
+"""
+
+
+def _analysis(text: str) -> Analysis:
+    return analyse(Path("m.model"), text)
+
+
+def _codes(text: str) -> list[str]:
+    return [fault.code for fault in _analysis(text).errors]
+
+
+def _kinds_of_statement(line: str) -> list[str]:
+    """The words that stand for pieces, by both readers of the grammar."""
+    parsed = parse(Source("m", f"model m\n{line}"))
+    assert parsed.faults == ()
+    (node,) = parsed.file.models[0].statements
+    kinds = [n.kind for n in s.walk(node) if isinstance(n, s.Part | s.Each) and n.kind]
+    (_, tree) = statement_trees(Source("m", f"model m\n{line}"))
+    pieces = _pieces_in(tree)
+    table = [k.text for k in kinds if k.text in PIECE_WORDS and not _is_counted(node)]
+    assert [str(p) for p in pieces] == table
+    return table
+
+
+def _is_counted(node: object) -> bool:
+    return isinstance(node, s.Part) and node.count is not None
+
+
+@pytest.mark.parametrize("line", OF_PIECES)
+def test_they_are_words_where_names_follow(line: str) -> None:
+    assert len(_kinds_of_statement(line)) == 1
+
+
+@pytest.mark.parametrize("line", OF_NAMES)
+def test_they_are_names_elsewhere(line: str) -> None:
+    assert _kinds_of_statement(line) == []
+
+
+@settings(max_examples=100, deadline=None)
+@given(model_files() | mutated_files())
+def test_both_readers_find_the_same_pieces(text: str) -> None:
+    for statement in laid_out(Source("m.model", text)).statements:
+        try:
+            tree = LARK.parse(statement.text(text))
+        except UnexpectedInput:
+            continue
+        by_grammar = {statement.span.start + (token.start_pos or 0) for token in _pieces_in(tree)}
+        assert {t.start for t in statement.tokens if t.kind == "piece"} == by_grammar
+
+
+def _pieces_in(tree: Tree[Token]) -> list[Token]:
+    return list(tree.scan_values(lambda t: isinstance(t, Token) and t.type == "PIECE"))
+
+
+def test_texts_that_use_them_as_names_stay_valid() -> None:
+    assert _codes(OLD) == []
+
+
+def test_a_model_of_that_name_is_meant_before_a_piece() -> None:
+    board = "model board\n  face x\n  x is level\n"
+    text = f"{board}model pile\n  one board under\n  at least 2 boards on where on touches under\n"
+    text += "  made: under is board\n"
+    assert _codes(text) == []
+    prolog = compiled(_analysis(text)).prolog
+    assert "is_a(Under, board)" in prolog
+    assert "piece_in" not in prolog
+    assert _codes(f"{board}model pile\n  face y\n  no: there is a board x where x is level\n") == [
+        "unknown-kind"
+    ]
+
+
+def test_layout_keeps_them() -> None:
+    lines = [f"  {line}\n" for line in (*OF_PIECES, *OF_NAMES)]
+    text = "model m\n" + "".join(lines)
+    assert formatted(Source("m", text)) == text
+    spread = re.sub(r"(?<=[a-z]) (?=[a-z])", "   ", text)
+    assert formatted(Source("m", spread)) == text
+
+
+@pytest.mark.parametrize(
+    ("line", "code"),
+    [
+        ("tilt(top) at most 5 deg, angle(top, top) at most 3 deg", "kind"),
+        ("thickness(this) at most 5 cm", "kind"),
+        ("this is board", "kind"),
+        ("there is a face f where f carries top", "kind"),
+        ("there is a bord x where x joins top", "unknown-kind"),
+        ("top joins top", "itself"),
+        ("area(top) at most 3 cm2", "kind"),
+        ("thickness(top) at most 5 deg", "dimension"),
+    ],
+)
+def test_words_take_pieces_or_do_not(line: str, code: str) -> None:
+    assert code in _codes(f"model m\n  board top\n  a: {line}\n")
+
+
+def test_words_said_of_pieces_have_other_names_in_prolog() -> None:
+    text = compiled(_analysis(TABLE)).prolog
+    assert "piece_in(Thing, Top)" in text
+    assert "all([board(Top), piece_level(Top)])" in text
+    assert "means('table2.leg'(Leg, Top), all([bar(Leg), carries(Leg, Top), piece_on_" in text
+    assert "at_least(piece_length(Top), 3*thickness(Top))" in text
+    assert "at_most(piece_top_of(Top), thing_height(Thing))" in text
+    assert "all([block(X), piece_above(X, Top)])" in text
+    # Each piece counts once.
+    assert "separate(" not in text
+
+
+def test_pieces_that_are_alike_are_tried_in_one_order() -> None:
+    text = compiled(_analysis("model m\n  bar a, b\n  met: a joins b\n")).prolog
+    assert "A @< B" in text
+    other = "model m\n  bar a\n  board b\n  met: a joins b\n"
+    assert "@<" not in compiled(_analysis(other)).prolog
+
+
+def test_that_one_is_a_board_is_a_condition_of_each() -> None:
+    text = compiled(_analysis("model m\n  board a, b\n  met: a joins b\n")).prolog
+    assert "condition(m, a," in text
+    assert "board(B)) " in text or "board(B))." in text
+
+
+def test_a_board_is_implied_by_no_bar() -> None:
+    text = "model one\n  board a\n  a is level\nmodel two\n  bar a\n  a is level\n"
+    assert not [f for f in _analysis(text).faults if "impli" in f.code]
+
+
+@pytest.mark.parametrize(
+    ("before", "there", "missing"),
+    [
+        ("  ", {"board", "bar", "block", "piece"}, set()),
+        ("  each ", {"board"}, set()),
+        ("  at least 2 ", {"boards", "bars"}, set()),
+        ("  board ne", set(), {"length", "where"}),
+        ("  board new ", {"where"}, set()),
+        ("  at least 2 bars le", set(), {"length"}),
+        ("  a: there is a bar rail where ", {"rail", "thickness"}, set()),
+        ("  a: top ", {"carries", "joins"}, set()),
+        ("  a: top is ", {"board", "bar", "block", "level"}, set()),
+    ],
+)
+def test_they_are_completed(before: str, there: set[str], missing: set[str]) -> None:
+    text = TABLE + before
+    found = {item.label for item in completions(_analysis(TABLE), text, len(text), {})}
+    assert there <= found
+    assert not missing & found
+
+
+def test_hovering_says_what_a_board_is() -> None:
+    analysis = _analysis(TABLE)
+    words = {
+        TABLE[one.span.start : one.span.end]: one.symbol
+        for one in occurrences(analysis).every
+        if one.symbol.kind is SymbolKind.WORD
+    }
+    assert {"board", "bar", "block", "carries", "thickness"} <= words.keys()
+    assert "at most 35 %" in hover_text(analysis, words["board"], {})
+
+
+def test_only_words_of_pieces_yield() -> None:
+    yields = {word.name for word in VOCABULARY.values() if word.yields}
+    assert yields == {w.name for w in VOCABULARY.values() if w.arguments[0] == PIECE}
+    assert VOCABULARY["thickness"].gives is Gives.LENGTH

@@ -1,0 +1,141 @@
+"""Models of pieces, judged of exact solids: what holds, what fails and why, in all ways alike."""
+
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from facetlog.kb.batch_judge import BatchJudge
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Verdict
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.loading.encode import Fact
+from facetlog.kb.loading.promised_facts import asks_on_demand
+from facetlog.perception.facts.all_facts import fact_columns, facts_on_demand, scene_facts
+from facetlog.perception.facts.piece_kinds import PIECE_KINDS
+from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.exact_solids.builders import build
+
+MODELS = """model table2
+  "A board on legs."
+  board top where top is level
+  at least 3 separate bars leg where leg carries top, leg is on_ground
+  high: top_of(top) at least 30 % of height(this)  "it is high"
+  legs: each leg: leg is upright, height(leg) at least 50 % of top_of(top)
+  bare: there is no piece x where x above top  "nothing stands on it"
+  size length: length(top)
+
+model seat2
+  "A board to sit on, and one to lean on."
+  board seat where seat is level
+  board back where back is upright, back above seat
+  held: back joins seat, seat carries back
+  at least 3 pieces leg where leg carries seat
+
+model rack
+  "Boards above one another."
+  board top where top is level
+  at least 2 boards shelf where shelf is level, shelf below top
+  topmost: top_of(top) at least 90 % of height(this)
+
+model brick
+  "One block."
+  block body where body is on_ground
+  alone: there is no piece x where x joins body
+  flat: curved(body) at most 10 %
+"""
+Loaded = tuple[KnowledgeBase, BatchJudge]
+
+
+@cache
+def _scene(name: str) -> Scene:
+    return build(name, {})
+
+
+@cache
+def _known(name: str) -> tuple[Fact, ...]:
+    return tuple((fact.functor, *fact.args) for fact in scene_facts(_scene(name)))
+
+
+@cache
+def _on_demand(name: str) -> tuple[Fact, ...]:
+    return tuple((fact.functor, *fact.args) for fact in facts_on_demand(_scene(name)))
+
+
+@pytest.fixture(scope="module")
+def loaded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Loaded]:
+    path = tmp_path_factory.mktemp("pieces") / "pieces.model"
+    path.write_text(MODELS, encoding="utf-8")
+    with KnowledgeBase() as base, BatchJudge([path]) as judge:
+        base.load_rules(path)
+        yield base, judge
+
+
+def _verdict(base: KnowledgeBase, name: str, model: str) -> Verdict:
+    base.load_scene(name, _known(name), on_demand=lambda: _on_demand(name))
+    return base.why(name, model)
+
+
+@pytest.mark.parametrize(
+    ("scene", "holding"),
+    [
+        ("table", {"table2"}),
+        ("chair", {"seat2"}),
+        ("shelf", {"rack"}),
+        ("cuboid", {"brick"}),
+    ],
+)
+def test_each_solid_is_what_its_pieces_make(loaded: Loaded, scene: str, holding: set[str]) -> None:
+    base, _ = loaded
+    models = ("table2", "seat2", "rack", "brick")
+    verdicts = {model: _verdict(base, scene, model) for model in models}
+    assert {m for m, v in verdicts.items() if v.state is State.HOLDS} == holding
+
+
+def test_its_parts_are_named(loaded: Loaded) -> None:
+    verdict = _verdict(loaded[0], "table", "table2")
+    assert {part.role: part.faces for part in verdict.parts} == {
+        "top": ("p1",),
+        "leg": ("p2", "p3", "p4", "p5"),
+    }
+    (size,) = verdict.sizes
+    assert (size.name, round(size.value, 2)) == ("length", 1.2)
+
+
+def test_a_block_is_no_board_and_the_proof_says_by_which_shares(loaded: Loaded) -> None:
+    said = "\n".join(_verdict(loaded[0], "cuboid", "table2").miss_lines())
+    assert "thickness(p1)/width(p1) = 75" in said
+    assert "at most 35 %" in said
+
+
+def test_a_chair_is_no_table_since_something_stands_on_it(loaded: Loaded) -> None:
+    verdict = _verdict(loaded[0], "chair", "table2")
+    failing = {c.label for c in verdict.conditions if c.proof.state is State.FAILS}
+    assert failing == {"bare"}
+
+
+@pytest.mark.parametrize("scene", ["table", "chair", "shelf", "cuboid"])
+def test_batches_say_the_same(loaded: Loaded, scene: str) -> None:
+    base, judge = loaded
+    (columns,) = fact_columns([_scene(scene)], {name for name, _ in judge.asked})
+    brief = {v.model: v for v in judge.judge_columns(columns)}
+    for model in ("table2", "seat2", "rack", "brick"):
+        full = _verdict(base, scene, model)
+        assert brief[model].state is full.state
+        assert brief[model].degree == pytest.approx(full.degree, abs=1e-12)
+        assert brief[model].parts == tuple((p.role, p.faces) for p in full.parts)
+    assert all(c.interpreted == () for m, c in judge.conditions().items() if m in brief)
+
+
+def test_who_names_no_piece_does_not_ask_for_them() -> None:
+    with BatchJudge() as judge:
+        assert not {kind.functor for kind in PIECE_KINDS} & {name for name, _ in judge.asked}
+    house = Path(__file__).parents[2] / "rules"
+    assert not asks_on_demand((house / "shelf.pl").read_text(encoding="utf-8"))
+
+
+def test_a_scene_without_pieces_leaves_all_open(loaded: Loaded) -> None:
+    base, _ = loaded
+    base.load_scene("bare", _known("table"))
+    assert base.why("bare", "table2").state is State.UNKNOWN
