@@ -215,6 +215,18 @@ def test_a_share_says_what_it_is_a_share_of() -> None:
     assert "height of f1's middle = 90 ± 1 % of width(f2)" in first("elevation(f1)/width(f2)")
 
 
+def test_of_values_that_differ_by_rounding_the_first_is_the_reason() -> None:
+    def said(*values: float) -> str:
+        steps = tuple(compared(f"share(f{n})", v, 0.8) for n, v in enumerate(values, start=1))
+        full = Condition("full", "", Proof(HOLDS, 1, 1, "", Note("all"), steps))
+        return next(line for line in verdict_of(full).lines() if "full" in line)
+
+    less = 0.9 - 1e-16
+    assert said(0.9, less, 0.9) == said(less, 0.9, 0.9) == said(0.9, 0.9, less)
+    assert "share(f1)" in said(0.9, less, 0.9)
+    assert "share(f2)" in said(0.9, 0.85, 0.9)
+
+
 def test_many_parts_are_shortened_not_cut() -> None:
     condition = Condition("wide", "", compared("share(f1)", 0.9, 0.5))
     few = verdict_of(condition, parts=(Part("top", ("f1",)), Part("leg", ("f2", "f3"))))
