@@ -212,6 +212,7 @@ class BatchJudge(Closing):
                 model,
                 self._base.models[model].content,
                 kinds.get(thing, InputKind.PICTURES),
+                State(state),
                 float(low),
                 float(high),
             )

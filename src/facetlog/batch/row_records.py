@@ -70,9 +70,7 @@ class RowRecord(_Record):
     model: str | None = Field(description="the model that holds with the highest degree")
     thing: str | None = Field(description="the thing that it holds of")
     degree: Share | None = Field(description="the degree to which it holds")
-    confidence: Confidence = Field(
-        default=None, description="how often a model is right at such a degree"
-    )
+    confidence: Confidence = Field(default=None, description="how often such a verdict is right")
     verdicts: tuple[VerdictRecord, ...] = Field(description="of each model on each thing")
     faces: NonNegativeInt | None
     things: NonNegativeInt | None
