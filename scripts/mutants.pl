@@ -12,7 +12,8 @@
         case(...).              % as judging.pl, which answers it
         unit(File).             % writes whether the unit tests of File pass
 
-    until it is killed; then "ended" is written.
+    until it is killed; then "ended" is written. What needs far more steps than the program itself
+    counts as an error: a mutant may never end.
 */
 
 :- use_module(library(lists)).
@@ -61,12 +62,20 @@ become(File, Text) :-
     read_term(user_input, Term, []),
     (   Term == end_of_file
     ->  halt
-    ;   catch(answer(Term, Answer), Error, ( term_string(Error, Text1), Answer = Text1 ))
+    ;   catch(bounded(Term, Answer), Error, ( term_string(Error, Text1), Answer = Text1 ))
     ->  reply(Answer),
         fail
     ;   reply(failed),
         fail
     ).
+
+%   inferences(-Number): ten times what the costliest case or file of unit tests needs.
+inferences(20_000_000).
+
+bounded(Term, Answer) :-
+    inferences(Most),
+    call_with_inference_limit(answer(Term, Answer0), Most, Result),
+    ( Result == inference_limit_exceeded -> Answer = false ; Answer = Answer0 ).
 
 answer(case(Facts, Files, Crisp, Tests, Pairs, Models), Answers) :-
     answers(Facts, Files, Crisp, Tests, Pairs, Models, Answers).
@@ -113,7 +122,19 @@ change_of((_ :- Body), term_position(_, _, _, _, [_, Position]), Text, Span, New
     goal_change(Body, Position, Text, step, Span, New).
 change_of(Term, Position, Text, Span, New) :-
     part_of(Term, Position, Part, At),
+    \+ pair(Term, Position, Part, At),
     token_change(Part, At, Text, Span, New).
+
+%   A minus in a body that subtracts nothing: another sign would hold the two together as well.
+pair((_ :- Body), term_position(_, _, _, _, [_, Position]), _-_, At) :-
+    arg(1, At, Start),
+    arg(1, Position, First),
+    Start >= First,
+    \+ ( part_of(Body, Position, Goal, Place), calculates(Goal), part_of(Goal, Place, _, At0), At0 == At ).
+
+calculates(_ is _).
+calculates(_ < _).      calculates(_ > _).      calculates(_ =< _).     calculates(_ >= _).
+calculates(_ =:= _).    calculates(_ =\= _).
 
 span(Position, Start, End) :-
     (   Position = Start-End

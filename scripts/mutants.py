@@ -1,7 +1,7 @@
 """Does a wrong meaning of a test stay unseen? Changes the clauses that judge, one place at a time,
 and lets the oracle and the unit tests of tests/kb/meaning look at each change.
 
-    python scripts/mutants.py [--only FILE …] [--every N] [--processes N]
+    python scripts/mutants.py [--only FILE …] [--sample N --seed SEED] [--processes N]
 
 A mutant is killed when a way of judging says something else than the reference, or an error, or a
 unit test fails. The survivors are printed with their lines; the exit status is 1 if there are any
@@ -22,6 +22,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
+from random import Random
 from threading import Thread
 from typing import IO, Any, cast
 
@@ -172,7 +173,7 @@ class Killers:
         self._cases = [random_case(seed, TESTS) for seed in range(cases)]
         self._units = sorted(HERE.glob("*.plt"))
         self._said: list[Any] = []
-        self._order = [*range(cases), *(-1 - number for number in range(len(self._units)))]
+        self._order = [*(-1 - number for number in range(len(self._units))), *range(cases)]
 
     def learn(self, program: Program) -> None:
         """What the program says as it is. Raises SystemExit if a test fails already."""
@@ -230,6 +231,13 @@ def found_in(program: Program, file: str) -> list[Mutant]:
     ]
 
 
+def sample(mutants: Sequence[Mutant], count: int | None, seed: int) -> list[Mutant]:
+    """So many of them in their order, each as likely as any other; all if there is no count."""
+    if count is None or count >= len(mutants):
+        return list(mutants)
+    return [mutants[place] for place in sorted(Random(seed).sample(range(len(mutants)), count))]
+
+
 class Worker:
     """A program of its own, with what killed its last mutants."""
 
@@ -266,7 +274,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--only", action="append", help="a file, such as meaning/forms.pl")
     parser.add_argument("--cases", type=int, default=CASES, help="that each mutant is tried on")
-    parser.add_argument("--every", type=int, default=1, help="one of so many mutants")
+    parser.add_argument("--sample", type=int, help="so many mutants of each file, drawn at random")
+    parser.add_argument("--seed", type=int, default=0, help="of the sample")
     parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()
     count = options.processes
@@ -276,7 +285,7 @@ def main() -> int:
         workers = list(pool.map(Worker, [options.cases] * count))
         for file in options.only or FILES:
             every = found_in(finder, file)
-            tried = every[:: options.every]
+            tried = sample(every, options.sample, options.seed)
             shares = [tried[first::count] for first in range(count)]
             left = [one for some in pool.map(Worker.survivors, workers, shares) for one in some]
             alive = {mutant.key() for mutant in left}
