@@ -10,7 +10,7 @@
     loaded, that writes its number and then reads
 
         case(...).              % as judging.pl, which answers it
-        unit(File).             % writes whether the unit tests of File pass
+        units.                  % writes whether all unit tests pass that were loaded
 
     until it is killed; then "ended" is written. What needs far more steps than the program itself
     counts as an error: a mutant may never end.
@@ -69,7 +69,7 @@ become(File, Text) :-
         fail
     ).
 
-%   inferences(-Number): ten times what the costliest case or file of unit tests needs.
+%   inferences(-Number): ten times what the costliest case needs, or all unit tests.
 inferences(20_000_000).
 
 bounded(Term, Answer) :-
@@ -79,8 +79,7 @@ bounded(Term, Answer) :-
 
 answer(case(Facts, Files, Crisp, Tests, Pairs, Models), Answers) :-
     answers(Facts, Files, Crisp, Tests, Pairs, Models, Answers).
-answer(unit(File), Pass) :-
-    load_files(File, [silent(true)]),
+answer(units, Pass) :-
     ( run_tests -> Pass = true ; Pass = false ).
 
                  /*******************************

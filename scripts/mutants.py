@@ -44,7 +44,8 @@ FILES = (
 )  # fmt: skip
 CASES = 60  # that each mutant is tried on
 TESTS = 12  # of a case
-SECONDS = 10  # for a case or a file of unit tests: a mutant that never ends is seen, too
+UNITS = -1  # in the place of a case: the unit tests
+SECONDS = 10  # for a case or the unit tests: a mutant that never ends is seen, too
 
 # Changes that change nothing: file, line with what is changed in ‹›, what instead; and why.
 _BEGINS = "start_degree(Want, degree(0, 1, 0), Degree)."
@@ -100,11 +101,11 @@ def _text(file: str) -> str:
 
 
 class Program:
-    """SWI-Prolog with the program and mutants.pl, which forks a process for each mutant."""
+    """SWI-Prolog with the program, its unit tests and mutants.pl, which forks a process for each mutant."""
 
     def __init__(self) -> None:
-        helper = Path(__file__).with_suffix(".pl")
-        goal = f"{program()},load_files({str(helper)!r}, [silent(true)]),serve_mutants"
+        files = [*map(str, sorted(HERE.glob("*.plt"))), str(Path(__file__).with_suffix(".pl"))]
+        goal = f"{program()},load_files({files}, [silent(true)]),serve_mutants"
         process = subprocess.Popen(
             ["swipl", "-q", "-g", goal, "-t", "halt"],
             stdin=subprocess.PIPE,
@@ -171,9 +172,8 @@ class Killers:
 
     def __init__(self, cases: int) -> None:
         self._cases = [random_case(seed, TESTS) for seed in range(cases)]
-        self._units = sorted(HERE.glob("*.plt"))
         self._said: list[Any] = []
-        self._order = [*(-1 - number for number in range(len(self._units))), *range(cases)]
+        self._order = [UNITS, *range(cases)]
 
     def learn(self, program: Program) -> None:
         """What the program says as it is. Raises SystemExit if a test fails already."""
@@ -182,9 +182,8 @@ class Killers:
             self._said.append(program.ask(written(case)))
             if differences(case, self._said[-1]):
                 raise SystemExit("the program itself differs from the reference: run the tests")
-        for path in self._units:
-            if not program.ask(_unit(path)):
-                raise SystemExit(f"{path.name} fails of the program itself")
+        if not program.ask("units.\n"):
+            raise SystemExit("a unit test fails of the program itself")
         program.done()
 
     def kill(self, program: Program, mutant: Mutant) -> bool:
@@ -202,17 +201,13 @@ class Killers:
 
     def _killed(self, program: Program, killer: int) -> bool:
         try:
-            if killer < 0:
-                return not program.ask(_unit(self._units[-1 - killer]))
+            if killer == UNITS:
+                return not program.ask("units.\n")
             case, before = self._cases[killer], self._said[killer]
             said = program.ask(written(case))
             return not close(said, before) and _differs(case, said)
         except (Empty, ValueError):
             return True
-
-
-def _unit(path: Path) -> str:
-    return f"unit({str(path)!r}).\n"
 
 
 def _differs(case: Case, said: Any) -> bool:
@@ -299,8 +294,9 @@ def main() -> int:
                 flush=True,
             )
             right = right and not wrong and named == len(left)
-    for one in (finder, *workers):
-        one.close()
+    finder.close()
+    for worker in workers:
+        worker.close()
     return 0 if right else 1
 
 
