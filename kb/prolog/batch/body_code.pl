@@ -180,20 +180,9 @@ hidden(Goal, Goal, Code, Code) :- var(Goal), !.
 hidden(V^Goal0, Goal, V^Code0, Code) :- !, hidden(Goal0, Goal, Code0, Code).
 hidden(Goal, Goal, Code, Code).
 
-%   A goal that is called where it is.
-placed(Goal, Module, Code) :-
-    (   predicate_property(Module:Goal, imported_from(Source))
-    ->  true
-    ;   Source = Module
-    ),
-    (   Source == system
-    ->  Code = Goal
-    ;   Code = Source:Goal
-    ).
-
 %   What other predicates of the program do with the scene is asked of all its facts.
 reaches_facts(Goal, Module) :-
-    ( predicate_property(Module:Goal, imported_from(Source)) -> true ; Source = Module ),
+    defined_in(Goal, Module, Source),
     atom_concat(facetlog_, _, Source).
 
                  /*******************************
@@ -219,7 +208,7 @@ fact_code(Fact, Context, Code) :-
 
 %   Source is the module in which a predicate stands that is to be copied.
 source(Goal, Module, context(Rules, _, _), Source) :-
-    ( predicate_property(Module:Goal, imported_from(Source)) -> true ; Source = Module ),
+    defined_in(Goal, Module, Source),
     ( Source == Rules -> true ; fact_asking(Source) ),
     predicate_property(Source:Goal, number_of_clauses(_)).
 

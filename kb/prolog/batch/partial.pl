@@ -80,8 +80,6 @@ residual(Goal, _, _, _, _) :-
     var(Goal),
     !,
     throw(facetlog_unknown(Goal)).
-residual(true, _, _, _, true) :- !.
-residual(fail, _, _, _, fail) :- !.
 residual((A, B), Module, Context, Seen, Code) :-
     !,
     term_variables(B-Seen, SeenOfA),
@@ -183,30 +181,17 @@ residual(Goal, Module, Context, Seen, Code) :-
     ;   throw(facetlog_unknown(Goal))
     ).
 residual(Goal, Module, _, _, Code) :-
-    defined_in(Goal, Module, Source),
-    ( Source == system -> Code = Goal ; Code = Source:Goal ).
-
-defined_in(Goal, Module, Source) :-
-    (   predicate_property(Module:Goal, imported_from(Source0))
-    ->  Source = Source0
-    ;   predicate_property(Module:Goal, built_in)
-    ->  Source = system
-    ;   Source = Module
-    ).
+    placed(Goal, Module, Code).
 
 %   What follows from the test alone; it must be there to follow from.
 known_now(Module:Goal0, Code) :-
     strip_module(Module:Goal0, Source, Goal),
     arg(1, Goal, Test),
-    (   known_enough(Test),
+    (   nonvar(Test),
         catch(findall(Goal, once(Source:Goal), Found), error(_, _), fail)
     ->  ( Found = [Goal] -> Code = true ; Code = fail )
     ;   throw(facetlog_unknown(Goal))
     ).
-
-known_enough(Test) :-
-    nonvar(Test),
-    \+ ( Test = _-_, \+ ground(Test) ).
 
                  /*******************************
                  *             TESTS            *

@@ -86,6 +86,44 @@ test(same, Codes == [true, fail, X == 1]) :-
 
 :- end_tests(branches).
 
+:- begin_tests(goals).
+
+% left(Goal, Module, Code, Known): what is left of a goal of a module, and what holds then.
+left(true, user, true, true).
+left(fail, user, fail, true).
+left(crisp, facetlog_quantities, fail, true).
+left(static(sort_of(upward(_), user, Sort)), facetlog_say, true, Sort == relation).
+left(static(so_far(tilt(f))), facetlog_compare, fail, true).
+left(static(so_far(count([_]))), facetlog_compare, true, true).
+left(call(vocabulary:fact(whole(t))), facetlog_say, whole(t), true).
+left(first_measure(fill(A), V, Sd, Kind), facetlog_quantities, fill(A, V, Sd), Kind == ratio).
+left(first_measure(nosuch(_), _, _, _), facetlog_quantities, fail, true).
+left(length(L, 2), facetlog_quantities, length(L, 2), true).
+left(must_be(nonneg, C), facetlog_say, error:must_be(nonneg, C), true).
+left(total(L, S, Var), facetlog_quantities, facetlog_quantities:total(L, S, Var), true).
+left(joint_miss(L, Miss), facetlog_forms, facetlog_forms:joint_miss(L, Miss), true).
+left(plain(state, S, Said), facetlog_say, true, Said == said(S, none)).
+left(value(2, user, Q), facetlog_quantities, true, Q == quantity(2, 0, number)).
+left(start(at_least(2), full, Sum), facetlog_say, true, Sum == []).
+left(start(nosuch, full, _), facetlog_say, fail, true).
+
+test(what_is_left, forall(left(Goal, Module, Left, Known))) :-
+    residual(Goal, Module, context(user, user, false), [], Code),
+    assertion(Code == Left),
+    assertion(Known).
+test(exact, Code == true) :-
+    residual(crisp, facetlog_quantities, context(user, user, true), [], Code).
+test(what_depends_on_the_scene, forall(member(Goal-What, [ start(_, full, _)-start(_, full, _),
+                                                           static(so_far(_))-so_far(_),
+                                                           own_measure(user, own(f), _, _, _)-own_measure,
+                                                           _-_ ]))) :-
+    catch(residual(Goal, facetlog_compare, context(user, user, false), [], _), facetlog_unknown(Found), true),
+    assertion(Found =@= What).
+test(verdicts, throws(facetlog_general(is_a(t, m)))) :-
+    residual(model_said(state, t, m, _), facetlog_say, context(user, user, false), [], _).
+
+:- end_tests(goals).
+
 :- begin_tests(tests).
 
 % What is left of a test, where the rules have a word; with the clauses that were made for it.

@@ -6,6 +6,7 @@
 
 % Facts that each model asks for beside those of a face and its thing.
 needs([ condition(m, a, "", _, [A, _], at_least(fill(A), 0.5)) ], [fill/3]).
+needs([ condition(m, a, "", _, [A, _], at_least(fill(A) - share(A), 0.1)) ], [fill/3, share/3]).
 needs([ condition(m, a, "", _, [A, B], near(angle(A, B), 90, 5*(fill(A) + 1))) ], [angle/4, fill/3]).
 needs([ condition(m, a, "", T, [A, B], any([whole(T), implies(adjoins(A, B), upward(A))])) ],
       [adjoins/3, tilt/3, upward/1, whole/1]).
