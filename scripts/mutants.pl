@@ -235,7 +235,7 @@ inner_part(Term, list_position(_, _, Positions, Tail), Part, At) :-
 
 token_change(Part, Start-End, Text, Start-End, New) :-
     (   number(Part)
-    ->  ( integer(Part) -> Other is Part + 1 ; Part =:= 0 -> Other = 1.0 ; Other is 2*Part ),
+    ->  other_number(Part, Other),
         number_string(Other, New0),
         New = New0
     ;   atom(Part),
@@ -249,6 +249,17 @@ token_change(Part, term_position(_, _, Start, End, _), Text, Start-End, New) :-
     text_at(Text, Start-End, Old),
     atom_string(Name, Old),
     replaced(Name, New).
+
+%   Whatever is as good as nothing may be twice that.
+other_number(Number, Other) :-
+    (   integer(Number)
+    ->  Other is Number + 1
+    ;   Number =:= 0
+    ->  Other = 1.0
+    ;   abs(Number) < 1.0e-3
+    ->  Other is 1.0e6*Number
+    ;   Other is 2*Number
+    ).
 
 replaced(+, "-").       replaced(-, "+").       replaced(*, "/").       replaced(/, "*").
 replaced(<, ">=").      replaced(>=, "<").      replaced(>, "=<").      replaced(=<, ">").

@@ -65,6 +65,9 @@ tolerance(own, 25).
 tolerance(twice, 3).
 tolerance(twice, 4).
 measured(large, V, 0, count) :- V is 10**30.
+measured(too_large, V, 0, count) :- V is 10**400.
+measured(times, 3, 0.5, ratio).
+measured(times, 4, 0.5, ratio).
 
 :- begin_tests(errors).
 
@@ -82,6 +85,12 @@ test(weight_above_one, Formal == type_error(between(0.0, 1.0), 2)) :-
     error_of(expect(2, all([])), Formal).
 test(weight_below_zero, Formal = type_error(between(_, _), -1)) :-
     error_of(expect(-1, all([])), Formal).
+test(share_that_is_none, forall(member(Share-Error, [ 1/2-type_error(number, 1/2), 1.5-type_error(between(0.0, 1.0), 1.5),
+                                                     -1-type_error(between(0.0, 1.0), -1) ]))) :-
+    error_of(soft(at_most(tilt(f1), 3), Share), Formal),
+    assertion(Formal == Error).
+test(value_beyond_all_floats, Formal = domain_error(finite_number, _)) :-
+    error_of(at_most(too_large, 3), Formal).
 test(count_below_zero, Formal == type_error(nonneg, -1)) :-
     error_of(at_least_of(-1, X, [[f1]], measured(X)), Formal).
 test(most_below_zero, Formal == type_error(nonneg, -1)) :-
@@ -138,6 +147,8 @@ test(meaning_of_the_vocabulary, Tests == [at_most(tilt(f1), 10)]) :-
     findall(Test, meaning(level(f1), user, Test), Tests).
 test(other_variables_stay_what_they_are, Test-Y == near(angle(f1, Y), Z, 3)-Y) :-
     instance([X], near(angle(X, Y), Z, 3), [f1], Test).
+test(what_is_static_is_so_once, Xs == [1]) :-
+    findall(X, facetlog_static:static(member(X, [1, 2])), Xs).
 test(pattern_of_an_object_and_its_parts, Test == adjoins(f1, f2)) :-
     instance([p(X, Y)], adjoins(X, Y), [p(f1, f2)], Test).
 test(first_tolerance_counts, Values == [3]) :-
@@ -202,10 +213,16 @@ test(margin_from_the_middle_of_a_slope, Margin == margin(above, 3.0, 0.0)) :-
     detail_of(fading(at_most(tilt(f1), 18), 10), compared(_, _, _, fading(at_most(18), 10), Margin)).
 test(what_cannot_be_told, Detail == uncertain(90.0, 1.0, deg, near(90, 0.5), margin(below, 0.5, 1.0))) :-
     detail_of(near(angle(f1, f2), 90, 0.5), Detail).
-test(kinds, Kinds == [deg, ratio, length, area, power(3), power(-1), ratio, count, number]) :-
+test(margin_has_the_deviation_of_half_a_slope, forall(member(Test-Sd, [ at_most(tilt(f1), 18)-1.0,
+                                                                       near(tilt(f1), 25, 4)-1.0,
+                                                                       near(tilt(f1), 15, 4)-1.0 ]))) :-
+    detail_of(fading(Test, 2*angle(f1, f2)), compared(_, _, _, _, margin(_, _, Found))),
+    assertion(Found =:= Sd).
+test(kinds, Kinds == [deg, ratio, length, area, power(3), power(-1), length, length, ratio, count, ratio, number]) :-
     findall(Kind,
             ( member(M, [tilt(f1), fill(f1), length(f1), width(f1)*length(f1), area(f1)*length(f1),
-                         length(f1)/area(f1), width(f1)/length(f1), count([f1]), 3]),
+                         length(f1)/area(f1), area(f1)/length(f1), fill(f1)*length(f1), width(f1)/length(f1),
+                         count([f1]), times, 3]),
               in_facts(value(M, user, quantity(_, _, Kind))) ),
             Kinds).
 test(missing_operand, forall(member(Expression, [ -tilt(f3), tilt(f1) + tilt(f3), tilt(f3) + tilt(f4),
@@ -229,6 +246,18 @@ test(own_tolerance_before_that_of_the_vocabulary, State == holds) :-
     state_of(at_most(tilt(f1), tolerance(own)), State).
 test(tolerance_of_the_vocabulary, State == fails) :-
     state_of(at_most(tilt(f1), tolerance(level)), State).
+test(first_own_measure_counts, Found == [3.0-0.25-ratio]) :-
+    findall(V-Var-Kind, in_facts(value(times, user, quantity(V, Var, Kind))), Found).
+test(measures_of_the_vocabulary_and_of_the_rules, Found == [20.0-0.0-deg, 3.0-0.5-ratio]) :-
+    findall(V-Sd-Kind,
+            ( member(Measure, [tilt(f1), times]), in_facts(measure_in(user, Measure, V, Sd, Kind)) ), Found).
+test(own_measures_only_by_name, fail) :-
+    in_facts(( measure_in(user, Measure, _, _, _), Measure == times )).
+test(passes, Passed == [at_least(2), near(1, 2)]) :-
+    findall(Bounds,
+            ( member(Bounds, [at_least(2), at_most(2), near(1, 2), between(0, 1)]),
+              facetlog_compare:passes(quantity(3, 0, count), many, Bounds, user, many) ),
+            Passed).
 test(longest_first, Sorted == [length(f1), width(f1)]) :-
     in_facts(longest_first_in(user, [width(f1), length(f1)], Sorted)).
 test(longest_of_unknown_ones, fail) :-
