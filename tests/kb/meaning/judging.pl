@@ -131,8 +131,9 @@ with_variables_in(Pairs, Term, New) :- with_variables(Term, Pairs, New).
 
 %   The only answer: what leaves a choice says so.
 answered(Goal, Answer, Row) :-
-    catch(( call_cleanup(Goal, Only = true)
-          ->  ( Only == true -> Row = Answer ; Row = [choice|Answer] )
+    catch(( call_cleanup(Goal, Only = true),
+            ( Only == true -> Row = Answer ; Row = [choice|Answer] )
+          ->  true
           ;   Row = [failed] ),
           Error, error_row(Error, Row)).
 
