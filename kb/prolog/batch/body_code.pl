@@ -32,20 +32,18 @@ fact_asking(line_labels).
 
 body_code(Goal, _, _) :-
     var(Goal),
-    !,
     throw(facetlog_general(Goal)).
 body_code(Module:Goal, Context, Code) :-
     code(Goal, Module, Context, Code).
 
 code(Goal, _, _, _) :-
     var(Goal),
-    !,
     throw(facetlog_general(Goal)).      % the caller leaves the model as it is
 code(true, _, _, true) :- !.
 code(!, _, _, !) :- !.
 code(Module:Goal, _, Context, Code) :- !, code(Goal, Module, Context, Code).
 code(fact(Fact), _, Context, Code) :- !, fact_code(Fact, Context, Code).
-code(in(_, _), _, _, _) :- !, throw(facetlog_general(in)).
+code(in(_, _), _, _, _) :- throw(facetlog_general(in)).
 code(Goal0, _, Context, Code) :-
     written_as(Goal0, Goal, Module),
     !,
@@ -226,7 +224,6 @@ copy(Source, Goal, Context, Code) :-
         (   once_a_scene(Source, Head, How)
         ->  atom_concat(New, ' anew', Anew),
             functor(AnewHead, Anew, Arity),
-            declared(Target, AnewHead),
             copy_clauses(Clauses, Source, Anew, Context),
             kept_answers(How, NewHead, AnewHead, Context)
         ;   copy_clauses(Clauses, Source, New, Context)
@@ -276,8 +273,6 @@ kept_answers(answers, Head, Anew, Context) :-
     Anew =.. [_, Given, Answer],
     atom_concat(Name, ' all', All),
     Kept =.. [All, Given, Answers],
-    Context = context(_, Target, _),
-    declared(Target, Kept),
     put_remembered(Context, Kept, [Given], [Answers], findall(Answer, Anew, Answers)),
     put_clause(Context, (Head :- nonvar(Given), !, Kept, lists:member(Answer, Answers))),
     put_clause(Context, (Head :- Anew)).

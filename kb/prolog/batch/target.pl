@@ -108,8 +108,7 @@ helper(context(_, Target, _), Key, Args, Head, New) :-
         assertz(made(Target, Key, Arity, Name, Number)),
         New = true
     ),
-    Head =.. [Name|Args],
-    ( New == true -> declared(Target, Head) ; true ).
+    Head =.. [Name|Args].
 
 %!  attempt(+Context, +Ball, :Goal) is semidet.
 %

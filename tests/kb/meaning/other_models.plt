@@ -62,9 +62,10 @@ test(as_many_as_fit, All == [[], [54], [54, 1], [54, 54], [54, 54, 1]]) :-
     !,
     maplist(lengths(Clauses), [0, 54, 55, 108, 109], [None|Some]),
     ( None == [0] -> All = [[]|Some] ; All = [None|Some] ).
-test(what_is_asked_of_the_same_parts_is_asked_once, Count == 1) :-
+test(the_condition_of_fewest_parts_is_asked_first_and_once_for_the_same, Count == 1) :-
     flag(other_models, _, 0),
-    lengths([ condition(m, a, "", _, [A, _], counted(A)),
+    lengths([ condition(m, a, "", _, [_, B], counted(B)),
+              condition(m, b, "", _, [_, _], counted(f)),
               ( means(counted(A), upward(A)) :- flag(other_models, N, N + 1) ) ], 60, [54, 6]),
     flag(other_models, Count, Count).
 

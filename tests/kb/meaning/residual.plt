@@ -79,10 +79,12 @@ test(one_of_two, Code-X == true-1) :-
     branch(( X = 1 ; X = 2 ), X, Code).
 test(the_other_of_two, Code == ( X == 2 )) :-
     branch(( 2 < 1 ; X == 2 ), X, Code).
+test(both_of_two, Code == ( X == 1 ; X == 2 )) :-
+    branch(( X == 1 ; X == 2 ), X, Code).
 test(what_follows_a_failure, Code == fail) :-
     branch(( 2 < 1, nosuch ), [], Code).
-test(same, Codes == [true, fail, X == 1]) :-
-    maplist([Goal, Code]>>branch(Goal, [], Code), [a == a, a == b, X == 1], Codes).
+test(same, Codes == [true, fail, X == 1, fail]) :-
+    maplist([Goal, Code]>>branch(Goal, [], Code), [a == a, a == b, X == 1, f(X) = g(X)], Codes).
 
 :- end_tests(branches).
 
@@ -119,6 +121,12 @@ test(what_depends_on_the_scene, forall(member(Goal-What, [ start(_, full, _)-sta
                                                            _-_ ]))) :-
     catch(residual(Goal, facetlog_compare, context(user, user, false), [], _), facetlog_unknown(Found), true),
     assertion(Found =@= What).
+test(loop, Arity == 3) :-
+    gensym(residual, Target),
+    residual(each_of(_, X, upward(X), all, user, state, sum(holds, none), _), facetlog_say,
+             context(user, Target, false), [], Code),
+    forget_code(Target),
+    functor(Code, _, Arity).
 test(verdicts, throws(facetlog_general(is_a(t, m)))) :-
     residual(model_said(state, t, m, _), facetlog_say, context(user, user, false), [], _).
 
