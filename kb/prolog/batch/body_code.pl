@@ -174,9 +174,14 @@ qualified(Target, Mode, Arg, Code) :-
     ;   Code = Arg
     ).
 
-hidden(Goal, Goal, Code, Code) :- var(Goal), !.
-hidden(V^Goal0, Goal, V^Code0, Code) :- !, hidden(Goal0, Goal, Code0, Code).
-hidden(Goal, Goal, Code, Code).
+hidden(Goal0, Goal, Code0, Code) :-
+    (   nonvar(Goal0),
+        Goal0 = V^Goal1
+    ->  Code0 = V^Code1,
+        hidden(Goal1, Goal, Code1, Code)
+    ;   Goal = Goal0,
+        Code0 = Code
+    ).
 
 %   What other predicates of the program do with the scene is asked of all its facts.
 reaches_facts(Goal, Module) :-

@@ -3,6 +3,7 @@
 :- use_module(facetlog_kb(joins)).
 :- use_module(facetlog_kb(sources)).
 :- use_module(facetlog_kb(body_code)).
+:- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(rule_module)).
 
 :- begin_tests(joins).
@@ -31,6 +32,10 @@ test(alone_is_enough_where_nothing_is_asked_of_two, Steps =@= Expected) :-
 test(order_alone, Steps =@= Expected) :-
     by_pairs_of(( face_of(T, A), face_of(T, B), face_of(T, C), A @< C ), Steps),
     Expected = [ face_of(T, A), face_of(T, B), chosen([T, A], C, [face_of(T, C), A @< C]) ].
+test(orders_of_others, Steps =@= Expected) :-
+    by_pairs_of(( face_of(T, A), face_of(T, B), A @< B, face_of(T, C), face_of(T, D), C @< D ), Steps),
+    Expected = [ face_of(T, A), chosen([T, A], B, [face_of(T, B), A @< B]),
+                 face_of(T, C), chosen([T, C], D, [face_of(T, D), C @< D]) ].
 test(what_stays, forall(member(Body, [ true,
                                        ( thing(T), face_of(t, A), face_of(T, _), A @< b ),
                                        ( face_of(T, A), face_of(T, A) ),
@@ -73,6 +78,30 @@ test(no_source_of_what_is_known, forall(member(Goals, [ [findall(f, G, Fs), sort
     assertion(Steps == Goals).
 test(scope, Scope == scope(T, [A, B], [F, Fs])) :-
     scope(T, [A, part(B), b], [source(F, [face_of(T, F)], [A, B], all([]), Fs)], Scope).
+% On what it depends which faces pass Test, of a model with these parts and a variable G of the body; `all` where
+% they are found again for each choice.
+depends(F, upward(F), T, [_, _], _, [T]).
+depends(F, adjoins(F, A), T, [A, _], _, [T, A]).
+depends(F, adjoins(F, B), T, [_, B], _, [T, B]).
+depends(F, square(F, A, B), _, [A, B], _, all).
+depends(F, adjoins(F, A), _, [A], _, all).
+depends(F, adjoins(F, G), _, [_, _], G, all).
+depends(F, all([]), T, [], F, [T]).
+
+test(found_once, forall(depends(F, Test, T, Parts, G, Expected))) :-
+    gensym(once, Target),
+    setup_call_cleanup(
+        new_rule_module(Target),
+        step_code(scope(T, Parts, [G, Fs]), context(vocabulary, Target, false),
+                  source(F, [face_of(T, F)], Parts, Test, Fs), Code),
+        ( forget_code(Target), '$destroy_module'(Target) )),
+    (   Code = ( Listed, facetlog_sources:without(Parts0, All, Fs0) )
+    ->  assertion(Parts0-Fs0 == Parts-Fs),
+        Listed =.. [_|Args],
+        once(append(Found, [All], Args))
+    ;   Found = all
+    ),
+    assertion(Found == Expected).
 test(names_but_for_some, Others == [a, c]) :-
     without([d, b, e], [a, b, c, d], Others).
 
@@ -100,8 +129,9 @@ test(what_else_stays, forall(member(Goal, [ first(T, _), two(T, _), of(T, _), un
                                             other:others(T, _, _), holds_in(other, upward(_)) ]))) :-
     written(Goal, Goals),
     assertion(Goals == [Goal]).
-test(as_its_author_wrote, Goals =@= [holds(upward(F)), Goal]) :-
+test(as_its_author_wrote, Goals =@= [holds(upward(F)), as_far_as_seen(T, Steps, Ps), longest_first(Ms, Ns), Goal]) :-
     gensym(written, Module),
-    written_body(Module, ( holds_in(Module, upward(F)), Goal ), Goals).
+    written_body(Module, ( holds_in(Module, upward(F)), as_far_as_seen_in(Module, T, Steps, Ps),
+                           longest_first_in(Module, Ms, Ns), Goal ), Goals).
 
 :- end_tests(sources).

@@ -66,6 +66,7 @@ test(the_condition_of_fewest_parts_is_asked_first_and_once_for_the_same, Count =
     flag(other_models, _, 0),
     lengths([ condition(m, a, "", _, [_, B], counted(B)),
               condition(m, b, "", _, [_, _], counted(f)),
+              condition(m, c, "", _, [_, B1], counted(B1)),
               ( means(counted(A), upward(A)) :- flag(other_models, N, N + 1) ) ], 60, [54, 6]),
     flag(other_models, Count, Count).
 

@@ -2,6 +2,8 @@
 :- use_module(library(plunit)).
 :- use_module(facetlog_kb(arithmetic)).
 :- use_module(facetlog_kb(branches)).
+:- use_module(facetlog_kb(loops)).
+:- use_module(facetlog_kb(body_code)).
 :- use_module(facetlog_kb(partial)).
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(rule_module)).
@@ -71,6 +73,8 @@ test(names_of_what_is_seen_stay, Code == ( X == 1 -> Y is X + 2 ; Y is X + 3 )) 
     branch(( X == 1 -> Z = X, Y is Z + 2 ; Y is X + 3 ), [X, Y], Code).
 test(two_that_a_branch_makes_the_same, Code == ( Z == 1 -> Y = X ; Y = 2 )) :-
     branch(( Z == 1 -> Y = X ; Y = 2 ), [X, Y, Z], Code).
+test(condition_binds_what_the_branch_asks_for, Code == ( ( X == 1 -> Z = a ; Z = b ) -> true ; Z = c )) :-
+    branch(( ( X == 1 -> Y = a ; Y = b ) -> Z = Y ; Z = c ), [X, Z], Code).
 test(known_condition, Code-Y == true-a) :-
     branch(( 1 < 2 -> Y = a ; Y = b ), Y, Code).
 test(condition_that_cannot_be, Code-Y == true-b) :-
@@ -127,6 +131,18 @@ test(loop, Arity == 3) :-
              context(user, Target, false), [], Code),
     forget_code(Target),
     functor(Code, _, Arity).
+% A sum before a loop, and what it is like afterwards.
+shape(sum(holds, none), sum(_, none)).
+shape(sum(_, degree(1, 1, 0)), sum(_, degree(_, _, _))).
+shape(sum(holds, degree(1, 1, left(1, []))), sum(_, degree(_, _, left(_, _)))).
+shape([], _).
+shape(_, _).
+
+test(sum_has_the_shape_of_that_before, forall(( shape(Sum0, Expected), member(Goal, [each_of(_, _, _, _, _, _, Sum0, Sum),
+                                                                                    each_test(_, _, _, _, Sum0, Sum)]) ))) :-
+    copy_term(Sum0, Before),
+    shaped(Goal),
+    assertion(Sum0-Sum =@= Before-Expected).
 test(verdicts, throws(facetlog_general(is_a(t, m)))) :-
     residual(model_said(state, t, m, _), facetlog_say, context(user, user, false), [], _).
 
@@ -210,3 +226,52 @@ test(what_another_model_says_within_a_test_that_is_not_known, throws(facetlog_ge
     state_left(_:[f, g(is_a(_, m))], _, _).
 
 :- end_tests(tests).
+
+:- begin_tests(copies).
+
+in_target(Goal, Context) :-
+    gensym(residual, Target),
+    Context = context(user, Target, false),
+    setup_call_cleanup(
+        new_rule_module(Target),
+        once(Goal),
+        ( forget_code(Target), '$destroy_module'(Target) )).
+
+% What a predicate of the program becomes; whether its answers are kept for the scene.
+copied_as(vocabulary:largest_faces(_, _), 'vocabulary:largest_faces'(_, _), kept).
+copied_as(vocabulary:face_of(_, _), 'vocabulary:face_of'(_, _), kept).
+copied_as(vocabulary:element_of(_, _), 'vocabulary:element_of'(_, _), kept).
+copied_as(grouping:separate(_, _), 'grouping:separate'(_, _), kept).
+copied_as(grouping:narrow_foot(_, _), 'grouping:narrow_foot'(_, _), kept).
+copied_as(line_labels:labels_of_view(_, _), 'line_labels:labels_of_view'(_, _), kept).
+copied_as(vocabulary:shared_edge(_, _, _), 'vocabulary:shared_edge'(_, _, _), anew).
+
+test(copies, forall(copied_as(Goal, Copy, How))) :-
+    in_target(( body_code(Goal, C, Code), functor(Code, Name, Arity), atom_concat(Name, ' anew', Anew),
+                C = context(_, Target, _), copied(Target, Name/Arity),
+                ( current_predicate(Target:Anew/Arity) -> Found = kept ; Found = anew ) ), C),
+    Goal = _:Plain,
+    Plain =.. [_|Args],
+    Copy =.. [_|Args],
+    assertion(Code == Copy),
+    assertion(Found == How).
+test(list_is_made_once, Made == 2) :-
+    in_target(( listed_code(as_found, [T], X, [face_of(T, X)], vocabulary, C, _, Code),
+                listed_code(as_found, [U], Y, [face_of(U, Y)], vocabulary, C, _, Code1),
+                C = context(_, Target, _), functor(Code, Name, 2), functor(Code1, Name, 2), functor(Head, Name, 2),
+                aggregate_all(count, clause(Target:Head, _), Made) ), C).
+test(faces_of_a_join_are_found_by_pairs, Inputs == 2) :-
+    assertz(user:( joined_faces(T, A, B) :- face_of(T, A), face_of(T, B), possible(adjoins(A, B)) )),
+    in_target(( body_code(user:joined_faces(_, _, _), C, _), C = context(_, Target, _),
+                facetlog_target:made(Target, listed(as_found, user, Of, _, [_, possible(_)]), _, _, _) ), C),
+    length(Of, Inputs).
+test(steps_of_a_goal, Goals == [a, b, X, c]) :-
+    conjuncts(( true, a, ( b, true, X ), c ), Goals).
+test(goal_of_steps, Codes == [true, a, ( a, b ), ( a, b, c )]) :-
+    maplist(conjunction, [[true, true], [true, a, true], [a, b], [a, ( b, c )]], Codes0),
+    maplist([Code0, Code]>>( conjuncts(Code0, Steps), right(Steps, Code) ), Codes0, Codes).
+
+right([], true).
+right([Goal|Goals], Code) :- ( Goals == [] -> Code = Goal ; Code = ( Goal, Code1 ), right(Goals, Code1) ).
+
+:- end_tests(copies).

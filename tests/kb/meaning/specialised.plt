@@ -29,6 +29,9 @@ needs([ ( condition(m, a, "", T, [A, B], at_least_of(1, F, Gs, short(F, A))) :-
               sort(Found, Fs) ) ],
       [adjoins/3, corner/3, edge/3, opposite/2, point/4, protrusion/3, scale/1, thing_size/4, up/3,
        width/3]).
+needs([ ( condition(m, a, "", T, [_, _], each_pair(X, Y, Fs, if_known(not(convex(X, Y))))) :-
+              findall(F, face_of(T, F), Fs) ) ],
+      [concave/2, convex/2]).
 needs([ ( condition(m, a, "", _, [A, B], convex(A, B)) :- holds(at_most(fill(A), fill(B))) ) ],
       [concave/2, convex/2, fill/3]).
 needs([ ( size(m, _, [A, B], long, Longest) :-
@@ -46,8 +49,9 @@ needs([ ( condition(m, a, "", T, [A, _], some(F, Fs, upward(F))) :-
         ( broad(F) :- holds(at_least(share(F), 0.4)) ) ],
       [share/3, tilt/3, upward/1]).
 needs([ ( condition(m, a, "", T, [_, _], at_least(count(Fs), 2)) :-
-              ( setof(F, A^near(T, F, A), Fs) -> true ; Fs = [] ) ),
-        ( near(T, F, A) :- face_of(T, F), face_of(T, A), F \== A, holds(adjoins(F, A)) ) ],
+              ( setof(F, A^B^between(T, A, F, B), Fs) -> true ; Fs = [] ) ),
+        ( between(T, A, F, B) :-
+              face_of(T, A), face_of(T, F), face_of(T, B), A @< B, holds(adjoins(F, A)), holds(adjoins(F, B)) ) ],
       [adjoins/3]).
 needs([ ( condition(m, a, "", T, [_, _], at_least(share(F), 0.3)) :-
               findall(F0, face_of(T, F0), Fs), foldl(larger, Fs, none, F) ),
@@ -66,6 +70,11 @@ needs([ ( size(m, _, [A, B], short, Shortest) :-
               longest_first([protrusion(A), width(B)], Sorted), last(Sorted, Shortest) ) ],
       [protrusion/3, thing_size/4, width/3]).
 needs([ ( size(m, _, [A, B], gap, 2*width(A) - protrusion(B)/2) ) ],
+      [protrusion/3, thing_size/4, width/3]).
+
+needs([ ( size(m, _, [A, B], long, Longest) :-
+              longest_first([tolerance(twice)*width(A), protrusion(B)], [Longest|_]) ),
+        tolerance(twice, 2) ],
       [protrusion/3, thing_size/4, width/3]).
 
 % A scene with four faces of a thing, of which each fact is known of some.
@@ -146,12 +155,41 @@ test(asks_for_any_fact, forall(member(Clause,
         [ condition(m, a, "", T, [_, _], is_a(T, m)),
           ( condition(m, a, "", _, [A, _], Test) :- member(Test, [upward(A)]) ),
           ( condition(m, a, "", _, [A, _], at_least(Measure, 1)) :- member(Measure, [fill(A)]) ),
+          ( condition(m, a, "", _, [A, B], upward(A)) :- each_pair(A, _, [A, B], adjoins(A, B)) ),
           ( condition(m, a, "", _, [A, _], upward(A)) :- member(Fact, [whole(t1)]), fact(Fact) ),
+          ( candidate(m, T, [A, B]) :- member(Steps, [[step(A, 1, upward(A)), step(B, 1, upward(B))]]),
+                                       as_far_as_seen(T, Steps, [A, B]) ),
+          ( condition(m, a, "", _, [A, B], upward(A)) :-
+                Measures = [width(A), width(B)], longest_first(Measures, _) ),
           ( size(m, _, [A, _], wide, Measure) :- member(Measure, [width(A)]) ),
           ( size(m, _, [A, B], long, Longest) :-
                 Measures = [width(A), width(B)], longest_first(Measures, [Longest|_]) ) ]))) :-
     asked([Clause], Asked),
     length(Asked, Count),
     assertion(Count > 50).
+
+% The labels of conditions of two parts whose outlines are kept for fewer.
+kept_for_fewer([ condition(m, kept, "", _, [A, _], upward(A)),
+                 condition(m, kept_too, "", T, [_, B], any([whole(T), upward(B)])),
+                 condition(m, of_all, "", _, [A, B], adjoins(A, B)),
+                 condition(m, of_none, "", _, [_, _], all([])) ],
+               [kept, kept_too]).
+
+test(kept_for_those_that_it_depends_on) :-
+    kept_for_fewer(Clauses, Expected),
+    gensym(batch, Batch),
+    with_rules(Clauses, Rules,
+               ( open_batch(Batch, Batch, [Rules-[m]], _),
+                 findall(Label, facetlog_target:made(Batch, kept(m, Label, _, _), _, _, _), Labels),
+                 close_batch(Batch) )),
+    assertion(Labels == Expected).
+test(one_condition_is_left_to_the_interpreter, Models == [conditions(m, 2, [other])]) :-
+    gensym(batch, Batch),
+    with_rules([ condition(m, own, "", _, [A, _], upward(A)), condition(m, other, "", T, [_, _], is_a(T, m)) ], Rules,
+               ( open_batch(Batch, Batch, [Rules-[m]], _), batch_conditions(Batch, Models), close_batch(Batch) )).
+test(condition_for_what_it_is_not_of, Brief == Full) :-
+    with_rules([ condition(m, own, "", t2, [A, _], upward(A)), condition(m, other, "", t2, [_, f3], is_a(t2, m)),
+                 condition(m, some, "", _, [_, f3], all([])) ], Rules,
+               ( in_batch(Rules, Brief), in_full(Rules, Full) )).
 
 :- end_tests(specialised).
