@@ -74,6 +74,31 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "Y, X",
     ): "a product of two has no order",
     (
+        "meaning/forms.pl",
+        "(   ‹S1 == fails›",
+        "true",
+    ): "the miss of what does not fail is 0: nothing is less for it",
+    (
+        "meaning/compare.pl",
+        "judged(‹state›, Region, Measure, said(holds, _)).",
+        "full",
+    ): "the state is the same where the degree is worked out with it",
+    (
+        "meaning/left_open.pl",
+        "\\+ same_length(‹Asked, PartVariables›).",
+        "PartVariables, Asked",
+    ): "of two lists as long as each other either is the first",
+    (
+        "batch/target.pl",
+        "atom_concat(‹Name, ' known'›, Known),",
+        "' known', Name",
+    ): "a name that no other predicate has, too",
+    (
+        "batch/body_code.pl",
+        "->  atom_concat(‹New, ' anew'›, Anew),",
+        "' anew', New",
+    ): "a name that no other predicate has, too",
+    (
         "batch/loops.pl",
         "(   ( loop_over(Goal, _, _, _, Sum0, Sum) ; ‹Goal = each_test(_, _, _, _, Sum0, Sum)› ),",
         "true",

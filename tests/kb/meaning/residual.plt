@@ -255,6 +255,18 @@ test(copies, forall(copied_as(Goal, Copy, How))) :-
     Copy =.. [_|Args],
     assertion(Code == Copy),
     assertion(Found == How).
+test(goal_has_one_code, forall(member(Goal, [ true, !, fact(whole(t)), possible(upward(_)), holds(upward(_)),
+                                              chosen([T], X, [face_of(T, X)]), among_chosen([T], X, [face_of(T, X)]),
+                                              as_far_as_seen(T, [step(X, 1, upward(X))], [X]),
+                                              longest_first([width(X)], _), measure(width(X), _, _, _), ( a, b ),
+                                              ( a -> b ; c ), ( a *-> b ), \+ a, recall(_, _, _, _, _, true),
+                                              findall(X, face_of(T, X), _), include(==(X), _, _),
+                                              setof(X, T^face_of(T, X), _), face_of(T, X), atom(X), part_in(T, _, _, _) ]))) :-
+    in_target(( call_cleanup(body_code(vocabulary:Goal, C, _), Only = true), assertion(Only == true) ), C).
+test(what_cannot_be_seen_through, forall(member(Goal, [ _, in(_, _), possible(_), holds(_), maplist(_, _),
+                                                        maplist(_:atom, _), maplist([X]>>atom(X), _) ]))) :-
+    catch(in_target(body_code(vocabulary:Goal, C, _), C), facetlog_general(_), Thrown = true),
+    assertion(Thrown == true).
 test(list_is_made_once, Made == 2) :-
     in_target(( listed_code(as_found, [T], X, [face_of(T, X)], vocabulary, C, _, Code),
                 listed_code(as_found, [U], Y, [face_of(U, Y)], vocabulary, C, _, Code1),

@@ -72,6 +72,19 @@ needs([ ( size(m, _, [A, B], short, Shortest) :-
 needs([ ( size(m, _, [A, B], gap, 2*width(A) - protrusion(B)/2) ) ],
       [protrusion/3, thing_size/4, width/3]).
 
+needs([ condition(m, a, "", _, [A, _], at_least(fill(A), 0.5)),
+        ( measured(own(F), V, 0, ratio) :- measure(share(F), V, _, _) ) ],
+      [fill/3]).
+needs([ ( condition(m, a, "", T, [A, B], Test) :- members(T, A, B, Fs), separate(Fs, Gs) ),
+        ( members(T, A, B, Fs) :-
+              findall(F, ( face_of(T, F), \+ memberchk(F, [A, B]), possible(coplanar(F, A)) ), Found),
+              sort(Found, Fs) ) ],
+      [adjoins/3, coplanar/2, corner/3, edge/3, opposite/2, point/4, thing_size/4, tilt/3, up/3, upward/1]) :-
+    Some = at_least_of(1, X, Gs, opposite(X, B)),
+    member(Form, [ Some, all([opposite(A, B), Some, opposite(B, A)]), any([opposite(A, B), Some]), any([Some, Some]),
+                   not(Some), if_known(Some), expect(0.5, Some), implies(opposite(A, B), Some),
+                   implies(Some, opposite(A, B)) ]),
+    Test = all([upward(A), Form]).
 needs([ ( size(m, _, [A, B], long, Longest) :-
               longest_first([tolerance(twice)*width(A), protrusion(B)], [Longest|_]) ),
         tolerance(twice, 2) ],
@@ -156,6 +169,7 @@ test(asks_for_any_fact, forall(member(Clause,
           ( condition(m, a, "", _, [A, _], Test) :- member(Test, [upward(A)]) ),
           ( condition(m, a, "", _, [A, _], at_least(Measure, 1)) :- member(Measure, [fill(A)]) ),
           ( condition(m, a, "", _, [A, B], upward(A)) :- each_pair(A, _, [A, B], adjoins(A, B)) ),
+          ( condition(m, a, "", T, [A, _], upward(A)) :- part_in(T, m, a, _) ),
           ( condition(m, a, "", _, [A, _], upward(A)) :- member(Fact, [whole(t1)]), fact(Fact) ),
           ( candidate(m, T, [A, B]) :- member(Steps, [[step(A, 1, upward(A)), step(B, 1, upward(B))]]),
                                        as_far_as_seen(T, Steps, [A, B]) ),
@@ -183,6 +197,15 @@ test(kept_for_those_that_it_depends_on) :-
                  findall(Label, facetlog_target:made(Batch, kept(m, Label, _, _), _, _, _), Labels),
                  close_batch(Batch) )),
     assertion(Labels == Expected).
+test(what_searches_for_nothing_is_asked_together, Mosts == [2, 1]) :-
+    gensym(batch, Batch),
+    with_rules([ condition(m, a, "", _, [A, _], upward(A)), condition(m, b, "", _, [_, B], upward(B)),
+                 ( condition(m, c, "", _, [C, _], upward(C)) :- possible(whole(t1)) ) ], Rules,
+               ( open_batch(Batch, Batch, [Rules-[m]], _), call(Batch:plan, m, Plan), close_batch(Batch) )),
+    length(Plan, Count),
+    findall(Of, ( member(group(specialised(_, Name), _), Plan), ( sub_atom(Name, 0, _, _, 'lines#') -> Of = 2 ; Of = 1 ) ),
+            Mosts),
+    assertion(Count == 2).
 test(one_condition_is_left_to_the_interpreter, Models == [conditions(m, 2, [other])]) :-
     gensym(batch, Batch),
     with_rules([ condition(m, own, "", _, [A, _], upward(A)), condition(m, other, "", T, [_, _], is_a(T, m)) ], Rules,
