@@ -99,6 +99,16 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "' anew', New",
     ): "a name that no other predicate has, too",
     (
+        "batch/body_code.pl",
+        "atom_concat(‹Name, ' all'›, All),",
+        "' all', Name",
+    ): "a name that no other predicate has, too",
+    (
+        "batch/joins.pl",
+        "append(‹Orders1, Orders0›, Orders),",
+        "Orders0, Orders1",
+    ): "which faces are in order does not depend on which is listed first",
+    (
         "batch/loops.pl",
         "(   ( loop_over(Goal, _, _, _, Sum0, Sum) ; ‹Goal = each_test(_, _, _, _, Sum0, Sum)› ),",
         "true",

@@ -3,7 +3,6 @@
 :- use_module(facetlog_kb(arithmetic)).
 :- use_module(facetlog_kb(branches)).
 :- use_module(facetlog_kb(loops)).
-:- use_module(facetlog_kb(body_code)).
 :- use_module(facetlog_kb(partial)).
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(rule_module)).
@@ -48,7 +47,11 @@ test(comparisons_of_what_is_not_known, forall(member(Name, [<, >, =<, >=, =:=, =
     Goal =.. [Name, X + 0, 1 + 1],
     Expected =.. [Name, X, 2],
     once(arithmetic(Goal, Code)),
-    assertion(Code == Expected).
+    assertion(Code == Expected),
+    Turned0 =.. [Name, 1 + 1, X + 0],
+    Turned =.. [Name, 2, X],
+    once(arithmetic(Turned0, TurnedCode)),
+    assertion(TurnedCode == Turned).
 test(no_arithmetic, forall(member(Goal, [upward(_), _ == _, number(3)])), fail) :-
     arithmetic(Goal, _).
 
@@ -226,64 +229,3 @@ test(what_another_model_says_within_a_test_that_is_not_known, throws(facetlog_ge
     state_left(_:[f, g(is_a(_, m))], _, _).
 
 :- end_tests(tests).
-
-:- begin_tests(copies).
-
-in_target(Goal, Context) :-
-    gensym(residual, Target),
-    Context = context(user, Target, false),
-    setup_call_cleanup(
-        new_rule_module(Target),
-        once(Goal),
-        ( forget_code(Target), '$destroy_module'(Target) )).
-
-% What a predicate of the program becomes; whether its answers are kept for the scene.
-copied_as(vocabulary:largest_faces(_, _), 'vocabulary:largest_faces'(_, _), kept).
-copied_as(vocabulary:face_of(_, _), 'vocabulary:face_of'(_, _), kept).
-copied_as(vocabulary:element_of(_, _), 'vocabulary:element_of'(_, _), kept).
-copied_as(grouping:separate(_, _), 'grouping:separate'(_, _), kept).
-copied_as(grouping:narrow_foot(_, _), 'grouping:narrow_foot'(_, _), kept).
-copied_as(line_labels:labels_of_view(_, _), 'line_labels:labels_of_view'(_, _), kept).
-copied_as(vocabulary:shared_edge(_, _, _), 'vocabulary:shared_edge'(_, _, _), anew).
-
-test(copies, forall(copied_as(Goal, Copy, How))) :-
-    in_target(( body_code(Goal, C, Code), functor(Code, Name, Arity), atom_concat(Name, ' anew', Anew),
-                C = context(_, Target, _), copied(Target, Name/Arity),
-                ( current_predicate(Target:Anew/Arity) -> Found = kept ; Found = anew ) ), C),
-    Goal = _:Plain,
-    Plain =.. [_|Args],
-    Copy =.. [_|Args],
-    assertion(Code == Copy),
-    assertion(Found == How).
-test(goal_has_one_code, forall(member(Goal, [ true, !, fact(whole(t)), possible(upward(_)), holds(upward(_)),
-                                              chosen([T], X, [face_of(T, X)]), among_chosen([T], X, [face_of(T, X)]),
-                                              as_far_as_seen(T, [step(X, 1, upward(X))], [X]),
-                                              longest_first([width(X)], _), measure(width(X), _, _, _), ( a, b ),
-                                              ( a -> b ; c ), ( a *-> b ), \+ a, recall(_, _, _, _, _, true),
-                                              findall(X, face_of(T, X), _), include(==(X), _, _),
-                                              setof(X, T^face_of(T, X), _), face_of(T, X), atom(X), part_in(T, _, _, _) ]))) :-
-    in_target(( call_cleanup(body_code(vocabulary:Goal, C, _), Only = true), assertion(Only == true) ), C).
-test(what_cannot_be_seen_through, forall(member(Goal, [ _, in(_, _), possible(_), holds(_), maplist(_, _),
-                                                        maplist(_:atom, _), maplist([X]>>atom(X), _) ]))) :-
-    catch(in_target(body_code(vocabulary:Goal, C, _), C), facetlog_general(_), Thrown = true),
-    assertion(Thrown == true).
-test(list_is_made_once, Made == 2) :-
-    in_target(( listed_code(as_found, [T], X, [face_of(T, X)], vocabulary, C, _, Code),
-                listed_code(as_found, [U], Y, [face_of(U, Y)], vocabulary, C, _, Code1),
-                C = context(_, Target, _), functor(Code, Name, 2), functor(Code1, Name, 2), functor(Head, Name, 2),
-                aggregate_all(count, clause(Target:Head, _), Made) ), C).
-test(faces_of_a_join_are_found_by_pairs, Inputs == 2) :-
-    assertz(user:( joined_faces(T, A, B) :- face_of(T, A), face_of(T, B), possible(adjoins(A, B)) )),
-    in_target(( body_code(user:joined_faces(_, _, _), C, _), C = context(_, Target, _),
-                facetlog_target:made(Target, listed(as_found, user, Of, _, [_, possible(_)]), _, _, _) ), C),
-    length(Of, Inputs).
-test(steps_of_a_goal, Goals == [a, b, X, c]) :-
-    conjuncts(( true, a, ( b, true, X ), c ), Goals).
-test(goal_of_steps, Codes == [true, a, ( a, b ), ( a, b, c )]) :-
-    maplist(conjunction, [[true, true], [true, a, true], [a, b], [a, ( b, c )]], Codes0),
-    maplist([Code0, Code]>>( conjuncts(Code0, Steps), right(Steps, Code) ), Codes0, Codes).
-
-right([], true).
-right([Goal|Goals], Code) :- ( Goals == [] -> Code = Goal ; Code = ( Goal, Code1 ), right(Goals, Code1) ).
-
-:- end_tests(copies).
