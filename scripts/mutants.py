@@ -104,6 +104,16 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "' all', Name",
     ): "a name that no other predicate has, too",
     (
+        "batch/target.pl",
+        "append(‹Inputs, [Found]›, KnownArgs),",
+        "[Found], Inputs",
+    ): "what is remembered may stand before what it is remembered for",
+    (
+        "batch/partial.pl",
+        "shared(‹Then1, CodeIf›, Shared),",
+        "CodeIf, Then1",
+    ): "what is in both has no order",
+    (
         "batch/joins.pl",
         "append(‹Orders1, Orders0›, Orders),",
         "Orders0, Orders1",

@@ -157,13 +157,11 @@ closure_code(Closure, Extra, Module, Context, Code) :-
     ).
 
 without_last(Source:Goal0, Lacking, Source:Goal) :-
-    !,
     without_last(Goal0, Lacking, Goal).
 without_last(Goal0, Lacking, Goal) :-
     Goal0 =.. [Name|Args0],
     append(Args, Last, Args0),
     Last == Lacking,
-    !,
     Goal =.. [Name|Args].
 
 %   The module of a goal that is called in another module is said.

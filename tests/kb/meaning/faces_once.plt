@@ -57,6 +57,13 @@ search(X, Goals, [findall(X, Goals, Found), sort(Found, _)]).
 test(source_with_a_test, Steps =@= [source(F, [face_of(T, F)], [A], adjoins(F, A), Fs), separate(Fs, Gs)]) :-
     search(F, ( face_of(T, F), \+ memberchk(F, [A]), possible(adjoins(F, A)) ), [Found, sort(Same, Fs)]),
     sources([Found, sort(Same, Fs), separate(Fs, Gs)], Steps).
+test(several_sources, Steps =@= [fact(whole(T)), source(F, [face_of(T, F)], [A], all([]), Fs),
+                                 source(G, [face_of(T, G)], [B], all([]), Gs), separate(Gs, _)]) :-
+    search(F, ( face_of(T, F), \+ memberchk(F, [A]) ), [Found1, Sort1]),
+    search(G, ( face_of(T, G), \+ memberchk(G, [B]) ), [Found2, Sort2]),
+    arg(2, Sort1, Fs),
+    arg(2, Sort2, Gs),
+    sources([fact(whole(T)), Found1, Sort1, Found2, Sort2, separate(Gs, _)], Steps).
 test(source_without, Steps =@= [source(F, [face_of(T, F)], [A, B], all([]), _)]) :-
     search(F, ( face_of(T, F), \+ memberchk(F, [A, B]) ), Goals),
     sources(Goals, Steps).

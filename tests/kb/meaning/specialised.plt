@@ -75,6 +75,14 @@ needs([ ( size(m, _, [A, B], gap, 2*width(A) - protrusion(B)/2) ) ],
 needs([ condition(m, a, "", _, [A, _], at_least(fill(A), 0.5)),
         ( measured(own(F), V, 0, ratio) :- measure(share(F), V, _, _) ) ],
       [fill/3]).
+needs([ condition(m, a, "", _, [A, _], upward(A)), condition(m, a, "", _, [_, B], upward(B)) ], [tilt/3, upward/1]).
+needs([ condition(m, a, "", _, [A, _], upward(A)), condition(m, a, "", _, [A, _], upward(A)) ], [tilt/3, upward/1]).
+needs([ condition(m, a, "", T, [A, _], any([whole(T), upward(A)])), condition(m, a, "", T, [_, B], any([whole(T), upward(B)])) ],
+      [tilt/3, upward/1, whole/1]).
+needs([ ( condition(m, a, "", T, [A, B], opposite(A, B)) :- faces(T, A, Fs), separate(Fs, Groups) ),
+        ( faces(T, A, Fs) :- findall(F, ( face_of(T, F), \+ memberchk(F, [A]) ), Found), sort(Found, Fs) ) ],
+      [adjoins/3, corner/3, edge/3, opposite/2, point/4, thing_size/4, up/3]) :-
+    member(Groups, [[_], [_, _]]).
 needs([ ( condition(m, a, "", T, [A, B], Test) :- members(T, A, B, Fs), separate(Fs, Gs) ),
         ( members(T, A, B, Fs) :-
               findall(F, ( face_of(T, F), \+ memberchk(F, [A, B]), possible(coplanar(F, A)) ), Found),
@@ -194,7 +202,7 @@ test(kept_for_those_that_it_depends_on) :-
     gensym(batch, Batch),
     with_rules(Clauses, Rules,
                ( open_batch(Batch, Batch, [Rules-[m]], _),
-                 findall(Label, facetlog_target:made(Batch, kept(m, Label, _, _), _, _, _), Labels),
+                 findall(Label, facetlog_target:made(Batch, kept(m, Label, _, _, _), _, _, _), Labels),
                  close_batch(Batch) )),
     assertion(Labels == Expected).
 test(what_searches_for_nothing_is_asked_together, Mosts == [2, 1]) :-

@@ -32,7 +32,8 @@ test(copies_that_were_begun_are_forgotten, Copied == [a/1]) :-
                 \+ attempt(C, stop, ( copy_noted(Target, b/1), throw(stop) )),
                 findall(Copy, copied(Target, Copy), Copied) ), C).
 test(what_succeeds_is_kept, X-New == 1-false) :-
-    in_target(( attempt(C, stop, ( helper(C, key, [], _, _), member(X, [1, 2]) )), helper(C, key, [], _, New) ), C).
+    in_target(( call_cleanup(attempt(C, stop, ( helper(C, key, [], _, _), member(X, [1, 2]) )), Only = true),
+                assertion(Only == true), helper(C, key, [], _, New) ), C).
 test(other_errors_pass, throws(other)) :-
     in_target(attempt(C, stop, throw(other)), C).
 
@@ -117,6 +118,7 @@ test(copies, forall(copied_as(Goal, Copy, How))) :-
     assertion(Code == Copy),
     assertion(Found == How).
 test(goal_has_one_code, forall(member(Goal, [ true, !, fact(whole(t)), possible(upward(_)), holds(upward(_)),
+                                              possible_in(vocabulary, upward(_)),
                                               chosen([T], X, [face_of(T, X)]), among_chosen([T], X, [face_of(T, X)]),
                                               as_far_as_seen(T, [step(X, 1, upward(X))], [X]),
                                               longest_first([width(X)], _), measure(width(X), _, _, _), ( a, b ),
@@ -134,6 +136,8 @@ test(what_cannot_be_seen_through, forall(member(Goal, [ _, in(_, _), possible(_)
                                                         maplist(_:atom, _), maplist([X]>>atom(X), _) ]))) :-
     catch(in_target(body_code(vocabulary:Goal, C, _), C), facetlog_general(_), Thrown = true),
     assertion(Thrown == true).
+test(measure_of_one_fact, Code == fill(a, V, Sd)) :-
+    in_target(body_code(measures:measure(fill(a), V, Sd, ratio), C, Code), C).
 test(list_is_made_once, Made == 2) :-
     in_target(( listed_code(as_found, [T], X, [face_of(T, X)], vocabulary, C, _, Code),
                 listed_code(as_found, [U], Y, [face_of(U, Y)], vocabulary, C, _, Code1),
