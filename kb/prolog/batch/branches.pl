@@ -37,13 +37,7 @@ copies(Seen, Seen1, Condition, Copies) :-
 %   What a branch bound of the variables that others see, it binds when it is taken.
 bound_in_branch(Pairs, Code0, Code) :-
     partition(free_copy, Pairs, Free, Bound),
-    pairs_keys_values(Free, Variables, Copies),
-    (   term_variables(Copies, Different),
-        same_length(Different, Copies)
-    ->  Copies = Variables,
-        Same = []
-    ;   bindings(Free, [], Same)
-    ),
+    bindings(Free, [], Same),
     pairs_keys_values(Bound, BoundVariables, Values),
     maplist(binding, BoundVariables, Values, Bindings),
     foldl(both, Bindings, Code0, Code1),

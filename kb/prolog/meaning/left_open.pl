@@ -45,7 +45,6 @@ split(Candidates, Size, Blocks) :-
 %   A condition that asks for few of the parts, the fewest first, holds for none of those that are
 %   proposed for them.
 none_holds(Module, Model, Candidates) :-
-    predicate_property(Module:condition(_, _, _, _, _, _), number_of_clauses(_)),
     findall(Count-line(Thing, Parts, Some, Test),
             ( clause(Module:condition(Model, _, _, Thing, Parts, Test), true),
               some_parts(Thing, Parts, Test, Some),
@@ -62,15 +61,11 @@ none_holds(Module, Model, Candidates) :-
 some_parts(Thing, Parts, Test, Some) :-
     var(Thing),
     nonvar(Test),
-    is_list(Parts),
     term_variables(Parts, PartVariables),
     term_variables(Test, TestVariables),
     include(among(TestVariables), PartVariables, Some),
     \+ same_length(Some, PartVariables).
 
 may_hold(Module, Model, Thing, Test) :-
-    (   noted(Module, Model, Thing)
-    ->  outline(Test, Module, Outline)
-    ;   while_judging(Module, Model, Thing, outline(Test, Module, Outline))
-    ),
+    while_judging(Module, Model, Thing, outline(Test, Module, Outline)),
     Outline = outline(holds, _, _, _).
