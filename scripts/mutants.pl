@@ -10,9 +10,10 @@
     loaded, that writes its number and then reads
 
         case(...).              % as judging.pl, which answers it
-        unit(File).             % writes whether the unit tests of File pass
+        units.                  % writes whether all unit tests pass that were loaded
 
-    until it is killed; then "ended" is written.
+    until it is killed; then "ended" is written. What needs far more steps than the program itself
+    counts as an error: a mutant may never end.
 */
 
 :- use_module(library(lists)).
@@ -61,18 +62,30 @@ become(File, Text) :-
     read_term(user_input, Term, []),
     (   Term == end_of_file
     ->  halt
-    ;   catch(answer(Term, Answer), Error, ( term_string(Error, Text1), Answer = Text1 ))
+    ;   catch(bounded(Term, Answer), Error, ( term_string(Error, Text1), Answer = Text1 ))
     ->  reply(Answer),
         fail
     ;   reply(failed),
         fail
     ).
 
+%   inferences(-Number): ten times what the costliest case needs, or all unit tests.
+inferences(20_000_000).
+
+bounded(Term, Answer) :-
+    inferences(Most),
+    call_with_inference_limit(answer(Term, Answer0), Most, Result),
+    ( Result == inference_limit_exceeded -> Answer = false ; Answer = Answer0 ).
+
 answer(case(Facts, Files, Crisp, Tests, Pairs, Models), Answers) :-
     answers(Facts, Files, Crisp, Tests, Pairs, Models, Answers).
-answer(unit(File), Pass) :-
-    load_files(File, [silent(true)]),
-    ( run_tests -> Pass = true ; Pass = false ).
+answer(units, Pass) :-
+    statistics(warnings, Before),       % a choice that a test leaves is one
+    (   run_tests,
+        statistics(warnings, Before)
+    ->  Pass = true
+    ;   Pass = false
+    ).
 
                  /*******************************
                  *            CHANGES           *
@@ -113,7 +126,19 @@ change_of((_ :- Body), term_position(_, _, _, _, [_, Position]), Text, Span, New
     goal_change(Body, Position, Text, step, Span, New).
 change_of(Term, Position, Text, Span, New) :-
     part_of(Term, Position, Part, At),
+    \+ pair(Term, Position, Part, At),
     token_change(Part, At, Text, Span, New).
+
+%   A minus in a body that subtracts nothing: another sign would hold the two together as well.
+pair((_ :- Body), term_position(_, _, _, _, [_, Position]), _-_, At) :-
+    arg(1, At, Start),
+    arg(1, Position, First),
+    Start >= First,
+    \+ ( part_of(Body, Position, Goal, Place), calculates(Goal), part_of(Goal, Place, _, At0), At0 == At ).
+
+calculates(_ is _).
+calculates(_ < _).      calculates(_ > _).      calculates(_ =< _).     calculates(_ >= _).
+calculates(_ =:= _).    calculates(_ =\= _).
 
 span(Position, Start, End) :-
     (   Position = Start-End
@@ -210,7 +235,7 @@ inner_part(Term, list_position(_, _, Positions, Tail), Part, At) :-
 
 token_change(Part, Start-End, Text, Start-End, New) :-
     (   number(Part)
-    ->  ( integer(Part) -> Other is Part + 1 ; Part =:= 0 -> Other = 1.0 ; Other is 2*Part ),
+    ->  other_number(Part, Other),
         number_string(Other, New0),
         New = New0
     ;   atom(Part),
@@ -224,6 +249,17 @@ token_change(Part, term_position(_, _, Start, End, _), Text, Start-End, New) :-
     text_at(Text, Start-End, Old),
     atom_string(Name, Old),
     replaced(Name, New).
+
+%   Whatever is as good as nothing may be twice that.
+other_number(Number, Other) :-
+    (   integer(Number)
+    ->  Other is Number + 1
+    ;   Number =:= 0
+    ->  Other = 1.0
+    ;   abs(Number) < 1.0e-3
+    ->  Other is 1.0e6*Number
+    ;   Other is 2*Number
+    ).
 
 replaced(+, "-").       replaced(-, "+").       replaced(*, "/").       replaced(/, "*").
 replaced(<, ">=").      replaced(>=, "<").      replaced(>, "=<").      replaced(=<, ">").

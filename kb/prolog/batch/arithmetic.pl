@@ -39,22 +39,19 @@ comparison(A0 =:= B0, A0, B0, A, B, A =:= B).
 comparison(A0 =\= B0, A0, B0, A, B, A =\= B).
 
 %   What is added to nothing, or taken once, is what it was; all measured values are finite.
-simple(Expression, Expression) :-
-    ( var(Expression) ; number(Expression) ),
-    !.
 simple(Expression, Simple) :-
-    compound(Expression),
-    !,
-    Expression =.. [Name|Args0],
-    maplist(simple, Args0, Args),
-    Plain =.. [Name|Args],
-    (   \+ ( member(Arg, Args), \+ number(Arg) )
-    ->  Simple is Plain
-    ;   without(Plain, Simple0)
-    ->  Simple = Simple0
-    ;   Simple = Plain
+    (   compound(Expression)
+    ->  Expression =.. [Name|Args0],
+        maplist(simple, Args0, Args),
+        Plain =.. [Name|Args],
+        (   maplist(number, Args)
+        ->  Simple is Plain
+        ;   without(Plain, Simple0)
+        ->  Simple = Simple0
+        ;   Simple = Plain
+        )
+    ;   Simple = Expression
     ).
-simple(Expression, Expression).
 
 without(A + B, A) :- zero(B).
 without(A + B, B) :- zero(A).

@@ -8,7 +8,7 @@
 /** <module> Goals of rules into goals of one scene
 
 A predicate that asks the scene for facts, itself or through others, is copied into the target with
-its facts asked of the scene's module; so are the rules' own predicates. What asks for no fact is
+its facts called in the scene's module; so are the rules' own predicates. What asks for no fact is
 called where it is. Context is as in specialise.pl.
 */
 
@@ -32,20 +32,18 @@ fact_asking(line_labels).
 
 body_code(Goal, _, _) :-
     var(Goal),
-    !,
     throw(facetlog_general(Goal)).
 body_code(Module:Goal, Context, Code) :-
     code(Goal, Module, Context, Code).
 
 code(Goal, _, _, _) :-
     var(Goal),
-    !,
     throw(facetlog_general(Goal)).      % the caller leaves the model as it is
 code(true, _, _, true) :- !.
 code(!, _, _, !) :- !.
 code(Module:Goal, _, Context, Code) :- !, code(Goal, Module, Context, Code).
 code(fact(Fact), _, Context, Code) :- !, fact_code(Fact, Context, Code).
-code(in(_, _), _, _, _) :- !, throw(facetlog_general(in)).
+code(in(_, _), _, _, _) :- throw(facetlog_general(in)).
 code(Goal0, _, Context, Code) :-
     written_as(Goal0, Goal, Module),
     !,
@@ -159,13 +157,11 @@ closure_code(Closure, Extra, Module, Context, Code) :-
     ).
 
 without_last(Source:Goal0, Lacking, Source:Goal) :-
-    !,
     without_last(Goal0, Lacking, Goal).
 without_last(Goal0, Lacking, Goal) :-
     Goal0 =.. [Name|Args0],
     append(Args, Last, Args0),
     Last == Lacking,
-    !,
     Goal =.. [Name|Args].
 
 %   The module of a goal that is called in another module is said.
@@ -176,24 +172,18 @@ qualified(Target, Mode, Arg, Code) :-
     ;   Code = Arg
     ).
 
-hidden(Goal, Goal, Code, Code) :- var(Goal), !.
-hidden(V^Goal0, Goal, V^Code0, Code) :- !, hidden(Goal0, Goal, Code0, Code).
-hidden(Goal, Goal, Code, Code).
-
-%   A goal that is called where it is.
-placed(Goal, Module, Code) :-
-    (   predicate_property(Module:Goal, imported_from(Source))
-    ->  true
-    ;   Source = Module
-    ),
-    (   Source == system
-    ->  Code = Goal
-    ;   Code = Source:Goal
+hidden(Goal0, Goal, Code0, Code) :-
+    (   nonvar(Goal0),
+        Goal0 = V^Goal1
+    ->  Code0 = V^Code1,
+        hidden(Goal1, Goal, Code1, Code)
+    ;   Goal = Goal0,
+        Code0 = Code
     ).
 
-%   What other predicates of the program do with the scene is asked of all its facts.
+%   What other predicates of the program do with the scene needs all its facts.
 reaches_facts(Goal, Module) :-
-    ( predicate_property(Module:Goal, imported_from(Source)) -> true ; Source = Module ),
+    defined_in(Goal, Module, Source),
     atom_concat(facetlog_, _, Source).
 
                  /*******************************
@@ -219,7 +209,7 @@ fact_code(Fact, Context, Code) :-
 
 %   Source is the module in which a predicate stands that is to be copied.
 source(Goal, Module, context(Rules, _, _), Source) :-
-    ( predicate_property(Module:Goal, imported_from(Source)) -> true ; Source = Module ),
+    defined_in(Goal, Module, Source),
     ( Source == Rules -> true ; fact_asking(Source) ),
     predicate_property(Source:Goal, number_of_clauses(_)).
 
@@ -237,7 +227,6 @@ copy(Source, Goal, Context, Code) :-
         (   once_a_scene(Source, Head, How)
         ->  atom_concat(New, ' anew', Anew),
             functor(AnewHead, Anew, Arity),
-            declared(Target, AnewHead),
             copy_clauses(Clauses, Source, Anew, Context),
             kept_answers(How, NewHead, AnewHead, Context)
         ;   copy_clauses(Clauses, Source, New, Context)
@@ -289,8 +278,6 @@ kept_answers(answers, Head, Anew, Context) :-
     Anew =.. [_, Given, Answer],
     atom_concat(Name, ' all', All),
     Kept =.. [All, Given, Answers],
-    Context = context(_, Target, _),
-    declared(Target, Kept),
     put_remembered(Context, Kept, [Given], [Answers], findall(Answer, Anew, Answers)),
     put_clause(Context, (Head :- nonvar(Given), !, Kept, lists:member(Answer, Answers))),
     put_clause(Context, (Head :- Anew)).

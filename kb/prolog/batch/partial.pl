@@ -22,6 +22,7 @@ that part is said by say.pl each time. Context is as in specialise.pl.
 :- use_module(library(lists)).
 :- use_module(library(apply)).
 :- use_module(library(pairs)).
+:- use_module(library(occurs)).
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(arithmetic)).
 :- use_module(facetlog_kb(branches)).
@@ -78,10 +79,7 @@ shape(full, said(_, degree(_, _, _))).
 
 residual(Goal, _, _, _, _) :-
     var(Goal),
-    !,
     throw(facetlog_unknown(Goal)).
-residual(true, _, _, _, true) :- !.
-residual(fail, _, _, _, fail) :- !.
 residual((A, B), Module, Context, Seen, Code) :-
     !,
     term_variables(B-Seen, SeenOfA),
@@ -150,11 +148,9 @@ residual(first_measure(Measure, V, Sd, Kind), _, Context, _, Code) :-
     !,
     first_answer_code(Measure, V, Sd, Kind, Context, Code).
 residual(model_said(_, Thing, Model, _), _, _, _, _) :-
-    !,
     throw(facetlog_general(is_a(Thing, Model))).
 residual(own_measure(_, _, _, _, _), _, _, _, _) :-
-    !,                                  % nobody knows its kind before
-    throw(facetlog_unknown(own_measure)).
+    throw(facetlog_unknown(own_measure)).    % nobody knows its kind before
 residual(said(Test, Module, Want, Said), facetlog_say, Context, Seen, Code) :-
     !,
     shape(Want, Said),
@@ -183,54 +179,44 @@ residual(Goal, Module, Context, Seen, Code) :-
     ;   throw(facetlog_unknown(Goal))
     ).
 residual(Goal, Module, _, _, Code) :-
-    defined_in(Goal, Module, Source),
-    ( Source == system -> Code = Goal ; Code = Source:Goal ).
-
-defined_in(Goal, Module, Source) :-
-    (   predicate_property(Module:Goal, imported_from(Source0))
-    ->  Source = Source0
-    ;   predicate_property(Module:Goal, built_in)
-    ->  Source = system
-    ;   Source = Module
-    ).
+    placed(Goal, Module, Code).
 
 %   What follows from the test alone; it must be there to follow from.
 known_now(Module:Goal0, Code) :-
     strip_module(Module:Goal0, Source, Goal),
     arg(1, Goal, Test),
-    (   known_enough(Test),
+    (   nonvar(Test),
         catch(findall(Goal, once(Source:Goal), Found), error(_, _), fail)
     ->  ( Found = [Goal] -> Code = true ; Code = fail )
     ;   throw(facetlog_unknown(Goal))
     ).
 
-known_enough(Test) :-
-    nonvar(Test),
-    \+ ( Test = _-_, \+ ground(Test) ).
-
                  /*******************************
                  *             TESTS            *
                  *******************************/
 
-said_residual(Test, _, _, _, _, _, _) :-
-    var(Test),
-    !,
-    throw(facetlog_unknown(Test)).
-said_residual(after(Step, Test), Module, Want, Said, Context, Seen, ( Step, Code )) :-
-    !,                                  % what specialise.pl puts off
-    residual(said(Test, Module, Want, Said), facetlog_say, Context, Step-Seen, Code).
 said_residual(Test0, Module, Want, Said, Context, Seen, Code) :-
-    in_any_order(Test0, Want, Tests0, Test, Tests),
-    is_list(Tests0),
-    cheapest_first(Tests0, Tests),
-    Tests \== Tests0,
-    !,
-    said_residual(Test, Module, Want, Said, Context, Seen, Code).
-said_residual(Test, Module, Want, Said, Context, Seen, Code) :-
-    (   has_word(Module, Test)
-    ->  meaning_code(Test, Module, Want, Said, Context, Code)
-    ;   known_now(facetlog_say:sort_of(Test, Module, Sort), _),
+    (   var(Test0)
+    ->  throw(facetlog_unknown(Test0))
+    ;   Test0 = after(Step, Test)       % what specialise.pl puts off
+    ->  residual(said(Test, Module, Want, Said), facetlog_say, Context, Step-Seen, Code0),
+        Code = ( Step, Code0 )
+    ;   has_word(Module, Test0)
+    ->  meaning_code(Test0, Module, Want, Said, Context, Code)
+    ;   cheapest_first(Test0, Want, Test),
+        known_now(facetlog_say:sort_of(Test, Module, Sort), _),
         residual(said_of(Sort, Test, Module, Want, Said), facetlog_say, Context, Seen, Code)
+    ).
+
+cheapest_first(Test0, Want, Test) :-
+    (   in_any_order(Test0, Want, Tests0, Test1, Tests),
+        is_list(Tests0)
+    ->  maplist(test_cost, Tests0, Costs),
+        pairs_keys_values(Pairs, Costs, Tests0),
+        keysort(Pairs, Sorted),
+        pairs_values(Sorted, Tests),
+        Test = Test1
+    ;   Test = Test0
     ).
 
 %   What is said of Test0 is that of Test, whatever the order of its Tests. (A product of degrees would differ
@@ -238,27 +224,13 @@ said_residual(Test, Module, Want, Said, Context, Seen, Code) :-
 in_any_order(any(Tests0), _, Tests0, any(Tests), Tests).
 in_any_order(all(Tests0), state, Tests0, all(Tests), Tests).
 
-cheapest_first(Tests0, Tests) :-
-    maplist(test_cost, Tests0, Costs),
-    pairs_keys_values(Pairs, Costs, Tests0),
-    keysort(Pairs, Sorted),
-    pairs_values(Sorted, Tests).
-
 asks_no_model(Test) :-
-    (   sub_model(Test, Model)
+    (   sub_term(Model, Test),
+        nonvar(Model),
+        Model = is_a(_, _)
     ->  throw(facetlog_general(Model))
     ;   true
     ).
-
-sub_model(Test, Test) :-
-    nonvar(Test),
-    Test = is_a(_, _),
-    !.
-sub_model(Test, Model) :-
-    compound(Test),
-    arg(_, Test, Arg),
-    sub_model(Arg, Model),
-    !.
 
 %   What a word of the rules says is remembered until the next scene.
 meaning_code(Test, Module, Want, Said, Context, Code) :-

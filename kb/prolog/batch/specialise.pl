@@ -7,8 +7,8 @@
 
 A batch asks the same few models of thousands of scenes. For that a model is specialised once: what its
 goals ask of the vocabulary is copied beside it (body_code.pl), each test becomes what is left of
-the clauses that say what it means (partial.pl), and every fact is asked of one module, which holds one
-scene at a time. What was asked of a scene once is remembered until the next.
+the clauses that say what it means (partial.pl), and every fact is looked up in one module, which holds one
+scene at a time. What was found out of a scene once is remembered until the next.
 
 Context is context(Module, Target, Crisp): the rules, the module of the facts and of the new clauses,
 and whether values are exact. A condition that cannot be specialised is asked as always, and costs what it
@@ -76,10 +76,11 @@ model_code(Context, Model) :-
 
 %   line_code(Context, Model, Line, Name): Name(Thing, Parts, Outlines).
 line_code(Context, Model, Line, Name) :-
-    Line = line(Label, _, _, Test, Body),
-    helper(Context, line(Model, Label, Test, Body), [Thing, Parts, Outlines], Head, true),
+    helper(Context, line(Model, Line), [Thing, Parts, Outlines], Head, New),
     functor(Head, Name, _),
-    (   attempt(Context, facetlog_general(_),
+    (   New == false                    % a file may repeat a condition
+    ->  true
+    ;   attempt(Context, facetlog_general(_),
                 specialised_line(Context, Model, Line, Thing, Parts, Outlines, Head))
     ->  true
     ;   interpreted_line(Context, Model, Line, Thing, Parts, Outlines, Head)
@@ -123,7 +124,7 @@ specialised_line(Context, Model, line(Label, Thing, Parts, Test, Body), Thing, P
     ),
     (   few_parts(Inputs, Parts)
     ->  append(Inputs, [Outlines], KeptArgs),
-        helper(Context, kept(Model, Label, Test, Goals), KeptArgs, Kept, New),
+        helper(Context, kept(Model, Label, Inputs, Test, Goals), KeptArgs, Kept, New),
         ( New == true -> put_remembered(Context, Kept, Inputs, [Outlines], Answer) ; true ),
         put_clause(Context, (Head :- Kept, !))
     ;   put_clause(Context, (Head :- Answer, !))
@@ -189,9 +190,7 @@ mentions(Term, Variable) :-
 
 %   Conditions that search for nothing are asked together: to choose the next costs more than they do.
 cheap_together(Plan0, Lines, Plan) :-
-    append(Cheap, Dear, Plan0),
-    \+ ( Dear = [Next|_], cheap(Lines, Next) ),
-    !,
+    once(( append(Cheap, Dear, Plan0), \+ ( Dear = [Next|_], cheap(Lines, Next) ) )),
     (   Cheap = [group(_, Most)|_]
     ->  maplist(label_of, Cheap, Labels),
         maplist(one_label, Dear, Others),
@@ -277,8 +276,7 @@ asks_all_if_unknown(Measure, Written, Context) :-
         sub_goal(longest_first(Measures, _), Written),
         is_list(Measures)
     ->  true
-    ;   nonvar(Measure),
-        attempt(Context, facetlog_unknown(_), value_code(Measure, Context, _, _))
+    ;   attempt(Context, facetlog_unknown(_), value_code(Measure, Context, _, _))
     ->  true
     ;   asks_all(Context)
     ).

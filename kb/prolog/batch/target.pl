@@ -2,6 +2,8 @@
                             declared/2,           % +Target, +Head
                             helper/5,             % +Context, +Key, +Args, -Head, -New
                             called/4,             % +Code, +Source, +Context, -Call
+                            defined_in/3,         % +Goal, +Module, -Source
+                            placed/3,             % +Goal, +Module, -Code
                             put_remembered/5,     % +Context, +Head, +Inputs, +Outputs, +Body
                             forget_remembered/1,  % +Target
                             copied/2,             % +Target, +Indicator
@@ -67,6 +69,24 @@ control((_ -> _)).
 control((_ *-> _)).
 control(\+ _).
 
+%!  defined_in(+Goal, +Module, -Source) is det.
+%
+%   The module whose predicate Goal calls in Module.
+
+defined_in(Goal, Module, Source) :-
+    (   predicate_property(Module:Goal, imported_from(Source0))
+    ->  Source = Source0
+    ;   Source = Module
+    ).
+
+%!  placed(+Goal, +Module, -Code) is det.
+%
+%   Code calls in any module what Goal calls in Module.
+
+placed(Goal, Module, Code) :-
+    defined_in(Goal, Module, Source),
+    ( Source == system -> Code = Goal ; Code = Source:Goal ).
+
 %!  put_clause(+Context, +Clause) is det.
 
 put_clause(context(_, Target, _), Clause) :-
@@ -88,8 +108,7 @@ helper(context(_, Target, _), Key, Args, Head, New) :-
         assertz(made(Target, Key, Arity, Name, Number)),
         New = true
     ),
-    Head =.. [Name|Args],
-    ( New == true -> declared(Target, Head) ; true ).
+    Head =.. [Name|Args].
 
 %!  attempt(+Context, +Ball, :Goal) is semidet.
 %

@@ -124,7 +124,7 @@ degree(all, degree(L0, H0, left(Left0, Misses0)), S1, degree(L1, H1, Miss),
 degree(any, degree(L0, H0, Miss0), _, degree(L1, H1, Miss1), degree(L, H, Miss)) :-
     L is max(L0, L1),
     H is max(H0, H1),
-    Miss is min(Miss0, Miss1).          % of what does not fail it is 0
+    Miss is min(Miss0, Miss1).          % 0 unless both fail
 degree(not, _, S1, degree(L1, H1, _), degree(L, H, Miss)) :-
     L is 1 - H1,
     H is 1 - L1,
@@ -207,7 +207,7 @@ joined_two(full, Join, sum(S0, Degree0), said(S1, Degree1), sum(S, Degree)) :-
 %   What all parts come to.
 
 together(all, Want, sum(S, Degree0), said(S, Degree)) :- together_all(Want, Degree0, Degree).
-together(any, Want, sum(S, Degree0), said(S, Degree)) :- together_any(Want, S, Degree0, Degree).
+together(any, _, sum(S, Degree), said(S, Degree)).
 together(not, _, sum(S, Degree), said(S, Degree)).
 together(if_known, _, sum(S, Degree), said(S, Degree)).
 together(expect(_), _, sum(S, Degree), said(S, Degree)).
@@ -219,10 +219,6 @@ together(at_most(Count), Want, Saids, said(S, Degree)) :-
 together_all(state, none, none).
 together_all(full, degree(L, H, left(_, Misses)), degree(L, H, Miss)) :-
     ( Misses == [] -> Miss = 0 ; joint_miss(Misses, Miss) ).
-
-together_any(state, _, none, none).
-together_any(full, S, degree(L, H, Miss0), degree(L, H, Miss)) :-
-    ( S == fails -> Miss = Miss0 ; Miss = 0 ).
 
 %   Several misses count more than the worst of them, and never more than 1. They are taken in order
 %   of size, for rounding would tell the order of the tests otherwise.

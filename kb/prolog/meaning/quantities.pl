@@ -33,7 +33,7 @@ as they are stated, `stated`. Of measures on which that has no bearing all three
 
 %!  crisp is semidet.
 %
-%   The knowledge base that is asked takes all measured values as exact.
+%   The current knowledge base takes all measured values as exact.
 
 crisp :-
     nb_current(facetlog_crisp, true).

@@ -129,8 +129,13 @@ with_variables(Term, _, Term).
 
 with_variables_in(Pairs, Term, New) :- with_variables(Term, Pairs, New).
 
+%   The only answer: what leaves a choice says so.
 answered(Goal, Answer, Row) :-
-    catch(( call(Goal) -> Row = Answer ; Row = [failed] ), Error, error_row(Error, Row)).
+    catch(( call_cleanup(Goal, Only = true),
+            ( Only == true -> Row = Answer ; Row = [choice|Answer] )
+          ->  true
+          ;   Row = [failed] ),
+          Error, error_row(Error, Row)).
 
 error_row(error(Formal, _), [error, Kind, Expected, Culprit]) :-
     Formal =.. [Kind, Expected0, Term],
@@ -198,7 +203,7 @@ verdict_row(State, Low, High, Parts, Sizes, [State, Low, High, Roles, Rows]) :-
 role(group(Role, Members), Role, Members).
 role(Role-Part, Role, Part).
 
-%   Only the facts that the batch asks for.
+%   Of a scene after another one, of which nothing may be remembered.
 brief_verdicts(Modules, Facts, Models, Rows) :-
     findall(Module-Names,
             ( member(Module, Modules),
@@ -208,9 +213,10 @@ brief_verdicts(Modules, Facts, Models, Rows) :-
             Asking),
     gensym(batch, Scene),
     catch(( facetlog_batch:open_batch(Scene, Scene, Asking, Asked),
-            forall(( member(Fact, Facts), functor(Fact, Name, Arity), memberchk(Name-Arity, Asked) ),
-                   assertz(Scene:Fact)),
-            facetlog_batch:brief_verdicts(Scene, Verdicts),
+            maplist(turned, Facts, Others),
+            catch(brief_verdicts_on(Others, Scene, Asked, _), _, true),
+            facetlog_batch:empty_batch(Scene),
+            brief_verdicts_on(Facts, Scene, Asked, Verdicts),
             findall(Row,
                     ( member(Model, Models),
                       memberchk(brief(Model, _, State, Low, High, Parts, Sizes, _), Verdicts),
@@ -219,3 +225,18 @@ brief_verdicts(Modules, Facts, Models, Rows) :-
           Error, ( error_row(Error, Row), findall(Row, member(_, Models), Rows) )),
     facetlog_batch:empty_batch(Scene),
     facetlog_batch:close_batch(Scene).
+
+%   Only the facts that the batch asks for.
+brief_verdicts_on(Facts, Scene, Asked, Verdicts) :-
+    forall(( member(Fact, Facts), functor(Fact, Name, Arity), memberchk(Name-Arity, Asked) ),
+           assertz(Scene:Fact)),
+    facetlog_batch:brief_verdicts(Scene, Verdicts).
+
+%   What is so of one face is so of another.
+turned(Fact0, Fact) :-
+    Fact0 =.. [Name|Args0],
+    maplist(turned_name, Args0, Args),
+    Fact =.. [Name|Args].
+
+turned_name(Name0, Name) :-
+    ( nextto(Name0, Name1, [f1, f2, f3, f4, f1]) -> Name = Name1 ; Name = Name0 ).

@@ -65,6 +65,12 @@ tolerance(own, 25).
 tolerance(twice, 3).
 tolerance(twice, 4).
 measured(large, V, 0, count) :- V is 10**30.
+measured(too_large, V, 0, count) :- V is 10**400.
+measured(no_number, many, 0, deg).
+measured(no_deviation, 2, -1, deg).
+measured(no_kind, 2, 1, weight).
+measured(times, 3, 0.5, ratio).
+measured(times, 4, 0.5, ratio).
 
 :- begin_tests(errors).
 
@@ -72,8 +78,11 @@ test(unbound_test, Formal =@= instantiation_error) :-
     error_of(_, Formal).
 test(word_that_is_not_there, Formal == existence_error(word, nosuch/2)) :-
     error_of(nosuch(f1, f2), Formal).
-test(slope_of_a_slope, Formal == existence_error(word, fading/2)) :-
-    error_of(fading(fading(at_most(tilt(f1), 3), 1), 1), Formal).
+test(slope_of_a_slope, forall(( member(Test, [fading(Inner, 1), soft(Inner, 0.1)]),
+                                member(Inner, [fading(at_most(tilt(f1), 3), 1), soft(at_most(tilt(f1), 3), 0.1)]) ))) :-
+    functor(Test, Name, 2),
+    error_of(Test, Formal),
+    assertion(Formal == existence_error(word, Name/2)).
 test(limits_that_fade_of_no_test, Formal == existence_error(word, fading/2)) :-
     error_of(fading(_, 1), Formal).
 test(weight_that_is_no_number, Formal == type_error(number, 1/2)) :-
@@ -82,6 +91,17 @@ test(weight_above_one, Formal == type_error(between(0.0, 1.0), 2)) :-
     error_of(expect(2, all([])), Formal).
 test(weight_below_zero, Formal = type_error(between(_, _), -1)) :-
     error_of(expect(-1, all([])), Formal).
+test(share_that_is_none, forall(member(Share-Error, [ 1/2-type_error(number, 1/2), 1.5-type_error(between(0.0, 1.0), 1.5),
+                                                     -1-type_error(between(0.0, 1.0), -1) ]))) :-
+    error_of(soft(at_most(tilt(f1), 3), Share), Formal),
+    assertion(Formal == Error).
+test(measure_that_is_none, forall(member(Measure-Error, [ no_number-type_error(number, many),
+                                                          no_deviation-domain_error(standard_deviation, -1),
+                                                          no_kind-type_error(oneof(_), weight) ]))) :-
+    error_of(at_most(Measure, 3), Formal),
+    assertion(Formal = Error).
+test(value_beyond_all_floats, Formal = domain_error(finite_number, _)) :-
+    error_of(at_most(too_large, 3), Formal).
 test(count_below_zero, Formal == type_error(nonneg, -1)) :-
     error_of(at_least_of(-1, X, [[f1]], measured(X)), Formal).
 test(most_below_zero, Formal == type_error(nonneg, -1)) :-
@@ -136,8 +156,12 @@ test(meaning_of_the_rules_before_that_of_the_vocabulary, Tests == [any([])]) :-
     findall(Test, meaning(level(none), user, Test), Tests).
 test(meaning_of_the_vocabulary, Tests == [at_most(tilt(f1), 10)]) :-
     findall(Test, meaning(level(f1), user, Test), Tests).
+test(no_name_beside_its_variable, State == holds) :-
+    state_of(each(X, [], X), State).
 test(other_variables_stay_what_they_are, Test-Y == near(angle(f1, Y), Z, 3)-Y) :-
     instance([X], near(angle(X, Y), Z, 3), [f1], Test).
+test(what_is_static_is_so_once, Xs == [1]) :-
+    findall(X, facetlog_static:static(member(X, [1, 2])), Xs).
 test(pattern_of_an_object_and_its_parts, Test == adjoins(f1, f2)) :-
     instance([p(X, Y)], adjoins(X, Y), [p(f1, f2)], Test).
 test(first_tolerance_counts, Values == [3]) :-
@@ -168,6 +192,7 @@ settled(all([any([]), counted(all([]))]), full, 0).
 settled(all([at_least(tilt(f2), 31), counted(all([]))]), full, 1).
 settled(all([at_least(tilt(f2), 31), counted(all([]))]), state, 0).
 settled(all([at_least(tilt(f1), 31), counted(all([]))]), full, 1).
+settled(all([at_most(tilt(f1), 0.001), counted(all([]))]), full, 1).
 settled(each(X, [f1, f2, f2], counted(convex(X, unseen))), state, 3).
 settled(each(X, [f1, f2, f2], counted(adjoins(X, f1))), state, 1).
 settled(some(X, [f1, f2, f2], counted(measured(X))), state, 1).
@@ -202,10 +227,16 @@ test(margin_from_the_middle_of_a_slope, Margin == margin(above, 3.0, 0.0)) :-
     detail_of(fading(at_most(tilt(f1), 18), 10), compared(_, _, _, fading(at_most(18), 10), Margin)).
 test(what_cannot_be_told, Detail == uncertain(90.0, 1.0, deg, near(90, 0.5), margin(below, 0.5, 1.0))) :-
     detail_of(near(angle(f1, f2), 90, 0.5), Detail).
-test(kinds, Kinds == [deg, ratio, length, area, power(3), power(-1), ratio, count, number]) :-
+test(margin_has_the_deviation_of_half_a_slope, forall(member(Test-Sd, [ at_most(tilt(f1), 18)-1.0,
+                                                                       near(tilt(f1), 25, 4)-1.0,
+                                                                       near(tilt(f1), 15, 4)-1.0 ]))) :-
+    detail_of(fading(Test, 2*angle(f1, f2)), compared(_, _, _, _, margin(_, _, Found))),
+    assertion(Found =:= Sd).
+test(kinds, Kinds == [deg, ratio, length, area, power(3), power(-1), length, length, ratio, count, ratio, number]) :-
     findall(Kind,
             ( member(M, [tilt(f1), fill(f1), length(f1), width(f1)*length(f1), area(f1)*length(f1),
-                         length(f1)/area(f1), width(f1)/length(f1), count([f1]), 3]),
+                         length(f1)/area(f1), area(f1)/length(f1), fill(f1)*length(f1), width(f1)/length(f1),
+                         count([f1]), times, 3]),
               in_facts(value(M, user, quantity(_, _, Kind))) ),
             Kinds).
 test(missing_operand, forall(member(Expression, [ -tilt(f3), tilt(f1) + tilt(f3), tilt(f3) + tilt(f4),
@@ -215,9 +246,10 @@ test(missing_operand, forall(member(Expression, [ -tilt(f3), tilt(f1) + tilt(f3)
                                                   mean([tilt(f3), tilt(f1)]) ]))) :-
     detail_of(at_least(Expression, 1), missing(Missing, Cause)),
     assertion(Missing-Cause == tilt(f3)-up).
-test(missing_whole, forall(member(Expression, [tilt(f1)/0, lowest([]), mean(f1)]))) :-
+test(missing_whole, forall(member(Expression, [tilt(f1)/0, lowest([]), mean(f1), lowest(_), highest(_), sum(_),
+                                                   mean(_)]))) :-
     detail_of(at_least(Expression, 1), missing(Missing, _)),
-    assertion(Missing == Expression).
+    assertion(Missing =@= Expression).
 test(missing_limit, Missing == area(f2)) :-
     detail_of(near(area(f1), area(f2), area(f3)), missing(Missing, _)).
 
@@ -229,6 +261,20 @@ test(own_tolerance_before_that_of_the_vocabulary, State == holds) :-
     state_of(at_most(tilt(f1), tolerance(own)), State).
 test(tolerance_of_the_vocabulary, State == fails) :-
     state_of(at_most(tilt(f1), tolerance(level)), State).
+test(first_own_measure_counts, Found == [3.0-0.25-ratio]) :-
+    findall(V-Var-Kind, in_facts(value(times, user, quantity(V, Var, Kind))), Found).
+test(measures_of_the_vocabulary_and_of_the_rules, Found == [20.0-0.0-deg, 3.0-0.5-ratio]) :-
+    findall(V-Sd-Kind,
+            ( member(Measure, [tilt(f1), times]), in_facts(measure_in(user, Measure, V, Sd, Kind)) ), Found).
+test(own_measures_only_by_name, fail) :-
+    in_facts(( measure_in(user, Measure, _, _, _), Measure == large )).
+test(more_may_be_there_than_was_seen, Outline == outline(unknown, 0, 1, 0)) :-
+    outline_of(at_least(count([f1]), 3), Outline).
+test(passes, Passed == [at_least(2), near(1, 2)]) :-
+    findall(Bounds,
+            ( member(Bounds, [at_least(2), at_most(2), near(1, 2), between(0, 1)]),
+              facetlog_compare:passes(quantity(3, 0, count), many, Bounds, user, many) ),
+            Passed).
 test(longest_first, Sorted == [length(f1), width(f1)]) :-
     in_facts(longest_first_in(user, [width(f1), length(f1)], Sorted)).
 test(longest_of_unknown_ones, fail) :-
@@ -249,6 +295,12 @@ low(Test, Low) :-
 test(on_an_exact_slope, forall(member(Limit-Low, [ 20-1.0, 22-0.8, 25-0.5, 28-0.2, 30-0.0, 40-0.0 ]))) :-
     low(fading(at_least(tilt(f1), Limit), 10), Found),
     assertion(abs(Found - Low) < 1.0e-9).
+% A slope is many edges: the mean of their degrees.
+test(slope_of_a_spread_value, forall(member(Limit, [10, 20, 25, 28, 29, 30, 31, 34, 40, 50]))) :-
+    low(fading(at_least(tilt(f2), Limit), 5), Found),
+    findall(Low, ( between(0, 49, N), Edge is Limit - 0.1*N - 0.05, low(at_least(tilt(f2), Edge), Low) ), Lows),
+    sum_list(Lows, Sum),
+    assertion(abs(Found - Sum/50) < 1.0e-3).
 test(between_two_slopes, forall(member(Low-High-Degree, [ 22-25-0.6, 10-18-0.6, 25-30-0.0, 15-25-1.0 ]))) :-
     low(fading(between(tilt(f1), Low, High), 5), Found),
     assertion(abs(Found - Degree) < 1.0e-9).
