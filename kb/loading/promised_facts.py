@@ -20,9 +20,12 @@ FactMaker: TypeAlias = Callable[[], Iterable[Fact]]
 
 # The vocabulary's words that ask for facts on demand (rules/line_labels.pl, rules/vocabulary.pl).
 RESTING_WORDS = ("line_label", "impossible_drawing", r"piece_\w+", "largest_pieces", "thickness")
-# Names of parts too, so that only what is asked of something counts.
-SHAPES = "board|bar|block"
-_NAMED = re.compile(rf"\b(?:(?:{'|'.join((*sorted(ON_DEMAND), *RESTING_WORDS))})\b|(?:{SHAPES})\()")
+# Words of everyday texts and names of parts, too: they count where something is said by them.
+EVERYDAY = frozenset({"piece", "joins", "carries", "board", "bar", "block"})
+_NAMED = re.compile(
+    rf"\b(?:(?:{'|'.join((*sorted(ON_DEMAND - EVERYDAY), *RESTING_WORDS))})\b"
+    rf"|(?:{'|'.join(sorted(EVERYDAY))})\()"
+)
 
 
 def asks_on_demand(text: str) -> bool:

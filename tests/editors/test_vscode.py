@@ -98,6 +98,22 @@ def test_the_words_of_the_grammar_are_coloured_and_no_others() -> None:
     assert coloured == language
 
 
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("  board top where top is level", {"board"}),
+        ("  bar a, b", {"bar"}),
+        ("  at least 3 bars leg where leg carries top", {"bars"}),
+        ("  a: each block x: x joins top", {"block"}),
+        ("  board: board is level", set()),
+        ("  board adjoins bar", set()),
+    ],
+)
+def test_words_for_pieces_are_coloured_where_names_follow(line: str, words: set[str]) -> None:
+    kinds = {text for text, colour in _coloured(line).items() if colour == "storage.type"}
+    assert kinds == words
+
+
 def test_the_units_are_coloured() -> None:
     match = _colours()["repository"]["quantity"]["match"]
     assert _words(match) - {"e"} == UNITS.keys() - {"%", "°"}
