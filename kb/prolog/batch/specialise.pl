@@ -57,7 +57,6 @@ model_code(Context, Model) :-
     cheap_together(Plan0, Lines, Plan1),
     maplist(group_of_lines(Context, Lines, Names), Plan1, Plan),
     put_clause(Context, plan(Model, Plan)),
-    put_clause(Context, (group(Model, _, _, _, _) :- fail)),
     (   current_predicate(Module:group/5)
     ->  forall(clause(Module:group(Model, GroupThing, GroupParts, Role, Members), GroupBody),
                group_code(Context, Model, GroupThing, GroupParts, Role, Members, GroupBody))

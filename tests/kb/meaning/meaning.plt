@@ -268,6 +268,9 @@ test(measures_of_the_vocabulary_and_of_the_rules, Found == [20.0-0.0-deg, 3.0-0.
             ( member(Measure, [tilt(f1), times]), in_facts(measure_in(user, Measure, V, Sd, Kind)) ), Found).
 test(own_measures_only_by_name, fail) :-
     in_facts(( measure_in(user, Measure, _, _, _), Measure == large )).
+test(what_is_no_expression, forall(member(Measure, [_, "text"]))) :-
+    state_of(at_least(Measure, 1), State),
+    assertion(State == unknown).
 test(more_may_be_there_than_was_seen, Outline == outline(unknown, 0, 1, 0)) :-
     outline_of(at_least(count([f1]), 3), Outline).
 test(passes, Passed == [at_least(2), near(1, 2)]) :-

@@ -138,6 +138,11 @@ test(what_cannot_be_seen_through, forall(member(Goal, [ _, in(_, _), possible(_)
     assertion(Thrown == true).
 test(measure_of_one_fact, Code == fill(a, V, Sd)) :-
     in_target(body_code(measures:measure(fill(a), V, Sd, ratio), C, Code), C).
+test(measure_is_made_once, Made == 2) :-
+    in_target(( body_code(measures:measure(width(_), _, _, length), C, Code),
+                body_code(measures:measure(width(_), _, _, length), C, _),
+                C = context(_, Target, _), functor(Code, Name, Arity), functor(Head, Name, Arity),
+                aggregate_all(count, clause(Target:Head, _), Made) ), C).
 test(list_is_made_once, Made == 2) :-
     in_target(( listed_code(as_found, [T], X, [face_of(T, X)], vocabulary, C, _, Code),
                 listed_code(as_found, [U], Y, [face_of(U, Y)], vocabulary, C, _, Code1),
