@@ -272,8 +272,7 @@ size_code(Context, Model, Thing, Parts, Name, Measure, Body0) :-
 %   Which of several measures it is was worked out while they were sorted: their facts are asked for.
 asks_all_if_unknown(Measure, Written, Context) :-
     (   var(Measure),
-        sub_goal(longest_first(Measures, _), Written),
-        is_list(Measures)
+        sub_goal(longest_first(_, _), Written)
     ->  true
     ;   attempt(Context, facetlog_unknown(_), value_code(Measure, Context, _, _))
     ->  true

@@ -205,6 +205,14 @@ test(kept_for_those_that_it_depends_on) :-
                  findall(Label, facetlog_target:made(Batch, kept(m, Label, _, _, _), _, _, _), Labels),
                  close_batch(Batch) )),
     assertion(Labels == Expected).
+test(members_of_a_group_are_found_once, Lists == [2]) :-
+    gensym(batch, Batch),
+    with_rules([ ( group(m, T, [A, B], others, Fs) :-
+                       findall(F, ( face_of(T, F), \+ memberchk(F, [A, B]), possible(coplanar(F, A)) ), Found),
+                       sort(Found, Fs) ) ], Rules,
+               ( open_batch(Batch, Batch, [Rules-[m]], _),
+                 findall(Count, ( facetlog_target:made(Batch, listed(sorted, _, Of, _, _), _, _, _), length(Of, Count) ), Lists),
+                 close_batch(Batch) )).
 test(what_searches_for_nothing_is_asked_together, Mosts == [2, 1]) :-
     gensym(batch, Batch),
     with_rules([ condition(m, a, "", _, [A, _], upward(A)), condition(m, b, "", _, [_, B], upward(B)),

@@ -138,6 +138,8 @@ test(what_cannot_be_seen_through, forall(member(Goal, [ _, in(_, _), possible(_)
     assertion(Thrown == true).
 test(measure_of_one_fact, Code == fill(a, V, Sd)) :-
     in_target(body_code(measures:measure(fill(a), V, Sd, ratio), C, Code), C).
+test(measure_of_a_kind_that_is_not_known, throws(facetlog_unknown(lowest(_)))) :-
+    in_target(facetlog_first_answer:first_answer_code(lowest(_), _, _, _, C, _), C).
 test(measure_is_made_once, Made == 2) :-
     in_target(( body_code(measures:measure(width(_), _, _, length), C, Code),
                 body_code(measures:measure(width(_), _, _, length), C, _),
