@@ -129,7 +129,7 @@ def _timed(judge: BatchJudge, paths: Sequence[Path]) -> list[tuple[float, float,
 
     Facts are made of all together: of that each has the same share.
     """
-    kinds = {name for name, _ in judge.asked}
+    kinds = {name for name, _ in judge.needed}
     times = np.full((REPEATS, len(paths), 3), np.inf)
     for repeat in times:
         scenes = []
@@ -193,7 +193,7 @@ def _workers(folder: Path, found: Sequence[Scene]) -> tuple[Row, ...]:
 def _native(found: list[list[Fact]], judge: BatchJudge) -> list[float]:
     with tempfile.TemporaryDirectory() as folder:
         for number, facts in enumerate(found, 1):
-            asked = [fact for fact in facts if (fact[0], len(fact) - 1) in judge.asked]
+            asked = [fact for fact in facts if (fact[0], len(fact) - 1) in judge.needed]
             text = "\n".join(map(fact_text, asked)) + "\n"
             (Path(folder) / f"{number}.pl").write_text(text, encoding="utf-8")
         program = NATIVE.format(

@@ -84,7 +84,7 @@ class BriefVerdict:
 
 
 class BatchJudge(Closing):
-    """The built-in models and the user's, asked of many scenes; arguments as for
+    """The built-in models and the user's, judged on many scenes; arguments as for
     `open_knowledge_base`. `limits` hold for all verdicts on one scene.
 
     It belongs to one thread. Raises RuleSyntaxError for a faulty file, EngineError if SWI-Prolog is
@@ -104,7 +104,7 @@ class BatchJudge(Closing):
             model_paths, trusted=trusted, limits=limits, crisp=crisp, raw=raw
         )
         self.models_hash = _models_hash(self._base)
-        self._asked: frozenset[tuple[str, int]] = frozenset()
+        self._needed: frozenset[tuple[str, int]] = frozenset()
         self._batch: str | None = None
         try:
             self._batch = self._opened()
@@ -121,9 +121,9 @@ class BatchJudge(Closing):
             of_module[rules.module].append(Atom(model))
         models = tuple(Struct("-", (Atom(m), tuple(names))) for m, names in of_module.items())
         about = Struct("batch", (Atom(batch), Atom(self._scene), models))
-        asked = self._base.request("open_batch", about, keep=batch)
-        self._asked = frozenset(map(_functor, _items(asked))) | SURFACES.keys()
-        self._needed = sorted(self._asked)
+        kinds = self._base.request("open_batch", about, keep=batch)
+        self._needed = frozenset(map(_functor, _items(kinds))) | SURFACES.keys()
+        self._in_order = sorted(self._needed)
         return batch
 
     @property
@@ -142,9 +142,9 @@ class BatchJudge(Closing):
         return {model: rules.content for model, rules in self._base.models.items()}
 
     @property
-    def asked(self) -> frozenset[tuple[str, int]]:
-        """The facts that the models ask for, as (functor, number of arguments)."""
-        return self._asked
+    def needed(self) -> frozenset[tuple[str, int]]:
+        """The kinds of facts that the models need, as (functor, number of arguments)."""
+        return self._needed
 
     def conditions(self) -> dict[str, Conditions]:
         """How the conditions of each model are judged."""
@@ -198,7 +198,7 @@ class BatchJudge(Closing):
     def _verdicts(
         self, fields: Sequence[str], kinds: Mapping[str, InputKind]
     ) -> Iterator[BriefVerdict]:
-        """From what told_verdicts/3 of batch.pl tells."""
+        """From the text of encoded_verdicts/3 of batch.pl."""
         field = iter(fields)
         for model in field:
             thing, state, low, high = (next(field) for _ in range(4))
@@ -212,6 +212,7 @@ class BatchJudge(Closing):
                 model,
                 self._base.models[model].content,
                 kinds.get(thing, InputKind.PICTURES),
+                State(state),
                 float(low),
                 float(high),
             )

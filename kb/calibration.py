@@ -1,11 +1,12 @@
 """How often a model is right when it says so: from a verdict's degree to its confidence.
 
 A degree follows from what was measured of this scene alone. It knows nothing of what was not seen,
-or of how well the model describes what people call so. Both depend on how the scene was measured:
-so each model has, for each kind of input, one monotone map from the middle of its degree's bounds
-to the share of things for which it was right, and each kind has one that all models share, for
-models of which too few are known. Maps are fitted by calibration_fit.py to scenes whose truth is
-known. They change neither what holds nor the degrees.
+or of how well the model describes what people call so. Both depend on how the scene was measured
+and on what came of it: so each model has, for each kind of input and each state of a verdict
+(holds, fails, unknown), one monotone map from the middle of its degree's bounds to the share of
+things that were what it describes; and each kind and state has one for models that were not
+counted. Maps are fitted by calibration_fit.py to scenes whose truth is known. They change neither
+what holds nor the degrees.
 """
 
 import hashlib
@@ -17,9 +18,11 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cache
 from importlib.resources import files
+from operator import itemgetter
 from types import MappingProxyType
 from typing import Any
 
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict
 
 __all__ = [
@@ -27,12 +30,12 @@ __all__ = [
     "Calibration",
     "Curve",
     "InputKind",
-    "KindCalibration",
+    "Maps",
     "content_key",
     "shipped_calibration",
 ]
 
-SCHEMA = "facetlog-calibration/2"
+SCHEMA = "facetlog-calibration/3"
 SHIPPED = "calibration.json"
 KEY_DIGITS = 16
 
@@ -66,8 +69,7 @@ class Curve:
 
     def at(self, score: float) -> float:
         """The share at a score; beyond the first and last knot, theirs."""
-        scores = [at for at, _ in self.knots]
-        after = bisect_left(scores, score)
+        after = bisect_left(self.knots, score, key=itemgetter(0))
         if after == 0:
             return self.knots[0][1]
         if after == len(self.knots):
@@ -78,8 +80,9 @@ class Curve:
 
 
 @dataclass(frozen=True, slots=True)
-class KindCalibration:
-    """The maps of one kind of input: of all models together, and of those with a map of their own.
+class Maps:
+    """The maps of verdicts of one state on one kind of input: of each model that was counted, and
+    the one of all others.
 
     `models` has by name the `content_key` of the text that was counted, and its map.
     """
@@ -95,38 +98,39 @@ class KindCalibration:
 
 @dataclass(frozen=True, slots=True)
 class Calibration:
-    """The maps of each kind of input; of a kind without any, nothing is calibrated."""
+    """The maps by kind of input and state of the verdict; where there are none, nothing is
+    calibrated."""
 
-    kinds: Mapping[InputKind, KindCalibration] = field(default_factory=lambda: MappingProxyType({}))
+    maps: Mapping[tuple[InputKind, State], Maps] = field(
+        default_factory=lambda: MappingProxyType({})
+    )
 
     def confidence(
-        self, model: str, content: str, kind: InputKind, low: float, high: float
+        self, model: str, content: str, kind: InputKind, state: State, low: float, high: float
     ) -> float | None:
-        """How often a model is right of such input where its degree has these bounds; or None."""
-        maps = self.kinds.get(kind)
+        """How often a thing is what the model describes where its verdict on such input has this
+        state, and its degree these bounds; or None."""
+        maps = self.maps.get((kind, state))
         return None if maps is None else maps.curve(model, content).at((low + high) / 2)
 
     def applied(self, verdict: Verdict, content: str, kind: InputKind) -> Verdict:
         """The verdict with its confidence; one on no thing at all has none."""
         low, high = verdict.degree, verdict.degree_at_most
-        said = self.confidence(verdict.model, content, kind, low, high)
+        said = self.confidence(verdict.model, content, kind, verdict.state, low, high)
         return replace(verdict, confidence=said if verdict.thing else None)
 
     def to_json(self) -> dict[str, Any]:
         """The maps as plain data, with the schema's name."""
-        return {
-            "schema": SCHEMA,
-            "kinds": {
-                kind.value: {
-                    "all": _curve_json(maps.pooled),
-                    "models": {
-                        name: {"content": content, **_curve_json(curve)}
-                        for name, (content, curve) in sorted(maps.models.items())
-                    },
-                }
-                for kind, maps in sorted(self.kinds.items())
-            },
-        }
+        kinds: dict[str, dict[str, Any]] = {}
+        for (kind, state), maps in sorted(self.maps.items()):
+            kinds.setdefault(kind.value, {})[state.value] = {
+                "all": _curve_json(maps.pooled),
+                "models": {
+                    name: {"content": content, **_curve_json(curve)}
+                    for name, (content, curve) in sorted(maps.models.items())
+                },
+            }
+        return {"schema": SCHEMA, "kinds": kinds}
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> "Calibration":
@@ -134,21 +138,19 @@ class Calibration:
         try:
             if data["schema"] != SCHEMA:
                 raise ValueError(f"a calibration has the schema {SCHEMA}, not {data['schema']}")
-            kinds = {
-                InputKind(kind): KindCalibration(
-                    _curve(maps["all"]),
-                    MappingProxyType(
-                        {
-                            str(name): (str(one["content"]), _curve(one))
-                            for name, one in maps["models"].items()
-                        }
-                    ),
-                )
-                for kind, maps in data["kinds"].items()
+            maps = {
+                (InputKind(kind), State(state)): _maps(one)
+                for kind, states in data["kinds"].items()
+                for state, one in states.items()
             }
         except (KeyError, TypeError, AttributeError) as exc:
             raise ValueError(f"this is no calibration: {exc!r}") from exc
-        return cls(MappingProxyType(kinds))
+        return cls(MappingProxyType(maps))
+
+
+def _maps(data: Mapping[str, Any]) -> Maps:
+    models = {str(name): (str(one["content"]), _curve(one)) for name, one in data["models"].items()}
+    return Maps(_curve(data["all"]), MappingProxyType(models))
 
 
 def _curve_json(curve: Curve) -> dict[str, Any]:

@@ -1,9 +1,14 @@
 """Calibrations fitted to verdicts whose truth is known, and how far a forecast is off.
 
-Isotonic regression (scipy's) of what was right on the middles of degrees' bounds. A map that is
-checked on sources which it was not fitted to says what a stranger's scenes will show.
+Verdicts of each state have three levels of maps: one of all, one for each kind of input, one for
+each model on this kind. Each is the share of what was true, by isotonic regression (scipy's) on the
+middles of degrees' bounds or, where degrees tell nothing, flat. Each level is shrunk to the one
+above, the more the fewer sources it was seen in: a level of n sources counts n / (n + strength).
+Shape and strength are those whose maps say best what is true of each source when fitted to all
+others. What a stranger's scenes will show is checked on sources that none of it was fitted to.
 """
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,12 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import isotonic_regression
 
-from facetlog.kb.calibration import Calibration, Curve, InputKind, KindCalibration
+from facetlog.kb.calibration import Calibration, Curve, InputKind, Maps
 from facetlog.kb.explaining.proof import State
 
 __all__ = [
+    "FORMS",
     "Bin",
+    "Form",
     "Sample",
+    "chosen_form",
     "expected_calibration_error",
     "fit",
     "held_out",
@@ -32,12 +40,25 @@ PRIOR_RIGHT, PRIOR_WRONG = 0.5, 0.5
 """Added to what was counted of each step of a map: Jeffreys' prior of a proportion, so that few
 samples never say 0 or 1."""
 
-BESIDE = 0.1
-"""What a verdict of another model counts beside one of the model itself, and one on another kind
-of input beside one of the same: where a model was hardly seen, it is as right as others are."""
-
 # Of a kept knot: far below what so many samples can tell apart.
 DIGITS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """How maps are fitted: whether they rise with the degree or are flat, and of how many sources a
+    level must be seen in to count as much as the one above."""
+
+    rising: bool
+    strength: float
+
+
+FORMS = tuple(
+    Form(rising, strength)
+    for rising in (False, True)
+    for strength in (32.0, 16.0, 8.0, 4.0, 2.0, 1.0, 0.5)
+)
+"""To choose from; the first says the same of all verdicts of a state, or nearly so."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,55 +83,118 @@ class Sample:
 
 
 def fit(samples: Iterable[Sample], contents: Mapping[str, str]) -> Calibration:
-    """The maps of all kinds that have samples; `contents` holds the content key of each model.
+    """The maps of all kinds of input and states that have samples; `contents` holds the content
+    key of each model.
 
-    Raises KeyError for a model whose content is not given.
+    A kind has maps of each state that any kind has. Raises KeyError for a model whose content is
+    not given.
     """
     every = tuple(samples)
-    kinds = sorted({sample.kind for sample in every})
-    return Calibration(MappingProxyType({kind: _of_kind(kind, every, contents) for kind in kinds}))
+    kinds = sorted({s.kind for s in every})
+    models = sorted({(s.kind, s.model) for s in every})
+    found = {}
+    for state in sorted({s.state for s in every}):
+        some = [s for s in every if s.state is state]
+        form = chosen_form(some)
+        levels = _levels(some, form.rising)
+        for kind in kinds:
+            own = {
+                model: (contents[model], _curve(levels, (kind, model), form.strength))
+                for its_kind, model in models
+                if its_kind is kind
+            }
+            pooled = _curve(levels, (kind,), form.strength)
+            found[kind, state] = Maps(pooled, MappingProxyType(own))
+    return Calibration(MappingProxyType(found))
 
 
 def held_out(samples: Sequence[Sample], contents: Mapping[str, str]) -> tuple[float, ...]:
     """The confidence of each sample by maps fitted to all other sources than its own.
 
-    Its score as it stands where no other source has its kind of input.
+    Its score as it stands where no other source has its kind of input or its state.
     """
     said = [sample.score for sample in samples]
     for source in dict.fromkeys(sample.source for sample in samples):
         calibration = fit((s for s in samples if s.source != source), contents)
         for i, one in enumerate(samples):
             if one.source == source:
-                content = contents[one.model]
-                found = calibration.confidence(one.model, content, one.kind, one.low, one.high)
+                found = calibration.confidence(
+                    one.model, contents[one.model], one.kind, one.state, one.low, one.high
+                )
                 said[i] = one.score if found is None else found
     return tuple(said)
 
 
-def _of_kind(
-    kind: InputKind, samples: Sequence[Sample], contents: Mapping[str, str]
-) -> KindCalibration:
-    scores = np.array([round(s.score, DIGITS) for s in samples])
-    truths = np.array([float(s.truth) for s in samples])
-    likewise = np.array([1.0 if s.kind is kind else BESIDE for s in samples])
-    names = np.array([s.model for s in samples])
-    here = np.array([s.kind is kind for s in samples])
-    own = {}
-    for model in sorted(set(names[here].tolist())):
-        weights = likewise * np.where(names == model, 1.0, BESIDE)
-        counted = int((here & (names == model)).sum())
-        own[model] = (contents[model], _fitted(scores, truths, weights, counted))
-    pooled = _fitted(scores, truths, likewise, int(here.sum()))
-    return KindCalibration(pooled, MappingProxyType(own))
+def chosen_form(samples: Sequence[Sample]) -> Form:
+    """The one of `FORMS` whose maps, fitted to all other sources, give the samples of each source
+    the highest likelihood; the first of those that do so equally well."""
+    losses = dict.fromkeys(FORMS, 0.0)
+    for source in sorted({s.source for s in samples}):
+        inside = [s for s in samples if s.source == source]
+        outside = [s for s in samples if s.source != source]
+        for rising in (False, True) if outside else ():
+            levels = _levels(outside, rising)
+            for sample in inside:
+                shares = _shares(_chain(levels, (sample.kind, sample.model)), sample.score)
+                for form in FORMS:
+                    if form.rising == rising:
+                        said = _shrunk(shares, form.strength)
+                        losses[form] -= math.log(said if sample.truth else 1.0 - said)
+    return min(losses, key=lambda form: losses[form])
 
 
-def _fitted(scores: FloatArray, truths: FloatArray, weights: FloatArray, counted: int) -> Curve:
-    """The map of weighed samples: isotonic regression, the prior added to each of its steps, and
-    once more: near 1/2 it moves a short step more than a long one, past which it might so come."""
-    at, index = np.unique(scores, return_inverse=True)
-    totals = np.bincount(index, weights=weights).astype(np.float64)
-    rights = np.bincount(index, weights=weights * truths).astype(np.float64)
-    step = _steps(rights / totals, totals)
+Key: TypeAlias = tuple[str, ...]
+"""Of a level: () for all samples, (kind of input,), or (kind of input, model)."""
+
+Levels: TypeAlias = Mapping[Key, tuple[Curve, int]]
+"""The map of each level, not shrunk yet, and how many sources it was seen in."""
+
+
+def _levels(samples: Iterable[Sample], rising: bool) -> Levels:
+    found: defaultdict[Key, list[Sample]] = defaultdict(list)
+    for sample in samples:
+        for key in ((), (sample.kind,), (sample.kind, sample.model)):
+            found[key].append(sample)
+    return {
+        key: (_fitted(some, rising), len({s.source for s in some})) for key, some in found.items()
+    }
+
+
+def _chain(levels: Levels, key: Key) -> tuple[tuple[Curve, int], ...]:
+    """A level and those above it, from the top; without those that no sample is of."""
+    every = (key[:length] for length in range(len(key) + 1))
+    return tuple(levels[one] for one in every if one in levels)
+
+
+def _shares(chain: Iterable[tuple[Curve, int]], score: float) -> tuple[tuple[float, int], ...]:
+    return tuple((curve.at(score), sources) for curve, sources in chain)
+
+
+def _shrunk(shares: Sequence[tuple[float, int]], strength: float) -> float:
+    """What levels come to of which each has a share and a number of sources, from the top."""
+    (said, _), *below = shares
+    for share, sources in below:
+        said += (share - said) * sources / (sources + strength)
+    return said
+
+
+def _curve(levels: Levels, key: Key, strength: float) -> Curve:
+    """The map of a level, shrunk: straight between the knots of all levels that it consists of."""
+    chain = _chain(levels, key)
+    counted = levels[key][0].samples if key in levels else 0
+    scores = sorted({at for curve, _ in chain for at, _ in curve.knots})
+    said = (round(_shrunk(_shares(chain, at), strength), DIGITS) for at in scores)
+    return Curve(counted, tuple(zip(scores, said, strict=True)))
+
+
+def _fitted(samples: Sequence[Sample], rising: bool) -> Curve:
+    """The map of samples: isotonic regression, or one step if it is not to rise; the prior added to
+    each step, and regression once more: near 1/2 it moves a short step more than a long one, past
+    which it might so come."""
+    at, index = np.unique([round(s.score, DIGITS) for s in samples], return_inverse=True)
+    totals = np.bincount(index).astype(np.float64)
+    rights = np.bincount(index, weights=[float(s.truth) for s in samples])
+    step = _steps(rights / totals, totals) if rising else np.zeros_like(index, shape=at.shape)
     right, total = np.bincount(step, weights=rights), np.bincount(step, weights=totals)
     shares = (right + PRIOR_RIGHT) / (total + PRIOR_RIGHT + PRIOR_WRONG)
     shares = isotonic_regression(shares, weights=total).x
@@ -118,8 +202,8 @@ def _fitted(scores: FloatArray, truths: FloatArray, weights: FloatArray, counted
     for number, share in enumerate(shares.tolist()):
         inside = at[step == number]
         ends = dict.fromkeys((float(inside[0]), float(inside[-1])))
-        knots += [(end, round(share, DIGITS)) for end in ends]
-    return Curve(counted, tuple(knots))
+        knots += [(end, share) for end in ends]
+    return Curve(len(samples), tuple(knots))
 
 
 def _steps(shares: FloatArray, weights: FloatArray) -> NDArray[np.int64]:

@@ -108,7 +108,7 @@ def _line_coverage(label: str, expected: bool, verdicts: Iterable[Verdict]) -> L
     for verdict in verdicts:
         # A rule in Prolog may have several conditions of one label.
         own = [c for c in verdict.conditions if c.label == label]
-        states.extend(map(_told, own))
+        states.extend(map(_seen_state, own))
         decided += _alone(own, verdict)
     return LineCoverage(label, expected, *_counts(states), decided)
 
@@ -121,7 +121,7 @@ def _alone(own: Sequence[Condition], verdict: Verdict) -> bool:
     return bool(deciding) and all(c in own for c in deciding)
 
 
-def _told(condition: Condition) -> State:
+def _seen_state(condition: Condition) -> State:
     """The state of a line, or of what it expects."""
     expected = _expected(condition.proof)
     return condition.proof.state if expected is None else expected.state

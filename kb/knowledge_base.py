@@ -64,7 +64,7 @@ _bases = count(1)
 
 
 class KnowledgeBase(Closing):
-    """Scenes and models, and what can be asked of them; `calibration` is at first the shipped one.
+    """Scenes and models, and questions about them; `calibration` is at first the shipped one.
 
     `isolated` puts Prolog into a process of its own with `memory_mb` of memory, for rules that
     strangers wrote. A `crisp` one takes all values as exact: conditions hold, fail or are open, and
@@ -247,9 +247,9 @@ class KnowledgeBase(Closing):
     ) -> Answers:
         """The answers to a question, which stream as they are read; at most `most` of them.
 
-        `goal` is written as in docs/queries.md. `bindings` gives values to its variables. Asked are
-        all scenes, or those named. Raises QueryError for a question that cannot be asked, and from
-        the answers EngineError where a limit is reached.
+        `goal` is written as in docs/queries.md. `bindings` gives values to its variables. It is
+        about all scenes, or those named. Raises QueryError for a question that cannot be asked, and
+        from the answers EngineError where a limit is reached.
         """
         limits = limits or self.limits
         if most is not None and most < 0:
@@ -347,7 +347,7 @@ class KnowledgeBase(Closing):
             # The scene must still be the one of this module when the request begins.
             module = Atom(self._scene(scene).module)
             request = (Atom(self._name), module, limits.bounds, Struct(operation, about))
-            text = term_text(Struct("asked", request))
+            text = term_text(Struct("request", request))
             self._facts.keep(text, (module.name,))
             replies = self._door.replies(operation, text, seconds=limits.seconds)
         try:

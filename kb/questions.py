@@ -24,7 +24,7 @@ from facetlog.kb.engine.door import Door, Replies, checked
 from facetlog.kb.engine.terms import Atom, Struct, Term, Var, term_text
 from facetlog.kb.limits import Limits
 
-__all__ = ["Asked", "Question"]
+__all__ = ["PosedQuestion", "Question"]
 
 FEWEST_FACTS = 2000
 """Of a kind in a scene: of fewer Prolog is as fast, since a plan takes a millisecond."""
@@ -34,7 +34,7 @@ FEWEST_FACTS = 2000
 class Question:
     """A goal, as in docs/queries.md, with the values of some of its variables.
 
-    Asked are the scenes of the knowledge base `base`, all if None, for `most` answers, any number
+    Its scenes are those of the knowledge base `base`, all if None, for `most` answers, any number
     if None.
     """
 
@@ -45,9 +45,9 @@ class Question:
     most: int | None = None
     bindings: tuple[tuple[str, Term], ...] = ()
 
-    def put(self, door: Door, columns: Mapping[str, SceneColumns]) -> "Asked":
+    def put(self, door: Door, columns: Mapping[str, SceneColumns]) -> "PosedQuestion":
         """The question, on its way to Prolog; `columns` are those of scenes by their modules."""
-        return Asked(self, door, dict(columns), self.replies(door, FEWEST_FACTS))
+        return PosedQuestion(self, door, dict(columns), self.replies(door, FEWEST_FACTS))
 
     def replies(self, door: Door, fewest: int | None = None) -> Replies:
         """What Prolog says: answers; before them a plan, of questions about `fewest` facts."""
@@ -61,7 +61,7 @@ class Question:
         return door.replies("query", term_text(Struct("query", args)), seconds=self.limits.seconds)
 
 
-class Asked:
+class PosedQuestion:
     """A question that was put; what is loaded afterwards changes none of its answers."""
 
     def __init__(
@@ -154,7 +154,7 @@ class Asked:
         """What Prolog says to a request about a scene, within the limits of the question."""
         limits = self._question.limits
         about = (Atom(self._question.base), Atom(scene.module), limits.bounds, request)
-        text = term_text(Struct("asked", about))
+        text = term_text(Struct("request", about))
         reply = self._door.reply(request.functor, text, seconds=limits.seconds)
         try:
             return checked(reply, self._question.goal)[0]

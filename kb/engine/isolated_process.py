@@ -1,8 +1,8 @@
 """Prolog in a process of its own, with a memory limit: for rules that strangers wrote.
 
 The same requests as engine_pool.py takes go over a socket, as JSON and bytes; nothing that the
-process says is ever unpickled. If it dies, whoever waits is told so, and the next request starts
-another one, in which what was loaded is loaded again.
+process says is ever unpickled. If it dies, whoever waits gets an error that says so, and the next
+request starts another one, in which what was loaded is loaded again.
 """
 
 import json
@@ -116,7 +116,7 @@ class _Process:
         self.dead: EngineError | None = None
         # What is to be sent; a process that does not read must not hold up who writes.
         self._outbox: queue.SimpleQueue[bytes | None] = queue.SimpleQueue()
-        self.told = False  # whether someone who waited knows that it is dead
+        self.reported = False  # whether someone who waited knows that it is dead
         for task in (self._read, self._write):
             threading.Thread(target=task, name="facetlog-isolated", daemon=True).start()
 
@@ -139,7 +139,7 @@ class _Process:
             self._open.pop(number, None)
 
     def send(self, message: _Message) -> None:
-        # Encoded here: who asks is told if there is no memory for it, not a thread of ours.
+        # Encoded here: without memory for it the sender gets the error, not a thread of ours.
         self._outbox.put(json.dumps(message).encode())
 
     def _write(self) -> None:
@@ -147,7 +147,7 @@ class _Process:
             while (message := self._outbox.get()) is not None:
                 self._connection.send_bytes(message)
         except (OSError, MemoryError):
-            self.kill()  # or is now: the reading thread tells those who wait
+            self.kill()  # or is now: the reading thread wakes those who wait
 
     def kill(self) -> None:
         """Ends the process; who asks from now on gets another one."""
@@ -156,7 +156,7 @@ class _Process:
 
     def end(self) -> None:
         """Ends the process for good."""
-        self.told = True
+        self.reported = True
         self.kill()
 
     def _read(self) -> None:
@@ -186,7 +186,7 @@ class _Process:
                 return
             self.dead = EngineError(self._obituary(code))
             waiting, self._open = tuple(self._open.values()), {}
-            self.told = self.told or bool(waiting)
+            self.reported = self.reported or bool(waiting)
         self._outbox.put(None)
         for inbox in waiting:
             inbox.put(self.dead)
@@ -272,7 +272,7 @@ class IsolatedProcess:
             if self._closed:
                 raise EngineError("the knowledge base is closed")
             if self._process is not None and self._process.dead is not None:
-                if not self._process.told:
+                if not self._process.reported:
                     _LOG.warning("%s", self._process.dead)
                 self._process = None
             if self._process is None:

@@ -42,7 +42,7 @@ def raised(key: int) -> BaseException | None:
 
 
 def called(request: str) -> str:
-    """The solutions of a call as Prolog text; an exception is kept, and Prolog is told its key.
+    """The solutions of a call as Prolog text; an exception is kept, and Prolog is given its key.
 
     `request` is JSON, a list of the function's key and its arguments. Never raises.
     """

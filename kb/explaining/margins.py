@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["Margin", "margin", "state_with", "turned"]
 
 # Just beyond an edge, relative to the numbers there: far above a float's rounding, far below what
-# any picture tells.
+# any picture shows.
 BEYOND = 1e-9
 
 # Too few of what is counted may be all that was seen: kb/prolog/meaning/compare.pl, so_far/1.
@@ -99,7 +99,7 @@ def turned(verdict: "Verdict") -> Iterator[Margin]:
             after = _joined((others, *states))
             if after is before or (after in nearest and abs(change) >= abs(nearest[after].change)):
                 continue
-            # The line that the change turns tells more than the line that the edge belongs to.
+            # The line that the change turns says more than the line that the edge belongs to.
             label = next(
                 c.label for c, s in zip(asked, states, strict=True) if s is not c.proof.state
             )
@@ -198,7 +198,7 @@ def _combined(proof: Proof, step: Note, states: list[State]) -> State:
             return _some(states)
         case "not", [state]:
             return _OPPOSITE[state]
-        case "if_known" | "not_asked", [state]:
+        case "if_known" | "not_applied", [state]:
             return State.HOLDS if state is State.UNKNOWN else state
         case "implies", [where, then]:
             return _some((_OPPOSITE[where], then))

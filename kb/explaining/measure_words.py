@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping
 
-__all__ = ["height_words", "limit_words", "measure_words", "with_roles"]
+__all__ = ["height_words", "limit_words", "measure_words", "ratio_words", "with_roles"]
 
 # Heights are above the lowest point of the thing, but for an own height.
 _HEIGHTS = {
@@ -14,6 +14,8 @@ _HEIGHTS = {
     "height": "{}'s own height",
 }
 _HEIGHT = re.compile(rf"\b({'|'.join(_HEIGHTS)})\(([^\W\d]\w*)\)")
+# One measure over another or a number: neither is a sum, which stands in brackets.
+_RATIO = re.compile(r"(\w+\([^()]*\))/(\w+\([^()]*\)|[\d.]+)")
 _SHARE = re.compile(r"^(-?[\d.]+(?:e-?\d+)?)\*(.+)$")
 
 
@@ -27,6 +29,18 @@ def measure_words(measure: str) -> str:
     """
     words = _HEIGHT.sub(lambda m: _HEIGHTS[m[1]].format(m[2]).removeprefix("the "), measure)
     return re.sub(r"(?<=[a-z)])([-+])(?=[a-z(])", r" \1 ", words) if words != measure else measure
+
+
+def ratio_words(measure: str) -> tuple[str, str]:
+    """What is measured, and what its share is of: empty where the measure is no ratio of two.
+
+    >>> ratio_words("width(f1)/length(f1)"), ratio_words("fill(f1)")
+    (('width(f1)', ' of length(f1)'), ('fill(f1)', ''))
+    """
+    found = _RATIO.fullmatch(measure)
+    if found is None:
+        return measure_words(measure), ""
+    return measure_words(found[1]), f" of {measure_words(found[2])}"
 
 
 def height_words(measure: str) -> str:

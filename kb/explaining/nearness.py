@@ -8,6 +8,10 @@ NOISE_SDS = 3.0
 # Angles have no size to be compared with: 0 is no less than 90.
 RIGHT_ANGLE = 90.0
 
+# To so many digits changes are compared: of those that differ by rounding alone the first is least,
+# on every processor.
+DIGITS = 9
+
 Nearness = tuple[bool, float]
 """Sorts changes from the least; what an error of measurement explains comes before all else."""
 
@@ -23,12 +27,16 @@ def nearness(change: float, value: float, sd: float, kind: str) -> Nearness:
 
     >>> near, far = nearness(0.02, 0.5, 0.01, "length"), nearness(0.02, 0.5, 0.001, "length")
     >>> near, far, near < far
-    ((False, 2.0), (True, 0.038461538461538464), True)
+    ((False, 2.0), (True, 0.0384615385), True)
     """
     size = abs(change)
     if sd > 0 and size <= NOISE_SDS * sd:
-        return False, size / sd
+        return False, _rounded(size / sd)
     if kind == "deg":
-        return True, size / RIGHT_ANGLE
+        return True, _rounded(size / RIGHT_ANGLE)
     scale = max(abs(value), abs(value + change))
-    return True, size / scale if scale > 0 else 0.0
+    return True, _rounded(size / scale) if scale > 0 else 0.0
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{DIGITS}g}")

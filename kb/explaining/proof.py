@@ -20,7 +20,7 @@ from facetlog.kb.explaining.amounts import (
     suiting,
     with_unit,
 )
-from facetlog.kb.explaining.measure_words import limit_words, measure_words
+from facetlog.kb.explaining.measure_words import limit_words, measure_words, ratio_words
 from facetlog.kb.explaining.nearness import Nearness, nearness
 
 __all__ = ["MARKS", "Comparison", "Note", "Proof", "Shortfall", "Side", "State", "Within"]
@@ -155,16 +155,18 @@ class Comparison:
 
     def text(self, length_unit: str | None, *, with_sd: bool = True) -> str:
         """For example 'angle(f1, f2) = 90.3° ± 0.4°'."""
-        unit, measure = self.written_in(length_unit), measure_words(self.measure)
+        unit, measure, end = self.written_in(length_unit), measure_words(self.measure), ""
+        if self.kind == "ratio":
+            measure, end = ratio_words(self.measure)
         value, sd = unit.of(self.value), self.sd / unit.size
         number, spread = measured(value, sd), deviation(value, sd)
         if not spread:
             number = beside(value, *map(unit.of, self.within.limits))
         if not spread or not with_sd:
-            return f"{measure} = {with_unit(number, unit.name)}"
+            return f"{measure} = {with_unit(number, unit.name)}{end}"
         # A degree sign belongs to each number, a unit that is a word to both.
         number = with_unit(number, unit.name if unit.is_degree else "")
-        return f"{measure} = {number} ± {with_unit(spread, unit.name)}"
+        return f"{measure} = {number} ± {with_unit(spread, unit.name)}{end}"
 
     @property
     def nearness(self) -> Nearness:
@@ -354,6 +356,6 @@ class Proof:
 _JOINED = {
     "any": "one of these at least:",
     "not": "all this together should not be so:",
-    "not_asked": "not asked, for it is not known:",
+    "not_applied": "not required, for it is not known:",
     "expect": "expected, but not required:",
 }

@@ -49,8 +49,8 @@ class Reason:
 def reason(proof: Proof) -> Reason | None:
     """The reason for the state of a condition.
 
-    None if it holds only because it is not asked of such a thing, as where a guard does not apply,
-    there is nothing to choose from, or what it needs is not known.
+    None if it holds only because it does not apply to such a thing: a guard exempts it, there is
+    nothing to choose from, or what it needs is not known.
     """
     holds = proof.state is State.HOLDS
     steps = _steps(proof, holds=holds, is_wanted=True, beside=False)
@@ -70,7 +70,7 @@ class _Step:
 
 
 def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple[_Step, ...]:
-    """The steps that together suffice for the state of a proof; none where it is not asked.
+    """The steps that together suffice for the state of a proof; none where it does not apply.
 
     `holds` is whether the condition that it belongs to does, `beside` whether the proof is an
     alternative to others: what was seen of a thing is then only said of things seen so.
@@ -90,8 +90,8 @@ def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple
                 min(found, key=len) if holds else tuple(step for steps in found for step in steps)
             )
         case "any" if proof.state is State.HOLDS:
-            asked = () if any(map(_is_exempt, same)) else tuple(of(c, beside=True) for c in same)
-            return min(filter(None, asked), key=len, default=())
+            found = () if any(map(_is_exempt, same)) else tuple(of(c, beside=True) for c in same)
+            return min(filter(None, found), key=len, default=())
         case "any" if holds:
             # Beneath a `not`: all of them have to fail.
             return tuple(step for child in same for step in of(child, beside=True))
@@ -100,7 +100,7 @@ def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple
         case "not":
             (inside,) = proof.children
             return _steps(inside, holds=holds, is_wanted=not is_wanted, beside=beside)
-        case "if_known" | "not_asked":
+        case "if_known" | "not_applied":
             return () if _is_exempt(proof) else of(proof.children[0])
         case "expect":
             (inside,) = proof.children
@@ -119,7 +119,7 @@ def _steps(proof: Proof, *, holds: bool, is_wanted: bool, beside: bool) -> tuple
 
 
 def _is_exempt(proof: Proof) -> bool:
-    """Whether a proof holds because what it says is not asked of such a thing."""
+    """Whether a proof holds because what it says does not apply to such a thing."""
     if proof.state is not State.HOLDS:
         return False
     match proof.name:
@@ -129,7 +129,7 @@ def _is_exempt(proof: Proof) -> bool:
             return nothing or _says_how_seen(inside)
         case "if_known":
             return proof.children[0].state is State.UNKNOWN
-        case "not_asked":
+        case "not_applied":
             return True
         case "implies":
             return proof.is_void

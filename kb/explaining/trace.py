@@ -55,7 +55,7 @@ def trace(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Itera
         text = tuple(trace(child, length_unit, inner))
         if "\n".join(text) not in shown:
             shown.add("\n".join(text))
-            # What leaves several alternatives open is told of the first.
+            # What leaves several alternatives open is said with the first.
             for line in text:
                 if line not in open_ones:
                     yield line
@@ -78,7 +78,7 @@ def _implied(proof: Proof, length_unit: str | None, depth: int) -> Iterator[str]
 
 def _where(proof: Proof, length_unit: str | None) -> str:
     where = f"where {first_reason(proof.children[0], length_unit)}, "
-    return f"{where}nothing is asked" if proof.is_void else where
+    return f"{where}nothing is required" if proof.is_void else where
 
 
 def _joins(proof: Proof) -> bool:

@@ -208,7 +208,7 @@ def _axis_words(direction: Vector) -> str:
 def _beside_a_view(
     direction: Vector, off: float, sight: Sight, seers: Sequence[Place], thing: "_Thing"
 ) -> Unseen:
-    """A place in that direction, told from the view that is nearest to it."""
+    """A place in that direction, described from the view that is nearest to it."""
     steps = np.array([place.at for place in seers]) - thing.middle
     away = float(np.median(np.linalg.norm(steps, axis=1)))
     up = None if sight.up is None else np.array(sight.up)

@@ -92,7 +92,7 @@ class Verdict:
     `also` counts the other ways to choose the parts that hold as well. `length_unit` is 'm', or
     None where the scale is not known. `specialises` names the models of which this one is a special
     case, the nearest first. `confidence` is how often the model was right of labelled things that
-    were measured likewise, where it gave this degree (calibration.py); None of a verdict on no
+    were measured likewise, where it gave such a verdict (calibration.py); None of a verdict on no
     thing, of parts that were given, and where nothing is calibrated. `unseen` says why parts may
     have been missed and from where they could be seen, if someone asked why it does not hold.
     """

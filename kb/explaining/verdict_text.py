@@ -28,6 +28,9 @@ WIDTH = 100
 # A degree that is written as 100 % says nothing that the verdict does not.
 CERTAIN = 0.995
 
+# What leaves several conditions open is said once for all of them.
+_OF_SEVERAL = CAUSES | {UNSEEN: "a face that they need was not seen"}
+
 
 def summary(verdict: "Verdict") -> str:
     """One sentence: what it is, or why it is not, or what is missing."""
@@ -73,7 +76,7 @@ def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
     if verdict.state is State.UNKNOWN and len(unseen) == len(parts):
         roles = " or ".join(unseen)
         return (f": no face was measured that could be its {roles}",), (": no part was measured",)
-    if unseen and any(map(_needs_unseen, verdict.conditions_that(verdict.state))):
+    if unseen and any(_open_because(c, UNSEEN) for c in verdict.conditions_that(verdict.state)):
         seen = len(parts) - len(unseen)
         if all(len(role) > 1 for role in unseen):
             return ((f": no face was measured that could be its {' or '.join(unseen)}",),)
@@ -96,7 +99,7 @@ def _reasons(verdict: "Verdict") -> tuple[tuple[str, ...], ...]:
 def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
     """The verdict as text: parts, sizes and conditions, with `full` the whole proof of each.
 
-    Conditions that hold because they are not asked of such a thing are counted. Where the verdict
+    Conditions that hold because they do not apply to such a thing are counted. Where the verdict
     does not hold, all that hold are.
     """
     yield summary(verdict) if full else summary_line(verdict)
@@ -130,14 +133,16 @@ def miss_lines(verdict: "Verdict") -> Iterator[str]:
     """
     counts = {state: len(verdict.conditions_that(state)) for state in State}
     fails, unknown = counts[State.FAILS], counts[State.UNKNOWN]
+    of_all = f" of {len(verdict.conditions)} conditions"
     said = []
     if fails:
-        said.append(f"{fails} of {len(verdict.conditions)} conditions fail{'s' * (fails == 1)}")
+        said.append(f"{fails}{of_all} fail{'s' * (fails == 1)}")
     if unknown:
-        said.append(f"{unknown} cannot be told")
-    known = "is no" if fails else "may be a" if unknown else "is a"
+        said.append(f"{unknown}{'' if fails else of_all} {'is' if unknown == 1 else 'are'} unknown")
+    one = with_article(verdict.model)
+    known = f"is no {verdict.model}" if fails else f"may be {one}" if unknown else f"is {one}"
     end = f": {', '.join(said) or 'all hold'}"
-    head = f"{verdict.thing} {known} {verdict.model}"
+    head = f"{verdict.thing} {known}"
     named = tuple(f"{head} with {parts}{end}" for parts in _named(verdict.parts, ", "))
     yield _fitting((*named, f"{head}{end}"))
     yield from _missing(verdict)
@@ -147,11 +152,12 @@ def _missing(verdict: "Verdict") -> Iterator[str]:
     """What fails, then what is open, first what the least change would turn; then what holds."""
     for state in (State.FAILS, State.UNKNOWN):
         lines = _by_change(verdict, state)
-        unseen = [line for line in lines if _needs_unseen(line)]
-        if len(unseen) > 1:
-            lines = [line for line in lines if line not in unseen]
-            said = "not known, because a face that they need was not seen"
-            yield from _wrapped(f"  ? {listed([line.label for line in unseen])}: {said}")
+        for cause, why in _OF_SEVERAL.items():
+            same = [line for line in lines if _open_because(line, cause)]
+            if len(same) > 1:
+                lines = [line for line in lines if line not in same]
+                which = listed([line.label for line in same])
+                yield from _wrapped(f"  ? {which}: not known, because {why}")
         for line in lines:
             yield from _condition_with_reason(line, _reason_texts(line, verdict.length_unit))
     yield from _unseen(verdict)
@@ -171,11 +177,11 @@ def _condition_with_reason(line: "Condition", texts: tuple[str, ...]) -> Iterato
         yield _fitting(f"      {text}" for text in texts)
 
 
-def _needs_unseen(line: "Condition") -> bool:
-    """Whether a condition is open because a part was not seen."""
+def _open_because(line: "Condition", cause: str) -> bool:
+    """Whether what decides a condition is not known for this cause."""
     found = reason(line.proof)
     step = None if found is None else found.step.detail
-    return isinstance(step, Note) and step.cause == CAUSES[UNSEEN]
+    return isinstance(step, Note) and step.cause == CAUSES[cause]
 
 
 def _unseen(verdict: "Verdict") -> Iterator[str]:
@@ -222,7 +228,7 @@ def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
 
 def _reason_texts(line: "Condition", length_unit: str | None) -> tuple[str, ...]:
     found = reason(line.proof)
-    return ("it is not asked of such a thing",) if found is None else found.texts(length_unit)
+    return ("it does not apply to such a thing",) if found is None else found.texts(length_unit)
 
 
 def _parts(verdict: "Verdict", *, full: bool) -> Iterator[str]:

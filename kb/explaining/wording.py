@@ -159,7 +159,7 @@ def cause_words(cause: str, about: Term) -> str:
         return CAUSES[cause]
     if cause == "none" or not isinstance(about, Struct):
         return ""
-    absent = _ABSENT.get(_SAME_AS.get(about.functor, about.functor), "no picture tells")
+    absent = _ABSENT.get(_SAME_AS.get(about.functor, about.functor), "no picture shows it")
     # Were up the cause, it would have been given as such.
     return absent.removeprefix("up is not known, or ")
 

@@ -40,15 +40,15 @@ class Tally:
         """The numbers in a sentence.
 
         >>> Tally(True, 3, 2, 1, "f7").words()
-        'there are 2, at least 3 are wanted, but there may be more; f7 comes next'
+        '2 were found, at least 3 are wanted, but there may be more; f7 comes next'
         >>> Tally(False, 1, 2, 0, "f9").words()
-        'there are 2, at most 1 is wanted; f9 is one too many'
+        '2 were found, at most 1 is wanted; f9 is one too many'
         """
         bound = "at least" if self.at_least else "at most"
-        more = f" and may be {self.undecided} more" if self._is_open_above() else ""
+        more = f", {self.undecided} more may be" if self._is_open_above() else ""
         wanted = f"{bound} {self.count} {'is' if self.count == 1 else 'are'} wanted"
-        there = "is" if self.holding == 1 else "are"
-        return f"there {there} {self.holding}{more}, {wanted}{self._end()}"
+        found = {0: "none was", 1: "1 was"}.get(self.holding, f"{self.holding} were")
+        return f"{found} found{more}, {wanted}{self._end()}"
 
     def _is_open_above(self) -> bool:
         some = self.holding <= self.count < self.holding + self.undecided

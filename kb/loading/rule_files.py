@@ -21,8 +21,8 @@ from facetlog.kb.loading.rule_text import rule_text
 __all__ = ["RuleFiles"]
 
 
-def _told(message: str, source: RuleSource) -> str:
-    """What is wrong with compiled text, told of the files that it was made from."""
+def _reported(message: str, source: RuleSource) -> str:
+    """What is wrong with compiled text, reported for the files that it was made from."""
     place = re.compile(rf"^{re.escape(str(source.path))}:(\d+):\d+", re.MULTILINE)
     return place.sub(lambda found: source.place(int(found[1])), message)
 
@@ -105,7 +105,7 @@ class RuleFiles:
         except RuleSyntaxError as error:
             if not source.is_compiled:
                 raise
-            raise RuleSyntaxError(_told(str(error), source)) from None
+            raise RuleSyntaxError(_reported(str(error), source)) from None
         key = content_key(source.text)
         rules_file = decode_rule_file(
             loaded, source.path, trusted=trusted, content=key, files=source.files

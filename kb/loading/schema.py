@@ -1,4 +1,4 @@
-"""The facts' schema, as Prolog is told it when it starts."""
+"""The facts' schema, as Prolog is given it when it starts."""
 
 from facetlog.kb.engine.terms import Atom, Struct, term_text
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA

@@ -189,10 +189,10 @@ result("why", Text, Verdict) :-
 result("why_not", Text, Verdicts) :-
     explained(Text, why_not(Module, Model, Things, Given, Count),
               why_not(Module, Model, Things, Given, Count, Verdicts)).
-result("open_batch", Text, Asked) :-
+result("open_batch", Text, Kinds) :-
     term_string(batch(Base, Batch, Scene, Models), Text),
     ask_base(Base, all),
-    open_batch(Batch, Scene, Models, Asked).
+    open_batch(Batch, Scene, Models, Kinds).
 result("judge_batch", Text, Verdicts) :-
     once(sub_string(Text, End, 1, _, "\n")),
     sub_string(Text, 0, End, _, Line),
@@ -202,7 +202,7 @@ result("judge_batch", Text, Verdicts) :-
     ask_base(Base, all),
     setup_call_cleanup(
         true,
-        bounded(Bounds, told_verdicts(Batch, Columns, Verdicts)),
+        bounded(Bounds, encoded_verdicts(Batch, Columns, Verdicts)),
         empty_batch(Batch)).
 result("batch_conditions", Text, Models) :-
     term_string(batch(_, Batch), Text),
@@ -239,14 +239,14 @@ known_of_scene(scanned(Thing), Scene) :- catch(Scene:scanned(Thing), _, fail).
 %   Bases that take all values as exact (quantities.pl).
 :- dynamic crisp_base/1.
 
-%   What is asked from here on is asked of Base.
+%   Base is the current knowledge base from here on.
 ask_base(Base, Scenes) :-
-    b_setval(facetlog_asked, Base-Scenes),
+    b_setval(facetlog_base, Base-Scenes),
     ( crisp_base(Base) -> Crisp = true ; Crisp = false ),
     b_setval(facetlog_crisp, Crisp).
 
 explained(Text, Request, Goal) :-
-    term_string(asked(Base, Scene, Bounds, Request), Text),
+    term_string(request(Base, Scene, Bounds, Request), Text),
     ask_base(Base, all),
     bounded(Bounds, in_scene(Scene, Goal)).
 
@@ -294,15 +294,15 @@ ok(Result, Reply) :-
     json_reply([text("ok"), term(Result)], Reply).
 
 problem(Error0, Operation, Text, [Reply]) :-
-    told_shortly(Error0, Error),
+    brief_error(Error0, Error),
     catch(( fault(Error, Kind0, Message0, Place0),
             placed(Kind0, Message0, Place0, Error, Operation, Text, Kind, Message, Place) ), _,
           ( Kind = "prolog", Message = "an error that cannot be shown", Place = [] )),
     json_reply([text("error"), text(Kind), text(Message), term(Place)], Reply).
 
 %   Faults are our own texts; whatever else may hold a term of any size.
-told_shortly(Error, Error) :-
+brief_error(Error, Error) :-
     ( Error = rule_faults(_) ; Error = question_error(_, _, _, _) ),
     !.
-told_shortly(Error, Short) :-
+brief_error(Error, Short) :-
     shortened(Error, Short).

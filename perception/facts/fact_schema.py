@@ -181,13 +181,13 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "convex +F1:face +F2:face",
         _MAYBE,
         "the solid bulges at their edge: dihedral below 180 and above 0, by more than 3 sd",
-        "otherwise, or it cannot be told",
+        "otherwise, or it is not known",
     ),
     _kind(
         "concave +F1:face +F2:face",
         _MAYBE,
         "the solid is hollow at their edge: dihedral above 180 and below 360, by more than 3 sd",
-        "otherwise, or it cannot be told",
+        "otherwise, or it is not known",
     ),
     _kind(
         "opposite +F1:face +F2:face",

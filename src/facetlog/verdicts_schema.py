@@ -109,7 +109,7 @@ class ReasonRecord(_MeasuredRecord):
 class ConditionRecord(_Record):
     """A condition of the model: the author's reason, its place, its state, and what decided that.
 
-    `because` is null where it holds because it is not asked of such a thing. `text`, the line as
+    `because` is null where it holds because it does not apply to such a thing. `text`, the line as
     it is written, and `proof` are there with --full.
     """
 

@@ -11,7 +11,12 @@ CLASSES = ("chair", "table", "box")
 
 def _row(path: str, error: str | None = None, **degrees: float) -> Row:
     verdicts = [
-        {"model": model, "state": "holds" if degree else "fails", "degree": degree}
+        {
+            "model": model,
+            "state": "holds" if degree else "fails",
+            "degree": degree,
+            "confidence": degree / 2,
+        }
         for model, degree in degrees.items()
     ]
     return {"path": path, "verdicts": verdicts, "error": error}
@@ -38,7 +43,8 @@ def _counted(*cases: tuple[str, Row], count_as: tuple[str, ...] = ()) -> Confusi
 def test_the_answer_is_the_surest_of_the_models_asked_for(
     row: Row, expected: tuple[str, float | None]
 ) -> None:
-    assert answer(row, CLASSES) == expected
+    model, verdict = answer(row, CLASSES)
+    assert (model, None if verdict is None else verdict["degree"]) == expected
 
 
 def test_shares_are_of_what_was_counted() -> None:
@@ -67,7 +73,7 @@ def test_shares_are_of_what_was_counted() -> None:
     assert confusion.unlabelled == 1
     assert [m.path for m in confusion.mistakes] == ["c", "f", "g", "k"]
     text = "\n".join(confusion.lines())
-    assert "c: chair, answered table (100%)" in text
+    assert "c: chair, answered table (50%)" in text
     assert "g: box, answered error: empty" in text
     assert "not counted: cabinet → box 1, desk → table 1" in text
     data = confusion.to_json()

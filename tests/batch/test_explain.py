@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from facetlog.batch.engine import SceneEngine
-from facetlog.batch.explain import Doubt, explained
-from facetlog.batch.rows import Row, closest
+from facetlog.batch.explain import Mistaken, explained
+from facetlog.batch.rows import Row, closest, sureness
 from facetlog.batch.settings import Item, Settings
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, table
 from facetlog.perception.surfaces.scene_file import write_scene
@@ -23,8 +23,8 @@ def engine() -> Iterator[SceneEngine]:
     made.close()
 
 
-def _doubt(row: Row, right: str, answered: str) -> Doubt:
-    return Doubt(right=right, answered=answered, verdicts=closest(row))
+def _mistaken(row: Row, right: str, answered: str) -> Mistaken:
+    return Mistaken(right=right, answered=answered, verdicts=closest(row))
 
 
 def test_both_questions_are_answered_of_the_verdict_in_the_row(
@@ -34,17 +34,19 @@ def test_both_questions_are_answered_of_the_verdict_in_the_row(
     item = Item(str(tmp_path / "t.json"))
     row = engine.row(item)
     top = closest(row)["table"]["parts"][0]["names"][0]
-    told = explained(item, SETTINGS, _doubt(row, "box", "table"))
+    told = explained(item, SETTINGS, _mistaken(row, "box", "table"))
     assert base64.b64decode(told["picture"]).startswith(b"\x89PNG")
     why_not, why = told["reasons"]
     assert why_not["title"] == "Why not box"
     assert "box" in why_not["lines"][0]
     assert why["title"] == "Why table"
     assert f"top = {top}" in "\n".join(why["lines"])
+    assert why["lines"][0] == f"t1 is a table ({sureness(closest(row)['table']):.0%})"
+    assert sureness(closest(row)["table"]) < closest(row)["table"]["degree"]
     # One leg alone is a group all the same: it cannot be given, and the proof is told nevertheless.
     for part in closest(row)["table"]["parts"][1:]:
         part["names"] = part["names"][:1]
-    again = explained(item, SETTINGS, _doubt(row, "none", "table"))
+    again = explained(item, SETTINGS, _mistaken(row, "none", "table"))
     assert again["reasons"] == [why]
 
 
@@ -54,7 +56,7 @@ def test_a_model_that_holds_as_well_is_not_told_to_be_missing(
     write_scene(cuboid(), tmp_path / "c.json")
     item = Item(str(tmp_path / "c.json"))
     row = engine.row(item)
-    told = explained(item, SETTINGS, _doubt(row, "box", "none"))
+    told = explained(item, SETTINGS, _mistaken(row, "box", "none"))
     assert told["reasons"] == []
 
 
@@ -65,6 +67,6 @@ def test_what_cannot_be_told_is_said_in_place_of_the_reason(
     item = Item(str(tmp_path / "c.json"))
     row = engine.row(item)
     closest(row)["table"]["thing"] = "t99"
-    told = explained(item, SETTINGS, _doubt(row, "table", "box"))
+    told = explained(item, SETTINGS, _mistaken(row, "table", "box"))
     assert [reason["title"] for reason in told["reasons"]] == ["Why not table", "Why box"]
     assert "t99" in told["reasons"][0]["lines"][0]

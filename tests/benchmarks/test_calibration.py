@@ -192,13 +192,16 @@ def test_every_model_is_asked_of_every_thing_but_where_people_differ(found: Judg
 
 def test_the_report_counts_scenes_sources_and_samples(found: Judged) -> None:
     said = report(Settings(), found)
-    sources, errors, before, after = said.tables
+    sources, errors, before, after, held, states = said.tables
     assert said.to_json()["settings"]["scenes"] == 5
     assert len(sources.rows) == 4
     assert errors.rows[0]["of"] == "all"
     assert errors.rows[0]["pairs"] == len(found.samples)
     for table in (before, after):
         assert sum(int(str(row["verdicts"])) for row in table.rows) == len(found.samples)
+    holding = sum(s.state is State.HOLDS for s in found.samples)
+    assert sum(int(str(row["verdicts"])) for row in held.rows) == holding > 0
+    assert sum(int(str(row["pairs"])) for row in states.rows) == len(found.samples)
     lines = "\n".join(text(said.to_json()))
     assert "ECE calibrated" in lines
     assert "--fit writes this one" in lines

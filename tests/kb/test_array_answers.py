@@ -14,7 +14,7 @@ from facetlog.kb.engine.terms import Atom, Struct, Term
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
-from facetlog.kb.questions import Asked
+from facetlog.kb.questions import PosedQuestion
 
 SCENES = ("s", "t")
 NAMES = ("f1", "f2", "f10", "F", "é", "", "[]", "a b")
@@ -121,15 +121,15 @@ class Ways:
 def ways(monkeypatch: pytest.MonkeyPatch) -> Iterator[Ways]:
     with KnowledgeBase(Limits(seconds=20)) as base:
         ways = Ways(base)
-        asked = Asked._on_arrays
+        asked = PosedQuestion._on_arrays
 
-        def on_arrays(self: Asked, plan: object) -> Iterator[object]:
+        def on_arrays(self: PosedQuestion, plan: object) -> Iterator[object]:
             if not ways.arrays:
                 raise AssertionError("no array is to be asked")
             yield from asked(self, plan)  # type: ignore[arg-type]
             ways.answered += 1
 
-        monkeypatch.setattr(Asked, "_on_arrays", on_arrays)
+        monkeypatch.setattr(PosedQuestion, "_on_arrays", on_arrays)
         yield ways
 
 

@@ -363,8 +363,8 @@ def test_copies_of_the_built_in_models_are_specialised_as_these_are(
     scenes = [SCENES[name]() for name in ("whole desk", "noisy whole cuboid", "noisy cabinet")]
     with BatchJudge([tmp_path], trusted=trusted) as copies:
         # What is not specialised asks for all facts.
-        assert copies.asked == judge.asked
-        assert len(judge.asked) < len(FACT_SCHEMA)
+        assert copies.needed == judge.needed
+        assert len(judge.needed) < len(FACT_SCHEMA)
         for facts in scenes:
             found = {(v.model, v.thing): replace(v, confidence=None) for v in copies.judge(facts)}
             for verdict in judge.judge(facts):
@@ -397,7 +397,7 @@ def test_alternatives_in_alternatives_are_written_in_their_own_size(tmp_path: Pa
         BatchJudge([path], trusted=True) as judge,
         open_knowledge_base([path], trusted=True) as base,
     ):
-        assert len(judge.asked) < len(FACT_SCHEMA)
+        assert len(judge.needed) < len(FACT_SCHEMA)
         for facts in (
             facts_of("l_block"),
             as_whole(facts_of("wedge"), 5),

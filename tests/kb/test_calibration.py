@@ -1,7 +1,8 @@
-"""From degree to confidence: monotone, cautious, kept as JSON, by kind of input and text."""
+"""From degree to confidence: monotone, cautious, kept as JSON, by kind of input, state and text."""
 
 import json
 from collections.abc import Callable, Sequence
+from itertools import product
 from pathlib import Path
 from random import Random
 
@@ -14,13 +15,15 @@ from facetlog.kb.calibration import (
     Calibration,
     Curve,
     InputKind,
-    KindCalibration,
+    Maps,
     content_key,
     shipped_calibration,
 )
 from facetlog.kb.calibration_fit import (
-    BESIDE,
+    FORMS,
+    Form,
     Sample,
+    chosen_form,
     expected_calibration_error,
     fit,
     held_out,
@@ -35,6 +38,7 @@ Build = Callable[..., tuple[Fact, ...]]
 
 KEYS = {"box": "k1", "table": "k2"}
 PICTURES, WHOLE, SCANNED = InputKind.PICTURES, InputKind.WHOLE, InputKind.SCANNED
+SOURCES = "abcdef"
 
 
 def sample(
@@ -44,14 +48,18 @@ def sample(
     kind: InputKind = PICTURES,
     source: str = "here",
 ) -> Sample:
-    state = State.HOLDS if score >= 0.5 else State.FAILS
-    return Sample(model, kind, source, state, score, score, truth)
+    return Sample(model, kind, source, state_at(score), score, score, truth)
+
+
+def state_at(score: float) -> State:
+    return State.HOLDS if score >= 0.5 else State.FAILS
 
 
 def said(
     calibration: Calibration, score: float, model: str = "box", kind: InputKind = PICTURES
 ) -> float:
-    confidence = calibration.confidence(model, KEYS.get(model, ""), kind, score, score)
+    content, state = KEYS.get(model, ""), state_at(score)
+    confidence = calibration.confidence(model, content, kind, state, score, score)
     assert confidence is not None
     return confidence
 
@@ -64,10 +72,24 @@ def test_a_model_that_is_too_sure_is_brought_down_to_how_often_it_is_right() -> 
 
 
 def test_the_score_is_the_middle_of_the_bounds() -> None:
-    calibration = fit([sample(0.5, i < 3) for i in range(10)], KEYS)
-    one = Sample("box", PICTURES, "here", State.UNKNOWN, 0.2, 0.9, True)
-    assert one.score == pytest.approx(0.55)
-    assert calibration.confidence("box", "k1", PICTURES, 0.0, 1.0) == pytest.approx(3.5 / 11)
+    bounds = (0.2, 0.8), (0.4, 0.6), (0.5, 0.5)
+    samples = [
+        Sample("box", PICTURES, "here", State.UNKNOWN, low, high, i < 3)
+        for low, high in bounds
+        for i in range(10)
+    ]
+    assert {s.score for s in samples} == {0.5}
+    calibration = fit(samples, KEYS)
+    unknown = calibration.confidence("box", "k1", PICTURES, State.UNKNOWN, 0.0, 1.0)
+    assert unknown == pytest.approx(9.5 / 31, abs=1e-6)
+
+
+def test_verdicts_of_another_state_do_not_count() -> None:
+    holding = [Sample("box", PICTURES, "a", State.HOLDS, 0.5, 0.5, True)] * 9
+    unknown = [Sample("box", PICTURES, "a", State.UNKNOWN, 0.5, 0.5, False)] * 99
+    calibration = fit(holding + unknown, KEYS)
+    by_state = {s: calibration.confidence("box", "k1", PICTURES, s, 0.5, 0.5) for s in State}
+    assert by_state == {State.HOLDS: 0.95, State.UNKNOWN: 0.005, State.FAILS: None}
 
 
 @pytest.mark.parametrize("truth", [True, False])
@@ -90,46 +112,100 @@ def test_a_map_never_falls_and_never_says_nought_or_one(
     drawn: Sequence[tuple[float, bool, InputKind]],
 ) -> None:
     calibration = fit([sample(score, truth, kind=kind) for score, truth, kind in drawn], KEYS)
-    for kind, maps in calibration.kinds.items():
-        along = [said(calibration, i / 200, kind=kind) for i in range(201)]
-        assert along == sorted(along)
-        assert 0.0 < along[0] <= along[-1] < 1.0
-        assert maps.pooled.samples == sum(k is kind for _, _, k in drawn)
+    for (kind, state), maps in calibration.maps.items():
+        for curve in (maps.pooled, maps.curve("box", "k1")):
+            along = [curve.at(i / 200) for i in range(201)]
+            assert along == sorted(along)
+            assert 0.0 < along[0] <= along[-1] < 1.0
+        counted = sum(k is kind and state_at(score) is state for score, _, k in drawn)
+        assert maps.pooled.samples == counted
 
 
 def test_between_two_steps_the_map_is_straight() -> None:
-    samples = [sample(0.2, False)] * 9 + [sample(0.6, True)] * 9
+    samples = [
+        sample(score, score == 0.8, source=source)
+        for score in (0.6, 0.8)
+        for source in "abc"
+        for _ in range(3)
+    ]
     calibration = fit(samples, KEYS)
-    low, high = said(calibration, 0.2), said(calibration, 0.6)
+    low, high = said(calibration, 0.6), said(calibration, 0.8)
     assert (low, high) == (0.05, 0.95)
-    assert said(calibration, 0.3) == pytest.approx(low + (high - low) / 4)
-    assert said(calibration, 0.0) == low
+    assert said(calibration, 0.65) == pytest.approx(low + (high - low) / 4)
+    assert said(calibration, 0.5) == low
     assert said(calibration, 1.0) == high
 
 
+def everywhere(truth: bool, model: str = "box", kind: InputKind = PICTURES) -> list[Sample]:
+    """Five verdicts from each source."""
+    return [sample(0.9, truth, model, kind, source) for source in SOURCES for _ in range(5)]
+
+
 def test_models_and_kinds_have_maps_of_their_own_and_lean_on_others_where_they_have_few() -> None:
-    right = [sample(0.9, True, "box", PICTURES)] * 200
-    wrong = [sample(0.9, False, "table", PICTURES)] * 200
-    scanned = [sample(0.9, False, "box", SCANNED)] * 200
-    calibration = fit([*right, *wrong, *scanned, sample(0.9, True, "table", WHOLE)], KEYS)
+    right, wrong = everywhere(True), everywhere(False, "table")
+    one = sample(0.9, True, "table", WHOLE, "a")
+    samples = [*right, *wrong, *everywhere(False, kind=SCANNED), one]
+    calibration = fit(samples, KEYS)
     assert said(calibration, 0.9) > 0.8
     assert said(calibration, 0.9, "table") < 0.2
     assert said(calibration, 0.9, kind=SCANNED) < 0.2
-    # Of one verdict nothing is known: it is as with others, of which two thirds are wrong.
-    beside = BESIDE * 200 * BESIDE, BESIDE * 200 + BESIDE * BESIDE * 200
-    own = said(calibration, 0.9, "table", WHOLE)
-    assert own == pytest.approx((beside[0] + 1.5) / (sum(beside) + 2), abs=1e-6)
-    assert Calibration().confidence("box", "k1", PICTURES, 0.9, 0.9) is None
+    # Of one verdict little is known: by itself 3/4, and all together are right in one of three.
+    share = 1 / (1 + chosen_form(samples).strength)
+    of_all = (len(right) + 1 + 0.5) / (len(samples) + 1)
+    of_kind = share * 0.75 + (1 - share) * of_all
+    own = share * 0.75 + (1 - share) * of_kind
+    assert said(calibration, 0.9, "table", WHOLE) == pytest.approx(own, abs=1e-6)
+    assert calibration.maps[WHOLE, State.HOLDS].pooled.at(0.9) == pytest.approx(of_kind, abs=1e-6)
+    assert Calibration().confidence("box", "k1", PICTURES, State.HOLDS, 0.9, 0.9) is None
+
+
+def test_a_kind_without_verdicts_of_a_state_has_the_map_of_all_kinds() -> None:
+    calibration = fit([*everywhere(True), sample(0.1, False, kind=SCANNED)], KEYS)
+    assert said(calibration, 0.9, kind=SCANNED) == pytest.approx(30.5 / 31, abs=1e-6)
+    assert calibration.maps[SCANNED, State.HOLDS].pooled.samples == 0
+    assert calibration.confidence("box", "k1", WHOLE, State.HOLDS, 0.9, 0.9) is None
+
+
+def test_what_other_sources_confirm_counts_more_than_what_they_do_not() -> None:
+    strengths = {form.strength for form in FORMS}
+    # Of every source boxes are right and tables wrong: the model says it.
+    by_model = [*everywhere(True), *everywhere(False, "table")]
+    assert chosen_form(by_model).strength == min(strengths)
+    # Boxes are right in every other source, and tables in those between: only the source says it.
+    of_source = [
+        sample(0.9, (model == "box") == (i % 2 == 0), model, source=source)
+        for i, source in enumerate(SOURCES)
+        for model in KEYS
+    ]
+    assert chosen_form(of_source).strength == max(strengths)
+    # Nothing can be checked on the only source.
+    assert chosen_form([sample(0.9, True)] * 5) == Form(False, max(strengths))
+
+
+def test_a_map_rises_only_where_degrees_say_what_is_true_of_other_sources() -> None:
+    def of(steep: bool) -> list[Sample]:
+        # Where it is not steep, each source has the same shares at both degrees.
+        return [
+            sample(score, i < (score * 10 if steep else 7), source=source)
+            for source in SOURCES
+            for score in (0.55, 0.95)
+            for i in range(10)
+        ]
+
+    assert chosen_form(of(True)).rising
+    assert not chosen_form(of(False)).rising
+    flat = fit(of(False), KEYS)
+    assert said(flat, 0.55) == said(flat, 0.95) == pytest.approx(84.5 / 121, abs=1e-2)
 
 
 def test_a_model_that_was_not_counted_has_the_map_of_all() -> None:
-    samples = [sample(0.9, True)] * 30 + [sample(0.9, False, "table")] * 30
-    calibration = fit(samples, KEYS)
-    pooled = calibration.kinds[PICTURES].pooled.at(0.9)
+    calibration = fit([*everywhere(True), *everywhere(False, "table")], KEYS)
+    pooled = calibration.maps[PICTURES, State.HOLDS].pooled.at(0.9)
     assert pooled == pytest.approx(0.5)
     assert said(calibration, 0.9) > 0.8
     for model, content in (("sofa", ""), ("box", "changed"), ("box", "")):
-        assert calibration.confidence(model, content, PICTURES, 0.9, 0.9) == pooled
+        found = calibration.confidence(model, content, PICTURES, State.HOLDS, 0.9, 0.9)
+        assert found == pooled
 
 
 def test_a_model_without_a_key_cannot_be_fitted() -> None:
@@ -161,10 +237,15 @@ def test_json_gives_back_what_was_written() -> None:
     assert Calibration.from_json(json.loads(text)) == calibration
 
 
-def kinds(**models: object) -> dict[str, object]:
+def kinds(state: str = "holds", **models: object) -> dict[str, object]:
     pooled = {"samples": 2, "knots": [[0, 0.1]]}
-    kind = {"pictures": {"all": pooled, "models": models}}
-    return {"schema": "facetlog-calibration/2", "kinds": kind}
+    kind = {"pictures": {state: {"all": pooled, "models": models}}}
+    return {"schema": "facetlog-calibration/3", "kinds": kind}
+
+
+def test_a_calibration_of_one_state_is_read() -> None:
+    maps = Calibration.from_json(kinds()).maps
+    assert maps == {(PICTURES, State.HOLDS): Maps(Curve(2, ((0.0, 0.1),)))}
 
 
 @pytest.mark.parametrize(
@@ -172,16 +253,17 @@ def kinds(**models: object) -> dict[str, object]:
     [
         {},
         {"schema": "another/1", "kinds": {}},
-        {"schema": "facetlog-calibration/2"},
-        {"schema": "facetlog-calibration/2", "kinds": []},
-        {"schema": "facetlog-calibration/2", "kinds": {"sounds": {}}},
+        {"schema": "facetlog-calibration/3"},
+        {"schema": "facetlog-calibration/3", "kinds": []},
+        {"schema": "facetlog-calibration/3", "kinds": {"sounds": {"holds": {}}}},
+        kinds("perhaps"),
         kinds(box={}),
         kinds(box={"content": "k", "samples": 2, "knots": [[0, 0.9], [1, 0.2]]}),
         kinds(box={"content": "k", "samples": 2, "knots": [[0, "x"]]}),
     ],
 )
 def test_what_is_no_calibration_is_refused(data: dict[str, object]) -> None:
-    with pytest.raises(ValueError, match=r"calibration|convert|InputKind"):
+    with pytest.raises(ValueError, match=r"calibration|convert|InputKind|State"):
         Calibration.from_json(data)
 
 
@@ -228,7 +310,9 @@ def test_fitting_makes_the_error_small_on_samples_that_were_not_fitted() -> None
 
     def drawn(count: int) -> list[Sample]:
         scores = [rng.random() for _ in range(count)]
-        return [sample(score, rng.random() < score**3) for score in scores]
+        return [
+            sample(score, rng.random() < score**3, source=rng.choice(SOURCES)) for score in scores
+        ]
 
     calibration, check = fit(drawn(4000), KEYS), drawn(4000)
     truths = [s.truth for s in check]
@@ -245,8 +329,11 @@ def calibrated(base: KnowledgeBase, model: str) -> Calibration:
     """Says 0.8 of this model as it stands and 0.3 of all others, of whatever degree in pictures;
     of things that were scanned 0.6."""
     own = {model: (base.models[model].content, Curve(10, ((0.5, 0.8),)))}
-    pictures = KindCalibration(Curve(10, ((0.5, 0.3),)), own)
-    return Calibration({PICTURES: pictures, SCANNED: KindCalibration(Curve(10, ((0.5, 0.6),)))})
+    maps = {
+        PICTURES: Maps(Curve(10, ((0.5, 0.3),)), own),
+        SCANNED: Maps(Curve(10, ((0.5, 0.6),))),
+    }
+    return Calibration({(kind, state): maps[kind] for kind, state in product(maps, State)})
 
 
 def test_a_confidence_is_that_of_how_the_thing_was_measured(facts_of: Build) -> None:
@@ -285,9 +372,9 @@ def test_what_is_raw_shows_the_degree(facts_of: Build) -> None:
 def test_a_confidence_turns_no_verdict(facts_of: Build) -> None:
     with KnowledgeBase() as base:
         base.load_scene("s", facts_of("box"))
-        never = KindCalibration(Curve(10, ((0.5, 0.001),)))
+        never = Maps(Curve(10, ((0.5, 0.001),)))
         before = base.judge("s", "box", "t1")
-        base.calibration = Calibration({PICTURES: never})
+        base.calibration = Calibration({(PICTURES, State.HOLDS): never})
         assert base.judge("s", "box", "t1") == before  # confidences are not compared
         assert before.state is State.HOLDS
 
@@ -333,11 +420,12 @@ def test_a_users_model_in_a_built_in_ones_place_has_the_map_of_all(
 
 def test_the_shipped_calibration_is_of_the_built_in_models_as_they_are() -> None:
     shipped = shipped_calibration()
-    assert set(shipped.kinds) == set(InputKind)
+    assert set(shipped.maps) == set(product(InputKind, State))
     with KnowledgeBase() as base:
         contents = {model: rules.content for model, rules in base.models.items()}
-    for maps in shipped.kinds.values():
-        assert maps.pooled.samples >= 100
+    for kind in InputKind:
+        assert sum(shipped.maps[kind, state].pooled.samples for state in State) >= 100
+    for maps in shipped.maps.values():
         assert {model: content for model, (content, _) in maps.models.items()} == contents
     assert set(contents) == set(BUILTIN_MODELS)
 

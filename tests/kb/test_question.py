@@ -189,7 +189,7 @@ def test_what_asks_no_scene_is_asked_once(question: str, once: bool) -> None:
         ("face(F), X is sqr(2)", "sqr", "sqr/1 is no function of arithmetic; did you mean sqrt?"),
         ("X is pie * 2", "pie", "pie is no number; did you mean pi?"),
         ("aggregate_all(maxi(A), tilt(_, A, _), X)", "maxi", "did you mean max?"),
-        ("aggregate_all(r(count, A), tilt(_, A, _), X)", "A", "aggregate_all needs to be told"),
+        ("aggregate_all(r(count, A), tilt(_, A, _), X)", "A", "aggregate_all needs to know"),
         ("aggregate_all(r(count, 7), face(_), X)", "7", "aggregate_all works out count, sum(X)"),
         ("in(s, angel(A, B, C, D))", "angel", "did you mean angle/4?"),
         ("include(fase, [f1], L)", "fase", "did you mean face/1?"),

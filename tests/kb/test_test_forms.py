@@ -86,7 +86,7 @@ def test_implies_reads_as_where_and_then(tmp_path: Path) -> None:
         "- where fill(f1) = 80 %, at least 50 %, then fill(f1) = 80 %, needs at most 50 %" in fails
     )
     void = said(judged(tmp_path, scene, m=f"implies({SMALL}, {BIG})"))
-    assert "30 % over, nothing is asked" in void
+    assert "30 % over, nothing is required" in void
     tree = said(judged(tmp_path, scene, m=f"implies({BIG}, all([{BIG}, {SMALL}]))"))
     assert "at least 50 %, then:\n        + fill(f1)" in tree
 
@@ -214,13 +214,13 @@ def test_more_than_so_many_are_unknown_where_one_is(tmp_path: Path) -> None:
     verdict = judged(tmp_path, scene, m=counting("at_most", 1, test))
     assert verdict.state is State.UNKNOWN
     assert (verdict.degree, verdict.degree_at_most) == (0.0, 1.0)
-    assert "there are 0 and may be 2 more, at most 1 is wanted; f3 decides" in said(verdict)
+    assert "none was found, 2 more may be, at most 1 is wanted; f3 decides" in said(verdict)
 
 
 def test_a_count_names_the_member_that_decides(tmp_path: Path) -> None:
     scene = facts(**{name: (area, 0.1) for name, area in AREAS.items()})
     holds = said(judged(tmp_path, scene, m=counting("at_least", 2)))
-    assert "there are 2, at least 2 are wanted; f3 decides" in holds
+    assert "2 were found, at least 2 are wanted; f3 decides" in holds
     assert "fill(f2)" in holds
     assert "fill(f5)" not in holds
     lacking = judged(tmp_path, scene, m=counting("at_least", 3))
@@ -228,7 +228,7 @@ def test_a_count_names_the_member_that_decides(tmp_path: Path) -> None:
     (short,) = lacking.to_json()["shortfalls"]
     assert short["of"] == "fill(f5)"
     many = said(judged(tmp_path, scene, m=counting("at_most", 1)))
-    assert "there are 2, at most 1 is wanted; f3 is one too many" in many
+    assert "2 were found, at most 1 is wanted; f3 is one too many" in many
 
 
 @pytest.mark.parametrize(

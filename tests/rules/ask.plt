@@ -40,7 +40,7 @@ without :-
 
 ask(Goal) :-
     scene_now(Scene),
-    b_setval(facetlog_asked, test-all),
+    b_setval(facetlog_base, test-all),
     in_scene(Scene, Goal).
 
 remembered(Count) :-

@@ -1,6 +1,9 @@
 """What every command of the line does with the errors of its body."""
 
+import subprocess
+import sys
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 import typer
@@ -33,3 +36,16 @@ def test_an_error_is_one_line_and_an_exit_code(
         _raising(error)()
     assert ended.value.exit_code == code
     assert capsys.readouterr().err == (f"facetlog: {said}\n" if said else "")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a device that is full")
+def test_output_for_which_there_is_no_room_is_one_line(tmp_path: Path) -> None:
+    model = tmp_path / "a.model"
+    model.write_text('model a\n  "A thing."\n  face f\n  level: f is level\n')
+    check = (sys.executable, "-m", "facetlog", "model", "check", str(model))
+    with Path("/dev/full").open("w") as full:
+        ended = subprocess.run(check, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert ended.returncode == 2
+    assert ended.stderr == (
+        "facetlog: the output cannot be written: No space left on device: make room\n"
+    )

@@ -1,5 +1,5 @@
-:- module(facetlog_batch, [ open_batch/4,         % +Batch, +Scene, +Models, -Asked
-                            told_verdicts/3,      % +Batch, +Facts, -Told
+:- module(facetlog_batch, [ open_batch/4,         % +Batch, +Scene, +Models, -Kinds
+                            encoded_verdicts/3,      % +Batch, +Facts, -Encoded
                             brief_verdicts/2,     % +Batch, -Verdicts
                             batch_conditions/2,   % +Batch, -Models
                             empty_batch/1,        % +Batch
@@ -25,29 +25,29 @@ seconds of processor time.
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(target)).
 :- use_module(facetlog_kb(specialise)).
-:- use_module(facetlog_kb(told_of_models)).
+:- use_module(facetlog_kb(model_descriptions)).
 :- use_module(facetlog_kb(facts_on_demand)).
 
 :- dynamic batch_scene/2,               % Batch, Scene
            batch_model/4,               % Batch, Model, Module, Target or none
            batch_fact/2.                % Batch, Head
 
-%!  open_batch(+Batch, +Scene, +Models, -Asked) is det.
+%!  open_batch(+Batch, +Scene, +Models, -Kinds) is det.
 %
-%   Models are Module-[Model, ...] in the order of the verdicts. Asked lists the functors Name-Arity
+%   Models are Module-[Model, ...] in the order of the verdicts. Kinds lists the functors Name-Arity
 %   that a scene needs facts of; it may have others.
 %
 %   @throws models_not_ready(Models, Error) if Error stops the writing of Models.
 
-open_batch(Batch, Scene, Models, Asked) :-
+open_batch(Batch, Scene, Models, Kinds) :-
     new_scene(Scene),
     prepare_facts(Scene),
     assertz(batch_scene(Batch, Scene)),
     ( nb_current(facetlog_crisp, Crisp) -> true ; Crisp = false ),
     forall(member(Module-Names, Models), open_models(Batch, Scene, Crisp, Module, Names)),
-    findall(Name-Arity, needed(Batch, Scene, Name/Arity), Asked0),
-    sort(Asked0, Asked),
-    forall(member(Name-Arity, Asked),
+    findall(Name-Arity, needed(Batch, Scene, Name/Arity), Kinds0),
+    sort(Kinds0, Kinds),
+    forall(member(Name-Arity, Kinds),
            ( functor(Head, Name, Arity), assertz(batch_fact(Batch, Head)) )).
 
 %   The module of the facts is that of the new clauses, too: they call no other temporary one.
@@ -88,14 +88,14 @@ empty_batch(Batch) :-
     retractall(Scene:'facetlog recall'(_, _, _, _, _, _)),
     forget_remembered(Scene).
 
-%!  told_verdicts(+Batch, +Facts, -Told) is det.
+%!  encoded_verdicts(+Batch, +Facts, -Encoded) is det.
 %
-%   Told is brief_verdicts/2 on the facts of the text Facts (facts_on_demand.pl): one string, for that
-%   is told and read faster than terms. It has the atoms and numbers of all verdicts in order, each list
+%   Encoded is brief_verdicts/2 on the facts of the text Facts (facts_on_demand.pl): one string, which
+%   is written and read faster than terms. It has the atoms and numbers of all verdicts in order, each list
 %   after its length and each part after `part` or `group`, with a separator between them; or, if a name
-%   has the separator in it, Told is the list of them.
+%   has the separator in it, Encoded is the list of them.
 
-told_verdicts(Batch, Facts, Told) :-
+encoded_verdicts(Batch, Facts, Encoded) :-
     batch_scene(Batch, Scene),
     await_facts(Scene, Facts),
     brief_verdicts(Batch, Verdicts),
@@ -104,8 +104,8 @@ told_verdicts(Batch, Facts, Told) :-
     atomic_list_concat(Fields, Separator, Text),
     (   atomic_list_concat(Split, Separator, Text),
         same_length(Split, Fields)
-    ->  atom_string(Text, Told)
-    ;   Told = Fields
+    ->  atom_string(Text, Encoded)
+    ;   Encoded = Fields
     ).
 
 separator('\x7f\').     % as in batch_judge.py; no JSON escapes it

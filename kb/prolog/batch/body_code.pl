@@ -8,7 +8,7 @@
 /** <module> Goals of rules into goals of one scene
 
 A predicate that asks the scene for facts, itself or through others, is copied into the target with
-its facts asked of the scene's module; so are the rules' own predicates. What asks for no fact is
+its facts called in the scene's module; so are the rules' own predicates. What asks for no fact is
 called where it is. Context is as in specialise.pl.
 */
 
@@ -181,7 +181,7 @@ hidden(Goal0, Goal, Code0, Code) :-
         Code0 = Code
     ).
 
-%   What other predicates of the program do with the scene is asked of all its facts.
+%   What other predicates of the program do with the scene needs all its facts.
 reaches_facts(Goal, Module) :-
     defined_in(Goal, Module, Source),
     atom_concat(facetlog_, _, Source).

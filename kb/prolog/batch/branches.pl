@@ -19,16 +19,16 @@ its own, and those that others see are then given their names again.
 
 %!  copies(+Seen, +Seen1, +Condition, -Copies) is det.
 %
-%   Seen1 is a copy of Seen. Copies are Variable-Copy of what others see, those first that the condition asks for: of two that a
+%   Seen1 is a copy of Seen. Copies are Variable-Copy of what others see, those first that the condition mentions: of two that a
 %   branch makes the same, the first keeps its name.
 copies(Seen, Seen1, Condition, Copies) :-
     term_variables(Seen, Variables),
     copy_term(Seen-Variables, Seen1-Values),    % Seen1 is an instance of Seen
     pairs_keys_values(Pairs, Variables, Values),
-    term_variables(Condition, Asked),
-    (   Asked == []
+    term_variables(Condition, Mentioned),
+    (   Mentioned == []
     ->  Copies = Pairs
-    ;   partition(copy_among(Asked), Pairs, First, Others),
+    ;   partition(copy_among(Mentioned), Pairs, First, Others),
         append(First, Others, Copies)
     ).
 
@@ -47,9 +47,9 @@ free_copy(_-Copy) :- var(Copy).
 
 binding(Variable, Value, Variable = Value).
 
-copy_among(Asked, _-Copy) :-
+copy_among(Mentioned, _-Copy) :-
     var(Copy),
-    among(Asked, Copy).
+    among(Mentioned, Copy).
 
 bindings([], _, []).
 bindings([Variable-Copy|Pairs], Done, Bindings) :-

@@ -7,8 +7,8 @@ A body that proposes several faces goes through those of the thing in loops with
 
     face_of(Thing, A), possible(TestA), face_of(Thing, B), A @< B, possible(TestB), ...
 
-What is asked of an inner face alone would be asked again for each face of the loops around it, and what is
-asked of two faces for each of the loops around or between them. So which faces pass alone is found once for
+A test of an inner face alone would run again for each face of the loops around it, and a test of
+two faces for each of the loops around or between them. So which faces pass alone is found once for
 the thing, and which pass with another one once for that; where roles ask the same of their faces, as those
 of a box do, once for all of them. The innermost loop goes through the faces that pass with the one chosen
 last, and looks them up in the lists of the others.

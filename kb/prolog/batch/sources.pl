@@ -110,15 +110,15 @@ inputs(Term, scope(Thing, Parts, Derived), Inputs) :-
 
 %!  few_inputs(+Term, +Scope, -Inputs) is semidet.
 %
-%   Term depends on the thing and not on all parts: what is asked of it is asked again for the same.
+%   Term depends on the thing and not on all parts: the same answer is wanted again for the same inputs.
 
 few_inputs(Term, Scope, Inputs) :-
     Scope = scope(Thing, Parts, Derived),
     term_variables(Term, Variables),
     \+ ( member(Variable, Derived), among(Variables, Variable) ),
     inputs(Term, Scope, Inputs),
-    exclude(==(Thing), Inputs, Asked),
-    length(Asked, Count),
+    exclude(==(Thing), Inputs, Used),
+    length(Used, Count),
     length(Parts, All),
     ( Count < All -> true ; All =:= 0 ).
 

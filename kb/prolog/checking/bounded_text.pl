@@ -32,7 +32,7 @@ budget(10_000_000).
 %   are spent on these.
 longest_number(20_000).
 
-%   What an answer counts that is remembered since each shall be told once (170 bytes, measured).
+%   What an answer counts that is remembered since each shall be given once (170 bytes, measured).
 remembered_answer(20).
 
 %   What the name of a compound counts that was not there before: Prolog never forgets it.

@@ -200,7 +200,7 @@ inner_position(_, Position, Position).
 not_a_fact(Fact, Position, Fault) :-
     var(Fact),
     !,
-    fault_at(Position, "fact/1 needs to be told which fact, as in fact(face(F))", [], Fault).
+    fault_at(Position, "fact/1 needs to know which fact, as in fact(face(F))", [], Fault).
 not_a_fact(Fact, _, _) :-
     fact_word(Fact),
     !,
@@ -265,7 +265,7 @@ expression_fault(_, Position, Fault) :-
 summary_fault(Summary, Position, Fault) :-
     var(Summary),
     !,
-    fault_at(Position, "aggregate_all needs to be told what to work out: count, sum(X), ...", [],
+    fault_at(Position, "aggregate_all needs to know what to work out: count, sum(X), ...", [],
              Fault).
 summary_fault(Summary, Position, Fault) :-
     summed(Summary, Index),

@@ -19,7 +19,7 @@ Fault are those of check.pl.
 
 %!  protocol(?Name, ?Arity) is nondet.
 %
-%   A predicate of this name has that many arguments. (Others that may be given are told by name and
+%   A predicate of this name has that many arguments. (Others that may be given are recognised by name and
 %   number: files had helpers of such names before.)
 
 protocol(model, 3).

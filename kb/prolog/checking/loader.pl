@@ -25,7 +25,7 @@ a warning is a text that begins with File:Line:Column.
 :- use_module(facetlog_kb(trusted)).
 :- use_module(facetlog_kb(recall)).
 
-%   More faults of one file are not told: whoever removes these sees the others.
+%   More faults of one file are not reported: whoever removes these sees the others.
 most_faults(20).
 
 %   Inferences for one file, some seconds: a long one of 25,000 clauses takes a tenth of them.
@@ -49,11 +49,11 @@ unname_models(Base, Module) :-
 
 %!  model_module(?Model, -Module) is nondet.
 %
-%   Module defines Model in the knowledge base that is asked, the last loaded first: that one
+%   Module defines Model in the current knowledge base, the last loaded first: that one
 %   counts.
 
 model_module(Model, Module) :-
-    b_getval(facetlog_asked, Base-_),
+    b_getval(facetlog_base, Base-_),
     base_model(Base, Model, Module).
 
 %!  load_builtin(+Path, -Loaded) is det.
@@ -96,11 +96,11 @@ load_checked(Module, File, Text, loaded(Module, Models, Warnings)) :-
     ),
     (   Faults == []
     ->  true
-    ;   told(File, Text, Faults, Messages),
+    ;   fault_messages(File, Text, Faults, Messages),
         throw(rule_faults(Messages))
     ),
     rules_warnings(Clauses, Singles),
-    told(File, Text, Singles, Warnings),
+    fault_messages(File, Text, Singles, Warnings),
     new_rule_module(Module),
     catch(add_clauses(Clauses, Module), Error,
           ( '$destroy_module'(Module), not_added(Error, File, Text) )),
@@ -115,7 +115,7 @@ add_clauses(Clauses, Module) :-
 not_added(not_added(Position, What), File, Text) :-
     !,
     span(Position, Start, End),
-    told(File, Text, [fault(Start, End, "this is too large for Prolog: ~w", [What])], Messages),
+    fault_messages(File, Text, [fault(Start, End, "this is too large for Prolog: ~w", [What])], Messages),
     throw(rule_faults(Messages)).
 not_added(Error, _, _) :-
     throw(Error).
@@ -128,7 +128,7 @@ add_clause((Head :- Body), Scope, Module) :-
 add_clause(Head, _, Module) :-
     assertz(Module:Head).
 
-told(File, Text, Faults, Messages) :-
+fault_messages(File, Text, Faults, Messages) :-
     most_faults(Most),
     sort(1, @=<, Faults, Sorted),
     length(Faults, Count),

@@ -256,7 +256,7 @@ placed("prolog", _, [], Error, "query", Text, "question", Message, [Start, End])
     plain_error(Error, Word, Message),
     !.
 placed("prolog", Message0, [], _, _, Text, "prolog", Message, []) :-
-    catch(term_string(asked(_, _, _, Request), Text), _, fail),
+    catch(term_string(request(_, _, _, Request), Text), _, fail),
     compound(Request),
     Request =.. [Name, _, Model|_],
     memberchk(Name, [judge, why, why_not]),

@@ -11,7 +11,7 @@
 /** <module> Checked goals into goals that run
 
 The text says what is meant; what runs is bounded, and finds the facts. Numbers in expressions are
-seen to be short, text is counted, facts of a question are asked of the current scene.
+seen to be short, text is counted, facts of a question are looked up in the current scene.
 */
 
 :- use_module(library(assoc)).
@@ -58,7 +58,7 @@ own_word(Goal, scope(Kind, Own, _, _, _), Runnable) :-
 
 %   What a question's own words are, the knowledge base has defined in Python.
 python_call(Goal, Indicator, call_python(Key, Args)) :-
-    nb_current(facetlog_asked, Base-_),
+    nb_current(facetlog_base, Base-_),
     python_predicate(Base, Indicator, Key),
     Goal =.. [_|Args].
 

@@ -6,10 +6,10 @@
 A question is one goal, as in Prolog, over the facts by name, the vocabulary, the verdicts and the
 list of harmless words. Question is
 
-    question(Goal, Names, Vars, PerScene, checked(Asked, Scope))
+    question(Goal, Names, Vars, PerScene, checked(Written, Scope))
 
 Goal runs in the module facetlog_query, under in_scene/2 if PerScene is true; Names and Vars are
-those of the variables that an answer can give a value. Asked is the same goal as it was written,
+those of the variables that an answer can give a value. Written is the same goal as it was written,
 without a fault in Scope.
 */
 
@@ -42,7 +42,7 @@ question(Text, Bindings, question(Runnable, Names, Vars, PerScene, checked(Goal,
     ;   first_fault(Faults, fault(Start, End, Format, Args)),
         throw(question_error(Start, End, Format, Args))
     ),
-    asked(Named, Goal, Scope, Names, Vars),
+    answer_columns(Named, Goal, Scope, Names, Vars),
     ( scene_dependent(Goal, Scope) -> PerScene = true ; PerScene = false ),
     prepared(Goal, Scope, facetlog_query, Runnable).
 
@@ -66,7 +66,7 @@ bind([Name=Value|Bindings], Text, Named0, Named) :-
 
 %   Python functions are a question's own words.
 question_scope(scope(question, Own, [], [], [])) :-
-    (   nb_current(facetlog_asked, Base-_)
+    (   nb_current(facetlog_base, Base-_)
     ->  findall(Indicator-own, python_predicate(Base, Indicator, _), Pairs)
     ;   Pairs = []
     ),
@@ -78,8 +78,8 @@ question_scope(scope(question, Own, [], [], [])) :-
                  *******************************/
 
 %   A variable is a column of the answer if its name has no _ before it and an answer can bind it.
-asked([], _, _, [], []).
-asked([Name=Variable|Named], Goal, Scope, Names, Vars) :-
+answer_columns([], _, _, [], []).
+answer_columns([Name=Variable|Named], Goal, Scope, Names, Vars) :-
     (   var(Variable),
         \+ sub_atom(Name, 0, _, _, '_'),
         gives(Goal, Scope, Variable)
@@ -88,7 +88,7 @@ asked([Name=Variable|Named], Goal, Scope, Names, Vars) :-
     ;   Names = Names1,
         Vars = Vars1
     ),
-    asked(Named, Goal, Scope, Names1, Vars1).
+    answer_columns(Named, Goal, Scope, Names1, Vars1).
 
 %   Goal may bind Variable for who comes after it.
 gives(each_pair(_, _, Faces, _), _, Variable) :-

@@ -15,7 +15,7 @@ bases may load it, and a file called after a built-in model does no harm.
 :- use_module(facetlog(vocabulary)).
 
 :- dynamic trusted_source/2.            % Module, Source
-:- thread_local told/3.                 % Kind, Line, Text
+:- thread_local reported/3.                 % Kind, Line, Text
 
 %!  load_trusted(+Path, +Text, +Module, -Warnings) is det.
 %
@@ -32,8 +32,8 @@ load_trusted(Path, Text0, Module, Warnings) :-
     format(atom(Source), "~w#~w", [Path, Module]),
     assertz(trusted_source(Module, Source)),
     load_text(Source, Module, Text),
-    findall(Line-Message, retract(told(warning, Line, Message)), Warned),
-    findall(Line-Message, retract(told(error, Line, Message)), Failed0),
+    findall(Line-Message, retract(reported(warning, Line, Message)), Warned),
+    findall(Line-Message, retract(reported(error, Line, Message)), Failed0),
     ( Failed0 == [] -> incomplete(Module, Failed) ; Failed = Failed0 ),
     (   Failed == []
     ->  placed(Path, Warned, Warnings)
@@ -58,7 +58,7 @@ keep(Source, Term, Kind, Lines) :-
     line_of(Source, Term, Line),
     with_output_to(string(Text0), print_message_lines(current_output, '', Lines)),
     plain(Source, Text0, Text),
-    assertz(told(Kind, Line, Text)).
+    assertz(reported(Kind, Line, Text)).
 
 line_of(_, error(syntax_error(_), file(_, Line, _, _)), Line) :- !.
 line_of(_, error(syntax_error(_), stream(_, Line, _, _)), Line) :- !.
@@ -68,7 +68,7 @@ line_of(_, _, Line) :-
     ;   Line = 0
     ).
 
-%   Without the place, which is told apart, and on one line.
+%   Without the place, which is given apart, and on one line.
 plain(Source, Text0, Text) :-
     split_string(Text0, "\n", " \t", Lines),
     findall(Line,
@@ -105,15 +105,15 @@ stopped(Error, Stream) :-
         normalize_space(string(Text), Text0)
     ;   format(string(Text), "it throws ~p", [Short])
     ),
-    assertz(told(error, Line, Text)).
+    assertz(reported(error, Line, Text)).
 
 placed(_, [], []).
-placed(Path, [Line-Text|Told], [Message|Messages]) :-
+placed(Path, [Line-Text|Reported], [Message|Messages]) :-
     (   Line > 0
     ->  format(string(Message), "~w:~d: ~w", [Path, Line, Text])
     ;   format(string(Message), "~w: ~w", [Path, Text])
     ),
-    placed(Path, Told, Messages).
+    placed(Path, Reported, Messages).
 
 incomplete(Module, Failed) :-
     findall(0-Text,

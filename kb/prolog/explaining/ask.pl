@@ -19,7 +19,7 @@ remembered with the scene.
 :- use_module(facetlog_kb(plan)).
 :- use_module(facetlog_kb(search)).
 :- use_module(facetlog_kb(in_progress)).
-:- use_module(facetlog_kb(told_of_models)).
+:- use_module(facetlog_kb(model_descriptions)).
 
 %!  is_a(?Thing, ?Model) is nondet.
 %

@@ -2,10 +2,10 @@
                                 why_not/6     % +Module, +Model, +Things, +Given, +Count, -Verdicts
                               ]).
 
-/** <module> The best answer that agrees with what was asked, and what comes near
+/** <module> The best answer that agrees with what was given, and what comes near
 
 Given is a list of Role-Face: what the asker says about the parts. Things is a list of the things
-that are asked about, or `all`. Assignments that no candidate/3 proposes are judged all the same if
+that are meant, or `all`. Assignments that no candidate/3 proposes are judged all the same if
 the asker names them.
 */
 
@@ -29,10 +29,10 @@ the asker names them.
 %          role.
 
 why(Module, Model, Things, Given, Verdict) :-
-    asked(Module, Model, Things, Given, Asked),
-    agreeing(Asked, Module, Model, Given, Candidates),
+    meant_things(Module, Model, Things, Given, Meant),
+    agreeing(Meant, Module, Model, Given, Candidates),
     best_of(Module, Model, Candidates, Best),
-    (   Asked = [Thing|_]
+    (   Meant = [Thing|_]
     ->  true
     ;   Thing = ''                      % the scene has nothing
     ),
@@ -46,8 +46,8 @@ why(Module, Model, Things, Given, Verdict) :-
 %   @error as why/5
 
 why_not(Module, Model, Things, Given, Count, Verdicts) :-
-    asked(Module, Model, Things, Given, Asked),
-    agreeing(Asked, Module, Model, Given, Candidates0),
+    meant_things(Module, Model, Things, Given, Meant),
+    agreeing(Meant, Module, Model, Given, Candidates0),
     looked_further(Candidates0, Module, Model, Given, Candidates),
     plan(Module, Model, Plan),
     Aim = aim(miss, Module, Model),
@@ -72,19 +72,19 @@ nearest(Count, Aim, Queue0, Misses) :-
     ).
 
                  /*******************************
-                 *         WHAT IS ASKED        *
+                 *         WHAT IS MEANT        *
                  *******************************/
 
 %   The things that can be meant.
-asked(Module, Model, Things, Given, Asked) :-
+meant_things(Module, Model, Things, Given, Meant) :-
     once(Module:model(Model, _, Roles)),
     forall(member(Role-_, Given), must_exist(memberchk(Role, Roles), role, Role)),
     forall(member(_-Part, Given), must_exist(known_part(Part), part, Part)),
     (   Things == all
     ->  findall(Thing, things_of(Given, Thing), Bag),
-        sort(Bag, Asked)
+        sort(Bag, Meant)
     ;   forall(member(Thing, Things), must_exist(fact(thing(Thing)), thing, Thing)),
-        Asked = Things
+        Meant = Things
     ).
 
 must_exist(Goal, Kind, Name) :-

@@ -15,14 +15,14 @@ State, Low and High are those of outline/3 (say.pl), from the proofs of all part
     or soft(Within, Width) of one of these; Margin is
     margin(Side, Distance, Sd): the signed distance to the nearer edge of the region, negative
     outside it, with the deviation of that difference; Side is below or above, where that edge is;
-  - uncertain(Value, Sd, Kind, Within, Margin): the same, but it cannot be told;
+  - uncertain(Value, Sd, Kind, Within, Margin): the same, but it is too uncertain to say;
   - missing(Measure, Cause): what the scene does not know, and why (missing_because/2);
   - fact(Truth, Cause): a relation, true, false or unknown; Cause is none unless it is unknown;
   - short: a word of the model or the vocabulary, whose meaning is the only child;
   - counted(Holding, Open, Deciding): how many groups hold and how many may; Deciding is the member
     whose proof decides, or none. The children prove the best member of each group, the best first;
   - judged(Cause): what another model says of a thing;
-  - all, any, not, if_known, not_asked, implies, expect(Weight): what became of the children. The
+  - all, any, not, if_known, not_applied, implies, expect(Weight): what became of the children. The
     Test of such a step does not repeat them: it is what form/4 shows.
 */
 
@@ -141,7 +141,7 @@ shown(any, Shown, Proofs, _, Detail, Children) :-
 shown(not, _, Proofs, _, not, Proofs).
 shown(if_known, _, Proofs, _, Detail, Proofs) :-
     Proofs = [proof(State, _, _, _, _, _)],
-    ( State == unknown -> Detail = not_asked ; Detail = if_known ).
+    ( State == unknown -> Detail = not_applied ; Detail = if_known ).
 shown(expect(Weight), _, Proofs, _, expect(Weight), Proofs).
 shown(at_least(Count), _, Groups, Saids, Detail, Children) :-
     shown_groups(at_least(Count), Groups, Saids, Detail, Children).

@@ -110,7 +110,7 @@ region(soft(Bounds, Share), Module, Value, Test, region(Margins, Within, soft(W)
     scale_of(Within, Scale),
     W is 2*Share*Scale.
 
-%   Margins are told from the middle of slopes that are Width wide, with the Variance of that.
+%   Margins are measured from the middle of slopes that are Width wide, with the Variance of that.
 widened(one(Side, D0, V0), Width, Q, one(Side, D, V)) :-
     D is D0 + Width/2,
     V is V0 + Q/4.

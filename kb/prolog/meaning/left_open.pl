@@ -45,26 +45,26 @@ split(Candidates, Size, Blocks) :-
 %   A condition that asks for few of the parts, the fewest first, holds for none of those that are
 %   proposed for them.
 none_holds(Module, Model, Candidates) :-
-    findall(Count-line(Thing, Parts, Asked, Test),
+    findall(Count-line(Thing, Parts, Some, Test),
             ( clause(Module:condition(Model, _, _, Thing, Parts, Test), true),
-              asked(Thing, Parts, Test, Asked),
-              length(Asked, Count) ),
+              some_parts(Thing, Parts, Test, Some),
+              length(Some, Count) ),
             Lines0),
     keysort(Lines0, Lines),
-    member(_-line(Thing, Parts, Asked, Test), Lines),
-    findall(Thing-Asked, member(Thing-Parts, Candidates), All),
+    member(_-line(Thing, Parts, Some, Test), Lines),
+    findall(Thing-Some, member(Thing-Parts, Candidates), All),
     sort(All, Distinct),
-    \+ ( member(Thing-Asked, Distinct), may_hold(Module, Model, Thing, Test) ),
+    \+ ( member(Thing-Some, Distinct), may_hold(Module, Model, Thing, Test) ),
     !.
 
-%   Asked are the variables of parts in Test, which are not all there are.
-asked(Thing, Parts, Test, Asked) :-
+%   Some are the variables of parts in Test, which are not all there are.
+some_parts(Thing, Parts, Test, Some) :-
     var(Thing),
     nonvar(Test),
     term_variables(Parts, PartVariables),
     term_variables(Test, TestVariables),
-    include(among(TestVariables), PartVariables, Asked),
-    \+ same_length(Asked, PartVariables).
+    include(among(TestVariables), PartVariables, Some),
+    \+ same_length(Some, PartVariables).
 
 may_hold(Module, Model, Thing, Test) :-
     while_judging(Module, Model, Thing, outline(Test, Module, Outline)),

@@ -5,7 +5,7 @@
 
 /** <module> What another model says, as a test
 
-The verdict of any model of the knowledge base that is asked, on any thing of the current scene. A
+The verdict of any model of the current knowledge base, on any thing of the current scene. A
 model that is being judged for that thing at the moment says nothing yet.
 */
 
@@ -24,12 +24,12 @@ model that is being judged for that thing at the moment says nothing yet.
 %   @error existence_error(model, Model) if no such model is loaded.
 
 model_outcome(Thing, Model, Outcome) :-
-    asked(Thing, Model, Asked),
-    (   Asked = module(Module)
+    definition(Thing, Model, Definition),
+    (   Definition = module(Module)
     ->  outcome(Module, Model, Thing, Outcome0),
         Outcome0 = outcome(State, Low, High),
         Outcome = outcome(State, Low, High, none)
-    ;   Asked = nothing(Cause),
+    ;   Definition = nothing(Cause),
         Outcome = outcome(unknown, 0, 1, Cause)
     ).
 
@@ -40,8 +40,8 @@ model_outcome(Thing, Model, Outcome) :-
 %   @error as model_outcome/3
 
 model_state(Thing, Model, State) :-
-    asked(Thing, Model, Asked),
-    (   Asked = module(Module),
+    definition(Thing, Model, Definition),
+    (   Definition = module(Module),
         best(Module, Model, Thing, best(State0, _, _, _))
     ->  State = State0
     ;   State = unknown
@@ -54,8 +54,8 @@ model_state(Thing, Model, State) :-
 %   @error as model_outcome/3
 
 part_in(Thing, Model, Role, Part) :-
-    asked(Thing, Model, Asked),
-    (   Asked = module(Module),
+    definition(Thing, Model, Definition),
+    (   Definition = module(Module),
         best(Module, Model, Thing, best(State, _, Parts, _)),
         State \== fails,
         once(Module:model(Model, _, Roles)),
@@ -64,17 +64,17 @@ part_in(Thing, Model, Role, Part) :-
     ;   Part = unseen
     ).
 
-asked(Thing, Model, Asked) :-
+definition(Thing, Model, Definition) :-
     must_be(atom, Model),
     (   model_module(Model, Module0)
     ->  Module = Module0
     ;   existence_error(model, Model)
     ),
     (   Thing == unseen
-    ->  Asked = nothing(unseen)
+    ->  Definition = nothing(unseen)
     ;   \+ ( atom(Thing), fact(thing(Thing)) )
-    ->  Asked = nothing(unstated)
+    ->  Definition = nothing(unstated)
     ;   being_judged(Module, Model, Thing)
-    ->  Asked = nothing(cycle)
-    ;   Asked = module(Module)
+    ->  Definition = nothing(cycle)
+    ;   Definition = module(Module)
     ).

@@ -27,7 +27,7 @@ is: number, deg, ratio, count, length, area or power(Dimension).
 
 %!  crisp is semidet.
 %
-%   The knowledge base that is asked takes all measured values as exact.
+%   The current knowledge base takes all measured values as exact.
 
 crisp :-
     nb_current(facetlog_crisp, true).

@@ -1,7 +1,7 @@
 :- module(facetlog_ask_scenes, [ answers/8        % +Fewest, +Base, +Scenes, +Most, +Bindings, +Text, -Head, -Chunk
                                ]).
 
-/** <module> Questions about scenes: checked once, then planned for arrays or asked scene by scene
+/** <module> Questions about scenes: checked once, then planned for arrays or answered scene by scene
 */
 
 :- use_module(library(apply)).
@@ -23,7 +23,7 @@
 answers(Fewest, Base, Scenes, Most, Bindings, Text, Head, Chunk) :-
     question(Text, Bindings, question(Goal, Names0, Vars, PerScene, Checked)),
     (   PerScene == true
-    ->  findall(Asked, asked_scene(Base, Scenes, Asked), All),
+    ->  findall(Queried, queried_scene(Base, Scenes, Queried), All),
         scene_column(All, Names0, Names),
         (   planned(Fewest, All, Checked, Vars, Dated, Plan),
             Head = plan(Names, Dated, Plan),
@@ -86,7 +86,7 @@ per_scene(All, Goal, Vars, [Name|Vars],
           ( member(Name-Scene, All), in_scene(Scene, facetlog_query:Direct) )) :-
     direct(Goal, Scene, Direct).
 
-%   Facts that are asked outright are asked of the scene itself: that is twice as fast as to look for
+%   Goals that are facts are called in the scene itself: that is twice as fast as to look for
 %   the current one.
 direct(Goal, _, Goal) :-
     var(Goal),

@@ -4,7 +4,7 @@
                             name_scene/3,     % +Base, +Name, +Scene
                             unname_scene/2,   % +Base, +Name
                             destroy_scene/1,  % +Scene
-                            asked_scene/3,    % +Base, +Names, ?Asked
+                            queried_scene/3,    % +Base, +Names, ?Queried
                             in_scene/2,       % +Scene, :Goal
                             in/2,             % ?Name, :Goal
                             fact/1            % ?Fact
@@ -91,20 +91,20 @@ name_scene(Base, Name, Scene) :-
 unname_scene(Base, Name) :-
     retractall(scene_module(Base, Name, _)).
 
-%!  asked_scene(+Base, +Names, ?Asked) is nondet.
+%!  queried_scene(+Base, +Names, ?Queried) is nondet.
 %
-%   Asked is Name-Scene, one of those whose Names are given, or of all if Names is `all`.
+%   Queried is Name-Scene, one of those whose Names are given, or of all if Names is `all`.
 
-asked_scene(Base, all, Name-Scene) :-
+queried_scene(Base, all, Name-Scene) :-
     !,
     scene_module(Base, Name, Scene).
-asked_scene(Base, Names, Name-Scene) :-
+queried_scene(Base, Names, Name-Scene) :-
     member(Name, Names),
     scene_module(Base, Name, Scene).
 
 %!  in_scene(+Scene, :Goal) is nondet.
 %
-%   Goal, asked of Scene.
+%   Goal in Scene.
 
 in_scene(Scene, Goal) :-
     b_setval(facetlog_scene, Scene),
@@ -112,12 +112,12 @@ in_scene(Scene, Goal) :-
 
 %!  in(?Name, :Goal) is nondet.
 %
-%   Goal, asked of the scene Name; of each of those that are asked if Name is unbound.
+%   Goal in the scene Name; in each of the scenes of the question if Name is unbound.
 
 in(Name, Goal) :-
-    b_getval(facetlog_asked, Base-Names),
+    b_getval(facetlog_base, Base-Names),
     nb_current(facetlog_scene, Before),
-    asked_scene(Base, Names, Name-Scene),
+    queried_scene(Base, Names, Name-Scene),
     in_scene(Scene, Goal),
     b_setval(facetlog_scene, Before).
 

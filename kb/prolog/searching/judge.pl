@@ -29,7 +29,7 @@ General lists the models of which this one is a special case.
 :- use_module(facetlog_kb(plan)).
 :- use_module(facetlog_kb(search)).
 :- use_module(facetlog_kb(left_open)).
-:- use_module(facetlog_kb(told_of_models)).
+:- use_module(facetlog_kb(model_descriptions)).
 :- use_module(facetlog_kb(recall)).
 
 %!  judge(+Module, +Model, +Thing, -Verdict) is det.

@@ -176,7 +176,7 @@ passing_values(Text, Values, Numbers) :-
 
 %   Search binds X and Y to things in order of which Test holds. What was not measured or not stated
 %   does not hold, so most tests need to be asked only of pairs of which the scene has a fact; others
-%   are asked of all pairs of faces.
+%   are tried on all pairs of faces.
 search(Test, Module, X, Y, Faces, facetlog_pairs:Search) :-
     (   comparison(Test, Measure, Bounds),
         measure_of_both(Measure, X, Y)

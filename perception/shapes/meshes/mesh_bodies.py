@@ -37,8 +37,8 @@ GROWN = 2.0
 class _Parts:
     """Parts (p,): their boxes' corners (p, 3), extents (p,) and samples' spacings (p,).
 
-    `points` (n, 3) are samples of all parts, one part after the other; `rows` says which are a
-    part's. `pairs` (k, 2) are parts whose boxes come near each other; `trees` are kept once made.
+    `pairs` (k, 2) are parts whose boxes come near each other. `points` (n, 3) are samples of these
+    parts, one part after the other; `rows` says which are a part's; `trees` are kept once made.
     """
 
     low: FloatArray
@@ -62,6 +62,9 @@ class _Parts:
         for one, two in (pairs.T, pairs.T[::-1]):
             np.maximum.at(largest, one, extents[two])
         spacings = SPACING_SHARE * largest
+        # Parts that are near no other are not compared: thousands of specks would take gigabytes.
+        compared = np.flatnonzero(np.isin(part, pairs))
+        corners, part = corners[compared], part[compared]
         # in spacings of its own each part is sampled one apart
         own = sample_triangles(corners / spacings[part][:, None, None], 1.0)
         kept, _, _ = thinned(own.points, own.areas, part[own.triangles], CELL)

@@ -7,14 +7,14 @@ from typing import Any
 
 from facetlog.batch.output import read_rows
 from facetlog.batch.rows import Row
-from facetlog.batch.settings import CRISP, Item, Settings, told_options
+from facetlog.batch.settings import CRISP, Item, Settings, stated_options
 from facetlog.counted import many
 from facetlog.errors import InputError
 
 __all__ = ["Change", "Comparison", "check_alike", "older_rows", "read_as_then", "were_crisp"]
 
 DEGREE_STEP = 0.005
-"""Degrees that differ by less are the same in any text: they are told in per cent."""
+"""Degrees that differ by less are the same in any text: they are given in per cent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ def read_as_then(
 
 
 def _as_then(item: Item, row: Row, *, up: bool, unit: bool) -> Item:
-    then_up, then_unit = told_options(row["read_as"])
+    then_up, then_unit = stated_options(row["read_as"])
     return replace(
         item,
         up=item.up if up or item.up else then_up,

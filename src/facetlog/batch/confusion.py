@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from facetlog.batch.labels import NONE, Label, Truth
-from facetlog.batch.rows import HOLDS, Row
+from facetlog.batch.rows import HOLDS, Row, sureness
 
 __all__ = ["ERROR", "Confusion", "Mistake", "Proportion", "answer"]
 
@@ -50,20 +50,25 @@ class Proportion(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Mistake:
-    """A scene that was answered wrong."""
+    """A scene that was answered wrong; `sure` is its confidence, or its degree if it has none."""
 
     path: str
     label: str
     truth: str
     answered: str
     degree: float | None
+    sure: float | None
     error: str | None
     kind: str = ""
 
     def __str__(self) -> str:
-        degree = "" if self.degree is None else f" ({self.degree:.0%})"
         why = f": {self.error.removeprefix(f'{self.path}: ')}" if self.error else ""
-        return f"{self.path}: {self.label}, answered {self.answered}{degree}{why}"
+        return f"{self.path}: {self.label}, answered {self.answered}{self.percentage}{why}"
+
+    @property
+    def percentage(self) -> str:
+        """How sure the answer was, in brackets; empty of none."""
+        return "" if self.sure is None else f" ({self.sure:.0%})"
 
     def to_json(self) -> dict[str, Any]:
         """The mistake as plain data."""
@@ -78,21 +83,16 @@ class Mistake:
         }
 
 
-def answer(row: Row, classes: Sequence[str]) -> tuple[str, float | None]:
-    """Of the classes the model that holds with the highest degree, and that; of equals the first.
+def answer(row: Row, classes: Sequence[str]) -> tuple[str, Row | None]:
+    """Of the classes the model that holds with the highest degree, and its verdict.
 
-    NONE if none of them holds, ERROR if there are no verdicts.
+    Of equals it is the first; NONE if none of them holds, ERROR if there are no verdicts.
     """
     if row["error"] is not None:
         return ERROR, None
-    degrees: dict[str, float] = {}
-    for verdict in row["verdicts"]:
-        if verdict["state"] == HOLDS and verdict["model"] in classes:
-            degrees[verdict["model"]] = max(verdict["degree"], degrees.get(verdict["model"], 0.0))
-    if not degrees:
-        return NONE, None
-    best = max(degrees, key=lambda model: (degrees[model], -classes.index(model)))
-    return best, degrees[best]
+    holding = [v for v in row["verdicts"] if v["state"] == HOLDS and v["model"] in classes]
+    best = max(holding, key=lambda v: (v["degree"], -classes.index(v["model"])), default=None)
+    return (NONE, None) if best is None else (best["model"], best)
 
 
 @dataclass(slots=True)
@@ -118,7 +118,7 @@ class Confusion:
         if label is None:
             self.unlabelled += 1
             return
-        given, degree = answer(row, self.classes)
+        given, verdict = answer(row, self.classes)
         truth = self.truth(label.label)
         if truth.answer is None or given in truth.doubtful:
             self.left_out[label.label, given] += 1
@@ -133,7 +133,8 @@ class Confusion:
                     label.label,
                     truth.answer,
                     given,
-                    degree,
+                    None if verdict is None else verdict["degree"],
+                    None if verdict is None else sureness(verdict),
                     row["error"],
                     label.kind,
                 )

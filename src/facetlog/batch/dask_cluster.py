@@ -100,8 +100,8 @@ class Cluster:
         Scenes are classified on the cluster; questions about mistakes are answered here.
         """
         every = tuple(tasks)
-        yield from self._pool.answers(task for task in every if task.doubt is not None)
-        yield from self._spread(deque(task for task in every if task.doubt is None))
+        yield from self._pool.answers(task for task in every if task.mistaken is not None)
+        yield from self._spread(deque(task for task in every if task.mistaken is None))
 
     def _spread(self, waiting: deque[Task]) -> Iterator[Answer]:
         if not waiting:
@@ -129,11 +129,11 @@ class Cluster:
             future = done.get()
             some = handed.pop(future.key)
             if future.status == "finished":
-                for (task, content), told in zip(some, future.result(), strict=True):
-                    if told is None and content is None:
+                for (task, content), found in zip(some, future.result(), strict=True):
+                    if found is None and content is None:
                         yield from self._with_content(task, hand)
                     else:
-                        failed, line = told
+                        failed, line = found
                         yield Answer(task, line, failed)
             else:
                 yield from self._lost(some, future, hand)
@@ -222,7 +222,7 @@ def work(
     None for an item whose file is not here, or has another content. Raises InputError if the models
     come out differently than on the client: another version of the program.
     """
-    told: dict[str, tuple[bool, bytes]] = {}
+    answers: dict[str, tuple[bool, bytes]] = {}
     with tempfile.TemporaryDirectory(prefix="facetlog-") as folder, _engine(package) as pool:
         if pool.models_hash != models_hash:
             raise InputError(
@@ -230,8 +230,8 @@ def work(
             )
         at_hand = [found for sent in items if (found := _at_hand(sent, Path(folder)))]
         for answer in pool.answers(map(Task, at_hand)):
-            told[answer.task.item.path] = (answer.failed, answer.line)
-    return [told.get(sent["item"]["path"]) for sent in items]
+            answers[answer.task.item.path] = (answer.failed, answer.line)
+    return [answers.get(sent["item"]["path"]) for sent in items]
 
 
 def _at_hand(sent: Mapping[str, Any], folder: Path) -> Item | None:

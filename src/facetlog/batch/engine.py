@@ -86,7 +86,7 @@ class SceneEngine:
         self.models_hash = self._judge.models_hash
         self.models = self._judge.models
         # What the models ask for, and the things that a row counts: no other fact is worked out.
-        self._kinds = {name for name, _ in self._judge.asked} | {"thing"}
+        self._kinds = {name for name, _ in self._judge.needed} | {"thing"}
         self.profile = Profile(self._judge.conditions() if settings.profile else {})
         """Where the time went, of all scenes so far."""
 

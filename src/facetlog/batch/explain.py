@@ -2,6 +2,7 @@
 
 import base64
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any, TypedDict
@@ -19,15 +20,15 @@ from facetlog.perception.facts.fact_schema import ON_DEMAND
 from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import one_line
 
-__all__ = ["Doubt", "Reason", "explained"]
+__all__ = ["Mistaken", "Reason", "explained"]
 
 SCENE = "scene"
 
 SECONDS_PER_REASON = 10.0
-"""A page of reasons is waited for: one that takes longer is told to have taken too long."""
+"""A page of reasons is waited for: one that takes longer is said to have taken too long."""
 
 
-class Doubt(TypedDict):
+class Mistaken(TypedDict):
     """What was answered, and what would have been right: models, or other words.
 
     `verdicts` are the row's, by model: what they say of which thing is explained.
@@ -45,10 +46,10 @@ class Reason(TypedDict):
     lines: list[str]
 
 
-def explained(item: Item, settings: Settings, question: Doubt) -> dict[str, Any]:
+def explained(item: Item, settings: Settings, question: Mistaken) -> dict[str, Any]:
     """The picture of a scene (PNG, base64) and the reasons; without what cannot be had.
 
-    The wrong answer is told why it holds, the right one why it does not.
+    Of the wrong answer why it holds, of the right one why it does not.
     """
     try:
         scene = read_shape(Path(item.place), shape_options(item, settings))
@@ -86,16 +87,16 @@ def _base(settings: Settings) -> KnowledgeBase:
     )
 
 
-def _reasons(base: KnowledgeBase, question: Doubt) -> Iterator[Reason]:
+def _reasons(base: KnowledgeBase, question: Mistaken) -> Iterator[Reason]:
     right, answered = question["right"], question["answered"]
-    asked = {model: row for model, row in question["verdicts"].items() if model in base.models}
-    if right in asked and asked[right]["state"] != HOLDS:
-        yield from _told(f"Why not {right}", lambda: _why(base, asked[right]).miss_lines())
-    if answered in asked and answered != right:
-        yield from _told(f"Why {answered}", lambda: _why(base, asked[answered]).lines())
+    found = {model: row for model, row in question["verdicts"].items() if model in base.models}
+    if right in found and found[right]["state"] != HOLDS:
+        yield from _reason_for(f"Why not {right}", lambda: _why(base, found[right]).miss_lines())
+    if answered in found and answered != right:
+        yield from _reason_for(f"Why {answered}", lambda: _why(base, found[answered]).lines())
 
 
-def _told(title: str, ask: Callable[[], Iterable[str]]) -> Iterator[Reason]:
+def _reason_for(title: str, ask: Callable[[], Iterable[str]]) -> Iterator[Reason]:
     """The answer under its title, if there is one; what one question runs into is said there."""
     try:
         lines = list(ask())
@@ -116,7 +117,8 @@ def _why(base: KnowledgeBase, row: Row) -> Verdict:
     parts = [(role, *names) for role, names in named if len(names) == 1]
     while True:
         try:
-            return base.why(SCENE, row["model"], thing=row["thing"], parts=dict(parts))
+            found = base.why(SCENE, row["model"], thing=row["thing"], parts=dict(parts))
+            return replace(found, confidence=row["confidence"])  # of given parts it has none
         except QueryError:
             if not parts:
                 raise

@@ -122,9 +122,9 @@ class Journal:
                     if not line.endswith(b"\n") and len(line) < MOST_LINE_BYTES:
                         break  # cut off in the middle
                     row = _taken_up(line, f"{self.path}: row {len(self) + 1}")
-                    asked = read_as.get(row["path"], row["read_as"])
-                    if asked != row["read_as"]:
-                        raise _begun_with(self.path, "options", row["read_as"], asked)
+                    wanted = read_as.get(row["path"], row["read_as"])
+                    if wanted != row["read_as"]:
+                        raise _begun_with(self.path, "options", row["read_as"], wanted)
                     if not run_out(row):
                         self._places[row["path"]] = (self._end, len(line))
                     self._end += len(line)

@@ -63,21 +63,21 @@ WORKER = (sys.executable, "-P", "-m", "facetlog.batch.worker")
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A scene to classify, or with `doubt` one to explain (see explain.py)."""
+    """A scene to classify, or with `mistaken` one to explain (see explain.py)."""
 
     item: Item
-    doubt: dict[str, Any] | None = None
+    mistaken: dict[str, Any] | None = None
 
     @property
     def message(self) -> dict[str, Any]:
         """The task as a worker takes it."""
-        doubt = {} if self.doubt is None else {"explain": self.doubt}
-        return {**self.item.to_json(), **doubt}
+        mistaken = {} if self.mistaken is None else {"explain": self.mistaken}
+        return {**self.item.to_json(), **mistaken}
 
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """What became of a task: one line of JSON, and whether it tells of an error."""
+    """What became of a task: one line of JSON, and whether it is an error."""
 
     task: Task
     line: bytes

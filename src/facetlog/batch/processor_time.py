@@ -1,4 +1,4 @@
-"""Processor time of another process, where the system tells it."""
+"""Processor time of another process, where the system says it."""
 
 import os
 from pathlib import Path
@@ -11,14 +11,14 @@ USER, SYSTEM = 14 - 3, 15 - 3
 
 
 def processor_seconds(pid: int) -> float | None:
-    """Seconds that a process has worked, all its threads together; None where nothing tells it.
+    """Seconds that a process has worked, all its threads together; None where nothing says it.
 
     >>> (processor_seconds(os.getpid()) or 1.0) > 0.0
     True
     """
     try:
-        told = Path(f"/proc/{pid}/stat").read_bytes()
+        content = Path(f"/proc/{pid}/stat").read_bytes()
     except OSError:
         return None
-    fields = told.rpartition(b")")[2].split()
+    fields = content.rpartition(b")")[2].split()
     return (int(fields[USER]) + int(fields[SYSTEM])) / os.sysconf("SC_CLK_TCK")

@@ -12,7 +12,7 @@ from facetlog.kb.batch_judge import BriefVerdict, Conditions, Cost
 __all__ = ["STAGES", "Profile"]
 
 STAGES = ("read", "facts", "judge")
-"""A scene file is read, facts are made of it, the models are asked."""
+"""A scene file is read, facts are made of it, the models are judged."""
 
 
 @dataclass(slots=True)

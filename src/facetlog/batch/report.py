@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from facetlog.batch.confusion import Confusion, Mistake
-from facetlog.batch.explain import Doubt
+from facetlog.batch.explain import Mistaken
 from facetlog.batch.outcome import Outcome
 from facetlog.batch.pool import Task
 from facetlog.batch.report_page import Explanation, card, foot, group_head, head
@@ -45,27 +45,27 @@ def write_report(
 
 
 class _Explainers:
-    """Workers that explain mistakes, and tell how many they have."""
+    """Workers that explain mistakes, and report how many they have."""
 
     def __init__(self, workers: Workers, confusion: Confusion, progress: Progress | None) -> None:
         self._workers, self._progress = workers, progress
         self._done, self._total = 0, len(confusion.mistakes)
-        self._tell()
+        self._report()
 
     def explanations(self, tasks: Iterable[Task]) -> dict[str, Explanation]:
         """By path; a worker that died at one, or took too long, has said so instead."""
         found: dict[str, Explanation] = {}
         for answer in self._workers.answers(tasks):
-            told = json.loads(answer.line)
+            explanation = json.loads(answer.line)
             if answer.failed:
-                reason = {"title": "No reasons", "lines": [told["error"]]}
-                told = {"picture": None, "reasons": [reason]}
-            found[answer.task.item.path] = told
+                reason = {"title": "No reasons", "lines": [explanation["error"]]}
+                explanation = {"picture": None, "reasons": [reason]}
+            found[answer.task.item.path] = explanation
             self._done += 1
-            self._tell()
+            self._report()
         return found
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         if self._progress is not None:
             self._progress(self._done, self._total, 0)
 
@@ -90,20 +90,22 @@ def _page(
             some = mistakes[start : start + EXPLAINED_AT_ONCE]
             rows = list(done.journal.rows(m.path for m in some))
             pairs = list(zip(some, rows, strict=True))
-            found = explainers.explanations([Task(items[m.path], _doubt(m, r)) for m, r in pairs])
+            found = explainers.explanations(
+                [Task(items[m.path], _mistaken(m, r)) for m, r in pairs]
+            )
             for mistake, row in pairs:
                 yield card(mistake, row, found[mistake.path], confusion.classes)
         yield "</div>\n"
     yield foot()
 
 
-def _doubt(mistake: Mistake, row: Row) -> dict[str, Any]:
+def _mistaken(mistake: Mistake, row: Row) -> dict[str, Any]:
     best = closest(row)
-    asked = dict.fromkeys((mistake.truth, mistake.answered))
+    named = dict.fromkeys((mistake.truth, mistake.answered))
     return dict(
-        Doubt(
+        Mistaken(
             right=mistake.truth,
             answered=mistake.answered,
-            verdicts={model: best[model] for model in asked if model in best},
+            verdicts={model: best[model] for model in named if model in best},
         )
     )

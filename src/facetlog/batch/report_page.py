@@ -9,7 +9,7 @@ from facetlog import __version__
 from facetlog.batch.confusion import Confusion, Mistake, Proportion
 from facetlog.batch.explain import Reason
 from facetlog.batch.outcome import Outcome
-from facetlog.batch.rows import HOLDS, Row, closest
+from facetlog.batch.rows import HOLDS, Row, closest, sureness
 from facetlog.counted import many
 from facetlog.terminal import printable
 
@@ -144,7 +144,7 @@ def _errors(outcome: Outcome) -> Iterator[str]:
 
 def group_head(right: str, given: str, count: int) -> str:
     """What comes before the cards of one kind of mistake."""
-    title = f"{_escaped(right)} answered {_escaped(given)} ({count})"
+    title = f"right: {_escaped(right)}, answered: {_escaped(given)} ({count})"
     return f'<h3 id="{_anchor(right, given)}">{title}</h3>\n<div class="cards">\n'
 
 
@@ -156,7 +156,7 @@ def card(mistake: Mistake, row: Row, explanation: Explanation, classes: Sequence
     else:
         about = _escaped(f"picture of {mistake.path}", quote=True)
         shown = f'<img alt="{about}" loading="lazy" src="data:image/png;base64,{picture}">'
-    degree = "" if mistake.degree is None else f" ({mistake.degree:.0%})"
+    answered = f"<b>{_escaped(mistake.answered)}</b>{mistake.percentage}"
     counts = (
         ""
         if row["faces"] is None
@@ -167,7 +167,7 @@ def card(mistake: Mistake, row: Row, explanation: Explanation, classes: Sequence
     return (
         f'<article class="card">{shown}<div class="about">'
         f'<p class="path">{_escaped(mistake.path)}</p>'
-        f"<p><b>{_escaped(mistake.label)}</b>, answered <b>{_escaped(mistake.answered)}</b>{degree}"
+        f"<p>right: <b>{_escaped(mistake.label)}</b>, answered: {answered}"
         f'<span class="soft">{_escaped(counts)}</span></p>{error}'
         f"<p>{''.join(_chips(row, mistake, classes))}</p>"
         f"{''.join(map(_reason, explanation['reasons']))}</div></article>\n"
@@ -175,13 +175,13 @@ def card(mistake: Mistake, row: Row, explanation: Explanation, classes: Sequence
 
 
 def _chips(row: Row, mistake: Mistake, classes: Sequence[str]) -> Iterator[str]:
-    """A chip for each model: of its things the one that is nearest to it; asked models first."""
+    """A chip for each model: its nearest thing; models of the mistake first."""
     best = closest(row)
     for model in sorted(best, key=lambda name: name not in classes):
         verdict = best[model]
         holds = verdict["state"] == HOLDS
         kind = ("wrong" if model == mistake.answered else "holds") if holds else ""
-        state = f"{verdict['degree']:.0%}" if holds else verdict["state"]
+        state = f"{sureness(verdict):.0%}" if holds else verdict["state"]
         yield f'<span class="chip {kind}">{_escaped(model)} {_escaped(state)}</span>'
 
 

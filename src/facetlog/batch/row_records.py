@@ -66,13 +66,11 @@ class RowRecord(_Record):
 
     path: str = Field(description="of the scene, as it was given")
     sha256: str | None = Field(description="of the file's content; null if it was not read")
-    models_hash: str = Field(description="of all models that were asked")
+    models_hash: str = Field(description="of all models that were judged")
     model: str | None = Field(description="the model that holds with the highest degree")
     thing: str | None = Field(description="the thing that it holds of")
     degree: Share | None = Field(description="the degree to which it holds")
-    confidence: Confidence = Field(
-        default=None, description="how often a model is right at such a degree"
-    )
+    confidence: Confidence = Field(default=None, description="how often such a verdict is right")
     verdicts: tuple[VerdictRecord, ...] = Field(description="of each model on each thing")
     faces: NonNegativeInt | None
     things: NonNegativeInt | None

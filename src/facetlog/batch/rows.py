@@ -23,6 +23,7 @@ __all__ = [
     "error_row",
     "run_out",
     "scene_row",
+    "sureness",
 ]
 
 HOLDS = "holds"
@@ -84,6 +85,17 @@ def closest(row: Row) -> dict[str, Row]:
 
 def _standing(verdict: Row) -> tuple[bool, float, float]:
     return verdict["state"] == HOLDS, verdict["degree"], verdict["degree_at_most"]
+
+
+def sureness(verdict: Row) -> float:
+    """How sure it is that a verdict holds: its confidence, or the degree where there is none.
+
+    >>> sureness({"degree": 1.0, "confidence": 0.7}), sureness({"degree": 1.0})
+    (0.7, 1.0)
+    """
+    degree: float = verdict["degree"]
+    confidence: float | None = verdict.get("confidence")  # none with --raw, nor in older tables
+    return degree if confidence is None else confidence
 
 
 def run_out(row: Row) -> bool:

@@ -154,13 +154,13 @@ def _take_up(output: Path, models_hash: str, read_as: Mapping[str, str], journal
     for row in read_rows(output):
         if row["models_hash"] != models_hash:
             raise InputError(f"{output}: was made by other models: give those, or --overwrite")
-        asked = read_as.get(row["path"])
-        if asked is not None and asked != row["read_as"]:
+        wanted = read_as.get(row["path"])
+        if wanted is not None and wanted != row["read_as"]:
             raise InputError(
-                f"{output}: {row['path']} was read with {row['read_as']}, now {asked}: give the "
+                f"{output}: {row['path']} was read with {row['read_as']}, now {wanted}: give the "
                 "options as then, or --overwrite"
             )
-        if asked is not None and not run_out(row):
+        if wanted is not None and not run_out(row):
             journal.append(row["path"], _line(row))
 
 

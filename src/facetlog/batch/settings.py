@@ -8,7 +8,7 @@ from facetlog.batch.memory import LEAST_MB
 from facetlog.errors import InputError
 from facetlog.perception.shapes.shape_options import ShapeOptions, says_itself, unit_from, up_from
 
-__all__ = ["CRISP", "Item", "Settings", "shape_options", "told_options"]
+__all__ = ["CRISP", "Item", "Settings", "shape_options", "stated_options"]
 
 CRISP = "crisp"
 """The last word of `read_as` where every measured value was taken as exact."""
@@ -26,8 +26,8 @@ class Settings:
     """What is the same for all scenes of a run: models, and how raw shapes are read.
 
     `up` is x, y, z, -x, -y, -z, auto or none; `unit` m, cm, mm, in, ft or none. `seconds` is the
-    processor time that one scene may take; by the clock it may take five times that, and what
-    models are asked of it once. `memory_mb` is what one worker may take; None: its share of the
+    processor time that one scene may take; by the clock it may take five times that, and so may all
+    judging of it. `memory_mb` is what one worker may take; None: its share of the
     memory there is. With `profile` workers say where their time went, with `raw` verdicts have no
     confidence. What cannot be understood is an InputError.
     """
@@ -106,14 +106,14 @@ class Item:
         return f"up={up} unit={unit} {settings.judged_as}"
 
 
-def told_options(read_as: str) -> tuple[str | None, str | None]:
-    """The options `up` and `unit` that a row's `read_as` tells; None for what it does not.
+def stated_options(read_as: str) -> tuple[str | None, str | None]:
+    """The options `up` and `unit` that a row's `read_as` states; None for those it does not.
 
-    >>> told_options("up=z unit=none degrees"), told_options("degrees")
+    >>> stated_options("up=z unit=none degrees"), stated_options("degrees")
     (('z', 'none'), (None, None))
     """
-    told = dict(word.split("=", 1) for word in read_as.split() if "=" in word)
-    return told.get("up"), told.get("unit")
+    given = dict(word.split("=", 1) for word in read_as.split() if "=" in word)
+    return given.get("up"), given.get("unit")
 
 
 def shape_options(item: Item, settings: Settings) -> ShapeOptions:

@@ -69,7 +69,7 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
     most_mb = first["memory_mb"]
     limit_memory(most_mb)
     try:
-        # Loaded only now: a fault in what it loads can be told.
+        # Loaded only now: a fault in what it loads can be reported.
         from facetlog.batch.engine import SceneEngine
         from facetlog.batch.settings import Item, Settings
 
@@ -88,9 +88,9 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
     say(Word.READY, {"models_hash": engine.models_hash, "models": engine.models})
     while True:
         tasks = messages.get()
-        doubts = [task.pop("explain", None) for task in tasks]
+        mistakes = [task.pop("explain", None) for task in tasks]
         items = [Item(**task) for task in tasks]
-        if doubts[0] is None:  # a list is of one kind
+        if mistakes[0] is None:  # a list is of one kind
             for row in engine.rows(items):
                 if settings.profile:
                     say(Word.PROFILE, engine.profile.to_json())
@@ -101,8 +101,8 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
             continue
         from facetlog.batch.explain import explained
 
-        for item, doubt in zip(items, doubts, strict=True):
-            say(Word.EXPLAINED, explained(item, settings, doubt))
+        for item, mistaken in zip(items, mistakes, strict=True):
+            say(Word.EXPLAINED, explained(item, settings, mistaken))
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """What all commands share: exit codes, one line for an error, and the options that several have."""
 
+import errno
 import os
 import sys
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from facetlog.terminal import error, error_lines
 __all__ = ["NO", "YES", "AsJson", "Full", "Models", "Raw", "Trust", "command"]
 
 YES, NO, BROKEN_PIPE = 0, 1, 141  # the last: 128 + the signal's number
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 P = ParamSpec("P")
 
@@ -62,9 +64,20 @@ def command(body: Callable[P, int]) -> Callable[P, None]:
         except KeyboardInterrupt:
             code = INTERRUPTED
         except BrokenPipeError:  # the reader went away, as `| head` does
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            _write_no_more()
             code = BROKEN_PIPE
+        except OSError as exc:
+            if exc.errno not in NO_ROOM:
+                raise
+            _write_no_more()
+            error(f"the output cannot be written: {exc.strerror}: make room")
+            code = InputError.exit_code
         raise typer.Exit(code)
 
     del ending.__annotations__["return"]
     return ending
+
+
+def _write_no_more() -> None:
+    """What is still buffered for standard output is not written at the end either."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -87,7 +87,7 @@ def test_of_alternatives_that_hold_the_one_with_fewest_steps_is_enough() -> None
         step("all", HOLDS),
         step("implies", HOLDS, compared("fill(f1)", 0.1), FAR),
         step("all", HOLDS, step("implies", HOLDS, NOT_WHOLE, FAR)),
-        step("not_asked", HOLDS, fact("level(f1)", UNKNOWN)),
+        step("not_applied", HOLDS, fact("level(f1)", UNKNOWN)),
         step("expect", HOLDS, fact("level(f1)", UNKNOWN)),
         step("any", HOLDS, no(step("any", FAILS)), FAR),
     ],

@@ -14,6 +14,7 @@ from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Sid
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.verdict import Condition, Part, Size, Verdict
 from facetlog.kb.explaining.verdict_text import WIDTH
+from facetlog.kb.explaining.wording import CAUSES
 from facetlog.kb.knowledge_base import BUILTIN_MODELS
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.surfaces.exact_solids.builders import build
@@ -189,6 +190,41 @@ def test_what_the_least_change_would_turn_is_told_first() -> None:
     head, _, *lines = verdict.lines()
     assert head.startswith("t1 is no slab; fails: near – fill(f1) = 48 ± 1 %, needs")
     assert lines[1:] == list(verdict.miss_lines())[1:]
+
+
+def test_what_leaves_several_conditions_open_is_said_once() -> None:
+    def open_of(label: str, cause: str) -> Condition:
+        note = Note("missing", "tilt(f1)", "tilt(f1) is not known", CAUSES[cause])
+        return Condition(label, "", Proof(UNKNOWN, 0, 1, "level(f1)", note))
+
+    conditions = (open_of("level", "up"), open_of("high", "scale"), open_of("room", "up"))
+    assert list(verdict_of(*conditions, parts=(Part("a", ("f1",)),)).miss_lines()) == [
+        "t1 may be a slab with a = f1: 3 of 3 conditions are unknown",
+        "  ? level and room: not known, because which way is up was not given",
+        "  ? high – tilt(f1) is not known, because the scale was not given",
+    ]
+
+
+def test_a_share_says_what_it_is_a_share_of() -> None:
+    def first(measure: str) -> str:
+        wide = Condition("wide", "", compared(measure, 0.9, 0.5))
+        return next(line for line in verdict_of(wide).lines() if "wide" in line)
+
+    assert "width(f1) = 90 ± 1 % of length(f1), at least 50 %" in first("width(f1)/length(f1)")
+    assert "angle(f1, f2) = 90 ± 1 % of 90, at least 50 %" in first("angle(f1, f2)/90")
+    assert "height of f1's middle = 90 ± 1 % of width(f2)" in first("elevation(f1)/width(f2)")
+
+
+def test_of_values_that_differ_by_rounding_the_first_is_the_reason() -> None:
+    def said(*values: float) -> str:
+        steps = tuple(compared(f"share(f{n})", v, 0.8) for n, v in enumerate(values, start=1))
+        full = Condition("full", "", Proof(HOLDS, 1, 1, "", Note("all"), steps))
+        return next(line for line in verdict_of(full).lines() if "full" in line)
+
+    less = 0.9 - 1e-16
+    assert said(0.9, less, 0.9) == said(less, 0.9, 0.9) == said(0.9, 0.9, less)
+    assert "share(f1)" in said(0.9, less, 0.9)
+    assert "share(f2)" in said(0.9, 0.85, 0.9)
 
 
 def test_many_parts_are_shortened_not_cut() -> None:

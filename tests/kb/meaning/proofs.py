@@ -48,7 +48,7 @@ def _inside(scene: Scene, test: Term) -> Inside:
             return [["not"]], [proof_of(scene, one)], True
         case ("if_known", one):
             step = proof_of(scene, one)
-            name = "not_asked" if step.state == "unknown" else "if_known"
+            name = "not_applied" if step.state == "unknown" else "if_known"
             return [[name]], [step], True
         case ("implies", where, one):
             return [["implies"]], [proof_of(scene, where), proof_of(scene, one)], True

@@ -1,12 +1,12 @@
-:- module(facetlog_told_of_models, [ roled/5,          % +Module, +Model, +Thing, +Parts, -Roled
+:- module(facetlog_model_descriptions, [ roled/5,          % +Module, +Model, +Thing, +Parts, -Roled
                                     roled_in/6,       % +Module, +Model, +Groups, +Thing, +Parts, -Roled
                                     written/5,        % +Module, +Model, +Label, -Place, -Text
                                     general_models/3  % +Module, +Model, -General
                                   ]).
 
-/** <module> What files may say of their models beside what is judged
+/** <module> How files describe their models, beside what is judged
 
-All of it is optional, and asked only when a verdict is told.
+All of it is optional, and looked up only when a verdict is explained.
 */
 
 :- use_module(library(lists)).
@@ -105,8 +105,8 @@ directly(Module, Model, Other) :-
     Module:specialises(Model, Other),
     must_be(atom, Other).
 
-%   Where no knowledge base is asked, only the file's own models are known.
+%   Outside of a knowledge base only the file's own models are known.
 module_of(Model, Module) :-
-    nb_current(facetlog_asked, _),
+    nb_current(facetlog_base, _),
     model_module(Model, Module),
     !.
