@@ -29,6 +29,13 @@ _BY_REASON: dict[str, tuple[tuple[str, str, str], ...]] = {
     "the state is the same where the degree is worked out with it": (
         ("meaning/compare.pl", "judged(‹state›, Region, Measure, said(holds, _)).", "full"),
     ),
+    "only rounding makes more than 1 of a membership": (
+        ("meaning/fading.pl", "Degree is max(0.0, min(‹1.0›, Membership)).", "2.0"),
+        ("meaning/fading.pl", "Degree is max(0.0, min(‹1.0›, FromBelow + FromAbove - 1)).", "2.0"),
+    ),
+    "what is turned round is so either way": (
+        ("batch/specialise.pl", "reverse(‹Steps0, Reversed›),", "Reversed, Steps0"),
+    ),
     "a product of two has no order": (("meaning/quantities.pl", "product(‹X, Y›, V),", "Y, X"),),
     "of two lists as long as each other either is the first": (
         (

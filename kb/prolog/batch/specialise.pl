@@ -57,17 +57,11 @@ model_code(Context, Model) :-
     cheap_together(Plan0, Lines, Plan1),
     maplist(group_of_lines(Context, Lines, Names), Plan1, Plan),
     put_clause(Context, plan(Model, Plan)),
-    (   current_predicate(Module:group/5)
-    ->  forall(clause(Module:group(Model, GroupThing, GroupParts, Role, Members), GroupBody),
-               group_code(Context, Model, GroupThing, GroupParts, Role, Members, GroupBody))
-    ;   true
-    ),
+    forall(clause(Module:group(Model, GroupThing, GroupParts, Role, Members), GroupBody),
+           group_code(Context, Model, GroupThing, GroupParts, Role, Members, GroupBody)),
     put_clause(Context, (size(Model, _, _, _, _, _) :- fail)),
-    (   current_predicate(Module:size/5)
-    ->  forall(clause(Module:size(Model, SizeThing, SizeParts, Name, Measure), SizeBody),
-               size_code(Context, Model, SizeThing, SizeParts, Name, Measure, SizeBody))
-    ;   true
-    ).
+    forall(clause(Module:size(Model, SizeThing, SizeParts, Name, Measure), SizeBody),
+           size_code(Context, Model, SizeThing, SizeParts, Name, Measure, SizeBody)).
 
                  /*******************************
                  *          CONDITIONS          *

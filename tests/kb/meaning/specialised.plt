@@ -183,7 +183,7 @@ test(asks_for_any_fact, forall(member(Clause,
                                        as_far_as_seen(T, Steps, [A, B]) ),
           ( condition(m, a, "", _, [A, B], upward(A)) :-
                 Measures = [width(A), width(B)], longest_first(Measures, _) ),
-          ( size(m, _, [A, _], wide, Measure) :- member(Measure, [width(A)]) ),
+          ( size(m, _, [A, _], wide, Measure) :- Measures = [width(A)], member(Measure, Measures) ),
           ( size(m, _, [A, B], long, Longest) :-
                 Measures = [width(A), width(B)], longest_first(Measures, [Longest|_]) ) ]))) :-
     asked([Clause], Asked),

@@ -86,6 +86,13 @@ test(what_is_interpreted, forall(interpreting(Goal, Expected))) :-
 test(facts_that_are_asked_for, Asked == [a/1, b/2]) :-
     in_target(( C = context(_, Target, _), note(Target, a/1), note(Target, b/2), note(Target, a/1),
                 findall(Fact, asked_of_scene(Target, Fact), Asked) ), C).
+test(all_is_forgotten, Left == []) :-
+    in_target(( C = context(_, Target, _), copy_noted(Target, a/1), note(Target, b/1), helper(C, key, [X], Head, _),
+                put_remembered(C, Head, [X], [], true) ), C),
+    findall(Note,
+            ( member(Note, [ asks(Target, _), copy(Target, _, _), made(Target, _, _, _, _), remembered(Target, _) ]),
+              call(facetlog_target:Note) ),
+            Left).
 test(any_fact, Asked == All) :-
     in_target(( C = context(_, Target, _), note(Target, a/1), asks_all(C), findall(Fact, asked_of_scene(Target, Fact), Asked) ), C),
     findall(Fact, schema:fact_schema(Fact, _), All).
@@ -141,10 +148,16 @@ test(measure_of_one_fact, Code == fill(a, V, Sd)) :-
 test(measure_of_a_kind_that_is_not_known, throws(facetlog_unknown(lowest(_)))) :-
     in_target(facetlog_first_answer:first_answer_code(lowest(_), _, _, _, C, _), C).
 test(measure_is_made_once, Made == 2) :-
-    in_target(( body_code(measures:measure(width(_), _, _, length), C, Code),
-                body_code(measures:measure(width(_), _, _, length), C, _),
-                C = context(_, Target, _), functor(Code, Name, Arity), functor(Head, Name, Arity),
-                aggregate_all(count, clause(Target:Head, _), Made) ), C).
+    in_target(( body_code(measures:measure(count(_), _, _, count), C, _),
+                body_code(measures:measure(count(_), _, _, count), C, _),
+                C = context(_, Target, _),
+                aggregate_all(count,
+                              ( facetlog_target:made(Target, measure(_), Arity, Name, _), functor(Head, Name, Arity),
+                                clause(Target:Head, _) ),
+                              Made) ), C).
+test(fact_of_a_measure_is_asked_first, First == width(A, V, Sd)) :-
+    in_target(body_code(measures:measure(width(A), V, Sd, length), C, Code), C),
+    Code = ( First -> true ; _ ).
 test(list_is_made_once, Made == 2) :-
     in_target(( listed_code(as_found, [T], X, [face_of(T, X)], vocabulary, C, _, Code),
                 listed_code(as_found, [U], Y, [face_of(U, Y)], vocabulary, C, _, Code1),
