@@ -129,8 +129,7 @@ few_parts(Inputs, Parts) :-
     Inputs \== [],
     term_variables(Parts, Variables),
     member(Part, Variables),
-    \+ among(Inputs, Part),
-    !.
+    \+ among(Inputs, Part).
 
 %   A step that succeeds once for certain is put off until the test asks for what it finds.
 put_off(Steps0, Scope, Context, Test0, Steps, Test) :-

@@ -222,6 +222,11 @@ test(what_searches_for_nothing_is_asked_together, Mosts == [2, 1]) :-
     findall(Of, ( member(group(specialised(_, Name), _), Plan), ( sub_atom(Name, 0, _, _, 'lines#') -> Of = 2 ; Of = 1 ) ),
             Mosts),
     assertion(Count == 2).
+test(what_searches_is_asked_alone, Count == 1) :-
+    gensym(batch, Batch),
+    with_rules([ ( condition(m, c, "", _, [C, _], upward(C)) :- possible(whole(t1)) ) ], Rules,
+               ( open_batch(Batch, Batch, [Rules-[m]], _), call(Batch:plan, m, Plan), close_batch(Batch) )),
+    length(Plan, Count).
 test(one_condition_is_left_to_the_interpreter, Models == [conditions(m, 2, [other])]) :-
     gensym(batch, Batch),
     with_rules([ condition(m, own, "", _, [A, _], upward(A)), condition(m, other, "", T, [_, _], is_a(T, m)) ], Rules,
