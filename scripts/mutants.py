@@ -26,6 +26,8 @@ from random import Random
 from threading import Thread
 from typing import IO, Any, cast
 
+from equivalent_mutants import EQUIVALENT
+
 from facetlog.kb.engine.engine import house
 from tests.kb.meaning.cases import Case, random_case
 from tests.kb.meaning.judging import HERE, close, differences, program, written
@@ -46,89 +48,6 @@ CASES = 60  # that each mutant is tried on
 TESTS = 12  # of a case
 UNITS = -1  # in the place of a case: the unit tests
 SECONDS = 10  # for a case or the unit tests: a mutant that never ends is seen, too
-
-# Changes that change nothing: file, line with what is changed in ‹›, what instead; and why.
-_BEGINS = "start_degree(Want, degree(0, 1, 0), Degree)."
-_ONE_PART = (
-    "start(not, Want, sum(none, Degree)) :- ",
-    "start(if_known, Want, sum(none, Degree)) :- ",
-    "start(expect(_), Want, sum(holds, Degree)) :- ",
-)
-EQUIVALENT: dict[tuple[str, str, str], str] = {
-    ("meaning/forms.pl", head + goal, new): "never read: the one part there is takes its place"
-    for head in _ONE_PART
-    for goal, new in (
-        (_BEGINS.replace("(0,", "(‹0›,"), "1"),
-        (_BEGINS.replace(" 1,", " ‹1›,"), "2"),
-        (_BEGINS.replace(" 0)", " ‹0›)"), "1"),
-    )
-} | {
-    (
-        "meaning/say.pl",
-        "append(‹Names0, Names1›, Names).",
-        "Names1, Names0",
-    ): "whether one of the names was not seen does not depend on their order",
-    (
-        "meaning/quantities.pl",
-        "product(‹X, Y›, V),",
-        "Y, X",
-    ): "a product of two has no order",
-    (
-        "meaning/forms.pl",
-        "(   ‹S1 == fails›",
-        "true",
-    ): "the miss of what does not fail is 0: nothing is less for it",
-    (
-        "meaning/compare.pl",
-        "judged(‹state›, Region, Measure, said(holds, _)).",
-        "full",
-    ): "the state is the same where the degree is worked out with it",
-    (
-        "meaning/left_open.pl",
-        "\\+ same_length(‹Asked, PartVariables›).",
-        "PartVariables, Asked",
-    ): "of two lists as long as each other either is the first",
-    (
-        "batch/target.pl",
-        "atom_concat(‹Name, ' known'›, Known),",
-        "' known', Name",
-    ): "a name that no other predicate has, too",
-    (
-        "batch/body_code.pl",
-        "->  atom_concat(‹New, ' anew'›, Anew),",
-        "' anew', New",
-    ): "a name that no other predicate has, too",
-    (
-        "batch/body_code.pl",
-        "atom_concat(‹Name, ' all'›, All),",
-        "' all', Name",
-    ): "a name that no other predicate has, too",
-    (
-        "batch/target.pl",
-        "append(‹Inputs, [Found]›, KnownArgs),",
-        "[Found], Inputs",
-    ): "what is remembered may stand before what it is remembered for",
-    (
-        "batch/partial.pl",
-        "shared(‹Then1, CodeIf›, Shared),",
-        "CodeIf, Then1",
-    ): "what is in both has no order",
-    (
-        "batch/joins.pl",
-        "append(‹Orders1, Orders0›, Orders),",
-        "Orders0, Orders1",
-    ): "which faces are in order does not depend on which is listed first",
-    (
-        "batch/loops.pl",
-        "(   ( loop_over(Goal, _, _, _, Sum0, Sum) ; ‹Goal = each_test(_, _, _, _, Sum0, Sum)› ),",
-        "true",
-    ): "of other goals it is not known what the sum is, and nothing has the shape of that",
-    (
-        "batch/first_answer.pl",
-        "‹var(V1)›,",
-        "true",
-    ): "no fact of a measure with several clauses stands for one value",
-}
 
 
 @dataclass(frozen=True)

@@ -46,8 +46,7 @@ loop_over(each_group(List, X, Test, _, _, _, Sum0, Sum), List, [X], Test, Sum0, 
 %
 %   What comes of a loop has the shape of what it begins with.
 shaped(Goal) :-
-    (   ( loop_over(Goal, _, _, _, Sum0, Sum) ; Goal = each_test(_, _, _, _, Sum0, Sum) ),
-        var(Sum)
+    (   ( loop_over(Goal, _, _, _, Sum0, Sum) ; Goal = each_test(_, _, _, _, Sum0, Sum) )
     ->  sum_shape(Sum0, Sum)
     ;   true
     ).

@@ -57,18 +57,11 @@ model_code(Context, Model) :-
     cheap_together(Plan0, Lines, Plan1),
     maplist(group_of_lines(Context, Lines, Names), Plan1, Plan),
     put_clause(Context, plan(Model, Plan)),
-    put_clause(Context, (group(Model, _, _, _, _) :- fail)),
-    (   current_predicate(Module:group/5)
-    ->  forall(clause(Module:group(Model, GroupThing, GroupParts, Role, Members), GroupBody),
-               group_code(Context, Model, GroupThing, GroupParts, Role, Members, GroupBody))
-    ;   true
-    ),
+    forall(clause(Module:group(Model, GroupThing, GroupParts, Role, Members), GroupBody),
+           group_code(Context, Model, GroupThing, GroupParts, Role, Members, GroupBody)),
     put_clause(Context, (size(Model, _, _, _, _, _) :- fail)),
-    (   current_predicate(Module:size/5)
-    ->  forall(clause(Module:size(Model, SizeThing, SizeParts, Name, Measure), SizeBody),
-               size_code(Context, Model, SizeThing, SizeParts, Name, Measure, SizeBody))
-    ;   true
-    ).
+    forall(clause(Module:size(Model, SizeThing, SizeParts, Name, Measure), SizeBody),
+           size_code(Context, Model, SizeThing, SizeParts, Name, Measure, SizeBody)).
 
                  /*******************************
                  *          CONDITIONS          *
@@ -136,8 +129,7 @@ few_parts(Inputs, Parts) :-
     Inputs \== [],
     term_variables(Parts, Variables),
     member(Part, Variables),
-    \+ among(Inputs, Part),
-    !.
+    \+ among(Inputs, Part).
 
 %   A step that succeeds once for certain is put off until the test asks for what it finds.
 put_off(Steps0, Scope, Context, Test0, Steps, Test) :-
@@ -273,8 +265,7 @@ size_code(Context, Model, Thing, Parts, Name, Measure, Body0) :-
 %   Which of several measures it is was worked out while they were sorted: their facts are asked for.
 asks_all_if_unknown(Measure, Written, Context) :-
     (   var(Measure),
-        sub_goal(longest_first(Measures, _), Written),
-        is_list(Measures)
+        sub_goal(longest_first(_, _), Written)
     ->  true
     ;   attempt(Context, facetlog_unknown(_), value_code(Measure, Context, _, _))
     ->  true

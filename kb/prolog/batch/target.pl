@@ -196,8 +196,8 @@ reached(Target, [Indicator|Next], Seen, Goals) :-
         reached(Target, All, [Indicator|Seen], Others)
     ).
 
-of_target(Target, Indicator) :- copied(Target, Indicator), !.
-of_target(Target, Name/Arity) :- made(Target, _, Arity, Name, _), !.
+of_target(Target, Indicator) :- copied(Target, Indicator).
+of_target(Target, Name/Arity) :- made(Target, _, Arity, Name, _).
 
 %!  forget_code(+Target) is det.
 

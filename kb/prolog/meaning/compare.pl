@@ -36,12 +36,10 @@ comparison(between(M, Low, High), M, between(Low, High)).
 comparison(at_least(M, Limit), M, at_least(Limit)).
 comparison(at_most(M, Limit), M, at_most(Limit)).
 comparison(fading(Test, Width), M, fading(Bounds, Width)) :-
-    nonvar(Test),
-    Test \= fading(_, _),
+    Test \= fading(_, _),              % nor a variable
     Test \= soft(_, _),
     comparison(Test, M, Bounds).
 comparison(soft(Test, Share), M, soft(Bounds, Share)) :-
-    nonvar(Test),
     Test \= fading(_, _),
     Test \= soft(_, _),
     must_be(number, Share),             % arithmetic would work out what a clause computed

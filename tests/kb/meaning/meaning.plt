@@ -246,7 +246,7 @@ test(missing_operand, forall(member(Expression, [ -tilt(f3), tilt(f1) + tilt(f3)
                                                   mean([tilt(f3), tilt(f1)]) ]))) :-
     detail_of(at_least(Expression, 1), missing(Missing, Cause)),
     assertion(Missing-Cause == tilt(f3)-up).
-test(missing_whole, forall(member(Expression, [tilt(f1)/0, lowest([]), mean(f1), lowest(_), highest(_), sum(_),
+test(missing_whole, forall(member(Expression, [tilt(f1)/0, lowest([]), mean(f1), lowest(_), highest(_), sum(_), lowest([tilt(f1)|_]),
                                                    mean(_)]))) :-
     detail_of(at_least(Expression, 1), missing(Missing, _)),
     assertion(Missing =@= Expression).
@@ -268,6 +268,9 @@ test(measures_of_the_vocabulary_and_of_the_rules, Found == [20.0-0.0-deg, 3.0-0.
             ( member(Measure, [tilt(f1), times]), in_facts(measure_in(user, Measure, V, Sd, Kind)) ), Found).
 test(own_measures_only_by_name, fail) :-
     in_facts(( measure_in(user, Measure, _, _, _), Measure == large )).
+test(what_is_no_expression, forall(member(Measure, [_, "text"]))) :-
+    state_of(at_least(Measure, 1), State),
+    assertion(State == unknown).
 test(more_may_be_there_than_was_seen, Outline == outline(unknown, 0, 1, 0)) :-
     outline_of(at_least(count([f1]), 3), Outline).
 test(passes, Passed == [at_least(2), near(1, 2)]) :-
@@ -281,6 +284,11 @@ test(longest_of_unknown_ones, fail) :-
     in_facts(longest_first_in(user, [width(f1), length(f2)], _)).
 test(spread_of_a_quotient, true(abs(Var - 0.0025) < 1.0e-12)) :-
     in_facts(value(width(f1)/length(f1), user, quantity(0.5, Var, ratio))).
+test(of_lists, forall(member(Expression-V-Var, [ lowest([tilt(f2), tilt(f1)])-20.0-0.0, highest([tilt(f1), tilt(f2)])-30.0-4.0,
+                                                  sum([tilt(f1), tilt(f2), tilt(f2)])-80.0-8.0,
+                                                  mean([tilt(f1), tilt(f2)])-25.0-1.0 ]))) :-
+    in_facts(value(Expression, user, Q)),
+    assertion(Q == quantity(V, Var, deg)).
 test(of_as_low_ones_the_surest, Q == quantity(20.0, 0.0, deg)) :-
     in_facts(value(lowest([tilt(f1), tilt(f1) + 0*tilt(f2)]), user, Q)).
 
@@ -315,6 +323,8 @@ test(narrow_slope_is_an_edge, true(abs(Narrow - Sharp) < 1.0e-9)) :-
     low(fading(at_least(tilt(f2), 31), 1.0e-9), Narrow).
 test(slope_adds_half_its_width_to_the_tolerance, true(abs(Miss - 15/(15 + 45)) < 1.0e-9)) :-
     outline_of(fading(at_least(tilt(f1), 40), 10), outline(fails, _, _, Miss)).
+test(almost_whole_miss_is_not_whole, true(abs(Miss - 19.999/20) < 1.0e-9)) :-
+    outline_of(all([at_most(tilt(f1), 0.001)]), outline(fails, _, _, Miss)).
 test(miss_without_tolerance_is_whole, true(Miss =:= 1)) :-
     outline_of(at_most(tilt(f1), 0), outline(fails, _, _, Miss)).
 

@@ -95,9 +95,10 @@ test(parts, Parts == [f1, f2, unseen, unseen, unseen, unseen, unseen]) :-
             Parts).
 test(outcomes, Outcomes == [ outcome(holds, 1, 1, none), outcome(unknown, 0, 1, unseen),
                              outcome(unknown, 0, 1, unstated), outcome(unknown, 0, 1, unstated),
+                             outcome(unknown, 0, 1, unstated),
                              outcome(fails, 0, 0, none), outcome(unknown, 0, 1, none) ]) :-
     findall(Outcome,
-            ( member(Thing-Model, [t1-m, unseen-m, t9-m, f(t1)-m, t1-never, t1-nothing]),
+            ( member(Thing-Model, [t1-m, unseen-m, t9-m, f(t1)-m, _-m, t1-never, t1-nothing]),
               of_models(( model_outcome(Thing, Model, Outcome), model_state(Thing, Model, State),
                           arg(1, Outcome, State) )) ),
             Outcomes).

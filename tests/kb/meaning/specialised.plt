@@ -183,7 +183,7 @@ test(asks_for_any_fact, forall(member(Clause,
                                        as_far_as_seen(T, Steps, [A, B]) ),
           ( condition(m, a, "", _, [A, B], upward(A)) :-
                 Measures = [width(A), width(B)], longest_first(Measures, _) ),
-          ( size(m, _, [A, _], wide, Measure) :- member(Measure, [width(A)]) ),
+          ( size(m, _, [A, _], wide, Measure) :- Measures = [width(A)], member(Measure, Measures) ),
           ( size(m, _, [A, B], long, Longest) :-
                 Measures = [width(A), width(B)], longest_first(Measures, [Longest|_]) ) ]))) :-
     asked([Clause], Asked),
@@ -205,6 +205,14 @@ test(kept_for_those_that_it_depends_on) :-
                  findall(Label, facetlog_target:made(Batch, kept(m, Label, _, _, _), _, _, _), Labels),
                  close_batch(Batch) )),
     assertion(Labels == Expected).
+test(members_of_a_group_are_found_once, Lists == [2]) :-
+    gensym(batch, Batch),
+    with_rules([ ( group(m, T, [A, B], others, Fs) :-
+                       findall(F, ( face_of(T, F), \+ memberchk(F, [A, B]), possible(coplanar(F, A)) ), Found),
+                       sort(Found, Fs) ) ], Rules,
+               ( open_batch(Batch, Batch, [Rules-[m]], _),
+                 findall(Count, ( facetlog_target:made(Batch, listed(sorted, _, Of, _, _), _, _, _), length(Of, Count) ), Lists),
+                 close_batch(Batch) )).
 test(what_searches_for_nothing_is_asked_together, Mosts == [2, 1]) :-
     gensym(batch, Batch),
     with_rules([ condition(m, a, "", _, [A, _], upward(A)), condition(m, b, "", _, [_, B], upward(B)),
@@ -214,6 +222,11 @@ test(what_searches_for_nothing_is_asked_together, Mosts == [2, 1]) :-
     findall(Of, ( member(group(specialised(_, Name), _), Plan), ( sub_atom(Name, 0, _, _, 'lines#') -> Of = 2 ; Of = 1 ) ),
             Mosts),
     assertion(Count == 2).
+test(what_searches_is_asked_alone, Count == 1) :-
+    gensym(batch, Batch),
+    with_rules([ ( condition(m, c, "", _, [C, _], upward(C)) :- possible(whole(t1)) ) ], Rules,
+               ( open_batch(Batch, Batch, [Rules-[m]], _), call(Batch:plan, m, Plan), close_batch(Batch) )),
+    length(Plan, Count).
 test(one_condition_is_left_to_the_interpreter, Models == [conditions(m, 2, [other])]) :-
     gensym(batch, Batch),
     with_rules([ condition(m, own, "", _, [A, _], upward(A)), condition(m, other, "", T, [_, _], is_a(T, m)) ], Rules,
@@ -224,3 +237,50 @@ test(condition_for_what_it_is_not_of, Brief == Full) :-
                ( in_batch(Rules, Brief), in_full(Rules, Full) )).
 
 :- end_tests(specialised).
+
+:- begin_tests(put_off).
+
+% Where within a test the code stands that finds Fs.
+within(all([a, b(Fs), c]), Fs, all([a, after(code, b(Fs)), c])).
+within(any([a, b(Fs), c]), Fs, any([a, after(code, b(Fs)), c])).
+within(not(b(Fs)), Fs, not(after(code, b(Fs)))).
+within(if_known(b(Fs)), Fs, if_known(after(code, b(Fs)))).
+within(expect(0.5, b(Fs)), Fs, expect(0.5, after(code, b(Fs)))).
+within(implies(a, b(Fs)), Fs, implies(a, after(code, b(Fs)))).
+within(all([a, any([b(Fs), c])]), Fs, all([a, any([after(code, b(Fs)), c])])).
+within(implies(b(Fs), c), Fs, after(code, implies(b(Fs), c))).
+within(implies(b(Fs), b(Fs)), Fs, after(code, implies(b(Fs), b(Fs)))).
+within(all([a, b(Fs), c(Fs)]), Fs, after(code, all([a, b(Fs), c(Fs)]))).
+within(any([b(Fs), c(Fs)]), Fs, after(code, any([b(Fs), c(Fs)]))).
+within(all([b(Fs)|Rest]), Fs, after(code, all([b(Fs)|Rest]))).
+within(all(Fs), Fs, after(code, all(Fs))).
+within(Fs, Fs, after(code, Fs)).
+within(some(x, Fs, c), Fs, after(code, some(x, Fs, c))).
+
+test(within_the_test, forall(within(Test, Found, Expected))) :-
+    facetlog_specialise:placed(Test, Found, code, Placed),
+    assertion(Placed == Expected).
+
+% What is left of steps and a test where the faces are found once for those that the test asks for.
+left(Steps0, Test0, Steps, Test) :-
+    gensym(put_off, Target),
+    setup_call_cleanup(
+        new_rule_module(Target),
+        facetlog_specialise:put_off(Steps0, scope(_, [_], []), context(vocabulary, Target, false), Test0, Steps, Test),
+        ( facetlog_target:forget_code(Target), '$destroy_module'(Target) )).
+
+test(found_when_the_test_asks, Steps-Test =@= []-all([a, after(Code, some(x, Fs, c))])) :-
+    left([source(F, [face_of(_, F)], [_], all([]), Fs)], all([a, some(x, Fs, c)]), Steps, Test),
+    Test = all([_, after(Code, _)]).
+test(not_found_if_nobody_asks, Steps-Test == []-a) :-
+    left([source(F, [face_of(_, F)], [_], all([]), _)], a, Steps, Test).
+test(groups_after_what_they_group, Steps-Test =@= []-all([a, after(Code1, after(Code2, some(x, Gs, c)))])) :-
+    left([source(F, [face_of(_, F)], [_], all([]), Fs), separate(Fs, Gs)], all([a, some(x, Gs, c)]), Steps, Test),
+    Test = all([_, after(Code1, after(Code2, _))]),
+    term_variables(Code1, Variables),
+    assertion(( member(Variable, Variables), Variable == Fs )).
+test(other_steps_stay, Steps =@= [Source, holds(a(Fs))]) :-
+    Source = source(F, [face_of(_, F)], [_], all([]), Fs),
+    left([Source, holds(a(Fs))], some(x, Fs, c), Steps, _).
+
+:- end_tests(put_off).

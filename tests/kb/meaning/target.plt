@@ -86,6 +86,13 @@ test(what_is_interpreted, forall(interpreting(Goal, Expected))) :-
 test(facts_that_are_asked_for, Asked == [a/1, b/2]) :-
     in_target(( C = context(_, Target, _), note(Target, a/1), note(Target, b/2), note(Target, a/1),
                 findall(Fact, asked_of_scene(Target, Fact), Asked) ), C).
+test(all_is_forgotten, Left == []) :-
+    in_target(( C = context(_, Target, _), copy_noted(Target, a/1), note(Target, b/1), helper(C, key, [X], Head, _),
+                put_remembered(C, Head, [X], [], true) ), C),
+    findall(Note,
+            ( member(Note, [ asks(Target, _), copy(Target, _, _), made(Target, _, _, _, _), remembered(Target, _) ]),
+              call(facetlog_target:Note) ),
+            Left).
 test(any_fact, Asked == All) :-
     in_target(( C = context(_, Target, _), note(Target, a/1), asks_all(C), findall(Fact, asked_of_scene(Target, Fact), Asked) ), C),
     findall(Fact, schema:fact_schema(Fact, _), All).
@@ -126,10 +133,10 @@ test(goal_has_one_code, forall(member(Goal, [ true, !, fact(whole(t)), possible(
                                               findall(X, face_of(T, X), _), include(==(X), _, _),
                                               setof(X, T^face_of(T, X), _), face_of(T, X), atom(X), part_in(T, _, _, _) ]))) :-
     in_target(( call_cleanup(body_code(vocabulary:Goal, C, _), Only = true), assertion(Only == true) ), C).
-test(state_that_is_known, Codes == [true, true, true, fail, fail, fail]) :-
+test(state_that_is_known, Codes == [true, true, true, true, true, fail, fail, fail, fail]) :-
     findall(Code,
             ( member(Test, [all([]), each(X, [], adjoins(X, unseen)), any([])]),
-              member(Goal, [possible(Test), holds(Test)]),
+              member(Goal, [possible(Test), possible_in(vocabulary, Test), holds(Test)]),
               in_target(body_code(vocabulary:Goal, C, Code), C) ),
             Codes).
 test(what_cannot_be_seen_through, forall(member(Goal, [ _, in(_, _), possible(_), holds(_), maplist(_, _),
@@ -138,6 +145,19 @@ test(what_cannot_be_seen_through, forall(member(Goal, [ _, in(_, _), possible(_)
     assertion(Thrown == true).
 test(measure_of_one_fact, Code == fill(a, V, Sd)) :-
     in_target(body_code(measures:measure(fill(a), V, Sd, ratio), C, Code), C).
+test(measure_of_a_kind_that_is_not_known, throws(facetlog_unknown(lowest(_)))) :-
+    in_target(facetlog_first_answer:first_answer_code(lowest(_), _, _, _, C, _), C).
+test(measure_is_made_once, Made == 2) :-
+    in_target(( body_code(measures:measure(count(_), _, _, count), C, _),
+                body_code(measures:measure(count(_), _, _, count), C, _),
+                C = context(_, Target, _),
+                aggregate_all(count,
+                              ( facetlog_target:made(Target, measure(_), Arity, Name, _), functor(Head, Name, Arity),
+                                clause(Target:Head, _) ),
+                              Made) ), C).
+test(fact_of_a_measure_is_asked_first, First == width(A, V, Sd)) :-
+    in_target(body_code(measures:measure(width(A), V, Sd, length), C, Code), C),
+    Code = ( First -> true ; _ ).
 test(list_is_made_once, Made == 2) :-
     in_target(( listed_code(as_found, [T], X, [face_of(T, X)], vocabulary, C, _, Code),
                 listed_code(as_found, [U], Y, [face_of(U, Y)], vocabulary, C, _, Code1),
