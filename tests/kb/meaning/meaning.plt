@@ -69,6 +69,7 @@ measured(too_large, V, 0, count) :- V is 10**400.
 measured(no_number, many, 0, deg).
 measured(no_deviation, 2, -1, deg).
 measured(no_kind, 2, 1, weight).
+measured(fill(_), 7, 0, deg).           % what the vocabulary knows is that
 measured(times, 3, 0.5, ratio).
 measured(times, 4, 0.5, ratio).
 
@@ -261,6 +262,8 @@ test(own_tolerance_before_that_of_the_vocabulary, State == holds) :-
     state_of(at_most(tilt(f1), tolerance(own)), State).
 test(tolerance_of_the_vocabulary, State == fails) :-
     state_of(at_most(tilt(f1), tolerance(level)), State).
+test(measure_of_the_vocabulary_before_one_of_the_rules, Q == quantity(0.5, 0.0, ratio)) :-
+    in_facts(value(fill(f1), user, Q)).
 test(first_own_measure_counts, Found == [3.0-0.25-ratio]) :-
     findall(V-Var-Kind, in_facts(value(times, user, quantity(V, Var, Kind))), Found).
 test(measures_of_the_vocabulary_and_of_the_rules, Found == [20.0-0.0-deg, 3.0-0.5-ratio]) :-
