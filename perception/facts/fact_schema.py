@@ -34,9 +34,7 @@ _ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
 _NO_UP = "up is not known"
 _UPRIGHT = "up is not known, or a face stands within 10° of upright (its plan is a line)"
 
-_UNNOTED = "it was found in pictures, and nobody noted what they show"
-_NO_SPACE = _UNNOTED + ", or " + _NO_UP
-_NO_LEVEL = _NO_SPACE + ", or the face leans more than 30° from level"
+_NO_LEVEL = _NO_UP + ", or the face leans more than 30° from level"
 _NO_RISE = _NO_LEVEL + ", or nothing rises above it"
 _NO_CAMERA = "no camera of the view is known, as of meshes and clouds"
 
@@ -284,15 +282,13 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "it is known from all sides, or pictures show it: they may miss faces in plain sight",
     ),
     _kind("curved +T:thing R:share", _ONE, "share of its surface that is not flat"),
-    _kind(
-        "footprint +T:thing A:area Sd:area", _MAYBE, "area of its plan, hollows filled", _NO_SPACE
-    ),
+    _kind("footprint +T:thing A:area Sd:area", _MAYBE, "area of its plan, hollows filled", _NO_UP),
     _kind(
         "solidity +T:thing R:share Sd:share",
         _MAYBE,
         "share that it takes of the least box round it, upright or square to its largest face; "
         "what surface encloses counts as taken, and what lies behind seen surface",
-        _UNNOTED,
+        "it is a line or a point",
     ),
     _kind(
         "hollow_side +T:thing R:share Sd:share",

@@ -201,12 +201,8 @@ def surface_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 
 def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
-    """What things fill, and what is beneath, on and above their level faces.
-
-    Of scenes of which nobody noted what was looked at from where nothing is stated.
-    """
-    noted = np.array([bool(scene.bodies or scene.lines_of_sight) for scene in s.scenes])
-    for nth, own in s.alone(noted):
+    """What things fill, and what is beneath, on and above their level faces."""
+    for nth, own in s.alone(np.ones(len(s.scenes), dtype=np.bool_)):
         for index, filled in own.filled.items():
             thing = f"t{index + 1}"
             measures = [
