@@ -91,7 +91,7 @@ class Word:
 
 _UP = "up is not known"
 _CUT = "the outline was not wholly seen"
-_SPACE = f"{_UP}, or the surface of its thing is not known from all sides"
+_SPACE = f"{_UP}, or it hangs on space that nobody saw"
 _LEVEL = f"{_SPACE}, or it leans more than 30 degrees from level"
 _RISE = f"{_LEVEL}, or nothing rises above it"
 _SCALE = "it is compared with metres and the scale is not known"
@@ -255,11 +255,11 @@ _WORDS = (
     _measure("footprint", Gives.AREA, THING, unknown=_SPACE,
              meaning="the area that it takes, seen from above"),
     _measure("solidity", Gives.RATIO, THING, high=1.0,
-             unknown="the surface of the thing is not known from all sides",
+             unknown="it hangs on space that nobody saw",
              meaning="its share of the least box round it, upright or square to its largest face; "
                      "what cannot be reached from outside counts as its own"),
     _measure("hollow_side", Gives.RATIO, THING, high=1.0,
-             unknown="the surface of the thing is not known from all sides",
+             unknown="it hangs on space that nobody saw",
              meaning="the share of a side of that box that lies deep behind it, of the side where "
                      "it is most; what stands on the ground has no side below"),
     _measure("curved", Gives.RATIO, SOLID, high=1.0,

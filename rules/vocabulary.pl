@@ -270,8 +270,8 @@ known_relation(Relation) :-
 
 %!  missing_because(+MeasureOrRelation, -Cause) is det.
 %
-%   Why the scene does not know it: unseen (a part was not seen), up or scale (not given), sides
-%   (no thing is known from all sides), or unstated (no such fact was found).
+%   Why the scene does not know it: unseen (a part was not seen), up or scale (not given), or
+%   unstated (no such fact was found).
 
 missing_because(Word, Cause) :-
     (   compound(Word),
@@ -281,9 +281,6 @@ missing_because(Word, Cause) :-
     ;   needs_up(Word),
         \+ fact(up(_, _, _))
     ->  Cause = up
-    ;   needs_all_sides(Word),
-        \+ fact(whole(_))
-    ->  Cause = sides
     ;   Word = metres(_),
         \+ fact(scale(metric))
     ->  Cause = scale
@@ -309,14 +306,11 @@ needs_up(Word) :-
     functor(Other, OfOthers, 1),
     needs_up(Other).
 needs_up(Word) :-
-    needs_all_sides(Word),
-    Word \= solidity(_),
-    Word \= hollow_side(_).
-
-needs_all_sides(Word) :-
     compound(Word),
     compound_name_arity(Word, Name, 1),
-    measure_of_space(Name).
+    measure_of_space(Name),
+    Name \== solidity,
+    Name \== hollow_side.
 
 mentions_unseen(Part) :-
     var(Part),

@@ -111,7 +111,6 @@ CAUSES = {
     "unseen": "a face that it needs was not seen",
     "up": "which way is up was not given",
     "scale": "the scale was not given",
-    "sides": "its surface is not known from all sides",
 }
 """Why a measure or relation is not known, by what the rules call it."""
 

@@ -24,8 +24,6 @@ __all__ = ["GAP", "Level", "closed", "level_at"]
 THICKNESS = 0.02
 # Gaps between slats, in cells, that still belong to a level.
 GAP = 2
-# Less than this share of the footprint is no level: a rail, the end of a leg.
-LEAST = 0.1
 # A back begins this share of the way up from a seat to the highest point: arms are lower.
 ABOVE_ARMS = 0.35
 
@@ -249,12 +247,12 @@ def _risen(grid: Grid, plan: _Plan, slab: _Slab) -> tuple[Bounded, Bounded, Boun
 
 
 def level_at(space: Space, height: float) -> Level | None:
-    """The level at a height (along up, in the scene's frame); None if next to nothing is there."""
+    """The level at a height (along up, in the scene's frame); None if nothing faces up there."""
     least, most = space.least(), space.most()
     slab = _Slab.at(least, height)
     plan = slab.plan(least)
     taken, footprint = int(plan.sum()), least.footprint
-    if taken < LEAST * int(footprint.sum()):
+    if not taken:
         return None
     # what is unseen may be more of the level, or of the plan round it
     wide = plan if most is least else slab.plan(most) | plan

@@ -152,8 +152,6 @@ def _why_missing(scene: Scene, word: Term) -> str:
         return "unseen"
     if word[0] in ("tilt", "upward", *OPEN) and scene.fact("up") is None:
         return "up"
-    if word[0] in OPEN and not any(key[0] == "whole" for key in scene.case.facts):
-        return "sides"
     if word[0] == "metres" and scene.fact("scale", "metric") is None:
         return "scale"
     return "unstated"
