@@ -192,6 +192,9 @@ def build_facts(
         if up is not None:
             facts += _heights(name, normal, corners, np.asarray(up), lowest, length_sd, angle_sd)
             facts.append(("clear_below", name, _clearance(name, rings, points, np.asarray(up))))
+            if abs(float(normal @ np.asarray(up))) > 0.9:  # the level of one face is as large as it
+                facts.append(("level_length", name, length, length_sd))
+                facts.append(("level_width", name, width, length_sd))
     for a, b in permutations(rings, 2):
         facts += _pair(a, b, rings, normals, points, edges, angle_sd, length_sd)
     return tuple(facts)
