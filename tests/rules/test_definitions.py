@@ -15,11 +15,11 @@ from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 SMALLER, LARGER = 0.85, 1.2
 
 # What each thing is. Of these a person might call it so as well, or a rule on shape and size alone
-# cannot tell: a stool and a bench are small tables, an open box seen from outside is a box, and a
+# cannot tell: a stool and a bench are small tables, a step of two blocks is a stuffed chair, and a
 # closed block higher than deep may be a box or a cabinet.
 IS = {
     "cuboid": {"box"},
-    "tray": {"box"},
+    "l_block": {"chair"},
     "room_corner": {"room_corner"},
     "table": {"table"},
     "desk": {"table", "desk"},
