@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from facetlog.perception.surfaces.occupancy import Grid
 from numpy.typing import NDArray
 
 from facetlog.perception.facts.sides import (
@@ -11,12 +10,14 @@ from facetlog.perception.facts.sides import (
     hollow,
     open_from_two_sides,
 )
+from facetlog.perception.space.grid import Grid, Lattice
 
 SIZE = 20
 
 
 def grid(solid: NDArray[np.bool_]) -> Grid:
-    return Grid(solid, 1.0, np.eye(3), np.zeros(3))
+    nx, ny, nz = solid.shape
+    return Grid(Lattice(1.0, np.eye(3), np.zeros(3), (nx, ny, nz)), solid, solid)
 
 
 def empty() -> NDArray[np.bool_]:
