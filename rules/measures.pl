@@ -125,6 +125,7 @@ hidden_part(Measure, unseen_bounds(Name, X, IfFree, IfFull), IfFree, IfFull) :-
 hidden_part(Measure, piece_unseen(P, Name, IfFree, IfFull), IfFree, IfFull) :-
     compound(Measure),
     compound_name_arguments(Measure, OfPiece, [P]),
+    sub_atom(OfPiece, 0, 6, _, piece_),
     atom_concat(piece_, Name, OfPiece),
     measure_of_space(Name).
 

@@ -178,15 +178,22 @@ read_as(full, Measure, V0, V) :-
 %   Measures are those in Test that space may change which was not seen.
 
 hangs_on_space(Test, Measures) :-
-    (   var(Test)
-    ->  Measures = []
-    ;   hidden_part(Test, _, _, _)
-    ->  Measures = [Test]
-    ;   compound(Test)
-    ->  Test =.. [_|Args],
-        maplist(hangs_on_space, Args, Lists),
-        append(Lists, Measures)
+    (   compound(Test)
+    ->  (   hidden_part(Test, _, _, _)
+        ->  Measures = [Test]
+        ;   Test =.. [_|Args],
+            all_on_space(Args, Measures)
+        )
     ;   Measures = []
+    ).
+
+all_on_space([], []).
+all_on_space([Arg|Args], Measures) :-
+    (   compound(Arg)
+    ->  hangs_on_space(Arg, Some),
+        all_on_space(Args, Others),
+        append(Some, Others, Measures)
+    ;   all_on_space(Args, Measures)
     ).
 
 %!  any_open(+Measures) is semidet.
