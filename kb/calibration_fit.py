@@ -10,7 +10,7 @@ others. What a stranger's scenes will show is checked on sources that none of it
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TypeAlias
@@ -183,8 +183,15 @@ def _curve(levels: Levels, key: Key, strength: float) -> Curve:
     chain = _chain(levels, key)
     counted = levels[key][0].samples if key in levels else 0
     scores = sorted({at for curve, _ in chain for at, _ in curve.knots})
-    said = (round(_shrunk(_shares(chain, at), strength), DIGITS) for at in scores)
-    return Curve(counted, tuple(zip(scores, said, strict=True)))
+    said = [round(_shrunk(_shares(chain, at), strength), DIGITS) for at in scores]
+    return Curve(counted, tuple(_bends(list(zip(scores, said, strict=True)))))
+
+
+def _bends(knots: Sequence[tuple[float, float]]) -> Iterator[tuple[float, float]]:
+    """The knots without those in the middle of a level stretch."""
+    for i, (at, share) in enumerate(knots):
+        if {one for _, one in knots[max(0, i - 1) : i + 2]} != {share} or i in (0, len(knots) - 1):
+            yield at, share
 
 
 def _fitted(samples: Sequence[Sample], rising: bool) -> Curve:

@@ -1,5 +1,5 @@
 :- module(facetlog_batch, [ open_batch/4,         % +Batch, +Scene, +Models, -Kinds
-                            encoded_verdicts/3,      % +Batch, +Facts, -Encoded
+                            encoded_verdicts/3,   % +Batch, +Facts, -Encoded
                             brief_verdicts/2,     % +Batch, -Verdicts
                             batch_conditions/2,   % +Batch, -Models
                             empty_batch/1,        % +Batch
@@ -91,9 +91,9 @@ empty_batch(Batch) :-
 %!  encoded_verdicts(+Batch, +Facts, -Encoded) is det.
 %
 %   Encoded is brief_verdicts/2 on the facts of the text Facts (facts_on_demand.pl): one string, which
-%   is written and read faster than terms. It has the atoms and numbers of all verdicts in order, each list
-%   after its length and each part after `part` or `group`, with a separator between them; or, if a name
-%   has the separator in it, Encoded is the list of them.
+%   is written and read faster than terms. It has the atoms and numbers of all verdicts in order, each
+%   list after its length and each part after `part` or `group`, with a separator between them; or, if a
+%   name has the separator in it, Encoded is the list of them.
 
 encoded_verdicts(Batch, Facts, Encoded) :-
     batch_scene(Batch, Scene),

@@ -19,8 +19,8 @@ its own, and those that others see are then given their names again.
 
 %!  copies(+Seen, +Seen1, +Condition, -Copies) is det.
 %
-%   Seen1 is a copy of Seen. Copies are Variable-Copy of what others see, those first that the condition mentions: of two that a
-%   branch makes the same, the first keeps its name.
+%   Seen1 is a copy of Seen. Copies are Variable-Copy of what others see, those first that the condition
+%   mentions: of two that a branch makes the same, the first keeps its name.
 copies(Seen, Seen1, Condition, Copies) :-
     term_variables(Seen, Variables),
     copy_term(Seen-Variables, Seen1-Values),    % Seen1 is an instance of Seen

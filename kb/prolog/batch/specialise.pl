@@ -7,8 +7,8 @@
 
 A batch asks the same few models of thousands of scenes. For that a model is specialised once: what its
 goals ask of the vocabulary is copied beside it (body_code.pl), each test becomes what is left of
-the clauses that say what it means (partial.pl), and every fact is looked up in one module, which holds one
-scene at a time. What was found out of a scene once is remembered until the next.
+the clauses that say what it means (partial.pl), and every fact is looked up in one module, which holds
+one scene at a time. What was found out of a scene once is remembered until the next.
 
 Context is context(Module, Target, Crisp): the rules, the module of the facts and of the new clauses,
 and whether values are exact. A condition that cannot be specialised is asked as always, and costs what it

@@ -13,8 +13,8 @@ measured one. Margins are those of compare.pl.
 
 %!  membership_within(+Margins, +Width, -Degree) is det.
 %
-%   Degree is the expected membership of a region with these Margins, measured from the middle of its slopes. Where
-%   one slope is below 1 the other is 1, so that memberships add as masses do.
+%   Degree is the expected membership of a region with these Margins, measured from the middle of its
+%   slopes. Where one slope is below 1 the other is 1, so that memberships add as masses do.
 
 membership_within(one(_, D, V), Width, Degree) :-
     expected(D, V, Width, Membership),

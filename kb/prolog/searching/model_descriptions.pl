@@ -1,8 +1,9 @@
-:- module(facetlog_model_descriptions, [ roled/5,          % +Module, +Model, +Thing, +Parts, -Roled
-                                    roled_in/6,       % +Module, +Model, +Groups, +Thing, +Parts, -Roled
-                                    written/5,        % +Module, +Model, +Label, -Place, -Text
-                                    general_models/3  % +Module, +Model, -General
-                                  ]).
+:- module(facetlog_model_descriptions,
+          [ roled/5,                    % +Module, +Model, +Thing, +Parts, -Roled
+            roled_in/6,                 % +Module, +Model, +Groups, +Thing, +Parts, -Roled
+            written/5,                  % +Module, +Model, +Label, -Place, -Text
+            general_models/3            % +Module, +Model, -General
+          ]).
 
 /** <module> How files describe their models, beside what is judged
 

@@ -47,7 +47,8 @@ candidates(Module, Model, Thing, Candidates) :-
 
 %!  start(+Aim, +Candidates, +Plan, -Queue) is det.
 %
-%   Each of Candidates with the first of Plan judged: one with nothing judged is always the most promising.
+%   Each of Candidates with the first of Plan judged: one with nothing judged is always the most
+%   promising.
 
 start(Aim, Candidates, Plan, Queue) :-
     Aim = aim(Sought, _, _),

@@ -35,9 +35,9 @@ class Settings:
     `up` is x, y, z, -x, -y, -z, auto or none; `unit` m, cm, mm, in, ft or none; `sensor` the place
     x,y,z from which the points of clouds were seen, or none. `seconds` is the processor time that
     one scene may take; by the clock it may take five times that, and so may all judging of it.
-    `memory_mb` is what one worker may take; None: its share of the
-    memory there is. With `profile` workers say where their time went, with `raw` verdicts have no
-    confidence. What cannot be understood is an InputError.
+    `memory_mb` is what one worker may take; None: its share of the memory there is. With `profile`
+    workers say where their time went, with `raw` verdicts have no confidence. What cannot be
+    understood is an InputError.
     """
 
     models: tuple[str, ...] = ()
