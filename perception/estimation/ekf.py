@@ -8,6 +8,7 @@ One state is filtered by filterpy's ExtendedKalmanFilter (`step`), thousands at 
 equations in numpy (`step_all`).
 """
 
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
@@ -101,12 +102,16 @@ def step(state: State, measured: Linearised) -> State:
     """
     # Not at the top: it loads parts of scipy that take longer than a small set of views.
     from filterpy.kalman import ExtendedKalmanFilter
+    from scipy.linalg import LinAlgWarning
 
     M = measured.M
     ekf = ExtendedKalmanFilter(dim_x=state.mean.size, dim_z=measured.y.size)
     ekf.x, ekf.P = state.mean.copy(), state.cov.copy()
     # The implicit f(x, a) = 0 in filterpy's explicit form: z = y, h(a) = M a, R = W.
-    ekf.update(measured.y, HJacobian=lambda _: M, Hx=lambda a: M @ a, R=measured.W)
+    with warnings.catch_warnings():
+        # Joseph's form is right for whatever gain rounding leaves.
+        warnings.simplefilter("ignore", LinAlgWarning)
+        ekf.update(measured.y, HJacobian=lambda _: M, Hx=lambda a: M @ a, R=measured.W)
     return State(ekf.x, (ekf.P + ekf.P.T) / 2)
 
 

@@ -42,13 +42,15 @@ why(Module, Model, Things, Given, Verdict) :-
 %
 %   Verdicts are on the at most Count nearest assignments that agree with Given and do not hold, the
 %   nearest first, in the order of search.pl. Of a thing that fails, the first is what judge/4 shows.
+%   Where none can hold, only those are looked at among which judge/4 finds what it shows.
 %
 %   @error as why/5
 
 why_not(Module, Model, Things, Given, Count, Verdicts) :-
     meant_things(Module, Model, Things, Given, Meant),
     agreeing(Meant, Module, Model, Given, Candidates0),
-    looked_further(Candidates0, Module, Model, Given, Candidates),
+    looked_further(Candidates0, Module, Model, Given, Candidates1),
+    open_candidates(Module, Model, Candidates1, Candidates),
     plan(Module, Model, Plan),
     Aim = aim(miss, Module, Model),
     start(Aim, Candidates, Plan, Queue),

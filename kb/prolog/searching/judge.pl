@@ -2,6 +2,7 @@
                             best/4,           % +Module, +Model, +Thing, -Best
                             best_of/4,        % +Module, +Model, +Candidates, -Best
                             best_by/6,        % +Plan, +Module, +Model, +Candidates, -Found, -Queue
+                            open_candidates/4, % +Module, +Model, +Candidates, -Open
                             outcome/4,        % +Module, +Model, +Thing, -Outcome
                             verdict_of/5,     % +Best, +Module, +Model, +Thing, -Verdict
                             prove/6           % +Module, +Model, +Thing, +Parts, +Also, -Verdict
@@ -21,6 +22,7 @@ General lists the models of which this one is a special case.
 */
 
 :- use_module(library(apply)).
+:- use_module(library(lists)).
 :- reexport(facetlog_kb(prove), [evaluate/3]).
 :- reexport(facetlog_kb(compare), [comparison/3]).
 :- use_module(facetlog_kb(quantities)).
@@ -97,6 +99,24 @@ best_of(Module, Model, Candidates, Best) :-
 best_by(Plan, Module, Model, Candidates, Found, Queue) :-
     blocks(Module, Model, Candidates, Blocks),
     best_in_blocks(Blocks, aim(verdict, Module, Model), Plan, none, Found, Queue).
+
+%!  open_candidates(+Module, +Model, +Candidates, -Open) is det.
+%
+%   Open is the block that best_by/6 stops at, if there is one in which an assignment does not fail;
+%   else all of Candidates.
+
+open_candidates(Module, Model, Candidates, Open) :-
+    blocks(Module, Model, Candidates, Blocks),
+    (   Blocks = [_]
+    ->  Open = Candidates
+    ;   plan(Module, Model, Plan),
+        member(Open, Blocks),
+        best_in_blocks([Open], aim(verdict, Module, Model), Plan, none, Found, _),
+        Found \== none,
+        \+ in_all(Found, fails)
+    ->  true
+    ;   Open = Candidates
+    ).
 
 %   Best0 is Key-Found of the blocks before, all of which fail, or none.
 best_in_blocks([], _, _, Best0, Found, Queue) :-
