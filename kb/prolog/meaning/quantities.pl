@@ -23,6 +23,7 @@ as they are stated, `stated`. Of measures on which that has no bearing all three
 :- use_module(library(apply)).
 :- use_module(library(error)).
 :- use_module(library(pairs)).
+:- use_module(library(terms)).
 :- use_module(facetlog_kb(static)).
 :- use_module(facetlog_kb(bounded_numbers)).
 :- use_module(facetlog(vocabulary)).
@@ -175,26 +176,25 @@ read_as(full, Measure, V0, V) :-
 
 %!  hangs_on_space(+Test, -Measures) is det.
 %
-%   Measures are those in Test that space may change which was not seen.
+%   Measures are those in Test that space may change which was not seen. A term that stands in it more
+%   than once is looked at once: a clause may square a measure forty times.
 
 hangs_on_space(Test, Measures) :-
-    (   compound(Test)
-    ->  (   hidden_part(Test, _, _, _)
-        ->  Measures = [Test]
-        ;   Test =.. [_|Args],
-            all_on_space(Args, Measures)
-        )
-    ;   Measures = []
-    ).
+    term_factorized(Test, Skeleton, Shared),
+    phrase(on_space([Skeleton|Shared]), Measures).
 
-all_on_space([], []).
-all_on_space([Arg|Args], Measures) :-
-    (   compound(Arg)
-    ->  hangs_on_space(Arg, Some),
-        all_on_space(Args, Others),
-        append(Some, Others, Measures)
-    ;   all_on_space(Args, Measures)
-    ).
+on_space([]) -->
+    [].
+on_space([Term|Terms]) -->
+    (   { compound(Term) }
+    ->  (   { hidden_part(Term, _, _, _) }
+        ->  [Term]
+        ;   { Term =.. [_|Args] },
+            on_space(Args)
+        )
+    ;   []
+    ),
+    on_space(Terms).
 
 %!  any_open(+Measures) is semidet.
 %
