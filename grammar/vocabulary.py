@@ -11,7 +11,18 @@ from types import MappingProxyType
 
 from facetlog.grammar.source import Source, Span
 
-__all__ = ["ANY", "FACE", "PIECE", "THING", "VOCABULARY", "Gives", "Kind", "Kinds", "Word"]
+__all__ = [
+    "ANY",
+    "FACE",
+    "LEFT",
+    "PIECE",
+    "THING",
+    "VOCABULARY",
+    "Gives",
+    "Kind",
+    "Kinds",
+    "Word",
+]
 
 
 class Kind(StrEnum):
@@ -264,10 +275,6 @@ _WORDS = (
                      "it is most; what stands on the ground has no side below"),
     _measure("curved", Gives.RATIO, SOLID, high=1.0,
              meaning="the share of its surface that is not flat"),
-    _condition("whole", THING, meaning="its surface is known from all sides, as a mesh's is"),
-    _condition("scanned", THING,
-               meaning="its surface is known from some sides, as a scan's is, and there all of it "
-                       "that was in sight"),
     # Pieces
     _measure("thickness", Gives.LENGTH, PIECE, yields=True,
              meaning="the shortest side of the least box round it"),
@@ -285,3 +292,11 @@ _WORDS = (
 
 VOCABULARY: Mapping[str, Word] = MappingProxyType({word.name: word for word in _WORDS})
 """The words by name."""
+
+_BY_SPACE = (
+    "a model means the same however a thing was measured: write what must be full or free "
+    "(`solidity(this)`, `hollow_side(this)`, `free_below(top)`), and `if known:` before what need "
+    "not be known"
+)
+LEFT: Mapping[str, str] = MappingProxyType({"whole": _BY_SPACE, "scanned": _BY_SPACE})
+"""Words that are none any more, and what to write instead."""

@@ -21,9 +21,11 @@ likely(desk, Thing, [Top, Left, Right]) :-
     possible(all([measured(Top), level(Top), upward(Top),
                   any([at_least(cover(Top), 0.75), at_least(share(Top), 0.8)]),
                   at_most(protrusion(Top), 0.4*elevation(Top)),
+                  if_known(at_least(free_below(Top), 0.6)),
+                  if_known(at_least(open_from_two_sides(Top), 0.3)),
                   at_least(level_width(Top), 0.35*elevation(Top)),
                   at_least(elevation(Top), 0.12*level_length(Top)),
-                  any([not(whole(Thing)), at_most(see_through(Top), 0.8)])])),
+                  if_known(at_most(see_through(Top), 0.8))])),
     face_of(Thing, Left),
     Left \== Top,
     possible(all([supports(Left, Top), at_least(width(Left), 0.5*width(Top))])),
@@ -76,22 +78,16 @@ condition(desk, cover, "the top covers the thing seen from above", _, [Top, _, _
 % table.model:21  protrusion(top) at most 40 % of elevation(top)
 condition(desk, topmost, "nothing rises above the top but what may stand on it", _, [Top, _, _],
           soft(at_most(protrusion(Top), 0.4*elevation(Top)), 0.1)).
-% table.model:23  free_below(top) at least 60 % or on_legs(top)
-condition(desk, room, "there is free space beneath the top", Thing, [Top, Left, Right],
-          any([soft(at_least(free_below(Top), 0.6), 0.1),
-               all([not(whole(Thing)), at_least_of(3, Leg, Leg_groups, 'desk.leg'(Leg, Top)),
-                    any([soft(at_least(clear_below(Top), 0.5*elevation(Top)), 0.1),
-                         some(G, Gs,
-                              all([underside_of(G, Top),
-                                   soft(at_least(clear_below(G), 0.5*elevation(Top)), 0.1)]))])])])) :-
-    members(desk, leg, Thing, [Top, Left, Right], Leg_members),
-    separate(Leg_members, Leg_groups),
-    findall(G, ( face_of(Thing, G), \+ memberchk(G, [Top, Left, Right]) ), Found),
-    sort(Found, Gs).
-% table.model:24  open_from_two_sides(top) at least 30 % or on_legs(top) and (each pair x, y of closed: not x adjoins y)
-condition(desk, open, "one sees in beneath it from two sides", Thing, [Top, Left, Right],
-          any([soft(at_least(open_from_two_sides(Top), 0.3), 0.1),
-               all([not(whole(Thing)), at_least_of(3, Leg, Leg_groups, 'desk.leg'(Leg, Top)),
+% table.model:23  free_below(top) at least 60 %, open_from_two_sides(top) at least 30 %
+condition(desk, beneath, "what is beneath it leaves room, and two sides open", _, [Top, _, _],
+          if_known(all([soft(at_least(free_below(Top), 0.6), 0.1),
+                        soft(at_least(open_from_two_sides(Top), 0.3), 0.1)]))).
+% table.model:25  free_below(top) at least 60 % and open_from_two_sides(top) at least 30 % or on_legs(top) and (each pair x, y of closed: not x adjoins y)
+condition(desk, room, "there is free space beneath the top, or it stands on legs", Thing,
+          [Top, Left, Right],
+          any([all([soft(at_least(free_below(Top), 0.6), 0.1),
+                    soft(at_least(open_from_two_sides(Top), 0.3), 0.1)]),
+               all([at_least_of(3, Leg, Leg_groups, 'desk.leg'(Leg, Top)),
                     any([soft(at_least(clear_below(Top), 0.5*elevation(Top)), 0.1),
                          some(G, Gs,
                               all([underside_of(G, Top),
@@ -104,11 +100,11 @@ condition(desk, open, "one sees in beneath it from two sides", Thing, [Top, Left
     findall(G, ( face_of(Thing, G), \+ memberchk(G, [Top, Left, Right]) ), Found),
     sort(Found, Gs),
     members(desk, closed, Thing, [Top, Left, Right], Closed_members).
-% table.model:28  level_width(top) at least 35 % of elevation(top), elevation(top) at least 12 % of level_length(top)
+% table.model:30  level_width(top) at least 35 % of elevation(top), elevation(top) at least 12 % of level_length(top)
 condition(desk, proportion, "the top is no pole and no tray", _, [Top, _, _],
           all([soft(at_least(level_width(Top), 0.35*elevation(Top)), 0.1),
                soft(at_least(elevation(Top), 0.12*level_length(Top)), 0.1)])).
-% table.model:30  elevation(top) between 30 cm and 120 cm
+% table.model:32  elevation(top) between 30 cm and 120 cm
 condition(desk, usual, "tables are 30 cm to 120 cm high", _, [Top, _, _],
           expect(0.25, if_known(soft(between(elevation(Top), metres(0.3), metres(1.2)), 0.1)))).
 % desk.model:19  count(leg) at most 2 or there is a face end where end supports top, across(end)
@@ -147,9 +143,9 @@ condition(desk, rear, "a panel between the ends shuts one long side, at least in
                             at_least(length(Panel_behind), 0.5*offset(Left, Right))])) ),
             Found),
     sort(Found, Panel_behinds).
-% desk.model:29  this is not whole or see_through(top) at most 80 %
-condition(desk, shut, "one does not see through beneath it", Thing, [Top, _, _],
-          any([not(whole(Thing)), soft(at_most(see_through(Top), 0.8), 0.1)])).
+% desk.model:29  see_through(top) at most 80 %
+condition(desk, shut, "one does not see through beneath it", _, [Top, _, _],
+          if_known(soft(at_most(see_through(Top), 0.8), 0.1))).
 % desk.model:30  elevation(top) between 65 cm and 80 cm fading 5 cm
 condition(desk, working_height, "desks are 65 cm to 80 cm high", _, [Top, _, _],
           expect(0.25,
@@ -161,19 +157,20 @@ written(desk, right, 'desk.model:16', "face right where right supports top, acro
 written(desk, level, 'table.model:17', "top is measured, top is level, top is upward").
 written(desk, cover, 'table.model:18', "cover(top) at least 75 % or share(top) at least 80 %").
 written(desk, topmost, 'table.model:21', "protrusion(top) at most 40 % of elevation(top)").
-written(desk, room, 'table.model:23', "free_below(top) at least 60 % or on_legs(top)").
-written(desk, open, 'table.model:24',
-        "open_from_two_sides(top) at least 30 % or on_legs(top) and (each pair x, y of closed: not x adjoins y)").
-written(desk, proportion, 'table.model:28',
+written(desk, beneath, 'table.model:23',
+        "free_below(top) at least 60 %, open_from_two_sides(top) at least 30 %").
+written(desk, room, 'table.model:25',
+        "free_below(top) at least 60 % and open_from_two_sides(top) at least 30 % or on_legs(top) and (each pair x, y of closed: not x adjoins y)").
+written(desk, proportion, 'table.model:30',
         "level_width(top) at least 35 % of elevation(top), elevation(top) at least 12 % of level_length(top)").
-written(desk, usual, 'table.model:30', "elevation(top) between 30 cm and 120 cm").
+written(desk, usual, 'table.model:32', "elevation(top) between 30 cm and 120 cm").
 written(desk, ends, 'desk.model:19',
         "count(leg) at most 2 or there is a face end where end supports top, across(end)").
 written(desk, facing, 'desk.model:21', "left opposite right").
 written(desk, knees, 'desk.model:23', "offset(left, right) at least 60 % of elevation(top)").
 written(desk, rear, 'desk.model:25',
         "there is a face panel_behind where panel_behind is upright, angle(panel_behind, left) = 90 deg ± 15 deg, between_ends(panel_behind), shuts(panel_behind)").
-written(desk, shut, 'desk.model:29', "this is not whole or see_through(top) at most 80 %").
+written(desk, shut, 'desk.model:29', "see_through(top) at most 80 %").
 written(desk, working_height, 'desk.model:30',
         "elevation(top) between 65 cm and 80 cm fading 5 cm").
 
@@ -187,11 +184,11 @@ group(desk, Thing, [Top, Left, Right], leg, Members) :-
     members(desk, leg, Thing, [Top, Left, Right], Leg_members),
     findall(Leg, ( member(Leg, Leg_members), holds('desk.leg'(Leg, Top)) ), Members).
 
-% table.model:32
-size(desk, _, [Top, _, _], length, length(Top)).
-% table.model:33
-size(desk, _, [Top, _, _], width, width(Top)).
 % table.model:34
+size(desk, _, [Top, _, _], length, length(Top)).
+% table.model:35
+size(desk, _, [Top, _, _], width, width(Top)).
+% table.model:36
 size(desk, _, [Top, _, _], height, elevation(Top)).
 % desk.model:32
 size(desk, _, [_, Left, Right], knee_space, offset(Left, Right)).

@@ -43,12 +43,9 @@ members(stool, panel, Thing, [Seat], Members) :-
               possible('stool.panel'(Panel, Seat)) ), Found),
     sort(Found, Members).
 
-% stool.model:14  seat is measured, seat is level, seat is upward
-condition(stool, level, "the seat is level and faces up", _, [Seat],
-          all([measured(Seat), level(Seat), upward(Seat)])).
-% stool.model:15  share(seat) at least 80 %
-condition(stool, cover, "the seat covers the thing seen from above", _, [Seat],
-          soft(at_least(share(Seat), 0.8), 0.1)).
+% stool.model:14  seat is measured, seat is level, seat is upward, share(seat) at least 80 %
+condition(stool, level, "the seat is level, faces up and covers the thing", _, [Seat],
+          all([measured(Seat), level(Seat), upward(Seat), soft(at_least(share(Seat), 0.8), 0.1)])).
 % stool.model:16  protrusion(seat) at most 10 % of elevation(seat)
 condition(stool, no_back, "nothing rises above the seat", _, [Seat],
           soft(at_most(protrusion(Seat), 0.1*elevation(Seat)), 0.1)).
@@ -71,12 +68,11 @@ condition(stool, support, "it stands on three legs or two panels at least", Thin
     separate(Leg_members, Leg_groups),
     members(stool, panel, Thing, [Seat], Panel_members),
     separate(Panel_members, Panel_groups).
-% stool.model:22  elevation(seat) between 90 % of width(seat) and 350 % of width(seat)
-condition(stool, high, "the seat is as high as it is broad, or higher", _, [Seat],
-          soft(between(elevation(Seat), 0.9*width(Seat), 3.5*width(Seat)), 0.1)).
-% stool.model:23  length(seat) at most 130 % of width(seat)
-condition(stool, one_place, "the seat has one place", _, [Seat],
-          soft(at_most(length(Seat), 1.3*width(Seat)), 0.1)).
+% stool.model:22  elevation(seat) between 90 % of width(seat) and 350 % of width(seat), length(seat) at most 130 % of width(seat)
+condition(stool, one_place, "the seat has one place, and is as high as broad or higher", _,
+          [Seat],
+          all([soft(between(elevation(Seat), 0.9*width(Seat), 3.5*width(Seat)), 0.1),
+               soft(at_most(length(Seat), 1.3*width(Seat)), 0.1)])).
 % stool.model:24  length(seat) between 20 cm and 55 cm
 condition(stool, seat_size, "seats are 20 cm to 55 cm across", _, [Seat],
           if_known(soft(between(length(Seat), metres(0.2), metres(0.55)), 0.1))).
@@ -84,15 +80,14 @@ condition(stool, seat_size, "seats are 20 cm to 55 cm across", _, [Seat],
 condition(stool, usual, "seats without a back are 25 cm to 85 cm high", _, [Seat],
           expect(0.25, if_known(soft(between(elevation(Seat), metres(0.25), metres(0.85)), 0.1)))).
 
-written(stool, level, 'stool.model:14', "seat is measured, seat is level, seat is upward").
-written(stool, cover, 'stool.model:15', "share(seat) at least 80 %").
+written(stool, level, 'stool.model:14',
+        "seat is measured, seat is level, seat is upward, share(seat) at least 80 %").
 written(stool, no_back, 'stool.model:16', "protrusion(seat) at most 10 % of elevation(seat)").
 written(stool, room, 'stool.model:17',
         "free(seat) or there is a face f where f underside_of seat, free(f)").
 written(stool, support, 'stool.model:19', "count(leg) at least 3 or count(panel) at least 2").
-written(stool, high, 'stool.model:22',
-        "elevation(seat) between 90 % of width(seat) and 350 % of width(seat)").
-written(stool, one_place, 'stool.model:23', "length(seat) at most 130 % of width(seat)").
+written(stool, one_place, 'stool.model:22',
+        "elevation(seat) between 90 % of width(seat) and 350 % of width(seat), length(seat) at most 130 % of width(seat)").
 written(stool, seat_size, 'stool.model:24', "length(seat) between 20 cm and 55 cm").
 written(stool, usual, 'stool.model:25', "elevation(seat) between 25 cm and 85 cm").
 

@@ -17,6 +17,8 @@ likely(table, Thing, [Top]) :-
     possible(all([measured(Top), level(Top), upward(Top),
                   any([at_least(cover(Top), 0.75), at_least(share(Top), 0.8)]),
                   at_most(protrusion(Top), 0.4*elevation(Top)),
+                  if_known(at_least(free_below(Top), 0.6)),
+                  if_known(at_least(open_from_two_sides(Top), 0.3)),
                   at_least(level_width(Top), 0.35*elevation(Top)),
                   at_least(elevation(Top), 0.12*level_length(Top))])).
 
@@ -50,22 +52,16 @@ condition(table, cover, "the top covers the thing seen from above", _, [Top],
 % table.model:21  protrusion(top) at most 40 % of elevation(top)
 condition(table, topmost, "nothing rises above the top but what may stand on it", _, [Top],
           soft(at_most(protrusion(Top), 0.4*elevation(Top)), 0.1)).
-% table.model:23  free_below(top) at least 60 % or on_legs(top)
-condition(table, room, "there is free space beneath the top", Thing, [Top],
-          any([soft(at_least(free_below(Top), 0.6), 0.1),
-               all([not(whole(Thing)), at_least_of(3, Leg, Leg_groups, 'table.leg'(Leg, Top)),
-                    any([soft(at_least(clear_below(Top), 0.5*elevation(Top)), 0.1),
-                         some(G, Gs,
-                              all([underside_of(G, Top),
-                                   soft(at_least(clear_below(G), 0.5*elevation(Top)), 0.1)]))])])])) :-
-    members(table, leg, Thing, [Top], Leg_members),
-    separate(Leg_members, Leg_groups),
-    findall(G, ( face_of(Thing, G), \+ memberchk(G, [Top]) ), Found),
-    sort(Found, Gs).
-% table.model:24  open_from_two_sides(top) at least 30 % or on_legs(top) and (each pair x, y of closed: not x adjoins y)
-condition(table, open, "one sees in beneath it from two sides", Thing, [Top],
-          any([soft(at_least(open_from_two_sides(Top), 0.3), 0.1),
-               all([not(whole(Thing)), at_least_of(3, Leg, Leg_groups, 'table.leg'(Leg, Top)),
+% table.model:23  free_below(top) at least 60 %, open_from_two_sides(top) at least 30 %
+condition(table, beneath, "what is beneath it leaves room, and two sides open", _, [Top],
+          if_known(all([soft(at_least(free_below(Top), 0.6), 0.1),
+                        soft(at_least(open_from_two_sides(Top), 0.3), 0.1)]))).
+% table.model:25  free_below(top) at least 60 % and open_from_two_sides(top) at least 30 % or on_legs(top) and (each pair x, y of closed: not x adjoins y)
+condition(table, room, "there is free space beneath the top, or it stands on legs", Thing,
+          [Top],
+          any([all([soft(at_least(free_below(Top), 0.6), 0.1),
+                    soft(at_least(open_from_two_sides(Top), 0.3), 0.1)]),
+               all([at_least_of(3, Leg, Leg_groups, 'table.leg'(Leg, Top)),
                     any([soft(at_least(clear_below(Top), 0.5*elevation(Top)), 0.1),
                          some(G, Gs,
                               all([underside_of(G, Top),
@@ -78,23 +74,24 @@ condition(table, open, "one sees in beneath it from two sides", Thing, [Top],
     findall(G, ( face_of(Thing, G), \+ memberchk(G, [Top]) ), Found),
     sort(Found, Gs),
     members(table, closed, Thing, [Top], Closed_members).
-% table.model:28  level_width(top) at least 35 % of elevation(top), elevation(top) at least 12 % of level_length(top)
+% table.model:30  level_width(top) at least 35 % of elevation(top), elevation(top) at least 12 % of level_length(top)
 condition(table, proportion, "the top is no pole and no tray", _, [Top],
           all([soft(at_least(level_width(Top), 0.35*elevation(Top)), 0.1),
                soft(at_least(elevation(Top), 0.12*level_length(Top)), 0.1)])).
-% table.model:30  elevation(top) between 30 cm and 120 cm
+% table.model:32  elevation(top) between 30 cm and 120 cm
 condition(table, usual, "tables are 30 cm to 120 cm high", _, [Top],
           expect(0.25, if_known(soft(between(elevation(Top), metres(0.3), metres(1.2)), 0.1)))).
 
 written(table, level, 'table.model:17', "top is measured, top is level, top is upward").
 written(table, cover, 'table.model:18', "cover(top) at least 75 % or share(top) at least 80 %").
 written(table, topmost, 'table.model:21', "protrusion(top) at most 40 % of elevation(top)").
-written(table, room, 'table.model:23', "free_below(top) at least 60 % or on_legs(top)").
-written(table, open, 'table.model:24',
-        "open_from_two_sides(top) at least 30 % or on_legs(top) and (each pair x, y of closed: not x adjoins y)").
-written(table, proportion, 'table.model:28',
+written(table, beneath, 'table.model:23',
+        "free_below(top) at least 60 %, open_from_two_sides(top) at least 30 %").
+written(table, room, 'table.model:25',
+        "free_below(top) at least 60 % and open_from_two_sides(top) at least 30 % or on_legs(top) and (each pair x, y of closed: not x adjoins y)").
+written(table, proportion, 'table.model:30',
         "level_width(top) at least 35 % of elevation(top), elevation(top) at least 12 % of level_length(top)").
-written(table, usual, 'table.model:30', "elevation(top) between 30 cm and 120 cm").
+written(table, usual, 'table.model:32', "elevation(top) between 30 cm and 120 cm").
 
 % table.model:14
 group(table, Thing, [Top], closed, Members) :-
@@ -106,9 +103,9 @@ group(table, Thing, [Top], leg, Members) :-
     members(table, leg, Thing, [Top], Leg_members),
     findall(Leg, ( member(Leg, Leg_members), holds('table.leg'(Leg, Top)) ), Members).
 
-% table.model:32
-size(table, _, [Top], length, length(Top)).
-% table.model:33
-size(table, _, [Top], width, width(Top)).
 % table.model:34
+size(table, _, [Top], length, length(Top)).
+% table.model:35
+size(table, _, [Top], width, width(Top)).
+% table.model:36
 size(table, _, [Top], height, elevation(Top)).

@@ -140,13 +140,8 @@ class ConditionChecker(MeasureChecker):
                 self.fault("kind", f"`{name}` is said of things, this is {found}", node.subject)
             return
         known = [w.name for w in self.scope.words.values() if w.is_condition]
-        self.fault(
-            "unknown-word",
-            f"`{name}` is no property",
-            node.name,
-            said(name, [*known, *self.scope.roles, *self.scope.defines]),
-            respelling(node.name, [*known, *self.scope.roles, *self.scope.defines]),
-        )
+        others = [*known, *self.scope.roles, *self.scope.defines]
+        self.unknown_word(node.name, f"`{name}` is no property", others)
 
     def _no_shadow(self, new: Iterable[s.Name], names: Names) -> bool:
         free = True

@@ -1,7 +1,7 @@
 """Measures and words: whether each is known, and is given what it takes."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 from facetlog.grammar import syntax as s
@@ -14,7 +14,7 @@ from facetlog.grammar.fixing.respelling import respelling
 from facetlog.grammar.scope import Local, Scope, SetSymbol, Symbol
 from facetlog.grammar.source import Source
 from facetlog.grammar.units import UNITS, Dimension
-from facetlog.grammar.vocabulary import THING, Kinds, Word
+from facetlog.grammar.vocabulary import LEFT, THING, Kinds, Word
 
 __all__ = ["MeasureChecker", "Names"]
 
@@ -158,6 +158,14 @@ class MeasureChecker(ABC):
         self.fault("set", "`count` takes the name of a set", node, hint)
         return None
 
+    def unknown_word(self, name: s.Name, message: str, known: Collection[str]) -> None:
+        """The fault of a name that is none of these: what to write instead, or its neighbour."""
+        if name.text in LEFT:
+            self.fault("unknown-word", message, name, LEFT[name.text])
+        else:
+            hint, fixes = said(name.text, known), respelling(name, known)
+            self.fault("unknown-word", message, name, hint, fixes)
+
     def _applied(
         self,
         name: s.Name,
@@ -173,13 +181,7 @@ class MeasureChecker(ABC):
             for argument in arguments:
                 self.type_of(argument, names)
             known = {**self.scope.words, **self.scope.defines, "count": None}
-            self.fault(
-                "unknown-word",
-                f"`{name}` is no word of the vocabulary",
-                name,
-                said(name.text, known),
-                respelling(name, known),
-            )
+            self.unknown_word(name, f"`{name}` is no word of the vocabulary", known)
             return None
         if not self._right_number(word, name, arguments):
             return None

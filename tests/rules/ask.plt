@@ -18,6 +18,9 @@ block_fact(scale(unknown)).
 block_fact(thing(t1)).
 block_fact(thing(t2)).
 block_fact(thing_size(t1, 10.0, 8.0, 6.0)).
+block_fact(solidity(t1, 1.0, 0.01)).
+block_fact(hollow_side(t1, 0.0, 0.01)).
+block_fact(curved(t1, 0.0)).
 block_fact(Fact) :-
     member(F, [f1, f2, f3]),
     member(Fact, [face(F), part_of(F, t1), evidence(F, measured), corner(F, 1, v1),
@@ -104,10 +107,10 @@ cost(Inferences) :-
 
 :- begin_tests(plan).
 
-test(costly_conditions_come_last, Last == two_sides) :-
+test(costly_conditions_come_last, Last == flat) :-
     plan(box, box, Plan),
     last(Plan, group(label(Last), 1)).
-test(all_conditions_are_in_the_plan, N == 16) :-
+test(all_conditions_are_in_the_plan, N == 7) :-
     plan(box, box, [group(_, N)|_]).
 test(a_body_that_may_give_several_has_no_bound) :-
     \+ facetlog_plan:at_most_one(member(_, [a, b]), user, 0).
