@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from facetlog.perception.scene import Face, Patch, Scene
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["thumbnail"]
+__all__ = ["contact_sheet", "thumbnail"]
 
 SIZE_PX = 240
 SUPERSAMPLED = 2  # drawn so much larger, for smooth outlines
@@ -52,6 +52,18 @@ def thumbnail(scene: Scene, size_px: int = SIZE_PX) -> bytes:
         if frozenset((edge.start, edge.end)) not in bounding:
             canvas.draw_edge(scene.points[[edge.start, edge.end]])
     return canvas.png(size_px)
+
+
+def contact_sheet(scenes: Sequence[Scene], size_px: int = SIZE_PX, across: int = 10) -> bytes:
+    """Thumbnails of scenes in rows of so many, in their order, as one PNG."""
+    rows = -(-len(scenes) // across)
+    sheet = np.zeros((rows * size_px, min(across, len(scenes)) * size_px, 4), dtype=np.uint8)
+    for nth, scene in enumerate(scenes):
+        row, column = (size_px * place for place in divmod(nth, across))
+        data = np.frombuffer(thumbnail(scene, size_px), dtype=np.uint8)
+        picture = np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+        sheet[row : row + size_px, column : column + size_px] = picture
+    return cv2.imencode(".png", sheet)[1].tobytes()
 
 
 def _towards(faces: Sequence[Face], toward: FloatArray) -> Iterator[Face]:

@@ -12,15 +12,19 @@ import numpy as np
 from scipy.optimize import linprog
 
 from facetlog.perception.types import FloatArray
-from facetlog.prototype.objective import FAR, Judged
+from facetlog.prototype.objective import FAR, Judged, Margins
 
-__all__ = ["Try", "fitted", "slopes", "stepped"]
+__all__ = ["Slopes", "Try", "fitted", "slopes", "stepped"]
 
 Try: TypeAlias = Callable[[Mapping[str, float]], Judged | None]
 """Judges a form of these sizes; None for sizes that nothing can have."""
 
+Slopes: TypeAlias = Mapping[str, Margins]
+"""By size how each margin changes with its logarithm."""
+
 # Of the logarithm of a size. Space is measured in 32 cells: less changes it by jumps.
-DIFFERENCE = 0.08
+# To both sides: the longer of two equal sides changes one way only.
+STEPS = (0.08, -0.08)
 FIRST_STEP, LEAST_STEP = 0.5, 0.06
 MOST_STEPS = 8
 # Moving a size by a factor e costs so much of a margin: what nothing hangs on stays.
@@ -50,26 +54,24 @@ def fitted(start: Judged, judge: Try, *, enough: Callable[[], bool] = lambda: Fa
     return best
 
 
-def slopes(at: Judged, judge: Try) -> dict[str, dict[tuple[str, str], float]]:
-    """How each margin changes with the logarithm of each size."""
-    found: dict[str, dict[tuple[str, str], float]] = {}
-    for name in at.sizes:
-        for step in (DIFFERENCE, -DIFFERENCE):
-            there = judge({**at.sizes, name: at.sizes[name] * float(np.exp(step))})
-            if there is not None:
-                found[name] = {
-                    key: (there.margins[key] - margin) / step
-                    for key, margin in at.margins.items()
-                    if key in there.margins
-                }
-                break
+def slopes(at: Judged, judge: Try) -> Slopes:
+    """How each margin changes with the logarithm of each size, the mean of both directions."""
+    found: dict[str, Margins] = {}
+    for name, size in at.sizes.items():
+        tries = {step: judge({**at.sizes, name: size * float(np.exp(step))}) for step in STEPS}
+        sides = [(step, there.margins) for step, there in tries.items() if there is not None]
+        found[name] = {
+            key: sum((there[key] - margin) / step for step, there in sides if key in there)
+            / max(1, sum(key in there for _, there in sides))
+            for key, margin in at.margins.items()
+        }
     return found
 
 
 def stepped(
     at: Judged,
-    wanted: Mapping[tuple[str, str], float],
-    slope: Mapping[str, Mapping[tuple[str, str], float]],
+    wanted: Margins,
+    slope: Slopes,
     reach: float,
 ) -> dict[str, float]:
     """Sizes at which, to first order, the margins of the `wanted` are largest."""

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
@@ -81,6 +81,8 @@ def starting_forms() -> Iterator[Form]:
             for count in COUNTS:
                 yield BuilderForm(builder.name, {name: count})
     board, block = single("board"), single("block")
+    for pattern in ("four legs", "two panels", "a column"):
+        yield under(board, 0, pattern)
     yield on_top(board, 0, "four walls", flush=True)
     yield on_top(board, 0, "three panels", flush=True)
     for flush in (True, False):
@@ -96,10 +98,11 @@ def starting_forms() -> Iterator[Form]:
         yield beside(block, 0, steps)
 
 
-def grown_from(form: Form) -> Iterator[Form]:
-    """What one more group of parts makes of an assembly; of other forms nothing."""
-    if not isinstance(form, Assembly):
+def grown_from(start: Form, sizes: Mapping[str, float]) -> Iterator[Form]:
+    """What one more group of parts makes of an assembly of these sizes; of other forms nothing."""
+    if not isinstance(start, Assembly):
         return
+    form = replace(start, sizes=sizes)
     for part in _different(form):
         for pattern, made in PATTERNS.items():
             if len(form.parts) + made.count > MOST_PARTS:

@@ -44,7 +44,7 @@ class Judged:
 
     @property
     def missed(self) -> tuple[str, ...]:
-        """The labels of what does not hold, but should: parts that are not there, and conditions."""
+        """The labels of what is to hold and does not: parts that are missing, conditions."""
         parts = (label for kind, label in self.margins if kind == PART)
         unmet = (c.label for c in self.verdict.conditions if c.proof.state is not State.HOLDS)
         return (*parts, *unmet)

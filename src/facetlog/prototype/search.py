@@ -1,6 +1,6 @@
 """A form and its sizes that a model describes: forms judged, the best fitted, and grown further."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from facetlog.prototype.assembly import Form
@@ -67,6 +67,12 @@ class Search:
         self.tried[_key(candidate.form)] = better
         return better
 
+    def grown(self, most: int = GROWING) -> Iterator[Form]:
+        """What one more group of parts makes of each of the best, of so many."""
+        growing = [one for one in self.ranked() if one.form.grows][:most]
+        for one in growing:
+            yield from grown_from(one.form, one.judged.sizes)
+
     def finds(self, forms: Iterable[Form]) -> bool:
         """Whether one of some forms, or of the best of them once fitted, holds, or all is spent."""
         for candidate in self.ranked(self.look(forms))[:FITTED]:
@@ -92,7 +98,6 @@ def searched(bench: Workbench, most: int) -> Search:
     if seen.finds(surfaces()) and seen.holding:
         return seen
     for _ in range(GENERATIONS):
-        growing = [one for one in search.ranked() if one.form.grows][:GROWING]
-        if search.finds(grown for one in growing for grown in grown_from(one.form)):
+        if search.finds(search.grown()):
             break
     return search

@@ -67,3 +67,8 @@ class Workbench:
             return found
 
         return judge
+
+    def failing_alone(self, label: str) -> Candidate | None:
+        """The best of the solids that were found to fail this condition, and nothing else."""
+        found = self.missed.get(frozenset({label}))
+        return found if found is not None and found.judged.fails_alone == label else None

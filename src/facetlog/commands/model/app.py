@@ -9,6 +9,7 @@ from facetlog.commands.model.examples import examples_command
 from facetlog.commands.model.format import format_command
 from facetlog.commands.model.lsp import lsp_command
 from facetlog.commands.model.new import new_command
+from facetlog.commands.model.sample import sample_command
 
 __all__ = ["model_app"]
 
@@ -24,5 +25,6 @@ model_app.command("check")(check_command)
 model_app.command("format")(format_command)
 model_app.command("test")(examples_command)
 model_app.command("draw")(draw_command)
+model_app.command("sample")(sample_command)
 model_app.command("compile")(compile_command)
 model_app.command("lsp")(lsp_command)

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from facetlog.commands.model.drawn import (
+    EFFORT,
     Effort,
     ModelName,
     conflict_lines,
-    errors_of,
-    found_form,
+    model_errors,
     workbench,
 )
 from facetlog.commands.shared import NO, YES, AsJson, Models, command
@@ -19,9 +19,8 @@ from facetlog.commands.shared import NO, YES, AsJson, Models, command
 if TYPE_CHECKING:
     from facetlog.prototype.search import Search
 
-__all__ = ["EFFORT", "draw_command"]
+__all__ = ["draw_command"]
 
-EFFORT = 240
 PICTURE_PX = 960
 SCHEMA = "facetlog-prototype/1"
 
@@ -43,18 +42,17 @@ def draw_command(
     that does, and which conditions cannot be met together is said, or the model has errors.
     """
     from facetlog.output_folder import check_replaceable, output_folder
+    from facetlog.prototype.search import searched
     from facetlog.terminal import printable
 
     models = models or []
-    if faults := errors_of(name, models):
-        from facetlog.commands.model.fault_text import faults_text
-
-        typer.echo(faults_text([Path(f) for f in {x.source.name for x in faults}], faults))
+    if faults := model_errors(name, models):
+        typer.echo(faults)
         return NO
     folder = out or Path("drawn") / Path(name).stem
     check_replaceable(folder)
     with workbench(name, models) as bench:
-        search = found_form(bench, effort)
+        search = searched(bench, effort)
         if not search.best.judged.holds:
             lines = list(conflict_lines(search))
             if as_json:

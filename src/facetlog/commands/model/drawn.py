@@ -1,4 +1,4 @@
-"""What `model draw` and `model sample` share: which model is meant, and the search for a form."""
+"""What `model draw` and `model sample` share: which model is meant, and what none meets."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,11 +10,13 @@ import typer
 from facetlog.errors import InputError
 
 if TYPE_CHECKING:
-    from facetlog.grammar.faults import Fault
     from facetlog.prototype.search import Search
     from facetlog.prototype.workbench import Workbench
 
-__all__ = ["Effort", "ModelName", "conflict_lines", "errors_of", "found_form", "workbench"]
+__all__ = ["EFFORT", "Effort", "ModelName", "conflict_lines", "model_errors", "workbench"]
+
+EFFORT = 240
+"""Solids that are tried, if no other number is given: some two minutes where none holds."""
 
 ModelName = Annotated[
     str,
@@ -31,16 +33,17 @@ Effort = Annotated[
 SUFFIX = ".model"
 
 
-def errors_of(name: str, models: list[Path]) -> "tuple[Fault, ...]":
-    """The errors of the files in the model language among those that are meant."""
+def model_errors(name: str, models: list[Path]) -> str:
+    """The errors of the files in the model language among those that are meant, as text."""
     from facetlog.commands.model.check import checked
-    from facetlog.commands.model.fault_text import distinct
+    from facetlog.commands.model.fault_text import distinct, faults_text
     from facetlog.grammar.faults import Severity
     from facetlog.kb.recognize import rule_files
 
     files = [path for path in rule_files(_files(name, models)) if path.suffix == SUFFIX]
     faults = distinct(fault for path in files for fault in checked(path)[1])
-    return tuple(fault for fault in faults if fault.severity is Severity.ERROR)
+    errors = [fault for fault in faults if fault.severity is Severity.ERROR]
+    return faults_text(files, errors) if errors else ""
 
 
 def _files(name: str, models: list[Path]) -> list[Path]:
@@ -66,13 +69,6 @@ def workbench(name: str, models: list[Path]) -> "Iterator[Workbench]":
         elif name not in base.models:
             raise InputError(f"there is no model {name}; there are {', '.join(base.models)}")
         yield Workbench(base, name)
-
-
-def found_form(bench: "Workbench", effort: int) -> "Search":
-    """The search for a form that the model describes."""
-    from facetlog.prototype.search import searched
-
-    return searched(bench, effort)
 
 
 def conflict_lines(search: "Search") -> Iterator[str]:
