@@ -42,11 +42,13 @@ def _fitted(judge: object, **start: float) -> Judged:
     return fitted(judge(start), judge)  # type: ignore[operator,arg-type]
 
 
-def test_a_size_comes_to_the_middle_of_its_limits() -> None:
+def test_a_size_comes_into_the_middle_half_of_its_limits() -> None:
     def judge(sizes: Mapping[str, float]) -> Judged:
         return _judged(sizes, _compared(sizes["w"], Within("between", (1.0, 3.0))))
 
-    assert _fitted(judge, w=0.4).sizes["w"] == pytest.approx(2.0, rel=0.1)
+    found = _fitted(judge, w=0.4)
+    assert 3.0**0.2 <= found.sizes["w"] <= 3.0**0.8
+    assert min(found.margins.values()) >= 0.4
 
 
 def test_two_equal_sides_grow_together_where_the_shorter_is_measured() -> None:
@@ -54,8 +56,8 @@ def test_two_equal_sides_grow_together_where_the_shorter_is_measured() -> None:
         shorter = min(sizes["a"], sizes["b"])
         return _judged(sizes, _compared(shorter, Within("between", (1.0, 3.0))))
 
-    found = _fitted(judge, a=1.1, b=1.1)
-    assert min(found.sizes.values()) == pytest.approx(2.0, rel=0.1)
+    found = _fitted(judge, a=1.05, b=1.05)
+    assert min(found.margins.values()) >= 0.4
 
 
 def test_of_alternatives_the_better_one_counts_and_not_turns_the_sign() -> None:

@@ -103,3 +103,14 @@ def test_a_model_with_errors_is_not_drawn(tmp_path: Path) -> None:
 
     assert code == 1
     assert "slip.model:3" in output
+
+
+def test_a_model_of_several_things_is_not_drawn(tmp_path: Path) -> None:
+    (tmp_path / "place.model").write_text(
+        "model place\n  one table board\n  one chair seat\n  near: gap(board, seat) at most 1 m\n"
+    )
+
+    code, output = _run(str(tmp_path / "place.model"))
+
+    assert code == 2
+    assert "several things" in output

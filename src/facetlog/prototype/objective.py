@@ -3,7 +3,8 @@
 A verdict's proofs become margins as in the robust semantics of signal temporal logic: of what must
 all hold the least counts, of alternatives the greatest, and `not` turns the sign. A measured value
 has its distance to the nearer end of its limits, as a share of half their width, or of the limit
-where there is one alone: 1 in the middle, 0 at the limit, negative beyond.
+where there is one alone: 1 in the middle, 0 at the limit, negative beyond. Between positive limits
+it is distances of logarithms that count, since sizes compare by factors.
 """
 
 import math
@@ -17,8 +18,9 @@ from facetlog.perception.scene import Scene
 
 __all__ = ["EXPECTED", "FAR", "PART", "Judged", "Margins", "margins_of"]
 
-FAR = 1.0
-"""Of what is true or false alone, and the most that a margin counts."""
+FAR = 0.5
+"""The most that a margin counts: in the middle half of its limits all is well. What is true or
+false alone is so far from its limit."""
 OPEN = -0.5 * FAR
 
 Margins = Mapping[tuple[str, str], float]
@@ -99,7 +101,7 @@ def margin_of(proof: Proof) -> float:
     match proof.name:
         case "all" | "short" | "if_known" | "counted" if proof.children:
             if proof.name == "counted":
-                return _sign(proof.state) * FAR
+                return _flat(proof.state)
             return min(map(margin_of, proof.children))
         case "any" if proof.children:
             return max(map(margin_of, proof.children))
@@ -111,11 +113,11 @@ def margin_of(proof: Proof) -> float:
         case _ if isinstance(proof.detail, Comparison) and proof.state is not State.UNKNOWN:
             return min(FAR, *(margin for _, margin in _sides(proof.detail)))
         case _:
-            return _sign(proof.state) * FAR
+            return _flat(proof.state)
 
 
-def _sign(state: State) -> float:
-    return {State.HOLDS: 1.0, State.FAILS: -1.0, State.UNKNOWN: OPEN}[state]
+def _flat(state: State) -> float:
+    return {State.HOLDS: FAR, State.FAILS: -FAR, State.UNKNOWN: OPEN}[state]
 
 
 def _sides(found: Comparison) -> Iterator[tuple[str, float]]:
@@ -123,14 +125,18 @@ def _sides(found: Comparison) -> Iterator[tuple[str, float]]:
     if low == high:  # a number of pieces
         yield "even", FAR if found.value == low else -abs(found.value - low)
         return
+    value = found.value
+    if found.within.sort == "between" and low > 0.0 and math.isfinite(high):
+        low, high = math.log(low), math.log(high)
+        value = math.log(value) if value > 0.0 else low - (high - low)
     if math.isfinite(low) and math.isfinite(high):
         scale = (high - low) / 2.0
     else:
         scale = abs(low if math.isfinite(low) else high)
-    scale = scale or abs(found.value) or 1.0
+    scale = scale or abs(value) or 1.0
     if math.isfinite(low):
-        yield "low", (found.value - low) / scale
+        yield "low", (value - low) / scale
     if math.isfinite(high):
-        yield "high", (high - found.value) / scale
+        yield "high", (high - value) / scale
     if not (math.isfinite(low) or math.isfinite(high)):
         yield "free", FAR

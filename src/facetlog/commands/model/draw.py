@@ -74,12 +74,12 @@ def draw_command(
 
 
 def _write(search: "Search", folder: Path) -> None:
-    from facetlog.batch.thumbnail import thumbnail
     from facetlog.perception.surfaces.mesh_export import write_mesh
     from facetlog.perception.surfaces.scene_file import write_scene
+    from facetlog.prototype.picture import picture
 
     scene, name = search.best.judged.scene, search.bench.model
-    (folder / f"{name}.png").write_bytes(thumbnail(scene, PICTURE_PX))
+    (folder / f"{name}.png").write_bytes(picture(search.best.judged, PICTURE_PX))
     write_mesh(scene, folder / f"{name}.glb")
     write_scene(scene, folder / f"{name}.json")
 

@@ -10,6 +10,7 @@ import typer
 from facetlog.errors import InputError
 
 if TYPE_CHECKING:
+    from facetlog.grammar.analysis import Analysis
     from facetlog.prototype.search import Search
     from facetlog.prototype.workbench import Workbench
 
@@ -41,9 +42,21 @@ def model_errors(name: str, models: list[Path]) -> str:
     from facetlog.kb.recognize import rule_files
 
     files = [path for path in rule_files(_files(name, models)) if path.suffix == SUFFIX]
-    faults = distinct(fault for path in files for fault in checked(path)[1])
+    looks = [checked(path) for path in files]
+    for analysis, _ in looks:
+        _is_of_one_thing(analysis, name)
+    faults = distinct(fault for _, found in looks for fault in found)
     errors = [fault for fault in faults if fault.severity is Severity.ERROR]
     return faults_text(files, errors) if errors else ""
+
+
+def _is_of_one_thing(analysis: "Analysis", name: str) -> None:
+    """Raises InputError if the model that is meant is made of several things."""
+    own = Path(name).name == Path(analysis.file.source.name).name
+    for model in analysis.models:
+        scope = analysis.scopes.get(model)
+        if (own or model == name) and scope is not None and scope.of_things:
+            raise InputError(f"{model} is made of several things: what is drawn is one solid")
 
 
 def _files(name: str, models: list[Path]) -> list[Path]:
