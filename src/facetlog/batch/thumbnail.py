@@ -1,7 +1,7 @@
 """A small shaded picture of a scene, faces and curved surface, from outside and above."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import cv2
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from facetlog.perception.scene import Face, Patch, Scene
 from facetlog.perception.types import FloatArray, Image
 
-__all__ = ["thumbnail"]
+__all__ = ["contact_sheet", "thumbnail", "tint_colour"]
 
 SIZE_PX = 240
 SUPERSAMPLED = 2  # drawn so much larger, for smooth outlines
@@ -23,6 +23,7 @@ LIGHT_SHARE, AMBIENT_SHARE = 0.6, 0.4
 FACE_SATURATION, PATCH_SATURATION = 70, 0
 BRIGHTNESS = 235
 HUE_STEP = 0.6180339887  # golden section of the circle: neighbours in number differ
+GREY = -1  # the tint of what has none
 OUTLINE = (40, 40, 40)
 # A point stands for a disc of its area; with so much more there are no gaps between discs.
 DISC_FILL = 1.6
@@ -31,11 +32,14 @@ LARGEST_DISC = 0.08  # of the picture's side
 Levels = NDArray[np.int32]
 
 
-def thumbnail(scene: Scene, size_px: int = SIZE_PX) -> bytes:
+def thumbnail(
+    scene: Scene, size_px: int = SIZE_PX, tints: Mapping[int, int] | None = None
+) -> bytes:
     """The scene as a PNG of `size_px` a side, transparent where there is nothing.
 
     Faces are tinted and outlined, surface that is not flat is grey. Seen along parallel rays from
-    above where up is known, else with the third axis upwards.
+    above where up is known, else with the third axis upwards. `tints` are numbers of tints by the
+    faces' indices: faces of one number look alike, and those without are grey.
     """
     frame = _frame(scene)
     shown = [scene.points[sorted({i for f in scene.faces for i in f.outline})]]
@@ -45,13 +49,27 @@ def thumbnail(scene: Scene, size_px: int = SIZE_PX) -> bytes:
     canvas = _Canvas(size_px * SUPERSAMPLED, frame, cloud)
     for patch in scene.patches:
         canvas.draw_patch(patch)
+    places = {id(face): index for index, face in enumerate(scene.faces)}
     for face in _towards(scene.faces, frame[2]):
-        canvas.draw_face(face, scene.points)
+        tint = None if tints is None else tints.get(places[id(face)], GREY)
+        canvas.draw_face(face, scene.points, tint)
     bounding = {frozenset(p) for f in scene.faces for p in _sides(f.outline)}
     for edge in scene.edges:
         if frozenset((edge.start, edge.end)) not in bounding:
             canvas.draw_edge(scene.points[[edge.start, edge.end]])
     return canvas.png(size_px)
+
+
+def contact_sheet(scenes: Sequence[Scene], size_px: int = SIZE_PX, across: int = 10) -> bytes:
+    """Thumbnails of scenes in rows of so many, in their order, as one PNG."""
+    rows = -(-len(scenes) // across)
+    sheet = np.zeros((rows * size_px, min(across, len(scenes)) * size_px, 4), dtype=np.uint8)
+    for nth, scene in enumerate(scenes):
+        row, column = (size_px * place for place in divmod(nth, across))
+        data = np.frombuffer(thumbnail(scene, size_px), dtype=np.uint8)
+        picture = np.asarray(cv2.imdecode(data, cv2.IMREAD_UNCHANGED), dtype=np.uint8)
+        sheet[row : row + size_px, column : column + size_px] = picture
+    return cv2.imencode(".png", sheet)[1].tobytes()
 
 
 def _towards(faces: Sequence[Face], toward: FloatArray) -> Iterator[Face]:
@@ -81,6 +99,16 @@ def _frame(scene: Scene) -> FloatArray:
     return np.array([right, np.cross(toward, right), toward])
 
 
+def tint_colour(tint: int) -> NDArray[np.uint8]:
+    """The colour (3,) of faces of a tint, as OpenCV orders it, in full light."""
+    return _colour(tint * HUE_STEP % 1.0, FACE_SATURATION, 1.0)
+
+
+def _colour(hue: float, saturation: int, lit: float) -> NDArray[np.uint8]:
+    pixel = np.array([[[round(179 * hue), saturation, round(BRIGHTNESS * lit)]]], np.uint8)
+    return np.asarray(cv2.cvtColor(pixel, cv2.COLOR_HSV2BGR)[0, 0], dtype=np.uint8)
+
+
 class _Canvas:
     """Colour, depth and the number of what is foremost, at each pixel."""
 
@@ -107,11 +135,10 @@ class _Canvas:
     def _shade(self, normal: FloatArray, hue: float, saturation: int) -> NDArray[np.uint8]:
         """The colour (3,) of surface, lit whichever way it faces: thin sheets have two sides."""
         lit = AMBIENT_SHARE + LIGHT_SHARE * abs(float(normal @ self._light))
-        pixel = np.array([[[round(179 * hue), saturation, round(BRIGHTNESS * lit)]]], np.uint8)
-        return np.asarray(cv2.cvtColor(pixel, cv2.COLOR_HSV2BGR)[0, 0], dtype=np.uint8)
+        return _colour(hue, saturation, lit)
 
-    def draw_face(self, face: Face, points: FloatArray) -> None:
-        """A face with its holes, where it is foremost."""
+    def draw_face(self, face: Face, points: FloatArray, tint: int | None = None) -> None:
+        """A face with its holes, where it is foremost; without a tint it has one of its own."""
         rings = [self._placed(points[list(ring)]) for ring in (face.outline, *face.holes)]
         mask = np.zeros((self._side, self._side), dtype=np.uint8)
         fixed = [np.rint(ring[:, :2] * 16).astype(np.int32) for ring in rings]
@@ -124,8 +151,10 @@ class _Canvas:
         near = at[2] - (right * (columns - at[0]) - upwards * (rows - at[1])) / slant
         bounds = np.concatenate([ring[:, 2] for ring in rings])
         near = np.clip(near, bounds.min(), bounds.max())
-        hue = self._drawn * HUE_STEP % 1.0
-        self._put(rows, columns, near, self._shade(face.plane.normal, hue, FACE_SATURATION))
+        number = self._drawn if tint is None else tint
+        saturation = PATCH_SATURATION if number == GREY else FACE_SATURATION
+        colour = self._shade(face.plane.normal, number * HUE_STEP % 1.0, saturation)
+        self._put(rows, columns, near, colour)
 
     def draw_patch(self, patch: Patch) -> None:
         """Surface that is not flat, as discs of the areas that its points stand for."""

@@ -1,0 +1,1 @@
+"""From a model to a thing: solids that satisfy it, and solids that just do not."""

@@ -1,0 +1,136 @@
+"""The forms that a search begins with: the builders of examples, and assemblies of a few parts."""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+
+from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
+from facetlog.prototype.assembly import Assembly, Form
+from facetlog.prototype.growth import (
+    PATTERNS,
+    beside,
+    between,
+    capped,
+    on_top,
+    single,
+    under,
+)
+
+__all__ = ["BuilderForm", "grown_from", "starting_forms", "surfaces"]
+
+# Of what comes in numbers: so many at most are tried.
+COUNTS = (2, 3, 4, 5)
+MOST_PARTS = 14
+"""Of an assembly: things with more are no prototypes."""
+
+
+@dataclass(frozen=True, slots=True)
+class BuilderForm:
+    """A thing that examples of models are made of, with its lengths and angles free."""
+
+    builder: str
+    counts: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def grows(self) -> bool:
+        """No: its parts are not known here."""
+        return False
+
+    @property
+    def name(self) -> str:
+        """Its builder, as an example writes it."""
+        counts = ", ".join(f"{name} {count:g}" for name, count in self.counts.items())
+        return f"{self.builder}({counts})"
+
+    @property
+    def sizes(self) -> Mapping[str, float]:
+        """Its usual sizes."""
+        parameters = BUILDERS[self.builder].parameters
+        return {p.name: p.default for p in parameters if p.kind != "count"}
+
+    def scene(self, sizes: Mapping[str, float]) -> Scene:
+        """What the builder makes of these sizes."""
+        return build(self.builder, {**self.counts, **sizes})
+
+    def described(self, sizes: Mapping[str, float]) -> str:
+        """The builder and its sizes, as an example of a model writes them."""
+        kinds = {p.name: p.kind for p in BUILDERS[self.builder].parameters}
+        written = [f"{name} {count:g}" for name, count in self.counts.items()]
+        for name, size in sizes.items():
+            angle = kinds[name] == "angle"
+            value, unit = (math.degrees(size), "deg") if angle else (100.0 * size, "cm")
+            written.append(f"{name} {value:.3g} {unit}")
+        return f"{self.builder}({', '.join(written)})"
+
+
+def surfaces() -> Iterator[Form]:
+    """Forms of which a part of the surface is there, and no solid."""
+    yield from (BuilderForm(name) for name, builder in BUILDERS.items() if not builder.is_solid)
+
+
+def starting_forms() -> Iterator[Form]:
+    """All that are solid, those of few parts first."""
+    for kind in ("block", "board", "upright board", "bar", "upright bar"):
+        yield single(kind)
+    for builder in filter(lambda each: each.is_solid, BUILDERS.values()):
+        counted = [p.name for p in builder.parameters if p.kind == "count"]
+        if not counted:
+            yield BuilderForm(builder.name)
+        for name in counted:
+            for count in COUNTS:
+                yield BuilderForm(builder.name, {name: count})
+    board, block = single("board"), single("block")
+    for pattern in ("four legs", "two panels", "a column"):
+        yield under(board, 0, pattern)
+    yield on_top(board, 0, "four walls", flush=True)
+    yield on_top(board, 0, "three panels", flush=True)
+    for flush in (True, False):
+        yield on_top(block, 0, "a head", flush=flush)
+        posts = on_top(single("bar"), 0, "two posts", flush=flush)
+        yield capped(posts, 1)
+        yield under(single("bar"), 0, "two posts", flush=flush)
+    yield on_top(under(board, 0, "four legs"), 0, "a back", flush=True)
+    for count in COUNTS:
+        panels = on_top(board, 0, "two panels")
+        yield between(capped(panels, 1), 1, 2, count)
+    for steps in (1, 2, 3):
+        yield beside(block, 0, steps)
+
+
+def grown_from(start: Form, sizes: Mapping[str, float]) -> Iterator[Form]:
+    """What one more group of parts makes of an assembly of these sizes; of other forms nothing."""
+    if not isinstance(start, Assembly):
+        return
+    form = replace(start, sizes=sizes)
+    for part in _different(form):
+        for pattern, made in PATTERNS.items():
+            if len(form.parts) + made.count > MOST_PARTS:
+                continue
+            for flush in (False, True):
+                yield under(form, part, pattern, flush=flush)
+                yield on_top(form, part, pattern, flush=flush)
+        yield capped(form, part)
+        yield capped(form, part, flush=False)
+        for steps in (1, 2):
+            yield beside(form, part, steps)
+    for first, second in zip(_indices(form), _indices(form)[1:], strict=False):
+        one, two = form.parts[first], form.parts[second]
+        if one.y == two.y and one.z == two.z and one.x != two.x:
+            for count in COUNTS[:3]:
+                yield between(form, first, second, count)
+            yield between(form, first, second, 1)
+            yield between(form, first, second, 1, upright=True)
+
+
+def _indices(form: Assembly) -> list[int]:
+    return list(range(len(form.parts)))
+
+
+def _different(form: Assembly) -> list[int]:
+    """One of all parts at each height: what stands on or under another of them is alike."""
+    found: dict[str, int] = {}
+    for index, part in enumerate(form.parts):
+        key = repr([sorted(end.terms.items()) for end in part.z])
+        found.setdefault(key, index)
+    return list(found.values())

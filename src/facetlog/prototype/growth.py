@@ -1,0 +1,189 @@
+"""How assemblies grow: what is put under, on, between and beside the parts that are there."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from facetlog.prototype.assembly import ZERO, Assembly, Length, Part
+
+__all__ = ["PATTERNS", "Pattern", "beside", "between", "capped", "on_top", "single", "under"]
+
+# Sizes at which fitting begins, metres: of a piece of furniture, whatever it turns out to be.
+LONG, WIDE, THIN, BAR, INSET, HIGH = 0.8, 0.5, 0.03, 0.045, 0.025, 0.4
+
+Extent = tuple[Length, Length]
+Plan = tuple[Extent, Extent]
+
+
+@dataclass(frozen=True, slots=True)
+class _Sides:
+    """An extent cut from both of its ends: `rim` in from them, and members so thick there."""
+
+    low: Length
+    high: Length
+    rim: Length
+    thick: Length
+
+    @property
+    def first(self) -> Extent:
+        return self.low + self.rim, self.low + self.rim + self.thick
+
+    @property
+    def last(self) -> Extent:
+        return self.high - self.rim - self.thick, self.high - self.rim
+
+    @property
+    def middle(self) -> Extent:
+        centre = (self.low + self.high) * 0.5
+        return centre - self.thick * 0.5, centre + self.thick * 0.5
+
+    @property
+    def inner(self) -> Extent:
+        return self.first[1], self.last[0]
+
+    @property
+    def all(self) -> Extent:
+        return self.low + self.rim, self.high - self.rim
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """Where parts stand in a plan, how many there are, and of which kind they are."""
+
+    count: int
+    kind: str
+    plan: Callable[[_Sides, _Sides], tuple[Plan, ...]]
+
+
+PATTERNS: Mapping[str, Pattern] = MappingProxyType(
+    {
+        "four legs": Pattern(
+            4,
+            "bar",
+            lambda x, y: tuple((a, b) for a in (x.first, x.last) for b in (y.first, y.last)),
+        ),
+        "three legs": Pattern(
+            3, "bar", lambda x, y: ((x.first, y.first), (x.last, y.first), (x.middle, y.last))
+        ),
+        "two posts": Pattern(2, "bar", lambda x, y: ((x.first, y.middle), (x.last, y.middle))),
+        "two panels": Pattern(2, "board", lambda x, y: ((x.first, y.all), (x.last, y.all))),
+        "two long panels": Pattern(2, "board", lambda x, y: ((x.all, y.first), (x.all, y.last))),
+        "three panels": Pattern(
+            3, "board", lambda x, y: ((x.first, y.all), (x.last, y.all), (x.inner, y.last))
+        ),
+        "four walls": Pattern(
+            4,
+            "board",
+            lambda x, y: (
+                (x.first, y.all), (x.last, y.all), (x.inner, y.first), (x.inner, y.last)
+            ),
+        ),
+        "a column": Pattern(1, "bar", lambda x, y: ((x.middle, y.middle),)),
+        "a back": Pattern(1, "board", lambda x, y: ((x.all, y.last),)),
+        "a head": Pattern(1, "board", lambda x, y: ((x.last, y.all),)),
+        "a block": Pattern(1, "block", lambda x, y: ((x.all, y.all),)),
+    }
+)  # fmt: skip
+"""By what they are called where a prototype is described."""
+
+
+def single(kind: str) -> Assembly:
+    """One level board, block or bar, or an upright board, on the ground."""
+    extents = {
+        "board": (LONG, WIDE, THIN),
+        "block": (LONG, WIDE, HIGH),
+        "bar": (LONG, BAR, BAR),
+        "upright board": (LONG, THIN, HIGH),
+        "upright bar": (BAR, BAR, LONG),
+    }[kind]
+    names = ("length", "depth", "height")
+    ends = tuple((ZERO, Length({name: 1.0})) for name in names)
+    sizes = dict(zip(names, extents, strict=True))
+    return Assembly(f"a {kind}", sizes, (Part(*ends),))
+
+
+def _sides(grown: Assembly, on: Part, pattern: str, *, flush: bool) -> tuple[Assembly, Plan, Plan]:
+    kind = PATTERNS[pattern].kind
+    rim = ZERO
+    if not flush:
+        grown, rim = grown.size("inset", INSET)
+    grown, thick = grown.size("thickness", BAR if kind == "bar" else THIN)
+    x, y = (_Sides(*extent, rim, thick) for extent in (on.x, on.y))
+    return grown, x, y  # type: ignore[return-value]
+
+
+def _placed(
+    grown: Assembly, on: Part, pattern: str, z: Extent, *, flush: bool
+) -> tuple[Assembly, tuple[Part, ...]]:
+    grown, x, y = _sides(grown, on, pattern, flush=flush)
+    plans = PATTERNS[pattern].plan(x, y)  # type: ignore[arg-type]
+    return grown, tuple(Part(*plan, z) for plan in plans)
+
+
+def under(start: Assembly, part: int, pattern: str, *, flush: bool = False) -> Assembly:
+    """What carries a part: from the ground, above which all is raised if the part stands on it."""
+    grown, on = start, start.parts[part]
+    if not on.z[0].terms:
+        grown, stand = grown.size("stand", HIGH)
+        grown = grown.raised(stand)
+        on = grown.parts[part]
+    grown, placed = _placed(grown, on, pattern, (ZERO, on.z[0]), flush=flush)
+    return grown.also(f"{pattern} under it", placed)
+
+
+def on_top(start: Assembly, part: int, pattern: str, *, flush: bool = False) -> Assembly:
+    """What stands on a part."""
+    grown, rise = start.size("rise", HIGH)
+    on = grown.parts[part]
+    z = (on.z[1], on.z[1] + rise)
+    grown, placed = _placed(grown, on, pattern, z, flush=flush)
+    return grown.also(f"{pattern} on it", placed)
+
+
+def capped(start: Assembly, carrier: int, *, plan: int = 0, flush: bool = True) -> Assembly:
+    """A level board across on top of part `carrier`, over the plan of part `plan`."""
+    grown, thick = start.size("thickness", THIN)
+    out = ZERO
+    if not flush:
+        grown, out = grown.size("overhang", INSET)
+    below, base = grown.parts[carrier], grown.parts[plan]
+    z = (below.z[1], below.z[1] + thick)
+    x, y = ((low - out, high + out) for low, high in (base.x, base.y))
+    return grown.also("a board across on top", (Part(x, y, z),))
+
+
+def between(
+    start: Assembly, first: int, second: int, count: int, *, upright: bool = False
+) -> Assembly:
+    """So many level boards, evenly apart, or one upright board, from a part to one along x."""
+    grown, inset = start.size("inset", INSET)
+    grown, thick = grown.size("thickness", THIN)
+    a, b = grown.parts[first], grown.parts[second]
+    x = (a.x[1], b.x[0])
+    y = (a.y[0] + inset, a.y[1] - inset)
+    low, high = a.z
+    if upright:
+        grown, drop = grown.size("drop", HIGH / 2)
+        placed = [Part(x, (y[1] - thick, y[1]), (high - drop, high))]
+    else:
+        # count boards between the ends of the sides, no nearer to them than inset
+        room = high - low - inset * 2.0 - thick
+        rises = [room * (i / max(1, count - 1)) for i in range(count)]
+        if count == 1:
+            rises = [room * 0.5]
+        starts = [low + inset + rise for rise in rises]
+        placed = [Part(x, y, (z, z + thick)) for z in starts]
+    words = "an upright board between" if upright else f"{count} boards between"
+    return grown.also(words, placed)
+
+
+def beside(start: Assembly, part: int, steps: int) -> Assembly:
+    """So many blocks beside a part along x, each an equal step lower than the one before."""
+    grown, going = start.size("going", HIGH / 2)
+    on = grown.parts[part]
+    placed = []
+    for nth in range(1, steps + 1):
+        x = (on.x[1] + going * (nth - 1.0), on.x[1] + going * float(nth))
+        top = on.z[1] * ((steps + 1 - nth) / (steps + 1))
+        placed.append(Part(x, on.y, (ZERO, top)))
+    return grown.also(f"{steps} lower beside it", placed)

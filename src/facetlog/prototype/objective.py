@@ -1,0 +1,142 @@
+"""By how much each condition of a model holds on a solid: what fitting makes large.
+
+A verdict's proofs become margins as in the robust semantics of signal temporal logic: of what must
+all hold the least counts, of alternatives the greatest, and `not` turns the sign. A measured value
+has its distance to the nearer end of its limits, as a share of half their width, or of the limit
+where there is one alone: 1 in the middle, 0 at the limit, negative beyond. Between positive limits
+it is distances of logarithms that count, since sizes compare by factors.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from facetlog.kb.explaining.proof import Comparison, Proof, State
+from facetlog.kb.explaining.verdict import Verdict
+from facetlog.perception.scene import Scene
+
+__all__ = ["EXPECTED", "FAR", "PART", "Judged", "Margins", "margins_of"]
+
+FAR = 0.5
+"""The most that a margin counts: in the middle half of its limits all is well. What is true or
+false alone is so far from its limit."""
+OPEN = -0.5 * FAR
+
+Margins = Mapping[tuple[str, str], float]
+"""The margin of each demand by the label of its condition, and which of its demands it is."""
+
+EXPECTED, PART = "expected", "part"
+"""Instead of a label, of what is expected alone, and of parts that were not found."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """A solid with what a model says of it, and by how much."""
+
+    sizes: Mapping[str, float]
+    scene: Scene
+    verdict: Verdict
+    margins: Margins
+
+    @property
+    def holds(self) -> bool:
+        """Whether the model says that it is one."""
+        return self.verdict.state is State.HOLDS
+
+    @property
+    def missed(self) -> tuple[str, ...]:
+        """The labels of what is to hold and does not: parts that are missing, conditions."""
+        parts = (label for kind, label in self.margins if kind == PART)
+        unmet = (c.label for c in self.verdict.conditions if c.proof.state is not State.HOLDS)
+        return (*parts, *unmet)
+
+    @property
+    def fails_alone(self) -> str:
+        """The label of the one condition that fails while all others hold; empty if not so."""
+        failed = self.verdict.conditions_that(State.FAILS)
+        return failed[0].label if len(failed) == len(self.missed) == 1 else ""
+
+    @property
+    def rank(self) -> tuple[float, ...]:
+        """Greater is better: holds, what is missed, the least margin, and all together."""
+        hard = [m for key, m in self.margins.items() if key[0] != EXPECTED]
+        missed = sum(1.0 for m in hard if m <= 0.0)
+        soft = [m for key, m in self.margins.items() if key[0] == EXPECTED and m <= 0.0]
+        unmet = float(sum(c.proof.state is not State.HOLDS for c in self.verdict.conditions))
+        least = min(self.margins.values(), default=0.0)
+        total = math.fsum(self.margins.values()) / max(1, len(self.margins))
+        return (-unmet, float(self.holds), -missed - len(soft), least, total)
+
+
+def margins_of(verdict: Verdict) -> Margins:
+    """The margins of all demands of a verdict; of parts that were not found as well."""
+    found: dict[tuple[str, str], float] = {}
+    for part in verdict.parts:
+        if not part.faces and not part.is_group:
+            found[PART, part.role] = -FAR
+    for condition in verdict.conditions:
+        proof, label = condition.proof, condition.label
+        if proof.name == "expect":
+            proof, label = proof.children[0], EXPECTED
+        for path, margin in _demands(proof, condition.label):
+            found[label, path] = margin
+    return MappingProxyType(found)
+
+
+def _demands(proof: Proof, path: str) -> Iterator[tuple[str, float]]:
+    """What must all hold, each apart; of a value with two limits each of both."""
+    if proof.name in {"all", "short", "if_known"} and proof.children:
+        for nth, child in enumerate(proof.children):
+            yield from _demands(child, f"{path}.{nth}")
+    elif isinstance(proof.detail, Comparison) and proof.state is not State.UNKNOWN:
+        for side, margin in _sides(proof.detail):
+            yield f"{path} {side}", min(FAR, margin)
+    else:
+        yield path, margin_of(proof)
+
+
+def margin_of(proof: Proof) -> float:
+    """The margin of a step: greater than 0 if it holds."""
+    match proof.name:
+        case "all" | "short" | "if_known" | "counted" if proof.children:
+            if proof.name == "counted":
+                return _flat(proof.state)
+            return min(map(margin_of, proof.children))
+        case "any" if proof.children:
+            return max(map(margin_of, proof.children))
+        case "implies":
+            where, then = proof.children
+            return max(-margin_of(where), margin_of(then))
+        case "not":
+            return -margin_of(proof.children[0])
+        case _ if isinstance(proof.detail, Comparison) and proof.state is not State.UNKNOWN:
+            return min(FAR, *(margin for _, margin in _sides(proof.detail)))
+        case _:
+            return _flat(proof.state)
+
+
+def _flat(state: State) -> float:
+    return {State.HOLDS: FAR, State.FAILS: -FAR, State.UNKNOWN: OPEN}[state]
+
+
+def _sides(found: Comparison) -> Iterator[tuple[str, float]]:
+    low, high = found.within.edges
+    if low == high:  # a number of pieces
+        yield "even", FAR if found.value == low else -abs(found.value - low)
+        return
+    value = found.value
+    if found.within.sort == "between" and low > 0.0 and math.isfinite(high):
+        low, high = math.log(low), math.log(high)
+        value = math.log(value) if value > 0.0 else low - (high - low)
+    if math.isfinite(low) and math.isfinite(high):
+        scale = (high - low) / 2.0
+    else:
+        scale = abs(low if math.isfinite(low) else high)
+    scale = scale or abs(value) or 1.0
+    if math.isfinite(low):
+        yield "low", (value - low) / scale
+    if math.isfinite(high):
+        yield "high", (high - value) / scale
+    if not (math.isfinite(low) or math.isfinite(high)):
+        yield "free", FAR

@@ -1,0 +1,74 @@
+"""Where forms are judged: one model, and what it says of solids."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
+from facetlog.perception.scene import Scene
+from facetlog.prototype.assembly import Form
+from facetlog.prototype.fit import Try
+from facetlog.prototype.objective import Judged, margins_of
+
+__all__ = ["Candidate", "Workbench"]
+
+SCENE = "drawn"
+THING = "t1"
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A form, and what the model says of it with some sizes."""
+
+    form: Form
+    judged: Judged
+
+
+class Workbench:
+    """A model of a knowledge base, asked about exact solids.
+
+    `missed` are the labels that solids missed together, each set with the best of those solids.
+    """
+
+    def __init__(self, base: KnowledgeBase, model: str) -> None:
+        self._base = base
+        self.model = model
+        self.judged = 0
+        self.missed: dict[frozenset[str], Candidate] = {}
+
+    def judge(self, scene: Scene, sizes: Mapping[str, float]) -> Judged:
+        """What the model says of the only thing in a scene."""
+        self.judged += 1
+        self._base.load_scene(
+            SCENE,
+            ((fact.functor, *fact.args) for fact in scene_facts(scene)),
+            on_demand=lambda: ((fact.functor, *fact.args) for fact in facts_on_demand(scene)),
+        )
+        try:
+            verdict = self._base.judge(SCENE, self.model, THING)
+        finally:
+            self._base.drop_scene(SCENE)
+        return Judged(dict(sizes), scene, verdict, margins_of(verdict))
+
+    def trying(self, form: Form) -> Try:
+        """Judges a form of any sizes."""
+
+        def judge(sizes: Mapping[str, float]) -> Judged | None:
+            try:
+                scene = form.scene(sizes)
+            except ValueError:
+                return None
+            found = self.judge(scene, sizes)
+            missed = frozenset(found.missed)
+            kept = self.missed.get(missed)
+            is_solid = bool(scene.bodies)
+            if is_solid and (kept is None or found.rank > kept.judged.rank):
+                self.missed[missed] = Candidate(form, found)
+            return found
+
+        return judge
+
+    def failing_alone(self, label: str) -> Candidate | None:
+        """The best of the solids that were found to fail this condition, and nothing else."""
+        found = self.missed.get(frozenset({label}))
+        return found if found is not None and found.judged.fails_alone == label else None

@@ -1,0 +1,66 @@
+"""Assemblies: what touches goes on to touch, and what is put under a part carries it."""
+
+import numpy as np
+import pytest
+
+from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.surfaces.exact_solids.cuboid_union import cuboid_union
+from facetlog.prototype.forms import grown_from, starting_forms
+from facetlog.prototype.growth import PATTERNS, single, under
+
+
+def test_a_union_has_one_face_where_parts_lie_flush() -> None:
+    flush = cuboid_union([[0, 0, 0], [0, 0, 0.3]], [[0.2, 0.2, 0.3], [0.2, 0.2, 0.5]], "pillar")
+
+    assert len(flush.faces) == 6
+
+
+def test_a_union_is_closed_and_faces_outwards() -> None:
+    scene = cuboid_union([[0, 0, 0.4], [0.2, 0.2, 0]], [[0.6, 0.6, 0.5], [0.4, 0.4, 0.4]], "T")
+
+    # by the divergence theorem the volume is a third of what flows out of (x, y, z)
+    volume = 0.0
+    for face in scene.faces:
+        for ring in (face.outline, *face.holes):
+            points = scene.points[list(ring)]
+            area = np.cross(points, np.roll(points, -1, axis=0)).sum(axis=0) / 2.0
+            volume += float(area @ points[0]) / 3.0
+    assert volume == pytest.approx(0.6 * 0.6 * 0.1 + 0.2 * 0.2 * 0.4)
+
+
+def test_parts_that_do_not_touch_are_no_solid() -> None:
+    with pytest.raises(ValueError, match="touch"):
+        cuboid_union([[0, 0, 0], [0, 0, 0.4]], [[0.2, 0.2, 0.3], [0.2, 0.2, 0.5]], "two")
+
+
+@pytest.mark.parametrize("pattern", PATTERNS)
+def test_what_is_put_under_a_board_reaches_from_the_ground_to_it(pattern: str) -> None:
+    table = under(single("board"), 0, pattern)
+    sizes = {name: 1.1 * size for name, size in table.sizes.items()}
+    low, high = table.ends(sizes)
+
+    assert len(low) == 1 + PATTERNS[pattern].count
+    assert low[1:, 2] == pytest.approx(0.0)
+    assert high[1:, 2] == pytest.approx(low[0, 2])
+
+
+def test_four_legs_carry_a_board_as_pieces_have_it() -> None:
+    table = under(single("board"), 0, "four legs")
+    carried = fact_rows(table.scene(table.sizes), {"carries"})["carries"]
+
+    assert len(carried) == 4
+    assert len({above for _, above in carried}) == 1
+
+
+def test_all_forms_have_names_of_their_own_and_most_can_be_built() -> None:
+    forms = [*starting_forms()]
+    grown = [*grown_from(single("board"), single("board").sizes)]
+    built = 0
+    for form in (*forms, *grown):
+        try:
+            built += len(form.scene(form.sizes).faces) > 0
+        except ValueError:
+            continue
+
+    assert len({(form.name, *form.sizes) for form in forms}) == len(forms)
+    assert built > 0.8 * len((*forms, *grown))

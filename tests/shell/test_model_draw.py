@@ -1,0 +1,116 @@
+"""`facetlog model draw`: what is drawn holds, and what cannot be met together is named."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from facetlog.cli import app
+
+TOWER = """model tower
+  "A flat thing that is high at once."
+
+  face top
+
+  level: top is level, top is upward
+  flat: height(this) at most 40 % of width(top)
+  high: elevation(top) at least 60 % of width(top)
+"""
+
+SPONGE = """model sponge
+  "What fills the box round it, with a side that is deep and hollow."
+
+  face top
+
+  level: top is level, top is upward
+  filled: solidity(this) at least 98 %
+  hollow: hollow_side(this) at least 50 %
+"""
+
+PEDESTAL = """model pedestal
+  "A board on one block or bar."
+
+  board top where top is level
+  piece foot where foot carries top, foot is on_ground
+
+  narrow: width(foot) at most 50 % of width(top)
+  reach: bottom_of(top) at least 60 % of width(top)
+  alone: there is no bar leg where leg above top
+"""
+
+
+def _run(*arguments: str) -> tuple[int, str]:
+    result = CliRunner().invoke(app, ["model", "draw", *arguments])
+    return result.exit_code, result.output
+
+
+def test_what_is_drawn_of_a_built_in_model_holds(tmp_path: Path) -> None:
+    code, output = _run("stool", "-o", str(tmp_path / "stool"), "--json")
+
+    assert code == 0, output
+    drawn = json.loads(output)
+    assert drawn["verdict"]["state"] == "holds"
+    written = {path.name for path in (tmp_path / "stool").iterdir()}
+    assert written == {"stool.png", "stool.glb", "stool.json", "run.json"}
+
+
+def test_what_is_drawn_is_what_other_commands_recognise(tmp_path: Path) -> None:
+    (tmp_path / "pedestal.model").write_text(PEDESTAL)
+    model = str(tmp_path / "pedestal.model")
+
+    code, output = _run(model, "-o", str(tmp_path / "drawn"))
+
+    assert code == 0, output
+    assert "t1 is a pedestal" in output
+    scene = str(tmp_path / "drawn" / "pedestal.json")
+    why = CliRunner().invoke(app, ["why", scene, "pedestal", "--models", model])
+    assert why.exit_code == 0
+    assert "t1 is a pedestal" in why.output
+
+
+def test_conditions_that_are_never_met_together_are_named_with_their_place(tmp_path: Path) -> None:
+    (tmp_path / "sponge.model").write_text(SPONGE)
+
+    code, output = _run(str(tmp_path / "sponge.model"), "--effort", "70", "-o", str(tmp_path / "d"))
+
+    assert code == 1
+    first, *more = output.splitlines()
+    assert "none meets filled, hollow together: change one of them" in first
+    assert "sponge.model:7" in more[0]
+    assert "sponge.model:8" in more[1]
+    assert not (tmp_path / "d").exists()
+
+
+def test_what_the_check_knows_to_contradict_is_not_even_tried(tmp_path: Path) -> None:
+    (tmp_path / "tower.model").write_text(TOWER)
+
+    code, output = _run(str(tmp_path / "tower.model"), "-o", str(tmp_path / "d"))
+
+    assert code == 1
+    assert "[contradiction]" in output
+
+
+@pytest.mark.parametrize("name", ["no_such_model", "no_such_file.model"])
+def test_a_model_that_there_is_not_is_an_input_error(name: str, tmp_path: Path) -> None:
+    assert _run(name, "-o", str(tmp_path / "d"))[0] == 2
+
+
+def test_a_model_with_errors_is_not_drawn(tmp_path: Path) -> None:
+    (tmp_path / "slip.model").write_text("model slip\n  face top\n  low: hight(top) at most 3 cm\n")
+
+    code, output = _run(str(tmp_path / "slip.model"))
+
+    assert code == 1
+    assert "slip.model:3" in output
+
+
+def test_a_model_of_several_things_is_not_drawn(tmp_path: Path) -> None:
+    (tmp_path / "place.model").write_text(
+        "model place\n  one table board\n  one chair seat\n  near: gap(board, seat) at most 1 m\n"
+    )
+
+    code, output = _run(str(tmp_path / "place.model"))
+
+    assert code == 2
+    assert "several things" in output
