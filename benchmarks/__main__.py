@@ -32,6 +32,7 @@ NAMES = (
     "accuracy_lines",
     "accuracy_planes",
     "accuracy_shapes",
+    "accuracy_newcomer",
     "time_demo",
     "time_large",
     "time_estimation",
