@@ -1,8 +1,8 @@
-"""Do models hold where they should that were written by someone who had read docs/models.md once?
+"""Do texts of someone who had read docs/models.md once hold where they should?
 
-Third-party texts under FACETLOG_DATA (newcomer/models), each judged of the shapes that were made for
-it (newcomer/shapes: metres, z up; `pf+NAME` is a picture_frame, `pf-NAME` is none, and so on). Of each
-there is the state, and the conditions by which it does not hold. No text is changed for this.
+Third-party texts under FACETLOG_DATA (newcomer/models), each judged of the shapes that were made
+for it (newcomer/shapes: metres, z up; `pf+NAME` is a picture_frame, `pf-NAME` is none, and so on).
+Of each there is the state, and the conditions by which it does not hold. No text is changed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -34,7 +34,7 @@ OPTIONS = ShapeOptions(up=UP_AXES["z"], unit="m")
 
 @dataclass(frozen=True, slots=True)
 class Trial:
-    """A text judged of a shape: of its things the best verdict; `wanted` is whether it should hold."""
+    """A text judged of a shape: the best verdict on its things, and whether one is `wanted`."""
 
     shape: str
     wanted: bool
@@ -98,7 +98,7 @@ def _counts(found: Sequence[Trial]) -> Row:
     }
 
 
-def measure(settings: Settings) -> Report:
+def measure(_settings: Settings) -> Report:
     """All trials; without the third-party data the benchmark is skipped."""
     folder = data_set("newcomer")
     if isinstance(folder, str):
