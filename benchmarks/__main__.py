@@ -33,6 +33,7 @@ NAMES = (
     "accuracy_planes",
     "accuracy_shapes",
     "accuracy_prototypes",
+    "accuracy_newcomer",
     "time_demo",
     "time_large",
     "time_estimation",

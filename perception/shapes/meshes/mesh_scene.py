@@ -1,4 +1,4 @@
-"""A mesh as a scene: clean → objects → flat regions → sides → polygons → scene."""
+"""A mesh as a scene: clean → objects → flat regions → sides → polygons → what is bare → scene."""
 
 from dataclasses import replace
 
@@ -9,6 +9,7 @@ from facetlog.perception.grouped import Indices, by_group, group_sums
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.clean_mesh import Surface, clean_mesh
+from facetlog.perception.shapes.meshes.covered_surface import Solids
 from facetlog.perception.shapes.meshes.mesh_bodies import find_bodies
 from facetlog.perception.shapes.meshes.mesh_floor import find_floor
 from facetlog.perception.shapes.meshes.mesh_regions import find_regions
@@ -53,7 +54,13 @@ def scene_of_mesh(mesh: Mesh, *, up: ArrayLike | None = None, metric: bool = Fal
     rest = _rest(surface, bodies, ~flat[pieces] & ~sides.hidden[pieces], sides.sheets[pieces])
     body_of = np.zeros(len(sides.hidden), dtype=np.int64)
     body_of[pieces] = bodies
-    regions = [region for f in found for region in _faces_of(f, body_of, sides, surface.centre)]
+    solids = Solids.of(surface, bodies)
+    regions = [
+        _moved(left, surface.centre)
+        for f in found
+        for region in _faces_of(f, body_of, sides)
+        for left in solids.uncovered(region, surface.sheets[np.isin(pieces, f.pieces)])
+    ]
     return assemble_scene(
         mesh.name,
         regions,
@@ -86,34 +93,36 @@ def _turned(surface: Surface, labels: Indices, pieces: Indices, sides: Sides) ->
     return replace(surface, normals=normals, triangles=triangles)
 
 
-def _faces_of(piece: Piece, body_of: Indices, sides: Sides, centre: FloatArray) -> list[FlatRegion]:
-    """The region in the mesh's frame, and of a sheet its back as well."""
-    region = piece.region
-    plane = region.plane
-    # n · (x - c) + d = 0: with the offset d - n · c; its covariance by that lever
-    lever = np.eye(4)
-    lever[3, :3] = -centre
-    moved = replace(
-        plane,
-        offset=plane.offset - float(plane.normal @ centre),
-        cov=lever @ plane.cov @ lever.T,
-    )
-    front = replace(
-        region,
-        plane=moved,
-        outline=region.outline + centre,
-        holes=tuple(hole + centre for hole in region.holes),
-        body=int(body_of[piece.pieces[0]]),
-    )
+def _faces_of(piece: Piece, body_of: Indices, sides: Sides) -> list[FlatRegion]:
+    """The region with the object that it is of, and of a sheet its back as well."""
+    front = replace(piece.region, body=int(body_of[piece.pieces[0]]))
     if not sides.sheets[piece.pieces[0]]:
         return [front]
     back = replace(
         front,
-        plane=moved.flipped(),
+        plane=front.plane.flipped(),
         outline=front.outline[::-1],
         holes=tuple(hole[::-1] for hole in front.holes),
     )
     return [front, back]
+
+
+def _moved(region: FlatRegion, centre: FloatArray) -> FlatRegion:
+    """The region in the mesh's frame."""
+    plane = region.plane
+    # n · (x - c) + d = 0: with the offset d - n · c; its covariance by that lever
+    lever = np.eye(4)
+    lever[3, :3] = -centre
+    return replace(
+        region,
+        plane=replace(
+            plane,
+            offset=plane.offset - float(plane.normal @ centre),
+            cov=lever @ plane.cov @ lever.T,
+        ),
+        outline=region.outline + centre,
+        holes=tuple(hole + centre for hole in region.holes),
+    )
 
 
 def _rest(

@@ -1,0 +1,121 @@
+"""Do texts of someone who had read docs/models.md once hold where they should?
+
+Third-party texts under FACETLOG_DATA (newcomer/models), each judged of the shapes that were made
+for it (newcomer/shapes: metres, z up; `pf+NAME` is a picture_frame, `pf-NAME` is none, and so on).
+Of each there is the state, and the conditions by which it does not hold. No text is changed.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from benchmarks.common import Report, Row, Settings, Table, command, data_set, tree_hash
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.verdict import Verdict
+from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.loading.encode import Fact
+from facetlog.kb.recognize import open_knowledge_base
+from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
+from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
+from facetlog.perception.shapes.shape_options import UP_AXES
+
+__all__ = ["NAME", "Trial", "main", "measure", "tried"]
+
+NAME = "accuracy_newcomer"
+MODELS = {
+    "bed": "bed",
+    "ga": "gate",
+    "oc": "open_crate",
+    "pf": "picture_frame",
+    "ss": "step_stool",
+}
+OPTIONS = ShapeOptions(up=UP_AXES["z"], unit="m")
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """A text judged of a shape: the best verdict on its things, and whether one is `wanted`."""
+
+    shape: str
+    wanted: bool
+    verdict: Verdict
+
+    @property
+    def holds(self) -> bool:
+        """Whether the text holds of a thing in the shape."""
+        return self.verdict.state is State.HOLDS
+
+    def row(self) -> Row:
+        """What is shown of it; conditions that fail go before open ones."""
+        decide = [
+            condition.label
+            for state in (State.FAILS, State.UNKNOWN)
+            for condition in self.verdict.conditions_that(state)
+        ]
+        return {
+            "model": self.verdict.model,
+            "shape": self.shape,
+            "should hold": self.wanted,
+            "state": self.verdict.state.value,
+            "degree": round(self.verdict.degree, 2),
+            "fails or is open by": ", ".join(decide) or None,
+        }
+
+
+def tried(folder: Path) -> tuple[Trial, ...]:
+    """Every text of the folder judged of the shapes that were made for it, text by text."""
+    with open_knowledge_base([folder / "models"], trusted=True, raw=True) as base:
+        shapes = sorted((folder / "shapes").glob("*.ply"))
+        return tuple(_trial(base, shape) for shape in shapes)
+
+
+def _trial(base: KnowledgeBase, shape: Path) -> Trial:
+    prefix, wanted, _ = shape.stem.partition("+")
+    if not wanted:
+        prefix = shape.stem.partition("-")[0]
+    scene = read_shape(shape, OPTIONS)
+
+    def on_demand() -> Iterator[Fact]:
+        return ((fact.functor, *fact.args) for fact in facts_on_demand(scene))
+
+    facts = [(fact.functor, *fact.args) for fact in scene_facts(scene)]
+    name = base.load_scene(shape.stem, facts, on_demand=on_demand).name
+    things = [str(fact[1]) for fact in facts if fact[0] == "thing"]
+    every = [base.judge(name, MODELS[prefix], thing) for thing in things]
+    base.drop_scene(name)
+    best = max(every, key=lambda verdict: (verdict.state is State.HOLDS, verdict.degree))
+    return Trial(shape.stem, bool(wanted), best)
+
+
+def _counts(found: Sequence[Trial]) -> Row:
+    positives = [trial for trial in found if trial.wanted]
+    negatives = [trial for trial in found if not trial.wanted]
+    return {
+        "should hold": len(positives),
+        "of these hold": sum(trial.holds for trial in positives),
+        "should not": len(negatives),
+        "of these do": sum(trial.holds for trial in negatives),
+    }
+
+
+def measure(_settings: Settings) -> Report:
+    """All trials; without the third-party data the benchmark is skipped."""
+    folder = data_set("newcomer")
+    if isinstance(folder, str):
+        return Report(NAME, skipped=folder)
+    found = tried(folder)
+    return Report(
+        NAME,
+        (
+            Table("Texts that a newcomer wrote", (_counts(found),)),
+            Table("Each text and shape", tuple(trial.row() for trial in found)),
+        ),
+        {"texts and shapes": tree_hash(folder)},
+        ("Wanted: 12 of 13 hold that should, 1 of 20 that should not.",),
+    )
+
+
+main = command(NAME, __doc__, measure)
+
+if __name__ == "__main__":
+    main(None)
