@@ -329,3 +329,11 @@ def test_words_in_comments_of_prolog_are_no_words() -> None:
     words = '/*\nword(bad(face), angle, "x").\n*/\n'
     (found,) = analyse(Path("m.model"), text, read=lambda _: words).errors
     assert found.code == "unknown-word"
+
+
+@pytest.mark.parametrize("line", ["a: this is whole", "a: not this is scanned"])
+def test_of_a_word_that_left_the_language_it_is_said_what_to_write_instead(line: str) -> None:
+    (found,) = checked(f"model m\n  face f\n  {line}, f is level\n").errors
+    assert found.code == "unknown-word"
+    assert "`solidity(this)`" in found.hint
+    assert not found.fixes
