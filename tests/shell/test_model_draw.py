@@ -18,6 +18,15 @@ TOWER = """model tower
   high: elevation(top) at least 60 % of width(top)
 """
 
+SLAB = """model slab
+  "A level board."
+
+  face top
+
+  level: top is level, top is upward
+  thin: height(this) at most 20 % of width(top)
+"""
+
 SPONGE = """model sponge
   "What fills the box round it, with a side that is deep and hollow."
 
@@ -45,6 +54,7 @@ def _run(*arguments: str) -> tuple[int, str]:
     return result.exit_code, result.output
 
 
+@pytest.mark.slow
 def test_what_is_drawn_of_a_built_in_model_holds(tmp_path: Path) -> None:
     code, output = _run("stool", "-o", str(tmp_path / "stool"), "--json")
 
@@ -55,6 +65,21 @@ def test_what_is_drawn_of_a_built_in_model_holds(tmp_path: Path) -> None:
     assert written == {"stool.png", "stool.glb", "stool.json", "run.json"}
 
 
+def test_what_is_drawn_is_there_as_picture_mesh_and_scene(tmp_path: Path) -> None:
+    (tmp_path / "slab.model").write_text(SLAB)
+
+    code, output = _run(
+        str(tmp_path / "slab.model"), "--effort", "15", "-o", str(tmp_path / "d"), "--json"
+    )
+
+    assert code == 0, output
+    drawn = json.loads(output)
+    assert (drawn["model"], drawn["verdict"]["state"]) == ("slab", "holds")
+    assert all(c["state"] == "holds" for c in drawn["verdict"]["conditions"])
+    assert {path.suffix for path in (tmp_path / "d").glob("slab.*")} == {".png", ".glb", ".json"}
+
+
+@pytest.mark.slow
 def test_what_is_drawn_is_what_other_commands_recognise(tmp_path: Path) -> None:
     (tmp_path / "pedestal.model").write_text(PEDESTAL)
     model = str(tmp_path / "pedestal.model")
@@ -72,7 +97,7 @@ def test_what_is_drawn_is_what_other_commands_recognise(tmp_path: Path) -> None:
 def test_conditions_that_are_never_met_together_are_named_with_their_place(tmp_path: Path) -> None:
     (tmp_path / "sponge.model").write_text(SPONGE)
 
-    code, output = _run(str(tmp_path / "sponge.model"), "--effort", "70", "-o", str(tmp_path / "d"))
+    code, output = _run(str(tmp_path / "sponge.model"), "--effort", "10", "-o", str(tmp_path / "d"))
 
     assert code == 1
     first, *more = output.splitlines()

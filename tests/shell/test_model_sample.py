@@ -29,7 +29,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def _sampled(folder: Path, out: str, *more: str) -> int:
     model = str(folder / "slab.model")
     return main(
-        ["model", "sample", model, "-n", "8", "--effort", "60", "-o", str(folder / out), *more]
+        ["model", "sample", model, "-n", "8", "--effort", "20", "-o", str(folder / out), *more]
     )
 
 
