@@ -198,7 +198,8 @@ _WORDS = (
     _measure("protrusion", Gives.LENGTH, FACE,
              meaning="how far its thing reaches in front of its plane"),
     _measure("clear_below", Gives.LENGTH, FACE, unknown=f"{_UP}, or it stands upright",
-             meaning="the free height under most of it, down to the next face or the ground"),
+             meaning="the free height under most of it but for what carries it, down to the next "
+             "face or the ground"),
     _measure("share", Gives.RATIO, FACE, high=1.0,
              meaning="its area over the silhouette of its thing, seen along its normal"),
     _measure("fill", Gives.RATIO, FACE, high=1.0,

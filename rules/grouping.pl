@@ -6,7 +6,8 @@
 /** <module> Which supports are one leg
 
 Supports that adjoin belong together, and so do narrow ones whose feet stand at nearly one place, or
-are joined by others that do. To compare each with each would cost the square of their number: feet
+are joined by others that do. A face that falls apart on its way to the ground, as the front of a gate
+does, is a support of each of the posts that it is part of, and joins none of them. To compare each with each would cost the square of their number: feet
 are sorted into cells so small that those of one cell are near in any case, and only cells are
 compared.
 */
@@ -20,14 +21,18 @@ compared.
 :- use_module(facetlog_kb(scene)).
 
 tolerance(apart, 0.15).   % of the thing's length: feet nearer than this are one leg's
+tolerance(sure,  3).      % deviations: so far before a face is in front of it
 
 %!  separate(+Supports, -Groups) is det.
 %
 %   Groups are lists of the Supports that belong together: faces that adjoin, and whatever stands
-%   on the ground at nearly one place. A square leg with four faces is one group.
+%   on the ground at nearly one place. A square leg with four faces is one group. A face that stands on
+%   several legs is in the group of each.
 
 separate(Supports0, Groups) :-
-    sort(Supports0, Supports),
+    sort(Supports0, Faces),
+    findall(Support, ( member(Face, Faces), support_of(Face, Support) ), Supports1),
+    sort(Supports1, Supports),
     findall(Foot, ( member(S, Supports), narrow_foot(S, Foot) ), Feet),
     cells(Feet, Cells),
     findall(Link, link(Supports, Cells, Link), Links),
@@ -42,28 +47,46 @@ separate(Supports0, Groups) :-
     keysort(Keyed, Sorted),
     group_pairs_by_key(Sorted, Grouped),
     pairs_values(Grouped, Groups0),
-    sort(Groups0, Groups).
+    maplist(maplist(face_of_support), Groups0, Groups1),
+    msort(Groups1, Groups).
 
                  /*******************************
                  *             LINKS            *
                  *******************************/
 
+%   A support is a face or edge, or leg(Face, Stretch): what stands of a Face where its section halfway
+%   up has this Stretch, one of several.
+support_of(Face, Support) :-
+    (   stretches(Face, Stretches)
+    ->  member(Stretch, Stretches),
+        Support = leg(Face, Stretch)
+    ;   Support = Face
+    ).
+
+face_of_support(Support, Face) :-
+    ( Support = leg(Face, _) -> true ; Face = Support ).
+
 %   Links join supports: those that adjoin, those of one cell, and one of each of two cells that
 %   touch, if they have feet within reach.
-link(Supports, _, A-B) :-
-    list_to_ord_set(Supports, Set),
-    findall(S-true, member(S, Set), Pairs),
-    list_to_assoc(Pairs, Known),
-    member(A, Supports),
-    fact(adjoins(A, B, _)),
+link(Supports, _, SupportA-SupportB) :-
+    findall(Face-Support, ( member(Support, Supports), face_of_support(Support, Face) ), Keyed),
+    keysort(Keyed, Sorted),
+    group_pairs_by_key(Sorted, Grouped),
+    list_to_assoc(Grouped, Known),
+    member(A-SupportsA, Grouped),
+    fact(adjoins(A, B, Edge)),
     A @< B,
-    get_assoc(B, Known, true).
+    get_assoc(B, Known, SupportsB),
+    support_at(SupportsA, Edge, SupportA),
+    support_at(SupportsB, Edge, SupportB).
 link(_, Cells, A-B) :-
-    gen_assoc(_, Cells, [foot(A, _, _)|Others]),
-    member(foot(B, _, _), Others).
+    gen_assoc(_, Cells, Feet),
+    append(Before, [foot(B, _, _)|_], Feet),
+    once(( member(foot(A, _, _), Before), \+ one_before_other(A, B) )).
 link(_, Cells, Link) :-
     cell_pair(Cells, 1, Feet1, Feet2),
-    once(within_reach(Feet1, Feet2, Link)).
+    member(Foot2, Feet2),
+    once(within_reach(Feet1, [Foot2], Link)).
 
 %   Feet within reach may also lie two cells apart: asked only where nothing else joins them.
 bridge(Cells, Of, Link) :-
@@ -78,7 +101,18 @@ within_reach(Feet1, Feet2, A-B) :-
     member(foot(A, P, Reach), Feet1),
     member(foot(B, Q, _), Feet2),
     distance(P, Q, Distance),
-    Distance =< Reach.
+    Distance =< Reach,
+    \+ one_before_other(A, B).
+
+%   Sides of one leg look away from it: none lies before another, unless they adjoin.
+one_before_other(A, B) :-
+    ( before(A, B) ; before(B, A) ),
+    !.
+
+before(A, B) :-
+    fact(offset(A, B, Distance, Sd)),
+    tolerance(sure, Sds),
+    Distance > Sds*Sd.
 
 %   Components of a graph; each support with the first of its component.
 components(Supports, Links, Of) :-
@@ -150,8 +184,10 @@ few_cells(60).      % with 125 neighbours at most, half of them later, the pairs
                  *             FEET             *
                  *******************************/
 
-%   A wide panel's foot is its middle: only narrow supports can be sides of one leg.
+%   A wide panel's foot is its middle: only narrow supports can be sides of one leg. A leg of a face that
+%   has several adjoins its own sides.
 narrow_foot(Support, foot(Support, Middle, Reach)) :-
+    Support \= leg(_, _),
     fact(part_of(Support, Thing)),
     fact(thing_size(Thing, Length, _, _)),
     tolerance(apart, Share),
@@ -182,6 +218,78 @@ end_point(Edge, [X, Y, Z]) :-
 end_point(Face, [X, Y, Z]) :-
     fact(corner(Face, _, V)),
     fact(point(V, X, Y, Z)).
+
+                 /*******************************
+                 *             LEGS             *
+                 *******************************/
+
+%   The pairs P-Q of ends of a standing face's section halfway up, if there are several.
+stretches(Face, Stretches) :-
+    fact(on_ground(Face)),
+    fact(up(UX, UY, UZ)),
+    Up = [UX, UY, UZ],
+    findall(I-Point, ( fact(corner(Face, I, V)), fact(point(V, X, Y, Z)), Point = [X, Y, Z] ), Keyed),
+    keysort(Keyed, Sorted),
+    pairs_values(Sorted, [First|Corners]),
+    maplist(height_along(Up), [First|Corners], Heights),
+    min_list(Heights, Low),
+    max_list(Heights, High),
+    Half is (Low + High)/2,
+    append(Corners, [First], Next),
+    Heights = [FirstHeight|OtherHeights],
+    append(OtherHeights, [FirstHeight], NextHeights),
+    crossings([First|Corners], Heights, Next, NextHeights, Half, Crossings),
+    Crossings = [Start, _, _, _|_],
+    along_line(Start, Crossings, Ordered),
+    in_pairs(Ordered, Stretches).
+
+height_along(Up, Point, Height) :-
+    dot(Point, Up, Height).
+
+%   Where the sides of an outline, from corners to the next ones, pass the height.
+crossings([], [], [], [], _, []).
+crossings([[A, B, C]|Starts], [From|Froms], [[D, E, F]|Ends], [To|Tos], Height, Crossings) :-
+    (   passes(From, To, Height)
+    ->  T is (Height - From)/(To - From),
+        X is A + T*(D - A),
+        Y is B + T*(E - B),
+        Z is C + T*(F - C),
+        Crossings = [[X, Y, Z]|Others]
+    ;   Crossings = Others
+    ),
+    crossings(Starts, Froms, Ends, Tos, Height, Others).
+
+passes(From, To, Height) :- From < Height, To >= Height.
+passes(From, To, Height) :- To < Height, From >= Height.
+
+%   Points of a line in their order from one of its ends, which is that farthest from any.
+along_line(Some, Points, Ordered) :-
+    by_distance(Some, Points, Near),
+    last(Near, End),
+    by_distance(End, Points, Ordered).
+
+by_distance(From, Points, Sorted) :-
+    findall(D-Point, ( member(Point, Points), distance(From, Point, D) ), Keyed),
+    keysort(Keyed, Pairs),
+    pairs_values(Pairs, Sorted).
+
+in_pairs([], []).
+in_pairs([P, Q|Points], [P-Q|Pairs]) :-
+    in_pairs(Points, Pairs).
+
+%   Of the supports that a face is, that nearest to where another adjoins it.
+support_at([Support], _, Support) :- !.
+support_at(Supports, Edge, Support) :-
+    findall(Point, end_point(Edge, Point), Ends),
+    middle(Ends, Middle),
+    findall(D-Leg,
+            ( member(Leg, Supports),
+              Leg = leg(_, P-Q),
+              distance(Middle, P, D1),
+              distance(Middle, Q, D2),
+              D is min(D1, D2) ),
+            Keyed),
+    keysort(Keyed, [_-Support|_]).
 
 middle(Points, [X, Y, Z]) :-
     aggregate_all(r(count, sum(A), sum(B), sum(C)), member([A, B, C], Points), r(N, SX, SY, SZ)),

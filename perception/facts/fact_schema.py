@@ -247,7 +247,7 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "clear_below +F:face H:length",
         _MAYBE,
         "free height under most (80 %) of the face, down to the next face or the thing's lowest "
-        "point",
+        "point; what carries it to the ground is not in the way, up to half of it",
         _UPRIGHT,
     ),
     _kind(

@@ -23,6 +23,8 @@ __all__ = ["Plans", "clear_below", "overlaps"]
 UPRIGHT = np.deg2rad(10.0)
 # Free height "under most of it": 80 %, the vocabulary's figure.
 MOST = 0.8
+# What carries a face to the ground is not in the way, unless more than this share of it stands so.
+STANDING = 0.5
 # Rays a side of the grid under a face: 1 % steps of its plan.
 RAYS = 10
 # Less overlap than this share is not stated; two faces of one solid share a rim of rounding.
@@ -189,11 +191,12 @@ def clear_below(
 ) -> tuple[Indices, FloatArray]:
     """Faces (c,) that are not upright, and the free height (c,) under 80 % of them, by rays.
 
-    A ray runs down, and from an upward face starts in the solid: it leaves it through the next
-    downward face, or, if none was seen, where the sides of the solid end. From there it is free
-    down to the next face of any thing, or to the level of the lowest point of its own: of a face's
-    thing that is `ground` (f,), infinite where it has none. `senses` (f,) say which faces look up
-    (1) or down (-1).
+    Where the solid under a face reaches down to the ground it carries the face, and counts neither
+    way, up to half of the face: more is a block, under which nothing is free. A ray runs down, and
+    from an upward face starts in the solid: it leaves it through the next downward face, or, if
+    none was seen, where the sides of the solid end. From there it is free down to the next face of
+    any thing, or to the level of the lowest point of its own: of a face's thing that is `ground`
+    (f,), infinite where it has none. `senses` (f,) say which faces look up (1) or down (-1).
     """
     table, index = plans.table, plans.index
     where, inside = _ray_grids(plans.outlines)
@@ -207,8 +210,11 @@ def clear_below(
         free = _free_below(rays, senses[index], senses[own], solid[own], finest[own])
         floor = np.maximum(free[1], ground[own, None])
         clear = np.where(inside[rows], np.maximum(free[0] - floor, 0.0), np.inf)
+        standing = inside[rows] & (free[0] - ground[own, None] <= finest[own, None])
+        carried = standing.sum(axis=1) <= STANDING * inside[rows].sum(axis=1)
+        clear = np.where(standing, np.where(carried[:, None], np.inf, 0.0), clear)
         # Four in five are at least as long as the one that stands a fifth of the way up.
-        nth = np.floor((inside[rows].sum(axis=1) - 1) * (1.0 - MOST)).astype(np.intp)
+        nth = np.floor((np.isfinite(clear).sum(axis=1) - 1) * (1.0 - MOST)).astype(np.intp)
         stated = np.sort(clear, axis=1)[np.arange(len(own)), nth]
         heights[rows] = stated
     known = np.isfinite(ground[index])

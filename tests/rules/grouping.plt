@@ -46,6 +46,47 @@ near_group(_-[X, Y], Group) :-
     sqrt((A - X)**2 + (B - Y)**2) =< 1.5,
     !.
 
+% The faces of a gate: its front, round the way through, is of both posts; the posts are so near that
+% their feet are within reach of each other, and their inner sides look at each other.
+gate(Faces, Groups) :-
+    gensym(test_scene, Scene),
+    findall(Fact, gate_fact(Fact), Facts),
+    setup_call_cleanup(
+        new_scene(Scene),
+        ( forall(member(Fact, [thing(t1), up(0.0, 0.0, 1.0), thing_size(t1, 10.0, 2.0, 0.2)|Facts]),
+                 add_fact(Scene, Fact)),
+          in_scene(Scene, separate(Faces, Groups)) ),
+        destroy_scene(Scene)).
+
+gate_fact(Fact) :-
+    outline(Face, Points),
+    (   member(Fact, [part_of(Face, t1), on_ground(Face)])
+    ;   nth1(I, Points, [X, Z]),
+        format(atom(V), "~w~w", [Face, I]),
+        member(Fact, [corner(Face, I, V), point(V, X, 0.0, Z)])
+    ).
+gate_fact(Fact) :-
+    side(Edge, Face, X),
+    atom_concat(Edge, a, V1),
+    atom_concat(Edge, b, V2),
+    member(Fact, [ edge(Edge, V1, V2), point(V1, X, 0.0, 0.0), point(V2, X, 0.0, 8.0),
+                   adjoins(front, Face, Edge), adjoins(Face, front, Edge) ]).
+gate_fact(offset(A, B, Distance, 0.001)) :-
+    side(_, A, XA),
+    side(_, B, XB),
+    A \== B,
+    ( memberchk(B, [inner_a, outer_b]) -> Distance is XA - XB ; Distance is XB - XA ).
+
+outline(front, [[0, 0], [0.2, 0], [0.2, 8], [1.4, 8], [1.4, 0], [1.6, 0], [1.6, 10], [0, 10]]).
+outline(whole, [[0, 0], [1.6, 0], [1.6, 10], [0, 10]]).
+outline(Face, [[X, 0], [X, 0], [X, 8], [X, 8]]) :-
+    side(_, Face, X).
+
+side(e1, outer_a, 0.0).
+side(e2, inner_a, 0.2).
+side(e3, inner_b, 1.4).
+side(e4, outer_b, 1.6).
+
 random_points(Seed, Points) :-
     set_random(seed(Seed)),
     findall([X, Y], ( between(1, 14, _), random(A), random(B), X is 10*A, Y is 5*B ), Points).
@@ -65,5 +106,15 @@ test(random_feet_group_as_pair_by_pair, [forall(between(1, 60, Seed)), Groups ==
     random_points(Seed, Points),
     groups(Points, Groups),
     plain_groups(Points, Plain).
+test(two_posts_are_two, Groups == [[front, inner_a, outer_a], [front, inner_b, outer_b]]) :-
+    gate([front, inner_a, inner_b, outer_a, outer_b], Found),
+    maplist(msort, Found, Sorted),
+    msort(Sorted, Groups).
+test(a_front_alone_stands_on_both, Groups == [[front], [front]]) :-
+    gate([front], Groups).
+test(a_whole_face_is_one, Groups == [[whole]]) :-
+    gate([whole], Groups).
+test(sides_that_look_at_each_other_are_two_legs, Groups == [[inner_a], [inner_b]]) :-
+    gate([inner_a, inner_b], Groups).
 
 :- end_tests(grouping).

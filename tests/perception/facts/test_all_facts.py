@@ -192,6 +192,21 @@ def test_legs_in_the_plane_of_its_rim_leave_the_space_under_a_table_free() -> No
     assert rows(scene, "clear_below")["f1",] == (pytest.approx(0.7),)
 
 
+@pytest.mark.parametrize(("thick", "free"), [(0.1, 2.0), (0.25, 2.0), (0.4, 0.0)])
+def test_posts_are_not_in_the_way_beneath_their_lintel(thick: float, free: float) -> None:
+    # A gate 1.2 m broad and 20 cm deep; of posts that take more than half of it nothing is free.
+    low, high = (thick, 1.2 - thick)
+    ring = [(0.0, 0.0), (low, 0.0), (low, 2.0), (high, 2.0), (high, 0.0), (1.2, 0.0)]
+    ring += [(1.2, 2.2), (0.0, 2.2)]
+    points = [(x, y, z) for y in (0.0, 0.2) for x, z in ring]
+    count = len(ring)
+    front = list(range(count))
+    around = [[k + count, (k + 1) % count + count, (k + 1) % count, k] for k in front]
+    scene = polyhedron(points, [front, [k + count for k in reversed(front)], *around])
+    top = max(rows(scene, "elevation").items(), key=lambda row: row[1][0])[0]
+    assert rows(scene, "clear_below")[top] == (pytest.approx(free),)
+
+
 def test_a_chair_is_one_thing_with_its_back() -> None:
     scene = chair()
     assert set(rows(scene, "thing")) == {("t1",)}
