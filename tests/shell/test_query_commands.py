@@ -132,7 +132,7 @@ def test_near_misses_are_counted(scene: str, capsys: pytest.CaptureFixture[str])
     assert main(["why-not", scene, "table", "--count", "1", "--full"]) == 0
     whole = capsys.readouterr().out
     assert len(whole) > len(brief)
-    assert "table.model:18: top is measured" in whole
+    assert re.search(r"table.model:\d+: top is measured", whole)
     assert "top is measured" not in brief
 
 
