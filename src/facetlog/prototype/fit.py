@@ -27,6 +27,8 @@ Slopes: TypeAlias = Mapping[str, Margins]
 STEPS = (0.08, -0.08)
 FIRST_STEP, LEAST_STEP = 0.5, 0.06
 MOST_STEPS = 8
+# What holds is done once a step adds less to its least margin.
+GAIN = 0.02
 # Moving a size by a factor e costs so much of a margin: what nothing hangs on stays.
 STILL = 0.01
 
@@ -45,7 +47,7 @@ def fitted(start: Judged, judge: Try, *, enough: Callable[[], bool] = lambda: Fa
         found = judge(there)
         steps += 1
         if found is not None and found.rank > best.rank:
-            gained = found.rank[:3] != best.rank[:3] or found.rank[3] > best.rank[3] + 0.02
+            gained = found.rank[:4] != best.rank[:4] or found.rank[4] > best.rank[4] + GAIN
             best, slope = found, None
             if not gained and best.holds:
                 break
@@ -77,7 +79,7 @@ def stepped(
     """Sizes at which, to first order, the margins of the `wanted` are largest."""
     names, keys = list(at.sizes), list(wanted)
     table = np.array([[slope.get(n, {}).get(key, 0.0) for n in names] for key in keys])
-    values = np.minimum(np.array([wanted[key] for key in keys]), FAR)
+    values = np.array([wanted[key] for key in keys])
     move = _move(table.reshape(len(keys), len(names)), values, reach)
     return {n: at.sizes[n] * float(np.exp(change)) for n, change in zip(names, move, strict=True)}
 

@@ -19,8 +19,8 @@ from facetlog.perception.scene import Scene
 __all__ = ["EXPECTED", "FAR", "PART", "Judged", "Margins", "margins_of"]
 
 FAR = 0.5
-"""The most that a margin counts: in the middle half of its limits all is well. What is true or
-false alone is so far from its limit."""
+"""The most that a margin counts where solids are compared: in the middle half of its limits all is
+well. What is true or false alone is so far from its limit."""
 OPEN = -0.5 * FAR
 
 Margins = Mapping[tuple[str, str], float]
@@ -59,21 +59,28 @@ class Judged:
 
     @property
     def rank(self) -> tuple[float, ...]:
-        """Greater is better: holds, what is missed, the least margin, and all together."""
-        hard = [m for key, m in self.margins.items() if key[0] != EXPECTED]
-        missed = sum(1.0 for m in hard if m <= 0.0)
-        soft = [m for key, m in self.margins.items() if key[0] == EXPECTED and m <= 0.0]
-        unmet = float(sum(c.proof.state is not State.HOLDS for c in self.verdict.conditions))
-        least = min(self.margins.values(), default=0.0)
-        total = math.fsum(self.margins.values()) / max(1, len(self.margins))
-        return (-unmet, float(self.holds), -missed - len(soft), least, total)
+        """Greater is better: what is unmet, the degree in tenths, the least margin, all together.
+
+        Of demands that are expected alone it counts how many are not met.
+        """
+        unmet = sum(c.proof.state is not State.HOLDS for c in self.verdict.conditions)
+        missed = sum(margin <= 0.0 for margin in self.margins.values())
+        enough = [min(FAR, margin) for margin in self.margins.values()]
+        least = min(enough, default=0.0)
+        total = math.fsum(enough) / max(1, len(enough))
+        degree = math.floor(10.0 * self.verdict.degree) / 10.0
+        return (-float(unmet), float(self.holds), -float(missed), degree, least, total)
 
 
 def margins_of(verdict: Verdict) -> Margins:
-    """The margins of all demands of a verdict; of parts that were not found as well."""
+    """The margins of all demands of a verdict; of parts that were not found as well.
+
+    Where all conditions are decided, the parts that were not found are optional.
+    """
     found: dict[tuple[str, str], float] = {}
+    is_open = bool(verdict.conditions_that(State.UNKNOWN))
     for part in verdict.parts:
-        if not part.faces and not part.is_group:
+        if is_open and not part.faces and not part.is_group:
             found[PART, part.role] = -FAR
     for condition in verdict.conditions:
         proof, label = condition.proof, condition.label
@@ -91,7 +98,7 @@ def _demands(proof: Proof, path: str) -> Iterator[tuple[str, float]]:
             yield from _demands(child, f"{path}.{nth}")
     elif isinstance(proof.detail, Comparison) and proof.state is not State.UNKNOWN:
         for side, margin in _sides(proof.detail):
-            yield f"{path} {side}", min(FAR, margin)
+            yield f"{path} {side}", margin
     else:
         yield path, margin_of(proof)
 
@@ -111,7 +118,7 @@ def margin_of(proof: Proof) -> float:
         case "not":
             return -margin_of(proof.children[0])
         case _ if isinstance(proof.detail, Comparison) and proof.state is not State.UNKNOWN:
-            return min(FAR, *(margin for _, margin in _sides(proof.detail)))
+            return min(margin for _, margin in _sides(proof.detail))
         case _:
             return _flat(proof.state)
 

@@ -9,7 +9,7 @@ search for a form leaves others behind, which differ in their parts.
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import cycle
+from itertools import cycle, product
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -33,8 +33,9 @@ FAR_STEPS, FAR_APART, FITTED = 20, 0.5, 3
 MOST_FORMS, FORMS = 8, 2
 # Of a step that is not taken a shorter one is tried, so often.
 SHORTER = 4
-# Towards a miss: how far steps reach, and how often one is halved.
-REACHES, HALVED = (0.8, 0.4, 1.6), 3
+# Towards a miss: how far steps reach, how much further what they lead to is tried, since slopes
+# change, and how often a step is halved.
+REACHES, STRETCHES, HALVED = (0.8, 0.4, 1.6), (1.0, 1.4), 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -166,8 +167,9 @@ def _beyond(start: Judged, label: str, wanted: Margins, slope: Slopes, judge: Tr
 
     `wanted` has the margin of what is to fail with its sign turned, as `slope` has.
     """
-    for reach in REACHES:
-        failing = judge(stepped(start, wanted, slope, reach))
+    for reach, stretch in product(REACHES, STRETCHES):
+        step = stepped(start, wanted, slope, reach).items()
+        failing = judge({n: x * (x / start.sizes[n]) ** (stretch - 1.0) for n, x in step})
         if failing is None or failing.fails_alone != label:
             continue
         inside, outside = start.sizes, failing
