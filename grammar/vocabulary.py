@@ -257,7 +257,8 @@ _WORDS = (
     _condition("bounds", EDGE, FACE, meaning="the edge is a side of the face"),
     _condition("supports", ELEMENT, FACE, unknown=_UP,
                meaning="the first is upright, starts near the ground (within 15 % of the second's "
-                       "height) and reaches at least half way up to the second, not past it"),
+                       "height) and reaches at least half way up to the second, past it at its "
+                       "rim alone"),
     _condition("on_ground", ANY | PIECE, unknown=_UP,
                meaning="its lowest point is level with that of its thing, within 3 % of the "
                        "thing's height"),

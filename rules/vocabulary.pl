@@ -386,7 +386,7 @@ means(congruent(A, B),
 means(supports(X, Face),
       all([ upright(X),
             at_most(bottom_of(X), Share*elevation(Face)),
-            at_most(top_of(X), Highest*elevation(Face)),
+            any([at_most(top_of(X), Highest*elevation(Face)), at_rim(X, Face)]),
             at_least(top_of(X), 0.5*elevation(Face)) ])) :-
     tolerance(reaches, Share),
     Highest is 1 + Share.

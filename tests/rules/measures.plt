@@ -38,7 +38,8 @@ found(Goal, Template, Found) :-
 
 tolerance(half, 0.5).
 
-% A board f1 with its underside f2 on a leg f3 and a loose edge e9; things t1, t2 and t3 in a row.
+% A board f1 with its underside f2 on a leg f3 and a loose edge e9; f5 and f6 rise above it, f5 at its rim;
+% things t1, t2 and t3 in a row.
 board([ scale(unknown), up(0.0, 0.0, 1.0), thing(t1), thing(t2), thing(t3),
         thing_size(t1, 3.0, 2.0, 1.0),
         face(f1), face(f2), face(f3), face(f4),
@@ -50,6 +51,9 @@ board([ scale(unknown), up(0.0, 0.0, 1.0), thing(t1), thing(t2), thing(t3),
         elevation(f1, 1.0, 0.01), elevation(f2, 0.9, 0.01),
         tilt(f3, 90.0, 1.0), opposite(f1, f2), opposite(f2, f1),
         top_of(f1, 1.0, 0.01), top_of(f3, 0.9, 0.03), bottom_of(f3, 0.0, 0.04),
+        tilt(f1, 0.0, 0.5), tilt(f5, 90.0, 1.0), tilt(f6, 90.0, 1.0), at_rim(f5, f1),
+        top_of(f5, 1.6, 0.01), bottom_of(f5, 0.0, 0.01),
+        top_of(f6, 1.6, 0.01), bottom_of(f6, 0.0, 0.01),
         edge(e9, v1, v2), point(v1, 0.0, 0.0, 0.0), point(v2, 0.0, 0.0, 0.95),
         top_of(e9, 0.95, 0.01), bottom_of(e9, 0.0, 0.01),
         edge(e1, v3, v4), bounds(e1, f1),
@@ -116,6 +120,9 @@ test(supports_reach_from_the_ground_to_the_board, [S, T, U] == [holds, holds, fa
     state(supports(f3, f1), S),
     state(supports(e9, f1), T),
     state(not(supports(f3, f1)), U).
+test(what_carries_a_board_at_its_rim_may_rise_above_it, [S, T] == [holds, fails]) :-
+    state(supports(f5, f1), S),
+    state(supports(f6, f1), T).
 test(supports_of_what_is_not_known_are_unknown, State == unknown) :-
     state(supports(f9, f1), State).
 test(standing_below_is_who_supports, X == [f3, e9]) :-

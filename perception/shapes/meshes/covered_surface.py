@@ -99,18 +99,18 @@ class Solids:
         self, nth: int, normal: FloatArray, distance: float, axes: FloatArray
     ) -> shapely.Geometry:
         """The section of a solid by the plane n · x = distance, in the plane's coordinates."""
-        triangles = self.triangles[nth]
-        corners = self.surface.triangles[triangles]
-        above = self.surface.points @ normal > distance
-        crossed = above[corners].any(axis=1) & ~above[corners].all(axis=1)
-        corners = corners[crossed]
-        starts, ends = corners, np.roll(corners, -1, axis=1)
-        cut = above[starts] != above[ends]  # two sides of each triangle
-        one, two = np.sort(np.stack([starts[cut], ends[cut]]), axis=0)
-        p, q = self.surface.points[one], self.surface.points[two]
-        # p + t (q - p), the same for both triangles at the edge
-        share = (distance - p @ normal) / ((q - p) @ normal)
-        flat = (p + share[:, None] * (q - p)) @ axes.T
+        corners = self.surface.triangles[self.triangles[nth]]
+        names, place = np.unique(corners, return_inverse=True)
+        place = place.reshape(corners.shape)
+        points = self.surface.points[names]
+        heights = points @ normal - distance
+        above = (heights > 0.0)[place]
+        # two sides of each triangle that the plane passes through
+        cut = above != np.roll(above, -1, axis=1)
+        one, two = np.sort(np.stack([place[cut], np.roll(place, -1, axis=1)[cut]]), axis=0)
+        # p + t (q - p), the same for both triangles at the side
+        share = heights[one] / (heights[one] - heights[two])
+        flat = (points[one] + share[:, None] * (points[two] - points[one])) @ axes.T
         if not len(flat):
             return shapely.Polygon()
         area: shapely.Geometry = shapely.build_area(
