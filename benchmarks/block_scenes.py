@@ -98,12 +98,19 @@ def _thing_facts(thing: str, members: tuple[_Block, ...]) -> Iterator[Fact]:
     whole = _Block(0, (low[0], low[1], low[2]), (high[0], high[1], high[2]))
     yield ("thing", thing)
     yield ("thing_size", thing, *sorted((whole.extent(a) for a in range(3)), reverse=True))
+    yield ("solidity", thing, sum(map(_volume, members)) / _volume(whole), RATIO_SD)
+    yield ("hollow_side", thing, 0.0, RATIO_SD)
+    yield ("curved", thing, 0.0)
     for block in members:
         yield from _corner_facts(block)
         for side in SIDES:
             yield from _face_facts(block, side, thing, whole)
         yield from _edge_facts(block)
         yield from _opposite_facts(block)
+
+
+def _volume(block: _Block) -> float:
+    return block.extent(2) * block.area(2)
 
 
 def _corner_facts(block: _Block) -> Iterator[Fact]:

@@ -1,5 +1,6 @@
 """What the models say of a scene: verdicts, each with parts, sizes, angles and proof."""
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,6 +13,7 @@ from facetlog.kb.explaining.verdict_text import miss_lines, summary, summary_lin
 __all__ = ["Condition", "Part", "Recognition", "Size", "Verdict"]
 
 SCHEMA = "facetlog-verdicts/2"
+_NAMES = re.compile(r"[^\s(),]+")
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,9 +120,13 @@ class Verdict:
 
     @property
     def angles(self) -> tuple[Comparison, ...]:
-        """The angles that the proof rests on, degrees, each once."""
+        """The angles that the proof rests on, degrees, each once whatever it is compared with."""
         found = (c for line in self.conditions for c in line.proof.comparisons())
-        return tuple(dict.fromkeys(c for c in found if c.kind == "deg"))
+        first: dict[tuple[str, ...], Comparison] = {}
+        for angle in (c for c in found if c.kind == "deg"):
+            # of two faces it is the same in either order
+            first.setdefault(tuple(sorted(_NAMES.findall(angle.measure))), angle)
+        return tuple(first.values())
 
     @property
     def is_unseen(self) -> bool:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from itertools import permutations
+from itertools import pairwise, permutations
 from typing import Any
 
 import numpy as np
@@ -114,6 +114,20 @@ def _rectangle(flat: FloatArray) -> tuple[float, float]:
     return lengths[1], lengths[0]
 
 
+def _solidity(solid: Solid) -> float:
+    """Its share of the box round it that is square to its first edge and its first face.
+
+    What has no inside, as a room's corner, fills none.
+    """
+    corners = [solid.points[[ring[0], *pair]] for ring in solid.faces for pair in pairwise(ring[1:])]
+    volume = sum(float(np.linalg.det(triangle)) for triangle in corners) / 6
+    first, second, third = solid.points[list(solid.faces[0][:3])]
+    along, up = second - first, np.cross(second - first, third - second)
+    axes = np.array([along, np.cross(up, along), up])
+    axes /= np.linalg.norm(axes, axis=1)[:, None]
+    return max(0.0, volume) / float(np.prod(np.ptp(solid.points @ axes.T, axis=0)))
+
+
 def build_facts(
     solid: Solid,
     *,
@@ -164,6 +178,10 @@ def build_facts(
         extents += list(_rectangle(np.array(hull.exterior.coords)))
     extents.append(float(np.ptp(points[used] @ normals[biggest])))
     facts.append(("thing_size", "t1", *sorted(extents, reverse=True)))
+    solidity = _solidity(solid)
+    facts.append(("solidity", "t1", solidity, ratio_sd))
+    facts.append(("hollow_side", "t1", float(solidity < 0.8), ratio_sd))
+    facts.append(("curved", "t1", 0.0))
 
     lowest = float((points[used] @ np.asarray(up)).min()) if up is not None else 0.0
     for name, ring in rings.items():

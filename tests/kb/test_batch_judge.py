@@ -378,10 +378,8 @@ def nested(levels: int) -> str:
     """Alternatives in alternatives, each of which names what may hold of the whole thing."""
     inner = "fill(a) at least 40 %"
     for level in range(levels):
-        kind = "whole" if level % 2 else "scanned"
-        inner = (
-            f"(this is {kind} and share(a) at least {level} % or {inner} and not this is {kind})"
-        )
+        solid = f"solidity(this) at least {40 + level % 2} %"
+        inner = f"({solid} and share(a) at least {level} % or {inner} and not {solid})"
     return (
         'model deep\n  "Many alternatives."\n\n'
         f"  define so(f): fill(f) at least 30 % and {inner.replace('(a)', '(f)')}\n\n"

@@ -40,7 +40,7 @@ def test_the_page_has_figures_8_to_14_and_the_verdict(text):
         i for i in ids if i and i.startswith("figure-")
     ]
     assert '<p class="yes">t1 is a box (' in text
-    assert "each two of the faces share an edge" in text
+    assert "two of its sides were seen, at a right angle" in text
 
 
 def test_nothing_is_fetched_from_anywhere(text):

@@ -107,7 +107,7 @@ cost(Inferences) :-
 
 :- begin_tests(plan).
 
-test(costly_conditions_come_last, Last == flat) :-
+test(costly_conditions_come_last, Last == sides) :-
     plan(box, box, Plan),
     last(Plan, group(label(Last), 1)).
 test(all_conditions_are_in_the_plan, N == 7) :-
