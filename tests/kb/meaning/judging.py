@@ -156,14 +156,14 @@ def _wrong_step(row: Any, expected: Proof) -> str:
     if expected.ordered:
         wrong = map(_wrong_step, rows, expected.steps)
         return next((one for one in wrong if one), "")
-    below = sorted(_rounded(step.state, step.low, step.high) for step in expected.steps)
-    found = sorted(_rounded(*one[:3]) for one in rows)
-    return "" if found == below else f"{rows} below, not {below}"
-
-
-def _rounded(state: str, low: float, high: float) -> tuple[str, float, float]:
-    """An outline, of which those that differ by rounding are the same but for a chance of 1e-6."""
-    return state, round(low, 9) + 0.0, round(high, 9) + 0.0
+    left = [list(one[:3]) for one in rows]
+    for step in expected.steps:
+        outline = [step.state, step.low, step.high]
+        alike = next((one for one in left if close(one, outline)), None)
+        if alike is None:
+            return f"none of {left} below is {outline}"
+        left.remove(alike)
+    return ""
 
 
 def _pairs(scene: Scene, test: Term) -> list[list[str]]:
