@@ -119,7 +119,9 @@ def _solidity(solid: Solid) -> float:
 
     What has no inside, as a room's corner, fills none.
     """
-    corners = [solid.points[[ring[0], *pair]] for ring in solid.faces for pair in pairwise(ring[1:])]
+    corners = [
+        solid.points[[ring[0], *pair]] for ring in solid.faces for pair in pairwise(ring[1:])
+    ]
     volume = sum(float(np.linalg.det(triangle)) for triangle in corners) / 6
     first, second, third = solid.points[list(solid.faces[0][:3])]
     along, up = second - first, np.cross(second - first, third - second)
