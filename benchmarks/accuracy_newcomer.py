@@ -76,9 +76,9 @@ def _trial(base: KnowledgeBase, shape: Path) -> Trial:
     scene = read_shape(shape, OPTIONS)
 
     def on_demand() -> Iterator[Fact]:
-        return ((fact.functor, *fact.args) for fact in facts_on_demand(scene))
+        return (fact.row for fact in facts_on_demand(scene))
 
-    facts = [(fact.functor, *fact.args) for fact in scene_facts(scene)]
+    facts = [fact.row for fact in scene_facts(scene)]
     name = base.load_scene(shape.stem, facts, on_demand=on_demand).name
     things = [str(fact[1]) for fact in facts if fact[0] == "thing"]
     every = [base.judge(name, MODELS[prefix], thing) for thing in things]

@@ -194,7 +194,7 @@ def _shape_facts(task: Task) -> tuple[tuple[Fact, ...], str]:
         scene = scene_of(task)
     except FacetlogError as exc:
         return (), type(exc).__name__
-    return tuple((fact.functor, *fact.args) for fact in scene_facts(scene)), ""
+    return tuple(fact.row for fact in scene_facts(scene)), ""
 
 
 def _kept(
@@ -238,7 +238,7 @@ def _facts(world: World, seed: int) -> tuple[tuple[Fact, ...], str]:
         scene = reconstruct_views(views, clock=StepClock())
     except FacetlogError as exc:
         return (), type(exc).__name__
-    return tuple((fact.functor, *fact.args) for fact in scene_facts(scene)), ""
+    return tuple(fact.row for fact in scene_facts(scene)), ""
 
 
 def _folder() -> Path:

@@ -121,7 +121,7 @@ def built(count: int, first: int = 0) -> list[Scene]:
 
 def scenes(count: int, first: int = 0) -> list[list[Fact]]:
     """The facts of so many scenes."""
-    return [[(f.functor, *f.args) for f in scene_facts(scene)] for scene in built(count, first)]
+    return [[f.row for f in scene_facts(scene)] for scene in built(count, first)]
 
 
 def _timed(judge: BatchJudge, paths: Sequence[Path]) -> list[tuple[float, float, float]]:

@@ -36,7 +36,7 @@ def scenes() -> dict[str, list[Fact]]:
         "50 blocks": list(block_scene(50, one_thing=False)),
     }
     for name in ("table", "chair", "shelf"):
-        found[f"a {name}"] = [(f.functor, *f.args) for f in scene_facts(build(name, {}))]
+        found[f"a {name}"] = [f.row for f in scene_facts(build(name, {}))]
     return found
 
 

@@ -22,6 +22,11 @@ class Fact(NamedTuple):
     def __str__(self) -> str:
         return f"{self.functor}({', '.join(str(a) for a in self.args)})"
 
+    @property
+    def row(self) -> tuple[Value, ...]:
+        """Functor and arguments in one tuple, as the knowledge base takes facts."""
+        return (self.functor, *self.args)
+
 
 class ArgumentKind(StrEnum):
     """What an argument is, and its unit."""

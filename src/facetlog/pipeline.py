@@ -209,11 +209,11 @@ def recognize_views(
     from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
 
     def on_demand() -> Iterator[tuple[str | int | float, ...]]:
-        return ((fact.functor, *fact.args) for fact in facts_on_demand(scene))
+        return (fact.row for fact in facts_on_demand(scene))
 
     with clock.step("facts"):
         # The knowledge base takes flat tuples: it knows nothing of perception's types.
-        facts = tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
+        facts = tuple(fact.row for fact in scene_facts(scene))
     with clock.step("verdicts"), ExitStack() as stack:
         models = base or stack.enter_context(open_models())
         recognition = judge_scene(models, scene.name, facts, on_demand=on_demand)

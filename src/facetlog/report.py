@@ -95,7 +95,7 @@ def write_report(
         with clock.step("write results"):
             write_scene(scene, made / "scene.json")
             # A file can be asked for nothing later.
-            drawn = ((fact.functor, *fact.args) for fact in facts_on_demand(scene))
+            drawn = (fact.row for fact in facts_on_demand(scene))
             facts = "\n".join(facts_program((*found.facts, *drawn)))
             (made / "facts.pl").write_text(facts + "\n", encoding="utf-8")
             (made / "verdicts.json").write_text(

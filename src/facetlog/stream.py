@@ -173,12 +173,12 @@ def judged(models: "KnowledgeBase", online: "OnlineScene") -> "tuple[Facts, Reco
     if scene is None:
         return (), None
     with online.clock.step("facts"):
-        facts = tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
+        facts = tuple(fact.row for fact in scene_facts(scene))
     with online.clock.step("verdicts"):
         found = judge_scene(
             models,
             scene.name,
             facts,
-            on_demand=lambda: ((f.functor, *f.args) for f in facts_on_demand(scene)),
+            on_demand=lambda: (f.row for f in facts_on_demand(scene)),
         )
     return facts, found

@@ -38,7 +38,7 @@ from facetlog.robot.tour import tour_poses
 
 
 def facts_of(scene: Scene) -> tuple[Fact, ...]:
-    return tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
+    return tuple(fact.row for fact in scene_facts(scene))
 
 
 def exact(world: str, builder: str) -> LabelledScene:

@@ -48,7 +48,7 @@ def judged(
     path = tmp_path / "m.model"
     path.write_text(text)
     rules = base.load_rules(path)
-    base.load_scene("s", [(f.functor, *f.args) for f in scene_facts(scene)])
+    base.load_scene("s", [f.row for f in scene_facts(scene)])
     return base.judge("s", rules.models[-1], thing)
 
 

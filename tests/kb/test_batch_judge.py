@@ -142,7 +142,7 @@ def base() -> Iterator[KnowledgeBase]:
 
 
 def facts_of(name: str, **sizes: float) -> list[Fact]:
-    return [(f.functor, *f.args) for f in scene_facts(build(name, sizes))]
+    return [f.row for f in scene_facts(build(name, sizes))]
 
 
 def noisy(facts: Iterable[Fact], seed: int, by: float = 30.0) -> list[Fact]:

@@ -29,7 +29,7 @@ HOLDS, FAILS, UNKNOWN = State.HOLDS, State.FAILS, State.UNKNOWN
 
 
 def _facts(scene: Scene) -> tuple[Fact, ...]:
-    return tuple((fact.functor, *fact.args) for fact in scene_facts(scene))
+    return tuple(fact.row for fact in scene_facts(scene))
 
 
 class Maker:

@@ -124,7 +124,7 @@ def test_a_scene_nested_too_deeply_is_named_with_its_file(tmp_path: Path) -> Non
 
 def test_facts_are_those_of_the_scene_in_their_order(scene: Path) -> None:
     file = scene_file(scene)
-    known = [(fact.functor, *fact.args) for fact in scene_facts(read_scene(file.path))]
+    known = [fact.row for fact in scene_facts(read_scene(file.path))]
     assert list(file.facts()) == known
     assert list(file.facts()) == known  # nothing was taken from what is kept
 

@@ -72,7 +72,7 @@ def outcome(verdict: Verdict) -> object:
 
 
 def differences(bases: Bases, scene: Scene) -> list[str]:
-    facts: Sequence[Fact] = [(fact.functor, *fact.args) for fact in scene_facts(scene)]
+    facts: Sequence[Fact] = [fact.row for fact in scene_facts(scene)]
     things = [str(fact[1]) for fact in facts if fact[0] == "thing"]
     found = []
     for base in bases:

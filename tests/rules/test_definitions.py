@@ -50,7 +50,7 @@ def verdicts(base: KnowledgeBase, builder: str, *, metric: bool) -> dict[str, Ve
         for p in BUILDERS[builder].parameters
         if p.kind == "length"
     }
-    facts = [(fact.functor, *fact.args) for fact in scene_facts(build(builder, sizes))]
+    facts = [fact.row for fact in scene_facts(build(builder, sizes))]
     if not metric:
         facts = [("scale", "unknown") if fact[0] == "scale" else fact for fact in facts]
     base.load_scene("s", facts)

@@ -128,7 +128,7 @@ def test_the_catalogue_is_what_corners_of_three_planes_show(base: KnowledgeBase)
 
 def labelled(base: KnowledgeBase, scene: Scene) -> dict[str, dict[str, str]]:
     """The label of each labelled edge, by view."""
-    facts = [(fact.functor, *fact.args) for fact in facts_on_demand(scene)]
+    facts = [fact.row for fact in facts_on_demand(scene)]
     views = [("view", f"view{i}", name) for i, name in enumerate(scene.views, 1)]
     base.load_scene("drawn", [*views, *facts])
     found: dict[str, dict[str, str]] = defaultdict(dict)

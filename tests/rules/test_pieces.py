@@ -55,12 +55,12 @@ def _scene(name: str) -> Scene:
 
 @cache
 def _known(name: str) -> tuple[Fact, ...]:
-    return tuple((fact.functor, *fact.args) for fact in scene_facts(_scene(name)))
+    return tuple(fact.row for fact in scene_facts(_scene(name)))
 
 
 @cache
 def _on_demand(name: str) -> tuple[Fact, ...]:
-    return tuple((fact.functor, *fact.args) for fact in facts_on_demand(_scene(name)))
+    return tuple(fact.row for fact in facts_on_demand(_scene(name)))
 
 
 @pytest.fixture(scope="module")

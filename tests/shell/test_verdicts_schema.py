@@ -17,7 +17,7 @@ PUBLISHED = Path(__file__).parents[2] / "docs" / "verdicts.schema.json"
 
 def _verdicts(name: str, *, full: bool = False) -> dict[str, Any]:
     scene = build(name, {})
-    facts = ((fact.functor, *fact.args) for fact in scene_facts(scene))
+    facts = (fact.row for fact in scene_facts(scene))
     found = recognize(facts, scene_name=scene.name)
     return {**found.to_json(full=full), "problems": [], "warnings": []}
 

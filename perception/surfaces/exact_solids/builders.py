@@ -6,12 +6,12 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from types import MappingProxyType
 from typing import Literal, TypeAlias
 
-from facetlog.perception.scene import Body, Scene
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids import exact_furniture, polyhedra
 from facetlog.perception.surfaces.exact_solids.exact_furniture import RIM_SHARE
 
@@ -72,13 +72,7 @@ def build(name: str, arguments: Mapping[str, float]) -> Scene:
         p.name: _checked(name, p, arguments.get(p.name, p.default)) for p in builder.parameters
     }
     scene = builder.make(**values)
-    return _one_object(scene) if builder.is_solid else scene
-
-
-def _one_object(scene: Scene) -> Scene:
-    """The scene as one object, of which the surface is known from all sides."""
-    faces, edges = (tuple(range(len(parts))) for parts in (scene.faces, scene.edges))
-    return replace(scene, bodies=(Body(faces, edges, whole=True),))
+    return polyhedra.one_object(scene) if builder.is_solid else scene
 
 
 def _instead(name: str, known: Mapping[str, object]) -> str:

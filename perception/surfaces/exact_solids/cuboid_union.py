@@ -1,14 +1,15 @@
 """The exact scene of one solid that is made of upright cuboids: the surface of their union."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
-from facetlog.perception.scene import Body, Scene
-from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron
+from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.exact_solids.polyhedra import one_object, polyhedron
 from facetlog.perception.types import FloatArray
 
 __all__ = ["cuboid_union"]
@@ -49,16 +50,7 @@ def cuboid_union(low: ArrayLike, high: ArrayLike, name: str) -> Scene:
             holes[len(loops)] = inner
         loops.append(outline)
     scene = polyhedron(list(places), loops, sd=SD_M, name=name, holes=holes)
-    body = Body(tuple(range(len(scene.faces))), tuple(range(len(scene.edges))), whole=True)
-    return Scene(
-        scene.name,
-        vertices=scene.vertices,
-        edges=scene.edges,
-        faces=scene.faces,
-        up=scene.up,
-        metric=True,
-        bodies=(body,),
-    )
+    return replace(one_object(scene), metric=True)
 
 
 def _planes(values: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike
 
-from facetlog.perception.scene import Edge, Face, Patch, Plane, Scene, SightLines, Vertex
+from facetlog.perception.scene import Body, Edge, Face, Patch, Plane, Scene, SightLines, Vertex
 from facetlog.perception.types import FloatArray
 
 __all__ = [
@@ -21,6 +21,7 @@ __all__ = [
     "cuboid",
     "l_block",
     "moved",
+    "one_object",
     "plane_through",
     "polyhedron",
     "pyramid",
@@ -253,6 +254,12 @@ def chair(
     ]
     scene = boxes(corners, sd, "chair")
     return without_faces(scene, (6, *range(13, 6 * 6, 6)))
+
+
+def one_object(scene: Scene) -> Scene:
+    """The scene as one object, of which the surface is known from all sides."""
+    faces, edges = (tuple(range(len(parts))) for parts in (scene.faces, scene.edges))
+    return replace(scene, bodies=(Body(faces, edges, whole=True),))
 
 
 def without_faces(scene: Scene, hidden: Iterable[int]) -> Scene:

@@ -41,8 +41,8 @@ class Workbench:
         self.judged += 1
         self._base.load_scene(
             SCENE,
-            ((fact.functor, *fact.args) for fact in scene_facts(scene)),
-            on_demand=lambda: ((fact.functor, *fact.args) for fact in facts_on_demand(scene)),
+            (fact.row for fact in scene_facts(scene)),
+            on_demand=lambda: (fact.row for fact in facts_on_demand(scene)),
         )
         try:
             verdict = self._base.judge(SCENE, self.model, THING)

@@ -65,7 +65,7 @@ class SceneFile:
         from facetlog.perception.facts.all_facts import facts_on_demand
 
         for fact in facts_on_demand(self._scene()):
-            yield (fact.functor, *fact.args)
+            yield fact.row
 
     def _scene(self) -> "Scene":
         from facetlog.perception.facts.most_faces import check_face_count

@@ -187,7 +187,7 @@ def test_counts_change_by_whole_members() -> None:
 
 
 def _judged(base: KnowledgeBase, scene: Scene, model: str) -> Verdict:
-    base.load_scene("s", ((fact.functor, *fact.args) for fact in scene_facts(scene)))
+    base.load_scene("s", (fact.row for fact in scene_facts(scene)))
     return base.why("s", model)
 
 

@@ -27,7 +27,7 @@ SOLIDS = ("cuboid", "table", "chair", "stool", "shelf", "cabinet", "stairs", "ro
 @cache
 def judged(name: str) -> tuple[Verdict, ...]:
     """What all built-in models say of a solid."""
-    facts = [(fact.functor, *fact.args) for fact in scene_facts(build(name, {}))]
+    facts = [fact.row for fact in scene_facts(build(name, {}))]
     with asked(facts) as ask:
         return tuple(ask.judge(model) for model in BUILTIN_MODELS)
 
@@ -35,7 +35,7 @@ def judged(name: str) -> tuple[Verdict, ...]:
 @cache
 def missed(name: str) -> tuple[Verdict, ...]:
     """What comes near being a thing of another kind."""
-    facts = [(fact.functor, *fact.args) for fact in scene_facts(build(name, {}))]
+    facts = [fact.row for fact in scene_facts(build(name, {}))]
     with asked(facts) as ask:
         return tuple(v for model in ("box", "table") for v in ask.why_not(model, count=3))
 

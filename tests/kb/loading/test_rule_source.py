@@ -46,7 +46,7 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def slab_facts() -> tuple[Fact, ...]:
-    return tuple((f.functor, *f.args) for f in scene_facts(cuboid(0.8, 0.2, 0.02)))
+    return tuple(f.row for f in scene_facts(cuboid(0.8, 0.2, 0.02)))
 
 
 @pytest.fixture

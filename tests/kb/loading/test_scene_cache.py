@@ -33,7 +33,7 @@ from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 
-BLOCK: tuple[Fact, ...] = tuple((f.functor, *f.args) for f in scene_facts(cuboid()))
+BLOCK: tuple[Fact, ...] = tuple(f.row for f in scene_facts(cuboid()))
 ODD: tuple[Fact, ...] = (
     ("scene", "it's \x00 \\ \n Ωμέγα 🜁"),
     ("view", "view1", ""),

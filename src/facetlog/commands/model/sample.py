@@ -73,13 +73,13 @@ def sample_command(
         about = {"command": "model sample", "model": bench.model, "seed": seed}
         with output_folder(folder, about) as made:
             _write(bench.model, samples, made)
-        told = Counter(sample.fails for sample in samples)
+        counts = Counter(sample.fails for sample in samples)
         if as_json:
-            data = {"schema": SCHEMA, "model": bench.model, "samples": told, "never_alone": never}
+            data = {"schema": SCHEMA, "model": bench.model, "samples": counts, "never_alone": never}
             typer.echo(json.dumps(data))
             return YES
-        typer.echo(printable(f"{folder}: {told.pop('', 0)} hold as {bench.model}"))
-        for label, found in told.items():
+        typer.echo(printable(f"{folder}: {counts.pop('', 0)} hold as {bench.model}"))
+        for label, found in counts.items():
             typer.echo(printable(f"{found} near misses fail {label} alone"))
         if never:
             typer.echo(printable(f"no near miss was found that fails alone: {', '.join(never)}"))

@@ -51,7 +51,7 @@ def example_facts(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Itera
         return labelled_facts(model_file.parent / scene.path.value)
     from facetlog.perception.facts.all_facts import scene_facts
 
-    return tuple((fact.functor, *fact.args) for fact in scene_facts(_built(scene)))
+    return tuple(fact.row for fact in scene_facts(_built(scene)))
 
 
 def example_on_demand(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "Iterable[Fact]":
@@ -60,7 +60,7 @@ def example_on_demand(scene: s.SceneFile | s.SceneBuilt, model_file: Path) -> "I
         return labelled_on_demand(model_file.parent / scene.path.value)
     from facetlog.perception.facts.all_facts import facts_on_demand
 
-    return tuple((fact.functor, *fact.args) for fact in facts_on_demand(_built(scene)))
+    return tuple(fact.row for fact in facts_on_demand(_built(scene)))
 
 
 def _built(scene: s.SceneBuilt) -> "Scene":

@@ -66,7 +66,7 @@ def _write_facts(scene: "Scene", path: Path) -> None:
 
     # A file can be asked for nothing later.
     made = (*scene_facts(scene), *facts_on_demand(scene))
-    facts = ((fact.functor, *fact.args) for fact in made)
+    facts = (fact.row for fact in made)
     write_whole(path, ("\n".join(facts_program(facts)) + "\n").encode())
 
 

@@ -94,7 +94,7 @@ def test_things_on_a_floor_are_what_they_are_without_it(floor: str) -> None:
 
 
 def models_of(made: trimesh.Trimesh) -> frozenset[str]:
-    facts = [(fact.functor, *fact.args) for fact in scene_facts(scene_of(made))]
+    facts = [fact.row for fact in scene_facts(scene_of(made))]
     with open_knowledge_base() as base:
         return frozenset(judge_scene(base, "s", facts).models)
 

@@ -66,7 +66,7 @@ def test_five_boxes_that_touch_or_overlap_are_a_table() -> None:
     with open_knowledge_base() as base:
         for overlap in (0.0, 0.02, 0.04):
             scene = scene_of(table(overlap=overlap))
-            facts = [(fact.functor, *fact.args) for fact in scene_facts(scene)]
+            facts = [fact.row for fact in scene_facts(scene)]
             # the legs' tops are within the table, and no faces
             assert (len(scene.bodies), len(scene.faces)) == (1, 26)
             assert judge_scene(base, "s", facts).models == {"table"}
