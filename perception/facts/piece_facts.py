@@ -9,7 +9,7 @@ from facetlog.perception.facts.filled_space import LEVEL_ENOUGH, FilledSpace
 from facetlog.perception.facts.levels import level_at
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.piece_kinds import PIECE_KINDS
-from facetlog.perception.facts.scene_memo import SceneMemo
+from facetlog.perception.facts.scene_memo import Names, SceneMemo
 from facetlog.perception.pieces.pieces import Piece, Pieces, find_pieces
 from facetlog.perception.types import FloatArray
 
@@ -23,14 +23,13 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """All facts about pieces."""
     if not any(rows.wants(kind.functor) for kind in PIECE_KINDS):
         return
-    for nth, own in s.alone(np.ones(len(s.scenes), dtype=np.bool_)):
-        up = own.scenes[0].up
-        count = 0
-        for index, filled in own.filled.items():
-            found = _Found.of(filled, up, f"t{index + 1}", count)
-            count += len(found.names)
-            for functor, each in found.facts():
-                rows.add_rows(functor, nth, [each])
+    counts = [0] * len(s.scenes)
+    for index, filled in s.filled.items():
+        scene = s.things[index].scene
+        found = _Found.of(filled, s.scenes[scene].up, s.thing_names[index], counts[scene])
+        counts[scene] += len(found.names)
+        for functor, each in found.facts(s.face_names):
+            rows.add_rows(functor, scene, [each])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -49,8 +48,8 @@ class _Found:
         names = tuple(f"p{before + i}" for i in range(1, len(pieces.pieces) + 1))
         return cls(filled, up, thing, names, pieces)
 
-    def facts(self) -> Iterator[tuple[str, tuple[str | float, ...]]]:
-        """Functors and arguments."""
+    def facts(self, face_names: Names) -> Iterator[tuple[str, tuple[str | float, ...]]]:
+        """Functors and arguments; `face_names` (f,) are those of all faces."""
         lattice = self.filled.space.lattice
         ground = float(lattice.corner[2])
         for name, piece in zip(self.names, self.pieces.pieces, strict=True):
@@ -60,7 +59,7 @@ class _Found:
             yield "piece_size", (name, *sizes, piece.length.sd)
             yield "piece_round", (name, piece.round)
             for face in piece.faces:
-                yield "piece_face", (name, f"f{face + 1}")
+                yield "piece_face", (name, face_names[face])
             if self.up is not None:
                 low, high = max(0.0, piece.low - ground), piece.high - ground
                 yield "piece_heights", (name, low, high, piece.length.sd)
