@@ -39,7 +39,7 @@ def at_rim(
     axes = plane_axes(ups, np.eye(3)[np.abs(ups).argmin(axis=1)])
     rise = np.abs(dots(table.planes.normals, ups[table.scene]))
     level: Bools = (rise > ENOUGH) & (table.areas > 0.0)
-    stands: Bools = (rise < LEANS_LITTLE) & ups.any(axis=1)[table.scene]
+    stands: Bools = (rise < LEANS_LITTLE) & np.asarray(ups.any(axis=1))[table.scene]
     corners = np.where(table.there[..., None], table.points[table.outlines], 0.0)
     middles = corners.sum(axis=1) / np.maximum(table.sizes, 1)[:, None]
     rises = _rising(table.points[edges], ups, things)
