@@ -35,9 +35,7 @@ def inner_points(faces: Iterable[FlatFace], spacing: float) -> tuple[FloatArray,
     return _points(faces, spacing, WITHIN)
 
 
-def _points(
-    faces: Iterable[FlatFace], spacing: float, inset: float
-) -> tuple[FloatArray, Indices]:
+def _points(faces: Iterable[FlatFace], spacing: float, inset: float) -> tuple[FloatArray, Indices]:
     shown = tuple(faces)
     polygons = np.array([face.polygon for face in shown], dtype=np.object_)
     there = np.flatnonzero(~shapely.is_empty(polygons)).tolist()
