@@ -51,6 +51,7 @@ app = typer.Typer(
     help="Recognises things made of flat faces in pictures with known cameras.",
     no_args_is_help=True,
     add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
