@@ -7,6 +7,7 @@ there is no surface: its end is known to a cell.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,10 @@ from facetlog.perception.space.surface_points import inner_points
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Piece", "Pieces", "find_pieces"]
+__all__ = ["Kind", "Piece", "Pieces", "find_pieces"]
+
+# A board is no thicker than this share of its width, a bar no wider than this share of its length.
+THIN, SLENDER = 0.35, 0.35
 
 # sd of a place that is known to a cell, in cells: of a uniform distribution.
 ROUNDING = 1.0 / float(np.sqrt(12.0))
@@ -27,6 +31,14 @@ ROUNDING = 1.0 / float(np.sqrt(12.0))
 SPACING = 0.5
 # A part of fewer cells than this is no more than where surfaces cross.
 FEWEST_CELLS = 8
+
+
+class Kind(StrEnum):
+    """What a piece is called by its proportions: the words of models, which are soft there."""
+
+    BOARD = "board"
+    BAR = "bar"
+    BLOCK = "block"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -48,6 +60,13 @@ class Piece:
     high: float
     faces: tuple[int, ...]
     round: float
+
+    @property
+    def kind(self) -> Kind:
+        """What it is called."""
+        if self.thickness.value <= THIN * self.width.value:
+            return Kind.BOARD
+        return Kind.BAR if self.width.value <= SLENDER * self.length.value else Kind.BLOCK
 
 
 @dataclass(frozen=True, eq=False, slots=True)
