@@ -14,6 +14,7 @@ from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
 from facetlog.commands.classify import classify_command
 from facetlog.commands.collect import collect_command
+from facetlog.commands.doctor import doctor_command
 from facetlog.commands.explain import why_command, why_not_command
 from facetlog.commands.model.app import model_app
 from facetlog.commands.mount import mount_command
@@ -259,6 +260,7 @@ app.command("classify")(classify_command)
 app.command("collect")(collect_command)
 app.command("mount")(mount_command)
 app.command("query")(query_command)
+app.command("doctor")(doctor_command)
 app.command("why")(why_command)
 app.command("why-not")(why_not_command)
 app.command("simulate")(simulate_command)

@@ -114,7 +114,7 @@ def test_files_are_classified_into_a_table(tmp_path: Path) -> None:
     write_scene(build("cuboid", {}), tmp_path / "b.json")
     (tmp_path / "c.json").write_text("{", encoding="utf-8")
     rows = facetlog.classify([tmp_path / f"{name}.json" for name in "abc"], workers=1)
-    assert list(rows["model"]) [:2] == ["chair", "box"]
+    assert list(rows["model"])[:2] == ["chair", "box"]
     assert rows["error"].isna().tolist() == [True, True, False]
 
 
