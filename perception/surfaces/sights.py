@@ -47,7 +47,7 @@ def with_sights(
     lattices: tuple[SeenLattice, ...] = ()
     if ground is not None:
         rings = [surface.rings for surface in surfaces]
-        lattices = seen_ground(views, levels, photos.weight, rings, ground)
+        lattices = seen_ground(views, levels, photos.weight, rings, ground, scene.up)
     on_ground = [lines for seen in lattices for lines in seen.lines]
     looks = [Look.at(surface, len(views)) for surface in surfaces]
     observed: list[list[FloatArray]] = [[] for _ in views]
