@@ -32,6 +32,7 @@ NAMES = (
     "accuracy_recursion",
     "accuracy_lines",
     "accuracy_planes",
+    "accuracy_scans",
     "accuracy_shapes",
     "accuracy_prototypes",
     "accuracy_newcomer",

@@ -12,20 +12,19 @@ from facetlog.perception.facts import relations
 from facetlog.perception.facts.carried_things import carried_together
 from facetlog.perception.facts.filled_space import FilledSpace, filled_spaces
 from facetlog.perception.facts.heights import Grounds, tilts, vertical_senses
-from facetlog.perception.facts.measures import Estimates, Group
+from facetlog.perception.facts.measures import Estimates, FaceSizes, Group, face_sizes
 from facetlog.perception.facts.named_rows import named_in_order
 from facetlog.perception.facts.plan_view import Plans
 from facetlog.perception.facts.relations import FacePairs
 from facetlog.perception.row_table import Bools, Indices, row_starts
 from facetlog.perception.scene import Scene
-from facetlog.perception.space.grid import CELLS
 from facetlog.perception.surfaces.contacts import SideContacts, edges_along_sides, side_contacts
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.floors import floor_heights
 from facetlog.perception.surfaces.things import Thing, find_things
 from facetlog.perception.types import FloatArray
 
-__all__ = ["SceneMemo"]
+__all__ = ["Names", "SceneMemo"]
 
 Names = NDArray[np.object_]
 
@@ -177,6 +176,11 @@ class SceneMemo:
         )
 
     @cached_property
+    def face_sizes(self) -> FaceSizes:
+        """How large all faces are."""
+        return face_sizes(self.table)
+
+    @cached_property
     def pairs(self) -> FacePairs:
         """Every two faces of a scene."""
         return FacePairs.of(self.table)
@@ -233,13 +237,8 @@ class SceneMemo:
 
     @cached_property
     def filled(self) -> dict[int, FilledSpace]:
-        """What each thing (by its index) fills of its space, if this is a single scene's memo."""
-        (scene,) = self.scenes
-        outer = [
-            _down_to(self.table.points[members], scene.up, float(floor))
-            for members, floor in zip(self.members, self.floors, strict=True)
-        ]
-        return filled_spaces(scene, self.table.faces, self.things, outer)
+        """What each thing (by its index) fills of its space."""
+        return filled_spaces(self.scenes, self.table, self.things, self.members, self.floors)
 
     @cached_property
     def face_names(self) -> Names:
@@ -277,14 +276,3 @@ def _listed(rows: Iterable[tuple[int, ...]]) -> tuple[Indices, Indices]:
     kept = tuple(rows)
     owner = np.repeat(np.arange(len(kept)), [len(row) for row in kept])
     return owner, np.fromiter(chain.from_iterable(kept), np.intp, len(owner))
-
-
-def _down_to(points: FloatArray, up: FloatArray | None, floor: float) -> FloatArray:
-    """Points (n, 3) of a thing, and one on the floor where that is lower by a cell of its space."""
-    if up is None or not len(points):
-        return points
-    heights = points @ up
-    lowest = int(np.argmin(heights))
-    if CELLS * (heights[lowest] - floor) <= np.ptp(points, axis=0).max():
-        return points
-    return np.concatenate([points, points[None, lowest] + (floor - heights[lowest]) * up])
