@@ -20,6 +20,7 @@ NAMES = (
     "accuracy_pictures",
     "accuracy_worlds",
     "accuracy_faces",
+    "accuracy_furniture",
     "accuracy_noise",
     "accuracy_drift",
     "accuracy_poses",

@@ -12,7 +12,7 @@ from facetlog.perception.facts.sides import hollow
 from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.row_table import Indices
 from facetlog.perception.scene import Scene
-from facetlog.perception.space.grid import HARDLY_LARGER, Grid
+from facetlog.perception.space.grid import CELLS, HARDLY_LARGER, Grid
 from facetlog.perception.space.space import Space
 from facetlog.perception.space.thing_space import ThingSurface, thing_space
 from facetlog.perception.surfaces.face_table import FaceTable
@@ -64,33 +64,49 @@ def filled_spaces(
     table: FaceTable,
     things: Sequence[Thing],
     members: Sequence[Indices],
+    floors: FloatArray,
 ) -> dict[int, FilledSpace]:
-    """What each thing (by its index) fills of its space; `members` are the vertices of each."""
+    """What each thing (by its index) fills of its space; `members` are the vertices of each, and
+    `floors` (t,) the heights of the ground beneath, infinite where it is not known.
+    """
     found: dict[int, FilledSpace] = {}
     for index, (thing, vertices) in enumerate(zip(things, members, strict=True)):
         if len(vertices) < 2:
             continue
         scene = scenes[thing.scene]
         places = PLACES_OF_PICTURES if scene.views else PLACES_OF_SCANS
-        measured = _Measured(scene, _surface(scene, table, thing, vertices), places)
+        outer = _down_to(table.points[vertices], scene.up, float(floors[index]))
+        measured = _Measured(scene, _surface(scene, table, thing, outer), places)
         filled = measured.lying() if scene.up is None else measured.standing(scene.up)
         if filled is not None:
             found[index] = filled
     return found
 
 
-def _surface(scene: Scene, table: FaceTable, thing: Thing, vertices: Indices) -> ThingSurface:
+def _surface(scene: Scene, table: FaceTable, thing: Thing, outer: FloatArray) -> ThingSurface:
     own = tuple(table.faces[i] for i in thing.faces)
     none = np.zeros((0, 3))
     patches = [scene.patches[i] for i in thing.patches]
     return ThingSurface(
         own,
-        table.points[vertices],
+        outer,
         np.concatenate([none, *(patch.points for patch in patches)]),
         np.concatenate([none, *(patch.normals for patch in patches)]),
         _corner_sd(table, own),
         thing.whole,
     )
+
+
+def _down_to(points: FloatArray, up: FloatArray | None, floor: float) -> FloatArray:
+    """Points (n, 3) of a thing, and one on the floor where that is lower by a cell of its space."""
+    if up is None or not len(points):
+        return points
+    heights = points @ up
+    lowest = int(np.argmin(heights))
+    reach = 2.0 * float(np.linalg.norm(points - points.mean(axis=0), axis=1).max())
+    if CELLS * (heights[lowest] - floor) <= reach:
+        return points
+    return np.concatenate([points, points[None, lowest] + (floor - heights[lowest]) * up])
 
 
 def _corner_sd(table: FaceTable, faces: tuple[FlatFace, ...]) -> float:

@@ -44,7 +44,8 @@ class Grounds:
     """The lowest of each thing's vertices, with those level with it: what heights count from.
 
     Vertex `vertex` (g,) is of the ground of thing `thing` (g,), `counts` (t,) a thing; `heights`
-    (n,) are those of all vertices, `up` (t, 3) is that of the things' scenes.
+    (n,) are those of all vertices, `up` (t, 3) is that of the things' scenes. Where `floors` (t,),
+    the heights of the ground that was seen, are lower, heights count from these.
     """
 
     thing: Indices
@@ -52,14 +53,19 @@ class Grounds:
     counts: Indices
     heights: FloatArray
     up: FloatArray
+    floors: FloatArray
 
     @classmethod
     def under(
-        cls, members: tuple[Indices, Indices], table: FaceTable, ups: FloatArray
+        cls,
+        members: tuple[Indices, Indices],
+        table: FaceTable,
+        ups: FloatArray,
+        floors: FloatArray,
     ) -> "Grounds":
         """The grounds of things that have vertices: `members` are (thing, vertex), by the things.
 
-        `ups` (s, 3) are those of the scenes.
+        `ups` (s, 3) are those of the scenes, `floors` (t,) heights of the ground, or infinite.
         """
         heights = dots(table.points, ups[table.tolerance.scene])
         rows, vertices = members
@@ -67,7 +73,7 @@ class Grounds:
         found = _highest(rows, vertices, count, table, -heights[vertices])
         scene = np.zeros(count, dtype=np.intp)
         scene[rows] = table.tolerance.scene[vertices]
-        return cls(*found, heights, ups[scene])
+        return cls(*found, heights, ups[scene], floors)
 
     def above(
         self,
@@ -91,6 +97,10 @@ class Grounds:
         base = np.bincount(
             ground_rows, self.heights[ground] * shares[ground_rows], minlength=len(things)
         )
+        floors = self.floors[things]
+        below = floors < base
+        base = np.where(below, floors, base)
+        shares = np.where(below, 0.0, shares)
         # A vertex of the ground may be one that the height answers to: there the slopes add.
         keys = np.concatenate((rows, ground_rows)) * len(covs) + np.concatenate((vertex, ground))
         down = -shares[ground_rows, None] * self.up[things[ground_rows]]

@@ -1,7 +1,7 @@
 """What several kinds of facts are made from, worked out once for some scenes, and if asked for."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.facts import relations
+from facetlog.perception.facts.carried_things import carried_together
 from facetlog.perception.facts.filled_space import FilledSpace, filled_spaces
 from facetlog.perception.facts.heights import Grounds, tilts, vertical_senses
 from facetlog.perception.facts.measures import Estimates, FaceSizes, Group, face_sizes
@@ -19,6 +20,7 @@ from facetlog.perception.row_table import Bools, Indices, row_starts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.contacts import SideContacts, edges_along_sides, side_contacts
 from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.surfaces.floors import floor_heights
 from facetlog.perception.surfaces.things import Thing, find_things
 from facetlog.perception.types import FloatArray
 
@@ -105,8 +107,19 @@ class SceneMemo:
         """The scenes' things, in the order of their names."""
         loose = self.listed.copy()
         loose[self.bounds[:, 0]] = False
-        return find_things(
+        found = find_things(
             self.scenes, self.table, self.contacts, self._edges, np.flatnonzero(loose)
+        )
+        grounded = [bool(scene.lattices) for scene in self.scenes]
+        if not any(grounded):
+            return found
+        if len(self.scenes) == 1:
+            return carried_together(self.scenes[0], self.table, self.edges, found)
+        faces, edges = row_starts(self.table.face_counts), row_starts(self.edge_counts)
+        return tuple(
+            _moved(thing, int(faces[nth]), int(edges[nth]), nth)
+            for nth, own in self.alone(np.ones(len(self.scenes), dtype=np.bool_))
+            for thing in own.things
         )
 
     @cached_property
@@ -193,11 +206,19 @@ class SceneMemo:
         return np.array([np.zeros(3) if s.up is None else s.up for s in self.scenes])
 
     @cached_property
+    def floors(self) -> FloatArray:
+        """The height (t,) of the ground that views show beneath each thing; infinite without."""
+        owners = np.full(len(self.table), -1)
+        thing, face = self.thing_faces
+        owners[face] = thing
+        return floor_heights(self.scenes, self.table, owners, self.members, self.thing_scene)
+
+    @cached_property
     def grounds(self) -> Grounds | None:
         """The lowest places of the things, if there is anything."""
         if not self.things or not len(self.table):
             return None
-        return Grounds.under(self.thing_vertices, self.table, self.ups)
+        return Grounds.under(self.thing_vertices, self.table, self.ups, self.floors)
 
     @cached_property
     def plans(self) -> Plans | None:
@@ -217,7 +238,7 @@ class SceneMemo:
     @cached_property
     def filled(self) -> dict[int, FilledSpace]:
         """What each thing (by its index) fills of its space."""
-        return filled_spaces(self.scenes, self.table, self.things, self.members)
+        return filled_spaces(self.scenes, self.table, self.things, self.members, self.floors)
 
     @cached_property
     def face_names(self) -> Names:
@@ -238,6 +259,16 @@ class SceneMemo:
     def thing_names(self) -> Names:
         """Names (t,) of the things."""
         return named_in_order("t", np.bincount(self.thing_scene, minlength=len(self.scenes)))
+
+
+def _moved(thing: Thing, faces: int, edges: int, scene: int) -> Thing:
+    """A thing of a scene alone, in a block that has so many faces and edges before."""
+    return replace(
+        thing,
+        faces=tuple(faces + i for i in thing.faces),
+        edges=tuple(edges + i for i in thing.edges),
+        scene=scene,
+    )
 
 
 def _listed(rows: Iterable[tuple[int, ...]]) -> tuple[Indices, Indices]:

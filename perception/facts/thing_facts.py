@@ -170,6 +170,7 @@ def clear_facts(s: SceneMemo, rows: BlockFacts) -> None:
     if s.grounds is not None:
         thing, vertex = s.thing_vertices
         np.minimum.at(lowest, thing, s.grounds.heights[vertex])
+        lowest = np.minimum(lowest, s.floors)
     ground = np.full(len(s.table), np.inf)
     thing, face = s.thing_faces
     ground[face] = lowest[thing]

@@ -22,7 +22,7 @@ from facetlog.perception.flat_faces import plane_axes, vector_area
 from facetlog.perception.scene import Edge, Evidence, Face, Scene, Vertex
 from facetlog.perception.types import FloatArray, Observation, PoseErrors, Track, View
 
-__all__ = ["Assembled", "assemble"]
+__all__ = ["Assembled", "assemble", "without_unused"]
 
 # A vertex needs this many views in which its sides fix it, and lies on its faces' planes within so
 # many standard deviations; else its outline's place stands in.
@@ -169,20 +169,20 @@ def assemble(
         cameras=tuple(v.camera for v in found.views),
         lenses=() if found.adjusted is None else found.adjusted.lens_errors,
     )
-    return Assembled(_without_unused(scene), found.extra_px, found.factor)
+    return Assembled(without_unused(scene, scene.edges), found.extra_px, found.factor)
 
 
-def _without_unused(scene: Scene) -> Scene:
-    # Vertices of faces and holes that dropped out are nobody's.
+def without_unused(scene: Scene, edges: Sequence[Edge]) -> Scene:
+    """The scene with these of its edges, and without vertices that nothing has any more."""
     rings = [ring for face in scene.faces for ring in (face.outline, *face.holes)]
     used = sorted(
-        {k for ring in rings for k in ring} | {k for e in scene.edges for k in (e.start, e.end)}
+        {k for ring in rings for k in ring} | {k for e in edges for k in (e.start, e.end)}
     )
     new = {k: n for n, k in enumerate(used)}
     return replace(
         scene,
         vertices=tuple(scene.vertices[k] for k in used),
-        edges=tuple(replace(e, start=new[e.start], end=new[e.end]) for e in scene.edges),
+        edges=tuple(replace(e, start=new[e.start], end=new[e.end]) for e in edges),
         faces=tuple(
             replace(
                 face,

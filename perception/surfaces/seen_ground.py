@@ -12,42 +12,23 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.evidence.photo_consistency import (
-    AGREES_SDS,
-    GreyLevels,
-)
+from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.scene import SeenLattice
 from facetlog.perception.surfaces.eyes import BEFORE_PX
 from facetlog.perception.surfaces.ground_lattice import PITCH_PX, GroundLattice
+from facetlog.perception.surfaces.ground_level import aligned_ground
+from facetlog.perception.surfaces.ground_windows import EVERY, KEPT, Windows
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["seen_ground"]
 
 # The time grows with the square of their number.
 MOST_VIEWS = 32
-# Print is compared in square windows of so many points across.
-WINDOW = 7
-# n independent samples of noise correlate with an sd of 1 / √n: beyond so many once in 4,000.
-CORRELATES_SDS = 3.5
-# A window shows print if its variance is this many times that of the picture's noise: of noise
-# alone, with 49 samples, an sd is a fifth of it.
-PRINT_VARIANCE = 2.0
-# So many other views, by weight, show the same as one,
-WITNESSES = 2.0
-# and this share of those that show print there: two windows of smooth print, with some four
-# independent samples, correlate by chance as well as one time in six.
-AGREE_SHARE = 1 / 3
-# Of lattice points across and down one in so many is kept: windows overlap.
-EVERY = 2
 # Of points that are known to be hidden so many pass as seen, or it is left: a place that two views
 # pass by mistake is one in 25.
 MOST_WRONG = 0.2
-# Levels are about so much, from which they are counted so that their squares stay small.
-MIDDLE_GREY = np.float32(128.0)
 
 _Bits = NDArray[np.bool_]
-_Reals = NDArray[np.float32]
-_KEPT = (slice(None, None, EVERY), slice(None, None, EVERY))
 
 
 def seen_ground(
@@ -56,12 +37,14 @@ def seen_ground(
     weight: FloatArray,
     faces: Sequence[Sequence[FloatArray]],
     ground: tuple[FloatArray, float],
+    up: FloatArray | None = None,
 ) -> tuple[SeenLattice, ...]:
     """Up to two lattices on the ground: what the views see of its print, and of it where plain.
 
     `levels` are those of the views, and `weight` (V,) is as in `PhotometricViews`; `faces` are the
     rings of corners, each (k, 3), of what may hide the ground, which is a normal (3,) to the views'
-    side and the height along it. A lattice is left out where nothing of it is seen or where it is
+    side and the height along it: about, for it is put where most of its print agrees, level with
+    `up` if that is as good. A lattice is left out where nothing of it is seen or where it is
     often wrong, the plain one also where no face says whether it is.
     """
     normal, height = ground
@@ -70,13 +53,14 @@ def seen_ground(
         return ()
     chosen = above[np.unique(np.linspace(0, len(above) - 1, MOST_VIEWS).round().astype(np.intp))]
     seeing = [views[k] for k in chosen]
+    normal, height = aligned_ground(views, levels, chosen, weight, (normal, height), up)
     lattice = GroundLattice.under(seeing, normal, height)
     if lattice is None:
         return ()
-    windows = _Windows(levels, chosen, [lattice.pixels(view) for view in seeing], lattice.shape)
+    windows = Windows(levels, chosen, [lattice.pixels(view) for view in seeing], lattice.shape)
     shadows = [lattice.shadow(faces, view) for view in seeing]
-    hidden = windows.pictured & np.array([shadow[_KEPT] for shadow in shadows])
-    clear = ~np.array([_widened(shadow)[_KEPT] for shadow in shadows])
+    hidden = windows.pictured & np.array([shadow[KEPT] for shadow in shadows])
+    clear = ~np.array([_widened(shadow)[KEPT] for shadow in shadows])
     counts = weight[chosen].astype(np.float32)
     found = [windows.printed(counts)]
     if hidden.any():
@@ -91,92 +75,6 @@ def seen_ground(
             steps = EVERY * lattice.steps
             lattices.append(SeenLattice(lattice.corner, steps, origins, seen, named, wrong))
     return tuple(lattices)
-
-
-class _Windows:
-    """What V views show round every point kept of a lattice, of which there are (rows, columns).
-
-    `pictured` (V, rows, columns) are the points in the pictures.
-    """
-
-    def __init__(
-        self,
-        levels: GreyLevels,
-        views: NDArray[np.intp],
-        pixels: Sequence[FloatArray],
-        shape: tuple[int, int],
-    ) -> None:
-        kept = len(views), *np.empty(shape, dtype=np.bool_)[_KEPT].shape
-        self._all = np.empty((len(views), *shape), dtype=np.float32)
-        self._level, self._sd, self._mean, self._variance = np.empty((4, *kept), dtype=np.float32)
-        self.pictured, whole = np.empty((2, *kept), dtype=np.bool_)
-        for n, (k, matrix) in enumerate(zip(views.tolist(), pixels, strict=True)):
-            level, sd = levels.warped(k, matrix, shape)
-            seen = np.isfinite(level)
-            level = self._all[n] = np.where(seen, level - MIDDLE_GREY, np.float32(0.0))
-            self.pictured[n] = seen[_KEPT]
-            whole[n] = _all_in_window(seen)[_KEPT]
-            self._level[n], self._sd[n] = level[_KEPT], sd[_KEPT]
-            self._mean[n] = _mean_in_window(level)[_KEPT]
-            self._variance[n] = _mean_in_window(level * level)[_KEPT] - self._mean[n] ** 2
-        least = PRINT_VARIANCE * levels.noise[views, None, None] ** 2
-        self._has_print = whole & (self._variance > least)
-        self._is_plain = whole & ~self._has_print
-
-    def printed(self, weight: _Reals) -> _Bits:
-        """Where (V, rows, columns) a view shows the same print as others, and their level."""
-        # cov > r sd sd, where no print reaches it without print.
-        least = np.where(self._has_print, CORRELATES_SDS / WINDOW * self._variance, np.inf)
-        least = np.sqrt(least, dtype=np.float32)
-        witnesses = np.zeros_like(self._mean)
-        for a in range(len(weight)):
-            for b in range(a):
-                cov = _mean_in_window(self._all[a] * self._all[b])[_KEPT]
-                cov -= self._mean[a] * self._mean[b]
-                agree = cov > least[a] * least[b]
-                witnesses[a] += weight[b] * agree
-                witnesses[b] += weight[a] * agree
-        others = np.einsum("v,vij->ij", weight, self._has_print) - weight[:, None, None]
-        seen = witnesses >= np.maximum(WITNESSES, AGREE_SHARE * others)
-        return np.asarray(seen & self._near(_median(self._level, seen)))
-
-    def plain(self, weight: _Reals, clear: _Bits) -> _Bits:
-        """Where (V, rows, columns) a view shows, without print, the level that is commonest of what
-        it may see of the ground, as others do.
-        """
-        told: _Bits = self._is_plain & clear
-        if not told.any():
-            return told
-        level = np.clip(self._mean[told] + MIDDLE_GREY, 0, 255).astype(np.intp)
-        count = np.bincount(level, minlength=256).astype(np.float32)
-        sd = float(np.median(self._sd[told]))
-        common = cv2.GaussianBlur(count[None], (0, 0), sd, borderType=cv2.BORDER_CONSTANT).argmax()
-        seen = self._is_plain & self._near(np.float32(common) - MIDDLE_GREY)
-        witnesses = np.einsum("v,vij->ij", weight, seen) - weight[:, None, None]
-        return np.asarray(seen & (witnesses >= WITNESSES))
-
-    def _near(self, surface: _Reals | np.float32) -> _Bits:
-        # Where the views show a surface of that level.
-        return np.asarray(np.abs(self._level - surface) < AGREES_SDS * self._sd)
-
-
-def _median(level: _Reals, seen: _Bits) -> _Reals:
-    """Medians (...) of the levels (V, ...) of the views that see a point, NaN where none does."""
-    median = np.full(level.shape[1:], np.nan, dtype=np.float32)
-    some = seen.any(axis=0)
-    ranked = np.sort(np.where(seen, level, np.float32(np.inf))[:, some], axis=0)
-    count, point = seen[:, some].sum(axis=0), np.arange(ranked.shape[1])
-    median[some] = (ranked[(count - 1) // 2, point] + ranked[count // 2, point]) / 2
-    return median
-
-
-def _mean_in_window(values: _Reals) -> _Reals:
-    return np.asarray(cv2.blur(values, (WINDOW, WINDOW)), dtype=np.float32)
-
-
-def _all_in_window(bits: _Bits) -> _Bits:
-    around = np.ones((WINDOW, WINDOW), dtype=np.uint8)
-    return cv2.erode(bits.view(np.uint8), around, borderValue=0).view(np.bool_)
 
 
 def _widened(shadow: _Bits) -> _Bits:

@@ -19,6 +19,7 @@ from facetlog.perception.scene import Scene, SeenLattice, SightLines
 from facetlog.perception.surfaces.eyes import Eye, Surface
 from facetlog.perception.surfaces.face_looks import Look, shown_at
 from facetlog.perception.surfaces.seen_ground import seen_ground
+from facetlog.perception.surfaces.seen_through import without_edges_seen_through
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["with_sights"]
@@ -34,7 +35,8 @@ def with_sights(
     ground: tuple[FloatArray, float] | None,
     landmarks: Landmarks | None = None,
 ) -> Scene:
-    """The scene with what each of its views saw of the faces, and with its lines of sight.
+    """The scene with what each of its views saw of the faces, and with its lines of sight; without
+    loose edges through which these pass to the ground.
 
     `views` are those of the scene, at the poses at which it was found, each with its `weight`
     beside views almost like it. `ground` and `landmarks` as in `TrackedFaces`.
@@ -45,7 +47,7 @@ def with_sights(
     lattices: tuple[SeenLattice, ...] = ()
     if ground is not None:
         rings = [surface.rings for surface in surfaces]
-        lattices = seen_ground(views, levels, photos.weight, rings, ground)
+        lattices = seen_ground(views, levels, photos.weight, rings, ground, scene.up)
     on_ground = [lines for seen in lattices for lines in seen.lines]
     looks = [Look.at(surface, len(views)) for surface in surfaces]
     observed: list[list[FloatArray]] = [[] for _ in views]
@@ -69,7 +71,8 @@ def with_sights(
         if len(ends):
             sights.append(SightLines(eye.centre, ends, k))
     faces = tuple(look.face(photos) for look in looks)
-    return replace(scene, faces=faces, sights=tuple(sights), lattices=lattices)
+    found = replace(scene, faces=faces, sights=tuple(sights), lattices=lattices)
+    return without_edges_seen_through(found)
 
 
 def _asked_with(view: int, count: int) -> NDArray[np.intp]:

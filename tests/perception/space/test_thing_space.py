@@ -12,7 +12,7 @@ from facetlog.perception.facts.all_facts import LEVEL_KINDS, fact_rows
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
-from facetlog.perception.scene import Scene
+from facetlog.perception.scene import Scene, SightLines
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
 from facetlog.perception.space.space import Space, State
@@ -153,6 +153,35 @@ def test_sight_beneath_a_table_frees_what_it_passed() -> None:
     with_sensor, without = space(scan), space(replace(scan, sights=()))
     assert with_sensor.share(State.FREE) > without.share(State.FREE) + 0.3
     assert with_sensor.share(State.UNSEEN) > 0.05
+
+
+def test_stray_lines_of_pictures_do_not_open_a_box_and_places_beneath_a_table_do() -> None:
+    block = build("cuboid", {})
+    two_sides = scanned(block, eye_at(block, 30.0, 35.0))
+    surface = ThingSurface(SceneMemo.of(two_sides).table.faces, two_sides.points, NONE, NONE)
+    size = two_sides.points.max(axis=0)
+    # wrong lines through the sides that nobody saw, each pair of which crosses within
+    stray = [
+        SightLines(size * [-4.0, -3.0, share], size * [[0.6, 0.6, share]])
+        for share in (0.2, 0.4, 0.6)
+    ] + [
+        SightLines(size * [-3.0, -4.0, share], size * [[0.6, 0.6, share]])
+        for share in (0.2, 0.4, 0.6)
+    ]
+    by_pictures, by_scan = (
+        thing_space(surface, UP, sights=stray, places=places) for places in (2, 1)
+    )
+    assert by_pictures is not None
+    assert by_scan is not None
+    assert by_pictures.least().solid.mean() > 0.97
+    assert by_scan.least().solid.mean() < 0.9
+    table = build("table", {})
+    eyes = [scanned(table, eye_at(table, azimuth, 25.0)) for azimuth in (20.0, 40.0, 60.0)]
+    top = ThingSurface(SceneMemo.of(eyes[0]).table.faces, table.points, NONE, NONE)
+    beneath = thing_space(top, UP, sights=[one for eye in eyes for one in eye.sights], places=2)
+    assert beneath is not None
+    assert beneath.share(State.FREE) > 0.3
+    assert beneath.least().solid.mean() < 0.5
 
 
 def measured(scene: Scene) -> dict[tuple[str, str], tuple[float, float, float]]:

@@ -12,6 +12,7 @@ from facetlog.perception.detection.gradients import gradient
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.scene import SeenLattice
 from facetlog.perception.surfaces.ground_lattice import GroundLattice
+from facetlog.perception.surfaces.ground_level import aligned_ground
 from facetlog.perception.surfaces.seen_ground import seen_ground
 from facetlog.perception.types import FloatArray, Image, Pose, View
 from tests.perception.detection.drawings import CAMERA, HEIGHT, WIDTH, with_noise
@@ -130,6 +131,29 @@ def test_a_plain_floor_is_seen_by_its_grey_where_a_face_says_how_often_that_is_w
 
 def test_a_plain_floor_as_grey_as_what_hides_it_is_not_seen() -> None:
     assert seen(pattern(FLOOR_GREY, 0.0, 0), pattern(FLOOR_GREY, 0.0, 1), KNOWN) == ()
+
+
+@pytest.mark.parametrize(("off", "lean"), [(0.06, 0.0), (-0.1, 0.0), (0.04, 0.02)])
+def test_the_ground_is_put_where_its_print_agrees(off: float, lean: float) -> None:
+    # far enough apart that a pixel up or down makes a difference
+    apart = [place * [2.0, 2.0, 1.0] for place in PLACES]
+    views = [picture(place, FLOOR, pattern(PLATE_GREY, 15.0, 1)) for place in apart]
+    levels = GreyLevels(views, [gradient(view.image) for view in views])
+    tilted = np.array([lean, 0.0, np.sqrt(1.0 - lean**2)])
+    every, alike = np.arange(len(views)), np.ones(len(views))
+    normal, height = aligned_ground(views, levels, every, alike, (tilted, off), UP)
+    np.testing.assert_allclose(normal, UP)
+    # a pixel is .02
+    assert height == pytest.approx(0.0, abs=0.025)
+    near = aligned_ground(views, levels, every, alike, (tilted, off))[1]
+    assert abs(near) <= abs(off)
+
+
+def test_a_ground_without_print_stays_where_it_is() -> None:
+    views = [picture(place, pattern(FLOOR_GREY, 0.0, 0), None) for place in PLACES]
+    levels = GreyLevels(views, [gradient(view.image) for view in views])
+    ground = (UP, 0.06)
+    assert aligned_ground(views, levels, np.arange(9), np.ones(9), ground, UP) == ground
 
 
 def test_fewer_views_than_agree_see_nothing() -> None:

@@ -1,0 +1,72 @@
+"""The ground beneath each thing, where views show it.
+
+What ends above the ground stands on something that was not found, or on another thing: heights
+count from the ground where no other thing reaches beneath it.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.row_table import Indices
+from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.types import FloatArray
+
+__all__ = ["above_ground", "floor_heights"]
+
+# A level face points this much up: cos 30°.
+LEVEL_ENOUGH = 0.866
+
+
+def above_ground(scene: Scene, points: FloatArray) -> FloatArray | None:
+    """How high points (n, 3) are above the ground, along the scene's up; None where it is not
+    known, or the views show no ground that is about level.
+    """
+    if scene.up is None or not scene.lattices:
+        return None
+    lattice = scene.lattices[0]
+    normal = np.cross(*lattice.steps)
+    normal /= np.linalg.norm(normal)
+    rise = float(normal @ scene.up)
+    if abs(rise) < LEVEL_ENOUGH:
+        return None
+    heights: FloatArray = (points - lattice.corner) @ normal / rise
+    return heights
+
+
+def floor_heights(
+    scenes: Sequence[Scene],
+    table: FaceTable,
+    owners: Indices,
+    members: Sequence[Indices],
+    of_scene: Indices,
+) -> FloatArray:
+    """The height (t,) of the ground under the lowest of each thing's vertices `members`, along up.
+
+    Infinite where the ground is not known or another thing reaches beneath. `owners` (f,) are the
+    things of all faces, -1 for none; `of_scene` (t,) are the scenes of the things.
+    """
+    floors = np.full(len(members), np.inf)
+    for nth, scene in enumerate(scenes):
+        above = above_ground(scene, table.points)
+        if above is None or scene.up is None:
+            continue
+        axes = plane_axes(scene.up, np.eye(3)[int(np.argmin(np.abs(scene.up)))])
+        heights, flat = table.points @ scene.up, table.points @ axes.T
+        level = np.flatnonzero(
+            (table.scene == nth) & (table.planes.normals @ scene.up > LEVEL_ENOUGH)
+        )
+        outlines = [table.outlines[i, table.there[i]] for i in level.tolist()]
+        plans = [shapely.convex_hull(shapely.MultiPoint(flat[outline])) for outline in outlines]
+        middles = table.middles[level] @ scene.up
+        for thing in np.flatnonzero(of_scene == nth).tolist():
+            own = members[thing]
+            lowest = own[int(np.argmin(heights[own]))]
+            others = (owners[level] != thing) & (middles < heights[lowest])
+            plan = shapely.convex_hull(shapely.MultiPoint(flat[own]))
+            if not any(plan.intersects(plans[i]) for i in np.flatnonzero(others)):
+                floors[thing] = heights[lowest] - above[lowest]
+    return floors

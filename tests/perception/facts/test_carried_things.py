@@ -1,0 +1,90 @@
+"""Things over a ground that views show: heights count from it, and what floats is carried."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.facts.scene_memo import SceneMemo
+from facetlog.perception.scene import Scene, SeenLattice
+from facetlog.perception.surfaces.exact_solids.polyhedra import (
+    cuboid,
+    moved,
+    polyhedron,
+    table,
+    together,
+)
+
+ABOVE = np.array([[3.0, 0.0, 2.0], [0.0, 3.0, 2.0], [-3.0, -3.0, 2.0]])
+TOP = polyhedron([(0, 0, 0.7), (1, 0, 0.7), (1, 0.6, 0.7), (0, 0.6, 0.7)], [(0, 1, 2, 3)])
+
+
+def on_ground(scene: Scene, height: float = 0.0) -> Scene:
+    """The scene over a ground at a height, of which three views see some."""
+    corner, steps = np.array([-2.0, -2.0, height]), 0.1 * np.eye(3)[:2]
+    lattice = SeenLattice(corner, steps, ABOVE, np.ones((3, 9, 9), dtype=np.bool_), (0, 1, 2))
+    return replace(scene, views=("a", "b", "c"), lattices=(lattice,))
+
+
+def leaf(low: float, high: float, width: float = 0.4, x: float = 0.0) -> Scene:
+    """An upright rectangle across the x axis that looks along it."""
+    corners = [(x, 0, low), (x, width, low), (x, width, high), (x, 0, high)]
+    return polyhedron(corners, [(0, 1, 2, 3)])
+
+
+def values(scene: Scene, functor: str) -> dict[str, float]:
+    return {str(f.args[0]): float(f.args[1]) for f in scene_facts(scene) if f.functor == functor}
+
+
+def things(scene: Scene) -> list[tuple[int, ...]]:
+    return [thing.faces for thing in SceneMemo.of(scene).things]
+
+
+@pytest.mark.parametrize("height", [0.0, -0.2, 0.3])
+def test_heights_count_from_the_ground_that_was_seen(height: float) -> None:
+    scene = on_ground(TOP, height)
+    assert values(TOP, "elevation")["f1"] == 0.0
+    assert values(scene, "elevation")["f1"] == pytest.approx(0.7 - height)
+    assert values(scene, "top_of")["t1"] == pytest.approx(0.7 - height)
+    assert values(scene, "clear_below")["f1"] == pytest.approx(0.7 - height)
+    # all of its plan is taken by the top, and nothing is known to be beneath
+    assert values(scene, "cover")["f1"] == 1.0
+
+
+def test_what_reaches_the_ground_or_below_is_measured_as_without_it() -> None:
+    block = cuboid()
+    for height in (-1e-9, 0.02):
+        scene = on_ground(block, height)
+        assert values(scene, "elevation") == pytest.approx(values(block, "elevation"), abs=1e-6)
+        assert values(scene, "solidity") == pytest.approx(values(block, "solidity"))
+
+
+def test_heights_do_not_count_from_the_ground_where_another_thing_is_beneath() -> None:
+    cup = moved(cuboid(0.1, 0.1, 0.1), translation=(0.5, 0.3, 0.8))
+    scene = on_ground(together(table(), cup))
+    assert values(scene, "top_of")["t2"] == pytest.approx(0.1)
+    beside = on_ground(together(table(), moved(cup, translation=(2.0, 0.0, 0.0))))
+    assert values(beside, "top_of")["t2"] == pytest.approx(0.9)
+
+
+def test_a_back_that_ends_above_its_seat_is_one_thing_with_it() -> None:
+    seat = polyhedron([(0, 0, 0.4), (0.4, 0, 0.4), (0.4, 0.4, 0.4), (0, 0.4, 0.4)], [(0, 1, 2, 3)])
+    chair = together(seat, leaf(0.44, 0.9))
+    assert things(chair) == [(0,), (1,)]
+    assert things(on_ground(chair)) == [(0, 1)]
+    # what is about as near to the ground may stand on something else
+    assert things(on_ground(chair, 0.35)) == [(0,), (1,)]
+
+
+def test_what_stands_over_a_top_and_takes_little_of_it_is_not_part_of_it() -> None:
+    card = moved(leaf(0.705, 0.9, 0.2), translation=(0.5, 0.2, 0.0))
+    assert things(on_ground(together(TOP, card))) == [(0,), (1,)]
+
+
+def test_things_of_a_block_of_scenes_are_those_of_each_alone() -> None:
+    seat = polyhedron([(0, 0, 0.4), (0.4, 0, 0.4), (0.4, 0.4, 0.4), (0, 0.4, 0.4)], [(0, 1, 2, 3)])
+    chair = on_ground(together(seat, leaf(0.44, 0.9)))
+    block = SceneMemo.of(cuboid(), chair, chair)
+    assert [thing.faces for thing in block.things] == [(0, 1, 2, 3, 4, 5), (6, 7), (8, 9)]
+    assert block.thing_scene.tolist() == [0, 1, 2]

@@ -1,0 +1,63 @@
+"""Edges in the air are no edges where views see the ground through them; a leg hides it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from facetlog.perception.scene import Edge, Scene, SeenLattice, Vertex
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.surfaces.seen_through import seen_through, without_edges_seen_through
+from facetlog.perception.types import FloatArray
+
+PITCH = 0.01
+ORIGINS = np.array([[1.0, 0.2, 1.5], [-1.0, 0.4, 1.2], [0.3, -1.0, 1.4]])
+LEG = np.array([[0.1, 0.0, 0.7], [0.1, 0.0, 0.0]])
+IN_THE_AIR = np.array([[-0.3, 0.3, 0.6], [0.2, 0.4, 0.6]])
+
+
+def lattice(hiding: FloatArray) -> SeenLattice:
+    """The ground, of which each view sees all that is not right behind a segment (2, 3)."""
+    rows = columns = 600
+    corner = np.array([-3.0, -3.0, 0.0])
+    steps = PITCH * np.eye(3)[:2]
+    shown = np.ones((len(ORIGINS), rows, columns), dtype=np.bool_)
+    for origin, seen in zip(ORIGINS, shown, strict=True):
+        points = hiding[0] + np.linspace(0.0, 1.0, 500)[:, None] * (hiding[1] - hiding[0])
+        met = origin + (points - origin) * (origin[2] / (origin[2] - points[:, 2]))[:, None]
+        row, column = np.rint((met - corner)[:, :2] / PITCH).astype(int).T
+        for wide in range(-3, 4):
+            seen[row + wide, column] = seen[row, column + wide] = False
+    return SeenLattice(corner, steps, ORIGINS, shown, (0, 1, 2))
+
+
+def test_the_ground_shows_through_what_is_not_there_and_beside_what_is() -> None:
+    both = np.array([LEG, IN_THE_AIR])
+    assert seen_through(both, [lattice(LEG)]).tolist() == [False, True]
+    assert seen_through(both, [lattice(IN_THE_AIR)]).tolist() == [True, False]
+
+
+def test_where_no_view_shows_the_ground_nothing_is_known() -> None:
+    both = np.array([LEG, IN_THE_AIR])
+    blind = replace(lattice(LEG), shown=np.zeros((3, 600, 600), dtype=np.bool_))
+    assert not seen_through(both, [blind]).any()
+    assert not seen_through(both, []).any()
+    # what lies on the ground is seen, whatever it is
+    on_ground = np.array([[[-0.3, 0.3, 0.0], [0.2, 0.4, 0.0]]])
+    assert not seen_through(on_ground, [lattice(LEG)]).any()
+
+
+def test_a_scene_loses_loose_edges_with_their_vertices_and_no_sides() -> None:
+    block = cuboid(0.2, 0.2, 0.4)
+    count = len(block.vertices)
+    vertices = tuple(Vertex(p, 1e-6 * np.eye(3)) for p in np.concatenate([LEG, IN_THE_AIR]))
+    scene: Scene = replace(
+        block,
+        views=("a", "b", "c"),
+        vertices=(*block.vertices, *vertices),
+        edges=(*block.edges, Edge(count + 2, count + 3), Edge(count, count + 1)),
+        lattices=(lattice(LEG),),
+    )
+    found = without_edges_seen_through(scene)
+    assert len(found.vertices) == count + 2
+    assert found.edges[:-1] == block.edges
+    np.testing.assert_allclose(found.points[[found.edges[-1].start, found.edges[-1].end]], LEG)
