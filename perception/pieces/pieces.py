@@ -19,7 +19,7 @@ from facetlog.perception.space.surface_points import inner_points
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Piece", "Pieces", "find_pieces"]
+__all__ = ["ROUNDING", "Piece", "Pieces", "find_pieces"]
 
 # sd of a place that is known to a cell, in cells: of a uniform distribution.
 ROUNDING = 1.0 / float(np.sqrt(12.0))
