@@ -41,6 +41,7 @@ def kinds(rows: FactRows) -> dict[str, str]:
         ("shelf", {"board": 7}),
         ("cabinet", {"block": 1}),
         ("tray", {"board": 5}),
+        ("l_block", {"block": 2}),
     ],
 )
 def test_furniture_has_the_pieces_that_a_person_names(name: str, expected: dict[str, int]) -> None:
