@@ -36,6 +36,7 @@ NAMES = (
     "accuracy_shapes",
     "accuracy_prototypes",
     "accuracy_newcomer",
+    "accuracy_plain",
     "time_demo",
     "time_large",
     "time_estimation",

@@ -17,7 +17,7 @@ from facetlog.batch.labels import NONE, Label, Truth
 from facetlog.batch.rows import Row
 from facetlog.errors import FacetlogError
 from facetlog.kb.batch_judge import BatchJudge
-from facetlog.perception.facts.all_facts import fact_rows
+from facetlog.perception.facts.all_facts import FactRows, fact_rows
 from facetlog.perception.length_units import METRES_PER
 from facetlog.perception.reading.shape_files.mesh_files import Mesh, read_mesh
 from facetlog.perception.reading.shape_files.point_cloud import Cloud
@@ -36,8 +36,9 @@ __all__ = [
     "Task",
     "confusion",
     "is_held_out",
-    "judged",
     "judged_all",
+    "judged_by",
+    "judged_by_each",
     "noisy_cloud",
     "scene_of",
 ]
@@ -135,42 +136,59 @@ def scene_of(task: Task) -> Scene:
     return scene_of_mesh(mesh, up=up, metric=unit is not None)
 
 
-def judged(task: Task, judge: BatchJudge) -> Judged:
-    """A shape judged by all models; what cannot be read is answered `error`."""
+def judged_by(task: Task, judges: Sequence[BatchJudge]) -> tuple[Judged, ...]:
+    """A shape judged by the models of each judge; what cannot be read is answered `error`."""
     start = time.perf_counter()
-    row: Row = {"path": task.name, "verdicts": [], "error": None}
+    error = None
+    verdicts: list[list[Row]] = [[] for _ in judges]
     whole = False
     try:
         scene = scene_of(task)
         whole = any(body.whole for body in scene.bodies)
-        row["verdicts"] = [
-            {"model": v.model, "state": str(v.state), "degree": v.degree}
-            for v in judge.judge(fact_rows(scene))
-            if v.model in CLASSES
-        ]
+        facts = fact_rows(scene, {functor for judge in judges for functor, _ in judge.needed})
+        verdicts = [_verdicts(judge, facts) for judge in judges]
     except FacetlogError as exc:
-        row["error"] = str(exc)
+        error = str(exc)
     except Exception as exc:  # a fault of ours: it counts as wrong, and costs no other shape
-        row["error"] = f"{type(exc).__name__}: {exc}"
-    return Judged(task, answer(row, CLASSES)[0], row, whole, time.perf_counter() - start)
+        error = f"{type(exc).__name__}: {exc}"
+    seconds = time.perf_counter() - start
+    rows: list[Row] = [{"path": task.name, "verdicts": own, "error": error} for own in verdicts]
+    return tuple(Judged(task, answer(row, CLASSES)[0], row, whole, seconds) for row in rows)
+
+
+def _verdicts(judge: BatchJudge, facts: FactRows) -> list[Row]:
+    return [
+        {"model": v.model, "state": str(v.state), "degree": v.degree}
+        for v in judge.judge(facts)
+        if v.model in CLASSES
+    ]
 
 
 _judges: list[BatchJudge] = []
 
 
-def _open_judge() -> None:
-    _judges.append(BatchJudge())
+def _open_judges(texts: Sequence[Sequence[Path]]) -> None:
+    _judges.extend(BatchJudge(text) for text in texts)
 
 
-def _judged_here(task: Task) -> Judged:
-    return judged(task, _judges[0])
+def _judged_here(task: Task) -> tuple[Judged, ...]:
+    return judged_by(task, _judges)
+
+
+def judged_by_each(
+    tasks: Sequence[Task], texts: Sequence[Sequence[Path]], workers: int = WORKERS
+) -> tuple[tuple[Judged, ...], ...]:
+    """All shapes judged by each of several texts, files of models that take the built-in ones'
+    places; shapes and texts in their order, by so many spawned processes with an engine each."""
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    spawn = multiprocessing.get_context("spawn")
+    with spawn.Pool(workers, _open_judges, (texts,)) as pool:
+        return tuple(pool.imap(_judged_here, tasks, chunksize=1))
 
 
 def judged_all(tasks: Sequence[Task], workers: int = WORKERS) -> tuple[Judged, ...]:
-    """All shapes judged, in their order, by so many spawned processes with an engine each."""
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    with multiprocessing.get_context("spawn").Pool(workers, _open_judge) as pool:
-        return tuple(pool.imap(_judged_here, tasks, chunksize=1))
+    """All shapes judged by the built-in models, in their order."""
+    return tuple(found for (found,) in judged_by_each(tasks, ((),), workers))
 
 
 def confusion(found: Iterable[Judged]) -> Confusion:

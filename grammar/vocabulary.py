@@ -178,8 +178,8 @@ _WORDS = (
          many=True),
     # One face
     _measure("tilt", Gives.ANGLE, ELEMENT | PIECE, high=90.0, unknown=_UP,
-             meaning="0 level, 90 upright, whichever way it faces; of a board's broad side, of "
-                     "another piece's length"),
+             meaning="0 level, 90 upright, whichever way it faces; of a bar's length, of "
+                     "another piece's broad side"),
     _measure("area", Gives.AREA, FACE, meaning="the area, without holes"),
     _measure("length", Gives.LENGTH, FACE | SOLID,
              meaning="the longer side of the least rectangle round a face; the longest side of the "

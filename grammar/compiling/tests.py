@@ -24,7 +24,7 @@ from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import ABOUT, soft_share
 from facetlog.grammar.scope import SetSymbol
 from facetlog.grammar.terms import Atom, Struct, Term, Var
-from facetlog.grammar.vocabulary import Kind, Kinds
+from facetlog.grammar.vocabulary import PIECE, Kind, Kinds
 
 __all__ = ["Writer", "WriterOf", "count_numbers"]
 
@@ -156,7 +156,10 @@ class Writer(MeasureWriter):
     def number_of(self, shape: SetShape, low: float, high: float) -> Term:
         """The test that a set has so many members."""
         groups = self._groups(shape)
-        return _amount(shape.pattern(self.names), groups, shape.test(self), low, high)
+        closed = shape.symbol.kinds == PIECE
+        return _amount(
+            shape.pattern(self.names), groups, shape.test(self), low, high, closed=closed
+        )
 
     def _groups(self, shape: SetShape) -> Var:
         members = self.members(shape)
@@ -258,6 +261,7 @@ class Writer(MeasureWriter):
         low, high = count_numbers(node.count) if node.count else (1.0, math.inf)
         demanded = self.scope.demanded(node, node.name)
         first = self.scope.symbols.get(node.of[0].text) if node.of else None
+        closed = False
         if isinstance(first, SetSymbol) and len(node.of) == 1:
             shape = self.shapes[first.name]
             pattern, bound, own = shape.copy(self, node.name.text)
@@ -275,13 +279,14 @@ class Writer(MeasureWriter):
             variable, kinds, inner = self._element(node.kind, node.name)
             some, own_where = self._others(kinds, demanded, node.name.text, variable, inner)
             pattern, test = variable, own_where if own_where is not None else NOTHING
+            closed = kinds == PIECE
         if node.count is None:
             found = Struct("some", (pattern, some, test))
             return found if node.some else Struct("not", (found,))
         one = self.names.fresh("member")
         groups = self.names.fresh(f"{node.name.text}_groups")
         self.goals.append(Struct("findall", ((one,), Struct("member", (one, some)), groups)))
-        return _amount(pattern, groups, test, low, high)
+        return _amount(pattern, groups, test, low, high, closed=closed)
 
     def _seen(self, parts: tuple[Term, ...]) -> Term:
         """Those of some parts that were seen: what was not seen is no witness."""
@@ -335,10 +340,19 @@ def count_numbers(count: s.Count) -> tuple[float, float]:
             return low, high
 
 
-def _amount(pattern: Term, groups: Term, test: Term, low: float, high: float) -> Term:
+def _amount(
+    pattern: Term, groups: Term, test: Term, low: float, high: float, *, closed: bool
+) -> Term:
+    """The test of so many groups; `closed` if these are all that a thing has which is known from
+    all sides, as pieces are: a round leg has no face, but is a piece."""
     tests: list[Term] = []
     if low > 0 and math.isfinite(low):
-        tests.append(Struct("at_least_of", (math.ceil(low), pattern, groups, test)))
+        least = math.ceil(low)
+        if closed:
+            counted = Struct("at_least_in", (least, Var("Thing"), pattern, groups, test))
+        else:
+            counted = Struct("at_least_of", (least, pattern, groups, test))
+        tests.append(counted)
     if math.isfinite(high):
         tests.append(Struct("at_most_of", (math.floor(high), pattern, groups, test)))
     return all_of(tests) if tests else NOTHING

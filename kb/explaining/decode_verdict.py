@@ -141,11 +141,12 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
             words = relation_words(test, truth, cause)
             return Note("fact", truth, words, cause_words(cause, test))
         case (
-            Struct("at_least_of" | "at_most_of" as bound, (int(count), _)),
+            Struct("at_least_of" | "at_least_in" | "at_most_of" as bound, (int(count), _)),
             Struct("counted", (int(holding), int(undecided), member)),
         ):
             deciding = "" if member == Atom("none") else readable(member)
-            tally = Tally(bound == "at_least_of", count, holding, undecided, deciding)
+            at_least, is_all = bound != "at_most_of", state is State.FAILS
+            tally = Tally(at_least, count, holding, undecided, deciding, is_all)
             return Note("counted", tally.brief(), tally.words())
         case Struct("is_a", (thing, Atom(model))), Struct("judged", (Atom(cause),)):
             words = model_words(readable(thing), model, state)

@@ -23,7 +23,7 @@ BEYOND = 1e-9
 # Too few of what is counted may be all that was seen: kb/prolog/meaning/compare.pl, so_far/1.
 _SO_FAR = re.compile(r"^(count of |count\(|faces_at\()")
 # How a proof names counted groups: kb/prolog/explaining/prove.pl.
-_COUNTED = re.compile(r"^(at_least_of|at_most_of)\((\d+)\b")
+_COUNTED = re.compile(r"^(at_least_of|at_least_in|at_most_of)\((\d+)\b")
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,9 +216,13 @@ def _counted(proof: Proof, states: list[State]) -> State:
         return proof.state
     bound, wanted = match[1], int(match[2])
     holding = states.count(State.HOLDS)
-    if bound == "at_least_of":
-        # Never refuted: more of the thing may be there than was seen.
-        return State.HOLDS if holding >= wanted else State.UNKNOWN
+    if bound != "at_most_of":
+        if holding >= wanted:
+            return State.HOLDS
+        # Refuted only if nothing more can be there; else more of it may be than was seen.
+        open_ = states.count(State.UNKNOWN)
+        refuted = proof.state is State.FAILS and holding + open_ < wanted
+        return State.FAILS if refuted else State.UNKNOWN
     if holding > wanted:
         return State.FAILS
     return State.UNKNOWN if holding + states.count(State.UNKNOWN) > wanted else State.HOLDS

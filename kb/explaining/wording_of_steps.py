@@ -18,7 +18,8 @@ _MODEL_CAUSES = {
 class Tally:
     """How many groups are wanted (at least or at most `count`), how many hold and how many may.
 
-    `deciding` is the member of a group that decides, or empty.
+    `deciding` is the member of a group that decides, or empty; `is_all` says that there are no more
+    groups than these.
     """
 
     at_least: bool
@@ -26,6 +27,7 @@ class Tally:
     holding: int
     undecided: int
     deciding: str
+    is_all: bool = False
 
     def brief(self) -> str:
         """The numbers alone.
@@ -56,6 +58,8 @@ class Tally:
 
     def _end(self) -> str:
         if self.at_least and self.holding < self.count:
+            if self.is_all:
+                return ""
             following = f"; {self.deciding} comes next" if self.deciding else ""
             return f", but there may be more{following}"
         if not self.at_least and self.holding > self.count:

@@ -10,7 +10,7 @@ from facetlog.perception.facts.levels import level_at
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.piece_kinds import PIECE_KINDS
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
-from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
+from facetlog.perception.pieces.pieces import ROUNDING, Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
 from facetlog.perception.scene import Evidence, Scene
 from facetlog.perception.types import FloatArray
@@ -80,15 +80,28 @@ class _Found:
     def _level(
         self, name: str, piece: Piece, up: FloatArray
     ) -> Iterator[tuple[str, tuple[str | float, ...]]]:
-        if piece.kind is not Kind.BOARD or abs(float(piece.axes[2] @ up)) < LEVEL_ENOUGH:
+        if piece.kind is Kind.BAR:
             return
-        # of a board that leans the middle of its upper side
-        level = level_at(self.filled.space, (piece.high + float(piece.middle @ up)) / 2.0)
+        side = _lying(piece, up)
+        if abs(float(piece.axes[side] @ up)) < LEVEL_ENOUGH:
+            return
+        level = level_at(self.filled.space, self._upper_side(piece, up, side))
         if level is not None:
             for measure, each in level.measures():
                 yield "piece_level", (name, measure, each.value, each.sd)
                 if each.open:
                     yield "piece_unseen", (name, measure, each.if_free, each.if_full)
+
+    def _upper_side(self, piece: Piece, up: FloatArray, side: int) -> float:
+        """How high the side is that it turns upwards: its largest face there, or what is curved
+        halfway between its middle and its highest point, for a hollow seat is below its rim."""
+        faces = (face for face in self.filled.surface.faces if face.index in piece.faces)
+        level = [face for face in faces if float(face.normal @ up) >= LEVEL_ENOUGH]
+        if level:
+            return float(max(level, key=lambda face: face.area).middle @ up)
+        half = (piece.length, piece.width, piece.thickness)[side].value / 2.0
+        rise = abs(float(piece.axes[side] @ up))
+        return float(piece.middle @ up) + half * rise / 2.0
 
 
 def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
@@ -104,13 +117,22 @@ def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
         yield scene, _Found(filled, s.scenes[scene].up, s.thing_names[index], names, pieces)
 
 
+def _lying(piece: Piece, up: FloatArray) -> int:
+    """The axis that is square to its broad side: of those along which it is as thin within a cell,
+    as all are of a cube, the most upright one."""
+    cell = piece.thickness.sd / ROUNDING
+    extents = (piece.length.value, piece.width.value, piece.thickness.value)
+    thin = [i for i, extent in enumerate(extents) if extent <= piece.thickness.value + cell]
+    return max(thin, key=lambda i: abs(float(piece.axes[i] @ up)))
+
+
 def _tilt(piece: Piece, up: FloatArray) -> tuple[float, float]:
     """Degrees, and the sd: ends across it that are each known to a cell."""
-    if piece.kind is Kind.BOARD:  # it has a broad side
-        rise = min(1.0, abs(float(piece.axes[2] @ up)))
-        across, angle = piece.width, np.arccos(rise)
-    else:
+    if piece.kind is Kind.BAR:
         rise = min(1.0, abs(float(piece.axes[0] @ up)))
         across, angle = piece.length, np.arcsin(rise)
+    else:
+        rise = min(1.0, abs(float(piece.axes[_lying(piece, up)] @ up)))
+        across, angle = piece.width, np.arccos(rise)
     sd = np.arctan2(np.sqrt(2.0) * across.sd, across.value) if across.value > 0 else np.pi / 2
     return float(np.rad2deg(angle)), float(np.rad2deg(sd))

@@ -28,8 +28,8 @@ PIECE_KINDS: tuple[FactKind, ...] = (
     _kind(
         "piece_tilt +P:piece Angle:deg Sd:deg",
         _MAYBE,
-        "of what is thin the tilt of its broad side, 0 level, 90 upright; of others that of their "
-        "length, 0 lying, 90 standing",
+        "of what is slender the tilt of its length, 0 lying, 90 standing; of others that of their "
+        "broad side, 0 level, 90 upright: of sides as broad within a cell the most level one",
         _NO_UP,
     ),
     _kind(
@@ -53,8 +53,8 @@ PIECE_KINDS: tuple[FactKind, ...] = (
         "piece_level +P:piece Measure:symbol V:number Sd:number",
         _ANY,
         "a measure of space (`cover` and so on to `rise_span`) of the level that the upper side of "
-        "a level board has",
-        _NO_UP + ", or it is no board, or leans more than 30° from level",
+        "a level board or block has",
+        _NO_UP + ", or it is slender, or leans more than 30° from level",
     ),
     _kind(
         "piece_unseen +P:piece +Measure:symbol IfFree:number IfFull:number",

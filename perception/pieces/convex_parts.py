@@ -1,4 +1,4 @@
-"""Parts that touch and are nearly convex together: they are one."""
+"""Parts that are nearly convex together are one; one that is far from it is several."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,11 +6,16 @@ from numpy.typing import NDArray
 from facetlog.perception.row_table import Indices
 from facetlog.perception.types import FloatArray
 
-__all__ = ["convex_joined", "is_convex"]
+__all__ = ["convex_cut", "convex_joined", "is_convex"]
 
 # Share of the convex hull that parts fill together. A slope in steps of cells takes some per cent
 # from it; a flight of three steps, which is not one part, fills .88.
 CONVEX = 0.9
+# A cut has to fill so much more of the hulls.
+GAIN = 1.0 - CONVEX
+# Cuts are tried where the section changes most: so many along each axis.
+CUTS = 2
+_Cells = NDArray[np.bool_]
 _CORNERS = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1], indexing="ij"), axis=-1).reshape(-1, 3)
 
 
@@ -18,6 +23,38 @@ def is_convex(cells: NDArray[np.bool_]) -> bool:
     """Whether cells (nx, ny, nz), some at least, are nearly their own convex hull."""
     volume, _ = _hull(_outer_corners(np.argwhere(cells)))
     return int(cells.sum()) >= CONVEX * volume
+
+
+def convex_cut(cells: _Cells) -> list[_Cells]:
+    """Cells (nx, ny, nz), some at least, cut square to the grid as long as that makes them more
+    convex: a seat off the back that is as thick as it, a step off the next."""
+    volume, _ = _hull(_outer_corners(np.argwhere(cells)))
+    if cells.sum() >= CONVEX * volume:
+        return [cells]
+    best, filled = None, float(cells.sum()) / volume + GAIN
+    # level cuts first: a seat goes through below its back
+    for axis in (2, 1, 0):
+        areas = np.moveaxis(cells, axis, 0).sum(axis=(1, 2))
+        for last in np.argsort(-np.abs(np.diff(areas)), kind="stable")[:CUTS]:
+            sides = _halves(cells, axis, int(last) + 1)
+            hulls = sum(_hull(_outer_corners(np.argwhere(side)))[0] for side in sides)
+            if len(sides) > 1 and cells.sum() / hulls > filled:
+                best, filled = sides, float(cells.sum()) / hulls
+    return [cells] if best is None else [part for side in best for part in convex_cut(side)]
+
+
+def _halves(cells: _Cells, axis: int, place: int) -> list[_Cells]:
+    """What hangs together of the cells before a place along an axis, and of those from it on."""
+    from scipy import ndimage
+
+    first = (np.arange(cells.shape[axis]) < place).reshape(
+        [-1 if i == axis else 1 for i in range(3)]
+    )
+    found = []
+    for side in (cells & first, cells & ~first):
+        labels, count = ndimage.label(side)
+        found += [labels == number for number in range(1, count + 1)]
+    return found
 
 
 def convex_joined(parts: Indices) -> Indices:

@@ -1,10 +1,11 @@
 """The cells that a thing fills into solid parts, by openings.
 
-An opening keeps what a probe fills that lies wholly inside. A cube finds blocks; flat squares find
-boards, square to the grid, and where boards cross the larger goes through; sticks find bars. A
-probe half as long finds the smaller ones among what is left. What none finds, as a leaning back,
-is a part as it hangs together. Parts that are nearly convex together are one, as those of a wedge,
-and so is what nowhere reaches farther from a larger part than crumbs do: rims, rounded edges.
+An opening keeps what a probe fills that lies wholly inside. A cube finds blocks, which are cut
+where that makes them more convex, as a seat off a back as thick; flat squares find boards, square
+to the grid, and where boards cross the larger goes through; sticks find bars. A probe half as long
+finds the smaller ones among what is left. What none finds, as a leaning back, is a part as it hangs
+together. Parts that are nearly convex together are one, as those of a wedge, and so is what nowhere
+reaches farther from a larger part than crumbs do: rims, rounded edges.
 """
 
 from collections.abc import Iterator, Sequence
@@ -12,7 +13,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.pieces.convex_parts import convex_joined, is_convex
+from facetlog.perception.pieces.convex_parts import convex_cut, convex_joined, is_convex
 from facetlog.perception.row_table import Indices
 
 __all__ = ["solid_parts"]
@@ -55,7 +56,8 @@ def _probed(left: _Cells, longest: int) -> Iterator[list[_Cells]]:
     """What each sort of probe finds in the cells that are left by then; at last the rest."""
     lengths = [max(3, round(share * longest)) for share in PROBES]
     for long in lengths:
-        yield _connected(_opened(left, (long, long, long)))
+        blocks = _connected(_opened(left, (long, long, long)))
+        yield [part for block in blocks for part in convex_cut(block)]
         squares = [[1 if axis == flat else long for axis in range(3)] for flat in range(3)]
         yield [part for probe in squares for part in _connected(_opened(left, probe))]
     for long in lengths:

@@ -8,7 +8,7 @@ import pytest
 from benchmarks.accuracy_shapes import file_tasks, own_tasks
 from benchmarks.common import data_set
 from benchmarks.own_shapes import KINDS
-from benchmarks.shape_judging import Judged, Task, confusion, is_held_out, judged
+from benchmarks.shape_judging import Judged, Task, confusion, is_held_out, judged_by
 from facetlog.kb.batch_judge import BatchJudge
 
 NUMBER = {name: number for number, (name, _, _) in enumerate(KINDS)}
@@ -64,7 +64,7 @@ def test_halves_are_about_as_large_and_do_not_change() -> None:
 
 
 def test_error_is_answered_error_and_counts_as_wrong(judge: BatchJudge) -> None:
-    found = judged(Task("nothing", "lamp", file="nowhere.ply"), judge)
+    (found,) = judged_by(Task("nothing", "lamp", file="nowhere.ply"), (judge,))
     assert found.answered == "error"
     assert confusion([found]).accuracy.hits == 0
 
@@ -80,12 +80,13 @@ def test_error_is_answered_error_and_counts_as_wrong(judge: BatchJudge) -> None:
 )
 def test_own_shape_is_answered_right(judge: BatchJudge, name: str, answer: str) -> None:
     (task,) = own_tasks([NUMBER[name]])
-    assert judged(task, judge).answered == answer
+    (found,) = judged_by(task, (judge,))
+    assert found.answered == answer
 
 
 def test_noisy_cloud_of_a_box_is_whole_and_a_box(judge: BatchJudge) -> None:
     task = Task("cube", "box", seed=NUMBER["cube"], sampled=True)
-    found = judged(task, judge)
+    (found,) = judged_by(task, (judge,))
     assert (found.answered, found.whole) == ("box", True)
 
 
@@ -100,4 +101,5 @@ def test_folder_has_upright_meshes_their_clouds_and_scans(folder: Path) -> None:
 
 def test_scan_from_one_side_is_not_whole(folder: Path, judge: BatchJudge) -> None:
     scan = file_tasks(folder)["scans"][0]
-    assert not judged(scan, judge).whole
+    (found,) = judged_by(scan, (judge,))
+    assert not found.whole

@@ -11,10 +11,11 @@ from facetlog.grammar.compile import Program, compiled
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.perception.facts.all_facts import scene_facts
+from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids import polyhedra
 from facetlog.perception.surfaces.exact_solids.builders import build
+from facetlog.perception.surfaces.scene_file import read_scene
 
 BOX = """model block
   "Three faces that meet square."
@@ -48,7 +49,7 @@ def judged(
     path = tmp_path / "m.model"
     path.write_text(text)
     rules = base.load_rules(path)
-    base.load_scene("s", [f.row for f in scene_facts(scene)])
+    base.load_scene("s", [f.row for f in (*scene_facts(scene), *facts_on_demand(scene))])
     return base.judge("s", rules.models[-1], thing)
 
 
@@ -188,6 +189,42 @@ def test_a_set_is_all_that_satisfies_its_condition(base: KnowledgeBase, tmp_path
 def test_counts_of_legs(count: str, state: State, base: KnowledgeBase, tmp_path: Path) -> None:
     legs = f"{count} separate elements leg where leg supports top"
     assert judged(base, tmp_path, stand(legs), build("table", {})).state is state
+
+
+ON_BARS = """model on_bars
+  board top
+  level: top is level
+  {line}
+"""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "at least 3 bars leg where leg carries top",
+        "any number of bars leg where leg carries top\n  ok: count(leg) at least 3",
+        "ok: there are at least 3 bars leg where leg carries top",
+    ],
+)
+@pytest.mark.parametrize(
+    ("scene", "state"),
+    [
+        (build("table", {}), State.HOLDS),
+        # all of a thing that is known from all sides is known to be no bar
+        (build("bench", {}), State.FAILS),
+        # of what pictures show there may be more
+        (read_scene(Path("rules/scenes/table_two_legs.json")), State.UNKNOWN),
+    ],
+    ids=["table", "bench", "two legs in sight"],
+)
+def test_too_few_pieces_fail_where_all_are_known(
+    line: str, scene: Scene, state: State, base: KnowledgeBase, tmp_path: Path
+) -> None:
+    verdict = judged(base, tmp_path, ON_BARS.format(line=line), scene)
+    assert verdict.state is state
+    if state is State.FAILS:
+        assert "at least 3 are wanted" in "".join(verdict.lines())
+        assert "may be more" not in "".join(verdict.lines())
 
 
 @pytest.mark.parametrize(

@@ -56,6 +56,7 @@ test_form(implies(_, _), implies(test, test)).
 test_form(fading(_, _), fading(comparison, measure)).
 test_form(soft(_, _), soft(comparison, share)).
 test_form(at_least_of(_, _, _, _), at_least_of(count, value, groups, test)).
+test_form(at_least_in(_, _, _, _, _), at_least_in(count, value, value, groups, test)).
 test_form(at_most_of(_, _, _, _), at_most_of(count, value, groups, test)).
 test_form(is_a(_, _), is_a(value, model)).
 
@@ -132,6 +133,8 @@ described(soft('Comparison', 'Share'), test,
           "the comparison; its degree falls about each limit, over that share of it to either side").
 described(at_least_of('Count', 'X', 'Groups', 'Test'), test,
           "the test holds of one X in each of so many groups, or more").
+described(at_least_in('Count', 'Thing', 'X', 'Groups', 'Test'), test,
+          "the same of all groups that a thing has: too few fail if it is known from all sides").
 described(at_most_of('Count', 'X', 'Groups', 'Test'), test,
           "the test holds of one X in no more than so many groups").
 described(is_a('Thing', 'Model'), test, "what the model says of the thing").

@@ -94,6 +94,11 @@ part_proofs(groups(X, Groups, Test), Module, Proofs, Saids) :-
             Each),
     group_proofs(Each, Module, Proofs, Saids).
 
+part_proofs(closed(Thing, Parts), Module, Proofs, [Whole|Saids]) :-
+    evaluate(whole(Thing), Module, Proof),
+    said_by([Proof], [Whole]),
+    part_proofs(Parts, Module, Proofs, Saids).
+
 proofs(Tests, Module, Proofs, Saids) :-
     maplist(evaluate_in(Module), Tests, Proofs),
     said_by(Proofs, Saids).
@@ -145,6 +150,8 @@ shown(if_known, _, Proofs, _, Detail, Proofs) :-
 shown(expect(Weight), _, Proofs, _, expect(Weight), Proofs).
 shown(at_least(Count), _, Groups, Saids, Detail, Children) :-
     shown_groups(at_least(Count), Groups, Saids, Detail, Children).
+shown(at_least_in(Count), _, Groups, [_|Saids], Detail, Children) :-
+    shown_groups(at_least_in(Count), Groups, Saids, Detail, Children).
 shown(at_most(Count), _, Groups, Saids, Detail, Children) :-
     shown_groups(at_most(Count), Groups, Saids, Detail, Children).
 

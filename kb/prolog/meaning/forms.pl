@@ -47,7 +47,8 @@ the list of what was said of each group.
 %     - tests(Tests);
 %     - over(Variables, List, Test): Test for each element of List, or each two in their order;
 %     - groups(Variable, Groups, Test): each group, a list of members that count as one, is what the
-%       best of its members is.
+%       best of its members is;
+%     - closed(Thing, Parts): before these, whether Thing is known from all sides.
 %
 %   Shown is what a proof keeps of Test: it does not repeat the parts.
 %
@@ -66,6 +67,9 @@ form(some(X, List, Test),     any,            over([X], List, Test),      some(L
 form(each_pair(X, Y, List, Test), all,        over([X, Y], List, Test),   each_pair(List)).
 form(at_least_of(Count, X, Groups, Test), at_least(Count), groups(X, Groups, Test),
      at_least_of(Count, Groups)) :-
+    must_be(nonneg, Count).
+form(at_least_in(Count, Thing, X, Groups, Test), at_least_in(Count),
+     closed(Thing, groups(X, Groups, Test)), at_least_in(Count, Groups)) :-
     must_be(nonneg, Count).
 form(at_most_of(Count, X, Groups, Test), at_most(Count), groups(X, Groups, Test),
      at_most_of(Count, Groups)) :-
@@ -150,6 +154,7 @@ degree(expect(Weight), _, _, degree(L1, H1, _), degree(L, H, 0)) :-
 %   What no part comes to.
 
 start(at_least(_), _, []).
+start(at_least_in(_), _, []).
 start(at_most(_), _, []).
 start(all, Want, sum(holds, Degree)) :- start_degree(Want, degree(1, 1, left(1, [])), Degree).
 start(any, Want, sum(fails, Degree)) :- start_degree(Want, degree(0, 0, 1), Degree).
@@ -188,6 +193,7 @@ settled_any(full, degree(L, _, _)) :-
 %   Sum is Sum0 and what was Said of the next part.
 
 joined(at_least(_), _, Sums, Said, [Said|Sums]).
+joined(at_least_in(_), _, Sums, Said, [Said|Sums]).
 joined(at_most(_), _, Sums, Said, [Said|Sums]).
 joined(all, Want, Sum0, Said, Sum) :- joined_two(Want, all, Sum0, Said, Sum).
 joined(any, Want, Sum0, Said, Sum) :- joined_two(Want, any, Sum0, Said, Sum).
@@ -213,6 +219,8 @@ together(if_known, _, sum(S, Degree), said(S, Degree)).
 together(expect(_), _, sum(S, Degree), said(S, Degree)).
 together(at_least(Count), Want, Saids, said(S, Degree)) :-
     counted_together(Want, at_least(Count), Saids, S, Degree).
+together(at_least_in(Count), Want, Saids, said(S, Degree)) :-
+    counted_together(Want, at_least_in(Count), Saids, S, Degree).
 together(at_most(Count), Want, Saids, said(S, Degree)) :-
     counted_together(Want, at_most(Count), Saids, S, Degree).
 
@@ -267,6 +275,15 @@ same_state(S1, S2, S) :-
 
 %   Of at least K groups the K-th best decides, of at most K the one after that. More of a thing may be
 %   there than was seen: too few is not known to be too few. A miss by as many as are allowed is a half.
+%   Of a thing that is known from all sides there is no more: what was said of that came first.
+counted_together(Want, at_least_in(Count), Saids0, S, Degree) :-
+    !,
+    once(append(Saids, [said(Whole, _)], Saids0)),
+    (   Whole == holds
+    ->  Join = at_least_of_all(Count)
+    ;   Join = at_least(Count)
+    ),
+    counted_together(Want, Join, Saids, S, Degree).
 counted_together(Want, Join, Saids, S, Degree) :-
     counted(Saids, Holding, Open),
     count_state(Join, Holding, Open, S),
@@ -286,6 +303,13 @@ is_in(State, said(State, _)).
 
 count_state(at_least(Count), Holding, _, S) :-
     ( Holding >= Count -> S = holds ; S = unknown ).
+count_state(at_least_of_all(Count), Holding, Open, S) :-
+    (   Holding >= Count
+    ->  S = holds
+    ;   Holding + Open >= Count
+    ->  S = unknown
+    ;   S = fails
+    ).
 count_state(at_most(Count), Holding, Open, S) :-
     (   Holding > Count
     ->  S = fails
@@ -309,15 +333,20 @@ count_degree(full, Join, S, Holding, Saids, degree(Low, High, Miss)) :-
 %   Which of the groups, the best first, decides.
 
 deciding(at_least(Count), Count).
+deciding(at_least_in(Count), Count).
+deciding(at_least_of_all(Count), Count).
 deciding(at_most(Count), Place) :- Place is Count + 1.
 
 count_bounds(at_least(_), S, L, H0, L, H) :-
     ( S == unknown -> H = 1 ; H = H0 ).
+count_bounds(at_least_of_all(_), _, L, H, L, H).
 count_bounds(at_most(_), _, L, H, Low, High) :-
     Low is 1 - H,
     High is 1 - L.
 
 count_miss(at_least(_), _, _, 0).
+count_miss(at_least_of_all(Count), S, Holding, Miss) :-
+    ( S == fails -> Miss is (Count - Holding)/float(Count) ; Miss = 0 ).
 count_miss(at_most(Count), S, Holding, Miss) :-
     ( S == fails -> Miss is (Holding - Count)/float(Holding) ; Miss = 0 ).
 

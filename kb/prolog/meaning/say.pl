@@ -143,6 +143,9 @@ left_open(groups(Variable, Groups, Test)) :-
     static(names_beside([Variable], Test, Names)),
     any_unseen(Names).
 
+left_open(closed(_, Parts)) :-
+    left_open(Parts).
+
 any_unseen([Name|Names]) :-
     (   Name == unseen
     ->  true
@@ -177,6 +180,11 @@ ask(over(Variables, List, Test), Join, Module, Want, Sum0, Sum) :-
 ask(groups(X, Groups, Test), Join, Module, Want, Sum0, Sum) :-
     must_be(list(list), Groups),
     each_group(Groups, X, Test, Join, Module, Want, Sum0, Sum).
+
+ask(closed(Thing, Parts), Join, Module, Want, Sum0, Sum) :-
+    said(whole(Thing), Module, Want, Said),
+    joined(Join, Want, Sum0, Said, Sum1),
+    ask(Parts, Join, Module, Want, Sum1, Sum).
 
 ask_over([X], List, Test, Join, Module, Want, Sum0, Sum) :-
     each_of(List, X, Test, Join, Module, Want, Sum0, Sum).

@@ -89,6 +89,7 @@ parts_cost(tests(Tests), Cost) :-
     ).
 parts_cost(over(_, _, Test), Cost) :- quantified_cost(Test, Cost).
 parts_cost(groups(_, _, Test), Cost) :- quantified_cost(Test, Cost).
+parts_cost(closed(_, Parts), Cost) :- parts_cost(Parts, Cost).
 
 quantified_cost(Test, Cost) :-
     quantified(N),

@@ -58,7 +58,7 @@ def _inside(scene: Scene, test: Term) -> Inside:
         case ("each" | "each_pair" | "some" as form, *_, one):
             join = "any" if form == "some" else "all"
             return [[join]], [proof_of(inner, one) for inner in instances(scene, test)], True
-        case ("at_least_of" | "at_most_of", *_):
+        case ("at_least_of" | "at_least_in" | "at_most_of", *_):
             return _counted(scene, test)
         case ("is_a", thing, model):
             return [["judged", _why_not_judged(scene, scene.name(thing), str(model))]], [], True
@@ -162,8 +162,8 @@ def _why_missing(scene: Scene, word: Term) -> str:
 
 def _counted(scene: Scene, test: Term) -> Inside:
     assert isinstance(test, tuple)
-    bound, count, variable, groups, one = test
-    place = count if bound == "at_least_of" else count + 1
+    bound, count, *_, variable, groups, one = test
+    place = count + 1 if bound == "at_most_of" else count
     best: list[list[tuple[tuple[float, ...], str, Proof]]] = []
     outlines: list[Outline] = []
     for group in map(scene.list, scene.list(groups)):

@@ -44,11 +44,13 @@ def said(scene: Scene, test: Term) -> Outline:
         case ("some", *_, one):
             return any_of([said(inner, one) for inner in instances(scene, test)])
         case ("at_least_of" | "at_most_of" as bound, int(count), variable, groups, one):
-            every = [
-                any_of([said(scene.with_names({str(variable): name}), one) for name in group])
-                for group in map(scene.list, scene.list(groups))
-            ]
+            every = _of_groups(scene, str(variable), groups, one)
             return _at_least(count, every) if bound == "at_least_of" else _at_most(count, every)
+        case ("at_least_in", int(count), thing, variable, groups, one):
+            every = _of_groups(scene, str(variable), groups, one)
+            if said(scene, ("whole", thing))[0] == HOLDS:
+                return _at_least_of_all(count, every)
+            return _at_least(count, every)
         case ("is_a", thing, str(model)):
             return _model(scene, scene.name(thing), model)
         case (str(form), *_) if form in (*FORMS, *SLOPES):
@@ -96,6 +98,8 @@ def left_open(scene: Scene, test: Term) -> bool:
             variables = {a, b}
         case ("at_least_of" | "at_most_of", _, variable, values, one):
             variables = {variable}
+        case ("at_least_in", _, _, variable, values, one):
+            variables = {variable}
         case _:
             return False
     return not scene.list(values) and _unseen(scene, one, frozenset(map(str, variables)))
@@ -136,6 +140,21 @@ def _ranked(every: Sequence[Outline], place: int, part: int) -> float:
         return 1
     values = sorted((one[part] for one in every), reverse=True)
     return values[place - 1] if place <= len(values) else 0
+
+
+def _of_groups(scene: Scene, variable: str, groups: Term, one: Term) -> list[Outline]:
+    return [
+        any_of([said(scene.with_names({variable: name}), one) for name in group])
+        for group in map(scene.list, scene.list(groups))
+    ]
+
+
+def _at_least_of_all(count: int, every: Sequence[Outline]) -> Outline:
+    holding = sum(one[0] == HOLDS for one in every)
+    possible = sum(one[0] != FAILS for one in every)
+    state = HOLDS if holding >= count else UNKNOWN if possible >= count else FAILS
+    miss = (count - holding) / count if state == FAILS else 0
+    return state, _ranked(every, count, 1), _ranked(every, count, 2), miss
 
 
 def _at_least(count: int, every: Sequence[Outline]) -> Outline:

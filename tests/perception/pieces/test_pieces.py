@@ -41,6 +41,7 @@ def kinds(rows: FactRows) -> dict[str, str]:
         ("shelf", {"board": 7}),
         ("cabinet", {"block": 1}),
         ("tray", {"board": 5}),
+        ("l_block", {"block": 2}),
     ],
 )
 def test_furniture_has_the_pieces_that_a_person_names(name: str, expected: dict[str, int]) -> None:
@@ -82,6 +83,28 @@ def test_a_board_that_lies_is_level_and_one_that_stands_is_upright() -> None:
     rows = facts(build("shelf", {}))
     tilts = Counter(round(tilt) for _, tilt, _ in rows["piece_tilt"])
     assert tilts == {0: 5, 90: 2}
+
+
+def test_a_seat_as_thick_as_its_back_goes_through_below_it_and_is_level() -> None:
+    rows = facts(build("chair", {"thickness": 0.18}))
+    blocks = [name for name, kind in kinds(rows).items() if kind == "block"]
+    lows = {name: low for name, low, _, _ in rows["piece_heights"]}
+    seat, back = sorted(blocks, key=lows.__getitem__)
+    sizes = {name: row for name, *row, _ in rows["piece_size"]}
+    assert sizes[seat] == pytest.approx((0.45, 0.45, 0.18), abs=0.03)
+    assert lows[back] == pytest.approx(0.45, abs=0.03)
+    assert (seat, back) in rows["carries"]
+    assert {tilt for name, tilt, _ in rows["piece_tilt"] if name == seat} == {0.0}
+    level = {measure: value for name, measure, value, _ in rows["piece_level"] if name == seat}
+    assert level["closed_behind"] > 0.9
+    assert level["cover"] == pytest.approx(0.6, abs=0.03)  # but for the back
+
+
+def test_of_a_cube_the_most_level_side_is_its_broad_side() -> None:
+    rows = facts(build("cuboid", {"width": 0.2, "depth": 0.2, "height": 0.203}))
+    assert [tilt for _, tilt, _ in rows["piece_tilt"]] == [0.0]
+    brick = facts(build("cuboid", {"width": 0.24, "depth": 0.07, "height": 0.115}))
+    assert [tilt for _, tilt, _ in brick["piece_tilt"]] == [90.0]
 
 
 def test_without_a_known_up_nothing_is_said_of_heights() -> None:
