@@ -45,6 +45,7 @@ LEVEL_KINDS = (
     "see_through",
     "see_across",
     "open_from_two_sides",
+    "enclosed",
     "closed_behind",
     "closed_in_front",
     "rise_side",

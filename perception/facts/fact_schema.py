@@ -361,6 +361,12 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         _NO_LEVEL,
     ),
     _kind(
+        "enclosed +F:face R:share Sd:share",
+        _MAYBE,
+        "share of the rim of the face's level that has something high above it",
+        _NO_LEVEL,
+    ),
+    _kind(
         "closed_behind +F:face R:share Sd:share",
         _MAYBE,
         "share of the length of a side of the face's level that has something high above its rim, "

@@ -45,6 +45,7 @@ class Level:
       is more; `see_across` whichever is less.
     - `open_sides`: how much of the space beneath one sees to the thing's middle through, from the
       second most open of its four sides.
+    - `enclosed`: how much of its rim has something high above it.
     - `behind`: how much of the length of one of its sides has something high above it, of the side
       where that exceeds the opposite one's most; `in_front` the same of the opposite one.
     - `side`: how far from its middle what rises high above it stands (1 at the rim), towards the
@@ -62,6 +63,7 @@ class Level:
     see_through: Bounded
     see_across: Bounded
     open_sides: Bounded
+    enclosed: Bounded
     behind: Bounded
     in_front: Bounded
     side: Bounded | None = None
@@ -81,6 +83,7 @@ class Level:
             ("see_through", self.see_through),
             ("see_across", self.see_across),
             ("open_from_two_sides", self.open_sides),
+            ("enclosed", self.enclosed),
             ("closed_behind", self.behind),
             ("closed_in_front", self.in_front),
             ("rise_side", self.side),
@@ -197,6 +200,7 @@ class _Beneath:
     see_through: Estimate
     see_across: Estimate
     open_sides: Estimate
+    enclosed: Estimate
     behind: Estimate
     in_front: Estimate
 
@@ -209,7 +213,10 @@ class _Beneath:
         across, through = sorted(_see_through(grid, plan, below))
         sides = closed_sides(plan, slab.tall(grid))
         back = closed_at_back(sides)
-        rim = ROUNDING / float(np.sqrt(max(_extents(plan)[1])))
+        extents = _extents(plan)[1]
+        rim = ROUNDING / float(np.sqrt(max(extents)))
+        # the first two sides lie at the ends of the first axis
+        around = np.repeat(extents[::-1], 2)
         free = ~grid.solid[:, :, : slab.layer + 1][plan]
         # above the uppermost surface of the level in each column, or, in its gaps, its height
         own = grid.upper[:, :, slab.low : slab.high][plan]
@@ -225,6 +232,7 @@ class _Beneath:
             Estimate(through, seen_sd),
             Estimate(across, seen_sd),
             Estimate(open_from_two_sides(grid, below), seen_sd),
+            Estimate(float(around @ sides / around.sum()), rim),
             Estimate(sides[back], rim),
             Estimate(sides[back ^ 1], rim),
         )
@@ -276,6 +284,7 @@ def level_at(space: Space, height: float) -> Level | None:
         see_through=Bounded.between(one.see_through, other.see_through),
         see_across=Bounded.between(one.see_across, other.see_across),
         open_sides=Bounded.between(one.open_sides, other.open_sides),
+        enclosed=Bounded.between(one.enclosed, other.enclosed),
         behind=Bounded.between(one.behind, other.behind),
         in_front=Bounded.between(one.in_front, other.in_front),
         side=rise[0],

@@ -1,4 +1,4 @@
-"""Facts about the pieces of things: what they are like, how they meet, what is at their levels."""
+"""Facts about the pieces of things and their openings: what they are like, and how they meet."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -8,6 +8,7 @@ import numpy as np
 from facetlog.perception.facts.filled_space import LEVEL_ENOUGH, FilledSpace
 from facetlog.perception.facts.levels import level_at
 from facetlog.perception.facts.named_rows import BlockFacts
+from facetlog.perception.facts.opening_facts import hanging, opening_rows, openings_of
 from facetlog.perception.facts.piece_kinds import PIECE_KINDS
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.pieces.pieces import Piece, Pieces, find_pieces
@@ -25,11 +26,17 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
         return
     for nth, own in s.alone(np.ones(len(s.scenes), dtype=np.bool_)):
         up = own.scenes[0].up
-        count = 0
+        count = holes = 0
         for index, filled in own.filled.items():
             found = _Found.of(filled, up, f"t{index + 1}", count)
             count += len(found.names)
             for functor, each in found.facts():
+                rows.add_rows(functor, nth, [each])
+            openings = openings_of(filled, up)
+            named = [(f"o{holes + i}", each) for i, each in enumerate(openings, start=1)]
+            holes += len(named)
+            pieces = list(zip(found.names, found.pieces.pieces, strict=True))
+            for functor, each in opening_rows(named, found.thing, filled, up, pieces):
                 rows.add_rows(functor, nth, [each])
 
 
@@ -71,6 +78,7 @@ class _Found:
         pairs = [("joins", self.pieces.joins)]
         if self.up is not None:
             pairs.append(("carries", self.pieces.carries))
+            pairs.append(("hangs_from", hanging(self.pieces, lattice.cell)))
         for functor, related in pairs:
             for i, j in np.argwhere(related).tolist():
                 yield functor, (self.names[i], self.names[j])
