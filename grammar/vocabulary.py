@@ -245,6 +245,10 @@ _WORDS = (
                      "back's does"),
     _measure("closed_in_front", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the same of the opposite side"),
+    _measure("side_behind", Gives.LENGTH, LEVEL, yields=True,
+             unknown=f"{_LEVEL}, or no side is closed more than the one opposite",
+             meaning="the length of the side that `closed_behind` is of: a sofa's back stands "
+                     "along the longer extent of its seat, a bed's head along the shorter"),
     _measure("rise_side", Gives.RATIO, LEVEL, unknown=_RISE,
              meaning="how far to one side what rises high above its level stands: 0 in the "
                      "middle, 1 at the rim"),

@@ -59,6 +59,7 @@ measure(open_from_two_sides(F), V, Sd, ratio) :- fact(open_from_two_sides(F, V, 
 measure(enclosed(F), V, Sd, ratio)      :- fact(enclosed(F, V, Sd)).
 measure(closed_behind(F), V, Sd, ratio) :- fact(closed_behind(F, V, Sd)).
 measure(closed_in_front(F), V, Sd, ratio) :- fact(closed_in_front(F, V, Sd)).
+measure(side_behind(F), V, Sd, length)  :- fact(side_behind(F, V, Sd)).
 measure(rise_side(F), V, Sd, ratio)     :- fact(rise_side(F, V, Sd)).
 measure(rise_off_middle(F), V, Sd, ratio) :- fact(rise_off_middle(F, V, Sd)).
 measure(rise_span(F), V, Sd, ratio)     :- fact(rise_span(F, V, Sd)).
@@ -94,6 +95,7 @@ measure(piece_open_from_two_sides(P), V, Sd, ratio) :- fact(piece_level(P, open_
 measure(piece_enclosed(P), V, Sd, ratio) :- fact(piece_level(P, enclosed, V, Sd)).
 measure(piece_closed_behind(P), V, Sd, ratio) :- fact(piece_level(P, closed_behind, V, Sd)).
 measure(piece_closed_in_front(P), V, Sd, ratio) :- fact(piece_level(P, closed_in_front, V, Sd)).
+measure(piece_side_behind(P), V, Sd, length) :- fact(piece_level(P, side_behind, V, Sd)).
 measure(piece_rise_side(P), V, Sd, ratio) :- fact(piece_level(P, rise_side, V, Sd)).
 measure(piece_rise_off_middle(P), V, Sd, ratio) :- fact(piece_level(P, rise_off_middle, V, Sd)).
 measure(piece_rise_span(P), V, Sd, ratio) :- fact(piece_level(P, rise_span, V, Sd)).
@@ -157,6 +159,7 @@ measure_of_space(open_from_two_sides).
 measure_of_space(enclosed).
 measure_of_space(closed_behind).
 measure_of_space(closed_in_front).
+measure_of_space(side_behind).
 measure_of_space(rise_side).
 measure_of_space(rise_off_middle).
 measure_of_space(rise_span).

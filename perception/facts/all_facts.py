@@ -48,6 +48,7 @@ LEVEL_KINDS = (
     "enclosed",
     "closed_behind",
     "closed_in_front",
+    "side_behind",
     "rise_side",
     "rise_off_middle",
     "rise_span",

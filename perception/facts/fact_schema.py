@@ -380,6 +380,12 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         _NO_LEVEL,
     ),
     _kind(
+        "side_behind +F:face L:length Sd:length",
+        _MAYBE,
+        "length of the side that `closed_behind` is of",
+        _NO_LEVEL + ", or no side is closed more than the one opposite",
+    ),
+    _kind(
         "rise_side +F:face R:number Sd:number",
         _MAYBE,
         "how far to one side what rises high above the face's level stands: 0 in its middle, "

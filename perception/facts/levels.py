@@ -48,6 +48,7 @@ class Level:
     - `enclosed`: how much of its rim has something high above it.
     - `behind`: how much of the length of one of its sides has something high above it, of the side
       where that exceeds the opposite one's most; `in_front` the same of the opposite one.
+    - `side_behind`: the length of that side; None where no side is closed more than its opposite.
     - `side`: how far from its middle what rises high above it stands (1 at the rim), towards the
       side where it is farthest; `off_middle` the same along that side; `span`: how much of the
       side's length it takes. None where nothing rises; what is unseen does not.
@@ -66,6 +67,7 @@ class Level:
     enclosed: Bounded
     behind: Bounded
     in_front: Bounded
+    side_behind: Bounded | None = None
     side: Bounded | None = None
     off_middle: Bounded | None = None
     span: Bounded | None = None
@@ -86,6 +88,7 @@ class Level:
             ("enclosed", self.enclosed),
             ("closed_behind", self.behind),
             ("closed_in_front", self.in_front),
+            ("side_behind", self.side_behind),
             ("rise_side", self.side),
             ("rise_off_middle", self.off_middle),
             ("rise_span", self.span),
@@ -203,6 +206,7 @@ class _Beneath:
     enclosed: Estimate
     behind: Estimate
     in_front: Estimate
+    side_behind: Estimate | None
 
     @classmethod
     def of(cls, grid: Grid, plan: _Plan, slab: _Slab) -> "_Beneath":
@@ -235,6 +239,9 @@ class _Beneath:
             Estimate(float(around @ sides / around.sum()), rim),
             Estimate(sides[back], rim),
             Estimate(sides[back ^ 1], rim),
+            Estimate(float(around[back]) * grid.cell, rounding)
+            if sides[back] > sides[back ^ 1]
+            else None,
         )
 
 
@@ -252,6 +259,11 @@ def _risen(grid: Grid, plan: _Plan, slab: _Slab) -> tuple[Bounded, Bounded, Boun
         Bounded.sure(Estimate(each, 2.0 * _side(plan))) for each in _rise(plan, tall)
     )
     return side, off_middle, span
+
+
+def _of_both(one: Estimate | None, other: Estimate | None) -> Bounded | None:
+    """What is known in both readings of a space, else None."""
+    return None if one is None or other is None else Bounded.between(one, other)
 
 
 def level_at(space: Space, height: float) -> Level | None:
@@ -287,6 +299,7 @@ def level_at(space: Space, height: float) -> Level | None:
         enclosed=Bounded.between(one.enclosed, other.enclosed),
         behind=Bounded.between(one.behind, other.behind),
         in_front=Bounded.between(one.in_front, other.in_front),
+        side_behind=_of_both(one.side_behind, other.side_behind),
         side=rise[0],
         off_middle=rise[1],
         span=rise[2],

@@ -230,8 +230,8 @@ def test_hovering_says_what_a_board_is() -> None:
     assert "at most 35 %" in hover_text(analysis, words["board"], {})
 
 
-def test_words_of_pieces_and_openings_yield_and_so_does_one_of_levels() -> None:
+def test_words_of_pieces_and_openings_yield_and_so_do_two_of_levels() -> None:
     yields = {word.name for word in VOCABULARY.values() if word.yields}
     own = {w.name for w in VOCABULARY.values() if w.arguments[0] in (PIECE, OPENING)}
-    assert yields == own | {"enclosed"}
+    assert yields == own | {"enclosed", "side_behind"}
     assert VOCABULARY["thickness"].gives is Gives.LENGTH

@@ -176,6 +176,7 @@ described(piece_enclosed('Board'), measure, "enclosed of the level at the board'
 described(piece_closed_behind('Board'), measure, "closed_behind of the level at the board's upper side").
 described(piece_closed_in_front('Board'), measure,
           "closed_in_front of the level at the board's upper side").
+described(piece_side_behind('Board'), measure, "side_behind of the level at the board's upper side").
 described(piece_rise_side('Board'), measure, "rise_side of the level at the board's upper side").
 described(piece_rise_off_middle('Board'), measure, "rise_off_middle of the level at the board's upper side").
 described(piece_rise_span('Board'), measure, "rise_span of the level at the board's upper side").
