@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 
 from facetlog.perception.facts.bounded import ROUNDING
 from facetlog.perception.facts.filled_space import LEVEL_ENOUGH, FilledSpace
+from facetlog.perception.facts.scene_memo import Names
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.pieces.pieces import Piece, Pieces
 from facetlog.perception.space.openings import Opening, find_openings
 from facetlog.perception.types import FloatArray
 
-__all__ = ["hanging", "opening_rows", "openings_of"]
+__all__ = ["framing", "hanging", "opening_rows", "openings_of"]
 
 # A piece frames an opening along this share of its rim at least: it does not just touch a corner.
 FRAMES = 0.05
@@ -29,30 +30,19 @@ def openings_of(filled: FilledSpace, up: FloatArray | None) -> tuple[Opening, ..
 
 
 def opening_rows(
-    named: Sequence[tuple[str, Opening]],
-    thing: str,
-    filled: FilledSpace,
-    up: FloatArray | None,
-    pieces: Sequence[tuple[str, Piece]],
+    name: str, opening: Opening, filled: FilledSpace, up: FloatArray | None, face_names: Names
 ) -> Iterator[Row]:
-    """Functors and arguments of the facts about openings of a thing, each with its name."""
-    ground = float(filled.space.corner[2])
-    for name, opening in named:
-        sd = float(np.sqrt(2.0)) * ROUNDING * opening.lattice.cell
-        yield "opening", (name,)
-        yield "opening_of", (name, thing)
-        yield "opening_size", (name, *opening.extents, sd)
-        if up is not None:
-            heights = opening.corners @ up - ground
-            yield (
-                "opening_heights",
-                (name, max(0.0, float(heights.min())), float(heights.max()), sd),
-            )
-        for face in filled.surface.faces:
-            if _is_within(opening, face):
-                yield "opening_in", (name, f"f{face.index + 1}")
-        for i in np.flatnonzero(_framing(opening, [piece for _, piece in pieces])).tolist():
-            yield "frames", (pieces[i][0], name)
+    """Functors and arguments of the facts about one opening; `face_names` (f,) are of all faces."""
+    sd = float(np.sqrt(2.0)) * ROUNDING * opening.lattice.cell
+    yield "opening", (name,)
+    yield "opening_size", (name, *opening.extents, sd)
+    if up is not None:
+        heights = opening.corners @ up - float(filled.space.corner[2])
+        low, high = max(0.0, float(heights.min())), float(heights.max())
+        yield "opening_heights", (name, low, high, sd)
+    for face in filled.surface.faces:
+        if _is_within(opening, face):
+            yield "opening_in", (name, str(face_names[face.index]))
 
 
 def _is_within(opening: Opening, face: FlatFace) -> bool:
@@ -73,14 +63,15 @@ def _is_within(opening: Opening, face: FlatFace) -> bool:
     return around >= 1.0 - BESIDE and taken <= BESIDE
 
 
-def _framing(opening: Opening, pieces: Sequence[Piece]) -> NDArray[np.bool_]:
-    """Which pieces (p,) lie along the opening's rim: each place of it is of the nearest one."""
+def framing(opening: Opening, pieces: Sequence[tuple[str, Piece]]) -> tuple[str, ...]:
+    """The names of pieces along the opening's rim: each place of that is of the nearest one."""
     if not pieces:
-        return np.zeros(0, dtype=np.bool_)
+        return ()
     places = opening.places(opening.rim)
-    away = np.array([_outside(piece, places) for piece in pieces])
+    away = np.array([_outside(piece, places) for _, piece in pieces])
     owned = np.bincount(away.argmin(axis=0), minlength=len(pieces))
-    return np.asarray(owned >= FRAMES * len(places))
+    along = np.flatnonzero(owned >= FRAMES * len(places))
+    return tuple(pieces[i][0] for i in along.tolist())
 
 
 def _outside(piece: Piece, places: FloatArray) -> FloatArray:
