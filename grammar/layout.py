@@ -20,8 +20,8 @@ STATEMENT_WORDS = frozenset(
 )
 """Words that a statement begins with, and that nothing else may be called."""
 
-PIECE_WORDS = frozenset({"piece", "board", "bar", "block"})
-"""Words for pieces, where names follow them; elsewhere they are names like others."""
+PIECE_WORDS = frozenset({"piece", "board", "bar", "block", "opening"})
+"""Words for pieces and openings, where names follow them; elsewhere they are names like others."""
 
 # Words after which a statement cannot end.
 _OPEN_WORDS = frozenset(

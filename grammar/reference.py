@@ -21,8 +21,8 @@ from facetlog.grammar.vocabulary import VOCABULARY, Gives, Kinds, Word
 __all__ = ["TERMINALS", "BuiltThing", "reference"]
 
 TERMINALS: Mapping[str, str] = {
-    "PIECE": "`piece`, `board`, `bar` or `block`, where names follow, and then `where`, a text, `:`"
-    " or nothing; elsewhere these are names like others",
+    "PIECE": "`piece`, `board`, `bar`, `block` or `opening`, where names follow, and then `where`,"
+    " a text, `:` or nothing; elsewhere these are names like others",
     "NAME": "a word of letters, digits and `_` that does not begin with a digit",
     "NUMBER": "`3`, `0.5` or `1e-3`",
     "STRING": 'a text in `"…"`, on one line',

@@ -9,7 +9,7 @@ from facetlog.grammar.layout import PIECE_WORDS
 from facetlog.grammar.library import Library
 from facetlog.grammar.resolve import FlatModel, Owned
 from facetlog.grammar.source import NOWHERE, Span
-from facetlog.grammar.vocabulary import PIECE, THING, Kind, Kinds, Word
+from facetlog.grammar.vocabulary import OPENING, PIECE, THING, Kind, Kinds, Word
 
 __all__ = [
     "THIS",
@@ -109,7 +109,7 @@ class Scope:
         """
         where, kind = node.where, node.kind
         shape = _PIECES.get(kind.text) if kind is not None else None
-        if kind is None or shape in (None, "piece") or self._is_model(kind.text):
+        if kind is None or shape in (None, "piece", "opening") or self._is_model(kind.text):
             return where
         subject = s.Reference(name, name.span)
         own = s.Property(subject, s.Name(str(shape), kind.span), False, kind.span)
@@ -142,7 +142,8 @@ def part_kind(text: str, models: Mapping[str, object]) -> tuple[Kinds, str] | No
     for name in (text, text.removesuffix("s"), text.removesuffix("es")):
         if name in models:
             return THING, name
-    return (PIECE, "") if text in _PIECES else None
+    shape = _PIECES.get(text)
+    return None if shape is None else (OPENING if shape == "opening" else PIECE, "")
 
 
 def conditions_in(node: s.Expression | None, scope: Scope) -> Iterator[s.Expression]:

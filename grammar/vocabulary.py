@@ -15,6 +15,7 @@ __all__ = [
     "ANY",
     "FACE",
     "LEFT",
+    "OPENING",
     "PIECE",
     "THING",
     "VOCABULARY",
@@ -33,16 +34,18 @@ class Kind(StrEnum):
     VERTEX = "vertex"
     THING = "thing"
     PIECE = "piece"
+    OPENING = "opening"
 
     def __repr__(self) -> str:
         return self.value
 
 
 Kinds = frozenset[Kind]
-FACE, EDGE, VERTEX, THING, PIECE = (frozenset({kind}) for kind in Kind)
+FACE, EDGE, VERTEX, THING, PIECE, OPENING = (frozenset({kind}) for kind in Kind)
 ELEMENT = FACE | EDGE
 ANY = ELEMENT | THING
 SOLID = THING | PIECE
+SPANNING = SOLID | OPENING
 LEVEL = FACE | PIECE
 """What has a level: a face, and a board by its upper side."""
 
@@ -169,8 +172,10 @@ _WORDS = (
     _condition("underside_of", FACE, FACE,
                meaning="the first is the lower side of the board whose upper side the second is",
                unknown=_UP),
-    _condition("above", LEVEL, LEVEL, meaning="its middle is higher than the other's", unknown=_UP),
-    _condition("below", LEVEL, LEVEL, meaning="its middle is lower than the other's", unknown=_UP),
+    _condition("above", LEVEL | OPENING, LEVEL | OPENING, unknown=_UP,
+               meaning="its middle is higher than the other's"),
+    _condition("below", LEVEL | OPENING, LEVEL | OPENING, unknown=_UP,
+               meaning="its middle is lower than the other's"),
     Word("parallel", (FACE, FACE), Gives.CONDITION,
          "their normals are along one line, within the given angle", symmetric=True,
          number_last=Gives.ANGLE),
@@ -181,19 +186,19 @@ _WORDS = (
              meaning="0 level, 90 upright, whichever way it faces; of a bar's length, of "
                      "another piece's broad side"),
     _measure("area", Gives.AREA, FACE, meaning="the area, without holes"),
-    _measure("length", Gives.LENGTH, FACE | SOLID,
-             meaning="the longer side of the least rectangle round a face; the longest side of the "
-                     "least box round a thing or piece"),
-    _measure("width", Gives.LENGTH, FACE | SOLID,
+    _measure("length", Gives.LENGTH, FACE | SPANNING,
+             meaning="the longer side of the least rectangle round a face or of that round an "
+                     "opening; the longest side of the least box round a thing or piece"),
+    _measure("width", Gives.LENGTH, FACE | SPANNING,
              meaning="the shorter side of that rectangle; the middle side of that box"),
     _measure("depth", Gives.LENGTH, THING, meaning="the shortest side of that box"),
-    _measure("height", Gives.LENGTH, ANY | PIECE, unknown=_UP,
+    _measure("height", Gives.LENGTH, ANY | PIECE | OPENING, unknown=_UP,
              meaning="how much higher its top is than its bottom"),
-    _measure("elevation", Gives.LENGTH, LEVEL, unknown=_UP,
+    _measure("elevation", Gives.LENGTH, LEVEL | OPENING, unknown=_UP,
              meaning="how high its middle is above the lowest point of its thing"),
-    _measure("top_of", Gives.LENGTH, ANY | PIECE, unknown=_UP,
+    _measure("top_of", Gives.LENGTH, ANY | PIECE | OPENING, unknown=_UP,
              meaning="how high its highest point is above the lowest of its thing"),
-    _measure("bottom_of", Gives.LENGTH, ANY | PIECE, unknown=_UP,
+    _measure("bottom_of", Gives.LENGTH, ANY | PIECE | OPENING, unknown=_UP,
              meaning="how high its lowest point is above the lowest of its thing"),
     _measure("protrusion", Gives.LENGTH, FACE,
              meaning="how far its thing reaches in front of its plane"),
@@ -231,12 +236,19 @@ _WORDS = (
     _measure("open_from_two_sides", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the share of level lines of sight beneath its level that reach the middle of "
                      "its thing, from the second most open of four sides"),
+    _measure("enclosed", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
+             meaning="the share of the rim of its level that has something high above it: all of "
+                     "it in a crate", yields=True),
     _measure("closed_behind", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the share of the length of one side of its level that has something high "
                      "above it: of the side where that exceeds the opposite one's most, as a "
                      "back's does"),
     _measure("closed_in_front", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the same of the opposite side"),
+    _measure("side_behind", Gives.LENGTH, LEVEL, yields=True,
+             unknown=f"{_LEVEL}, or no side is closed more than the one opposite",
+             meaning="the length of the side that `closed_behind` is of: a sofa's back stands "
+                     "along the longer extent of its seat, a bed's head along the shorter"),
     _measure("rise_side", Gives.RATIO, LEVEL, unknown=_RISE,
              meaning="how far to one side what rises high above its level stands: 0 in the "
                      "middle, 1 at the rim"),
@@ -289,6 +301,14 @@ _WORDS = (
                symmetric=True, yields=True),
     _condition("carries", PIECE, PIECE, unknown=_UP, yields=True,
                meaning="the first touches the second from below, or carries another that does"),
+    _condition("hangs_from", PIECE, PIECE, unknown=_UP, yields=True,
+               meaning="they touch, the second's middle is higher, and without the second nothing "
+                       "joins the first to the ground"),
+    # Openings
+    _condition("in", OPENING, FACE, yields=True,
+               meaning="the face lies across the opening, reaches round it and leaves it free"),
+    _condition("frames", PIECE, OPENING, yields=True,
+               meaning="it is along at least 5 % of the opening's rim"),
     _condition("touches", THING, THING, symmetric=True, meaning="nothing is between them"),
 )  # fmt: skip
 

@@ -80,6 +80,7 @@ class BriefVerdict:
     confidence: float | None
     parts: tuple[tuple[str, tuple[str, ...]], ...]
     sizes: tuple[tuple[str, float, float], ...]
+    specialises: tuple[str, ...] = ()
     cost: Cost = field(default=Cost(), compare=False)
 
 
@@ -121,7 +122,8 @@ class BatchJudge(Closing):
             of_module[rules.module].append(Atom(model))
         models = tuple(Struct("-", (Atom(m), tuple(names))) for m, names in of_module.items())
         about = Struct("batch", (Atom(batch), Atom(self._scene), models))
-        kinds = self._base.request("open_batch", about, keep=batch)
+        opened = self._base.request("open_batch", about, keep=batch)
+        kinds, self._general = _opened(opened)
         self._needed = frozenset(map(_functor, _items(kinds))) | SURFACES.keys()
         self._in_order = sorted(self._needed)
         return batch
@@ -225,6 +227,7 @@ class BatchJudge(Closing):
                 confidence=confidence if thing else None,
                 parts=parts,
                 sizes=sizes,
+                specialises=self._general.get(model, ()),
                 cost=cost,
             )
 
@@ -269,6 +272,21 @@ def _functor(term: Term) -> tuple[str, int]:
     match term:
         case Struct("-", (Atom(name), int(arity))):
             return str(name), arity
+    raise _unreadable()
+
+
+def _opened(term: Term) -> tuple[Term, Mapping[str, tuple[str, ...]]]:
+    """The kinds of facts that models need, and of which models some are special cases."""
+    match term:
+        case Struct("opened", (kinds, tuple(general))):
+            return kinds, dict(map(_special, general))
+    raise _unreadable()
+
+
+def _special(term: Term) -> tuple[str, tuple[str, ...]]:
+    match term:
+        case Struct("-", (Atom(model), tuple(others))):
+            return str(model), tuple(map(str, others))
     raise _unreadable()
 
 

@@ -58,6 +58,14 @@ BUILTIN_MODELS = (
     "cabinet",
     "stairs",
     "room_corner",
+    "bench",
+    "sofa",
+    "bed",
+    "bookcase",
+    "door",
+    "crate",
+    "picture_frame",
+    "step_stool",
 )
 
 _bases = count(1)

@@ -56,8 +56,10 @@ measure(free_below(F), V, Sd, ratio)    :- fact(free_below(F, V, Sd)).
 measure(see_across(F), V, Sd, ratio)    :- fact(see_across(F, V, Sd)).
 measure(see_through(F), V, Sd, ratio)   :- fact(see_through(F, V, Sd)).
 measure(open_from_two_sides(F), V, Sd, ratio) :- fact(open_from_two_sides(F, V, Sd)).
+measure(enclosed(F), V, Sd, ratio)      :- fact(enclosed(F, V, Sd)).
 measure(closed_behind(F), V, Sd, ratio) :- fact(closed_behind(F, V, Sd)).
 measure(closed_in_front(F), V, Sd, ratio) :- fact(closed_in_front(F, V, Sd)).
+measure(side_behind(F), V, Sd, length)  :- fact(side_behind(F, V, Sd)).
 measure(rise_side(F), V, Sd, ratio)     :- fact(rise_side(F, V, Sd)).
 measure(rise_off_middle(F), V, Sd, ratio) :- fact(rise_off_middle(F, V, Sd)).
 measure(rise_span(F), V, Sd, ratio)     :- fact(rise_span(F, V, Sd)).
@@ -74,8 +76,8 @@ measure(thing_height(T), V, Sd, length) :-
 measure(piece_length(P), V, Sd, length) :- fact(piece_size(P, V, _, _, Sd)).
 measure(piece_width(P), V, Sd, length)  :- fact(piece_size(P, _, V, _, Sd)).
 measure(thickness(P), V, Sd, length)    :- fact(piece_size(P, _, _, V, Sd)).
-measure(piece_height(P), V, Sd, length) :- height_of_piece(P, V, Sd).
-measure(piece_elevation(P), V, Sd, length) :- middle_of_piece(P, V, Sd).
+measure(piece_height(P), V, Sd, length) :- height_between_ends(piece_heights(P), V, Sd).
+measure(piece_elevation(P), V, Sd, length) :- middle_of_ends(piece_heights(P), V, Sd).
 measure(piece_top_of(P), V, Sd, length) :- fact(piece_heights(P, _, V, Sd)).
 measure(piece_bottom_of(P), V, Sd, length) :- fact(piece_heights(P, V, _, Sd)).
 measure(piece_tilt(P), V, Sd, deg)      :- fact(piece_tilt(P, V, Sd)).
@@ -90,11 +92,19 @@ measure(piece_free_below(P), V, Sd, ratio) :- fact(piece_level(P, free_below, V,
 measure(piece_see_through(P), V, Sd, ratio) :- fact(piece_level(P, see_through, V, Sd)).
 measure(piece_see_across(P), V, Sd, ratio) :- fact(piece_level(P, see_across, V, Sd)).
 measure(piece_open_from_two_sides(P), V, Sd, ratio) :- fact(piece_level(P, open_from_two_sides, V, Sd)).
+measure(piece_enclosed(P), V, Sd, ratio) :- fact(piece_level(P, enclosed, V, Sd)).
 measure(piece_closed_behind(P), V, Sd, ratio) :- fact(piece_level(P, closed_behind, V, Sd)).
 measure(piece_closed_in_front(P), V, Sd, ratio) :- fact(piece_level(P, closed_in_front, V, Sd)).
+measure(piece_side_behind(P), V, Sd, length) :- fact(piece_level(P, side_behind, V, Sd)).
 measure(piece_rise_side(P), V, Sd, ratio) :- fact(piece_level(P, rise_side, V, Sd)).
 measure(piece_rise_off_middle(P), V, Sd, ratio) :- fact(piece_level(P, rise_off_middle, V, Sd)).
 measure(piece_rise_span(P), V, Sd, ratio) :- fact(piece_level(P, rise_span, V, Sd)).
+measure(opening_length(O), V, Sd, length) :- fact(opening_size(O, V, _, Sd)).
+measure(opening_width(O), V, Sd, length) :- fact(opening_size(O, _, V, Sd)).
+measure(opening_height(O), V, Sd, length) :- height_between_ends(opening_heights(O), V, Sd).
+measure(opening_elevation(O), V, Sd, length) :- middle_of_ends(opening_heights(O), V, Sd).
+measure(opening_top_of(O), V, Sd, length) :- fact(opening_heights(O, _, V, Sd)).
+measure(opening_bottom_of(O), V, Sd, length) :- fact(opening_heights(O, V, _, Sd)).
 measure(metres(V), V, 0, length)        :- number(V), fact(scale(metric)).
 measure(count(List), V, 0, count)       :- is_list(List), length(List, V).
 measure(corners(F), V, 0, count)        :- corners(F, V).
@@ -146,20 +156,22 @@ measure_of_space(free_below).
 measure_of_space(see_through).
 measure_of_space(see_across).
 measure_of_space(open_from_two_sides).
+measure_of_space(enclosed).
 measure_of_space(closed_behind).
 measure_of_space(closed_in_front).
+measure_of_space(side_behind).
 measure_of_space(rise_side).
 measure_of_space(rise_off_middle).
 measure_of_space(rise_span).
 
-%   Ends and middle of a piece: its highest and its lowest point are known alike.
-height_of_piece(Piece, Height, Sd) :-
-    fact(piece_heights(Piece, Low, High, EndSd)),
+%   Ends and middle of a piece or opening: its highest and its lowest point are known alike.
+height_between_ends(Of, Height, Sd) :-
+    ends(Of, Low, High, EndSd),
     Height is High - Low,
     Sd is EndSd*sqrt(2).
 
-middle_of_piece(Piece, Middle, Sd) :-
-    fact(piece_heights(Piece, Low, High, EndSd)),
+middle_of_ends(Of, Middle, Sd) :-
+    ends(Of, Low, High, EndSd),
     Middle is (Low + High)/2,
     Sd is EndSd/sqrt(2).
 
@@ -168,6 +180,11 @@ middle_of_piece(Piece, Middle, Sd) :-
 highest_part(Thing, max(H, S)) :-
     findall(H0-S0, ( fact(part_of(X, Thing)), fact(top_of(X, H0, S0)) ), Tops),
     max_member(H-S, Tops).
+
+ends(piece_heights(Piece), Low, High, Sd) :-
+    fact(piece_heights(Piece, Low, High, Sd)).
+ends(opening_heights(Opening), Low, High, Sd) :-
+    fact(opening_heights(Opening, Low, High, Sd)).
 
 %   Of a thing: all that was measured of it.
 surface(Thing, Area, Sd) :-

@@ -8,6 +8,8 @@
                         standing_below/2,     % +Face, -FaceOrEdge
                         piece_in/2,           % ?Thing, -Piece
                         largest_pieces/2,     % +Thing, -Pieces
+                        opening_of/2,         % ?Thing, -Opening
+                        largest_openings/2,   % +Thing, -Openings
                         piece_choice/4,       % +Pieces, +Count, +Others, -Piece
                         undersides/2,         % +Face, -Faces
                         largest_faces/2,      % +Thing, -Faces
@@ -38,7 +40,7 @@ is never proposed.
 
 Pieces, the solid parts of a thing, are worked out only for models that name them. What is asked of
 pieces therefore has words of its own: piece_length, piece_level, ... where models say `length(x)` or
-`x is level`.
+`x is level`. So have openings.
 */
 
 :- use_module(library(lists)).
@@ -156,9 +158,30 @@ largest_pieces(Thing, Pieces) :-
     sort(0, @>=, Found, Sorted),
     pairs_values(Sorted, Pieces).
 
+%!  opening_of(?Thing, -Opening) is nondet.
+%
+%   One sees through Thing at Opening.
+
+opening_of(Thing, Opening) :-
+    fact(opening_of(Opening, Thing)).
+
+%!  largest_openings(+Thing, -Openings) is det.
+%
+%   The openings of Thing, that with the largest rectangle first.
+
+largest_openings(Thing, Openings) :-
+    findall(Area-Opening,
+            ( opening_of(Thing, Opening),
+              fact(opening_size(Opening, Length, Width, _)),
+              Area is Length*Width ),
+            Found),
+    sort(1, @>=, Found, Sorted),
+    pairs_values(Sorted, Openings).
+
 %!  piece_choice(+Pieces, +Count, +Others, -Piece) is nondet.
 %
-%   Piece is one of the first Count of Pieces that are none of Others, or `unseen` if there are none.
+%   Piece is one of the first Count of Pieces (or openings) that are none of Others, or `unseen` if
+%   there are none.
 
 piece_choice(Pieces, Count, Others, Piece) :-
     subtract(Pieces, Others, Free),
@@ -300,9 +323,11 @@ needs_up(at_rim(_, _)).
 needs_up(upward(_)).
 needs_up(downward(_)).
 needs_up(carries(_, _)).
+needs_up(hangs_from(_, _)).
 needs_up(Word) :-
     functor(Word, Name, 1),
-    atom_concat(piece_, OfOthers, Name),
+    member(Of, [piece_, opening_]),
+    atom_concat(Of, OfOthers, Name),
     functor(Other, OfOthers, 1),
     needs_up(Other).
 needs_up(Word) :-
@@ -339,6 +364,9 @@ truth(on_ground(X),        fact(on_ground(X)),          fact(bottom_of(X, _, _))
 truth(at_rim(X, F),        fact(at_rim(X, F)),          fact(tilt(F, _, _))).
 truth(joins(P, Q),         fact(joins(P, Q)),           pieces([P, Q])).
 truth(carries(P, Q),       fact(carries(P, Q)),         heights([P, Q])).
+truth(hangs_from(P, Q),    fact(hangs_from(P, Q)),      heights([P, Q])).
+truth(frames(P, O),        fact(frames(P, O)),          ( pieces([P]), fact(opening(O)) )).
+truth(opening_in(O, F),    fact(opening_in(O, F)),      ( fact(opening(O)), seen([F]) )).
 truth(piece_on_ground(P),  fact(piece_on_ground(P)),    heights([P])).
 truth(whole(T),            fact(whole(T)),              seen([T])).
 truth(scanned(T),          fact(scanned(T)),            seen([T])).
@@ -421,3 +449,6 @@ means(piece_level(P),   at_most(piece_tilt(P), Limit))  :- tolerance(level, Limi
 means(piece_upright(P), at_least(piece_tilt(P), Limit)) :- tolerance(upright, Slack), Limit is 90 - Slack.
 means(piece_above(P, Q), at_least(piece_elevation(P), piece_elevation(Q))).
 means(piece_below(P, Q), at_most(piece_elevation(P), piece_elevation(Q))).
+% Openings
+means(opening_above(P, Q), at_least(opening_elevation(P), opening_elevation(Q))).
+means(opening_below(P, Q), at_most(opening_elevation(P), opening_elevation(Q))).

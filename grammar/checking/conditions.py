@@ -17,7 +17,18 @@ from facetlog.grammar.vocabulary import THING, Gives, Kinds
 
 __all__ = ["ConditionChecker"]
 
-ELEMENTS = ("face", "faces", "edge", "edges", "element", "piece", "board", "bar", "block")
+ELEMENTS = (
+    "face",
+    "faces",
+    "edge",
+    "edges",
+    "element",
+    "piece",
+    "board",
+    "bar",
+    "block",
+    "opening",
+)
 """What `there is` and `each` go through, as it is spelt."""
 
 

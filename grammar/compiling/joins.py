@@ -4,7 +4,8 @@
 thing; then at once whatever can be asked of the parts that are there, what needs one face before
 what needs two. It proposes all that may hold, so no assignment that holds is overlooked. Where
 there is none, `distant` proposes near misses: what adjoins as it should, and, part by part, the
-largest faces that lie as they should and the largest pieces, `unseen` where there is none.
+largest faces that lie as they should and the largest pieces and openings, `unseen` where there is
+none.
 """
 
 from dataclasses import dataclass, replace
@@ -16,7 +17,7 @@ from facetlog.grammar.compiling.tests import Writer, WriterOf
 from facetlog.grammar.compiling.writer import NOTHING, UNSEEN, all_of, elements_goal, state_only
 from facetlog.grammar.scope import PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Var
-from facetlog.grammar.vocabulary import FACE, PIECE, THING
+from facetlog.grammar.vocabulary import FACE, OPENING, PIECE, THING
 
 __all__ = ["candidate_clauses"]
 
@@ -285,15 +286,17 @@ def _as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
         goals += [Struct("=", (other, UNSEEN)) for other in rest]
         return Clause(head, tuple(goals))
     steps: list[Term] = []
-    pieces: list[Term] = []
+    chosen: dict[str, list[Term]] = {}
     counts = _TRIED.get(len(order), (*_TRIED_MORE, *(1 for _ in order[2:])))
     there: set[str] = set()
     free: list[Term] = []
     for part, count in zip(order, counts, strict=True):
         variable = writer.names[part.name]
         there.add(part.name)
-        if part.kinds == PIECE and not part.owned.node.optional:
-            pieces.append(_piece_choice(variable, count, pieces))
+        largest = _LARGEST.get(part.kinds)
+        if largest is not None and not part.owned.node.optional:
+            before = chosen.setdefault(largest, [])
+            before.append(_choice(largest, variable, count, before))
             continue
         if part.owned.node.optional or part.kinds != FACE:
             free.append(Struct("=", (variable, UNSEEN)))
@@ -304,19 +307,24 @@ def _as_far_as_seen(join: _Join, writer_of: WriterOf) -> Clause:
     stepped = tuple(step.args[0] for step in steps if isinstance(step, Struct))
     head, ordered = _in_order(join, writer, "distant")
     searches: list[Term] = []
-    if steps or not pieces:
+    if steps or not chosen:
         searches.append(Struct("as_far_as_seen", (Var("Thing"), tuple(steps), stepped)))
-    if pieces:
-        searches.append(Struct("largest_pieces", (Var("Thing"), _PIECES)))
+    for largest, choices in chosen.items():
+        searches += [Struct(largest, (Var("Thing"), _listed(largest))), *choices]
     # Where faces adjoin and lie as they should, others that do not adjoin are no nearer.
     unless = [Struct("\\+", (_fitting(join, writer_of()),))] if _linked(join) else []
-    return Clause(head, (*unless, *searches, *pieces, *free, *ordered))
+    return Clause(head, (*unless, *searches, *free, *ordered))
 
 
-_PIECES = Var("Pieces")
+# What lists the pieces or openings of a thing, the largest first.
+_LARGEST = {PIECE: "largest_pieces", OPENING: "largest_openings"}
 
 
-def _piece_choice(variable: Var, count: int, before: list[Term]) -> Struct:
-    """The goal that proposes one of the largest pieces: of a thing all are known, or none."""
+def _listed(largest: str) -> Var:
+    return Var(largest.removeprefix("largest_").capitalize())
+
+
+def _choice(largest: str, variable: Var, count: int, before: list[Term]) -> Struct:
+    """The goal that proposes one of the largest: of a thing all are known, or none."""
     chosen = tuple(goal.args[-1] for goal in before if isinstance(goal, Struct))
-    return Struct("piece_choice", (_PIECES, count, chosen, variable))
+    return Struct("piece_choice", (_listed(largest), count, chosen, variable))

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from facetlog.grammar.constants import Constant
 from facetlog.grammar.terms import Struct, Term
 from facetlog.grammar.units import Dimension
-from facetlog.grammar.vocabulary import PIECE, THING, VOCABULARY, Kinds
+from facetlog.grammar.vocabulary import OPENING, PIECE, THING, VOCABULARY, Kinds
 
 __all__ = ["Bound", "aggregate_functor", "amount", "is_number", "scaled", "word_term"]
 
@@ -59,6 +59,8 @@ def word_term(name: str, arguments: tuple[Bound, ...]) -> Struct:
         name = _OF_THINGS[name]
     elif name in _OF_PIECES_TOO and arguments[0].kinds == PIECE:
         name = f"piece_{name}"
+    elif arguments[0].kinds == OPENING:
+        name = f"opening_{name}"
     return Struct(name, tuple(argument.term for argument in arguments))
 
 

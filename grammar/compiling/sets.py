@@ -13,7 +13,7 @@ from facetlog.grammar.compiling.measures import Bound
 from facetlog.grammar.compiling.names import Names
 from facetlog.grammar.scope import THIS, Scope, SetSymbol, conditions_in, names_in
 from facetlog.grammar.terms import Atom, Struct, Term, Var
-from facetlog.grammar.vocabulary import PIECE, Kinds
+from facetlog.grammar.vocabulary import OPENING, PIECE, Kinds
 
 if TYPE_CHECKING:
     from facetlog.grammar.compiling.writer import MeasureWriter
@@ -38,8 +38,8 @@ class SetShape:
 
     @property
     def separate(self) -> bool:
-        """Whether members that belong together count once: no two pieces do."""
-        return self.symbol.owned.node.separate and self.symbol.kinds != PIECE
+        """Whether members that belong together count once: no two pieces or openings do."""
+        return self.symbol.owned.node.separate and self.symbol.kinds not in (PIECE, OPENING)
 
     def variables(self, names: Names, stem: str) -> tuple[Var, ...]:
         return tuple(names[n] for n in (stem, *(f"{stem}_{role}" for role, _ in self.roles)))

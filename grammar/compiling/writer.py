@@ -17,7 +17,7 @@ from facetlog.grammar.compiling.sets import SetShape
 from facetlog.grammar.constants import constant, quantity
 from facetlog.grammar.scope import THIS, Scope
 from facetlog.grammar.terms import Atom, Struct, Term, Var
-from facetlog.grammar.vocabulary import PIECE, THING, Kind, Kinds
+from facetlog.grammar.vocabulary import OPENING, PIECE, THING, Kind, Kinds
 
 __all__ = [
     "NOTHING",
@@ -39,6 +39,7 @@ _FINDERS = {
     frozenset({Kind.VERTEX}): "vertex_of",
     frozenset({Kind.FACE, Kind.EDGE}): "element_of",
     PIECE: "piece_in",
+    OPENING: "opening_of",
 }
 
 

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
+from facetlog.kb.explaining.best_first import best_first
 from facetlog.kb.explaining.proof import Comparison, Proof, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.unseen import Unseen
@@ -190,25 +191,8 @@ class Recognition:
 
     @property
     def best(self) -> tuple[Verdict, ...]:
-        """What holds, the most probable first; of one thing what is special before what it is.
-
-        By the probabilities if all have one, else by the degrees.
-        """
-        holding = [v for v in self.verdicts if v.state is State.HOLDS]
-        counted = all(v.confidence is not None for v in holding)
-
-        def sure(verdict: Verdict) -> float:
-            return (verdict.confidence or 0.0) if counted else verdict.degree
-
-        degrees = {(v.thing, v.model): sure(v) for v in holding}
-
-        def standing(verdict: Verdict) -> tuple[float, int, float]:
-            # As probable as what it is a special case of, and before that.
-            general = [(verdict.thing, model) for model in verdict.specialises]
-            held = [degrees[key] for key in general if key in degrees]
-            return -max((sure(verdict), *held)), -len(held), -verdict.degree
-
-        return tuple(sorted(holding, key=standing))
+        """What holds, the best-fitting name first (best_first.py)."""
+        return tuple(best_first(self.verdicts))
 
     @property
     def models(self) -> frozenset[str]:

@@ -95,6 +95,17 @@ _RELATIONS: dict[str, tuple[str, str, str]] = {
         "{0} does not carry {1}",
         "it is not known whether {0} carries {1}",
     ),
+    "hangs_from": (
+        "{0} hangs from {1}",
+        "{0} does not hang from {1}",
+        "it is not known whether {0} hangs from {1}",
+    ),
+    "in": ("{0} lies in {1}", "{0} does not lie in {1}", "it is not known whether {0} lies in {1}"),
+    "frames": (
+        "{0} is at the rim of {1}",
+        "{0} is not at the rim of {1}",
+        "it is not known whether {0} is at the rim of {1}",
+    ),
     "whole": (
         "{0} is known from all sides",
         "{0} is not known from all sides",
@@ -124,7 +135,11 @@ _SAME_AS = {
     "concave": "dihedral",
     "shared_length": "adjoins",
     "height": "top_of",
-    **{f"piece_{name}": "piece_heights" for name in ("height", "top_of", "bottom_of", "elevation")},
+    **{
+        f"{of}_{name}": f"{of}_heights"
+        for of in ("piece", "opening")
+        for name in ("height", "top_of", "bottom_of", "elevation")
+    },
     **{
         f"piece_{word.name}": "piece_level"
         for word in VOCABULARY.values()
@@ -244,8 +259,8 @@ def readable(term: Term) -> str:
 
 
 def _word(functor: str) -> str:
-    """What models write for a word: of pieces some have another name in Prolog."""
-    return functor.removeprefix("piece_")
+    """What models write for a word: of pieces and openings some have another name in Prolog."""
+    return functor.removeprefix("piece_").removeprefix("opening_")
 
 
 def _counted(items: Sequence[Term]) -> str:

@@ -19,9 +19,16 @@ FactMaker: TypeAlias = Callable[[], Iterable[Fact]]
 """Works out the facts on demand of one scene."""
 
 # The vocabulary's words that ask for facts on demand (rules/line_labels.pl, rules/vocabulary.pl).
-RESTING_WORDS = ("line_label", "impossible_drawing", r"piece_\w+", "largest_pieces", "thickness")
+RESTING_WORDS = (
+    "line_label",
+    "impossible_drawing",
+    r"(?:piece|opening)_\w+",
+    "largest_pieces",
+    "largest_openings",
+    "thickness",
+)
 # Words of everyday texts and names of parts, too: they count where something is said by them.
-EVERYDAY = frozenset({"piece", "joins", "carries", "board", "bar", "block"})
+EVERYDAY = frozenset({"piece", "joins", "carries", "board", "bar", "block", "opening", "frames"})
 _NAMED = re.compile(
     rf"\b(?:(?:{'|'.join((*sorted(ON_DEMAND - EVERYDAY), *RESTING_WORDS))})\b"
     rf"|(?:{'|'.join(sorted(EVERYDAY))})\()"

@@ -28,6 +28,7 @@ raises but for an interrupt that arrives on its very threshold.
 :- use_module(facetlog_kb(fact_columns)).
 :- use_module(facetlog_kb(scene_cache)).
 :- use_module(facetlog_kb(judge)).
+:- use_module(facetlog_kb(model_descriptions)).
 :- use_module(facetlog_kb(pairs)).
 :- use_module(facetlog_kb(batch)).
 :- use_module(facetlog_kb(near_miss)).
@@ -189,10 +190,16 @@ result("why", Text, Verdict) :-
 result("why_not", Text, Verdicts) :-
     explained(Text, why_not(Module, Model, Things, Given, Count),
               why_not(Module, Model, Things, Given, Count, Verdicts)).
-result("open_batch", Text, Kinds) :-
+result("open_batch", Text, opened(Kinds, General)) :-
     term_string(batch(Base, Batch, Scene, Models), Text),
     ask_base(Base, all),
-    open_batch(Batch, Scene, Models, Kinds).
+    open_batch(Batch, Scene, Models, Kinds),
+    findall(Model-Others,
+            ( member(Module-Names, Models),
+              member(Model, Names),
+              general_models(Module, Model, Others),
+              Others \== [] ),
+            General).
 result("judge_batch", Text, Verdicts) :-
     once(sub_string(Text, End, 1, _, "\n")),
     sub_string(Text, 0, End, _, Line),

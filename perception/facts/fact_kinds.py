@@ -39,6 +39,7 @@ class ArgumentKind(StrEnum):
     FACE = "face"
     THING = "thing"
     PIECE = "piece"
+    OPENING = "opening"
     JUNCTION = "junction"
     PART = "face or edge"
     BODY = "face, edge or thing"
@@ -133,6 +134,7 @@ _SHORT = {
     "face": ArgumentKind.FACE,
     "thing": ArgumentKind.THING,
     "piece": ArgumentKind.PIECE,
+    "opening": ArgumentKind.OPENING,
     "junction": ArgumentKind.JUNCTION,
     "part": ArgumentKind.PART,
     "body": ArgumentKind.BODY,

@@ -361,6 +361,12 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         _NO_LEVEL,
     ),
     _kind(
+        "enclosed +F:face R:share Sd:share",
+        _MAYBE,
+        "share of the rim of the face's level that has something high above it",
+        _NO_LEVEL,
+    ),
+    _kind(
         "closed_behind +F:face R:share Sd:share",
         _MAYBE,
         "share of the length of a side of the face's level that has something high above its rim, "
@@ -372,6 +378,12 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         _MAYBE,
         "the same of the opposite side",
         _NO_LEVEL,
+    ),
+    _kind(
+        "side_behind +F:face L:length Sd:length",
+        _MAYBE,
+        "length of the side that `closed_behind` is of",
+        _NO_LEVEL + ", or no side is closed more than the one opposite",
     ),
     _kind(
         "rise_side +F:face R:number Sd:number",

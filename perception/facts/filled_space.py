@@ -38,7 +38,7 @@ class FilledSpace:
 
     The box is upright, or square to the largest face where that box is clearly smaller. Without a
     known up there are no levels and no footprint. `space` and `surface` are what all that was
-    measured on.
+    measured on; `tipped` is the space square to the largest face, where its box is the one.
     """
 
     space: Space
@@ -49,6 +49,7 @@ class FilledSpace:
     solidity: Bounded
     hollow: Bounded
     levels: dict[int, Level]
+    tipped: Space | None = None
 
 
 def curved_share(scene: Scene, areas: FloatArray, thing: Thing) -> float:
@@ -145,7 +146,11 @@ class _Measured:
             tipped = self.lying()
             if tipped is not None and HARDLY_LARGER * tipped.box < filled.box:
                 return replace(
-                    filled, box=tipped.box, solidity=tipped.solidity, hollow=tipped.hollow
+                    filled,
+                    box=tipped.box,
+                    solidity=tipped.solidity,
+                    hollow=tipped.hollow,
+                    tipped=tipped.space,
                 )
         return filled
 

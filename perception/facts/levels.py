@@ -45,8 +45,10 @@ class Level:
       is more; `see_across` whichever is less.
     - `open_sides`: how much of the space beneath one sees to the thing's middle through, from the
       second most open of its four sides.
+    - `enclosed`: how much of its rim has something high above it.
     - `behind`: how much of the length of one of its sides has something high above it, of the side
       where that exceeds the opposite one's most; `in_front` the same of the opposite one.
+    - `side_behind`: the length of that side; None where no side is closed more than its opposite.
     - `side`: how far from its middle what rises high above it stands (1 at the rim), towards the
       side where it is farthest; `off_middle` the same along that side; `span`: how much of the
       side's length it takes. None where nothing rises; what is unseen does not.
@@ -62,8 +64,10 @@ class Level:
     see_through: Bounded
     see_across: Bounded
     open_sides: Bounded
+    enclosed: Bounded
     behind: Bounded
     in_front: Bounded
+    side_behind: Bounded | None = None
     side: Bounded | None = None
     off_middle: Bounded | None = None
     span: Bounded | None = None
@@ -81,8 +85,10 @@ class Level:
             ("see_through", self.see_through),
             ("see_across", self.see_across),
             ("open_from_two_sides", self.open_sides),
+            ("enclosed", self.enclosed),
             ("closed_behind", self.behind),
             ("closed_in_front", self.in_front),
+            ("side_behind", self.side_behind),
             ("rise_side", self.side),
             ("rise_off_middle", self.off_middle),
             ("rise_span", self.span),
@@ -197,8 +203,10 @@ class _Beneath:
     see_through: Estimate
     see_across: Estimate
     open_sides: Estimate
+    enclosed: Estimate
     behind: Estimate
     in_front: Estimate
+    side_behind: Estimate | None
 
     @classmethod
     def of(cls, grid: Grid, plan: _Plan, slab: _Slab) -> "_Beneath":
@@ -209,7 +217,10 @@ class _Beneath:
         across, through = sorted(_see_through(grid, plan, below))
         sides = closed_sides(plan, slab.tall(grid))
         back = closed_at_back(sides)
-        rim = ROUNDING / float(np.sqrt(max(_extents(plan)[1])))
+        extents = _extents(plan)[1]
+        rim = ROUNDING / float(np.sqrt(max(extents)))
+        # the first two sides lie at the ends of the first axis
+        around = np.repeat(extents[::-1], 2)
         free = ~grid.solid[:, :, : slab.layer + 1][plan]
         # above the uppermost surface of the level in each column, or, in its gaps, its height
         own = grid.upper[:, :, slab.low : slab.high][plan]
@@ -225,8 +236,12 @@ class _Beneath:
             Estimate(through, seen_sd),
             Estimate(across, seen_sd),
             Estimate(open_from_two_sides(grid, below), seen_sd),
+            Estimate(float(around @ sides / around.sum()), rim),
             Estimate(sides[back], rim),
             Estimate(sides[back ^ 1], rim),
+            Estimate(float(around[back]) * grid.cell, rounding)
+            if sides[back] > sides[back ^ 1]
+            else None,
         )
 
 
@@ -244,6 +259,11 @@ def _risen(grid: Grid, plan: _Plan, slab: _Slab) -> tuple[Bounded, Bounded, Boun
         Bounded.sure(Estimate(each, 2.0 * _side(plan))) for each in _rise(plan, tall)
     )
     return side, off_middle, span
+
+
+def _of_both(one: Estimate | None, other: Estimate | None) -> Bounded | None:
+    """What is known in both readings of a space, else None."""
+    return None if one is None or other is None else Bounded.between(one, other)
 
 
 def level_at(space: Space, height: float) -> Level | None:
@@ -276,8 +296,10 @@ def level_at(space: Space, height: float) -> Level | None:
         see_through=Bounded.between(one.see_through, other.see_through),
         see_across=Bounded.between(one.see_across, other.see_across),
         open_sides=Bounded.between(one.open_sides, other.open_sides),
+        enclosed=Bounded.between(one.enclosed, other.enclosed),
         behind=Bounded.between(one.behind, other.behind),
         in_front=Bounded.between(one.in_front, other.in_front),
+        side_behind=_of_both(one.side_behind, other.side_behind),
         side=rise[0],
         off_middle=rise[1],
         span=rise[2],

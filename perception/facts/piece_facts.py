@@ -1,6 +1,6 @@
-"""Facts about the pieces of things: what they are like, how they meet, what is at their levels."""
+"""Facts about the pieces of things and their openings: what they are like, and how they meet."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,11 +8,13 @@ import numpy as np
 from facetlog.perception.facts.filled_space import LEVEL_ENOUGH, FilledSpace
 from facetlog.perception.facts.levels import level_at
 from facetlog.perception.facts.named_rows import BlockFacts
+from facetlog.perception.facts.opening_facts import framing, hanging, opening_rows, openings_of
 from facetlog.perception.facts.piece_kinds import PIECE_KINDS
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
 from facetlog.perception.pieces.pieces import ROUNDING, Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
 from facetlog.perception.scene import Evidence, Scene
+from facetlog.perception.space.openings import Opening
 from facetlog.perception.types import FloatArray
 
 __all__ = ["piece_facts", "shown_pieces"]
@@ -22,8 +24,14 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """All facts about pieces."""
     if not any(rows.wants(kind.functor) for kind in PIECE_KINDS):
         return
+    holes = [0] * len(s.scenes)
     for scene, found in _all_found(s):
         for functor, each in found.facts(s.face_names):
+            rows.add_rows(functor, scene, [each])
+        openings = openings_of(found.filled, found.up)
+        named = [(f"o{holes[scene] + i}", each) for i, each in enumerate(openings, start=1)]
+        holes[scene] += len(named)
+        for functor, each in found.openings(named, s.face_names):
             rows.add_rows(functor, scene, [each])
 
 
@@ -73,9 +81,21 @@ class _Found:
         pairs = [("joins", self.pieces.joins)]
         if self.up is not None:
             pairs.append(("carries", self.pieces.carries))
+            pairs.append(("hangs_from", hanging(self.pieces, lattice.cell)))
         for functor, related in pairs:
             for i, j in np.argwhere(related).tolist():
                 yield functor, (self.names[i], self.names[j])
+
+    def openings(
+        self, named: Sequence[tuple[str, Opening]], face_names: Names
+    ) -> Iterator[tuple[str, tuple[str | float, ...]]]:
+        """Functors and arguments of the facts about the thing's openings, each with its name."""
+        pieces = list(zip(self.names, self.pieces.pieces, strict=True))
+        for name, opening in named:
+            yield "opening_of", (name, self.thing)
+            yield from opening_rows(name, opening, self.filled, self.up, face_names)
+            for piece in framing(opening, pieces):
+                yield "frames", (piece, name)
 
     def _level(
         self, name: str, piece: Piece, up: FloatArray

@@ -1,4 +1,4 @@
-"""The kinds of facts about pieces: the rows of the schema that speak of them."""
+"""The kinds of facts about pieces and openings: the rows of the schema that speak of them."""
 
 from functools import partial
 
@@ -50,6 +50,12 @@ PIECE_KINDS: tuple[FactKind, ...] = (
         "otherwise, or " + _NO_UP,
     ),
     _kind(
+        "hangs_from +P:piece +Q:piece",
+        _MAYBE,
+        "they touch, Q's middle is higher, and without Q nothing joins P to the ground",
+        "otherwise, or " + _NO_UP,
+    ),
+    _kind(
         "piece_level +P:piece Measure:symbol V:number Sd:number",
         _ANY,
         "a measure of space (`cover` and so on to `rise_span`) of the level that the upper side of "
@@ -61,5 +67,30 @@ PIECE_KINDS: tuple[FactKind, ...] = (
         _MAYBE,
         "what that measure comes to if all unseen space is free, and if all is full",
         "no unseen space could change the measure",
+    ),
+    _kind("opening +O:opening", _ONE, "a hole that one sees through, with its thing all round it"),
+    _kind("opening_of +O:opening T:thing", _ONE, "the thing through which it goes"),
+    _kind(
+        "opening_size +O:opening L:length W:length Sd:length",
+        _ONE,
+        "length and width of the rectangle round what one sees through",
+    ),
+    _kind(
+        "opening_heights +O:opening Low:length High:length Sd:length",
+        _MAYBE,
+        "from where to where it reaches above the lowest point of its thing",
+        _NO_UP,
+    ),
+    _kind(
+        "opening_in +O:opening +F:face",
+        _MAYBE,
+        "the face lies across it, reaches round it and leaves it free",
+        "otherwise",
+    ),
+    _kind(
+        "frames +P:piece +O:opening",
+        _MAYBE,
+        "the piece is along at least 5 % of the opening's rim",
+        "otherwise",
     ),
 )

@@ -1,6 +1,5 @@
 """Rows: what they hold is published, and what others hand in is checked."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -8,19 +7,10 @@ import pytest
 
 from facetlog.batch.engine import SceneEngine
 from facetlog.batch.row_records import RowRecord, results_schema, row_from
-from facetlog.batch.rows import COLUMNS, best_verdict, error_row, run_out
+from facetlog.batch.rows import COLUMNS, error_row, run_out
 from facetlog.batch.settings import Item, Settings
 from facetlog.errors import InputError
-from facetlog.kb.explaining.proof import State
 from tests.batch.fake_worker import fake_row
-
-
-@dataclass
-class _Verdict:
-    model: str
-    state: State
-    degree: float
-    confidence: float | None = None
 
 
 def test_a_row_has_the_columns_that_its_record_has() -> None:
@@ -49,22 +39,6 @@ def test_a_row_that_is_none_is_told_with_its_field(change: dict[str, Any], says:
         row_from({**fake_row(__file__, ()), **change}, "t")
     with pytest.raises(InputError, match="is it a table of classify"):
         row_from(3, "t")
-
-
-@pytest.mark.parametrize(
-    ("verdicts", "best"),
-    [
-        ((), None),
-        ((_Verdict("a", State.FAILS, 0.9), _Verdict("b", State.UNKNOWN, 0.9)), None),
-        ((_Verdict("a", State.HOLDS, 0.6), _Verdict("b", State.HOLDS, 0.9)), "b"),
-        ((_Verdict("a", State.HOLDS, 0.9), _Verdict("b", State.HOLDS, 0.9)), "a"),
-        ((_Verdict("a", State.HOLDS, 0.6, 0.9), _Verdict("b", State.HOLDS, 0.9, 0.8)), "a"),
-        ((_Verdict("a", State.HOLDS, 0.6, 0.9), _Verdict("b", State.HOLDS, 0.9)), "b"),
-    ],
-)
-def test_the_surest_of_what_holds_is_the_answer(verdicts: Any, best: str | None) -> None:
-    found = best_verdict(verdicts)
-    assert (found and found.model) == best
 
 
 def test_a_row_of_an_error_is_a_row() -> None:

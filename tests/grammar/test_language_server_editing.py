@@ -102,7 +102,7 @@ def test_names_have_colours() -> None:
     [
         ("  angle(", "angle(face, face): angle", 0),
         ("  angle(top, ", "angle(face, face): angle", 1),
-        ("  2 * (angle(top, side) + height(", "height(edge/face/piece/thing): length", 0),
+        ("  2 * (angle(top, side) + height(", "height(edge/face/opening/piece/thing): length", 0),
         ("  flat(top, ", "flat(f, g)", 1),
         ('  example "y" of cuboid(width 3 cm, ', "cuboid(width, depth)", 1),
     ],

@@ -174,6 +174,7 @@ def brief(verdict: Verdict) -> BriefVerdict:
         verdict.confidence,
         tuple((part.role, part.faces) for part in verdict.parts),
         tuple((size.name, size.value, size.sd) for size in verdict.sizes),
+        specialises=verdict.specialises,
     )
 
 

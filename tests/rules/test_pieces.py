@@ -1,4 +1,4 @@
-"""Models of pieces, judged of exact solids: what holds, what fails and why, in all ways alike."""
+"""Models of pieces and openings, judged of solids: what holds, and why, in all ways alike."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -16,6 +16,7 @@ from facetlog.perception.facts.all_facts import fact_columns, facts_on_demand, s
 from facetlog.perception.facts.piece_kinds import PIECE_KINDS
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
+from tests.perception.pieces.test_openings import LINTEL, POSTS, SILL, of_boxes
 
 MODELS = """model table2
   "A board on legs."
@@ -138,3 +139,31 @@ def test_a_scene_without_pieces_leaves_all_open(loaded: Loaded) -> None:
     base, _ = loaded
     base.load_scene("bare", _known("table"))
     assert base.why("bare", "table2").state is State.UNKNOWN
+
+
+WINDOW = """model window
+  "A flat frame of one opening."
+  opening pane
+  face front where pane in front
+  flat: depth(this) at most 20 % of width(this)
+  alone: there is no opening other where other above pane or other below pane
+  at least 1 piece rim where rim frames pane
+"""
+
+
+def test_a_window_is_a_frame_with_one_opening_in_its_front(tmp_path: Path) -> None:
+    middle = ((0.1, 0.0, 0.9), (1.1, 0.1, 1.1))
+    path = tmp_path / "window.model"
+    path.write_text(WINDOW, encoding="utf-8")
+    found = {}
+    with KnowledgeBase() as base:
+        base.load_rules(path)
+        for name, boxes in {"one": (LINTEL, SILL), "two": (LINTEL, SILL, middle)}.items():
+            scene = of_boxes(*POSTS, *boxes)
+            facts = tuple(fact.row for fact in scene_facts(scene))
+            on_demand = tuple(fact.row for fact in facts_on_demand(scene))
+            base.load_scene(name, facts, on_demand=lambda own=on_demand: own)
+            found[name] = base.why(name, "window")
+    assert found["one"].state is State.HOLDS
+    assert next(p.faces for p in found["one"].parts if p.role == "pane") == ("o1",)
+    assert [c.label for c in found["two"].conditions_that(State.FAILS)] == ["alone"]

@@ -82,6 +82,8 @@ described(piece_in('Thing', 'Piece'), search, "a solid part of the thing").
 described(largest_pieces('Thing', 'Pieces'), search, "the pieces, the largest first").
 described(piece_choice('Pieces', 'Count', 'Others', 'Piece'), search,
           "one of the first pieces that are none of the others, or unseen").
+described(opening_of('Thing', 'Opening'), search, "one sees through the thing there").
+described(largest_openings('Thing', 'Openings'), search, "the openings, the largest first").
 described(part_in('Thing', 'Model', 'Role', 'Part'), search,
           "what plays that part where the thing is such a model, or unseen").
 described(shared_edge('A', 'B', 'Edge'), search, "the measured faces A and B share the edge").
@@ -173,12 +175,21 @@ described(piece_see_through('Board'), measure, "see_through of the level at the 
 described(piece_see_across('Board'), measure, "see_across of the level at the board's upper side").
 described(piece_open_from_two_sides('Board'), measure,
           "open_from_two_sides of the level at the board's upper side").
+described(piece_enclosed('Board'), measure, "enclosed of the level at the board's upper side").
 described(piece_closed_behind('Board'), measure, "closed_behind of the level at the board's upper side").
 described(piece_closed_in_front('Board'), measure,
           "closed_in_front of the level at the board's upper side").
+described(piece_side_behind('Board'), measure, "side_behind of the level at the board's upper side").
 described(piece_rise_side('Board'), measure, "rise_side of the level at the board's upper side").
 described(piece_rise_off_middle('Board'), measure, "rise_off_middle of the level at the board's upper side").
 described(piece_rise_span('Board'), measure, "rise_span of the level at the board's upper side").
+described(opening_length('Opening'), measure, "longer side of the rectangle round what one sees through").
+described(opening_width('Opening'), measure, "shorter side of that rectangle").
+described(opening_height('Opening'), measure, "from the lowest to the highest point of the opening").
+described(opening_elevation('Opening'), measure,
+          "height of the middle of the opening above the thing's lowest point").
+described(opening_top_of('Opening'), measure, "height of its highest point above that").
+described(opening_bottom_of('Opening'), measure, "height of its lowest point above that").
 described(shared_length('A', 'B'), measure, "length of the (longest) edge that two faces share").
 described(corners('Face'), measure, "how many corners the outline has").
 described(faces_at('Vertex'), measure, "how many measured faces have a corner there").
@@ -195,6 +206,8 @@ described(piece_level('Piece'), relation, "within 10 degrees of level").
 described(piece_upright('Piece'), relation, "within 10 degrees of upright").
 described(piece_above('P', 'Q'), relation, "the piece P is not lower than Q").
 described(piece_below('P', 'Q'), relation, "the piece P is not higher than Q").
+described(opening_above('P', 'Q'), relation, "the opening P is not lower than Q").
+described(opening_below('P', 'Q'), relation, "the opening P is not higher than Q").
 described(above('A', 'B'), relation, "the face A is not lower than B").
 described(below('A', 'B'), relation, "the face A is not higher than B").
 described(congruent('A', 'B'), relation, "the faces have the same length, width and area").

@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Literal, TypeAlias
 
 from facetlog.perception.scene import Scene
-from facetlog.perception.surfaces.exact_solids import exact_furniture, polyhedra
+from facetlog.perception.surfaces.exact_solids import exact_furniture, joined_cuboids, polyhedra
 from facetlog.perception.surfaces.exact_solids.exact_furniture import RIM_SHARE
 
 __all__ = ["BUILDERS", "Builder", "Kind", "Parameter", "build"]
@@ -184,6 +184,22 @@ def _cabinet(width: float, depth: float, height: float, foot: float) -> Scene:
     return exact_furniture.cabinet(width, depth, height, foot=foot)
 
 
+def _bed(width: float, length: float, height: float, head: float) -> Scene:
+    _fits("the height", height, "that of the head", head)
+    return joined_cuboids.bed(width, length, height, head)
+
+
+def _sofa(width: float, depth: float, seat: float, height: float, arm: float) -> Scene:
+    _fits("the seat's height", seat, "the height", height)
+    _fits("two arms", 2 * arm, "the width", width)
+    return joined_cuboids.sofa(width, depth, seat, height, arm)
+
+
+def _frame(width: float, height: float, thickness: float, rim: float) -> Scene:
+    _fits("two rails", 2 * rim, "the shorter side", min(width, height))
+    return joined_cuboids.frame(width, height, thickness, rim)
+
+
 def _builder(
     name: str,
     make: Callable[..., Scene],
@@ -298,6 +314,34 @@ _ALL = (
         _length("height", 0.45),
         _length("thickness", 0.04),
         _length("panel", 0.04),
+    ),
+    _builder(
+        "bed",
+        _bed,
+        "a block to lie on, with a board across its head",
+        _length("width", 0.9),
+        _length("length", 2.0),
+        _length("height", 0.45),
+        _length("head", 0.85),
+    ),
+    _builder(
+        "sofa",
+        _sofa,
+        "a long block to sit on, with a back and two arms",
+        _length("width", 2.0),
+        _length("depth", 0.9),
+        _length("seat", 0.42),
+        _length("height", 0.8),
+        _length("arm", 0.2),
+    ),
+    _builder(
+        "frame",
+        _frame,
+        "an upright frame of four rails round one opening",
+        _length("width", 0.3),
+        _length("height", 0.4),
+        _length("thickness", 0.02),
+        _length("rim", 0.04),
     ),
     _builder(
         "shelf",

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from facetlog import __version__
 from facetlog.batch.settings import Item, Settings
+from facetlog.kb.explaining.best_first import best_first
 
 if TYPE_CHECKING:
     from facetlog.kb.batch_judge import BriefVerdict
@@ -18,7 +19,6 @@ __all__ = [
     "HOLDS",
     "TOOK_LONGER",
     "Row",
-    "best_verdict",
     "closest",
     "error_row",
     "run_out",
@@ -57,20 +57,6 @@ COLUMNS = (
     "facetlog",
 )
 """What a row says: the fields of RowRecord."""
-
-
-def best_verdict(verdicts: Sequence["BriefVerdict"]) -> "BriefVerdict | None":
-    """Of the verdicts that hold the surest, by confidence if all have one; None if none holds.
-
-    Of equals the first, in the order of things and models.
-    """
-    holding = [v for v in verdicts if v.state.value == HOLDS]
-    counted = all(v.confidence is not None for v in holding)
-    return max(
-        holding,
-        key=lambda v: ((v.confidence or 0.0) if counted else v.degree, v.degree),
-        default=None,
-    )
 
 
 def closest(row: Row) -> dict[str, Row]:
@@ -137,7 +123,7 @@ def scene_row(
     warnings: Sequence[str] = (),
 ) -> Row:
     """The row of a scene that was read and judged."""
-    best = best_verdict(verdicts)
+    best = next(iter(best_first(verdicts)), None)
     return {
         "path": item.path,
         "sha256": sha256,

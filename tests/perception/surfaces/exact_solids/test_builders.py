@@ -15,7 +15,7 @@ from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 
 WANTED = {
     "cuboid", "tray", "wedge", "pyramid", "l_block", "room_corner", "table", "desk", "chair",
-    "stool", "bench", "shelf", "cabinet", "stairs",
+    "stool", "bench", "bed", "sofa", "frame", "shelf", "cabinet", "stairs",
 }  # fmt: skip
 
 # The extent along x, y and z of what was asked for.
@@ -31,6 +31,12 @@ SIZES = {
     "chair": ({"width": 0.4, "depth": 0.45, "seat": 0.46, "height": 0.95}, (0.4, 0.45, 0.95)),
     "stool": ({"width": 0.3, "depth": 0.35, "height": 0.6}, (0.3, 0.35, 0.6)),
     "bench": ({"width": 0.3, "length": 1.1, "height": 0.4}, (1.1, 0.3, 0.4)),
+    "bed": ({"width": 0.9, "length": 2.0, "height": 0.5, "head": 0.9}, (2.0, 0.9, 0.9)),
+    "sofa": (
+        {"width": 1.8, "depth": 0.8, "seat": 0.4, "height": 0.75, "arm": 0.15},
+        (1.8, 0.8, 0.75),
+    ),
+    "frame": ({"width": 0.5, "height": 0.4, "thickness": 0.03, "rim": 0.05}, (0.5, 0.03, 0.4)),
     "shelf": ({"width": 0.9, "depth": 0.25, "height": 1.9, "boards": 4}, (0.9, 0.25, 1.9)),
     "cabinet": ({"width": 0.9, "depth": 0.5, "height": 1.3}, (0.9, 0.5, 1.3)),
     "stairs": ({"steps": 5, "width": 0.9, "rise": 0.17, "going": 0.29}, (1.45, 0.9, 0.85)),
@@ -42,6 +48,9 @@ VOLUMES = {
     "wedge": 0.3 * 0.2 * 0.1 / 2,
     "pyramid": 0.3 * 0.3 * 0.2 / 3,
     "l_block": 0.4 * 0.2 * 0.3 * 0.75,
+    "bed": 2.0 * 0.9 * 0.5 + 0.06 * 0.9 * 0.4,
+    "sofa": 1.8 * 0.8 * 0.4 + 1.8 * 0.2 * 0.35 + 2 * 0.15 * 0.6 * 0.175,
+    "frame": 0.03 * (0.5 * 0.4 - 0.4 * 0.3),
     "stairs": 0.9 * 0.17 * 0.29 * 15,
 }
 

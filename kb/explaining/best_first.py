@@ -1,0 +1,62 @@
+"""In which order names stand that hold: one rule for all lists and answers of the program."""
+
+from collections.abc import Iterable
+from typing import Protocol, TypeVar
+
+from facetlog.kb.explaining.proof import State
+
+__all__ = ["Named", "best_first"]
+
+
+class Named(Protocol):
+    """What of a verdict its place in such a list hangs on."""
+
+    @property
+    def model(self) -> str:
+        """The model's name."""
+
+    @property
+    def thing(self) -> str:
+        """The thing that was judged."""
+
+    @property
+    def state(self) -> State:
+        """Whether it holds."""
+
+    @property
+    def degree(self) -> float:
+        """The probability that the true values are within the model's limits."""
+
+    @property
+    def confidence(self) -> float | None:
+        """How often the model was right where it gave such a verdict; None if not calibrated."""
+
+    @property
+    def specialises(self) -> tuple[str, ...]:
+        """The models of which this one is a special case."""
+
+
+_Verdict = TypeVar("_Verdict", bound=Named)
+
+
+def best_first(verdicts: Iterable[_Verdict]) -> list[_Verdict]:
+    """Those that hold, the most probable first; of one thing what is special before what it is.
+
+    By the confidences if all have one, else by the degrees. Of equals that of the higher degree,
+    then the earlier one.
+    """
+    holding = [v for v in verdicts if v.state is State.HOLDS]
+    counted = all(v.confidence is not None for v in holding)
+
+    def sure(verdict: _Verdict) -> float:
+        return (verdict.confidence or 0.0) if counted else verdict.degree
+
+    held = {(v.thing, v.model): sure(v) for v in holding}
+
+    def standing(verdict: _Verdict) -> tuple[float, int, float]:
+        # As probable as what it is a special case of, and before that.
+        general = [(verdict.thing, model) for model in verdict.specialises]
+        known = [held[key] for key in general if key in held]
+        return -max((sure(verdict), *known)), -len(known), -verdict.degree
+
+    return sorted(holding, key=standing)

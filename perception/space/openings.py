@@ -1,0 +1,120 @@
+"""The openings of a thing: holes that one sees through, with the thing all round them.
+
+They are looked for along the directions of the thing's space. Where it stands on the ground, the
+ground closes them below, as between the posts of a gate.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.row_table import Indices
+from facetlog.perception.space.grid import Grid, Lattice
+from facetlog.perception.space.space import Space
+from facetlog.perception.types import FloatArray
+
+__all__ = ["Opening", "find_openings"]
+
+# A hole that is nowhere so many cells wide is no more than how surfaces round to cells.
+FEWEST_CELLS = 2
+# So much of a hole is known to be free right through, or it may be closed where nobody looked.
+SEEN_THROUGH = 0.5
+
+# Of the cells that hold its rim so much is free, on average.
+HALF = 0.5
+
+_Plan = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Opening:
+    """A hole through a thing along the axis `along` of a lattice.
+
+    `cells` (n, 2) are those that it takes in the plane of the two other axes, in their order, and
+    `rim` (m, 3) the solid cells of the lattice that lie beside it. `low` and `high` (3,) are the
+    ends of its box along the lattice's axes, in cells from its corner: in its plane they lie half a
+    cell within its rim, but for the ground, along the hole at the ends of the rim.
+    """
+
+    lattice: Lattice
+    along: int
+    cells: Indices
+    rim: Indices
+    low: FloatArray
+    high: FloatArray
+
+    @property
+    def across(self) -> tuple[int, int]:
+        """The two axes of its plane."""
+        one, two = (axis for axis in range(3) if axis != self.along)
+        return one, two
+
+    @property
+    def extents(self) -> tuple[float, float]:
+        """Its length and width in its plane."""
+        sides = (self.high - self.low)[list(self.across)] * self.lattice.cell
+        return float(sides.max()), float(sides.min())
+
+    @property
+    def corners(self) -> FloatArray:
+        """The corners (8, 3) of its box in the scene's frame."""
+        ends = np.array([self.low, self.high])
+        each = np.stack(np.meshgrid(*ends.T, indexing="ij"), axis=-1).reshape(-1, 3)
+        corners: FloatArray = (each * self.lattice.cell + self.lattice.corner) @ self.lattice.axes
+        return corners
+
+    def places(self, cells: Indices) -> FloatArray:
+        """The middles (m, 3) of cells (m, 3) of the lattice in the scene's frame."""
+        local = (cells + 0.5) * self.lattice.cell + self.lattice.corner
+        places: FloatArray = local @ self.lattice.axes
+        return places
+
+
+def find_openings(space: Space, *, on_ground: bool) -> tuple[Opening, ...]:
+    """The openings of the thing in its space, the largest first; `on_ground` says that it stands.
+
+    Nothing that is unseen bounds one, and most of it is seen to be free.
+    """
+    every = (
+        opening
+        for axis in range(3)
+        for opening in _along(space.least(), space.most(), axis, on_ground=on_ground and axis < 2)
+    )
+    return tuple(sorted(every, key=lambda opening: -len(opening.cells)))
+
+
+def _along(least: Grid, most: Grid, axis: int, *, on_ground: bool) -> Iterator[Opening]:
+    from scipy import ndimage
+
+    outline = np.asarray(least.solid.any(axis=axis))
+    through = ~np.asarray(most.solid.any(axis=axis))
+    around = np.pad(~outline, 1, constant_values=True)
+    if on_ground:
+        around[:, 0] = False
+    labels, count = ndimage.label(around)
+    open_ones = np.unique([labels[0], labels[-1]])
+    open_ones = np.union1d(open_ones, labels[:, [0, -1]])
+    inner = labels[1:-1, 1:-1]
+    square = np.ones((FEWEST_CELLS, FEWEST_CELLS), dtype=bool)
+    for number in sorted(set(range(1, count + 1)) - set(open_ones.tolist())):
+        hole = inner == number
+        if not ndimage.binary_opening(hole, square).any():
+            continue
+        if float(through[hole].mean()) >= SEEN_THROUGH:
+            yield _opening(least, axis, hole)
+
+
+def _opening(grid: Grid, axis: int, hole: _Plan) -> Opening:
+    from scipy import ndimage
+
+    beside = ndimage.binary_dilation(hole) & ~hole
+    rim = np.argwhere(grid.solid & np.expand_dims(beside, axis))
+    cells = np.argwhere(hole)
+    low, high = np.zeros(3), np.zeros(3)
+    across = [other for other in range(3) if other != axis]
+    low[across], high[across] = cells.min(axis=0) - HALF, cells.max(axis=0) + 1 + HALF
+    low[2] = max(low[2], 0.0)
+    low[axis], high[axis] = rim[:, axis].min(), rim[:, axis].max() + 1
+    return Opening(grid.lattice, axis, cells, rim, low, high)
