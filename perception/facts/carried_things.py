@@ -10,7 +10,6 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from facetlog.perception.facts.thing_gaps import gaps
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.row_table import Indices
 from facetlog.perception.scene import Scene
@@ -40,6 +39,8 @@ def carried_together(
     above = above_ground(scene, table.points)
     if above is None or scene.up is None or len(things) < 2:
         return things
+    from facetlog.perception.facts.thing_gaps import gaps  # scenes without a ground do without
+
     vertices = [_vertices(table, edges, thing) for thing in things]
     high = np.array([float(above[own].min()) for own in vertices])
     axes = plane_axes(scene.up, np.eye(3)[int(np.argmin(np.abs(scene.up)))])
