@@ -31,6 +31,7 @@ NAMES = (
     "accuracy_recursion",
     "accuracy_lines",
     "accuracy_planes",
+    "accuracy_scans",
     "accuracy_shapes",
     "accuracy_prototypes",
     "accuracy_newcomer",

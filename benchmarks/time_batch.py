@@ -96,8 +96,12 @@ print(json.dumps(sizes))
 """
 
 
-def built(count: int, first: int = 0) -> list[Scene]:
-    """So many scenes, each of a builder in its turn, in sizes that follow from the seed."""
+def built(
+    count: int, first: int = 0, *, least: int = LEAST_FACES, most: int = MOST_FACES
+) -> list[Scene]:
+    """So many scenes of `least` to `most` faces, each of a builder in its turn, in sizes that
+    follow from the seed.
+    """
     found: list[Scene] = []
     names = sorted(BUILDERS)
     seed = first
@@ -114,7 +118,7 @@ def built(count: int, first: int = 0) -> list[Scene]:
             scene = build(builder.name, sizes)
         except ValueError:
             continue  # no such thing can be
-        if LEAST_FACES <= len(scene.faces) <= MOST_FACES:
+        if least <= len(scene.faces) <= most:
             found.append(scene)
     return found
 

@@ -1,10 +1,11 @@
 """Does a batch of 100,000 scenes take flat memory, and come out the same however it is killed?
 
-Furniture of the builders in random sizes, as files; of more than some hundred scenes further names
-of the same files. They are classified by one worker and by two, undisturbed, and once more by two,
-of which, or of the run itself, at random moments something is killed (SIGKILL) and the run resumed.
-Rows are compared by number and by a digest of all they hold but their seconds. Resident memory of
-workers and of the run is read all along. The number of seeds asked for is that of the scenes.
+What the builders make of few faces, in random sizes, as files; of more than some hundred scenes
+further names of the same files. They are classified by one worker and by two, undisturbed, and once
+more by two, of which, or of the run itself, at random moments something is killed (SIGKILL) and the
+run resumed. Rows are compared by number and by a digest of all they hold but their seconds.
+Resident memory of workers and of the run is read all along. The number of seeds asked for is that
+of the scenes.
 """
 
 import hashlib
@@ -33,6 +34,7 @@ __all__ = ["NAME", "Run", "classified", "digest", "main", "measure", "scene_list
 NAME = "time_many_scenes"
 SCENES = 100_000
 DISTINCT = 500  # scenes that differ; more of them change neither time nor memory
+LEAST_FACES, MOST_FACES = 3, 12  # it is their number that is in question
 KILLS = 5
 LOOKED_SECONDS = 0.05
 WANTED_MB = 200
@@ -53,7 +55,7 @@ class Run:
 
 def scene_list(folder: Path, count: int, first: int = 0) -> Path:
     """A file that lists so many scenes, which are written into the folder."""
-    distinct = built(min(count, DISTINCT), first)
+    distinct = built(min(count, DISTINCT), first, least=LEAST_FACES, most=MOST_FACES)
     paths = []
     for number in range(count):
         path = folder / f"scene{number:06}.json"

@@ -13,7 +13,14 @@ from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.promised_facts import FactMaker
 from facetlog.kb.loading.rule_source import RULE_SUFFIXES, holds_words_alone
 
-__all__ = ["judge_scene", "open_knowledge_base", "recognize", "rule_files", "rules_in"]
+__all__ = [
+    "judge_scene",
+    "judged_scene",
+    "open_knowledge_base",
+    "recognize",
+    "rule_files",
+    "rules_in",
+]
 
 
 def rules_in(folder: Path) -> tuple[Path, ...]:
@@ -77,16 +84,19 @@ def judge_scene(
     `on_demand` as for `KnowledgeBase.load_scene`. Raises EngineError if a model reaches a limit on
     a thing.
     """
-    scene = base.load_scene(name, facts, on_demand=on_demand)
+    base.load_scene(name, facts, on_demand=on_demand)
     try:
-        with base.query("thing(T)", scenes=(name,)) as answers:
-            things = tuple(str(thing) for (thing,) in answers if isinstance(thing, Atom))
-        return Recognition(
-            scene.name,
-            tuple(base.judge(name, model, thing) for thing in things for model in base.models),
-        )
+        return judged_scene(base, name)
     finally:
         base.drop_scene(name)
+
+
+def judged_scene(base: KnowledgeBase, name: str) -> Recognition:
+    """The same of a scene that is loaded, and stays so."""
+    with base.query("thing(T)", scenes=(name,)) as answers:
+        things = tuple(str(thing) for (thing,) in answers if isinstance(thing, Atom))
+    verdicts = (base.judge(name, model, thing) for thing in things for model in base.models)
+    return Recognition(name, tuple(verdicts))
 
 
 def recognize(

@@ -62,6 +62,7 @@ class Engine:
     """SWI-Prolog's library, as one thread sees it that has attached itself.
 
     Its methods belong on the thread that started Prolog, and on threads that called `attach`.
+    `version` is SWI-Prolog's: major, minor and patch.
     """
 
     # term_t, fid_t and qid_t are uintptr_t. Constants of SWI-Prolog.h.
@@ -72,7 +73,9 @@ class Engine:
     _CVT_STRING = 0x00000002
     _QUICKLY = 0x00010000 | 0x00020000  # no reclaiming of memory, no cancelling
 
-    def __init__(self, library: ctypes.CDLL) -> None:
+    def __init__(self, library: ctypes.CDLL, version: tuple[int, int, int]) -> None:
+        self.version = version
+
         def declare(name: str, result: type | None, *arguments: type) -> Any:
             return ctypes.CFUNCTYPE(result, *arguments)((name, library))
 
@@ -242,10 +245,11 @@ def _started() -> Engine:
         core = _pyswip_core()
     except Exception as exc:  # pyswip raises bare Exception where SWI-Prolog is missing or old
         raise EngineError(f"SWI-Prolog is missing or cannot be used: {INSTALL_HINT}") from exc
-    major, minor, patch = _version(core.PL_VERSION)
-    if (major, minor, patch) < MINIMUM_VERSION:
-        raise EngineError(f"SWI-Prolog {major}.{minor}.{patch} is too old: {INSTALL_HINT}")
-    engine = Engine(core._lib)
+    version = _version(core.PL_VERSION)
+    if version < MINIMUM_VERSION:
+        written = ".".join(map(str, version))
+        raise EngineError(f"SWI-Prolog {written} is too old: {INSTALL_HINT}")
+    engine = Engine(core._lib, version)
     if not engine.consult(house("kb") / "prolog" / "bridge.pl"):
         raise EngineError("the knowledge base's own Prolog files cannot be loaded")
     engine.register("facetlog_bridge", "python", called)

@@ -122,8 +122,7 @@ def _blocks(scenes: Sequence[Scene]) -> Iterator[list[int]]:
     faces = 0
     for i, scene in enumerate(scenes):
         own = len(scene.faces)
-        # Shapes that were read as bodies take so long that nothing is gained by sharing.
-        if scene.bodies or own > FACES_AT_ONCE:
+        if own > FACES_AT_ONCE:
             yield [i]
             continue
         if faces + own > FACES_AT_ONCE:

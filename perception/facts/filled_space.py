@@ -1,7 +1,8 @@
 """What things fill of their space, and what they leave."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -9,10 +10,12 @@ from facetlog.perception.facts.bounded import ROUNDING, Bounded
 from facetlog.perception.facts.levels import Level, level_at
 from facetlog.perception.facts.sides import hollow
 from facetlog.perception.flat_faces import Estimate, FlatFace
+from facetlog.perception.row_table import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.space.grid import HARDLY_LARGER, Grid
 from facetlog.perception.space.space import Space
 from facetlog.perception.space.thing_space import ThingSurface, thing_space
+from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
 
@@ -57,47 +60,46 @@ def curved_share(scene: Scene, areas: FloatArray, thing: Thing) -> float:
 
 
 def filled_spaces(
-    scene: Scene,
-    faces: tuple[FlatFace, ...],
-    things: tuple[Thing, ...],
-    outer: Sequence[FloatArray],
+    scenes: Sequence[Scene],
+    table: FaceTable,
+    things: Sequence[Thing],
+    members: Sequence[Indices],
 ) -> dict[int, FilledSpace]:
-    """What each thing (by its index) fills of its space; `outer` are points (n, 3) that reach as
-    far as each does.
-    """
-    places = PLACES_OF_PICTURES if scene.views else PLACES_OF_SCANS
+    """What each thing (by its index) fills of its space; `members` are the vertices of each."""
     found: dict[int, FilledSpace] = {}
-    for index, (thing, reach) in enumerate(zip(things, outer, strict=True)):
-        if len(reach) < 2:
+    for index, (thing, vertices) in enumerate(zip(things, members, strict=True)):
+        if len(vertices) < 2:
             continue
-        measured = _Measured(scene, _surface(scene, faces, thing, reach), places)
+        scene = scenes[thing.scene]
+        places = PLACES_OF_PICTURES if scene.views else PLACES_OF_SCANS
+        measured = _Measured(scene, _surface(scene, table, thing, vertices), places)
         filled = measured.lying() if scene.up is None else measured.standing(scene.up)
         if filled is not None:
             found[index] = filled
     return found
 
 
-def _surface(
-    scene: Scene, faces: tuple[FlatFace, ...], thing: Thing, outer: FloatArray
-) -> ThingSurface:
-    own = tuple(faces[i] for i in thing.faces)
+def _surface(scene: Scene, table: FaceTable, thing: Thing, vertices: Indices) -> ThingSurface:
+    own = tuple(table.faces[i] for i in thing.faces)
     none = np.zeros((0, 3))
     patches = [scene.patches[i] for i in thing.patches]
     return ThingSurface(
         own,
-        outer,
+        table.points[vertices],
         np.concatenate([none, *(patch.points for patch in patches)]),
         np.concatenate([none, *(patch.normals for patch in patches)]),
-        _corner_sd(scene, own),
+        _corner_sd(table, own),
         thing.whole,
     )
 
 
-def _corner_sd(scene: Scene, faces: tuple[FlatFace, ...]) -> float:
+def _corner_sd(table: FaceTable, faces: tuple[FlatFace, ...]) -> float:
     """Median sd of the faces' corners, along an axis; 0 without faces."""
-    corners = {i for face in faces for i in face.members}
-    variances = [float(np.trace(scene.vertices[i].cov)) / 3.0 for i in corners]
-    return float(np.sqrt(np.median(variances))) if variances else 0.0
+    corners = sorted({i for face in faces for i in face.members})
+    if not corners:
+        return 0.0
+    variances = np.trace(table.covs[corners], axis1=1, axis2=2) / 3.0
+    return float(np.sqrt(np.median(variances)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -117,9 +119,9 @@ class _Measured:
             self.surface,
             space.known,
             space.lattice.volume,
-            _footprint(space),
-            _solidity(space),
-            _hollow(space, on_ground=True),
+            _both_ways(space, _footprint),
+            _both_ways(space, _solidity),
+            _both_ways(space, partial(_hollow, on_ground=True)),
             dict(self._levels(space, up)),
         )
         # A box that is tipped over fills the box round it no less.
@@ -135,15 +137,14 @@ class _Measured:
         space = self._space(self._axis(), on_ground=False)
         if space is None:
             return None
-        hollow_sides = _hollow(space, on_ground=False)
         return FilledSpace(
             space,
             self.surface,
             space.known,
             space.lattice.volume,
             None,
-            _solidity(space),
-            hollow_sides,
+            _both_ways(space, _solidity),
+            _both_ways(space, partial(_hollow, on_ground=False)),
             {},
         )
 
@@ -172,24 +173,23 @@ class _Measured:
                 yield face.index, level
 
 
-def _solidity(space: Space) -> Bounded:
-    def reading(grid: Grid) -> Estimate:
-        return Estimate(float(grid.solid.mean()), ROUNDING / min(grid.solid.shape))
-
-    return Bounded.between(reading(space.least()), reading(space.most()))
-
-
-def _hollow(space: Space, *, on_ground: bool) -> Bounded:
-    def reading(grid: Grid) -> Estimate:
-        return Estimate(hollow(grid, on_ground=on_ground), ROUNDING / min(grid.solid.shape))
-
-    return Bounded.between(reading(space.least()), reading(space.most()))
+def _both_ways(space: Space, reading: Callable[[Grid], Estimate]) -> Bounded:
+    """A reading of the space with all that is unseen free, and with all of it full."""
+    least, most = space.least(), space.most()
+    if most is least:
+        return Bounded.sure(reading(least))
+    return Bounded.between(reading(least), reading(most))
 
 
-def _footprint(space: Space) -> Bounded:
-    def reading(grid: Grid) -> Estimate:
-        cells = float(grid.footprint.sum())
-        area = cells * grid.cell**2
-        return Estimate(area, 2.0 * ROUNDING / float(np.sqrt(cells)) * area)
+def _solidity(grid: Grid) -> Estimate:
+    return Estimate(float(grid.solid.mean()), ROUNDING / min(grid.solid.shape))
 
-    return Bounded.between(reading(space.least()), reading(space.most()))
+
+def _hollow(grid: Grid, *, on_ground: bool) -> Estimate:
+    return Estimate(hollow(grid, on_ground=on_ground), ROUNDING / min(grid.solid.shape))
+
+
+def _footprint(grid: Grid) -> Estimate:
+    cells = float(grid.footprint.sum())
+    area = cells * grid.cell**2
+    return Estimate(area, 2.0 * ROUNDING / float(np.sqrt(cells)) * area)

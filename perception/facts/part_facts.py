@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.facts import measures, relations
+from facetlog.perception.facts import relations
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.row_products import dots, quadratic_forms
@@ -145,7 +145,7 @@ def size_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How large faces are, and of what shape."""
     if not len(s.table):
         return
-    sizes = measures.face_sizes(s.table)
+    sizes = s.face_sizes
     for functor, each in (
         ("area", sizes.areas),
         ("length", sizes.lengths),

@@ -9,30 +9,37 @@ from facetlog.perception.facts.filled_space import LEVEL_ENOUGH, FilledSpace
 from facetlog.perception.facts.levels import level_at
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.piece_kinds import PIECE_KINDS
-from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.pieces.pieces import ROUNDING, Piece, Pieces, find_pieces
+from facetlog.perception.facts.scene_memo import Names, SceneMemo
+from facetlog.perception.pieces.pieces import ROUNDING, Kind, Piece, Pieces, find_pieces
+from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
+from facetlog.perception.scene import Evidence, Scene
 from facetlog.perception.types import FloatArray
 
-__all__ = ["piece_facts"]
-
-# What is thinner than this share of its width is a board; what else is narrower than this share of
-# its length a bar, of which the tilt is that of its length, and of others that of their broad side.
-THIN = 0.35
-SLENDER = 0.35
+__all__ = ["piece_facts", "shown_pieces"]
 
 
 def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """All facts about pieces."""
     if not any(rows.wants(kind.functor) for kind in PIECE_KINDS):
         return
-    for nth, own in s.alone(np.ones(len(s.scenes), dtype=np.bool_)):
-        up = own.scenes[0].up
-        count = 0
-        for index, filled in own.filled.items():
-            found = _Found.of(filled, up, f"t{index + 1}", count)
-            count += len(found.names)
-            for functor, each in found.facts():
-                rows.add_rows(functor, nth, [each])
+    for scene, found in _all_found(s):
+        for functor, each in found.facts(s.face_names):
+            rows.add_rows(functor, scene, [each])
+
+
+def shown_pieces(scene: Scene) -> ShownPieces:
+    """The pieces of a scene by the names that facts have, to be drawn."""
+    memo = SceneMemo.of(scene)
+    measured = [face.evidence is Evidence.MEASURED for face in scene.faces]
+    found = [each for _, each in _all_found(memo)]
+    return ShownPieces(
+        tuple(
+            ShownPiece(name, piece, bool(piece.faces) and not any(measured[i] for i in piece.faces))
+            for each in found
+            for name, piece in zip(each.names, each.pieces.pieces, strict=True)
+        ),
+        tuple(each.filled.space for each in found),
+    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,15 +51,8 @@ class _Found:
     names: tuple[str, ...]
     pieces: Pieces
 
-    @classmethod
-    def of(cls, filled: FilledSpace, up: FloatArray | None, thing: str, before: int) -> "_Found":
-        surface = filled.surface
-        pieces = find_pieces(filled.space.least(), surface.faces, surface.curved)
-        names = tuple(f"p{before + i}" for i in range(1, len(pieces.pieces) + 1))
-        return cls(filled, up, thing, names, pieces)
-
-    def facts(self) -> Iterator[tuple[str, tuple[str | float, ...]]]:
-        """Functors and arguments."""
+    def facts(self, face_names: Names) -> Iterator[tuple[str, tuple[str | float, ...]]]:
+        """Functors and arguments; `face_names` (f,) are those of all faces."""
         lattice = self.filled.space.lattice
         ground = float(lattice.corner[2])
         for name, piece in zip(self.names, self.pieces.pieces, strict=True):
@@ -62,7 +62,7 @@ class _Found:
             yield "piece_size", (name, *sizes, piece.length.sd)
             yield "piece_round", (name, piece.round)
             for face in piece.faces:
-                yield "piece_face", (name, f"f{face + 1}")
+                yield "piece_face", (name, face_names[face])
             if self.up is not None:
                 low, high = max(0.0, piece.low - ground), piece.high - ground
                 yield "piece_heights", (name, low, high, piece.length.sd)
@@ -80,7 +80,7 @@ class _Found:
     def _level(
         self, name: str, piece: Piece, up: FloatArray
     ) -> Iterator[tuple[str, tuple[str | float, ...]]]:
-        if _is_slender(piece):
+        if piece.kind is Kind.BAR:
             return
         side = _lying(piece, up)
         if abs(float(piece.axes[side] @ up)) < LEVEL_ENOUGH:
@@ -104,12 +104,17 @@ class _Found:
         return float(piece.middle @ up) + half * rise / 2.0
 
 
-def _is_thin(piece: Piece) -> bool:
-    return piece.thickness.value <= THIN * piece.width.value
-
-
-def _is_slender(piece: Piece) -> bool:
-    return not _is_thin(piece) and piece.width.value <= SLENDER * piece.length.value
+def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
+    """The scene and the pieces of each thing; of a scene they are numbered through."""
+    counts = [0] * len(s.scenes)
+    for index, filled in s.filled.items():
+        scene = s.things[index].scene
+        surface = filled.surface
+        pieces = find_pieces(filled.space.least(), surface.faces, surface.curved)
+        first, last = counts[scene] + 1, counts[scene] + len(pieces.pieces)
+        names = tuple(f"p{i}" for i in range(first, last + 1))
+        counts[scene] = last
+        yield scene, _Found(filled, s.scenes[scene].up, s.thing_names[index], names, pieces)
 
 
 def _lying(piece: Piece, up: FloatArray) -> int:
@@ -123,7 +128,7 @@ def _lying(piece: Piece, up: FloatArray) -> int:
 
 def _tilt(piece: Piece, up: FloatArray) -> tuple[float, float]:
     """Degrees, and the sd: ends across it that are each known to a cell."""
-    if _is_slender(piece):
+    if piece.kind is Kind.BAR:  # of another the broad side tilts
         rise = min(1.0, abs(float(piece.axes[0] @ up)))
         across, angle = piece.length, np.arcsin(rise)
     else:

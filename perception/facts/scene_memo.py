@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from facetlog.perception.facts import relations
 from facetlog.perception.facts.filled_space import FilledSpace, filled_spaces
 from facetlog.perception.facts.heights import Grounds, tilts, vertical_senses
-from facetlog.perception.facts.measures import Estimates, Group
+from facetlog.perception.facts.measures import Estimates, FaceSizes, Group, face_sizes
 from facetlog.perception.facts.named_rows import named_in_order
 from facetlog.perception.facts.plan_view import Plans
 from facetlog.perception.facts.relations import FacePairs
@@ -22,7 +22,7 @@ from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.surfaces.things import Thing, find_things
 from facetlog.perception.types import FloatArray
 
-__all__ = ["SceneMemo"]
+__all__ = ["Names", "SceneMemo"]
 
 Names = NDArray[np.object_]
 
@@ -163,6 +163,11 @@ class SceneMemo:
         )
 
     @cached_property
+    def face_sizes(self) -> FaceSizes:
+        """How large all faces are."""
+        return face_sizes(self.table)
+
+    @cached_property
     def pairs(self) -> FacePairs:
         """Every two faces of a scene."""
         return FacePairs.of(self.table)
@@ -211,10 +216,8 @@ class SceneMemo:
 
     @cached_property
     def filled(self) -> dict[int, FilledSpace]:
-        """What each thing (by its index) fills of its space, if this is a single scene's memo."""
-        (scene,) = self.scenes
-        outer = [self.table.points[members] for members in self.members]
-        return filled_spaces(scene, self.table.faces, self.things, outer)
+        """What each thing (by its index) fills of its space."""
+        return filled_spaces(self.scenes, self.table, self.things, self.members)
 
     @cached_property
     def face_names(self) -> Names:

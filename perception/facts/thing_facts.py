@@ -179,10 +179,13 @@ def clear_facts(s: SceneMemo, rows: BlockFacts) -> None:
 
 def rim_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """Parts that stand at the rim of a face about level."""
-    for thing in s.things:
-        found = at_rim(s.ups[thing.scene], s.table, s.edges, thing)
-        named = (((s.edge_names if loose else s.face_names)[i], f) for loose, i, f in found)
-        rows.add_rows("at_rim", thing.scene, ((part, s.face_names[face]) for part, face in named))
+    if not s.things or not len(s.table):
+        return
+    for scene, loose, part, face in at_rim(
+        s.ups, s.table, s.face_sizes.widths.values, s.edges, s.things
+    ):
+        name = (s.edge_names if loose else s.face_names)[part]
+        rows.add_rows("at_rim", scene, [(name, s.face_names[face])])
 
 
 def surface_facts(s: SceneMemo, rows: BlockFacts) -> None:
@@ -192,29 +195,27 @@ def surface_facts(s: SceneMemo, rows: BlockFacts) -> None:
     rows.add("curved", s.thing_scene, s.thing_names, np.array(curved, dtype=np.float64))
     if not (rows.wants("whole") or rows.wants("scanned")):
         return
-    # what was read from surface, and not found in pictures
-    for nth, own in s.alone(np.array([bool(scene.bodies) for scene in s.scenes])):
-        for index, name in enumerate(own.thing_names.tolist()):
-            filled = own.filled.get(index)
+    for index, (thing, name) in enumerate(zip(s.things, s.thing_names.tolist(), strict=True)):
+        if s.scenes[thing.scene].bodies:  # read from surface, and not found in pictures
+            filled = s.filled.get(index)
             known = filled is not None and filled.known
-            rows.add_rows("whole" if known else "scanned", nth, [(name,)])
+            rows.add_rows("whole" if known else "scanned", thing.scene, [(name,)])
 
 
 def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """What things fill, and what is beneath, on and above their level faces."""
-    for nth, own in s.alone(np.ones(len(s.scenes), dtype=np.bool_)):
-        for index, filled in own.filled.items():
-            thing = f"t{index + 1}"
-            measures = [
-                ("solidity", thing, filled.solidity),
-                ("hollow_side", thing, filled.hollow),
-            ]
-            if filled.footprint is not None:
-                measures.append(("footprint", thing, filled.footprint))
-            for face, level in filled.levels.items():
-                measures += [(name, f"f{face + 1}", each) for name, each in level.measures()]
-            for functor, of, each in measures:
-                _add_bounded(rows, nth, functor, of, each)
+    for index, filled in s.filled.items():
+        thing = s.thing_names[index]
+        measures = [
+            ("solidity", thing, filled.solidity),
+            ("hollow_side", thing, filled.hollow),
+        ]
+        if filled.footprint is not None:
+            measures.append(("footprint", thing, filled.footprint))
+        for face, level in filled.levels.items():
+            measures += [(name, s.face_names[face], each) for name, each in level.measures()]
+        for functor, of, each in measures:
+            _add_bounded(rows, s.things[index].scene, functor, of, each)
 
 
 def _add_bounded(rows: BlockFacts, scene: int, functor: str, of: str, measure: Bounded) -> None:

@@ -7,6 +7,7 @@ there is no surface: its end is known to a cell.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,13 @@ from facetlog.perception.pieces.solid_parts import solid_parts
 from facetlog.perception.row_table import Indices
 from facetlog.perception.space.grid import Grid, Lattice
 from facetlog.perception.space.surface_points import inner_points
-from facetlog.perception.surfaces.convex_hulls import least_rectangle
+from facetlog.perception.surfaces.convex_hulls import least_rectangles
 from facetlog.perception.types import FloatArray
 
-__all__ = ["ROUNDING", "Piece", "Pieces", "find_pieces"]
+__all__ = ["ROUNDING", "Kind", "Piece", "Pieces", "find_pieces"]
+
+# A board is no thicker than this share of its width, a bar no wider than this share of its length.
+THIN, SLENDER = 0.35, 0.35
 
 # sd of a place that is known to a cell, in cells: of a uniform distribution.
 ROUNDING = 1.0 / float(np.sqrt(12.0))
@@ -27,6 +31,14 @@ ROUNDING = 1.0 / float(np.sqrt(12.0))
 SPACING = 0.5
 # A part of fewer cells than this is no more than where surfaces cross.
 FEWEST_CELLS = 8
+
+
+class Kind(StrEnum):
+    """What a piece is called by its proportions: the words of models, which are soft there."""
+
+    BOARD = "board"
+    BAR = "bar"
+    BLOCK = "block"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -48,6 +60,13 @@ class Piece:
     high: float
     faces: tuple[int, ...]
     round: float
+
+    @property
+    def kind(self) -> Kind:
+        """What it is called."""
+        if self.thickness.value <= THIN * self.width.value:
+            return Kind.BOARD
+        return Kind.BAR if self.width.value <= SLENDER * self.length.value else Kind.BLOCK
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -168,13 +187,16 @@ def _least_box(
     points: FloatArray, directions: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Extents (3,), longest first, directions (3, 3) and middle of the least box round points."""
+    points = _outermost(points)
+    normals = np.array(directions)
+    plans = plane_axes(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
+    flat = np.swapaxes(plans @ points.T, 1, 2)
+    along, _, _ = least_rectangles(flat, np.ones(flat.shape[:2], dtype=np.bool_))
+    first = (along[:, None] @ plans)[:, 0]
+    frames = np.stack([first, np.cross(normals, first), normals], axis=1)
+    extent = np.ptp(frames @ points.T, axis=2)
     least, extents, axes = np.inf, np.zeros(3), np.eye(3)
-    for direction in directions:
-        flat_axes = plane_axes(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
-        along, _, _ = least_rectangle(points @ flat_axes.T)
-        first = along @ flat_axes
-        own = np.array([first, np.cross(direction, first), direction])
-        sides = np.ptp(points @ own.T, axis=0)
+    for own, sides in zip(frames, extent, strict=True):
         # Another direction has to do better than rounding.
         if float(sides.prod()) < least * (1.0 - 1e-6):
             least, extents, axes = float(sides.prod()), sides, own
@@ -183,6 +205,16 @@ def _least_box(
     local = points @ axes.T
     middle: FloatArray = (local.min(axis=0) + local.max(axis=0)) / 2.0 @ axes
     return extents[order], axes, middle
+
+
+def _outermost(points: FloatArray) -> FloatArray:
+    """Those of points (n, 3) that span their convex hull; all if they lie in a plane."""
+    from scipy.spatial import ConvexHull, QhullError  # loaded only now: few ask for pieces
+
+    try:
+        return points[ConvexHull(points).vertices]
+    except QhullError:
+        return points
 
 
 def _joins(parts: Indices, count: int) -> NDArray[np.bool_]:

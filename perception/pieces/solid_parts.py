@@ -85,11 +85,11 @@ def _opened(cells: _Cells, probe: Sequence[int]) -> _Cells:
     return starts
 
 
-def _in_stretches(cells: _Cells, axis: int, length: int) -> Indices:
+def _in_stretches(cells: _Cells, axis: int, length: int) -> NDArray[np.int16]:
     """How many of so many cells from each on along the axis are there: shorter by length - 1."""
-    sums = np.cumsum(cells, axis=axis, dtype=np.intp)
+    sums = np.cumsum(cells, axis=axis, dtype=np.int16)  # there are some tens of cells
     sums = np.moveaxis(np.pad(sums, [(int(i == axis), 0) for i in range(3)]), axis, 0)
-    found: Indices = np.moveaxis(sums[length:] - sums[:-length], 0, axis)
+    found: NDArray[np.int16] = np.moveaxis(sums[length:] - sums[:-length], 0, axis)
     return found
 
 

@@ -79,22 +79,37 @@ class Lattice:
 
     def local(self, points: FloatArray) -> FloatArray:
         """Points (n, 3) of the scene in the lattice's axes from its corner, in cells."""
-        local: FloatArray = (points @ self.axes.T - self.corner) / self.cell
-        return local
+        # Axis by axis in memory: what follows goes over all points, and there are many.
+        local: FloatArray = self.axes @ points.T
+        local -= self.corner[:, None]
+        local /= self.cell
+        return local.T
 
     def holding(self, points: FloatArray) -> Cells:
-        """The cells that hold points (n, 3) of what it stands round: those at its rim are in it."""
-        cells = np.floor(self.local(points)).astype(np.intp)
-        marked = np.zeros(self.shape, dtype=np.bool_)
-        marked[tuple(np.clip(cells, 0, np.array(self.shape) - 1).T)] = True
-        return marked
+        """The cells that hold points (n, 3) in its own axes, as `local` gives them, or are nearest
+        to them: what it stands round is all in it but for rounding.
+        """
+        marked = np.zeros(self.size, dtype=np.bool_)
+        marked[self._nearest(points)] = True
+        return marked.reshape(self.shape)
 
     def numbers(self, points: FloatArray) -> Indices:
-        """The number (n,) of the cell that holds each of points (n, 3), -1 outside."""
-        local, shape = self.local(points), np.array(self.shape)
-        inside = ((local >= -AT_RIM) & (local <= shape + AT_RIM)).all(axis=1)
-        x, y, z = np.clip(np.floor(local).astype(np.intp), 0, shape - 1).T
-        return np.where(inside, (x * shape[1] + y) * shape[2] + z, -1)
+        """The number (n,) of the cell that holds each of points (n, 3) in its own axes, as `local`
+        gives them, -1 outside.
+        """
+        found = self._nearest(points)
+        for along, count in zip(points.T, self.shape, strict=True):
+            found[(along < -AT_RIM) | (along > count + AT_RIM)] = -1
+        return found
+
+    def _nearest(self, local: FloatArray) -> Indices:
+        # The numbers (n,) of the cells that hold points (n, 3), or are nearest to them.
+        found = np.zeros(len(local), dtype=np.intp)
+        for along, count in zip(local.T, self.shape, strict=True):
+            found *= count
+            # what is not negative is rounded down
+            found += np.clip(along, 0, count - 1).astype(np.intp)
+        return found
 
 
 def _senses(flat: FloatArray) -> FloatArray:

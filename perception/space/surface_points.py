@@ -1,6 +1,6 @@
 """Points all over faces, so close that no cell of a grid that they pass is missed."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 import shapely
@@ -24,6 +24,18 @@ def surface_points(faces: Iterable[FlatFace], spacing: float) -> tuple[FloatArra
 
     And which of the faces (n,) each is on, face by face.
     """
+    return _points(faces, spacing, 0.0)
+
+
+def inner_points(faces: Iterable[FlatFace], spacing: float) -> tuple[FloatArray, Indices]:
+    """The same, a millionth within their faces and behind them.
+
+    Where that is the border of two cells they are in the inner one, however it is rounded.
+    """
+    return _points(faces, spacing, WITHIN)
+
+
+def _points(faces: Iterable[FlatFace], spacing: float, inset: float) -> tuple[FloatArray, Indices]:
     shown = tuple(faces)
     polygons = np.array([face.polygon for face in shown], dtype=np.object_)
     there = np.flatnonzero(~shapely.is_empty(polygons)).tolist()
@@ -38,10 +50,10 @@ def surface_points(faces: Iterable[FlatFace], spacing: float) -> tuple[FloatArra
     batch = np.cumsum(counts.prod(axis=1)) // POINTS_AT_ONCE
     for some in np.split(np.arange(len(shown)), np.flatnonzero(np.diff(batch)) + 1):
         own = polygons[some]
-        x, y, face = _grids_within(own, low[some], high[some], counts[some])
+        x, y, inside = _grids_within(own, low[some], high[some], counts[some])
         rim, of = shapely.get_coordinates(shapely.segmentize(own, spacing), return_index=True)
         # Face by face what is within it, and then its rim.
-        within, along = (np.bincount(each, minlength=len(some)) for each in (face, of))
+        within, along = (np.bincount(each, minlength=len(some)) for each in (inside, of))
         starts = row_starts(within + along)
         flat = np.empty((len(x) + len(rim), 2))
         place = np.arange(len(x)) + np.repeat(starts - row_starts(within), within)
@@ -49,21 +61,11 @@ def surface_points(faces: Iterable[FlatFace], spacing: float) -> tuple[FloatArra
         flat[np.arange(len(rim)) + np.repeat(starts + within - row_starts(along), along)] = rim
         ends = starts + within + along
         for nth, start, end in zip(some.tolist(), starts.tolist(), ends.tolist(), strict=True):
-            found.append(shown[nth].middle + flat[start:end] @ shown[nth].axes)
+            face = shown[nth]
+            middle = face.middle - inset * spacing * face.normal
+            found.append(middle + flat[start:end] @ ((1.0 - inset) * face.axes))
         counted.append(within + along)
     return np.concatenate(found), np.repeat(there, np.concatenate(counted))
-
-
-def inner_points(faces: Sequence[FlatFace], spacing: float) -> tuple[FloatArray, Indices]:
-    """The same, a millionth within their faces and behind them.
-
-    Where that is the border of two cells they are in the inner one, however it is rounded.
-    """
-    points, face = surface_points(faces, spacing)
-    middles = np.array([f.middle for f in faces]).reshape(-1, 3)[face]
-    normals = np.array([f.normal for f in faces]).reshape(-1, 3)[face]
-    inner: FloatArray = points + WITHIN * (middles - points - spacing * normals)
-    return inner, face
 
 
 def _grids_within(

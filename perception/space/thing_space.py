@@ -71,23 +71,25 @@ def thing_space(
     if lattice is None:
         return None
     flat, face = inner_points(surface.faces, SPACING * lattice.cell)
-    facing = np.array([f.normal for f in surface.faces]).reshape(-1, 3)[face]
-    points = np.concatenate([flat, surface.curved])
-    normals = np.concatenate([facing, surface.normals])
-    touched = lattice.holding(points if len(flat) else np.concatenate([points, surface.outer]))
+    normals = np.array([f.normal for f in surface.faces]).reshape(-1, 3)
+    points = lattice.local(np.concatenate([flat, surface.curved]))
+    facing = np.concatenate([(normals @ lattice.axes.T)[face], surface.normals @ lattice.axes.T])
+    touched = lattice.holding(points)
+    if not len(flat):
+        touched |= lattice.holding(lattice.local(surface.outer))
     within = enclosed(
         touched, on_ground=on_ground, missed=missed_cells(surface.corner_sd / lattice.cell)
     )
-    closed = surface.all_round and _open_share(lattice, within, points, normals) <= OPEN_SHARE
+    closed = surface.all_round and _open_share(lattice, within, points, facing) <= OPEN_SHARE
     if closed:
         cells = np.where(within, State.FULL, State.FREE).astype(np.uint8)
         return Space(lattice, cells, closed)
     free = ~touched & (
-        _right_before(lattice, points, normals)
+        _right_before(lattice, points, facing)
         | (places_through(lattice, sights, touched) >= places)
     )
     full = touched | _without_free(within & ~touched, free)
-    shown = _shown_sides(lattice, normals)
+    shown = _shown_sides(facing)
     return Space(lattice, _with_assumed(full, free & ~full, shown), closed)
 
 
@@ -97,34 +99,37 @@ def _largest_upright(faces: Sequence[FlatFace], up: FloatArray) -> FloatArray | 
     return max(upright, key=lambda face: face.area).normal if upright else None
 
 
-def _right_before(lattice: Lattice, points: FloatArray, normals: FloatArray) -> Cells:
+def _right_before(lattice: Lattice, points: FloatArray, facing: FloatArray) -> Cells:
     """Cells right before surface that was seen from there."""
-    numbers = lattice.numbers(points + BESIDE * lattice.cell * normals)
+    numbers = lattice.numbers(points + BESIDE * facing)
     before = np.zeros(lattice.size, dtype=np.bool_)
-    before[numbers[(numbers >= 0) & normals.any(axis=1)]] = True
+    before[numbers[(numbers >= 0) & facing.any(axis=1)]] = True
     return before.reshape(lattice.shape)
 
 
-def _open_share(lattice: Lattice, within: Cells, points: FloatArray, normals: FloatArray) -> float:
+def _open_share(lattice: Lattice, within: Cells, points: FloatArray, facing: FloatArray) -> float:
     """How much of the surface has free space behind it; boards thinner than a cell have none."""
-    known = normals.any(axis=1)
-    points, normals = points[known], normals[known]
+    known = facing.any(axis=1)
+    if not known.all():
+        points, facing = points[known], facing[known]
     if not len(points):
         return 0.0
-    behind = [
-        lattice.numbers(points - share * BESIDE * lattice.cell * normals)
-        for share in (0.0, 0.5, 1.0)
-    ]
-    solid = within.ravel()[behind[-1]] & (behind[-1] >= 0)
-    for axis in range(3):
-        along = normals @ lattice.axes[axis]
+    behind = lattice.numbers(points - BESIDE * facing)
+    # the rest may be open, unless the back of a board is there
+    rest = np.flatnonzero(~(within.ravel()[behind] & (behind >= 0)))
+    if not len(rest):
+        return 0.0
+    at = lattice.numbers(points)
+    passed = at[rest], lattice.numbers(points[rest] - BESIDE / 2.0 * facing[rest]), behind[rest]
+    solid = np.zeros(len(rest), dtype=np.bool_)
+    for along in facing.T:
         for sense in (1.0, -1.0):
-            own, other = sense * along > FACES_ALONG, sense * along < -FACES_ALONG
             backs = np.zeros(lattice.size + 1, dtype=np.bool_)  # the last for what is outside
-            backs[behind[0][other]] = True
+            backs[at[sense * along < -FACES_ALONG]] = True
             backs[-1] = False
-            solid |= own & np.logical_or.reduce([backs[cells] for cells in behind])
-    return 1.0 - float(solid.mean())
+            own = sense * along[rest] > FACES_ALONG
+            solid |= own & np.logical_or.reduce([backs[cells] for cells in passed])
+    return float((~solid).sum()) / len(points)
 
 
 def _without_free(within: Cells, free: Cells) -> Cells:
@@ -141,11 +146,10 @@ def _without_free(within: Cells, free: Cells) -> Cells:
     return np.asarray(kept[rooms], dtype=np.bool_)
 
 
-def _shown_sides(lattice: Lattice, normals: FloatArray) -> dict[tuple[int, int], bool]:
+def _shown_sides(facing: FloatArray) -> dict[tuple[int, int], bool]:
     """Along which axes, and in which sense (1 or -1), surface faces that was seen from there."""
-    along = normals @ lattice.axes.T
     return {
-        (axis, sense): float((sense * along[:, axis] > FACES_ALONG).mean()) > LEAST_SHOWN
+        (axis, sense): float((sense * facing[:, axis] > FACES_ALONG).mean()) > LEAST_SHOWN
         for axis in range(3)
         for sense in (1, -1)
     }

@@ -19,7 +19,7 @@ from facetlog.perception.surfaces.face_table import flat_faces
 from facetlog.perception.types import FloatArray
 from facetlog.perception.whole_file import write_whole
 
-__all__ = ["face_triangles", "mesh_bytes", "viewer_html", "write_mesh"]
+__all__ = ["face_triangles", "graph_bytes", "mesh_bytes", "viewer_html", "write_mesh"]
 
 # trimesh leaves these without types.
 _export_ply: Callable[..., bytes] = ply.export_ply
@@ -77,9 +77,19 @@ def _graph(scene: Scene) -> trimesh.Scene:
     graph = trimesh.Scene()
     for name, mesh in _meshes(scene).items():
         graph.add_geometry(mesh, node_name=name, geom_name=name)
-    if scene.up is not None:
-        _apply(graph, _turned_up(scene.up))
+    _turn_up(graph, scene.up)
     return graph
+
+
+def graph_bytes(graph: trimesh.Scene, up: FloatArray | None) -> bytes:
+    """The graph as `.glb`, turned so that `up` (3,), where it is known, is the format's."""
+    _turn_up(graph, up)
+    return bytes(_export_glb(graph))
+
+
+def _turn_up(graph: trimesh.Scene, up: FloatArray | None) -> None:
+    if up is not None:
+        _apply(graph, _turned_up(up))
 
 
 def _colour(index: int) -> NDArray[np.uint8]:

@@ -2,11 +2,30 @@
 
 import os  # pathlib takes 20 ms to load, in which a Ctrl-C would be a traceback
 
+# Types for who checks them; at run time what is exported is loaded when it is first named.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from facetlog.library.calls import ask, classify, read_scene, recognize
+    from facetlog.library.result import Reason, Result
+
 __version__ = "0.1.0"
-__all__ = ["__version__"]
+__all__ = ["Reason", "Result", "__version__", "ask", "classify", "read_scene", "recognize"]
 
 # A checkout without symbolic links (an archive, some file systems) has the five rooms only at
 # the top of the repository: look for them there.
 _here = os.path.dirname(os.path.realpath(__file__))  # noqa: PTH120
 if not os.path.isdir(os.path.join(_here, "kb")):  # noqa: PTH112, PTH118
     __path__.append(os.path.dirname(os.path.dirname(_here)))  # noqa: PTH120
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
+
+
+def __getattr__(name: str) -> object:
+    if name not in __all__:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    place = "result" if name in ("Reason", "Result") else "calls"
+    return getattr(import_module(f"{__name__}.library.{place}"), name)

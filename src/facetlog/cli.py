@@ -14,6 +14,7 @@ from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
 from facetlog.commands.classify import classify_command
 from facetlog.commands.collect import collect_command
+from facetlog.commands.doctor import doctor_command
 from facetlog.commands.explain import why_command, why_not_command
 from facetlog.commands.model.app import model_app
 from facetlog.commands.mount import mount_command
@@ -51,6 +52,7 @@ app = typer.Typer(
     help="Recognises things made of flat faces in pictures with known cameras.",
     no_args_is_help=True,
     add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
 )
@@ -258,6 +260,7 @@ app.command("classify")(classify_command)
 app.command("collect")(collect_command)
 app.command("mount")(mount_command)
 app.command("query")(query_command)
+app.command("doctor")(doctor_command)
 app.command("why")(why_command)
 app.command("why-not")(why_not_command)
 app.command("simulate")(simulate_command)

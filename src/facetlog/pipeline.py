@@ -5,7 +5,7 @@
 Rooms are imported where they are used: the command line answers `--help` without loading them.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -27,6 +27,8 @@ __all__ = [
     "FrontEnd",
     "Progress",
     "Recognised",
+    "facts_of",
+    "load_scene",
     "open_models",
     "recognize_views",
     "reconstruct_views",
@@ -37,6 +39,9 @@ __all__ = [
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 """Called with the step's name, how much of it is done, and of how much."""
+
+FlatFact: TypeAlias = tuple[str | int | float, ...]
+"""A functor and its arguments."""
 
 DEMO_WORLD = "block"
 
@@ -65,7 +70,7 @@ class Recognised:
 
     view_set: "ViewSet"
     scene: "Scene"
-    facts: tuple[tuple[str | int | float, ...], ...]
+    facts: tuple[FlatFact, ...]
     recognition: "Recognition"
     clock: StepClock = field(default_factory=StepClock)
 
@@ -204,17 +209,39 @@ def recognize_views(
     clock: StepClock,
 ) -> Recognised:
     """Scene, facts and verdicts for the views, by the models of `base` (else the built-in ones)."""
+    from facetlog.kb.recognize import judged_scene
+
     scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
-    from facetlog.kb.recognize import judge_scene
-    from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
-
-    def on_demand() -> Iterator[tuple[str | int | float, ...]]:
-        return (fact.row for fact in facts_on_demand(scene))
-
     with clock.step("facts"):
-        # The knowledge base takes flat tuples: it knows nothing of perception's types.
-        facts = tuple(fact.row for fact in scene_facts(scene))
+        facts = facts_of(scene)
     with clock.step("verdicts"), ExitStack() as stack:
         models = base or stack.enter_context(open_models())
-        recognition = judge_scene(models, scene.name, facts, on_demand=on_demand)
+        load_scene(models, scene, facts)
+        try:
+            recognition = judged_scene(models, scene.name)
+        finally:
+            models.drop_scene(scene.name)
     return Recognised(view_set, scene, facts, recognition, clock)
+
+
+def facts_of(scene: "Scene") -> tuple[FlatFact, ...]:
+    """The facts of a scene as the knowledge base takes them: it knows nothing of perception."""
+    from facetlog.perception.facts.all_facts import scene_facts
+
+    return tuple(fact.row for fact in scene_facts(scene))
+
+
+def load_scene(
+    base: "KnowledgeBase", scene: "Scene", facts: tuple[FlatFact, ...] | None = None
+) -> None:
+    """Loads the scene under its name, with these facts if they are there already.
+
+    Facts on demand are made once they are asked for.
+    """
+    from facetlog.perception.facts.all_facts import facts_on_demand
+
+    base.load_scene(
+        scene.name,
+        facts_of(scene) if facts is None else facts,
+        on_demand=lambda: (fact.row for fact in facts_on_demand(scene)),
+    )

@@ -16,11 +16,14 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from facetlog.degree_plot import Degrees
+    from facetlog.perception.pieces.shown_pieces import ShownPieces
     from facetlog.perception.step_clock import StepClock
+    from facetlog.perception.surfaces.drawing.lettering import ColourImage
 
 __all__ = ["laid_out", "verdicts_json", "verdicts_text", "write_report"]
 
 SHEET_FILE = "contact-sheet.png"
+PIECES_SHEET_FILE = "pieces-sheet.png"
 DEGREE_FILE = "degrees.svg"
 # Pictures wait for the sheet at this width: in full size a hundred large ones fill the memory.
 SHEET_PICTURE_PX = 800
@@ -81,6 +84,8 @@ def write_report(
     """
     from facetlog.kb.loading.encode import facts_program
     from facetlog.perception.facts.all_facts import facts_on_demand
+    from facetlog.perception.facts.piece_facts import shown_pieces
+    from facetlog.perception.pieces.piece_meshes import pieces_bytes
     from facetlog.perception.surfaces.mesh_export import write_mesh
     from facetlog.perception.surfaces.scene_file import write_scene
 
@@ -104,38 +109,66 @@ def write_report(
             if scene.faces:
                 write_mesh(scene, made / "faces.ply")
                 write_mesh(scene, made / "faces.glb")
+            pieces = shown_pieces(scene)
+            if pieces:
+                (made / "pieces.glb").write_bytes(pieces_bytes(scene, pieces))
         with clock.step("draw pictures"):
             if degrees:
                 write_degree_plot(made / DEGREE_FILE, degrees, scene.name)
-            _write_pictures(made, found, progress)
+            _write_pictures(made, found, pieces, progress)
         about["seconds"] = _seconds(clock)
 
 
-def _write_pictures(made: Path, found: Recognised, progress: Progress | None) -> None:
-    import cv2
-    import numpy as np
-
-    from facetlog.perception.surfaces.drawing.draw import contact_sheet, draw_scene
+def _write_pictures(
+    made: Path, found: Recognised, pieces: "ShownPieces", progress: Progress | None
+) -> None:
+    """The views one by one, and sheets of all: with the faces, and, if there are any, pieces."""
+    from facetlog.perception.pieces.draw_pieces import draw_pieces
+    from facetlog.perception.surfaces.drawing.draw import draw_scene
 
     best = found.recognition.best
     verdict = "; ".join(v.summary for v in best) or "no model matches"
     parts = {face: p.role for v in reversed(best) for p in v.parts for face in p.faces}
     views = found.placed_views
-    drawn = []
+    faces, solids = [], []
     (made / "views").mkdir()
     for number, view in enumerate(views, start=1):
         image = draw_scene(view, found.scene, parts=parts, verdict=verdict)
         # Numbered, for names may repeat in different folders, and may be no file names at all.
         name = re.sub(r"[^A-Za-z0-9_.-]+", "_", Path(view.name).stem)[:80]
-        _, data = cv2.imencode(".png", image)
-        (made / "views" / f"{number:04d}-{name}.png").write_bytes(data.tobytes())
-        shrink = min(1.0, SHEET_PICTURE_PX / image.shape[1])
-        small = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
-        drawn.append(np.asarray(small, dtype=np.uint8))
+        _write_png(made / "views" / f"{number:04d}-{name}.png", image)
+        faces.append(_small(image))
+        if pieces:
+            title = f"{found.scene.name}, {view.name}: {many(len(pieces.pieces), 'piece')}"
+            solids.append(_small(draw_pieces(view, pieces, title)))
         if progress is not None:
             progress("draw pictures", number, len(views))
-    _, data = cv2.imencode(".png", contact_sheet(drawn))
-    (made / SHEET_FILE).write_bytes(data.tobytes())
+    _write_sheet(made / SHEET_FILE, faces)
+    if solids:
+        _write_sheet(made / PIECES_SHEET_FILE, solids)
+
+
+def _small(image: "ColourImage") -> "ColourImage":
+    """The picture as a sheet has it."""
+    import cv2
+    import numpy as np
+
+    shrink = min(1.0, SHEET_PICTURE_PX / image.shape[1])
+    small = cv2.resize(image, None, fx=shrink, fy=shrink, interpolation=cv2.INTER_AREA)
+    return np.asarray(small, dtype=np.uint8)
+
+
+def _write_sheet(path: Path, images: "Sequence[ColourImage]") -> None:
+    from facetlog.perception.surfaces.drawing.draw import contact_sheet
+
+    _write_png(path, contact_sheet(images))
+
+
+def _write_png(path: Path, image: "ColourImage") -> None:
+    import cv2
+
+    _, data = cv2.imencode(".png", image)
+    path.write_bytes(data.tobytes())
 
 
 def _seconds(clock: "StepClock") -> dict[str, dict[str, float]]:

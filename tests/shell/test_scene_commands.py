@@ -56,6 +56,16 @@ def test_show_tells_objects_and_largest_faces_as_a_table(run: Run) -> None:
     )
 
 
+def test_pieces_are_written_as_a_mesh_of_their_own(run: Run) -> None:
+    write_scene(build("stool", {}), Path("stool.json"))
+    assert run("convert", "stool.json", "pieces.glb", "--pieces")[:2] == (0, "")
+    loaded = trimesh.load("pieces.glb")
+    assert isinstance(loaded, trimesh.Scene)
+    assert {name.split()[1] for name in loaded.geometry} == {"board", "bar"}
+    code, _, err = run("convert", "stool.json", "pieces.ply", "--pieces")
+    assert (code, "what can be written is .glb" in err) == (2, True)
+
+
 def _colmap(folder: Path, points: np.ndarray) -> None:
     """A model whose two cameras look along z, their up along -y."""
     folder.mkdir()

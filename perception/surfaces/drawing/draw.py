@@ -13,13 +13,11 @@ from facetlog.perception.surfaces.drawing.hidden_surface import (
     faces_camera,
     hidden_surface,
 )
+from facetlog.perception.surfaces.drawing.legend import PAPER, with_legend
 from facetlog.perception.surfaces.drawing.lettering import (
     Colour,
     ColourImage,
     Lettering,
-    plain,
-    wrap,
-    write,
 )
 from facetlog.perception.types import FloatArray, View
 
@@ -30,7 +28,6 @@ REFERENCE_PX = 640
 LINE_PX = 1.6
 FACE_LETTERS_PX = 12.0
 VERTEX_LETTERS_PX = 8.0
-LEGEND_LETTERS_PX = 9.0
 CROSS_PX = 5.0
 DASH_PERIOD_PX, DASH_SHARE = 11.0, 0.6
 SAMPLE_PX = 1.0  # an edge is tested for being hidden at every so many px
@@ -41,7 +38,6 @@ GOLDEN = 0.6180339887498949  # turns of the hue circle: any number of faces get 
 WHITE: Colour = (255, 255, 255)
 YELLOW: Colour = (60, 230, 255)
 EDGE: Colour = (90, 255, 90)
-PAPER: Colour = (32, 32, 32)
 
 SHEET_WIDTH_PX = 2400
 SHEET_GAP_PX = 8
@@ -71,7 +67,7 @@ def draw_scene(
     lettering = Lettering(image)
     _name_faces(lettering, scene, surface, parts or {}, scale)
     _name_vertices(lettering, shown, scale)
-    return np.vstack([image, _legend(view, scene, verdict, scale)])
+    return with_legend(image, _legend(view, scene, verdict), scale)
 
 
 def contact_sheet(
@@ -271,22 +267,15 @@ def _many(count: int, one: str, several: str = "") -> str:
     return f"{count} {one if count == 1 else several or f'{one}s'}"
 
 
-def _legend(view: View, scene: Scene, verdict: str, scale: float) -> ColourImage:
-    """The strip below the picture, (h, W, 3)."""
+def _legend(view: View, scene: Scene, verdict: str) -> tuple[str, ...]:
+    """The lines below the picture."""
     measured = sum(e.evidence is Evidence.MEASURED for e in scene.edges)
     index = scene.views.index(view.name) if view.name in scene.views else -1
     here = sum(any(o.view == index for o in v.observations) for v in scene.vertices)
-    lines = (
+    return (
         f"{scene.name}, {view.name}: {_many(len(scene.faces), 'face')}, "
         f"{_many(len(scene.edges), 'edge')} ({measured} measured), "
         f"{_many(len(scene.vertices), 'vertex', 'vertices')} ({here} observed here)",
         "solid: measured, dashed: implied; cross: observed, ellipse: estimate at 2 sd",
         *([verdict] if verdict else []),
     )
-    width = view.image.shape[1]
-    height = LEGEND_LETTERS_PX * scale
-    wrapped = [row for line in lines for row in wrap(plain(line), height, width - 2 * height)]
-    strip = np.full((round(height * (1.9 * len(wrapped) + 1.2)), width, 3), PAPER, dtype=np.uint8)
-    for row, line in enumerate(wrapped):
-        write(strip, line, (height, height * (1.9 * row + 1.9)), height, WHITE)
-    return strip

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["convert_command"]
 
-SCENE, FACTS = ".json", ".pl"
+SCENE, FACTS, PIECES = ".json", ".pl", ".glb"
 
 
 @command
@@ -27,21 +27,29 @@ def convert_command(
         Path,
         typer.Argument(
             metavar="OUT",
-            help="A scene (.json), a mesh of its faces (.ply, .glb, .gltf), or facts (.pl).",
+            help="A scene (.json), a mesh of its faces (.ply, .glb, .gltf), or facts (.pl); with "
+            "--pieces a mesh of its pieces (.glb).",
             show_default=False,
         ),
     ],
     up: Up = AUTO,
     unit: Unit = NONE,
     sensor: Sensor = NONE,
+    pieces: Annotated[
+        bool,
+        typer.Option(
+            "--pieces", help="A mesh of pieces, coloured by kind, in a haze of unseen space."
+        ),
+    ] = False,
     overwrite: Overwrite = False,
 ) -> int:
     """Writes a scene, mesh or cloud in another form; the suffix says which."""
-    check_output(out, tuple(_WRITERS), overwrite=overwrite)
+    writers = {PIECES: _write_pieces} if pieces else _WRITERS
+    check_output(out, tuple(writers), overwrite=overwrite)
     scene = read(shape, up, unit, sensor).scene
     for line in scene.warnings:
         warn(line)
-    _WRITERS[out.suffix.lower()](scene, out)
+    writers[out.suffix.lower()](scene, out)
     return YES
 
 
@@ -57,6 +65,14 @@ def _write_mesh(scene: "Scene", path: Path) -> None:
     write_mesh(scene, path)
     if scene.patches:
         warn(f"{path}: holds the flat faces alone; surface that is not flat has no triangles")
+
+
+def _write_pieces(scene: "Scene", path: Path) -> None:
+    from facetlog.perception.facts.piece_facts import shown_pieces
+    from facetlog.perception.pieces.piece_meshes import pieces_bytes
+    from facetlog.perception.whole_file import write_whole
+
+    write_whole(path, pieces_bytes(scene, shown_pieces(scene)))
 
 
 def _write_facts(scene: "Scene", path: Path) -> None:

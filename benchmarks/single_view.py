@@ -1,0 +1,121 @@
+"""What a depth sensor at one place sees of a mesh that stands on a floor, noise and all.
+
+The sensor is a Kinect of the first kind at 320 x 240: focal length and base by its calibrations
+(K. Khoshelham, S. Elberink, "Accuracy and Resolution of Kinect Depth Data", 2012), disparity in
+eighths of a pixel, and along the line of sight the noise of C. Nguyen, S. Izadi, D. Lovell,
+"Modeling Kinect Sensor Noise", 2012.
+"""
+
+import numpy as np
+import trimesh
+
+from facetlog.perception.reading.shape_files.mesh_files import Mesh
+from facetlog.perception.reading.shape_files.point_cloud import Cloud
+from facetlog.perception.row_table import Indices
+from facetlog.perception.types import FloatArray
+
+__all__ = ["LONGEST_M", "single_view"]
+
+WIDTH, HEIGHT, FOCAL_PX = 320, 240, 292.5
+BASE_M, DISPARITY_STEP_PX = 0.075, 0.125
+LONGEST_M = 0.5
+"""Things are as long as that: some hundred pixels."""
+AWAY_M = 1.2
+LOWEST_DEG, HIGHEST_DEG = 20.0, 55.0  # where the sensor is above the thing
+SAMPLES_A_PIXEL = 12  # of the surface, so that none of it is seen through
+FLOOR_SIZES = 1.5  # how far the floor reaches from the middle, in the longest side: what it sees
+
+
+def single_view(mesh: Mesh, up: FloatArray, seed: int, *, name: str, place: bool) -> Cloud:
+    """The cloud of one view from a place by chance; `place` says whether the cloud has that.
+
+    The thing is brought to its size (m) first; the floor is its lowest level along `up` (3,).
+    """
+    generator = np.random.default_rng(seed)
+    points = _resized(mesh, up)
+    eye = _eye(up, generator)
+    samples = _surface(points, mesh, eye, generator)
+    axes = _axes(up, eye)
+    seen = _sight_lines() @ axes
+    depth = np.full(WIDTH * HEIGHT, np.inf)
+    pixel, away = _pixels(samples, eye, axes)
+    np.minimum.at(depth, pixel, away)
+    floor = _floor_depth(seen, eye, up)
+    depth = np.minimum(depth, floor)
+    ends = np.isfinite(depth)
+    z = _measured(depth[ends], generator)
+    found = eye + seen[ends] * z[:, None]
+    return Cloud.of(found, name=name, seen_from=np.tile(eye, (len(found), 1)) if place else None)
+
+
+def _resized(mesh: Mesh, up: FloatArray) -> FloatArray:
+    """The vertices with the thing's footing at the origin's level, above it, in metres."""
+    used = mesh.vertices[np.unique(mesh.triangles)]
+    low, high = used.min(axis=0), used.max(axis=0)
+    points = (mesh.vertices - (low + high) / 2.0) * LONGEST_M / float((high - low).max())
+    level: FloatArray = points - float((points[np.unique(mesh.triangles)] @ up).min()) * up
+    return level
+
+
+def _eye(up: FloatArray, generator: np.random.Generator) -> FloatArray:
+    first = np.cross(up, np.eye(3)[int(np.abs(up).argmin())])
+    first /= np.linalg.norm(first)
+    around = generator.uniform(0.0, 2.0 * np.pi)
+    over = np.deg2rad(generator.uniform(LOWEST_DEG, HIGHEST_DEG))
+    level = np.cos(around) * first + np.sin(around) * np.cross(up, first)
+    eye: FloatArray = AWAY_M * (np.cos(over) * level + np.sin(over) * up)
+    return eye
+
+
+def _surface(
+    points: FloatArray, mesh: Mesh, eye: FloatArray, generator: np.random.Generator
+) -> FloatArray:
+    solid = trimesh.Trimesh(points, mesh.triangles, process=False)
+    pixel_m = float(np.linalg.norm(eye)) / FOCAL_PX
+    count = int(np.clip(SAMPLES_A_PIXEL * solid.area / pixel_m**2, 1_000, 2_000_000))
+    found, _ = trimesh.sample.sample_surface(solid, count, seed=generator)
+    return np.asarray(found, dtype=np.float64)
+
+
+def _axes(up: FloatArray, eye: FloatArray) -> FloatArray:
+    """The sensor's right, down and forward (3, 3), as rows; it looks at the origin."""
+    forward = -eye / np.linalg.norm(eye)
+    right = np.cross(forward, up)
+    right /= np.linalg.norm(right)
+    return np.array([right, np.cross(forward, right), forward])
+
+
+def _sight_lines() -> FloatArray:
+    """What a metre of depth is in each pixel (h w, 3), along the sensor's axes."""
+    row, column = np.divmod(np.arange(WIDTH * HEIGHT), WIDTH)
+    across = (column - (WIDTH - 1) / 2.0) / FOCAL_PX
+    down = (row - (HEIGHT - 1) / 2.0) / FOCAL_PX
+    return np.column_stack([across, down, np.ones(WIDTH * HEIGHT)])
+
+
+def _pixels(points: FloatArray, eye: FloatArray, axes: FloatArray) -> tuple[Indices, FloatArray]:
+    """Pixel and depth of the points in view."""
+    x, y, z = axes @ (points - eye).T
+    column = np.rint(FOCAL_PX * x / z + (WIDTH - 1) / 2.0).astype(np.intp)
+    row = np.rint(FOCAL_PX * y / z + (HEIGHT - 1) / 2.0).astype(np.intp)
+    there = (z > 0.0) & (column >= 0) & (column < WIDTH) & (row >= 0) & (row < HEIGHT)
+    return (row * WIDTH + column)[there], z[there]
+
+
+def _floor_depth(seen: FloatArray, eye: FloatArray, up: FloatArray) -> FloatArray:
+    with np.errstate(divide="ignore"):
+        depth = -float(eye @ up) / (seen @ up)
+    depth = np.where(depth > 0.0, depth, np.inf)
+    with np.errstate(invalid="ignore"):
+        reach = np.linalg.norm(eye + seen * depth[:, None], axis=1)
+    within: FloatArray = np.where(reach <= FLOOR_SIZES * LONGEST_M, depth, np.inf)
+    return within
+
+
+def _measured(depth: FloatArray, generator: np.random.Generator) -> FloatArray:
+    """Depths (n,) as the sensor gives them."""
+    noisy = depth + generator.normal(size=len(depth)) * (0.0012 + 0.0019 * (depth - 0.4) ** 2)
+    disparity = FOCAL_PX * BASE_M / noisy
+    steps = np.maximum(np.rint(disparity / DISPARITY_STEP_PX), 1.0)
+    measured: FloatArray = FOCAL_PX * BASE_M / (steps * DISPARITY_STEP_PX)
+    return measured

@@ -1,0 +1,236 @@
+"""Recognise, classify and ask in one call each."""
+
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from facetlog.errors import InputError
+from facetlog.library.result import Result, model_paths
+from facetlog.perception.step_clock import StepClock
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from facetlog.perception.reading.read_views import ViewSet
+    from facetlog.perception.scene import Scene
+    from facetlog.perception.types import FloatArray, View
+
+__all__ = ["Models", "Source", "Up", "ask", "classify", "read_scene", "recognize"]
+
+Models: TypeAlias = str | Path | Sequence[str | Path]
+"""A model file or a folder of them, or several."""
+
+Up: TypeAlias = str | Sequence[float] | None
+"""Upwards: "z" or another axis as `--up` takes it, or a vector (3,)."""
+
+Source: TypeAlias = "str | Path | Scene | Iterable[View]"
+"""A folder of pictures with poses or its poses file; a scene, mesh or cloud; or views."""
+
+
+def recognize(
+    source: Source,
+    *,
+    models: Models = (),
+    up: Up = None,
+    unit: str | None = None,
+    trust: bool = False,
+    raw: bool = False,
+) -> Result:
+    """What is there: the scene, and what all models say of each thing in it.
+
+    `up` and `unit` (m, cm, mm, in, ft) say what a file does not. Models that are not to be trusted
+    are evaluated in a process of their own; `raw` verdicts have no confidence. Raises InputError
+    for a source, RuleSyntaxError for a model that cannot be used, EngineError without SWI-Prolog.
+    """
+    from facetlog.kb.recognize import judged_scene
+    from facetlog.pipeline import load_scene, open_models
+
+    paths = model_paths(models)
+    # Before any long work: a model that cannot be used would lose it.
+    with open_models(paths, trusted=trust, raw=raw) as base:
+        scene = _scene_of(source, up, unit, trust=trust)
+        load_scene(base, scene)
+        return Result(scene, judged_scene(base, scene.name), paths, trust, raw)
+
+
+def read_scene(path: str | Path, *, up: Up = None, unit: str | None = None) -> "Scene":
+    """The scene in a file: one of facetlog's, a mesh, a cloud, or the folder of a COLMAP model.
+
+    Without `up` it is what the file says, or is found from a floor. Raises InputError for a file
+    that cannot be read.
+    """
+    from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
+
+    return read_shape(Path(path), ShapeOptions(_up(up), up is None, unit))
+
+
+def classify(
+    paths: str | Path | Sequence[str | Path],
+    *,
+    models: Models = (),
+    up: str = "auto",
+    unit: str = "none",
+    workers: int | None = None,
+    trust: bool = False,
+) -> "pd.DataFrame":
+    """A row for each scene, mesh or cloud: what holds the surest, of which thing, how sure it is.
+
+    `paths` are files, folders or globs. The columns are those of docs/results.schema.json; what
+    cannot be read has its reason in `error`. It takes `workers` processes, one a core if not given.
+    Raises InputError for options, RuleSyntaxError for models that cannot be used.
+    """
+    import os
+
+    from facetlog.batch.inputs import scene_paths
+    from facetlog.batch.pool import Pool
+    from facetlog.batch.run import Plan, classified
+    from facetlog.batch.settings import Item, Settings
+
+    given = [paths] if isinstance(paths, str | Path) else list(paths)
+    items = tuple(map(Item, scene_paths([str(path) for path in given])))
+    named = tuple(str(path.resolve()) for path in model_paths(models))
+    settings = Settings(named, trusted=trust, up=up, unit=unit)
+    count = len(os.sched_getaffinity(0)) if workers is None else workers
+    frame = _data_frame()
+    with (
+        Pool(settings, min(count, len(items))) as crew,
+        classified(Plan(items, settings), crew) as done,
+    ):
+        return frame(list(done.rows()))
+
+
+def ask(
+    scenes: "Source | Result | Sequence[str | Path | Scene | Result]",
+    goal: str,
+    *,
+    models: Models = (),
+    up: Up = None,
+    unit: str | None = None,
+    most: int | None = None,
+    trust: bool = False,
+) -> "pd.DataFrame":
+    """The answers to a question of docs/queries.md: a column for each variable of the goal.
+
+    Of several scenes the first column, `Scene`, is the name of each answer's. At most `most`
+    answers are read. Raises QueryError for a question that cannot be asked.
+    """
+    from facetlog.kb.engine.terms import Atom
+    from facetlog.pipeline import load_scene, open_models
+
+    frame = _data_frame()
+    with open_models(model_paths(models), trusted=trust) as base:
+        for scene in _named_apart(_scenes(scenes, up, unit, trust=trust)):
+            load_scene(base, scene)
+        with base.query(goal, most=most) as answers:
+            columns = {
+                name: [str(value) if isinstance(value, Atom) else value for value in values]
+                for name, values in answers.arrays().items()
+            }
+            return frame(columns, columns=list(answers.names))
+
+
+def _data_frame() -> "type[pd.DataFrame]":
+    """What makes a table; before any work, for it may not be installed."""
+    try:
+        import pandas as pd
+    except ImportError:
+        raise InputError("tables need pandas: pip install 'facetlog[tables]'") from None
+    frame: type[pd.DataFrame] = pd.DataFrame
+    return frame
+
+
+def _up(up: Up) -> "tuple[float, float, float] | None":
+    from facetlog.perception.shapes.shape_options import up_from
+
+    if up is None or isinstance(up, str):
+        return up_from(up) if up else None
+    x, y, z = map(float, up)
+    return x, y, z
+
+
+def _scene_of(source: Source, up: Up, unit: str | None, *, trust: bool) -> "Scene":
+    from facetlog.perception.scene import Scene
+
+    if isinstance(source, Scene):
+        return source if up is None else replace(source, up=_unit_vector(up))
+    if not isinstance(source, str | Path):
+        return _reconstructed(_view_set(source), up)
+    path = Path(source)
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file or folder")
+    if _has_views(path):
+        return _reconstructed(_read_views(path, unit, trust=trust), up)
+    return read_scene(path, up=up, unit=unit)
+
+
+def _scenes(
+    scenes: "Source | Result | Sequence[str | Path | Scene | Result]",
+    up: Up,
+    unit: str | None,
+    *,
+    trust: bool,
+) -> "list[Scene]":
+    from facetlog.perception.scene import Scene
+
+    several = scenes if isinstance(scenes, list | tuple) else [scenes]
+    return [
+        each.scene if isinstance(each, Result) else _scene_of(each, up, unit, trust=trust)
+        for each in several
+        if isinstance(each, str | Path | Scene | Result)
+    ]
+
+
+def _named_apart(scenes: "Iterable[Scene]") -> "Iterable[Scene]":
+    """The scenes, those of a name that there was already with a number after it."""
+    names: set[str] = set()
+    for scene in scenes:
+        name, count = scene.name, 1
+        while name in names:
+            count += 1
+            name = f"{scene.name} {count}"
+        names.add(name)
+        yield scene if name == scene.name else replace(scene, name=name)
+
+
+def _unit_vector(up: Up) -> "FloatArray | None":
+    import numpy as np
+
+    vector = _up(up)
+    return None if vector is None else np.array(vector) / np.linalg.norm(vector)
+
+
+def _has_views(path: Path) -> bool:
+    """Whether there are poses of pictures, and not a shape."""
+    from facetlog.perception.reading.read_views import POSES_FILE, TRANSFORMS_FILE
+    from facetlog.regular_file import read_regular
+
+    if path.is_dir():
+        return any((path / name).exists() for name in (TRANSFORMS_FILE, POSES_FILE))
+    if path.name == POSES_FILE or path.suffix.lower() != ".json":
+        return path.name == POSES_FILE
+    try:
+        return "frames" in json.loads(read_regular(path))
+    except (OSError, ValueError, TypeError):
+        return False  # who reads it as a scene says what is wrong
+
+
+def _read_views(path: Path, unit: str | None, *, trust: bool) -> "ViewSet":
+    from facetlog.pipeline import views_from
+
+    return views_from(path, unit=unit, trusted=trust, progress=None, clock=StepClock())
+
+
+def _view_set(views: "Iterable[View]") -> "ViewSet":
+    from facetlog.perception.reading.read_views import ViewSet
+
+    return ViewSet("views", tuple(views))
+
+
+def _reconstructed(view_set: "ViewSet", up: Up) -> "Scene":
+    from facetlog.pipeline import reconstruct_views
+
+    if up is not None:
+        view_set = replace(view_set, up=_unit_vector(up))
+    return reconstruct_views(view_set, clock=StepClock())

@@ -1,0 +1,151 @@
+"""What was recognised, as an object to ask: verdicts, reasons, and a look at the scene."""
+
+import html
+import threading
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Recognition, Verdict
+    from facetlog.kb.knowledge_base import KnowledgeBase
+    from facetlog.perception.scene import Scene
+
+__all__ = ["Reason", "Result"]
+
+VIEWER_HEIGHT_PX = 420
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Reason:
+    """Why a model holds of a thing, or why not: printed, it is what the command line prints.
+
+    `verdicts` are those that it is about, the nearest first; `holds` says whether the first does.
+    """
+
+    verdicts: "tuple[Verdict, ...]"
+    lines: tuple[str, ...]
+
+    @property
+    def holds(self) -> bool:
+        """Whether the model holds."""
+        return bool(self.verdicts) and self.verdicts[0].state.value == "holds"
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """The verdicts with their whole proofs, as docs/verdicts.schema.json has them."""
+        return [verdict.to_json(full=True) for verdict in self.verdicts]
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines)
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(str(self))}</pre>"
+
+
+@dataclass(eq=False, slots=False)
+class Result:
+    """A scene and what all models say of each thing in it.
+
+    `scene` has vertices, edges and faces with their uncertainty; lengths are metres where
+    `scene.metric`. It keeps what it was judged on, so that it can be asked for reasons.
+    """
+
+    scene: "Scene"
+    recognition: "Recognition"
+    models: tuple[Path, ...] = ()
+    trust: bool = False
+    raw: bool = False
+    _lock: Any = field(default_factory=threading.Lock, repr=False)
+
+    @property
+    def best(self) -> "tuple[Verdict, ...]":
+        """The verdicts that hold, the likeliest first."""
+        return self.recognition.best
+
+    @property
+    def verdicts(self) -> "tuple[Verdict, ...]":
+        """What each model says of each thing."""
+        return self.recognition.verdicts
+
+    def why(
+        self,
+        model: str,
+        *,
+        thing: str | None = None,
+        parts: Mapping[str, str] = MappingProxyType({}),
+        full: bool = False,
+    ) -> Reason:
+        """Why the model holds, or what it lacks, of one thing or of the best.
+
+        `parts` gives faces to roles, as {"top": "f1"}. Raises QueryError for a model, thing, role
+        or face that there is not.
+        """
+        with self._lock:
+            verdict = self._base.why(self.scene.name, model, thing=thing, parts=parts)
+        return Reason((verdict,), tuple(verdict.lines(full=full)))
+
+    def why_not(
+        self,
+        model: str,
+        *,
+        thing: str | None = None,
+        parts: Mapping[str, str] = MappingProxyType({}),
+        count: int = 3,
+    ) -> Reason:
+        """What comes nearest to the model without holding, and by how much it is not."""
+        with self._lock:
+            found = self._base.why_not(
+                self.scene.name, model, thing=thing, parts=parts, count=count
+            )
+        return Reason(found, tuple(line for verdict in found for line in verdict.miss_lines()))
+
+    @cached_property
+    def _base(self) -> "KnowledgeBase":
+        # Opened when the first reason is asked for, and closed with the result.
+        from facetlog.pipeline import load_scene, open_models
+
+        base = open_models(self.models, trusted=self.trust, raw=self.raw)
+        load_scene(base, self.scene)
+        return base
+
+    def to_dict(self, *, full: bool = False) -> dict[str, Any]:
+        """The verdicts as docs/verdicts.schema.json has them, with `full` the whole proofs."""
+        return self.recognition.to_json(full=full)
+
+    def __str__(self) -> str:
+        return "\n".join(self.recognition.lines())
+
+    def __repr__(self) -> str:
+        found = "; ".join(verdict.summary for verdict in self.best) or "no model holds"
+        return f"<{self.scene.name}: {found}>"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{html.escape(str(self))}</pre>{_viewer(self.scene)}"
+
+
+def _viewer(scene: "Scene") -> str:
+    """A frame with the faces, to turn by mouse; nothing where there are none."""
+    from facetlog.perception.surfaces.mesh_export import viewer_html
+
+    if not any(face.outline for face in scene.faces):
+        return ""
+    page = html.escape(viewer_html(scene), quote=True)
+    return (
+        f'<iframe srcdoc="{page}" title="{html.escape(scene.name, quote=True)} in 3-D" '
+        f'style="width: 100%; height: {VIEWER_HEIGHT_PX}px; border: 0"></iframe>'
+    )
+
+
+def model_paths(models: str | Path | Sequence[str | Path]) -> tuple[Path, ...]:
+    """The paths of models that were given, one or several.
+
+    >>> [path.name for path in model_paths("gate.model")]
+    ['gate.model']
+    """
+    given = (models,) if isinstance(models, str | Path) else models
+    return tuple(map(Path, given))

@@ -1,0 +1,128 @@
+"""Five lines of Python: recognise, read, classify and ask, and what comes back."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+import facetlog
+from facetlog.errors import InputError, QueryError
+from facetlog.perception.surfaces.exact_solids.builders import build
+from facetlog.perception.surfaces.scene_file import write_scene
+from tests.rendered import tour
+
+NOTHING = """
+model nothing
+  "A thing that is not there."
+  face f
+  small: area(f) at most 1 mm * 1 mm
+"""
+
+
+@pytest.fixture(scope="module")
+def table() -> facetlog.Result:
+    return facetlog.recognize(build("table", {}))
+
+
+def test_a_scene_is_recognised_with_reasons(table: facetlog.Result) -> None:
+    assert [verdict.model for verdict in table.best] == ["table"]
+    assert repr(table).startswith("<table: t1 is a table (")
+    why = table.why("table")
+    assert why.holds
+    assert str(why).startswith("t1 is a table")
+    assert "parts: top = f" in str(why)
+    not_chair = table.why_not("chair", count=1)
+    assert not not_chair.holds
+    assert len(not_chair.verdicts) == 1
+    assert "no chair" in str(not_chair)
+    assert table.to_dict()["schema"] == "facetlog-verdicts/2"
+    assert why.to_dict()[0]["model"] == "table"
+
+
+def test_a_notebook_shows_the_verdicts_and_the_scene_to_turn(table: facetlog.Result) -> None:
+    shown = table._repr_html_()
+    assert shown.startswith("<pre>t1 is a table (")
+    assert "<iframe srcdoc=" in shown
+    assert "<script" not in shown.replace(shown[shown.index("<iframe") :], "")
+    assert table.why("table")._repr_html_().startswith("<pre>t1 is a table")
+
+
+def test_a_name_in_a_notebook_is_text_and_not_markup(tmp_path: Path) -> None:
+    path = tmp_path / "<img src=x>.json"
+    write_scene(build("cuboid", {}), path)
+    shown = facetlog.recognize(path)._repr_html_()
+    assert "<img" not in shown
+
+
+def test_what_there_is_not_cannot_be_asked_for_a_reason(table: facetlog.Result) -> None:
+    with pytest.raises(QueryError, match="there is no model"):
+        table.why("tabel")
+
+
+def test_meshes_are_read_with_up_and_unit(tmp_path: Path) -> None:
+    path = tmp_path / "block.ply"
+    trimesh.creation.box((300.0, 200.0, 100.0)).export(path)
+    scene = facetlog.read_scene(path, up="y", unit="mm")
+    assert scene.metric
+    assert scene.up is not None
+    assert scene.up.tolist() == [0.0, 1.0, 0.0]
+    assert np.ptp(scene.points, axis=0) == pytest.approx([0.3, 0.2, 0.1])
+    leaning = facetlog.recognize(path, up=(0.0, 2.0, 2.0)).scene.up
+    assert leaning == pytest.approx([0.0, 0.5**0.5, 0.5**0.5])
+    assert facetlog.recognize(path).best[0].model == "box"
+
+
+def test_own_models_are_asked_with_the_others(tmp_path: Path) -> None:
+    path = tmp_path / "nothing.model"
+    path.write_text(NOTHING, encoding="utf-8")
+    found = facetlog.recognize(build("cuboid", {}), models=path)
+    assert {verdict.model for verdict in found.verdicts} >= {"nothing", "box"}
+    assert "fails" in str(found)
+    assert not found.why("nothing").holds
+
+
+def test_views_are_recognised_from_their_folder_and_one_by_one() -> None:
+    views = tour("block")
+    found = facetlog.recognize(iter(views), up="z")
+    assert [verdict.model for verdict in found.best] == ["box"]
+    assert found.scene.views == tuple(view.name for view in views)
+
+
+def test_what_is_not_there_is_said_before_any_work(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="there is no such file or folder"):
+        facetlog.recognize(tmp_path / "views")
+    with pytest.raises(InputError, match="does not exist"):
+        facetlog.recognize(build("cuboid", {}), models="gone.model")
+
+
+def test_scenes_are_asked_into_a_table() -> None:
+    chair, block = build("chair", {}), build("cuboid", {})
+    faces = facetlog.ask([chair, block, block], "face(F), upward(F), area(F, A, _)")
+    assert list(faces.columns) == ["Scene", "F", "A"]
+    assert faces["A"].dtype == np.float64
+    assert set(faces["Scene"]) == {"chair", "cuboid", "cuboid 2"}
+    one = facetlog.ask(block, "face(F)", most=2)
+    assert one.to_dict("list") == {"F": ["f1", "f2"]}
+    assert list(facetlog.ask(block, "face(F), area(F, A, _), A > 100").columns) == ["F", "A"]
+
+
+def test_files_are_classified_into_a_table(tmp_path: Path) -> None:
+    write_scene(build("chair", {}), tmp_path / "a.json")
+    write_scene(build("cuboid", {}), tmp_path / "b.json")
+    (tmp_path / "c.json").write_text("{", encoding="utf-8")
+    rows = facetlog.classify([tmp_path / f"{name}.json" for name in "abc"], workers=1)
+    assert list(rows["model"])[:2] == ["chair", "box"]
+    assert rows["error"].isna().tolist() == [True, True, False]
+
+
+def test_exports_are_loaded_only_when_they_are_named() -> None:
+    code = (
+        "import sys, facetlog; "
+        "assert not {'numpy', 'facetlog.library'} & set(sys.modules), 'loaded at once'; "
+        "assert set(facetlog.__all__) <= set(dir(facetlog)); facetlog.recognize; "
+        "assert not hasattr(facetlog, 'recognise_all')"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
