@@ -148,7 +148,7 @@ def _lying(piece: Piece, up: FloatArray) -> int:
 
 def _tilt(piece: Piece, up: FloatArray) -> tuple[float, float]:
     """Degrees, and the sd: ends across it that are each known to a cell."""
-    if piece.kind is Kind.BAR:
+    if piece.kind is Kind.BAR:  # of another the broad side tilts
         rise = min(1.0, abs(float(piece.axes[0] @ up)))
         across, angle = piece.length, np.arcsin(rise)
     else:
