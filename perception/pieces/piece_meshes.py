@@ -20,7 +20,7 @@ from facetlog.perception.space.space import Space, State
 from facetlog.perception.surfaces.mesh_export import graph_bytes
 from facetlog.perception.types import FloatArray
 
-__all__ = ["pieces_bytes"]
+__all__ = ["add_pieces", "pieces_bytes"]
 
 OPAQUE, FAINT, HAZE = 235, 70, 28
 """How dense a piece is, the gaps between an implied one's stripes, and unseen space, of 255."""
@@ -37,12 +37,17 @@ def pieces_bytes(scene: Scene, shown: ShownPieces) -> bytes:
     if not shown:
         raise InputError(f"{scene.name}: has no pieces, there is no mesh to write")
     graph = trimesh.Scene()
+    add_pieces(graph, shown)
+    return graph_bytes(graph, scene.up)
+
+
+def add_pieces(graph: trimesh.Scene, shown: ShownPieces) -> None:
+    """Adds these nodes to a graph in the scene's frame."""
     for each in shown.pieces:
         graph.add_geometry(_box(each), node_name=each.name, geom_name=each.label)
     for number, space in enumerate(shown.spaces, start=1):
         if (space.cells == State.UNSEEN).any():
             graph.add_geometry(_haze(space), node_name=f"unseen{number}")
-    return graph_bytes(graph, scene.up)
 
 
 def _box(shown: ShownPiece) -> trimesh.Trimesh:

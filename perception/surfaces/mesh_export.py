@@ -19,7 +19,15 @@ from facetlog.perception.surfaces.face_table import flat_faces
 from facetlog.perception.types import FloatArray
 from facetlog.perception.whole_file import write_whole
 
-__all__ = ["face_triangles", "graph_bytes", "mesh_bytes", "viewer_html", "write_mesh"]
+__all__ = [
+    "add_faces",
+    "face_triangles",
+    "graph_bytes",
+    "mesh_bytes",
+    "viewer_html",
+    "viewer_page",
+    "write_mesh",
+]
 
 # trimesh leaves these without types.
 _export_ply: Callable[..., bytes] = ply.export_ply
@@ -65,20 +73,12 @@ def face_triangles(face: FlatFace, points: FloatArray) -> FloatArray:
     return np.where(same[..., None], own[nearest], lifted)
 
 
-def _meshes(scene: Scene) -> dict[str, trimesh.Trimesh]:
+def add_faces(graph: trimesh.Scene, scene: Scene) -> bool:
+    """Adds a node (f1, f2, …) for each face that has an area; whether there are any."""
     meshes = dict(_face_meshes(scene))
-    if not meshes:
-        raise InputError(f"{scene.name}: has no face with an area, there is no mesh to write")
-    return meshes
-
-
-def _graph(scene: Scene) -> trimesh.Scene:
-    # A node for each face, with up as glTF has it.
-    graph = trimesh.Scene()
-    for name, mesh in _meshes(scene).items():
+    for name, mesh in meshes.items():
         graph.add_geometry(mesh, node_name=name, geom_name=name)
-    _turn_up(graph, scene.up)
-    return graph
+    return bool(meshes)
 
 
 def graph_bytes(graph: trimesh.Scene, up: FloatArray | None) -> bytes:
@@ -134,9 +134,12 @@ def mesh_bytes(scene: Scene, suffix: str) -> bytes:
     In glTF every face is a node (f1, f2, …) of its own, turned so that up, where it is known, is
     the format's. Loose edges are left out.
     """
+    graph = trimesh.Scene()
+    if not add_faces(graph, scene):
+        raise InputError(f"{scene.name}: has no face with an area, there is no mesh to write")
     if suffix == ".ply":
-        return bytes(_export_ply(trimesh.util.concatenate(list(_meshes(scene).values()))))
-    graph = _graph(scene)
+        return bytes(_export_ply(trimesh.util.concatenate(list(graph.geometry.values()))))
+    _turn_up(graph, scene.up)
     if suffix == ".glb":
         return bytes(_export_glb(graph))
     if suffix == ".gltf":
@@ -146,11 +149,29 @@ def mesh_bytes(scene: Scene, suffix: str) -> bytes:
 
 def viewer_html(scene: Scene) -> str:
     """A page that shows the scene's faces, to turn by mouse: three.js and all else is inside."""
-    graph = _graph(scene)
+    graph = trimesh.Scene()
+    if not add_faces(graph, scene):
+        raise InputError(f"{scene.name}: has no face with an area, there is no mesh to show")
+    return viewer_page(graph, scene.up, look_at=scene.points)
+
+
+def viewer_page(
+    graph: trimesh.Scene, up: FloatArray | None, *, look_at: FloatArray, script: str = ""
+) -> str:
+    """The same of any graph in a scene's frame, which it turns upright; with a script at its end.
+
+    The camera stands so that points (n, 3) are in view.
+    """
+    turn = np.eye(4) if up is None else _turned_up(up)
+    seen = look_at @ turn[:3, :3].T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    turn[:3, 3] = -(low + high) / 2.0
     # The viewer's light falls towards the origin; the camera looks down a little from one side.
-    _apply(graph, np.block([[np.eye(3), -graph.bounds.mean(axis=0)[:, None]], [np.eye(4)[3:]]]))
-    _set_camera(graph, angles=VIEWER_ANGLES, distance=VIEWER_DISTANCE * float(graph.scale))
-    return str(_viewer_html(graph))
+    _apply(graph, turn)
+    distance = VIEWER_DISTANCE * float(np.linalg.norm(high - low))
+    _set_camera(graph, angles=VIEWER_ANGLES, distance=distance, center=np.zeros(3))
+    page, end, rest = str(_viewer_html(graph)).rpartition("</body>")
+    return f"{page}<script>{script}</script>{end}{rest}" if script else f"{page}{end}{rest}"
 
 
 def write_mesh(scene: Scene, path: Path) -> None:

@@ -1,0 +1,175 @@
+"""What the page shows, as plain values for its template."""
+
+import base64
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import cv2
+import numpy as np
+
+from facetlog import __version__
+from facetlog.counted import many
+from facetlog.kb.explaining.proof import MARKS, State
+from facetlog.kb.explaining.trace import trace
+from facetlog.page.model_view import model_view
+from facetlog.perception.surfaces.drawing.frustum import Frustum
+from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
+from facetlog.pipeline import Recognised
+
+if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Condition, Verdict
+    from facetlog.perception.pieces.shown_pieces import ShownPieces
+    from facetlog.perception.scene import Scene
+    from facetlog.perception.types import View
+
+__all__ = ["contents"]
+
+PICTURE_PX = 720  # the longer side of a picture in the page
+JPEG_QUALITY = 72
+LEAST_SEEN_PX = 12  # of the buffer: less of a face is a sliver
+# Names of faces, edges, vertices and pieces, and runs of them as f2–f8.
+_NAMES = re.compile(r"\b([a-z])(\d+)(?:–\1(\d+))?\b")
+_NAMED = "fevp"
+MOST_IN_A_RUN = 500
+STANDS = {State.HOLDS: "holds", State.FAILS: "fails", State.UNKNOWN: "open"}
+
+
+def contents(found: Recognised, pieces: "ShownPieces") -> dict[str, Any]:
+    """All that the template (page.html.jinja) names."""
+    scene, recognition, views = found.scene, found.recognition, found.placed_views
+    best = recognition.best
+    others = [v for v in recognition.verdicts if v not in best]
+    return {
+        "version": __version__,
+        "name": scene.name,
+        "answer": "; ".join(v.summary for v in best) or "no model matches",
+        "found": bool(best),
+        "seen": _seen(found),
+        "best": [_verdict(v) for v in best],
+        "others": [_verdict(v) for v in others],
+        "model_view": model_view(scene, pieces, views),
+        "kinds": _kinds(scene, pieces, views),
+        "pictures": list(_pictures(scene, views)),
+        "warnings": [*found.view_set.problems, *scene.warnings],
+        "times": [(t.name, f"{t.wall:.1f}") for t in (*found.clock.times, found.clock.total)],
+    }
+
+
+def _seen(found: Recognised) -> str:
+    scene = found.scene
+    counts = (
+        many(len(scene.views), "view"),
+        many(len(scene.faces), "face"),
+        many(len(scene.edges), "edge"),
+        many(len(scene.vertices), "vertex", "vertices"),
+    )
+    unit = "lengths in metres" if scene.metric else "scale not known"
+    up = "up known" if scene.up is not None else "up not known"
+    return f"{', '.join(counts)}; {unit}, {up}"
+
+
+def _kinds(
+    scene: "Scene", pieces: "ShownPieces", views: "Sequence[View]"
+) -> list[tuple[str, str, bool]]:
+    """What can be shown in 3-D: the letter of its nodes, what it is called, and whether it is."""
+    unseen = any(space.unseen > 0.0 for space in pieces.spaces)
+    there = (
+        ("f", "faces", True, bool(scene.faces)),
+        ("p", "pieces", False, bool(pieces)),
+        ("unseen", "what nobody saw", False, unseen and bool(pieces)),
+        ("view", "cameras", False, bool(views)),
+    )
+    return [(letter, called, on) for letter, called, on, is_there in there if is_there]
+
+
+def _verdict(verdict: "Verdict") -> dict[str, Any]:
+    lines = list(verdict.lines())
+    return {
+        "summary": verdict.summary,
+        "state": STANDS[verdict.state],
+        "holds": verdict.state is State.HOLDS,
+        "lines": [_marked(line) for line in lines[1:] if _is_about_parts(line)],
+        "conditions": [_condition(c, verdict.length_unit) for c in verdict.conditions],
+        "unseen": [line for each in verdict.unseen for line in each.lines([])],
+        "names": " ".join(f for part in verdict.parts for f in part.faces),
+    }
+
+
+def _is_about_parts(line: str) -> bool:
+    return line.startswith(("  parts:", "  sizes:", "         "))
+
+
+def _condition(condition: "Condition", unit: str | None) -> dict[str, Any]:
+    proof = condition.proof
+    return {
+        "state": STANDS[proof.state],
+        "mark": MARKS[proof.state],
+        "label": condition.label,
+        "said": condition.said,
+        "degree": f"{proof.low:.0%}",
+        "origin": condition.origin,
+        "steps": _tree(trace(proof, unit)),
+    }
+
+
+def _tree(lines: Iterable[str]) -> list[dict[str, Any]]:
+    """Steps with those that they rest on, from lines that are indented by two more each."""
+    top: list[dict[str, Any]] = []
+    open_ones: list[tuple[int, list[dict[str, Any]]]] = [(-1, top)]
+    for line in lines:
+        depth = len(line) - len(line.lstrip())
+        while open_ones[-1][0] >= depth:
+            open_ones.pop()
+        step = {**_marked(line.strip()), "steps": []}
+        open_ones[-1][1].append(step)
+        open_ones.append((depth, step["steps"]))
+    return top
+
+
+def _marked(line: str) -> dict[str, Any]:
+    """The line and the names that it has, to be lit up."""
+    return {"text": line.strip(), "names": " ".join(dict.fromkeys(_names(line)))}
+
+
+def _names(line: str) -> Iterator[str]:
+    for letter, first, last in _NAMES.findall(line):
+        if letter in _NAMED:
+            end = min(int(last or first), int(first) + MOST_IN_A_RUN)
+            yield from (f"{letter}{number}" for number in range(int(first), end + 1))
+
+
+def _pictures(scene: "Scene", views: "Sequence[View]") -> Iterator[dict[str, Any]]:
+    for number, view in enumerate(views, start=1):
+        height, width = view.image.shape
+        shrink = min(1.0, PICTURE_PX / max(height, width))
+        size = max(1, round(width * shrink)), max(1, round(height * shrink))
+        small = cv2.resize(view.image, size, interpolation=cv2.INTER_AREA)
+        _, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
+        yield {
+            "name": view.name,
+            "node": f"view{number}",
+            "width": size[0],
+            "height": size[1],
+            "data": base64.b64encode(data.tobytes()).decode("ascii"),
+            "faces": list(_outlines(scene, view, shrink)),
+        }
+
+
+def _outlines(scene: "Scene", view: "View", shrink: float) -> Iterator[dict[str, str]]:
+    """The faces that the view shows: their names, and their outlines as SVG has them."""
+    surface = hidden_surface(view, scene)
+    frustum = Frustum(view.camera, view.pose)
+    # As large as the picture itself, which may be enlarged from what the camera is of.
+    scale = shrink * view.image.shape[1] / view.camera.width
+    seen = np.bincount(surface.face[surface.face >= 0].ravel(), minlength=len(scene.faces))
+    for number, face in enumerate(scene.faces):
+        if seen[number] < LEAST_SEEN_PX:
+            continue
+        rings = [frustum.polygon(scene.points[list(r)]) for r in (face.outline, *face.holes)]
+        path = " ".join(
+            "M" + " L".join(f"{u:.1f},{v:.1f}" for u, v in (ring + 0.5) * scale) + " Z"
+            for ring in rings
+            if len(ring)
+        )
+        yield {"name": f"f{number + 1}", "path": path}

@@ -1,0 +1,47 @@
+"use strict";
+(() => {
+  const model = document.getElementById("model");
+  const about = document.getElementById("lit");
+  const clear = document.getElementById("clear");
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const TURNS = { left: [[0, 1, 0], -0.3], right: [[0, 1, 0], 0.3], up: [[1, 0, 0], -0.3], down: [[1, 0, 0], 0.3] };
+
+  function tell(what) { if (model) model.contentWindow.postMessage(what, "*"); }
+  function shown() { return [...document.querySelectorAll(".kind:checked")].map((box) => box.value); }
+  function dress() { tell({ shown: shown(), ground: dark.matches ? 0x1f2428 : 0xffffff }); }
+
+  function light(names, line) {
+    document.querySelectorAll(".line.on").forEach((one) => one.classList.remove("on"));
+    if (line) line.classList.add("on");
+    document.querySelectorAll("path.face").forEach((face) =>
+      face.classList.toggle("on", names.includes(face.dataset.name)));
+    tell({ lit: names });
+    if (about) about.textContent = names.length ? `Lit: ${names.join(", ")}` : "Nothing is lit.";
+    if (clear) clear.hidden = !names.length;
+  }
+
+  addEventListener("message", (event) => {
+    if (!model || event.source !== model.contentWindow) return;
+    if (event.data.ready) dress();
+    if (event.data.picked !== undefined) light(event.data.picked ? [event.data.picked] : []);
+  });
+  dark.addEventListener("change", dress);
+  document.querySelectorAll(".kind").forEach((box) => box.addEventListener("change", dress));
+  if (clear) clear.addEventListener("click", () => light([]));
+  document.querySelectorAll("[data-turn]").forEach((button) => button.addEventListener("click", () => {
+    const [axis, by] = TURNS[button.dataset.turn];
+    tell({ turn: { axis, by } });
+  }));
+  document.querySelectorAll(".line").forEach((line) => line.addEventListener("click", () =>
+    line.classList.contains("on") ? light([]) : light(line.dataset.names.split(" "), line)));
+
+  const large = document.getElementById("large");
+  document.querySelectorAll(".picture").forEach((button) => button.addEventListener("click", () => {
+    const place = large.querySelector("div");
+    place.replaceChildren(button.querySelector("svg").cloneNode(true));
+    place.querySelectorAll("path.face").forEach((face) =>
+      face.addEventListener("click", () => light([face.dataset.name])));
+    large.setAttribute("aria-label", button.querySelector("svg").getAttribute("aria-label"));
+    large.showModal();
+  }));
+})();

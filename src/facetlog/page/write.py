@@ -1,0 +1,33 @@
+"""The page as a file: no other file and no network is needed to look at it."""
+
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from facetlog.page.contents import contents
+from facetlog.pipeline import Recognised
+
+if TYPE_CHECKING:
+    from facetlog.perception.pieces.shown_pieces import ShownPieces
+
+__all__ = ["PAGE_FILE", "page"]
+
+PAGE_FILE = "report.html"
+
+
+def page(found: Recognised, pieces: "ShownPieces") -> str:
+    """The page of a run, as text."""
+    environment = Environment(
+        loader=PackageLoader(__package__ or "", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    beside = {
+        name: files(__package__).joinpath(file).read_text(encoding="utf-8")
+        for name, file in (("style", "page.css"), ("script", "page.js"))
+    }
+    template = environment.get_template("page.html.jinja")
+    return template.render(**contents(found, pieces), **beside)

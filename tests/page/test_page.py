@@ -1,0 +1,176 @@
+"""The page of a run shows all that was found, by itself, whatever names say."""
+
+import base64
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from facetlog.kb.explaining.proof import State
+from facetlog.kb.recognize import judged_scene
+from facetlog.page.contents import contents
+from facetlog.page.write import page
+from facetlog.perception.facts.piece_facts import shown_pieces
+from facetlog.perception.reading.read_views import ViewSet
+from facetlog.perception.scene import Scene
+from facetlog.perception.surfaces.exact_solids.builders import build
+from facetlog.perception.types import Camera, FloatArray, Pose, View
+from facetlog.pipeline import Recognised, facts_of, load_scene, open_models
+
+BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
+MOST_BYTES = 8_000_000
+
+
+def _view(name: str, scene: Scene, azimuth_deg: float) -> View:
+    """A picture of nothing, from where the scene would fill a third of it."""
+    around = np.deg2rad(azimuth_deg)
+    middle = scene.points.mean(axis=0)
+    size = float(np.linalg.norm(np.ptp(scene.points, axis=0)))
+    centre = middle + 2.5 * size * np.array([np.cos(around), np.sin(around), 0.6])
+    forward = (middle - centre) / np.linalg.norm(middle - centre)
+    right = np.cross(forward, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    rotation = np.column_stack([right, np.cross(forward, right), forward])
+    noise = np.random.default_rng(0).integers(0, 255, (480, 640), dtype=np.uint8)
+    return View(name, noise, Camera(640, 480, 700, 700, 319.5, 239.5), Pose(rotation, centre))
+
+
+def _run(scene: Scene, *names: str) -> Recognised:
+    views = tuple(_view(name, scene, 60.0 * k) for k, name in enumerate(names))
+    scene = replace(scene, views=names)
+    with open_models() as base:
+        load_scene(base, scene)
+        recognition = judged_scene(base, scene.name)
+    return Recognised(ViewSet(scene.name, views), scene, facts_of(scene), recognition)
+
+
+@pytest.fixture(scope="module")
+def table() -> Recognised:
+    return _run(build("table", {}), "a.png", "b.png")
+
+
+@pytest.fixture(scope="module")
+def text(table: Recognised) -> str:
+    return page(table, shown_pieces(table.scene))
+
+
+def test_every_verdict_and_every_condition_is_there(table: Recognised) -> None:
+    shown = contents(table, shown_pieces(table.scene))
+    verdicts = table.recognition.verdicts
+    assert [v["summary"] for v in shown["best"]] == [v.summary for v in table.recognition.best]
+    assert len(shown["best"]) + len(shown["others"]) == len(verdicts)
+    labels = [c["label"] for v in (*shown["best"], *shown["others"]) for c in v["conditions"]]
+    assert sorted(labels) == sorted(c.label for v in verdicts for c in v.conditions)
+    assert {v["state"] for v in shown["best"]} == {"holds"}
+    assert shown["answer"].startswith("t1 is a table")
+
+
+def test_a_line_lights_up_what_it_names_and_runs_of_names(table: Recognised) -> None:
+    shown = contents(table, shown_pieces(table.scene))
+    (parts,) = (line for line in shown["best"][0]["lines"] if line["text"].startswith("parts:"))
+    named = {face for part in table.recognition.best[0].parts for face in part.faces}
+    assert set(parts["names"].split()) == named
+    steps = [s for c in shown["best"][0]["conditions"] for s in c["steps"]]
+    assert any(re.fullmatch(r"f\d+", step["names"]) for step in steps)
+
+
+def test_the_steps_of_a_proof_stand_below_what_rests_on_them(table: Recognised) -> None:
+    shown = contents(table, shown_pieces(table.scene))
+    trees = [c["steps"] for v in (*shown["best"], *shown["others"]) for c in v["conditions"]]
+
+    def depth(steps: list[dict[str, object]]) -> int:
+        inner = (step["steps"] for step in steps)
+        return 1 + max((depth(each) for each in inner if isinstance(each, list)), default=-1)
+
+    assert max(depth(tree) for tree in trees if tree) >= 1
+
+
+def test_pictures_have_the_faces_that_they_show_and_no_others(table: Recognised) -> None:
+    first, second = contents(table, shown_pieces(table.scene))["pictures"]
+    data = np.frombuffer(base64.b64decode(first["data"]), dtype=np.uint8)
+    decoded = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
+    assert decoded is not None
+    assert decoded.shape == (first["height"], first["width"])
+    names = {face["name"] for face in first["faces"]}
+    assert 3 <= len(names) < len(table.scene.faces)
+    for face in first["faces"]:
+        points: FloatArray = np.array(
+            [xy.split(",") for xy in re.findall(r"[\d.-]+,[\d.-]+", face["path"])], dtype=float
+        )
+        assert ((points > 0) & (points < (first["width"], first["height"]))).all()
+    assert names != {face["name"] for face in second["faces"]}
+
+
+def test_the_page_needs_no_other_file_and_no_network(text: str) -> None:
+    assert len(text.encode()) < MOST_BYTES
+    assert not re.search(r'(src|href)="(?!data:)', text)
+    assert "<link" not in text
+
+
+def test_three_dimensions_hold_faces_pieces_and_cameras(table: Recognised) -> None:
+    shown = contents(table, shown_pieces(table.scene))
+    assert [letter for letter, _, _ in shown["kinds"]] == ["f", "p", "view"]
+    (data,) = re.findall(r'base64_data="([A-Za-z0-9+/=]+)"', shown["model_view"])
+    glb = base64.b64decode(data)
+    for name in ("f1", "p1", "view1", "view2"):
+        assert f'"{name}"'.encode() in glb
+
+
+def test_names_are_text_and_not_markup() -> None:
+    hostile = replace(build("cuboid", {}), name="<script>alert(1)</script>")
+    found = page(_run(hostile, '"><img src=x onerror=alert(1)>'), shown_pieces(hostile))
+    assert "<script>alert" not in found
+    assert "<img" not in found
+
+
+def test_a_scene_without_faces_has_a_page_too() -> None:
+    empty = Scene("nothing", (), (), (), ())
+    found = page(_run(empty), shown_pieces(empty))
+    assert "no model matches" in found
+    assert "<iframe" not in found
+    assert "<figure" not in found
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+def test_a_click_lights_up_faces_in_pictures_and_in_three_dimensions(
+    text: str, tmp_path: Path
+) -> None:
+    clicks = """<script>
+      addEventListener("message", (event) => {
+        if (!event.data.ready) return;
+        document.querySelector(".line").click();
+        document.querySelector(".picture").click();
+        document.title = "clicked";
+      });
+    </script></body>"""
+    path = tmp_path / "page.html"
+    path.write_text(text.replace("</body>\n</html>", f"{clicks}</html>"), encoding="utf-8")
+    assert BROWSER is not None
+    options = ("--headless=new", "--no-sandbox", "--use-gl=swiftshader", "--dump-dom")
+    software = ("--enable-unsafe-swiftshader", "--virtual-time-budget=20000")
+    run = subprocess.run(
+        [BROWSER, *options, *software, path.as_uri()],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    assert "<title>clicked</title>" in run.stdout, "the 3-D view says that it is ready"
+    assert 'class="face on"' in run.stdout
+    assert re.search(r"<dialog[^>]* open", run.stdout)
+    assert "Lit: f" in run.stdout
+
+
+def test_what_is_open_is_said_as_such() -> None:
+    half = build("cuboid", {})
+    one_face = replace(half, faces=half.faces[:1], edges=(), bodies=())
+    run = _run(one_face)
+    states = {v["state"] for v in contents(run, shown_pieces(run.scene))["others"]}
+    assert "open" in states
+    assert State.UNKNOWN in {v.state for v in run.recognition.verdicts}
