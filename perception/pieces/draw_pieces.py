@@ -58,7 +58,8 @@ def _colour(shown: ShownPiece) -> Colour:
 def _draw_box(image: ColourImage, frustum: Frustum, shown: ShownPiece, scale: float) -> None:
     corners = box_corners(shown.piece)
     sides = [corners[list(side)] for side in SIDES]
-    outlines = [_pixels(frustum, side) for side in sides if _faces(frustum, side)]
+    shown_sides = (_pixels(frustum, side) for side in sides if _faces(frustum, side))
+    outlines = [outline for outline in shown_sides if len(outline)]  # others are out of view
     mask = np.zeros(image.shape[:2], dtype=np.uint8)
     for outline in outlines:
         cv2.fillPoly(mask, [outline], 255)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from scipy.spatial.transform import Rotation
 
 from facetlog.errors import InputError
 from facetlog.perception.facts.all_facts import fact_rows
@@ -129,6 +130,16 @@ def test_each_kind_is_drawn_in_its_colour_where_its_box_is_seen() -> None:
         near = drawn[v - 3 : v + 4, u - 3 : u + 4] != empty[v - 3 : v + 4, u - 3 : u + 4]
         assert near.any(axis=2).mean() > 0.5
     assert (drawn[:5, :5] == empty[:5, :5]).all()
+
+
+@pytest.mark.parametrize("angle_deg", [90.0, 180.0])
+def test_a_view_that_looks_elsewhere_shows_no_piece(angle_deg: float) -> None:
+    scene = build("chair", {})
+    view = _view(scene)
+    turn = Rotation.from_euler("y", angle_deg, degrees=True).as_matrix()
+    away = replace(view, pose=Pose(view.pose.rotation @ turn, view.pose.centre))
+    drawn = draw_pieces(away, shown_pieces(scene), "")
+    assert (drawn == draw_pieces(away, NOTHING, "")).all()
 
 
 def test_of_implied_pieces_only_stripes_are_tinted() -> None:
