@@ -2,14 +2,9 @@
 
 from typing import NamedTuple
 
-import numpy as np
-
 from facetlog.perception.flat_faces import Estimate
 
-__all__ = ["ROUNDING", "Bounded"]
-
-ROUNDING = 1.0 / float(np.sqrt(12.0))
-"""The sd of what lies anywhere within one: a uniform error."""
+__all__ = ["Bounded"]
 
 
 class Bounded(NamedTuple):

@@ -6,23 +6,22 @@ from functools import partial
 
 import numpy as np
 
-from facetlog.perception.facts.bounded import ROUNDING, Bounded
+from facetlog.perception.facts.bounded import Bounded
 from facetlog.perception.facts.levels import Level, level_at
 from facetlog.perception.facts.sides import hollow
 from facetlog.perception.flat_faces import Estimate, FlatFace
 from facetlog.perception.row_table import Indices
 from facetlog.perception.scene import Scene
-from facetlog.perception.space.grid import CELLS, HARDLY_LARGER, Grid
+from facetlog.perception.space.grid import CELLS, HARDLY_LARGER, ROUNDING, Grid
 from facetlog.perception.space.space import Space
 from facetlog.perception.space.thing_space import ThingSurface, thing_space
 from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
 
 __all__ = ["FilledSpace", "curved_share", "filled_spaces"]
 
-# A face that leans less than this from level has a level: sin 60°.
-LEVEL_ENOUGH = 0.866
 # A direction this near one of a box's own is the same: cos 5°.
 SAME_DIRECTION = 0.996
 # Lines of sight from so many places make a cell free: a scanner measures where they end, a picture

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.facts.bounded import ROUNDING, Bounded
+from facetlog.perception.facts.bounded import Bounded
 from facetlog.perception.facts.sides import closed_at_back, closed_sides, open_from_two_sides
 from facetlog.perception.flat_faces import Estimate
-from facetlog.perception.space.grid import Grid
+from facetlog.perception.space.grid import ROUNDING, Grid
 from facetlog.perception.space.space import Space
 
 __all__ = ["GAP", "Level", "closed", "level_at"]

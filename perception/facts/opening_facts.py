@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from facetlog.perception.facts.bounded import ROUNDING
-from facetlog.perception.facts.filled_space import LEVEL_ENOUGH, FilledSpace
+from facetlog.perception.facts.filled_space import FilledSpace
 from facetlog.perception.facts.scene_memo import Names
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.pieces.pieces import Piece, Pieces
+from facetlog.perception.space.grid import ROUNDING
 from facetlog.perception.space.openings import Opening, find_openings
 from facetlog.perception.types import FloatArray
 
@@ -17,6 +17,8 @@ __all__ = ["framing", "hanging", "opening_rows", "openings_of"]
 
 # A piece frames an opening along this share of its rim at least: it does not just touch a corner.
 FRAMES = 0.05
+# A face that leans less than this lies across: cos 30°.
+ACROSS = 0.866
 # An opening lies within a face that leaves it free and reaches round it, but for so much of it.
 BESIDE = 0.1
 
@@ -49,7 +51,7 @@ def _is_within(opening: Opening, face: FlatFace) -> bool:
     """Whether a face lies across an opening, reaches round it, and leaves it free."""
     import shapely
 
-    if abs(float(face.normal @ opening.lattice.axes[opening.along])) < LEVEL_ENOUGH:
+    if abs(float(face.normal @ opening.lattice.axes[opening.along])) < ACROSS:
         return False
     cells = np.insert(opening.cells, opening.along, 0, axis=1)
     middles = opening.places(cells)

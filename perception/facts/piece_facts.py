@@ -5,16 +5,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from facetlog.perception.facts.filled_space import LEVEL_ENOUGH, FilledSpace
+from facetlog.perception.facts.filled_space import FilledSpace
 from facetlog.perception.facts.levels import level_at
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.opening_facts import framing, hanging, opening_rows, openings_of
 from facetlog.perception.facts.piece_kinds import PIECE_KINDS
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
-from facetlog.perception.pieces.pieces import ROUNDING, Kind, Piece, Pieces, find_pieces
+from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
 from facetlog.perception.scene import Evidence, Scene
+from facetlog.perception.space.grid import ROUNDING
 from facetlog.perception.space.openings import Opening
+from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.types import FloatArray
 
 __all__ = ["piece_facts", "shown_pieces"]

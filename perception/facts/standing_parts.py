@@ -9,6 +9,7 @@ from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.row_products import dots
 from facetlog.perception.row_table import Bools, Indices
 from facetlog.perception.surfaces.face_table import FaceTable
+from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.surfaces.things import Thing
 from facetlog.perception.types import FloatArray
 
@@ -17,9 +18,7 @@ __all__ = ["RIM_SHARE", "at_rim"]
 # A part whose middle is this near to the outline, as a share of the face's width, is at the rim:
 # legs are inset by 5 to 12 % of a table's width.
 RIM_SHARE = 0.15
-# Faces that lean less than 30° from level have a rim to stand at, and parts that lean less than 30°
-# from upright stand: cosine and sine.
-ENOUGH = 0.866
+# Parts that lean less than this from upright stand: sin 30°.
 LEANS_LITTLE = 0.5
 
 
@@ -38,7 +37,7 @@ def at_rim(
     """
     axes = plane_axes(ups, np.eye(3)[np.abs(ups).argmin(axis=1)])
     rise = np.abs(dots(table.planes.normals, ups[table.scene]))
-    level: Bools = (rise > ENOUGH) & (table.areas > 0.0)
+    level: Bools = (rise > LEVEL_ENOUGH) & (table.areas > 0.0)
     stands: Bools = (rise < LEANS_LITTLE) & np.asarray(ups.any(axis=1))[table.scene]
     corners = np.where(table.there[..., None], table.points[table.outlines], 0.0)
     middles = corners.sum(axis=1) / np.maximum(table.sizes, 1)[:, None]

@@ -15,18 +15,16 @@ from numpy.typing import NDArray
 from facetlog.perception.flat_faces import Estimate, FlatFace, plane_axes
 from facetlog.perception.pieces.solid_parts import solid_parts
 from facetlog.perception.row_table import Indices
-from facetlog.perception.space.grid import Grid, Lattice
+from facetlog.perception.space.grid import ROUNDING, Grid, Lattice
 from facetlog.perception.space.surface_points import inner_points
 from facetlog.perception.surfaces.convex_hulls import least_rectangles
 from facetlog.perception.types import FloatArray
 
-__all__ = ["ROUNDING", "Kind", "Piece", "Pieces", "find_pieces"]
+__all__ = ["Kind", "Piece", "Pieces", "find_pieces"]
 
 # A board is no thicker than this share of its width, a bar no wider than this share of its length.
 THIN, SLENDER = 0.35, 0.35
 
-# sd of a place that is known to a cell, in cells: of a uniform distribution.
-ROUNDING = 1.0 / float(np.sqrt(12.0))
 # Points of a face are this share of a cell apart.
 SPACING = 0.5
 # A part of fewer cells than this is no more than where surfaces cross.

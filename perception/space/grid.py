@@ -12,11 +12,14 @@ from facetlog.perception.row_table import Indices
 from facetlog.perception.surfaces.convex_hulls import least_rectangle
 from facetlog.perception.types import FloatArray
 
-__all__ = ["CELLS", "HARDLY_LARGER", "Cells", "Grid", "Lattice"]
+__all__ = ["CELLS", "HARDLY_LARGER", "ROUNDING", "Cells", "Grid", "Lattice"]
 
 # Cells along the longest side. A chair's leg is 4 % of its height: a cell is 2.5 %. Finer grids
 # changed no verdict on furniture for the better, and take time with the third power.
 CELLS = 40
+
+ROUNDING = 1.0 / float(np.sqrt(12.0))
+"""The sd of a place that is known to a cell, in cells: of a uniform error."""
 
 HARDLY_LARGER = 1.1
 """A rectangle or box up to this many times as large as the least is as good."""

@@ -15,10 +15,10 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.face_table import FaceTable
 from facetlog.perception.types import FloatArray
 
-__all__ = ["above_ground", "floor_heights"]
+__all__ = ["LEVEL_ENOUGH", "above_ground", "floor_heights"]
 
-# A level face points this much up: cos 30°.
 LEVEL_ENOUGH = 0.866
+"""What is within 30° of level points this much up or down: cos 30°."""
 
 
 def above_ground(scene: Scene, points: FloatArray) -> FloatArray | None:
