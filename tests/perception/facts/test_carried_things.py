@@ -7,7 +7,7 @@ import pytest
 
 from facetlog.perception.facts.all_facts import scene_facts
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.scene import Scene, SeenLattice
+from facetlog.perception.scene import Body, Patch, Scene, SeenLattice, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import (
     cuboid,
     moved,
@@ -80,6 +80,23 @@ def test_a_back_that_ends_above_its_seat_is_one_thing_with_it() -> None:
 def test_what_stands_over_a_top_and_takes_little_of_it_is_not_part_of_it() -> None:
     card = moved(leaf(0.705, 0.9, 0.2), translation=(0.5, 0.2, 0.0))
     assert things(on_ground(together(TOP, card))) == [(0,), (1,)]
+
+
+def test_what_is_all_curved_is_left_as_it_is() -> None:
+    around = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
+    normals = np.column_stack([np.cos(around), np.sin(around), np.zeros(60)])
+    ring = 0.1 * normals + (0.5, 0.3, 0.8)
+    hull = tuple(range(4, 64))
+    vertices = (*TOP.vertices, *(Vertex(point, TOP.vertices[0].cov) for point in ring))
+    scene = replace(
+        TOP,
+        vertices=vertices,
+        patches=(Patch(ring, normals, np.full(60, 1e-3), hull),),
+        bodies=(Body(faces=(0,)), Body(patches=(0,))),
+    )
+    scene = on_ground(scene)
+    assert things(scene) == [(0,), ()]
+    assert values(scene, "top_of")["t1"] == pytest.approx(0.7)
 
 
 def test_things_of_a_block_of_scenes_are_those_of_each_alone() -> None:
