@@ -37,17 +37,17 @@ STATES = ("holds", "unknown", "fails")
 
 @dataclass(frozen=True, slots=True)
 class _Seen:
-    # A view of a mesh, and what `box` says of the largest thing in it, or the error.
+    # A view of a mesh: whether its place is known, and the seed that it follows from.
     task: Task
     place: bool
     seed: int
-    state: str = ""
 
 
 _judges: list[BatchJudge] = []
 
 
 def _state(seen: _Seen) -> str:
+    """What `box` says of the largest thing in a view, `fails` if nothing is found, or the error."""
     task = seen.task
     if not _judges:
         _judges.append(BatchJudge())
@@ -115,7 +115,7 @@ def measure(settings: Settings) -> Report:
         }
         for seen, state in found
         if (seen.task.label == BOX) != (state == "holds")
-        and (state != "unknown")
+        and state != "unknown"
         and (seen.task.label == BOX or state != "fails")
     )
     return Report(

@@ -89,12 +89,12 @@ class Windows:
         """Where (V, rows, columns) a view shows, without print, the level that is commonest of what
         it may see of the ground, as others do.
         """
-        told: _Bits = self._is_plain & clear
-        if not told.any():
-            return told
-        level = np.clip(self._mean[told] + MIDDLE_GREY, 0, 255).astype(np.intp)
+        free: _Bits = self._is_plain & clear
+        if not free.any():
+            return free
+        level = np.clip(self._mean[free] + MIDDLE_GREY, 0, 255).astype(np.intp)
         count = np.bincount(level, minlength=256).astype(np.float32)
-        sd = float(np.median(self._sd[told]))
+        sd = float(np.median(self._sd[free]))
         common = cv2.GaussianBlur(count[None], (0, 0), sd, borderType=cv2.BORDER_CONSTANT).argmax()
         seen = self._is_plain & self._near(np.float32(common) - MIDDLE_GREY)
         witnesses = np.einsum("v,vij->ij", weight, seen) - weight[:, None, None]

@@ -44,7 +44,7 @@ def seen_ground(
     `levels` are those of the views, and `weight` (V,) is as in `PhotometricViews`; `faces` are the
     rings of corners, each (k, 3), of what may hide the ground, which is a normal (3,) to the views'
     side and the height along it: about, for it is put where most of its print agrees, level with
-    `up` if that is as good. A lattice is left out where nothing of it is seen or where it is
+    `up` if more agrees then. A lattice is left out where nothing of it is seen or where it is
     often wrong, the plain one also where no face says whether it is.
     """
     normal, height = ground

@@ -22,7 +22,7 @@ BESIDE = 5.0
 # The ground shows more than this many times as often along an edge as beside it, if none is there:
 # along true ones up to .4 times, along others .9 times and more.
 AS_OFTEN = 0.7
-# Points that show beside an edge, fewer than which tell nothing.
+# Points that show beside an edge: with fewer it stays.
 FEWEST = 20
 
 
@@ -56,25 +56,25 @@ def seen_through(segments: FloatArray, lattices: Sequence[SeenLattice]) -> Bools
             up = normal if top > 0.0 else -normal
             top = abs(top)
             high = (samples - lattice.corner) @ up
-            told = (high > BESIDE * pitch) & (high < top)
-            below = np.where(told, top - high, 1.0)
+            over = (high > BESIDE * pitch) & (high < top)
+            below = np.where(over, top - high, 1.0)
             met = origin + (samples - origin) * (top / below)[..., None]
             at = (met - lattice.corner) @ lattice.steps.T / pitch**2
             run = at[:, -1] - at[:, 0]
             size = np.linalg.norm(run, axis=1)
-            told &= size[:, None] > 0.0
+            over &= size[:, None] > 0.0
             across = run[:, ::-1] * [-1.0, 1.0] / np.where(size > 0.0, size, 1.0)[:, None]
-            along += _shown(shown, at, told)
+            along += _shown(shown, at, over)
             for side in (-BESIDE, BESIDE):
-                beside += _shown(shown, at + side * across[:, None], told) / 2.0
+                beside += _shown(shown, at + side * across[:, None], over) / 2.0
     return np.asarray((beside >= FEWEST / 2.0) & (along > AS_OFTEN * beside))
 
 
-def _shown(shown: Bools, at: FloatArray, told: Bools) -> FloatArray:
-    """How many (n,) of the points nearest to places (n, k, 2), of those `told`, are shown."""
+def _shown(shown: Bools, at: FloatArray, over: Bools) -> FloatArray:
+    """How many (n,) of the points nearest to places (n, k, 2), of those `over` it, are shown."""
     row, column = np.rint(at).astype(np.intp).transpose(2, 0, 1)
     rows, columns = shown.shape
-    inside = told & (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+    inside = over & (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
     found = inside & shown[np.where(inside, row, 0), np.where(inside, column, 0)]
     counts: FloatArray = found.sum(axis=1).astype(np.float64)
     return counts

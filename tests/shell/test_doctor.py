@@ -57,7 +57,7 @@ def test_a_missing_package_is_named_with_the_way_to_it(
     assert found["[tables]"]["standing"] == "ok"
 
 
-def test_an_engine_that_does_not_start_is_told_with_the_way_out(
+def test_an_engine_that_does_not_start_is_missing_with_the_way_out(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def fails() -> None:

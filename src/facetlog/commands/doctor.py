@@ -34,5 +34,5 @@ def doctor_command(as_json: AsJson = False) -> int:
 
 def _lines(found: "tuple[Finding, ...]") -> list[str]:
     wide = max(len(each.name) for each in found)
-    told = max(len(each.standing) for each in found)
-    return [f"{each.name:<{wide}}  {each.standing:<{told}}  {each.detail}" for each in found]
+    standing = max(len(each.standing) for each in found)
+    return [f"{each.name:<{wide}}  {each.standing:<{standing}}  {each.detail}" for each in found]
