@@ -12,6 +12,7 @@ from facetlog.perception.reading.shape_files.suffixes import CLOUD_SUFFIXES, MES
 
 __all__ = [
     "COLMAP_POINTS",
+    "FROM_THE_FLOOR",
     "NOT_GIVEN",
     "SCENE_SUFFIX",
     "SUFFIXES",

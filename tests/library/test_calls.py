@@ -9,8 +9,9 @@ import pytest
 import trimesh
 
 import facetlog
-from facetlog.errors import InputError, QueryError
+from facetlog.errors import EngineError, InputError, QueryError
 from facetlog.perception.surfaces.exact_solids.builders import build
+from facetlog.perception.surfaces.mesh_export import write_mesh
 from facetlog.perception.surfaces.scene_file import write_scene
 from tests.rendered import tour
 
@@ -75,6 +76,32 @@ def test_meshes_are_read_with_up_and_unit(tmp_path: Path) -> None:
     assert facetlog.recognize(path).best[0].model == "box"
 
 
+def test_up_and_unit_are_those_of_the_command_line_or_a_vector(tmp_path: Path) -> None:
+    path = tmp_path / "block.glb"  # whose format states which way is up
+    write_mesh(build("table", {}), path)
+    assert facetlog.read_scene(path).up is not None
+    assert facetlog.read_scene(path, up="auto").up is not None
+    assert facetlog.read_scene(path, up="none").up is None
+    block = build("cuboid", {})
+    assert facetlog.recognize(block, up="auto").scene.up is not None
+    assert facetlog.recognize(block, up="none").scene.up is None
+    for up in ("upwards", (0.0, 0.0, 0.0), (0.0, 1.0)):
+        with pytest.raises(InputError, match="up "):
+            facetlog.read_scene(path, up=up)
+    with pytest.raises(InputError, match="use one of m, "):
+        facetlog.read_scene(path, unit="foot")
+
+
+def test_a_closed_result_ends_its_knowledge_base_and_opens_another() -> None:
+    with facetlog.recognize(build("cuboid", {})) as found:
+        assert found.why("box").holds
+        base = found._base
+    with pytest.raises(EngineError, match="closed"):
+        base.why("cuboid", "box")
+    assert found.why("box").holds
+    assert found._base is not base
+
+
 def test_own_models_are_asked_with_the_others(tmp_path: Path) -> None:
     path = tmp_path / "nothing.model"
     path.write_text(NOTHING, encoding="utf-8")
@@ -89,6 +116,8 @@ def test_views_are_recognised_from_their_folder_and_one_by_one() -> None:
     found = facetlog.recognize(iter(views), up="z")
     assert [verdict.model for verdict in found.best] == ["box"]
     assert found.scene.views == tuple(view.name for view in views)
+    asked = facetlog.ask(list(views), "face(F)", up="z")
+    assert list(asked["F"]) == [f"f{i}" for i in range(1, len(found.scene.faces) + 1)]
 
 
 def test_what_is_not_there_is_said_before_any_work(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from typing import Any, Self
 from facetlog.batch.memory import LEAST_MB
 from facetlog.errors import InputError
 from facetlog.perception.shapes.shape_options import (
+    FROM_THE_FLOOR,
     NOT_GIVEN,
     ShapeOptions,
     says_itself,
@@ -131,4 +132,4 @@ def shape_options(item: Item, settings: Settings) -> ShapeOptions:
     """How a shape is read that does not say itself where up is and what its lengths are."""
     up = item.up or settings.up
     unit = unit_from(item.unit or settings.unit)
-    return ShapeOptions(up_from(up), up == "auto", unit, sensor_from(settings.sensor))
+    return ShapeOptions(up_from(up), up == FROM_THE_FLOOR, unit, sensor_from(settings.sensor))

@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, cast
 
 from facetlog.errors import InputError
 from facetlog.library.result import Result, model_paths
@@ -23,7 +23,7 @@ Models: TypeAlias = str | Path | Sequence[str | Path]
 """A model file or a folder of them, or several."""
 
 Up: TypeAlias = str | Sequence[float] | None
-"""Upwards: "z" or another axis as `--up` takes it, or a vector (3,)."""
+"""Upwards: what `--up` takes, as "z" or "auto", or a vector (3,) of any length."""
 
 Source: TypeAlias = "str | Path | Scene | Iterable[View]"
 """A folder of pictures with poses or its poses file; a scene, mesh or cloud; or views."""
@@ -63,7 +63,8 @@ def read_scene(path: str | Path, *, up: Up = None, unit: str | None = None) -> "
     """
     from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 
-    return read_shape(Path(path), ShapeOptions(_up(up), up is None, unit))
+    up = _stated(up)
+    return read_shape(Path(path), ShapeOptions(_up(up), up is None, _unit(unit)))
 
 
 def classify(
@@ -142,17 +143,38 @@ def _data_frame() -> "type[pd.DataFrame]":
 
 
 def _up(up: Up) -> "tuple[float, float, float] | None":
+    """The unit vector that is meant, if any."""
+    import numpy as np
+
     from facetlog.perception.shapes.shape_options import up_from
 
     if up is None or isinstance(up, str):
-        return up_from(up) if up else None
-    x, y, z = map(float, up)
+        return None if up is None else up_from(up)
+    vector = np.asarray(up, dtype=np.float64)
+    length = float(np.linalg.norm(vector))
+    if vector.shape != (3,) or not 0.0 < length < np.inf:
+        raise InputError(f"up {up!r:.40}: give three numbers that are not all 0")
+    x, y, z = (vector / length).tolist()
     return x, y, z
+
+
+def _stated(up: Up) -> Up:
+    """Upwards where it is stated: "auto" is as good as nothing."""
+    from facetlog.perception.shapes.shape_options import FROM_THE_FLOOR
+
+    return None if isinstance(up, str) and up == FROM_THE_FLOOR else up
+
+
+def _unit(unit: str | None) -> str | None:
+    from facetlog.perception.shapes.shape_options import unit_from
+
+    return None if unit is None else unit_from(unit)
 
 
 def _scene_of(source: Source, up: Up, unit: str | None, *, trust: bool) -> "Scene":
     from facetlog.perception.scene import Scene
 
+    up = _stated(up)
     if isinstance(source, Scene):
         return source if up is None else replace(source, up=_unit_vector(up))
     if not isinstance(source, str | Path):
@@ -161,7 +183,7 @@ def _scene_of(source: Source, up: Up, unit: str | None, *, trust: bool) -> "Scen
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
     if _has_views(path):
-        return _reconstructed(_read_views(path, unit, trust=trust), up)
+        return _reconstructed(_read_views(path, _unit(unit), trust=trust), up)
     return read_scene(path, up=up, unit=unit)
 
 
@@ -172,13 +194,14 @@ def _scenes(
     *,
     trust: bool,
 ) -> "list[Scene]":
-    from facetlog.perception.scene import Scene
+    from facetlog.perception.types import View
 
-    several = scenes if isinstance(scenes, list | tuple) else [scenes]
+    # Several views are one source.
+    one = not isinstance(scenes, list | tuple) or any(isinstance(each, View) for each in scenes)
+    several = cast("Sequence[Source | Result]", [scenes] if one else scenes)
     return [
         each.scene if isinstance(each, Result) else _scene_of(each, up, unit, trust=trust)
         for each in several
-        if isinstance(each, str | Path | Scene | Result)
     ]
 
 
@@ -198,7 +221,7 @@ def _unit_vector(up: Up) -> "FloatArray | None":
     import numpy as np
 
     vector = _up(up)
-    return None if vector is None else np.array(vector) / np.linalg.norm(vector)
+    return None if vector is None else np.array(vector)
 
 
 def _has_views(path: Path) -> bool:

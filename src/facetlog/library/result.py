@@ -9,6 +9,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from facetlog.kb.engine.closing import Closing
+
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition, Verdict
     from facetlog.kb.knowledge_base import KnowledgeBase
@@ -48,11 +50,12 @@ class Reason:
 
 
 @dataclass(eq=False, slots=False)
-class Result:
+class Result(Closing):
     """A scene and what all models say of each thing in it.
 
     `scene` has vertices, edges and faces with their uncertainty; lengths are metres where
-    `scene.metric`. It keeps what it was judged on, so that it can be asked for reasons.
+    `scene.metric`. The first reason opens a knowledge base, with a process of its own where
+    models are not to be trusted: it ends with the result, or with `close` or a `with` statement.
     """
 
     scene: "Scene"
@@ -106,12 +109,18 @@ class Result:
 
     @cached_property
     def _base(self) -> "KnowledgeBase":
-        # Opened when the first reason is asked for, and closed with the result.
         from facetlog.pipeline import load_scene, open_models
 
         base = open_models(self.models, trusted=self.trust, raw=self.raw)
         load_scene(base, self.scene)
         return base
+
+    def close(self) -> None:
+        """Ends what reasons are found in; a later one opens it anew."""
+        with self._lock:
+            base = self.__dict__.pop("_base", None)
+        if base is not None:
+            base.close()
 
     def to_dict(self, *, full: bool = False) -> dict[str, Any]:
         """The verdicts as docs/verdicts.schema.json has them, with `full` the whole proofs."""
