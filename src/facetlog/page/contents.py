@@ -140,7 +140,7 @@ def _names(line: str) -> Iterator[str]:
 
 
 def _pictures(scene: "Scene", views: "Sequence[View]") -> Iterator[dict[str, Any]]:
-    for number, view in enumerate(views, start=1):
+    for view in views:
         height, width = view.image.shape
         shrink = min(1.0, PICTURE_PX / max(height, width))
         size = max(1, round(width * shrink)), max(1, round(height * shrink))
@@ -148,7 +148,6 @@ def _pictures(scene: "Scene", views: "Sequence[View]") -> Iterator[dict[str, Any
         _, data = cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
         yield {
             "name": view.name,
-            "node": f"view{number}",
             "width": size[0],
             "height": size[1],
             "data": base64.b64encode(data.tobytes()).decode("ascii"),

@@ -9,7 +9,9 @@
   };
   const kind = (one) => one.name.replace(/\d+$/, "");
   function show() {
-    for (const one of meshes()) {
+    const all = meshes();
+    const some = all.some((one) => lit.includes(one.name));  // edges and vertices have no mesh
+    for (const one of all) {
       if (!one.userData.own) {
         one.material = one.material.clone();
         one.material.side = THREE.DoubleSide;
@@ -17,7 +19,7 @@
       }
       const on = lit.includes(one.name);
       const soft = kind(one) === "unseen" || kind(one) === "p";
-      const faint = lit.length > 0 && !on;
+      const faint = some && !on;
       one.visible = shown.includes(kind(one)) || on;
       one.material.transparent = soft || faint;
       one.material.opacity = faint ? FAINT : 1;
