@@ -45,6 +45,8 @@ def findings() -> Iterator[Finding]:
     version = ".".join(map(str, sys.version_info[:3]))
     yield Finding("facetlog", Standing.GOOD, f"{__version__}, Python {version}")
     yield _prolog()
+    if not _requirements():
+        yield Finding("packages", Standing.ABSENT, "facetlog is not installed: pip install -e .")
     for name in _needed():
         yield _package(name)
     for extra, names in _extras().items():
@@ -70,7 +72,11 @@ def _prolog() -> Finding:
 
 
 def _requirements() -> list[str]:
-    return importlib.metadata.requires("facetlog") or []
+    """What facetlog's metadata name; nothing where it runs from a checkout alone."""
+    try:
+        return importlib.metadata.requires("facetlog") or []
+    except importlib.metadata.PackageNotFoundError:
+        return []
 
 
 def _needed() -> tuple[str, ...]:

@@ -18,8 +18,9 @@ REQUIRED = [
 
 
 def _findings(capsys: pytest.CaptureFixture[str]) -> dict[str, dict[str, str]]:
-    found = json.loads(capsys.readouterr().out)["findings"]
-    return {each["name"]: each for each in found}
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["schema"] == "facetlog-doctor/1"
+    return {each["name"]: each for each in printed["findings"]}
 
 
 @pytest.fixture(autouse=True)
@@ -55,6 +56,19 @@ def test_a_missing_package_is_named_with_the_way_to_it(
     assert found["[las]"]["standing"] == "not there"
     assert found["[las]"]["detail"] == "pip install 'facetlog[las]'"
     assert found["[tables]"]["standing"] == "ok"
+
+
+def test_a_checkout_that_is_not_installed_is_no_fault(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def requires(name: str) -> list[str]:
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(importlib.metadata, "requires", requires)
+    assert main(["doctor", "--json"]) == 0
+    found = _findings(capsys)
+    assert found["packages"]["detail"].endswith("pip install -e .")
+    assert "numpy" not in found
 
 
 def test_an_engine_that_does_not_start_is_missing_with_the_way_out(

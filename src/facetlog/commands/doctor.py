@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
 __all__ = ["doctor_command"]
 
+SCHEMA = "facetlog-doctor/1"
+
 
 @command
 def doctor_command(as_json: AsJson = False) -> int:
@@ -25,7 +27,7 @@ def doctor_command(as_json: AsJson = False) -> int:
 
     found = tuple(findings())
     if as_json:
-        typer.echo(json.dumps({"findings": [each.to_json() for each in found]}))
+        typer.echo(json.dumps({"schema": SCHEMA, "findings": [each.to_json() for each in found]}))
     else:
         typer.echo("\n".join(map(printable, _lines(found))))
     missing = any(each.standing is Standing.MISSING for each in found)
