@@ -34,12 +34,10 @@ def carried_together(
     """The things of a scene, of which those that end above the ground are one with their carriers.
 
     The table is of this scene alone; `edges` (e, 2) are vertices. Without a ground that views show
-    the things are as they were, and where one is all curved, which is not found in views.
+    the things are as they were, and where they were told apart as the scene was read (bodies).
     """
     above = above_ground(scene, table.points)
-    if above is None or scene.up is None or len(things) < 2:
-        return things
-    if not all(thing.faces or thing.edges for thing in things):
+    if above is None or scene.up is None or scene.bodies or len(things) < 2:
         return things
     from facetlog.perception.facts.thing_gaps import gaps  # scenes without a ground do without
 

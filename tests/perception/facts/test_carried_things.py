@@ -17,6 +17,7 @@ from facetlog.perception.surfaces.exact_solids.polyhedra import (
 )
 
 ABOVE = np.array([[3.0, 0.0, 2.0], [0.0, 3.0, 2.0], [-3.0, -3.0, 2.0]])
+SEAT = polyhedron([(0, 0, 0.4), (0.4, 0, 0.4), (0.4, 0.4, 0.4), (0, 0.4, 0.4)], [(0, 1, 2, 3)])
 TOP = polyhedron([(0, 0, 0.7), (1, 0, 0.7), (1, 0.6, 0.7), (0, 0.6, 0.7)], [(0, 1, 2, 3)])
 
 
@@ -69,8 +70,7 @@ def test_heights_do_not_count_from_the_ground_where_another_thing_is_beneath() -
 
 
 def test_a_back_that_ends_above_its_seat_is_one_thing_with_it() -> None:
-    seat = polyhedron([(0, 0, 0.4), (0.4, 0, 0.4), (0.4, 0.4, 0.4), (0, 0.4, 0.4)], [(0, 1, 2, 3)])
-    chair = together(seat, leaf(0.44, 0.9))
+    chair = together(SEAT, leaf(0.44, 0.9))
     assert things(chair) == [(0,), (1,)]
     assert things(on_ground(chair)) == [(0, 1)]
     # what is about as near to the ground may stand on something else
@@ -82,7 +82,7 @@ def test_what_stands_over_a_top_and_takes_little_of_it_is_not_part_of_it() -> No
     assert things(on_ground(together(TOP, card))) == [(0,), (1,)]
 
 
-def test_what_is_all_curved_is_left_as_it_is() -> None:
+def test_bodies_stay_apart_and_one_may_be_all_curved() -> None:
     around = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
     normals = np.column_stack([np.cos(around), np.sin(around), np.zeros(60)])
     ring = 0.1 * normals + (0.5, 0.3, 0.8)
@@ -96,12 +96,13 @@ def test_what_is_all_curved_is_left_as_it_is() -> None:
     )
     scene = on_ground(scene)
     assert things(scene) == [(0,), ()]
+    chair = replace(together(SEAT, leaf(0.44, 0.9)), bodies=(Body(faces=(0,)), Body(faces=(1,))))
+    assert things(on_ground(chair)) == [(0,), (1,)]
     assert values(scene, "top_of")["t1"] == pytest.approx(0.7)
 
 
 def test_things_of_a_block_of_scenes_are_those_of_each_alone() -> None:
-    seat = polyhedron([(0, 0, 0.4), (0.4, 0, 0.4), (0.4, 0.4, 0.4), (0, 0.4, 0.4)], [(0, 1, 2, 3)])
-    chair = on_ground(together(seat, leaf(0.44, 0.9)))
+    chair = on_ground(together(SEAT, leaf(0.44, 0.9)))
     block = SceneMemo.of(cuboid(), chair, chair)
     assert [thing.faces for thing in block.things] == [(0, 1, 2, 3, 4, 5), (6, 7), (8, 9)]
     assert block.thing_scene.tolist() == [0, 1, 2]

@@ -115,7 +115,7 @@ def test_a_scene_without_pieces_has_no_mesh_of_them() -> None:
         pieces_bytes(scene, NOTHING)
 
 
-def test_each_kind_is_drawn_in_its_colour_where_its_box_is_seen() -> None:
+def test_each_piece_is_drawn_where_its_box_is_seen() -> None:
     scene = build("chair", {})
     view, shown = _view(scene), shown_pieces(scene)
     drawn = draw_pieces(view, shown, "a chair")
