@@ -71,8 +71,8 @@ def classify(
     paths: str | Path | Sequence[str | Path],
     *,
     models: Models = (),
-    up: str = "auto",
-    unit: str = "none",
+    up: str | None = None,
+    unit: str | None = None,
     workers: int | None = None,
     trust: bool = False,
 ) -> "pd.DataFrame":
@@ -88,11 +88,12 @@ def classify(
     from facetlog.batch.pool import Pool
     from facetlog.batch.run import Plan, classified
     from facetlog.batch.settings import Item, Settings
+    from facetlog.perception.shapes.shape_options import FROM_THE_FLOOR, NOT_GIVEN
 
     given = [paths] if isinstance(paths, str | Path) else list(paths)
     items = tuple(map(Item, scene_paths([str(path) for path in given])))
     named = tuple(str(path.resolve()) for path in model_paths(models))
-    settings = Settings(named, trusted=trust, up=up, unit=unit)
+    settings = Settings(named, trusted=trust, up=up or FROM_THE_FLOOR, unit=unit or NOT_GIVEN)
     count = len(os.sched_getaffinity(0)) if workers is None else workers
     frame = _data_frame()
     with (
