@@ -159,15 +159,13 @@ def _outlines(scene: "Scene", view: "View", shrink: float) -> Iterator[dict[str,
     """The faces that the view shows: their names, and their outlines as SVG has them."""
     surface = hidden_surface(view, scene)
     frustum = Frustum(view.camera, view.pose)
-    # As large as the picture itself, which may be enlarged from what the camera is of.
-    scale = shrink * view.image.shape[1] / view.camera.width
     seen = np.bincount(surface.face[surface.face >= 0].ravel(), minlength=len(scene.faces))
     for number, face in enumerate(scene.faces):
         if seen[number] < LEAST_SEEN_PX:
             continue
         rings = [frustum.polygon(scene.points[list(r)]) for r in (face.outline, *face.holes)]
         path = " ".join(
-            "M" + " L".join(f"{u:.1f},{v:.1f}" for u, v in (ring + 0.5) * scale) + " Z"
+            "M" + " L".join(f"{u:.1f},{v:.1f}" for u, v in (ring + 0.5) * shrink) + " Z"
             for ring in rings
             if len(ring)
         )
