@@ -37,6 +37,7 @@ NAMES = (
     "accuracy_prototypes",
     "accuracy_newcomer",
     "accuracy_plain",
+    "accuracy_three_inputs",
     "time_demo",
     "time_large",
     "time_estimation",

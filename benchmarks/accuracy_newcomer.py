@@ -16,10 +16,11 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.recognize import open_knowledge_base
 from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
+from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
 from facetlog.perception.shapes.shape_options import UP_AXES
 
-__all__ = ["NAME", "Trial", "main", "measure", "tried"]
+__all__ = ["NAME", "Trial", "best_verdict", "decided_by", "main", "measure", "tried"]
 
 NAME = "accuracy_newcomer"
 MODELS = {
@@ -29,6 +30,7 @@ MODELS = {
     "pf": "picture_frame",
     "ss": "step_stool",
 }
+STATES = (State.HOLDS, State.UNKNOWN, State.FAILS)
 OPTIONS = ShapeOptions(up=UP_AXES["z"], unit="m")
 
 
@@ -46,19 +48,14 @@ class Trial:
         return self.verdict.state is State.HOLDS
 
     def row(self) -> Row:
-        """What is shown of it; conditions that fail go before open ones."""
-        decide = [
-            condition.label
-            for state in (State.FAILS, State.UNKNOWN)
-            for condition in self.verdict.conditions_that(state)
-        ]
+        """What is shown of it."""
         return {
             "model": self.verdict.model,
             "shape": self.shape,
             "should hold": self.wanted,
             "state": self.verdict.state.value,
             "degree": round(self.verdict.degree, 2),
-            "fails or is open by": ", ".join(decide) or None,
+            "fails or is open by": decided_by(self.verdict),
         }
 
 
@@ -73,18 +70,28 @@ def _trial(base: KnowledgeBase, shape: Path) -> Trial:
     prefix, wanted, _ = shape.stem.partition("+")
     if not wanted:
         prefix = shape.stem.partition("-")[0]
-    scene = read_shape(shape, OPTIONS)
+    best = best_verdict(base, MODELS[prefix], read_shape(shape, OPTIONS))
+    return Trial(shape.stem, bool(wanted), best)
+
+
+def best_verdict(base: KnowledgeBase, model: str, scene: Scene) -> Verdict:
+    """What a model says of the thing of a scene that it fits best; ValueError if there is none."""
 
     def on_demand() -> Iterator[Fact]:
         return (fact.row for fact in facts_on_demand(scene))
 
     facts = [fact.row for fact in scene_facts(scene)]
-    name = base.load_scene(shape.stem, facts, on_demand=on_demand).name
+    name = base.load_scene(scene.name, facts, on_demand=on_demand).name
     things = [str(fact[1]) for fact in facts if fact[0] == "thing"]
-    every = [base.judge(name, MODELS[prefix], thing) for thing in things]
+    every = [base.judge(name, model, thing) for thing in things]
     base.drop_scene(name)
-    best = max(every, key=lambda verdict: (verdict.state is State.HOLDS, verdict.degree))
-    return Trial(shape.stem, bool(wanted), best)
+    return max(every, key=lambda verdict: (-STATES.index(verdict.state), verdict.degree))
+
+
+def decided_by(verdict: Verdict) -> str | None:
+    """The labels of the conditions that fail, then of the open ones; None if all hold."""
+    labels = [c.label for state in STATES[:0:-1] for c in verdict.conditions_that(state)]
+    return ", ".join(labels) or None
 
 
 def _counts(found: Sequence[Trial]) -> Row:

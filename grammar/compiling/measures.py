@@ -14,6 +14,8 @@ _OF_THINGS = {"length": "thing_length", "width": "thing_width", "height": "thing
 # The words that are said of pieces and of others: of pieces by a name of their own, so that whoever
 # asks of faces alone need not know the pieces.
 _OF_PIECES_TOO = frozenset(word.name for word in VOCABULARY.values() if word.arguments[0] > PIECE)
+# How the middle of one thing is compared with that of another whose words have other names.
+_BY_ELEVATION = {"above": "at_least", "below": "at_most"}
 _AGGREGATES = {"smallest gap": "smallest_gap", "largest gap": "largest_gap"}
 
 
@@ -55,6 +57,9 @@ def scaled(factor: float, term: Term) -> Term:
 
 def word_term(name: str, arguments: tuple[Bound, ...]) -> Struct:
     """A measure or relation of the vocabulary with its arguments."""
+    if name in _BY_ELEVATION and arguments[0].kinds != arguments[1].kinds:
+        middles = tuple(word_term("elevation", (argument,)) for argument in arguments)
+        return Struct(_BY_ELEVATION[name], middles)
     if name in _OF_THINGS and arguments[0].kinds == THING:
         name = _OF_THINGS[name]
     elif name in _OF_PIECES_TOO and arguments[0].kinds == PIECE:

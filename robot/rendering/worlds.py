@@ -26,7 +26,7 @@ from facetlog.robot.rendering.texture import Pattern, Texture
 from facetlog.robot.rendering.varied import VARIED, shrunk
 from facetlog.robot.rendering.world import Floor, Solid, World
 
-__all__ = ["BLOCK_CENTRE", "BLOCK_SIZE", "INCH", "WORLDS", "make_world"]
+__all__ = ["BLOCK_CENTRE", "BLOCK_SIZE", "INCH", "WORLDS", "Maker", "make_world", "world_of"]
 
 INCH = 0.0254  # metres
 # Where the pans of the paper's tour (figure 8) cross, and the block of its section 6, inches.
@@ -62,6 +62,11 @@ def make_world(name: str, seed: int = 0) -> World:
         maker = WORLDS[name]
     except KeyError:
         raise ValueError(f"no world {name!r}; there are {', '.join(WORLDS)}") from None
+    return world_of(name, maker, seed)
+
+
+def world_of(name: str, maker: Maker, seed: int = 0) -> World:
+    """What a maker makes, under that name, where the tour looks, on a floor in the sun."""
     rng = np.random.default_rng([seed, 0, WORLD_STREAM])
     yaw = float(rng.uniform(-np.pi, np.pi))
     x, y = np.array(BLOCK_CENTRE) + rng.uniform(-SHIFT_IN, SHIFT_IN, 2)

@@ -180,6 +180,11 @@ def test_words_said_of_pieces_have_other_names_in_prolog() -> None:
     assert "separate(" not in text
 
 
+def test_a_piece_is_above_an_opening_by_the_middles_of_both() -> None:
+    text = compiled(_analysis("model m\n  board top\n  opening way\n  a: top above way\n")).prolog
+    assert "at_least(piece_elevation(Top), opening_elevation(Way))" in text
+
+
 def test_pieces_that_are_alike_are_tried_in_one_order() -> None:
     text = compiled(_analysis("model m\n  bar a, b\n  met: a joins b\n")).prolog
     assert "A @< B" in text

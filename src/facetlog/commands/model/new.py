@@ -22,15 +22,16 @@ TEMPLATE = Template(
 model $name
   "A level board on legs."
 
-  # Parts. `face top` is one face; `leg` is all faces and edges that satisfy what follows `where`,
-  # and those that adjoin one another count once.
-  face top
-  at least 3 separate elements leg where leg supports top
+  # Parts. A board is thin, a bar slender, a block neither, a piece any of them. `board top` is one;
+  # `leg` is every bar that satisfies what follows `where`.
+  board top
+  at least 3 bars leg where leg carries top, leg is on_ground
 
   # Conditions, one a line: a label, what must be so, and the reason in words for the verdict.
-  level: top is level, top is upward                      "it lies level and faces up"
-  wide: share(top) at least 80 %                          "it covers the thing"
-  room: clear_below(top) at least 50 % of elevation(top)  "there is room beneath it"
+  level: top is level                                  "it lies level"
+  wide: cover(top) at least 80 %                       "it covers the thing"
+  room: free_below(top) at least 50 %                  "there is room beneath it"
+  bare: there is no piece other where other above top  "nothing is above it"
 
   # Absolute sizes count only where the scale is known; `expect` lowers the degree, and forbids
   # nothing.
@@ -40,7 +41,7 @@ model $name
 
   # Examples are tests. `from "scene.json"` takes a scene that `facetlog reconstruct` wrote.
   example "dining table" of table(width 80 cm, length 140 cm, height 74 cm) holds
-  example "closed block" of cuboid(width 80 cm, depth 80 cm, height 74 cm) fails because room
+  example "closed block" of cuboid(width 80 cm, depth 80 cm, height 74 cm) fails because top
 """
 )
 
