@@ -154,7 +154,7 @@ def test_ctrl_c_in_a_question_of_the_command_line_says_nothing_but_that(scene: P
     goal = "numlist(1, 3000, L), member(X, L), member(Y, L), member(Z, L), X + Y + Z < 0"
     asked = Terminal("query", str(scene), f"ignore((face(F), fail)), {goal}")
     try:
-        time.sleep(2.5)  # it loads the scene, and asks
+        time.sleep(6.0)  # it loads the models and the scene, and asks
         asked.keys("\x03")
         assert asked.end_said() == (130, "^Cfacetlog: interrupted\n")
     finally:

@@ -4,6 +4,7 @@ The built-in models have gone on since; by_hand/ keeps them in both languages.
 """
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -49,11 +50,13 @@ def solid(name: str) -> Scene:
 
 def varied(builder: str, seed: int) -> Scene:
     rng = np.random.default_rng(seed)
-    sizes = {
-        p.name: p.default * rng.uniform(SMALLER, LARGER) if p.kind == "length" else p.default
-        for p in BUILDERS[builder].parameters
-    }
-    return build(builder, sizes)
+    while True:
+        sizes = {
+            p.name: p.default * rng.uniform(SMALLER, LARGER) if p.kind == "length" else p.default
+            for p in BUILDERS[builder].parameters
+        }
+        with suppress(ValueError):  # no such thing can be
+            return build(builder, sizes)
 
 
 def similar(scene: Scene, seed: int) -> Scene:

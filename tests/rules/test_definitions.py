@@ -1,4 +1,4 @@
-"""What the nine models say of things of any size: each of its own kind, and of all others not."""
+"""What the built-in models say of things of any size: what each of them is, and nothing else."""
 
 from collections.abc import Iterator
 
@@ -15,26 +15,29 @@ from facetlog.perception.surfaces.exact_solids.builders import BUILDERS, build
 SMALLER, LARGER = 0.85, 1.2
 
 # What each thing is. Of these a person might call it so as well, or a rule on shape and size alone
-# cannot tell: a stool and a bench are small tables, a step of two blocks is a stuffed chair, and a
-# closed block higher than deep may be a box or a cabinet.
+# cannot tell: a stool and a bench are small tables, a step of two blocks is a stuffed chair or a
+# stool with a step, and a closed block higher than deep may be a box or a cabinet.
 IS = {
     "cuboid": {"box"},
-    "l_block": {"chair"},
+    "l_block": {"chair", "step_stool"},
     "room_corner": {"room_corner"},
     "table": {"table"},
     "desk": {"table", "desk"},
     "chair": {"chair"},
     "stool": {"stool", "table"},
-    "bench": {"table"},
-    "shelf": {"shelf"},
+    "bench": {"bench", "table"},
+    "shelf": {"shelf", "bookcase"},
     "cabinet": {"cabinet", "box"},
     "stairs": {"stairs"},
+    "bed": {"bed"},
+    "sofa": {"sofa"},
+    "frame": {"picture_frame"},
 }
-# Nothing of these looks upwards: what is no table, stool or chair may have a top that was not seen.
-OPEN = {
-    ("wedge", "table"), ("wedge", "stool"), ("wedge", "chair"), ("wedge", "desk"),
-    ("pyramid", "table"), ("pyramid", "stool"), ("pyramid", "chair"), ("pyramid", "desk"),
-}  # fmt: skip
+# Nothing of these looks upwards: what is no table, stool or chair may have a top that was not seen,
+# and so what is no crate a floor. Of a corner nobody saw whether other walls stand round it.
+TOPPED = ("table", "stool", "chair", "desk", "bench", "sofa", "bed", "crate", "step_stool")
+OPEN = {(thing, model) for thing in ("wedge", "pyramid") for model in TOPPED}
+OPEN.add(("room_corner", "crate"))
 
 
 @pytest.fixture(scope="module")
