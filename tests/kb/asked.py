@@ -8,9 +8,12 @@ from pathlib import Path
 from facetlog.kb.explaining.origin import Origin
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
+from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
 
 SCENE = "s"
+# The clock goes on while other tests have the processor.
+PATIENT = Limits(seconds=300.0)
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ def asked(
     facts: Iterable[Fact], rules: Path | None = None, *, trusted: bool = False
 ) -> Iterator[Asked]:
     """The facts, loaded, with a user's rules if any."""
-    with KnowledgeBase() as base:
+    with KnowledgeBase(PATIENT) as base:
         if rules:
             base.load_rules(rules, trusted=trusted)
         base.load_scene(SCENE, facts)
