@@ -9,7 +9,7 @@ from facetlog.perception.facts.filled_space import FilledSpace
 from facetlog.perception.facts.levels import level_at
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.opening_facts import framing, hanging, opening_rows, openings_of
-from facetlog.perception.facts.piece_kinds import PIECE_KINDS
+from facetlog.perception.facts.piece_kinds import OPENING_KINDS, PIECE_KINDS
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
 from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
@@ -26,10 +26,13 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """All facts about pieces."""
     if not any(rows.wants(kind.functor) for kind in PIECE_KINDS):
         return
+    with_openings = any(rows.wants(kind.functor) for kind in OPENING_KINDS)
     holes = [0] * len(s.scenes)
     for scene, found in _all_found(s):
         for functor, each in found.facts(s.face_names):
             rows.add_rows(functor, scene, [each])
+        if not with_openings:
+            continue
         openings = openings_of(found.filled, found.up)
         named = [(f"o{holes[scene] + i}", each) for i, each in enumerate(openings, start=1)]
         holes[scene] += len(named)

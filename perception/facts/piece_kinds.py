@@ -4,13 +4,13 @@ from functools import partial
 
 from facetlog.perception.facts.fact_kinds import FactKind, Solutions, fact_kind
 
-__all__ = ["PIECE_KINDS"]
+__all__ = ["OPENING_KINDS", "PIECE_KINDS"]
 
 _ONE, _MAYBE, _ANY = Solutions.ONE, Solutions.AT_MOST_ONE, Solutions.ANY
 _NO_UP = "up is not known"
 _kind = partial(fact_kind, on_demand=True)
 
-PIECE_KINDS: tuple[FactKind, ...] = (
+_PIECES: tuple[FactKind, ...] = (
     _kind("piece +P:piece", _ONE, "a solid part of a thing: a board, a bar, a block"),
     _kind("piece_of +P:piece T:thing", _ONE, "the thing that it is a part of"),
     _kind(
@@ -68,6 +68,9 @@ PIECE_KINDS: tuple[FactKind, ...] = (
         "what that measure comes to if all unseen space is free, and if all is full",
         "no unseen space could change the measure",
     ),
+)
+
+OPENING_KINDS: tuple[FactKind, ...] = (
     _kind("opening +O:opening", _ONE, "a hole that one sees through, with its thing all round it"),
     _kind("opening_of +O:opening T:thing", _ONE, "the thing through which it goes"),
     _kind(
@@ -94,3 +97,5 @@ PIECE_KINDS: tuple[FactKind, ...] = (
         "otherwise",
     ),
 )
+
+PIECE_KINDS = _PIECES + OPENING_KINDS
