@@ -39,11 +39,13 @@ class Reason:
         more = (f" (+ {self.more} more)", "") if self.more else ("",)
         return (*(f"{text}{end}{more[0]}" for text in said), f"{said[-1]}{end}")
 
-    def to_json(self, length_unit: str | None) -> dict[str, Any]:
-        """It as plain data; lengths as they are measured, whatever the text has them in."""
-        measured = self.step.detail.to_json() if isinstance(self.step.detail, Comparison) else {}
+    def to_json(self, length_unit: str | None, *, measured: bool = True) -> dict[str, Any]:
+        """It as plain data, with its numbers if `measured`; lengths as they are measured, whatever
+        the text has them in."""
+        detail = self.step.detail
+        numbers = detail.to_json() if measured and isinstance(detail, Comparison) else {}
         text = self.texts(length_unit)[0]
-        return {"text": text, "state": self.step.state.value, "more": self.more, **measured}
+        return {"text": text, "state": self.step.state.value, "more": self.more, **numbers}
 
 
 def reason(proof: Proof) -> Reason | None:

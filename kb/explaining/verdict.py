@@ -71,8 +71,11 @@ class Condition:
         known = ": ".join(filter(None, (self.place, line)))
         return f" [{known}]" if known else ""
 
-    def to_json(self, length_unit: str | None, *, full: bool = False) -> dict[str, Any]:
-        """The condition and the reason for its state as plain data; `full` the whole proof too."""
+    def to_json(
+        self, length_unit: str | None, *, full: bool = False, measured: bool = True
+    ) -> dict[str, Any]:
+        """The condition and the reason for its state as plain data, with the numbers it rests on if
+        `measured`; `full` the whole proof too."""
         written = {"place": self.place, "text": self.text if full else ""}
         found = reason(self.proof)
         return {
@@ -81,7 +84,7 @@ class Condition:
             **{key: value for key, value in written.items() if value},
             "state": self.proof.state.value,
             "degree": [self.proof.low, self.proof.high],
-            "because": None if found is None else found.to_json(length_unit),
+            "because": None if found is None else found.to_json(length_unit, measured=measured),
             **({"proof": self.proof.to_json()} if full else {}),
         }
 
@@ -154,7 +157,13 @@ class Verdict:
         return miss_lines(self)
 
     def to_json(self, *, full: bool = False) -> dict[str, Any]:
-        """The verdict as plain data, with `full` the whole proof of each condition."""
+        """The verdict as plain data, with `full` the whole proof of each condition.
+
+        Else a verdict that fails has numbers only where it does: no sizes or angles of what is no
+        such thing, and of conditions that hold the reason in words.
+        """
+        brief = self.state is State.FAILS and not full
+        sizes, angles = ((), ()) if brief else (self.sizes, self.angles)
         return {
             "model": self.model,
             "thing": self.thing,
@@ -165,11 +174,9 @@ class Verdict:
             "confidence": self.confidence,
             "summary": self.summary,
             "parts": {part.role: list(part.faces) for part in self.parts},
-            "sizes": {
-                s.name: {"value": s.value, "sd": s.sd, "measure": s.measure} for s in self.sizes
-            },
+            "sizes": {s.name: {"value": s.value, "sd": s.sd, "measure": s.measure} for s in sizes},
             "length_unit": self.length_unit,
-            "angles": [{"of": a.measure, "deg": a.value, "sd": a.sd} for a in self.angles],
+            "angles": [{"of": a.measure, "deg": a.value, "sd": a.sd} for a in angles],
             "also": self.also,
             "shortfalls": [
                 {"label": c.label, "of": miss.measure, "kind": miss.kind, **short.to_json()}
@@ -177,7 +184,14 @@ class Verdict:
                 for miss in c.proof.shortfalls()
                 if (short := miss.shortfall) is not None
             ],
-            "conditions": [c.to_json(self.length_unit, full=full) for c in self.conditions],
+            "conditions": [
+                c.to_json(
+                    self.length_unit,
+                    full=full,
+                    measured=not brief or c.proof.state is not State.HOLDS,
+                )
+                for c in self.conditions
+            ],
             **({"unseen": [found.to_json() for found in self.unseen]} if self.unseen else {}),
         }
 

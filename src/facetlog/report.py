@@ -3,7 +3,7 @@
 import json
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from facetlog import __version__
 from facetlog.counted import many
@@ -27,6 +27,8 @@ PIECES_SHEET_FILE = "pieces-sheet.png"
 DEGREE_FILE = "degrees.svg"
 # Pictures wait for the sheet at this width: in full size a hundred large ones fill the memory.
 SHEET_PICTURE_PX = 800
+# Of numbers that are not asked for in full: finer than anything is measured.
+DIGITS = 6
 # Members of the object, its verdicts, their members, and conditions stand on lines of their own.
 LEVELS = 4
 
@@ -34,11 +36,20 @@ LEVELS = 4
 def verdicts_json(found: Recognised, *, full: bool = False) -> str:
     """All verdicts with the reasons for them, one JSON object with `schema` inside.
 
-    A condition takes a line; with `full` each has its whole proof, a value a line.
+    A condition takes a line, and numbers have six digits; with `full` each condition has its whole
+    proof, a value a line.
     """
     notes = {"problems": list(found.view_set.problems), "warnings": list(found.scene.warnings)}
     data = {**found.recognition.to_json(full=full), **notes}
-    return json.dumps(data, indent=1) if full else laid_out(data, LEVELS)
+    return json.dumps(data, indent=1) if full else laid_out(_rounded(data), LEVELS)
+
+
+def _rounded(data: Any) -> Any:
+    if isinstance(data, float):
+        return float(f"{data:.{DIGITS}g}")
+    if isinstance(data, dict):
+        return {key: _rounded(value) for key, value in data.items()}
+    return [_rounded(value) for value in data] if isinstance(data, list | tuple) else data
 
 
 def laid_out(data: object, levels: int) -> str:
