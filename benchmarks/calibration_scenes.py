@@ -61,12 +61,21 @@ KINDS: Mapping[str, frozenset[str]] = MappingProxyType(
         "shelf": frozenset({"shelf"}),
         "cabinet": frozenset({"cabinet"}),
         "stairs": frozenset({"stairs"}),
+        "steps": frozenset({"step_stool"}),
+        "bed": frozenset({"bed"}),
+        "sofa": frozenset({"sofa"}),
+        "crate": frozenset({"crate"}),
+        "door": frozenset({"door"}),
+        "frame": frozenset({"picture_frame"}),
     }
 )
 """What a person would call the thing of each world; a desk is a table, too."""
 
-OPEN = frozenset({("cabinet", "box"), ("boxes", "cabinet"), ("block", "cabinet")})
-"""Worlds and models of which people would not agree: a closed block may be a box or a cabinet.
+OPEN = frozenset(
+    {("cabinet", "box"), ("boxes", "cabinet"), ("block", "cabinet"), ("shelf", "bookcase")}
+)
+"""Worlds and models of which people would not agree: a closed block may be a box or a cabinet, a
+high shelf is a bookcase.
 
 Other borders are sharp by decision: a bench and a stool are no tables, though the same shape in
 another size might be one, and a model that cannot tell them apart is to be told so by its
@@ -77,8 +86,9 @@ LABELS: Mapping[str, frozenset[str]] = MappingProxyType(
     {
         "armchair": frozenset({"chair"}),
         "desk": frozenset({"desk", "table"}),
+        "open_box": frozenset({"crate"}),
         **{one: frozenset({one}) for one in ("box", "cabinet", "chair", "shelf", "stairs")},
-        **{one: frozenset({one}) for one in ("stool", "table")},
+        **{one: frozenset({one}) for one in ("stool", "table", "bed", "bench", "sofa", "door")},
     }
 )
 """What a person would call the thing of each label; those that do not stand here are none of it."""
@@ -87,16 +97,24 @@ _OPEN_LABELS: Mapping[str, frozenset[str]] = MappingProxyType(
     {
         **{one: frozenset({"chair", "table", "box"}) for one in LISTED_APART},
         **{one: frozenset({"box"}) for one in PERHAPS_BOXES},
-        "cabinet": frozenset({"box", "shelf"}),
-        "shelf": frozenset({"cabinet"}),
+        "cabinet": frozenset({"box", "shelf", "bookcase"}),
+        "shelf": frozenset({"cabinet", "bookcase"}),
         "box": frozenset({"cabinet"}),
-        "table": frozenset({"desk"}),
+        "table": frozenset({"desk", "bench"}),
         "tv_unit": frozenset({"chair", "table", "box", "cabinet", "shelf"}),
-        "ottoman": frozenset({"chair", "table", "box", "stool"}),
+        "ottoman": frozenset({"chair", "table", "box", "stool", "bench"}),
+        "bench": frozenset({"chair", "table", "box", "sofa"}),
+        "sofa": frozenset({"bench"}),
+        "sofa_or_bench": frozenset({"chair", "table", "box", "sofa", "bench"}),
+        "armchair": frozenset({"sofa"}),
+        "carton": frozenset({"chair", "table", "box", "crate"}),
+        "open_box": frozenset({"chair", "table", "box"}),
+        "picture": frozenset({"picture_frame"}),
     }
 )
 """Labels and the models of which people would not agree, as accuracy_shapes counts them; and
-cabinets with open shelves, closed boxes that may be cabinets, tables that may be desks."""
+cabinets with open shelves, closed boxes that may be cabinets, tables that may be desks or benches,
+pictures that may be framed."""
 
 WHOLE_ROOMS = "scan_scene"  # of many things: there is no main one
 

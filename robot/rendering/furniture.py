@@ -9,7 +9,18 @@ import numpy as np
 from facetlog.robot.rendering.solids import LEAST_INSET_SHARE, WHITE_PAINT, Part, joined, legs, slab
 from facetlog.robot.rendering.world import Solid
 
-__all__ = ["bench", "cabinet", "desk", "shelf", "stairs", "stool"]
+__all__ = [
+    "bed",
+    "bench",
+    "cabinet",
+    "crate",
+    "desk",
+    "frame",
+    "shelf",
+    "sofa",
+    "stairs",
+    "stool",
+]
 
 # A desk's front panel hangs this far in from its rear rim, as a share of the depth.
 MODESTY_INSET_SHARE = 0.15
@@ -46,6 +57,26 @@ def desk(
     return joined("desk", [_top(length, depth, height, thickness), *sides, rear], albedo)
 
 
+def bed(
+    length: float,
+    width: float,
+    height: float,
+    *,
+    head: float,
+    thickness: float,
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """A block to lie on, with a board `head` high and a little broader across its left end."""
+    block = slab(
+        (thickness - length / 2, -width / 2, 0.0),
+        (length - thickness, width, height),
+        without=("left",),
+    )
+    reach = (1 + LEAST_INSET_SHARE) * width
+    board = slab((-length / 2, -reach / 2, 0.0), (thickness, reach, head))
+    return joined("bed", [block, board], albedo)
+
+
 def bench(
     length: float,
     depth: float,
@@ -68,6 +99,83 @@ def bench(
             for low in (-x, x - support)
         )
     return joined("bench", [_top(length, depth, height, thickness), *parts], albedo)
+
+
+def crate(
+    length: float,
+    width: float,
+    height: float,
+    *,
+    thickness: float,
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """A floor with walls all round, open above."""
+    x, y = length / 2, width / 2
+    sides = [slab((-x, low, 0.0), (length, thickness, height)) for low in (-y, y - thickness)]
+    # The ends stand between them, a little farther in and lower, the floor between all four.
+    margin = LEAST_INSET_SHARE * thickness
+    room = width - 2 * thickness
+    ends = [
+        slab(
+            (low, thickness - y, 0.0),
+            (thickness, room, height - margin),
+            without=("front", "back"),
+        )
+        for low in (margin - x, x - margin - thickness)
+    ]
+    floor = slab(
+        (margin + thickness - x, thickness - y, margin),
+        (length - 2 * (margin + thickness), room, thickness),
+        without=("left", "right", "front", "back"),
+    )
+    return joined("crate", [*sides, *ends, floor], albedo)
+
+
+def frame(
+    width: float, height: float, *, thickness: float, rim: float, albedo: float = WHITE_PAINT
+) -> Solid:
+    """Four rails round one opening, upright."""
+    margin = LEAST_INSET_SHARE * thickness
+    x, y = width / 2, thickness / 2
+    sides = [slab((low, -y, 0.0), (rim, thickness, height)) for low in (-x, x - rim)]
+    rails = [
+        slab(
+            (rim - x, margin - y, low),
+            (width - 2 * rim, thickness - 2 * margin, rim),
+            without=("left", "right"),
+        )
+        for low in (margin, height - margin - rim)
+    ]
+    return joined("frame", [*sides, *rails], albedo)
+
+
+def sofa(
+    length: float,
+    depth: float,
+    height: float,
+    *,
+    seat: float,
+    arm: float,
+    back: float,
+    albedo: float = WHITE_PAINT,
+) -> Solid:
+    """A block to sit on, `seat` high, between two arms `arm` broad and before a back `back` deep.
+
+    The arms reach half as far above the seat as the back does.
+    """
+    margin = LEAST_INSET_SHARE * depth
+    x, y = length / 2, depth / 2
+    rests = [
+        slab((low, -y, 0.0), (arm, depth - margin, (seat + height) / 2)) for low in (-x, x - arm)
+    ]
+    inner = (arm - x, length - 2 * arm)
+    rear = slab((inner[0], y - back, 0.0), (inner[1], back, height))
+    block = slab(
+        (inner[0], margin - y, 0.0),
+        (inner[1], depth - back - margin, seat),
+        without=("left", "right", "back"),
+    )
+    return joined("sofa", [*rests, rear, block], albedo)
 
 
 def stool(

@@ -9,7 +9,18 @@ from types import MappingProxyType
 
 import numpy as np
 
-from facetlog.robot.rendering.furniture import bench, cabinet, desk, shelf, stairs, stool
+from facetlog.robot.rendering.furniture import (
+    bed,
+    bench,
+    cabinet,
+    crate,
+    desk,
+    frame,
+    shelf,
+    sofa,
+    stairs,
+    stool,
+)
 from facetlog.robot.rendering.solids import chair, cuboid, placed, table
 from facetlog.robot.rendering.world import Solid
 
@@ -145,6 +156,54 @@ def _stairs(rng: np.random.Generator) -> Solid:
     )
 
 
+def _steps(rng: np.random.Generator) -> Solid:
+    return stairs(2, _cm(rng, 35.0, 50.0), _cm(rng, 18.0, 24.0), _cm(rng, 17.0, 24.0))
+
+
+def _bed(rng: np.random.Generator) -> Solid:
+    height = _cm(rng, 35.0, 60.0)
+    return bed(
+        _cm(rng, 185.0, 215.0),
+        _cm(rng, 80.0, 190.0),
+        height,
+        head=height + _cm(rng, 20.0, 60.0),
+        thickness=_cm(rng, 3.0, 8.0),
+    )
+
+
+def _sofa(rng: np.random.Generator) -> Solid:
+    seat = _cm(rng, 36.0, 48.0)
+    return sofa(
+        _cm(rng, 150.0, 240.0),
+        _cm(rng, 75.0, 100.0),
+        seat + _cm(rng, 30.0, 45.0),
+        seat=seat,
+        arm=_cm(rng, 10.0, 25.0),
+        back=_cm(rng, 15.0, 28.0),
+    )
+
+
+def _crate(rng: np.random.Generator) -> Solid:
+    length = _cm(rng, 30.0, 60.0)
+    width = length * float(rng.uniform(0.5, 1.0))
+    return crate(length, width, width * float(rng.uniform(0.45, 0.9)), thickness=_cm(rng, 0.8, 2.0))
+
+
+def _door(rng: np.random.Generator) -> Solid:
+    size = _cm(rng, 70.0, 100.0), _cm(rng, 3.5, 8.0), _cm(rng, 195.0, 215.0)
+    return cuboid(*size, name="door")
+
+
+def _frame(rng: np.random.Generator) -> Solid:
+    width = _cm(rng, 25.0, 70.0)
+    return frame(
+        width,
+        width * float(rng.uniform(0.75, 1.5)),
+        thickness=_cm(rng, 1.5, 3.0),
+        rim=width * float(rng.uniform(0.08, 0.16)),
+    )
+
+
 VARIED: Mapping[str, Draw] = MappingProxyType(
     {
         "boxes": _box,
@@ -156,6 +215,12 @@ VARIED: Mapping[str, Draw] = MappingProxyType(
         "shelf": _shelf,
         "cabinet": _cabinet,
         "stairs": _stairs,
+        "steps": _steps,
+        "bed": _bed,
+        "sofa": _sofa,
+        "crate": _crate,
+        "door": _door,
+        "frame": _frame,
     }
 )
 """The thing at its real size in inches, by the name of its world."""

@@ -24,6 +24,12 @@ REAL_HEIGHTS_M = {
     "shelf": (0.7, 2.05),
     "cabinet": (0.35, 2.15),
     "stairs": (0.45, 1.0),
+    "steps": (0.35, 0.5),
+    "bed": (0.55, 1.25),
+    "sofa": (0.65, 0.95),
+    "crate": (0.06, 0.55),
+    "door": (1.9, 2.2),
+    "frame": (0.18, 1.06),
 }
 SMALL = Camera(160, 120, tour_camera().fx / 4, tour_camera().fy / 4, 79.5, 59.5)
 
