@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 
 from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.row_products import dots
 from facetlog.perception.row_table import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.components import components
@@ -24,6 +25,8 @@ __all__ = ["carried_together"]
 # What carries a thing reaches as low or lower, and is nearer to it than this share of its height
 # above the ground.
 NEARER = 0.25
+# What ends less than so many standard deviations above the ground stands on it.
+NOISE_SDS = 3.0
 # What stands on a face takes this much of it at most, along it.
 STANDS_WITHIN = 2.0 / 3.0
 
@@ -42,13 +45,16 @@ def carried_together(
     from facetlog.perception.facts.thing_gaps import gaps  # scenes without a ground do without
 
     vertices = [_vertices(table, edges, thing) for thing in things]
-    high = np.array([float(above[own].min()) for own in vertices])
+    lowest = np.array([own[np.argmin(above[own])] for own in vertices])
+    high = above[lowest]
+    sds = np.sqrt(dots(scene.up @ table.covs[lowest], scene.up))
+    high = np.where(high > NOISE_SDS * sds, high, 0.0)
     axes = plane_axes(scene.up, np.eye(3)[int(np.argmin(np.abs(scene.up)))])
     heights, flat = table.points @ scene.up, table.points @ axes.T
     nearest: dict[int, tuple[float, int]] = {}
     for gap in gaps(table, edges, things):
         for one, other in ((gap.first, gap.second), (gap.second, gap.first)):
-            near = gap.distance.value <= NEARER * high[one] and high[other] <= high[one]
+            near = gap.distance.value <= NEARER * high[one] and high[other] <= high[one] > 0.0
             if near and not any(
                 _stands_on(table, heights, flat, vertices[one], face)
                 for face in things[other].faces

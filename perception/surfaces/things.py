@@ -9,6 +9,9 @@ a sheet. Then cores join where they touch, unless one merely stands on a face of
   a support, such as a floor. Two sheets that share a side join: a room's corner is a thing.
 - What stands before an upward face of a *body* is not part of it either, unless it stands at the
   rim or takes most of it, as a chair's back does. Without a known up it counts as joined.
+- A body beside an upright face of another is not part of it if none of its own upright faces is
+  along or square to that one: things are built square, and put beside one another any way round.
+  Without a known up it counts as joined.
 - Nothing stands on a face that looks down; what touches it hangs there.
 """
 
@@ -33,6 +36,8 @@ __all__ = ["Thing", "find_things"]
 # A face reaches on beyond a contact when it is this much longer than that, along it. A chair's
 # back is as wide as its seat; a thing on a floor or table rarely takes two thirds of it.
 SUPPORT_REACH = 1.5
+# Of faces along or square to one another: normals found in pictures are known to a degree or two.
+SQUARE = float(np.sin(np.deg2rad(5.0)))
 # The normal must point this far above or below the horizon to carry or to hang: sin 30°.
 LEVEL_ENOUGH = 0.5
 
@@ -93,12 +98,25 @@ def _stands_apart(parts: Parts, cores: Cores, core: int, face: int, how: Stance)
     if not how.in_front or rise < -LEVEL_ENOUGH:
         return False
     if cores.bodies[cores.of[face]]:
-        if how.at_rim or rise <= LEVEL_ENOUGH:
+        if rise <= LEVEL_ENOUGH:
+            return bool(cores.bodies[core]) and _is_turned(parts, cores, core, face)
+        if how.at_rim:
             return False
     elif how.by_side and not cores.bodies[core]:
         return False
     outline = table.points[table.outlines[face, table.there[face]]]
     return _reaches_on(outline, _farthest(table.points[sorted(how.vertices)]))
+
+
+def _is_turned(parts: Parts, cores: Cores, core: int, face: int) -> bool:
+    """Whether no face of a core but level ones is along or square to an upright face."""
+    own = np.flatnonzero(cores.of[: len(parts.table)] == core)
+    upright = own[np.abs(parts.rise[own]) <= LEVEL_ENOUGH]
+    normals = parts.table.planes.normals
+    along = np.abs(normals[upright] @ normals[face])
+    return bool(len(upright)) and not bool(
+        ((along < SQUARE) | (along > np.sqrt(1.0 - SQUARE**2))).any()
+    )
 
 
 def find_things(

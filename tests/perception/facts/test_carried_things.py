@@ -77,6 +77,16 @@ def test_a_back_that_ends_above_its_seat_is_one_thing_with_it() -> None:
     assert things(on_ground(chair, 0.35)) == [(0,), (1,)]
 
 
+def test_what_ends_above_the_ground_by_noise_alone_stands_on_it() -> None:
+    # Of two boxes that touch each is a thing: one that is turned is no part of the other.
+    turn = np.deg2rad(30.0)
+    c, s = np.cos(turn), np.sin(turn)
+    block = cuboid(0.3, 0.2, 0.2)
+    other = moved(block, [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]], (0.4, -0.1, 0.0003))
+    both = together(block, other)
+    assert [len(own) for own in things(on_ground(both))] == [6, 6]
+
+
 def test_what_stands_over_a_top_and_takes_little_of_it_is_not_part_of_it() -> None:
     card = moved(leaf(0.705, 0.9, 0.2), translation=(0.5, 0.2, 0.0))
     assert things(on_ground(together(TOP, card))) == [(0,), (1,)]

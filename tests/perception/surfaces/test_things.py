@@ -110,6 +110,21 @@ def test_a_block_against_a_wall_is_not_part_of_it() -> None:
     assert sizes(together(cuboid(), moved(cuboid(), translation=(0.6, 0, 0)), wall)) == [1, 6, 6]
 
 
+def test_what_is_put_beside_a_block_any_way_round_is_a_thing_of_its_own() -> None:
+    # Its corner touches the other's side; what is square to that is built on.
+    block = cuboid()
+    for degrees, found in ((30.0, [6, 6]), (0.0, [12])):
+        turn = np.deg2rad(degrees)
+        c, s = np.cos(turn), np.sin(turn)
+        rotation = [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
+        width = float(max(v.point[0] for v in block.vertices))
+        corners = np.array([v.point for v in block.vertices]) @ np.array(rotation).T
+        shift = (width - float(corners[:, 0].min()), -0.1, 0.0)
+        both = together(block, moved(block, rotation, shift))
+        assert sizes(both) == found
+        assert sizes(without_up(both)) == [12]
+
+
 def test_a_sheet_with_legs_below_is_a_table_even_on_a_floor() -> None:
     top = floor(1.0, 0.7)
     legs = [

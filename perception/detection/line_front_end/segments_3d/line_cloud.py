@@ -19,10 +19,23 @@ from facetlog.perception.detection.view_graph import ViewGraph, view_graph
 from facetlog.perception.ties import TIE, at_least, descending, ranks
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["SUPPORTED", "LineCloud", "reconstruct_lines", "segments_matched", "shown_lines"]
+__all__ = [
+    "SUPPORTED",
+    "LineCloud",
+    "agreement",
+    "best_of_owners",
+    "reconstruct_lines",
+    "segments_matched",
+    "shown_lines",
+]
 
 # A view supports a segment when it shows this share of it.
 SUPPORTED = 0.6
+# The mean square of the share that a view shows of a candidate is .2 for the wrong ones among lines
+# all over, as of tiled floors, and more than twice that for right ones, hidden ones included: what
+# lies far below this speaks against a candidate. Where each is seen in few views, as at the border
+# of a scene, the right ones come out on top by that (half as many again, docs/decisions.md).
+BY_CHANCE = 0.3
 # Support by this many distinct views, since the two that made the candidate prove nothing; or, for
 # views from a narrow arc, by more than two and this share of all.
 MIN_SUPPORT, TOO_FEW, NEARLY_ALL = 3.0, 2.0, 0.8
@@ -38,7 +51,10 @@ FULL_PAIRS = 24
 BEST_OF_PAIR = 4
 # 3-D segments kept in the end, the best supported ones: bounds the time on cluttered scenes.
 MAX_LINES = 600
-# A candidate with this share of the best score is as good: scores carry noise.
+# So many are fitted: of a tiled floor nearly all are better supported than what is beside a thing.
+MAX_FITTED = 2 * MAX_LINES
+# A candidate whose score is so near to the best one's, as a share of what views show of it, is as
+# good: scores carry noise.
 NEARLY_BEST = 0.97
 # Two candidates are one line when they lie within this many px of each other in these views.
 MERGE_PX = 3.0
@@ -73,21 +89,24 @@ def reconstruct_lines(
     candidates, owners = _screened_candidates(views, maps, segments, graph)
     cover = coverage(candidates, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
-    score = (np.nan_to_num(cover) ** 2 * graph.weight).sum(axis=1)
+    score = agreement(cover, graph.weight)
+    shown = np.nansum(cover**2 * graph.weight, axis=1)
     least = float(np.clip(NEARLY_ALL * graph.weight.sum(), TOO_FEW, MIN_SUPPORT))
-    keep = np.logical_and(at_least(support, least), _best_of_an_owner(score, owners))
-    candidates, cover, score = candidates[keep], cover[keep], score[keep]
+    keep = np.logical_and(at_least(support, least), best_of_owners(score, shown, owners))
+    candidates, cover = candidates[keep], cover[keep]
 
-    score = score * np.sqrt(_lengths(candidates))
+    score = shown[keep] * np.sqrt(_lengths(candidates))
     apart = [views[k] for k in _distinct_views(graph.weight, MERGE_VIEWS)]
-    chosen = _merge(candidates, score, apart, MERGE_PX)
+    chosen = _merge(candidates, score, apart, MERGE_PX, MAX_FITTED)
     use = np.nan_to_num(cover[chosen]) > SUPPORTED
     fitted, end_covs, rms = refine_segments(candidates[chosen], views, maps, use, graph.weight)
     cover = coverage(fitted, views, maps)
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
     good = at_least(support, least) & (rms < MAX_RMS_PX)
     fitted, end_covs, support, rms = fitted[good], end_covs[good], support[good], rms[good]
-    chosen = _merge(fitted, support * np.sqrt(_lengths(fitted)), apart, MERGE_FITTED_PX)
+    chosen = _merge(
+        fitted, support * np.sqrt(_lengths(fitted)), apart, MERGE_FITTED_PX, MAX_LINES
+    )
     return LineCloud(fitted[chosen], end_covs[chosen], support[chosen], rms[chosen], pixel)
 
 
@@ -126,7 +145,7 @@ def _screened_candidates(
         c, made_of = c[near], made_of[near]
         others = [k for k in screen if k not in (i, j)]
         seen = coverage(c, [views[k] for k in others], [maps[k] for k in others], samples=6)
-        promise = (np.nan_to_num(seen) ** 2).sum(axis=1)
+        promise = agreement(seen, np.ones(len(others)))
         keep = np.logical_and(
             (np.nan_to_num(seen) > SUPPORTED).any(axis=1), _among_best(promise, made_of)
         )
@@ -145,12 +164,25 @@ def _among_best(promise: FloatArray, made_of: NDArray[np.intp]) -> NDArray[np.bo
     return kept
 
 
-def _best_of_an_owner(score: FloatArray, owners: NDArray[np.intp]) -> NDArray[np.bool_]:
-    # A 2-D segment shows one 3-D segment: a candidate stays if it is the best one, or nearly, of
-    # both of its 2-D segments.
-    best = np.zeros(owners.max(initial=-1) + 1)
+def agreement(cover: FloatArray, weight: FloatArray) -> FloatArray:
+    """How much more of candidates (n,) is shown by views of this weight (V,) than by chance, from
+    what each shows (n, V): NaN of what is out of view.
+    """
+    found: FloatArray = np.nansum((cover**2 - BY_CHANCE) * weight, axis=1)
+    return found
+
+
+def best_of_owners(
+    score: FloatArray, shown: FloatArray, owners: NDArray[np.intp]
+) -> NDArray[np.bool_]:
+    """Which candidates (n,) have the best score, or nearly, among those of both of their `owners`.
+
+    These (n, 2) are 2-D segments, of which each shows one 3-D segment. `shown` (n,) is what views
+    show of each in all.
+    """
+    best = np.full(owners.max(initial=-1) + 1, -np.inf)
     np.maximum.at(best, owners.ravel(), np.repeat(score, 2))
-    nearly: NDArray[np.bool_] = score >= NEARLY_BEST * best[owners].max(axis=1)
+    nearly: NDArray[np.bool_] = score + (1.0 - NEARLY_BEST) * shown >= best[owners].max(axis=1)
     return nearly
 
 
@@ -168,7 +200,11 @@ def _lengths(segments: FloatArray) -> FloatArray:
 
 
 def _merge(
-    segments: FloatArray, score: FloatArray, views: Sequence[View], tolerance_px: float
+    segments: FloatArray,
+    score: FloatArray,
+    views: Sequence[View],
+    tolerance_px: float,
+    most: int,
 ) -> NDArray[np.intp]:
     # Non-maximum suppression: the best stays, those that lie on its line in all of these views, and
     # mostly beside it, are dropped. In pictures, not in space: where the views hardly differ, depth
@@ -176,7 +212,7 @@ def _merge(
     uv = np.stack([project_points(v.projection, segments)[0] for v in views], axis=1)
     left = descending(score)
     chosen: list[int] = []
-    while len(left) and len(chosen) < MAX_LINES:
+    while len(left) and len(chosen) < most:
         best, left = left[0], left[1:]
         chosen.append(int(best))
         along = uv[best, :, 1] - uv[best, :, 0]

@@ -10,6 +10,8 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_cloud import 
     MAX_RMS_PX,
     MIN_SUPPORT,
     LineCloud,
+    agreement,
+    best_of_owners,
     reconstruct_lines,
 )
 from facetlog.perception.detection.segments import detect_segments
@@ -95,3 +97,23 @@ def test_pictures_without_segments_have_no_lines() -> None:
 def test_two_views_support_no_line() -> None:
     # Two planes through two pinholes always meet: only a third view can confirm it.
     assert not len(lines_of(tour("block")[:2]).segments)
+
+
+def test_what_few_views_see_and_most_of_them_show_wins_over_what_many_should_show() -> None:
+    nowhere = np.nan
+    right = [1.0, 0.9, 1.0, 0.3, *[nowhere] * 12]
+    wrong = [0.7, 0.8, 0.7, 0.9, 0.7, *[0.1] * 11]
+    cover = np.array([right, wrong])
+    shown = np.nansum(cover**2, axis=1)
+    assert shown[1] > shown[0]
+    both = np.array([[0, 1], [1, 2]])
+    kept = best_of_owners(agreement(cover, np.ones(16)), shown, both)
+    assert kept.tolist() == [True, False]
+
+
+def test_all_that_is_nearly_the_best_of_a_segment_stays() -> None:
+    cover = np.array([[1.0, 1.0, 0.1, 0.1], [1.0, 0.98, 0.1, 0.1], [0.7, 0.7, 0.7, 0.1]])
+    shown = (cover**2).sum(axis=1)
+    owners = np.array([[0, 3], [0, 4], [0, 5]])
+    kept = best_of_owners(agreement(cover, np.ones(4)), shown, owners)
+    assert kept.tolist() == [True, True, False]
