@@ -23,6 +23,11 @@ def test_the_file_can_be_named(tmp_path: Path) -> None:
     assert "model bench\n" in (tmp_path / "mine.model").read_text(encoding="utf-8")
 
 
+def test_a_name_may_be_that_of_the_file(tmp_path: Path) -> None:
+    assert main(["model", "new", "gate.model"]) == 0
+    assert "model gate\n" in (tmp_path / "gate.model").read_text(encoding="utf-8")
+
+
 def test_a_file_that_is_there_is_left_as_it_is(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

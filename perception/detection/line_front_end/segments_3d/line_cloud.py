@@ -104,9 +104,7 @@ def reconstruct_lines(
     support = ((np.nan_to_num(cover) > SUPPORTED) * graph.weight).sum(axis=1)
     good = at_least(support, least) & (rms < MAX_RMS_PX)
     fitted, end_covs, support, rms = fitted[good], end_covs[good], support[good], rms[good]
-    chosen = _merge(
-        fitted, support * np.sqrt(_lengths(fitted)), apart, MERGE_FITTED_PX, MAX_LINES
-    )
+    chosen = _merge(fitted, support * np.sqrt(_lengths(fitted)), apart, MERGE_FITTED_PX, MAX_LINES)
     return LineCloud(fitted[chosen], end_covs[chosen], support[chosen], rms[chosen], pixel)
 
 

@@ -48,7 +48,9 @@ model $name
 
 @command
 def new_command(
-    name: Annotated[str, typer.Argument(metavar="NAME", help="What the model is called.")],
+    name: Annotated[
+        str, typer.Argument(metavar="NAME", help="What the model is called, or NAME.model.")
+    ],
     out: Annotated[
         Path | None,
         typer.Option("-o", "--out", metavar="FILE", help="The file; NAME.model if not given."),
@@ -57,7 +59,9 @@ def new_command(
     """Writes a model to start from, which passes its check and its examples as it stands."""
     from facetlog.grammar.analysis import analyse
 
-    path = out or Path(f"{name}.model")
+    # As people write it: the name of the file.
+    path = out or (Path(name) if name.endswith(".model") else Path(f"{name}.model"))
+    name = Path(name).name.removesuffix(".model")
     if path.suffix != ".model":
         raise InputError(f"{path}: models are in files named .model")
     text = TEMPLATE.substitute(name=name, file=path.name)
