@@ -12,8 +12,8 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.own_folder import check_own_folder
 from facetlog.perception.reading.picture_of_view import picture_as_stored, picture_of_view
-from facetlog.perception.reading.poses_file import PosedPicture, PosesFile
-from facetlog.perception.reading.read_views import poses_path, read_poses
+from facetlog.perception.reading.pose_files.poses_file import PosedPicture, PosesFile
+from facetlog.perception.reading.pose_files.register import poses_path, read_poses
 from facetlog.perception.reading.video_file import VideoFrame, VideoFrames
 from facetlog.perception.types import FloatArray, PoseErrorKind, View
 
@@ -64,12 +64,14 @@ class FollowedViews:
         while True:
             self._read_poses()
             self._waiting = {}
-            for picture in self._file.pictures if self._file else ():
+            file = self._file
+            for picture in file.pictures if file else ():
                 key = picture.path, picture.frame, picture.name
                 if key in self._taken:
                     continue
-                if not self._trusted:  # only now: what is there may become a link until it is read
-                    check_own_folder(picture, self._source)
+                # Only now: what is there may become a link until it is read.
+                if file and not self._trusted:
+                    check_own_folder(picture, file.folder, self._source)
                 try:
                     view = self._view(picture)
                 except InputError as exc:

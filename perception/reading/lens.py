@@ -22,11 +22,16 @@ BLOCK_ROWS = 256
 
 
 class Distortion(StrEnum):
-    """How a lens bends rays: not at all, by OpenCV's polynomial, or by its fisheye polynomial."""
+    """How a lens takes the tangent r of a ray's angle to the axis to a radius in the picture.
+
+    Not at all; as it is, then by polynomials; by the angle, then by polynomials; or by the FOV
+    model's arctangent.
+    """
 
     NONE = "none"
     POLYNOMIAL = "polynomial"
     FISHEYE = "fisheye"
+    FOV = "fov"
 
 
 @dataclass(frozen=True)
@@ -34,20 +39,30 @@ class Lens:
     """The camera that took a picture: pinhole intrinsics and distortion.
 
     `radial` is (k1, k2, k3, k4), `tangential` (p1, p2), as nerfstudio and OpenCV define them,
-    save that k4 is the factor of r⁸ (nerfstudio), not of OpenCV's denominator.
+    save that k4 is the factor of r⁸ (nerfstudio), not of OpenCV's denominator. `rational` is that
+    denominator, OpenCV's (k4, k5, k6); `prism` is (sx1, sy1), of a thin prism; `omega` is the FOV
+    model's, in radians.
     """
 
     camera: Camera
     distortion: Distortion = Distortion.NONE
     radial: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     tangential: tuple[float, float] = (0.0, 0.0)
+    rational: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    prism: tuple[float, float] = (0.0, 0.0)
+    omega: float = 0.0
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """All numbers that bend rays."""
+        return (*self.radial, *self.tangential, *self.rational, *self.prism, self.omega)
 
     @property
     def is_pinhole(self) -> bool:
         """Whether rays pass unbent."""
-        if self.distortion is Distortion.POLYNOMIAL:
-            return not any((*self.radial, *self.tangential))
-        return self.distortion is Distortion.NONE
+        if self.distortion is Distortion.FISHEYE:
+            return False
+        return self.distortion is Distortion.NONE or not any(self.coefficients)
 
     @cached_property
     def pinhole(self) -> Camera:
@@ -64,7 +79,7 @@ class Lens:
             return self.camera
         if not self._covered(high):
             raise CalibrationError(
-                f"the lens distortion {(*self.radial, *self.tangential)} folds the picture over "
+                f"the lens distortion {self.coefficients} folds the picture over "
                 "itself: check the coefficients and the camera model"
             )
         for _ in range(ZOOM_STEPS):
@@ -102,25 +117,35 @@ class Lens:
         c = self.camera
         x = (pixels[..., 0] - pinhole.cx) / pinhole.fx
         y = (pixels[..., 1] - pinhole.cy) / pinhole.fy
-        r2 = x * x + y * y
-        gain = self._radial_gain(np.sqrt(r2))
+        scale = self._projected(np.hypot(x, y))
+        x, y = x * scale, y * scale
+        s = x * x + y * y
+        gain = self._gain(s)
         p1, p2 = self.tangential
-        # OpenCV, camera calibration: x'' = x' g + 2 p1 x' y' + p2 (r² + 2 x'²), and so for y.
-        xd = x * gain + 2 * p1 * x * y + p2 * (r2 + 2 * x * x)
-        yd = y * gain + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y
+        # OpenCV, camera calibration: x'' = x' g + 2 p1 x' y' + p2 (s + 2 x'²) + sx1 s, with s = r²,
+        # and so for y; of a fisheye with a thin prism (COLMAP) the same of x θ/r, with s = θ².
+        xd = x * gain + 2 * p1 * x * y + p2 * (s + 2 * x * x) + self.prism[0] * s
+        yd = y * gain + p1 * (s + 2 * y * y) + 2 * p2 * x * y + self.prism[1] * s
         return np.stack([c.fx * xd + c.cx, c.fy * yd + c.cy], axis=-1)
 
-    def _radial_gain(self, r: FloatArray) -> FloatArray:
-        """Distorted radius over undistorted radius r (tangent of the angle to the axis)."""
+    def _projected(self, r: FloatArray) -> FloatArray:
+        """Radius over r (tangent of the angle to the axis), before polynomials."""
+        if self.distortion is Distortion.FISHEYE:  # θ = atan r
+            radius, on_axis = np.arctan(r), 1.0
+        elif self.distortion is Distortion.FOV and self.omega:
+            # Devernay and Faugeras 2001, eq. 13: atan(2 r tan(ω/2)) / ω.
+            bent = 2 * np.tan(self.omega / 2)
+            radius, on_axis = np.arctan(bent * r) / self.omega, bent / self.omega
+        else:
+            return np.ones_like(r)
+        return np.divide(radius, r, out=np.full_like(r, on_axis), where=r > 0)
+
+    def _gain(self, s: FloatArray) -> FloatArray:
+        """Distorted radius over undistorted radius whose square is s: a ratio of polynomials."""
         k1, k2, k3, k4 = self.radial
-        fisheye = self.distortion is Distortion.FISHEYE
-        # OpenCV fisheye: θd = θ (1 + k1 θ² + k2 θ⁴ + k3 θ⁶ + k4 θ⁸) with θ = atan r.
-        angle = np.arctan(r) if fisheye else r
-        s = angle * angle
-        gain = 1 + s * (k1 + s * (k2 + s * (k3 + s * k4)))
-        if fisheye:
-            gain = gain * np.divide(angle, r, out=np.ones_like(r), where=r > 0)
-        return np.asarray(gain, dtype=np.float64)
+        d1, d2, d3 = self.rational
+        above = 1 + s * (k1 + s * (k2 + s * (k3 + s * k4)))
+        return np.asarray(above / (1 + s * (d1 + s * (d2 + s * d3))), dtype=np.float64)
 
     def _covered(self, zoom: float) -> bool:
         """Whether at this zoom all pixels come from within the picture, and from one place each."""
@@ -135,11 +160,12 @@ class Lens:
                 np.column_stack([np.full_like(v, right), v]),
             ]
         )
-        with np.errstate(over="ignore", invalid="ignore"):
+        with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             source = self._distorted(rim, camera)
             offset = (rim - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
             radii = np.linspace(0, np.sqrt((offset**2).sum(axis=1).max()), RADIUS_SAMPLES)
-            growing = np.diff(radii * self._radial_gain(radii)) > 0
+            straight = radii * self._projected(radii)
+            growing = np.diff(straight * self._gain(straight**2)) > 0
             # Half a pixel outside the rim's pixel centres is still on the rim's pixels.
             inside = (source >= -0.5) & (source <= [right + 0.5, bottom + 0.5])
         return bool(inside.all() and growing.all())

@@ -7,7 +7,7 @@ size and whether they are pictures, and a camera's address would be connected to
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.poses_file import PosedPicture
+from facetlog.perception.reading.pose_files.poses_file import PosedPicture
 
 __all__ = ["OutsideError", "check_own_folder"]
 
@@ -18,9 +18,9 @@ class OutsideError(InputError):
     """A poses file names what is not in its folder: absolute, by "..", or by a link."""
 
 
-def check_own_folder(picture: PosedPicture, source: Path) -> None:
-    """Raises OutsideError if the picture, its links resolved, is outside of the folder of the poses
-    file `source`, or is a camera's.
+def check_own_folder(picture: PosedPicture, folder: Path, source: Path) -> None:
+    """Raises OutsideError if the picture, its links resolved, is outside of the `folder` of the
+    poses file `source`, or is a camera's.
 
     A missing file is checked by its name: the reader reports that it is missing.
     """
@@ -32,7 +32,6 @@ def check_own_folder(picture: PosedPicture, source: Path) -> None:
         )
     path = picture.path if frame is None else Path(frame.source)
     what = f"picture {picture.name!r}" if frame is None else f"video {frame.source!r}"
-    folder = source.parent
     try:
         inside = path.resolve().is_relative_to(folder.resolve())
     except (OSError, RuntimeError, ValueError):  # a loop of links, or no name of a file

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.picture_file import read_picture
-from facetlog.perception.reading.poses_file import PosedPicture
+from facetlog.perception.reading.pose_files.poses_file import PosedPicture
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import Image, StoredPicture, View
 

@@ -12,18 +12,14 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.left_out import LeftOut, lines_of
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.own_folder import check_own_folder
-from facetlog.perception.reading.pan_tilt_file import CAMERA_FILE, COLUMNS, read_pan_tilt
 from facetlog.perception.reading.picture_of_view import picture_as_stored, picture_of_view
-from facetlog.perception.reading.poses_file import Intrinsics, PosedPicture, PosesFile
-from facetlog.perception.reading.transforms_file import read_transforms
-from facetlog.perception.reading.video_file import COUNTED, VideoFrames
+from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture
+from facetlog.perception.reading.pose_files.register import described, poses_path, read_poses
+from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import FloatArray, PoseErrorKind, PoseErrors, View
 
-__all__ = ["ViewSet", "poses_path", "read_poses", "read_views", "stated_errors"]
+__all__ = ["ViewSet", "read_views", "stated_errors"]
 
-TRANSFORMS_FILE = "transforms.json"
-VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
-POSES_FILE = "poses.csv"
 LEAST_VIEWS = 2
 # Two camera centres are one place where they differ by less than this share of their largest
 # coordinate: the rounding of poses that are written with some ten digits. Relative, so that the
@@ -39,6 +35,7 @@ class ViewSet:
     their number. `up` is a unit vector or None, `metric` says that lengths are metres. `source` is
     the poses file, None for views without one. `pose_errors` are stated where the file has the
     covariance of each pose; they keep the file's poses even if those of the views are corrected.
+    `description` is the poses file in one line, for people.
     """
 
     name: str
@@ -49,6 +46,7 @@ class ViewSet:
     source: Path | None = None
     pose_errors: PoseErrors | None = None
     left_out: int = 0
+    description: str = ""
 
 
 def read_views(
@@ -58,7 +56,7 @@ def read_views(
     trusted: bool = False,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> ViewSet:
-    """The views in a folder with transforms.json or with a pan-tilt CSV, or in such a file itself.
+    """The views in a folder with a poses file (pose_files/register.py), or in such a file itself.
 
     Pictures are grey, as stored (not turned by EXIF), and undistorted, so that every View.camera is
     a pure pinhole. Large ones are kept reduced (picture_of_view.py). A picture that
@@ -90,7 +88,7 @@ def read_views(
     _check_names(file.pictures, source)
     if not trusted:
         for picture in file.pictures:
-            check_own_folder(picture, source)
+            check_own_folder(picture, file.folder, source)
     views: list[View] = []
     used: list[PosedPicture] = []
     left_out: list[LeftOut] = []
@@ -119,11 +117,19 @@ def read_views(
     if len(views) < LEAST_VIEWS:
         raise InputError(_too_few(source, len(views), left_out))
     _check_places(views, source)
-    name = source.resolve().parent.name or "views"  # "/" has no name
+    name = file.folder.resolve().name or "views"  # "/" has no name
     errors = stated_errors(views, file.error_kind)
     said = lines_of(left_out)
     return ViewSet(
-        name, tuple(views), said, file.up, file.metric, source, errors, left_out=len(left_out)
+        name,
+        tuple(views),
+        said,
+        file.up,
+        file.metric,
+        source,
+        errors,
+        left_out=len(left_out),
+        description=described(source, file),
     )
 
 
@@ -133,52 +139,6 @@ def stated_errors(views: Sequence[View], kind: PoseErrorKind) -> PoseErrors | No
     if not views or len(stated) < len(views):
         return None
     return PoseErrors(tuple(v.pose for v in views), np.array(stated), kind)
-
-
-def poses_path(path: Path) -> Path:
-    """The poses file that a path given by the user means."""
-    try:
-        if path.is_dir():
-            return _poses_in(path)
-        if path.is_file():
-            return path
-    except (OSError, ValueError) as exc:
-        raise InputError(f"{str(path)!r} cannot be read: {exc}") from exc
-    kind = "is neither a folder nor a file" if path.exists() else "does not exist"
-    raise InputError(f"{path} {kind}: give a folder of pictures with {TRANSFORMS_FILE} or a CSV")
-
-
-def _poses_in(folder: Path) -> Path:
-    transforms = folder / TRANSFORMS_FILE
-    tables = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".csv" and p.is_file())
-    tour = [p for p in tables if p.name == POSES_FILE] or tables
-    if transforms.is_file():
-        if tour and (folder / CAMERA_FILE).is_file():
-            raise InputError(
-                f"{folder} has both {TRANSFORMS_FILE} and {tour[0].name}: name the one to use"
-            )
-        return transforms
-    if len(tour) > 1:
-        raise InputError(f"{folder} has {len(tour)} CSV files: name the one with the poses")
-    if not tour:
-        raise InputError(
-            f"{folder} has no poses: put {TRANSFORMS_FILE} there, or {POSES_FILE} "
-            f"({','.join(COLUMNS)}) with {CAMERA_FILE}"
-        )
-    return tour[0]
-
-
-def read_poses(source: Path, unit: str | None) -> PosesFile:
-    if source.suffix.lower() == ".json":
-        return read_transforms(source, unit=unit)
-    if source.suffix.lower() == ".csv":
-        return read_pan_tilt(source, unit=unit)
-    raise InputError(
-        f"{source} is no poses file: give a .json or .csv file, or its folder; of a video a "
-        f'{TRANSFORMS_FILE} with "video": "{source.name}" and a pose for each frame'
-        if source.suffix.lower() in VIDEO_KINDS
-        else f"{source} is no poses file: give a .json or .csv file, or its folder"
-    )
 
 
 def _check_names(pictures: Sequence[PosedPicture], source: Path) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.lens import Distortion
-from facetlog.perception.reading.poses_file import (
+from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     metres_per,
     read_intrinsics,
@@ -40,6 +40,9 @@ def read_optics(path: Path) -> tuple[Optics, float | None]:
     named = dict(
         zip(("k1", "k2", "k3", "k4", "p1", "p2"), (*lens.radial, *lens.tangential), strict=True)
     )
+    if any((*lens.rational, *lens.prism, lens.omega)):
+        known = ", ".join(MODELS.values())
+        raise CalibrationError(f"{path}: a robot's camera is one of {known}: calibrate it as such")
     coefficients = tuple((name, value) for name, value in named.items() if value)
     model = MODELS[lens.distortion] if coefficients else "PINHOLE"
     unit = fields.get("unit")

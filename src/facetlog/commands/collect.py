@@ -102,7 +102,7 @@ def collect_command(
 
     With --recognize also 1 if no model matches.
     """
-    from facetlog.perception.reading.poses_file import metres_per
+    from facetlog.perception.reading.pose_files.poses_file import metres_per
     from facetlog.robot.collecting.mount import DEFAULT_MOUNT, read_mount
     from facetlog.robot.collecting.run import Request
 

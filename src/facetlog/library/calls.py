@@ -227,11 +227,12 @@ def _unit_vector(up: Up) -> "FloatArray | None":
 
 def _has_views(path: Path) -> bool:
     """Whether there are poses of pictures, and not a shape."""
-    from facetlog.perception.reading.read_views import POSES_FILE, TRANSFORMS_FILE
+    from facetlog.perception.reading.pose_files.pan_tilt_file import POSES_FILE
+    from facetlog.perception.reading.pose_files.register import has_poses
     from facetlog.regular_file import read_regular
 
     if path.is_dir():
-        return any((path / name).exists() for name in (TRANSFORMS_FILE, POSES_FILE))
+        return has_poses(path)
     if path.name == POSES_FILE or path.suffix.lower() != ".json":
         return path.name == POSES_FILE
     try:

@@ -12,6 +12,8 @@ from facetlog.perception.types import Camera, FloatArray
 
 CAMERA = Camera(320, 240, 260.0, 255.0, 163.0, 118.0)
 
+RAYS = np.array([[x, y, 1.0] for x in (-0.35, 0.0, 0.3) for y in (-0.25, 0.0, 0.25)])
+
 
 def _spots(pixels: FloatArray) -> np.ndarray[tuple[int, int], np.dtype[np.uint8]]:
     """A picture with a soft spot at each pixel."""
@@ -31,7 +33,7 @@ def _spot_near(
 
 @pytest.mark.parametrize("fisheye", [False, True])
 def test_opencvs_projection_lands_where_the_pinhole_sees_it(fisheye: bool) -> None:
-    points = np.array([[x, y, 1.0] for x in (-0.35, 0.0, 0.3) for y in (-0.25, 0.0, 0.25)])
+    points = RAYS
     if fisheye:
         coefficients = np.array([0.05, -0.02, 0.003, 0.0005])
         seen = cv2.fisheye.projectPoints(
@@ -47,6 +49,57 @@ def test_opencvs_projection_lands_where_the_pinhole_sees_it(fisheye: bool) -> No
     pinhole = lens.pinhole
     for point in points:
         expected = (pinhole.matrix @ point)[:2]
+        np.testing.assert_allclose(_spot_near(picture, expected), expected, atol=0.1)
+
+
+def _opencv(coefficients: list[float]) -> FloatArray:
+    seen = cv2.projectPoints(RAYS, np.zeros(3), np.zeros(3), CAMERA.matrix, np.array(coefficients))
+    return np.asarray(seen[0], dtype=np.float64).reshape(-1, 2)
+
+
+def _in_pixels(x: FloatArray, y: FloatArray) -> FloatArray:
+    return np.stack([CAMERA.fx * x + CAMERA.cx, CAMERA.fy * y + CAMERA.cy], axis=-1)
+
+
+def _fov(omega: float) -> FloatArray:
+    """By Devernay and Faugeras: the radius is atan(2 r tan(ω / 2)) / ω."""
+    r = np.hypot(RAYS[:, 0], RAYS[:, 1])
+    angle = np.arctan2(RAYS[:, 1], RAYS[:, 0])
+    radius = np.arctan(2 * r * np.tan(omega / 2)) / omega
+    return _in_pixels(radius * np.cos(angle), radius * np.sin(angle))
+
+
+def _thin_prism_fisheye(k: list[float], p: list[float], s: list[float]) -> FloatArray:
+    """By COLMAP's models.h, written out: all terms of the ray's angle laid off along its way."""
+    theta = np.arctan(np.hypot(RAYS[:, 0], RAYS[:, 1]))
+    angle = np.arctan2(RAYS[:, 1], RAYS[:, 0])
+    u, v = theta * np.cos(angle), theta * np.sin(angle)
+    radial = sum(c * theta ** (2 * n) for n, c in enumerate(k, start=1))
+    du = u * radial + 2 * p[0] * u * v + p[1] * (theta**2 + 2 * u**2) + s[0] * theta**2
+    dv = v * radial + 2 * p[1] * u * v + p[0] * (theta**2 + 2 * v**2) + s[1] * theta**2
+    return _in_pixels(u + du, v + dv)
+
+
+POLYNOMIAL, FISHEYE = Distortion.POLYNOMIAL, Distortion.FISHEYE
+FURTHER = {
+    "rational": (
+        Lens(CAMERA, POLYNOMIAL, (0.3, -0.1, 0.02, 0), (0.002, -0.001), (0.2, -0.05, 0.01)),
+        _opencv([0.3, -0.1, 0.002, -0.001, 0.02, 0.2, -0.05, 0.01]),
+    ),
+    "wide angle": (Lens(CAMERA, Distortion.FOV, omega=0.9), _fov(0.9)),
+    "tele": (Lens(CAMERA, Distortion.FOV, omega=1e-3), _fov(1e-3)),
+    "thin prism": (
+        Lens(CAMERA, FISHEYE, (0.05, -0.02, 0.01, 0.003), (0.01, -0.02), prism=(0.02, -0.03)),
+        _thin_prism_fisheye([0.05, -0.02, 0.01, 0.003], [0.01, -0.02], [0.02, -0.03]),
+    ),
+}
+
+
+@pytest.mark.parametrize(("lens", "seen"), FURTHER.values(), ids=FURTHER)
+def test_further_lenses_are_undone_by_their_written_formulae(lens: Lens, seen: FloatArray) -> None:
+    picture = lens.undistort(_spots(seen))
+    for ray in RAYS:
+        expected = (lens.pinhole.matrix @ ray)[:2]
         np.testing.assert_allclose(_spot_near(picture, expected), expected, atol=0.1)
 
 

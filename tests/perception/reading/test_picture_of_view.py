@@ -8,7 +8,7 @@ import pytest
 
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.reading.picture_of_view import KEPT_DIAGONAL_PX, picture_of_view
-from facetlog.perception.reading.poses_file import Intrinsics, PosedPicture
+from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture
 from facetlog.perception.types import Camera, Pose
 
 LARGE = Camera(1600, 1200, 1500.0, 1500.0, 801.0, 597.0)

@@ -1,6 +1,7 @@
 """Folders of views for tests: small pictures with poses that look at one place."""
 
 import json
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -37,11 +38,62 @@ def transforms(count: int = 3) -> dict[str, Any]:
 
 def write_transforms(folder: Path, document: Any = None, count: int = 3) -> Path:
     """The folder, filled with transforms.json and its pictures."""
-    (folder / "images").mkdir(parents=True, exist_ok=True)
-    for i in range(count):
-        cv2.imwrite(str(folder / "images" / f"{i}.png"), picture(i))
+    write_pictures(folder / "images", count)
     document = transforms(count) if document is None else document
     (folder / "transforms.json").write_text(json.dumps(document))
+    return folder
+
+
+def colmap_rows(count: int = 3) -> list[tuple[str, list[float]]]:
+    """Name and QW QX QY QZ TX TY TZ of the pictures of `transforms`, world to camera.
+
+    Their cameras look along the world's -z with y up: OpenCV's axes turned half round x.
+    """
+    return [(f"{i}.png", [0.0, 1.0, 0.0, 0.0, -float(i), 0.0, 0.0]) for i in range(count)]
+
+
+OF_TRANSFORMS = ("PINHOLE", 1, (50.0, 51.0, 24.5, 16.5))
+"""The camera of `transforms`: COLMAP's model, its number, parameters."""
+
+
+def write_colmap_text(
+    model: Path, rows: list[tuple[str, list[float]]], camera: Any = OF_TRANSFORMS
+) -> Path:
+    """A folder with cameras.txt and images.txt."""
+    model.mkdir(parents=True, exist_ok=True)
+    name, _, parameters = camera
+    row = " ".join(map(str, (7, name, WIDTH, HEIGHT, *parameters)))
+    (model / "cameras.txt").write_text(f"# cameras\n{row}\n")
+    lines = ["# images"]
+    for number, (picture_name, pose) in enumerate(rows, start=1):
+        lines += [" ".join(map(str, (number, *pose, 7, picture_name)))]
+        lines += ["1.5 2.5 -1 3.5 4.5 -1" if number == 1 else ""]
+    (model / "images.txt").write_text("\n".join(lines) + "\n")
+    return model
+
+
+def write_colmap_binary(
+    model: Path, rows: list[tuple[str, list[float]]], camera: Any = OF_TRANSFORMS
+) -> Path:
+    """A folder with cameras.bin and images.bin."""
+    model.mkdir(parents=True, exist_ok=True)
+    _, kind, parameters = camera
+    head = struct.pack("<QIiQQ", 1, 7, kind, WIDTH, HEIGHT)
+    (model / "cameras.bin").write_bytes(head + struct.pack(f"<{len(parameters)}d", *parameters))
+    data = struct.pack("<Q", len(rows))
+    for number, (picture_name, pose) in enumerate(rows, start=1):
+        data += struct.pack("<I7dI", number, *pose, 7) + picture_name.encode() + b"\0"
+        features = 2 if number == 1 else 0
+        data += struct.pack("<Q", features) + struct.pack("<ddq", 1.5, 2.5, -1) * features
+    (model / "images.bin").write_bytes(data)
+    return model
+
+
+def write_pictures(folder: Path, count: int = 3) -> Path:
+    """The folder, with the pictures of `transforms` in it."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for i in range(count):
+        cv2.imwrite(str(folder / f"{i}.png"), picture(i))
     return folder
 
 

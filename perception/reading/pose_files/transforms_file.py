@@ -22,7 +22,9 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.perception.reading.poses_file import (
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.poses_file import (
+    COEFFICIENTS,
     FieldNames,
     PosedPicture,
     PosesFile,
@@ -34,12 +36,14 @@ from facetlog.perception.reading.poses_file import (
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import FloatArray, Pose, PoseErrorKind
 
-__all__ = ["read_transforms"]
+__all__ = ["TRANSFORMS", "TRANSFORMS_FILE", "read_transforms"]
+
+TRANSFORMS_FILE = "transforms.json"
 
 NAMES = FieldNames("w", "h", "fl_x", "fl_y", pixel_centre=0.5)
 CAMERA_FIELDS = (
     *("camera_model", "w", "h", "fl_x", "fl_y", "cx", "cy", "camera_angle_x", "camera_angle_y"),
-    *("k1", "k2", "k3", "k4", "p1", "p2"),
+    *COEFFICIENTS,
 )
 # Names without an extension (as Blender's exports have them) are tried with these, in order.
 EXTENSIONS = (".png", ".jpg", ".jpeg", ".JPG", ".JPEG", ".PNG", ".tif", ".tiff", ".webp", ".bmp")
@@ -50,7 +54,7 @@ SYMMETRY = 1e-6
 """Effect of rounding on a covariance, as a share of its largest entry."""
 
 
-def read_transforms(path: Path, *, unit: str | None = None) -> PosesFile:
+def read_transforms(path: Path, unit: str | None = None) -> PosesFile:
     """The poses in a transforms.json; in metres if `unit` or the file gives the unit.
 
     Raises InputError for what is not JSON or not of this form, CalibrationError for a camera or
@@ -70,7 +74,8 @@ def read_transforms(path: Path, *, unit: str | None = None) -> PosesFile:
         for index, frame in enumerate(document["frames"])
     )
     kind = _error_kind(document.get("pose_errors"), path)
-    return PosesFile(pictures, _up(document.get("up"), path), scale is not None, kind, faults)
+    up = _up(document.get("up"), path)
+    return PosesFile(path.parent, pictures, up, scale is not None, kind, faults)
 
 
 def _error_kind(said: object, path: Path) -> PoseErrorKind:
@@ -216,3 +221,18 @@ def _picture_path(folder: Path, name: str) -> Path:
     except (OSError, ValueError):  # a name that no file can have: reported where it is read
         return path
     return path
+
+
+def _find(folder: Path) -> Path | None:
+    path = folder / TRANSFORMS_FILE
+    return path if path.is_file() else None
+
+
+TRANSFORMS = PoseReader(
+    kind="nerfstudio's transforms.json",
+    needs=TRANSFORMS_FILE,
+    find=_find,
+    takes=lambda path: path.suffix.lower() == ".json",
+    read=read_transforms,
+    made_from=("COLMAP model",),  # by nerfstudio's tools; and `facetlog collect` writes both
+)

@@ -13,6 +13,7 @@ from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind
 from facetlog.regular_file import read_regular_text
 
 __all__ = [
+    "COEFFICIENTS",
     "FieldNames",
     "Intrinsics",
     "PosedPicture",
@@ -34,8 +35,16 @@ DISTORTION_OF = {
     "SIMPLE_RADIAL": Distortion.POLYNOMIAL,
     "RADIAL": Distortion.POLYNOMIAL,
     "OPENCV": Distortion.POLYNOMIAL,
+    "FULL_OPENCV": Distortion.POLYNOMIAL,
+    "FOV": Distortion.FOV,
+    "SIMPLE_RADIAL_FISHEYE": Distortion.FISHEYE,
+    "RADIAL_FISHEYE": Distortion.FISHEYE,
     "OPENCV_FISHEYE": Distortion.FISHEYE,
+    "THIN_PRISM_FISHEYE": Distortion.FISHEYE,
 }
+# The only models with such coefficients: OpenCV's k4 to k6 are its denominator.
+RATIONAL, PRISM = "FULL_OPENCV", "THIN_PRISM_FISHEYE"
+COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "sx1", "sy1", "omega")
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,6 +70,9 @@ class Intrinsics:
     distortion: Distortion
     radial: tuple[float, float, float, float]
     tangential: tuple[float, float]
+    rational: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    prism: tuple[float, float] = (0.0, 0.0)
+    omega: float = 0.0
 
     @property
     def suits_one_size(self) -> bool:
@@ -101,7 +113,15 @@ class Intrinsics:
         cx, cy = self.centre or ((width - 1) / 2, (height - 1) / 2)
         try:
             camera = Camera(width, height, fx, fy, cx, cy)
-            lens = Lens(camera, self.distortion, self.radial, self.tangential)
+            lens = Lens(
+                camera,
+                self.distortion,
+                self.radial,
+                self.tangential,
+                self.rational,
+                self.prism,
+                self.omega,
+            )
             _ = lens.pinhole
         except CalibrationError as exc:
             raise CalibrationError(f"{self.where}: {exc}") from exc
@@ -129,10 +149,12 @@ class PosedPicture:
 class PosesFile:
     """All pictures of a poses file; `up` unit vector or None, `metric` if lengths are metres.
 
+    `folder` is the one that the pictures must be within (own_folder.py); it names the set of views.
     `error_kind` says how the pose errors are correlated whose covariances the pictures have.
     `faults` are of the pictures with an invalid camera or pose.
     """
 
+    folder: Path
     pictures: tuple[PosedPicture, ...]
     up: FloatArray | None
     metric: bool
@@ -165,7 +187,7 @@ def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str)
     if not isinstance(model, str) or model not in DISTORTION_OF:
         raise CalibrationError(
             f"{where}: camera_model {model!r} is not one of {', '.join(DISTORTION_OF)}: "
-            "undistort the pictures and give a PINHOLE camera"
+            "undistort the pictures (colmap image_undistorter does) and give a PINHOLE camera"
         )
 
     def optional(key: str) -> float | None:
@@ -199,16 +221,18 @@ def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str)
     if (cx is None) != (cy is None) or (cx is None and any(focal) and not any(view)):
         missing = "cx" if cx is None else "cy"
         raise CalibrationError(f"{where}: the camera has no {missing}: give the principal point")
-    k1, k2, k3, k4, p1, p2 = (
-        value if (value := optional(key)) is not None else 0.0
-        for key in ("k1", "k2", "k3", "k4", "p1", "p2")
+    k1, k2, k3, k4, k5, k6, p1, p2, sx1, sy1, omega = given = tuple(
+        value if (value := optional(key)) is not None else 0.0 for key in COEFFICIENTS
     )
     distortion = DISTORTION_OF[model]
-    if distortion is Distortion.NONE and any((k1, k2, k3, k4, p1, p2)):
+    if distortion is Distortion.NONE and any(given):
         raise CalibrationError(
             f"{where}: a {model} camera has no distortion, yet coefficients are given: "
             "say camera_model OPENCV, or leave them out"
         )
+    if distortion is Distortion.FOV and abs(omega) >= math.pi:
+        raise CalibrationError(f"{where}: omega is {omega:g}, it must be radians below pi")
+    rational, fisheye = model == RATIONAL, distortion is Distortion.FISHEYE
     shift = names.pixel_centre
     return Intrinsics(
         where=where,
@@ -217,8 +241,11 @@ def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str)
         field_of_view=view,
         centre=None if cx is None or cy is None else (cx - shift, cy - shift),
         distortion=distortion,
-        radial=(k1, k2, k3, k4),
-        tangential=(0.0, 0.0) if distortion is Distortion.FISHEYE else (p1, p2),
+        radial=(k1, k2, k3, 0.0 if rational else k4),
+        tangential=(0.0, 0.0) if fisheye and model != PRISM else (p1, p2),
+        rational=(k4, k5, k6) if rational else (0.0, 0.0, 0.0),
+        prism=(sx1, sy1) if model == PRISM else (0.0, 0.0),
+        omega=omega if distortion is Distortion.FOV else 0.0,
     )
 
 

@@ -20,7 +20,8 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
-from facetlog.perception.reading.poses_file import (
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     Intrinsics,
     PosedPicture,
@@ -31,15 +32,16 @@ from facetlog.perception.reading.poses_file import (
     read_text,
 )
 
-__all__ = ["CAMERA_FILE", "COLUMNS", "read_pan_tilt"]
+__all__ = ["CAMERA_FILE", "COLUMNS", "PAN_TILT", "POSES_FILE", "read_pan_tilt"]
 
 CAMERA_FILE = "camera.toml"
+POSES_FILE = "poses.csv"
 COLUMNS = ("image", "x", "y", "z", "pan_deg", "tilt_deg", "skew_deg")
 NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.0)
 CAMERA_EXAMPLE = 'width, height, fx, fy, cx, cy, unit = "in"'
 
 
-def read_pan_tilt(path: Path, *, unit: str | None = None) -> PosesFile:
+def read_pan_tilt(path: Path, unit: str | None = None) -> PosesFile:
     """The poses of a pan-tilt tour; lengths become metres by the unit of camera.toml, or `unit`.
 
     Raises InputError for what is not CSV or TOML of this form, CalibrationError for a camera or
@@ -54,7 +56,7 @@ def read_pan_tilt(path: Path, *, unit: str | None = None) -> PosesFile:
         for line, row in _rows(path)
     )
     up = np.array([0.0, 0.0, 1.0])
-    return PosesFile(pictures, up, metric=scale is not None, faults=faults)
+    return PosesFile(path.parent, pictures, up, metric=scale is not None, faults=faults)
 
 
 def _camera_fields(path: Path) -> Mapping[str, object]:
@@ -135,3 +137,23 @@ def _finite(text: str, key: str, where: str) -> float:
     if not math.isfinite(value):
         raise CalibrationError(f"{where}: {key} is {text!r:.40}: give a finite number")
     return value
+
+
+def _find(folder: Path) -> Path | None:
+    """poses.csv, or the only CSV; other tables that go with no camera are not meant as poses."""
+    tables = sorted(p for p in folder.iterdir() if p.suffix.lower() == ".csv" and p.is_file())
+    named = [p for p in tables if p.name == POSES_FILE]
+    if not named and not (folder / CAMERA_FILE).is_file():
+        return None
+    if len(named or tables) > 1:
+        raise InputError(f"{folder} has {len(tables)} CSV files: name the one with the poses")
+    return next(iter(named or tables), None)
+
+
+PAN_TILT = PoseReader(
+    kind="pan-tilt tour",
+    needs=f"{POSES_FILE} ({','.join(COLUMNS)}) with {CAMERA_FILE}",
+    find=_find,
+    takes=lambda path: path.suffix.lower() == ".csv",
+    read=read_pan_tilt,
+)

@@ -1,0 +1,204 @@
+"""Cameras and pictures of a COLMAP model, text or binary: what poses and shapes are read from.
+
+The formats are those of COLMAP's documentation, "Output Format". A quaternion (w, x, y, z) and a
+translation take world to camera; a camera looks along z, its y runs down the picture, and the
+centre of its top-left pixel is (0.5, 0.5). The files of rigs and frames, which COLMAP has written
+beside these since 3.12, add nothing that is needed: a picture's pose here is its whole pose.
+"""
+
+import struct
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from facetlog.errors import InputError
+from facetlog.regular_file import MOST_SHAPE_BYTES, open_regular, read_regular
+
+__all__ = [
+    "EXPORT",
+    "PLACES",
+    "ColmapCamera",
+    "ColmapPicture",
+    "Numbers",
+    "colmap_cameras",
+    "colmap_pictures",
+    "text_lines",
+]
+
+# Where COLMAP and the programs round it put a model, below the folder that a user names.
+PLACES = ("", "sparse", "sparse/0", "0", "colmap/sparse/0")
+# Camera models by number: name, and names of their parameters. The first is the focal length.
+MODELS = (
+    ("SIMPLE_PINHOLE", "f cx cy"),
+    ("PINHOLE", "fx fy cx cy"),
+    ("SIMPLE_RADIAL", "f cx cy k1"),
+    ("RADIAL", "f cx cy k1 k2"),
+    ("OPENCV", "fx fy cx cy k1 k2 p1 p2"),
+    ("OPENCV_FISHEYE", "fx fy cx cy k1 k2 k3 k4"),
+    ("FULL_OPENCV", "fx fy cx cy k1 k2 p1 p2 k3 k4 k5 k6"),
+    ("FOV", "fx fy cx cy omega"),
+    ("SIMPLE_RADIAL_FISHEYE", "f cx cy k1"),
+    ("RADIAL_FISHEYE", "f cx cy k1 k2"),
+    ("THIN_PRISM_FISHEYE", "fx fy cx cy k1 k2 p1 p2 k3 k4 sx1 sy1"),
+)
+PARAMETERS = {name: tuple(parameters.split()) for name, parameters in MODELS}
+LEAST_CAMERA_BYTES, LEAST_PICTURE_BYTES, FEATURE_BYTES = 24, 73, 24
+EXPORT = "the COLMAP model is truncated or damaged; export it again"
+
+
+@dataclass(frozen=True, slots=True)
+class ColmapCamera:
+    """A camera: its number, model, size in px and parameters; `where` is its place in the file."""
+
+    number: int
+    model: str
+    width: int
+    height: int
+    parameters: tuple[float, ...]
+    where: str
+
+    def named(self) -> dict[str, float] | None:
+        """The parameters by their names (MODELS); None for a model that is not known."""
+        names = PARAMETERS.get(self.model)
+        return None if names is None else dict(zip(names, self.parameters, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class ColmapPicture:
+    """A picture: number, file name, camera's number, and the pose that takes world to camera."""
+
+    number: int
+    name: str
+    camera: int
+    quaternion: tuple[float, ...]
+    """(w, x, y, z), as written: neither of length 1 nor finite for sure."""
+    translation: tuple[float, ...]
+    where: str
+
+
+class Numbers:
+    """Numbers from a little-endian file, one after the other; struct.error where it ends."""
+
+    def __init__(self, data: bytes) -> None:
+        self.data, self.at = data, 0
+
+    def take(self, form: str) -> tuple[float, ...]:
+        """Numbers of a form of `struct`."""
+        values = struct.unpack_from(f"<{form}", self.data, self.at)
+        self.at += struct.calcsize(f"<{form}")
+        return values
+
+    def count(self, least_bytes: int) -> int:
+        """A count of records of at least so many bytes, which must be there."""
+        count = int(self.take("Q")[0])
+        if count * least_bytes > len(self.data) - self.at:
+            raise struct.error("count beyond the end")
+        return count
+
+    def skip(self, size: int) -> None:
+        """Pass over so many bytes, which must be there."""
+        if size > len(self.data) - self.at:
+            raise struct.error("beyond the end")
+        self.at += size
+
+    def text(self) -> str:
+        """Text up to a zero."""
+        end = self.data.find(b"\0", self.at)
+        if end < 0:
+            raise struct.error("text without an end")
+        text = self.data[self.at : end].decode("utf-8", "surrogateescape")
+        self.at = end + 1
+        return text
+
+
+def text_lines(path: Path) -> Iterator[tuple[str, str]]:
+    """Place and text of the lines that are no comments; empty ones count, as in images.txt."""
+    with open_regular(path, MOST_SHAPE_BYTES) as file:
+        for number, line in enumerate(file, start=1):
+            if not line.startswith(b"#"):
+                yield f"{path}:{number}", line.decode("utf-8", "surrogateescape").strip()
+
+
+def colmap_cameras(path: Path) -> dict[int, ColmapCamera]:
+    """The cameras in a cameras.txt or cameras.bin, by number.
+
+    InputError, with the place, for what is no such file; OSError where it cannot be read.
+    """
+    read = _cameras_of_text if path.suffix == ".txt" else _cameras_of_bytes
+    return {camera.number: camera for camera in read(path)}
+
+
+def colmap_pictures(path: Path) -> tuple[ColmapPicture, ...]:
+    """The pictures in an images.txt or images.bin, in the file's order; errors as of cameras."""
+    return tuple((_pictures_of_text if path.suffix == ".txt" else _pictures_of_bytes)(path))
+
+
+def _cameras_of_text(path: Path) -> Iterator[ColmapCamera]:
+    for where, line in text_lines(path):
+        if not (words := line.split()):
+            continue
+        try:
+            number, width, height = int(words[0]), int(words[2]), int(words[3])
+            parameters = tuple(float(word) for word in words[4:])
+        except (ValueError, IndexError) as exc:
+            raise InputError(
+                f"{where}: not CAMERA_ID MODEL WIDTH HEIGHT PARAMS…: {EXPORT}"
+            ) from exc
+        names = PARAMETERS.get(words[1])
+        if not parameters or (names is not None and len(names) != len(parameters)):
+            wanted = "parameters" if names is None else f"{len(names)} ({', '.join(names)})"
+            raise InputError(f"{where}: {words[1]} has {len(parameters)} parameters, not {wanted}")
+        yield ColmapCamera(number, words[1], width, height, parameters, where)
+
+
+def _cameras_of_bytes(path: Path) -> Iterator[ColmapCamera]:
+    data = Numbers(read_regular(path, MOST_SHAPE_BYTES))
+    try:
+        for _ in range(data.count(LEAST_CAMERA_BYTES)):
+            number, model, width, height = map(int, data.take("IiQQ"))
+            where = f"{path}: camera {number}"
+            if not 0 <= model < len(MODELS):  # how many parameters follow is not known
+                raise InputError(
+                    f"{where} is of model {model}, which is not known: undistort the pictures "
+                    "(colmap image_undistorter) and give the model that it writes"
+                )
+            name = MODELS[model][0]
+            parameters = data.take(f"{len(PARAMETERS[name])}d")
+            yield ColmapCamera(number, name, width, height, parameters, where)
+    except struct.error as exc:
+        raise InputError(f"{path}: {EXPORT}") from exc
+
+
+def _pictures_of_text(path: Path) -> Iterator[ColmapPicture]:
+    lines = text_lines(path)
+    for where, line in lines:
+        if not line:
+            continue
+        words = line.split(maxsplit=9)
+        try:
+            number, camera, name = int(words[0]), int(words[8]), words[9]
+            pose = tuple(float(word) for word in words[1:8])
+        except (ValueError, IndexError) as exc:
+            form = "IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME"
+            raise InputError(f"{where}: not {form}: {EXPORT}") from exc
+        _, features = next(lines, ("", ""))  # the second line of each picture; it may be empty
+        if len(features.split()) % 3:
+            raise InputError(
+                f"{where}: the line after it has no features X Y POINT3D_ID: leave one empty there"
+            )
+        yield ColmapPicture(number, name, camera, pose[:4], pose[4:], where)
+
+
+def _pictures_of_bytes(path: Path) -> Iterator[ColmapPicture]:
+    data = Numbers(read_regular(path, MOST_SHAPE_BYTES))
+    try:
+        for _ in range(data.count(LEAST_PICTURE_BYTES)):
+            number, *pose, camera = data.take("I7dI")
+            name = data.text()
+            data.skip(FEATURE_BYTES * data.count(FEATURE_BYTES))
+            where = f"{path}: picture {int(number)}"
+            yield ColmapPicture(
+                int(number), name, int(camera), tuple(pose[:4]), tuple(pose[4:]), where
+            )
+    except struct.error as exc:
+        raise InputError(f"{path}: {EXPORT}") from exc

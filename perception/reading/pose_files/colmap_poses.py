@@ -1,0 +1,169 @@
+"""Poses from a COLMAP model, text or binary, beside or below the pictures (colmap_files.py).
+
+The world's unit and up are unknown: structure from motion finds neither.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.reading.colmap_files import (
+    PLACES,
+    ColmapCamera,
+    ColmapPicture,
+    colmap_cameras,
+    colmap_pictures,
+)
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.poses_file import (
+    FieldNames,
+    Intrinsics,
+    PosedPicture,
+    PosesFile,
+    metres_per,
+    posed_pictures,
+    read_intrinsics,
+)
+from facetlog.perception.types import Pose
+
+__all__ = ["COLMAP", "has_pictures", "read_colmap_poses"]
+
+NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.5)
+SUFFIXES = (".bin", ".txt")  # in the order in which they are preferred
+PICTURES = "images"
+# Folders that COLMAP and the programs round it put models into.
+LAYOUT = ("sparse", "dense", "colmap")
+
+
+def find_colmap_poses(folder: Path) -> Path | None:
+    """The images.bin or images.txt of a model in or below a folder; None where there is none."""
+    for place in PLACES:
+        for suffix in SUFFIXES:
+            path = folder / place / f"images{suffix}"
+            if path.is_file() and path.with_name(f"cameras{suffix}").is_file():
+                return path
+    return None
+
+
+def read_colmap_poses(path: Path, unit: str | None) -> PosesFile:
+    """The poses in an images.bin or images.txt; in metres if `unit` is given.
+
+    InputError for what is no such file, CalibrationError for a camera or pose that cannot be; both
+    name the file and the picture.
+    """
+    scale = None if unit is None else metres_per(unit, "--unit")
+    try:
+        cameras = colmap_cameras(path.with_name(f"cameras{path.suffix}"))
+        pictures = colmap_pictures(path)
+    except OSError as exc:
+        raise InputError(f"{exc.filename or path} cannot be read: {exc.strerror}") from exc
+    project, inside = _home(path, [picture.name for picture in pictures])
+    lenses: dict[int, Intrinsics] = {}
+    posed, faults = posed_pictures(
+        partial(_posed, picture, cameras, lenses, inside, scale or 1.0) for picture in pictures
+    )
+    return PosesFile(project, posed, None, scale is not None, faults=faults)
+
+
+def _home(path: Path, names: Iterable[str]) -> tuple[Path, Path]:
+    """The folder of the whole project, and the one in it that picture names start from.
+
+    The pictures are in images/ beside the model or above it, or else right there: where most of
+    them are found. Above is the folder that holds the model's, and on through those of COLMAP's
+    layouts.
+    """
+    names = tuple(names)
+    places = [
+        (folder, inside)
+        for folder in _upwards(path.parent.resolve())
+        for inside in (folder / PICTURES, folder)
+    ]
+    return max(places, key=lambda place: _there(names, place[1]))  # of equals the nearest
+
+
+def _there(names: Iterable[str], folder: Path) -> int:
+    return sum(_is_file(folder / name) for name in names)
+
+
+def _upwards(model: Path) -> Iterator[Path]:
+    yield model
+    folder = model.parent
+    while folder.name in LAYOUT or folder.name.isdigit():
+        yield folder
+        folder = folder.parent
+    yield folder
+
+
+def has_pictures(path: Path) -> bool:
+    """Whether any picture that an images.bin or images.txt names is there: else it is a cloud."""
+    try:
+        names = [picture.name for picture in colmap_pictures(path)]
+    except (InputError, OSError):
+        return False
+    _, inside = _home(path, names)
+    return _there(names, inside) > 0
+
+
+def _is_file(path: Path) -> bool:
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # a name that no file can have: reported where it is read
+        return False
+
+
+def _posed(
+    picture: ColmapPicture,
+    cameras: Mapping[int, ColmapCamera],
+    lenses: dict[int, Intrinsics],
+    inside: Path,
+    scale: float,
+) -> PosedPicture:
+    where = f"{picture.where} ({picture.name!r:.80})"
+    camera = cameras.get(picture.camera)
+    if camera is None:
+        raise CalibrationError(f"{where}: there is no camera {picture.camera}: export it again")
+    if camera.number not in lenses:
+        lenses[camera.number] = _intrinsics(camera)
+    pose = _pose(picture, scale, where)
+    return PosedPicture(picture.name, inside / picture.name, lenses[camera.number], pose)
+
+
+def _pose(picture: ColmapPicture, scale: float, where: str) -> Pose:
+    w, x, y, z = picture.quaternion
+    from scipy.spatial.transform import Rotation  # loaded only now: other kinds do without
+
+    numbers = np.array([*picture.quaternion, *picture.translation])
+    if not np.isfinite(numbers).all():
+        raise CalibrationError(f"{where}: its pose is not finite: register the picture again")
+    try:
+        camera_from_world = Rotation.from_quat([x, y, z, w]).as_matrix()
+    except ValueError as exc:
+        raise CalibrationError(
+            f"{where}: its quaternion is of length 0: register the picture again"
+        ) from exc
+    try:
+        centre = -camera_from_world.T @ np.array(picture.translation)
+        return Pose(camera_from_world.T, centre * scale)
+    except CalibrationError as exc:
+        raise CalibrationError(f"{where}: {exc}") from exc
+
+
+def _intrinsics(camera: ColmapCamera) -> Intrinsics:
+    fields: dict[str, object] = {"camera_model": camera.model}
+    fields |= {"width": camera.width, "height": camera.height}
+    fields |= camera.named() or {}
+    if "f" in fields:
+        fields["fx"] = fields["fy"] = fields["f"]
+    return read_intrinsics(fields, NAMES, camera.where)
+
+
+COLMAP = PoseReader(
+    kind="COLMAP model",
+    needs="a COLMAP model (cameras and images, .bin or .txt, there or in sparse/0)",
+    find=find_colmap_poses,
+    takes=lambda path: path.name in ("images.bin", "images.txt"),
+    read=read_colmap_poses,
+)

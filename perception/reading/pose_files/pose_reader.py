@@ -1,0 +1,27 @@
+"""What a kind of poses file is to the register (register.py): how it is found, and read."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from facetlog.perception.reading.pose_files.poses_file import PosesFile
+
+__all__ = ["PoseReader"]
+
+
+@dataclass(frozen=True, slots=True)
+class PoseReader:
+    """A kind of poses file.
+
+    `find` is the poses file of this kind in a folder, None where there is none; `takes` says
+    whether a file is one, by its name; `read` takes such a file and the unit that the user gave.
+    `needs` lists what a folder must hold, for people. `made_from` names the kinds that programs
+    write beside this one, and from the same poses: this one is read then.
+    """
+
+    kind: str
+    needs: str
+    find: Callable[[Path], Path | None]
+    takes: Callable[[Path], bool]
+    read: Callable[[Path, str | None], PosesFile]
+    made_from: tuple[str, ...] = ()

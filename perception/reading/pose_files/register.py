@@ -1,0 +1,89 @@
+"""The kinds of poses files, and which of them a folder holds.
+
+A new kind is a module here with a PoseReader, and a name in READERS.
+"""
+
+from pathlib import Path
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pictures
+from facetlog.perception.reading.pose_files.pan_tilt_file import PAN_TILT
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.poses_file import PosesFile
+from facetlog.perception.reading.pose_files.transforms_file import TRANSFORMS, TRANSFORMS_FILE
+from facetlog.perception.reading.video_file import COUNTED
+
+__all__ = ["READERS", "described", "find_poses", "has_poses", "poses_path", "read_poses"]
+
+READERS: tuple[PoseReader, ...] = (TRANSFORMS, COLMAP, PAN_TILT)
+VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
+# Names that a message lists of what a folder holds.
+LISTED = 8
+
+
+def poses_path(path: Path) -> Path:
+    """The poses file that a path given by the user means."""
+    try:
+        if path.is_dir():
+            return find_poses(path)
+        if path.is_file():
+            return path
+    except (OSError, ValueError) as exc:
+        raise InputError(f"{str(path)!r} cannot be read: {exc}") from exc
+    kind = "is neither a folder nor a file" if path.exists() else "does not exist"
+    raise InputError(f"{path} {kind}: give a folder of pictures with their poses: {_needs()}")
+
+
+def find_poses(folder: Path) -> Path:
+    """The poses file in a folder; InputError where there is none, or there are several kinds."""
+    found = _found(folder)
+    if not found:
+        raise InputError(f"{folder} has no poses, {_holds(folder)}: add {_needs()}")
+    if len(found) > 1:
+        names = " and ".join(f"{path.relative_to(folder)} ({r.kind})" for r, path in found)
+        raise InputError(f"{folder} has both {names}: name the one to use")
+    return found[0][1]
+
+
+def has_poses(folder: Path) -> bool:
+    """Whether a folder holds poses of pictures; a COLMAP model without them is a cloud."""
+    return any(reader is not COLMAP or has_pictures(path) for reader, path in _found(folder))
+
+
+def read_poses(path: Path, unit: str | None) -> PosesFile:
+    """The contents of a poses file, read by the kind that its name shows."""
+    reader = next((reader for reader in READERS if reader.takes(path)), None)
+    if reader is not None:
+        return reader.read(path, unit)
+    video = (
+        f'; of a video a {TRANSFORMS_FILE} with "video": "{path.name}" and a pose for each frame'
+        if path.suffix.lower() in VIDEO_KINDS
+        else ""
+    )
+    raise InputError(f"{path} is no poses file: give its folder, or {_needs()}{video}")
+
+
+def described(path: Path, file: PosesFile) -> str:
+    """A poses file in one line: kind, number of pictures, and what is unknown of its world."""
+    kind = next((reader.kind for reader in READERS if reader.takes(path)), "views")
+    parts = [kind, f"{len(file.pictures)} picture{'' if len(file.pictures) == 1 else 's'}"]
+    parts += ["up unknown"] * (file.up is None) + ["unit unknown"] * (not file.metric)
+    return ", ".join(parts)
+
+
+def _found(folder: Path) -> list[tuple[PoseReader, Path]]:
+    found = [(r, path) for r in READERS if (path := r.find(folder)) is not None]
+    covered = {kind for reader, _ in found for kind in reader.made_from}
+    return [(reader, path) for reader, path in found if reader.kind not in covered]
+
+
+def _holds(folder: Path) -> str:
+    names = sorted(path.name for path in folder.iterdir())
+    if not names:
+        return "it is empty"
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    return f"only {', '.join(names[:LISTED])}{more}"
+
+
+def _needs() -> str:
+    return ", or ".join(reader.needs for reader in READERS)
