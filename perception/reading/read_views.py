@@ -14,7 +14,7 @@ from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.own_folder import check_own_folder
 from facetlog.perception.reading.picture_of_view import picture_as_stored, picture_of_view
 from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture
-from facetlog.perception.reading.pose_files.register import described, poses_path, read_poses
+from facetlog.perception.reading.pose_files.register import kind_of, poses_path, read_poses
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import FloatArray, PoseErrorKind, PoseErrors, View
 
@@ -35,7 +35,7 @@ class ViewSet:
     their number. `up` is a unit vector or None, `metric` says that lengths are metres. `source` is
     the poses file, None for views without one. `pose_errors` are stated where the file has the
     covariance of each pose; they keep the file's poses even if those of the views are corrected.
-    `description` is the poses file in one line, for people.
+    `kind` is that of the poses file, for people; empty without one.
     """
 
     name: str
@@ -46,7 +46,17 @@ class ViewSet:
     source: Path | None = None
     pose_errors: PoseErrors | None = None
     left_out: int = 0
-    description: str = ""
+    kind: str = ""
+
+    @property
+    def description(self) -> str:
+        """Kind, number of pictures and what is unknown of the world; empty without a poses file."""
+        if not self.kind:
+            return ""
+        count = len(self.views) + self.left_out
+        parts = [self.kind, f"{count} pictures"]
+        parts += ["up unknown"] * (self.up is None) + ["unit unknown"] * (not self.metric)
+        return ", ".join(parts)
 
 
 def read_views(
@@ -129,7 +139,7 @@ def read_views(
         source,
         errors,
         left_out=len(left_out),
-        description=described(source, file),
+        kind=kind_of(source),
     )
 
 

@@ -40,7 +40,7 @@ from facetlog.pipeline import (
     write_scene_file,
 )
 from facetlog.stream import Goal, Stop
-from facetlog.terminal import show_times, showing_progress, warn
+from facetlog.terminal import note, show_times, showing_progress, warn
 
 if TYPE_CHECKING:
     from facetlog.perception.reading.read_views import ViewSet
@@ -74,6 +74,10 @@ Out = Annotated[
 Unit = Annotated[
     str | None,
     typer.Option("--unit", metavar="U", help="Unit of the poses: m, cm, mm, in or ft."),
+]
+Up = Annotated[
+    str | None,
+    typer.Option("--up", metavar="AXIS", help="Up in the poses' world: x y z -x -y or -z."),
 ]
 Crisp = Annotated[
     bool, typer.Option("--crisp", help="Take every measured value as exact, as the paper does.")
@@ -126,6 +130,7 @@ def recognize_command(
     full: Full = False,
     out: Out = None,
     unit: Unit = None,
+    up: Up = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
     keep_poses: KeepPoses = False,
@@ -157,6 +162,7 @@ def recognize_command(
         return followed(
             views,
             unit=unit,
+            up=up,
             timeout=FOLLOW_TIMEOUT_S if timeout is None else timeout,
             models=tuple(models or ()),
             trusted=trust,
@@ -171,7 +177,7 @@ def recognize_command(
     if until is not None or max_views is not None or timeout is not None or no_polish:
         raise InputError("--until, --max-views, --timeout and --no-polish go with --follow")
     return _recognized(
-        partial(views_from, views, unit=unit, trusted=trust, keep_poses=keep_poses),
+        partial(views_from, views, unit=unit, up=up, trusted=trust, keep_poses=keep_poses),
         models=models,
         trusted=trust,
         crisp=crisp,
@@ -190,6 +196,7 @@ def reconstruct_command(
     out: Annotated[Path, typer.Option("-o", "--out", metavar="FILE", help="The scene as JSON.")],
     trust: Trust = False,
     unit: Unit = None,
+    up: Up = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
     keep_poses: KeepPoses = False,
@@ -203,6 +210,7 @@ def reconstruct_command(
         view_set = views_from(
             views,
             unit=unit,
+            up=up,
             trusted=trust,
             keep_poses=keep_poses,
             progress=progress,
@@ -210,6 +218,7 @@ def reconstruct_command(
         )
         scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
     write_scene_file(scene, out)
+    _describe(view_set)
     for line in (*view_set.problems, *scene.warnings):
         warn(line)
     show_times(clock)
@@ -307,9 +316,15 @@ def _write(out: Path | None, found: Recognised, progress: Progress | None, *, fu
         write_report(out, found, full=full, progress=progress)
 
 
+def _describe(view_set: "ViewSet") -> None:
+    if view_set.description:
+        note(view_set.description)
+
+
 def _answer(found: Recognised, *, as_json: bool, full: bool) -> int:
     from facetlog.report import verdicts_json, verdicts_text
 
+    _describe(found.view_set)
     for line in (*found.view_set.problems, *found.scene.warnings):
         warn(line)
     show_times(found.clock)

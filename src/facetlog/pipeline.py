@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.scene import Scene
-    from facetlog.perception.types import View
+    from facetlog.perception.types import FloatArray, View
 
 __all__ = [
     "DEMO_WORLD",
@@ -33,6 +33,7 @@ __all__ = [
     "recognize_views",
     "reconstruct_views",
     "simulated_views",
+    "stated_up",
     "views_from",
     "write_scene_file",
 ]
@@ -90,6 +91,7 @@ def views_from(
     path: Path,
     *,
     unit: str | None,
+    up: str | None = None,
     trusted: bool = False,
     keep_poses: bool = False,
     progress: Progress | None,
@@ -98,18 +100,33 @@ def views_from(
     """The views of a folder or poses file; perception/reading/read_views.py says what it may hold.
 
     Poses that were counted up, with their covariances, are corrected by the pictures, unless they
-    are to be kept.
+    are to be kept. `up` is a word of `stated_up`, and replaces that of the file.
     """
     from facetlog.perception.reading.read_views import read_views
 
+    upwards = stated_up(up)
     with clock.step("read pictures"):
         view_set = read_views(path, unit=unit, trusted=trusted, progress=progress)
+    if upwards is not None:
+        view_set = replace(view_set, up=upwards)
     if keep_poses or view_set.pose_errors is None:
         return view_set
     from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
 
     with clock.step("poses"):
         return with_refined_poses(view_set, progress)
+
+
+def stated_up(word: str | None) -> "FloatArray | None":
+    """The unit vector (3,) of an axis, as "-y"; None for None, `auto` and `none`, which leave it to
+    the poses file. InputError for another word.
+    """
+    import numpy as np
+
+    from facetlog.perception.shapes.shape_options import up_from
+
+    axis = None if word is None else up_from(word)
+    return None if axis is None else np.array(axis)
 
 
 def simulated_views(

@@ -152,6 +152,22 @@ def test_help_loads_neither_opencv_nor_the_engine() -> None:
     assert done.returncode == 0, done.stderr.decode()
 
 
+def test_up_may_be_stated_and_what_was_read_is_described(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, out = _views(tmp_path / "views"), tmp_path / "scene.json"
+    assert main(["reconstruct", str(folder), "-o", str(out)]) == 0
+    told = capsys.readouterr().err
+    assert "transforms.json, 3 pictures, up unknown, unit unknown\n" in told
+    assert json.loads(out.read_text())["up"] is None
+    assert main(["reconstruct", str(folder), "-o", str(out), "--up", "-y", "--unit", "m"]) == 0
+    assert "transforms.json, 3 pictures\n" in capsys.readouterr().err
+    assert json.loads(out.read_text())["up"] == [0.0, -1.0, 0.0]
+    for command in (["recognize"], ["recognize", "--follow"], ["reconstruct", "-o", str(out)]):
+        assert main([*command, str(folder), "--up", "w"]) == 2
+        assert "up 'w': use one of x, y, z" in _refusal(capsys)
+
+
 def test_pictures_that_are_all_black_are_refused_by_name(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

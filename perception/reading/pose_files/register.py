@@ -13,7 +13,7 @@ from facetlog.perception.reading.pose_files.poses_file import PosesFile
 from facetlog.perception.reading.pose_files.transforms_file import TRANSFORMS, TRANSFORMS_FILE
 from facetlog.perception.reading.video_file import COUNTED
 
-__all__ = ["READERS", "described", "find_poses", "has_poses", "poses_path", "read_poses"]
+__all__ = ["READERS", "find_poses", "has_poses", "kind_of", "poses_path", "read_poses"]
 
 READERS: tuple[PoseReader, ...] = (TRANSFORMS, COLMAP, PAN_TILT)
 VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
@@ -63,12 +63,9 @@ def read_poses(path: Path, unit: str | None) -> PosesFile:
     raise InputError(f"{path} is no poses file: give its folder, or {_needs()}{video}")
 
 
-def described(path: Path, file: PosesFile) -> str:
-    """A poses file in one line: kind, number of pictures, and what is unknown of its world."""
-    kind = next((reader.kind for reader in READERS if reader.takes(path)), "views")
-    parts = [kind, f"{len(file.pictures)} picture{'' if len(file.pictures) == 1 else 's'}"]
-    parts += ["up unknown"] * (file.up is None) + ["unit unknown"] * (not file.metric)
-    return ", ".join(parts)
+def kind_of(path: Path) -> str:
+    """The kind of a poses file, for people; empty for what is none."""
+    return next((reader.kind for reader in READERS if reader.takes(path)), "")
 
 
 def _found(folder: Path) -> list[tuple[PoseReader, Path]]:
