@@ -17,6 +17,7 @@ from facetlog.perception.reading.colmap_files import (
     colmap_cameras,
     colmap_pictures,
 )
+from facetlog.perception.reading.pose_files.pose_checks import posed, rotation_of
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
@@ -27,7 +28,6 @@ from facetlog.perception.reading.pose_files.poses_file import (
     posed_pictures,
     read_intrinsics,
 )
-from facetlog.perception.types import Pose
 
 __all__ = ["COLMAP", "has_pictures", "read_colmap_poses"]
 
@@ -127,28 +127,10 @@ def _posed(
         raise CalibrationError(f"{where}: there is no camera {picture.camera}: export it again")
     if camera.number not in lenses:
         lenses[camera.number] = _intrinsics(camera)
-    pose = _pose(picture, scale, where)
+    camera_from_world = rotation_of(picture.quaternion, picture.translation, where)
+    centre = -camera_from_world.T @ np.array(picture.translation)
+    pose = posed(camera_from_world.T, centre * scale, where)
     return PosedPicture(picture.name, inside / picture.name, lenses[camera.number], pose)
-
-
-def _pose(picture: ColmapPicture, scale: float, where: str) -> Pose:
-    w, x, y, z = picture.quaternion
-    from scipy.spatial.transform import Rotation  # loaded only now: other kinds do without
-
-    numbers = np.array([*picture.quaternion, *picture.translation])
-    if not np.isfinite(numbers).all():
-        raise CalibrationError(f"{where}: its pose is not finite: register the picture again")
-    try:
-        camera_from_world = Rotation.from_quat([x, y, z, w]).as_matrix()
-    except ValueError as exc:
-        raise CalibrationError(
-            f"{where}: its quaternion is of length 0: register the picture again"
-        ) from exc
-    try:
-        centre = -camera_from_world.T @ np.array(picture.translation)
-        return Pose(camera_from_world.T, centre * scale)
-    except CalibrationError as exc:
-        raise CalibrationError(f"{where}: {exc}") from exc
 
 
 def _intrinsics(camera: ColmapCamera) -> Intrinsics:

@@ -32,7 +32,7 @@ from facetlog.perception.reading.pose_files.poses_file import (
     read_text,
 )
 
-__all__ = ["CAMERA_FILE", "COLUMNS", "PAN_TILT", "POSES_FILE", "read_pan_tilt"]
+__all__ = ["CAMERA_FILE", "COLUMNS", "PAN_TILT", "POSES_FILE", "read_camera", "read_pan_tilt"]
 
 CAMERA_FILE = "camera.toml"
 POSES_FILE = "poses.csv"
@@ -47,16 +47,20 @@ def read_pan_tilt(path: Path, unit: str | None = None) -> PosesFile:
     Raises InputError for what is not CSV or TOML of this form, CalibrationError for a camera or
     pose that cannot be; both name the file and the line.
     """
-    camera_path = path.parent / CAMERA_FILE
-    fields = _camera_fields(camera_path)
-    scale = _scale(fields, camera_path, unit)
-    intrinsics = read_intrinsics(fields, NAMES, str(camera_path))
+    intrinsics, scale = read_camera(path.parent / CAMERA_FILE, unit)
     pictures, faults = posed_pictures(
         partial(_picture, row, path, f"{path}:{line}", intrinsics, scale or 1.0)
         for line, row in _rows(path)
     )
     up = np.array([0.0, 0.0, 1.0])
     return PosesFile(path.parent, pictures, up, metric=scale is not None, faults=faults)
+
+
+def read_camera(path: Path, unit: str | None) -> tuple[Intrinsics, float | None]:
+    """The camera in a camera.toml, and metres per unit of length by it or by `unit`, if given."""
+    fields = _camera_fields(path)
+    scale = _scale(fields, path, unit)
+    return read_intrinsics(fields, NAMES, str(path)), scale
 
 
 def _camera_fields(path: Path) -> Mapping[str, object]:

@@ -10,12 +10,18 @@ from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pict
 from facetlog.perception.reading.pose_files.pan_tilt_file import PAN_TILT
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
-from facetlog.perception.reading.pose_files.transforms_file import TRANSFORMS, TRANSFORMS_FILE
+from facetlog.perception.reading.pose_files.transforms_file import (
+    BLENDER,
+    TRANSFORMS,
+    TRANSFORMS_FILE,
+)
+from facetlog.perception.reading.pose_files.tum_file import TUM
 from facetlog.perception.reading.video_file import COUNTED
 
 __all__ = ["READERS", "find_poses", "has_poses", "kind_of", "poses_path", "read_poses"]
 
-READERS: tuple[PoseReader, ...] = (TRANSFORMS, COLMAP, PAN_TILT)
+# A file is read by the first that takes it.
+READERS: tuple[PoseReader, ...] = (BLENDER, TRANSFORMS, COLMAP, TUM, PAN_TILT)
 VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
 # Names that a message lists of what a folder holds.
 LISTED = 8

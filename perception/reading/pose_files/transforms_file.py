@@ -8,6 +8,8 @@ whole, and of a frame "covariance", 6 x 6 of x, y, z and of a rotation vector in
 radians. "pose_errors" is "odometry", the default (errors add up from frame to frame), or
 "independent" (each frame has its own).
 
+transforms_train.json of Blender's exports and of NeRF's data is of the same form.
+
 "video", of the whole or of a frame, takes pictures from a video: a file beside this one, of which
 "frame" is the number (from 0; without it the frame's place in the list), or a camera, a device's
 number or a stream's address, which takes its picture when the frame is read.
@@ -36,9 +38,9 @@ from facetlog.perception.reading.pose_files.poses_file import (
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import FloatArray, Pose, PoseErrorKind
 
-__all__ = ["TRANSFORMS", "TRANSFORMS_FILE", "read_transforms"]
+__all__ = ["BLENDER", "TRANSFORMS", "TRANSFORMS_FILE", "read_transforms"]
 
-TRANSFORMS_FILE = "transforms.json"
+TRANSFORMS_FILE, TRAIN_FILE = "transforms.json", "transforms_train.json"
 
 NAMES = FieldNames("w", "h", "fl_x", "fl_y", pixel_centre=0.5)
 CAMERA_FIELDS = (
@@ -223,16 +225,23 @@ def _picture_path(folder: Path, name: str) -> Path:
     return path
 
 
-def _find(folder: Path) -> Path | None:
-    path = folder / TRANSFORMS_FILE
+def _find(name: str, folder: Path) -> Path | None:
+    path = folder / name
     return path if path.is_file() else None
 
 
 TRANSFORMS = PoseReader(
     kind="nerfstudio's transforms.json",
     needs=TRANSFORMS_FILE,
-    find=_find,
+    find=partial(_find, TRANSFORMS_FILE),
     takes=lambda path: path.suffix.lower() == ".json",
     read=read_transforms,
     made_from=("COLMAP model",),  # by nerfstudio's tools; and `facetlog collect` writes both
+)
+BLENDER = PoseReader(
+    kind=f"Blender's {TRAIN_FILE}",
+    needs=TRAIN_FILE,
+    find=partial(_find, TRAIN_FILE),
+    takes=lambda path: path.name == TRAIN_FILE,
+    read=read_transforms,
 )

@@ -5,7 +5,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from facetlog.errors import CalibrationError, InputError
@@ -15,7 +14,7 @@ from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.own_folder import OutsideError
 from facetlog.perception.reading.pose_files.register import read_poses
 from facetlog.perception.reading.read_views import read_views
-from facetlog.perception.types import View
+from tests.perception.reading.pose_files.same_views import same_views
 from tests.perception.reading.view_folders import (
     HEIGHT,
     OF_TRANSFORMS,
@@ -30,16 +29,6 @@ from tests.perception.reading.view_folders import (
 
 WRITERS = [write_colmap_text, write_colmap_binary]
 Writer = Callable[..., Path]
-
-
-def same_views(found: tuple[View, ...], wanted: tuple[View, ...]) -> None:
-    """Fails unless poses, cameras and pixels are the same."""
-    assert len(found) == len(wanted)
-    for one, other in zip(found, wanted, strict=True):
-        np.testing.assert_allclose(one.pose.rotation, other.pose.rotation, atol=1e-12)
-        np.testing.assert_allclose(one.pose.centre, other.pose.centre, atol=1e-12)
-        assert one.camera == other.camera
-        np.testing.assert_array_equal(one.image, other.image)
 
 
 @pytest.mark.parametrize("write", WRITERS)

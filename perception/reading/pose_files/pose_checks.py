@@ -1,0 +1,36 @@
+"""Poses from the numbers that files have, with faults named by their place."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from facetlog.errors import CalibrationError
+from facetlog.perception.types import FloatArray, Pose
+
+__all__ = ["posed", "rotation_of"]
+
+
+def rotation_of(quaternion: Sequence[float], place: Sequence[float], where: str) -> FloatArray:
+    """The matrix (3, 3) of a quaternion (w, x, y, z) of any length but 0.
+
+    CalibrationError if it is of length 0, or it or the `place` (3,) beside it is not finite.
+    """
+    from scipy.spatial.transform import Rotation  # loaded only now: other kinds do without
+
+    if not np.isfinite([*quaternion, *place]).all():
+        raise CalibrationError(f"{where}: its pose is not finite: register the picture again")
+    w, x, y, z = quaternion
+    try:
+        return np.asarray(Rotation.from_quat([x, y, z, w]).as_matrix())
+    except ValueError as exc:
+        raise CalibrationError(
+            f"{where}: its quaternion is of length 0: register the picture again"
+        ) from exc
+
+
+def posed(world_from_camera: FloatArray, centre: FloatArray, where: str) -> Pose:
+    """The pose of a rotation (3, 3) and a centre (3,); CalibrationError, with `where`, if none."""
+    try:
+        return Pose(world_from_camera, centre)
+    except CalibrationError as exc:
+        raise CalibrationError(f"{where}: {exc}") from exc
