@@ -64,7 +64,7 @@ Views = Annotated[
     Path,
     typer.Argument(
         metavar="VIEWS",
-        help="Folder with transforms.json, or with poses.csv and camera.toml; or such a file.",
+        help="Folder of pictures with transforms.json, a COLMAP model, …; or such a file.",
     ),
 ]
 Out = Annotated[

@@ -8,6 +8,7 @@ from pathlib import Path
 from facetlog.errors import InputError
 from facetlog.perception.reading.pose_files.bundler_file import BUNDLER
 from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pictures
+from facetlog.perception.reading.pose_files.kitti_file import KITTI
 from facetlog.perception.reading.pose_files.pan_tilt_file import PAN_TILT
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
@@ -22,7 +23,7 @@ from facetlog.perception.reading.video_file import COUNTED
 __all__ = ["READERS", "find_poses", "has_poses", "kind_of", "poses_path", "read_poses"]
 
 # A file is read by the first that takes it.
-READERS: tuple[PoseReader, ...] = (BLENDER, TRANSFORMS, COLMAP, BUNDLER, TUM, PAN_TILT)
+READERS: tuple[PoseReader, ...] = (BLENDER, TRANSFORMS, COLMAP, BUNDLER, TUM, KITTI, PAN_TILT)
 VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
 # Names that a message lists of what a folder holds.
 LISTED = 8
