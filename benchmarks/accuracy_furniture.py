@@ -94,8 +94,8 @@ def measure(settings: Settings) -> Report:
         {"sets": len(found), "data": tree_hash(folder)},
         (
             "wrong: answered a class that it is not; else what is not right was answered none.",
-            "The even half was looked at when things were joined and measured from the ground, both "
-            "when lines were scored by the views that should show them and boxes told apart.",
+            "The even half was looked at when things were joined and measured from the ground, "
+            "both when lines were scored by the views that should show them and boxes told apart.",
         ),
     )
 
