@@ -20,7 +20,11 @@ from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_of_faces import SceneOfFaces, scene_of_faces
-from facetlog.perception.surfaces.view_directions import looking_apart, one_direction
+from facetlog.perception.surfaces.view_directions import (
+    looking_apart,
+    one_direction,
+    up_of_ground,
+)
 from facetlog.perception.types import Camera, FloatArray, LensError, PoseErrors, View
 
 __all__ = ["reconstruct"]
@@ -29,6 +33,11 @@ AS_STATED = LensError(1.0, 0.0, 0.0, 0.0)
 LENS_PASSES = 3
 # A focal length so little off, as a share, shows faces where they are: by a pixel at most.
 NEAR_FOCAL = 0.005
+
+UP_OF_GROUND = (
+    "up is not stated: it is that of the ground below everything, as the cameras were held; "
+    "give --up if that is not so"
+)
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 
@@ -56,7 +65,8 @@ def reconstruct(
     are those that are stated of the views' poses. Pictures that show nothing are named and left
     out; InputError where too few are left. Observations are in pixels of the pictures as stored,
     freed of lens distortion. Lenses that the pictures show to be other than stated are corrected by
-    what they show, with a warning.
+    what they show, with a warning. Where `up` is not known it is that of the ground, if there is
+    one and the cameras were held upright over it, with a warning, too.
     """
     method = _Method(name, up, metric, front_end, sd_limit, progress, clock or StepClock())
     with method.clock.step("pictures"):
@@ -75,7 +85,8 @@ def reconstruct(
         causes = (*of_pictures, *one_direction(usable), *looking_apart(usable))
         raise InconsistentViewsError("; ".join((*causes, str(exc)))) from exc
     scene = found.complete(scene, method.clock)
-    return replace(scene, warnings=(*of_pictures, *scene.warnings))
+    of_up = (UP_OF_GROUND,) if up is None and scene.up is not None else ()
+    return replace(scene, warnings=(*of_pictures, *of_up, *scene.warnings))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -98,6 +109,8 @@ def _seen(
         tracked = line_front_end(views, up, clock, method.progress, aligned_views, triangulated)
     else:
         tracked = _paper_front_end(views, up, clock, method.progress)
+    if up is None and tracked.ground is not None:
+        up = up_of_ground(views, tracked.ground[0])
     return scene_of_faces(
         tracked,
         views,

@@ -132,7 +132,8 @@ def test_the_order_of_the_views_does_not_matter(front_end: str) -> None:
 
 def test_without_up_the_lines_are_the_same() -> None:
     scene = reconstruct(tour("block"), name="block")
-    assert scene.up is None
+    assert scene.up is not None
+    assert float(scene.up @ UP) > np.cos(np.deg2rad(1.0))
     np.testing.assert_allclose(scene.points, block_scene("lines").points)
 
 
