@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 from facetlog.errors import InconsistentViewsError
 from facetlog.perception.detection.line_front_end.faces_from_lines import line_front_end
+from facetlog.perception.detection.line_front_end.planes.level_direction import held_up
 from facetlog.perception.detection.picture_faults import usable_views
 from facetlog.perception.detection.same_pictures import same_pictures
 from facetlog.perception.detection.tracked_faces import TrackedFace, TrackedFaces
@@ -20,11 +21,7 @@ from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_of_faces import SceneOfFaces, scene_of_faces
-from facetlog.perception.surfaces.view_directions import (
-    looking_apart,
-    one_direction,
-    up_of_ground,
-)
+from facetlog.perception.surfaces.view_directions import looking_apart, one_direction
 from facetlog.perception.types import Camera, FloatArray, LensError, PoseErrors, View
 
 __all__ = ["reconstruct"]
@@ -35,8 +32,8 @@ LENS_PASSES = 3
 NEAR_FOCAL = 0.005
 
 UP_OF_GROUND = (
-    "up is not stated: it is that of the ground below everything, as the cameras were held; "
-    "give --up if that is not so"
+    "up is not stated: it is that of the ground, found by what is level and how the cameras were "
+    "held; give --up if that is not so"
 )
 
 Progress: TypeAlias = Callable[[str, int, int], None]
@@ -110,7 +107,7 @@ def _seen(
     else:
         tracked = _paper_front_end(views, up, clock, method.progress)
     if up is None and tracked.ground is not None:
-        up = up_of_ground(views, tracked.ground[0])
+        up = tracked.ground[0] if held_up(views, tracked.ground[0]) else None
     return scene_of_faces(
         tracked,
         views,

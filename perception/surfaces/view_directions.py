@@ -1,6 +1,4 @@
-"""What the cameras' directions say: how well depth is known, and which way is up.
-
-From one direction they tell hardly any depth.
+"""From where the cameras see the thing: all from one direction they tell hardly any depth.
 
 Cameras that drive straight at a thing, or stand in a narrow arc, see its corners under small
 angles. Planes are chosen wrong then, and no standard deviation of a corner tells of it.
@@ -13,13 +11,9 @@ import numpy as np
 from facetlog.perception.detection.view_graph import view_graph
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["looking_apart", "one_direction", "up_of_ground"]
+__all__ = ["looking_apart", "one_direction"]
 
 NONE = np.zeros((0, 3))
-# The ground's normal is up if the cameras' own ups lie along it by this much in the mean (cosine):
-# they look down at a thing by less than 60 degrees. At a wall they look by 30 degrees at most from
-# below, where it would be as much.
-HELD_UPRIGHT = 0.5
 LEAST_ANGLE = np.radians(8.0)
 """On some hundred ways straight towards a rendered block or past it, 16 views each, corners came up
 to 240 mm off where most are seen under less than 7 degrees, 11 mm at 7 to 9, 3 mm beyond."""
@@ -53,14 +47,6 @@ def looking_apart(views: Sequence[View]) -> tuple[str, ...]:
         "the cameras look away from one another: place them round the thing, turned towards it, "
         "or check which way the axes of their poses point",
     )
-
-
-def up_of_ground(views: Sequence[View], normal: FloatArray) -> FloatArray | None:
-    """Up (3,) where the views' ground has this unit normal, towards the cameras; None where these
-    were not held upright over it.
-    """
-    held = np.mean([-v.pose.rotation[:, 1] for v in views], axis=0)
-    return normal if float(held @ normal) > HELD_UPRIGHT else None
 
 
 def _widest(points: FloatArray, centres: FloatArray) -> FloatArray:

@@ -28,6 +28,7 @@ from facetlog.perception.detection.line_front_end.face_selection import Selected
 from facetlog.perception.detection.line_front_end.loose_edges import find_loose_edges
 from facetlog.perception.detection.line_front_end.neighbouring_faces import neighbouring_faces
 from facetlog.perception.detection.line_front_end.planes.ground_plane import find_ground
+from facetlog.perception.detection.line_front_end.planes.level_direction import level_direction
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_hypotheses
 from facetlog.perception.detection.line_front_end.planes.texture_planes import (
     shown_patches,
@@ -195,6 +196,10 @@ def tracked_faces(
         side_judge = SideJudge(views, maps, graph.weight)
         score = side_judge.score(cloud.segments)
         ground = find_ground(planes, cloud, score, views, graph.distance, up)
+        if ground is None and up is None:
+            upwards = level_direction(cloud.segments, score, views)
+            if upwards is not None:
+                ground = find_ground(planes, cloud, score, views, graph.distance, upwards)
         exposure = exposures(cloud.segments, use, views)
         levels = GreyLevels(views, maps, exposure, pictures.noises)
         photos = PhotometricViews(views, levels, graph.weight)

@@ -1,4 +1,4 @@
-"""Cameras that all look from one direction, and such as look apart, are named; which way is up."""
+"""Cameras that all look from one direction, and such as look apart, are named."""
 
 from functools import cache
 
@@ -7,11 +7,7 @@ import pytest
 
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.surfaces.view_directions import (
-    looking_apart,
-    one_direction,
-    up_of_ground,
-)
+from facetlog.perception.surfaces.view_directions import looking_apart, one_direction
 from facetlog.perception.types import Pose, View
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.worlds import make_world
@@ -90,29 +86,3 @@ def test_cameras_side_by_side_do_not_look_apart() -> None:
         Pose(first.rotation, first.centre + np.array([x, 0.0, 0.0])) for x in (0.0, 1.0, 2.0)
     )
     assert looking_apart(at(row)) == ()
-
-
-def test_where_up_is_not_stated_it_is_that_of_the_ground() -> None:
-    scene = reconstruct(tour("wedge"), name="wedge")
-    assert scene.up is not None
-    assert np.degrees(np.arccos(float(scene.up @ UP))) < 1.0
-    assert any(
-        said.startswith("up is not stated: it is that of the ground") for said in scene.warnings
-    )
-
-
-@pytest.mark.parametrize(
-    ("rolled", "known"), [(0.0, True), (30.0, True), (90.0, False), (180.0, False)]
-)
-def test_up_is_known_if_the_cameras_were_held_upright(rolled: float, known: bool) -> None:
-    c, s = np.cos(np.deg2rad(rolled)), np.sin(np.deg2rad(rolled))
-    roll = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    ring = ring_poses([0.0, 0.0, 0.0], 30.0, (20.0,), 12)
-    views = at(tuple(Pose(pose.rotation @ roll, pose.centre) for pose in ring))
-    up = up_of_ground(views, UP)
-    assert (up is not None) == known
-
-
-def test_a_wall_is_no_ground() -> None:
-    views = at(ring_poses([0.0, 0.0, 0.0], 30.0, (20.0,), 12))
-    assert up_of_ground(views, np.array([1.0, 0.0, 0.0])) is None
