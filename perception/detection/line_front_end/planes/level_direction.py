@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from itertools import combinations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray, View
 
@@ -69,7 +70,8 @@ def level_direction(
     return up if agrees >= LEAST_AGREEING * float(weight.sum()) else None
 
 
-def _agrees(ways: FloatArray, up: FloatArray) -> FloatArray:
+def _agrees(ways: FloatArray, up: FloatArray) -> NDArray[np.bool_]:
     # Which ways (n, 3) are along or square to up (3,), or to each of several (3, m).
     along = np.abs(ways @ up)
-    return (along < SQUARE) | (along > ALONG)
+    agrees: NDArray[np.bool_] = (along < SQUARE) | (along > ALONG)
+    return agrees
