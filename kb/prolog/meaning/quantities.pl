@@ -24,6 +24,7 @@ as they are stated, `stated`. Of measures on which that has no bearing all three
 :- use_module(library(error)).
 :- use_module(library(pairs)).
 :- use_module(library(terms)).
+:- use_module(library(rbtrees), []).    % which term_factorized/3 else loads in the midst of a question
 :- use_module(facetlog_kb(static)).
 :- use_module(facetlog_kb(bounded_numbers)).
 :- use_module(facetlog(vocabulary)).

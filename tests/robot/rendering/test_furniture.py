@@ -136,7 +136,7 @@ def test_what_is_drawn_keeps_its_pieces_apart(name: str) -> None:
     for seed in range(40):
         solid = VARIED[name](np.random.default_rng(seed))
         assert solid.vertices[:, 2].min() == pytest.approx(0.0)
-        if name in ("boxes", "stairs"):
+        if name in ("boxes", "stairs", "steps", "door"):
             continue
         boxes = solid.vertices.reshape(-1, 8, 3)
         for a, b in combinations(boxes, 2):
