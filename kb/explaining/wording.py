@@ -129,6 +129,8 @@ CAUSES = {
 COUNTED_NAMED = 8
 
 _ABSENT = {kind.functor: kind.absent for kind in FACT_SCHEMA if kind.absent}
+# Of an expression of what is known itself.
+_ABSENT["/"] = "it divides by 0"
 # Words whose absence is that of a fact of another name.
 _SAME_AS = {
     "convex": "dihedral",
@@ -181,6 +183,8 @@ def cause_words(cause: str, about: Term) -> str:
 
     >>> cause_words("unstated", Struct("dihedral", (Atom("f1"), Atom("f2"))))[:19]
     'they do not adjoin,'
+    >>> cause_words("unstated", Struct("/", (1.0, 0)))
+    'it divides by 0'
     """
     if cause in CAUSES:
         return CAUSES[cause]
