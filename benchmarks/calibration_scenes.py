@@ -93,22 +93,22 @@ LABELS: Mapping[str, frozenset[str]] = MappingProxyType(
 )
 """What a person would call the thing of each label; those that do not stand here are none of it."""
 
+_APART = frozenset({"chair", "table", "box"})
 _OPEN_LABELS: Mapping[str, frozenset[str]] = MappingProxyType(
     {
-        **{one: frozenset({"chair", "table", "box"}) for one in LISTED_APART},
+        **dict.fromkeys(LISTED_APART, _APART),
         **{one: frozenset({"box"}) for one in PERHAPS_BOXES},
         "cabinet": frozenset({"box", "shelf", "bookcase"}),
         "shelf": frozenset({"cabinet", "bookcase"}),
         "box": frozenset({"cabinet"}),
         "table": frozenset({"desk", "bench"}),
-        "tv_unit": frozenset({"chair", "table", "box", "cabinet", "shelf"}),
-        "ottoman": frozenset({"chair", "table", "box", "stool", "bench"}),
-        "bench": frozenset({"chair", "table", "box", "sofa"}),
+        "tv_unit": _APART | {"cabinet", "shelf"},
+        "ottoman": _APART | {"stool", "bench"},
+        "bench": _APART | {"sofa"},
         "sofa": frozenset({"bench"}),
-        "sofa_or_bench": frozenset({"chair", "table", "box", "sofa", "bench"}),
+        "sofa_or_bench": _APART | {"sofa", "bench"},
         "armchair": frozenset({"sofa"}),
-        "carton": frozenset({"chair", "table", "box", "crate"}),
-        "open_box": frozenset({"chair", "table", "box"}),
+        "carton": _APART | {"crate"},
         "picture": frozenset({"picture_frame"}),
     }
 )

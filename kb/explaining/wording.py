@@ -128,9 +128,10 @@ CAUSES = {
 # More groups than this are not named one by one.
 COUNTED_NAMED = 8
 
-_ABSENT = {kind.functor: kind.absent for kind in FACT_SCHEMA if kind.absent}
-# Of an expression of what is known itself.
-_ABSENT["/"] = "it divides by 0"
+_ABSENT = {
+    **{kind.functor: kind.absent for kind in FACT_SCHEMA if kind.absent},
+    "/": "it divides by 0",  # what it divides is known
+}
 # Words whose absence is that of a fact of another name.
 _SAME_AS = {
     "convex": "dihedral",

@@ -15,7 +15,7 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.pose_files.pose_checks import posed
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, first_of
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     Intrinsics,
@@ -108,15 +108,10 @@ def _picture(
     return PosedPicture(name, picture, intrinsics, posed(matrix[:, :3], centre * scale, where))
 
 
-def _find(folder: Path) -> Path | None:
-    path = folder / POSES
-    return path if path.is_file() and (folder / CALIBRATION).is_file() else None
-
-
 KITTI = PoseReader(
     kind="KITTI sequence",
     needs=f"KITTI's {POSES} and {CALIBRATION} with {FOLDERS[0]}",
-    find=_find,
+    find=first_of(POSES, CALIBRATION),
     takes=lambda path: path.name == POSES,
     read=read_kitti,
 )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 
-__all__ = ["PoseReader"]
+__all__ = ["PoseReader", "first_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,3 +25,13 @@ class PoseReader:
     takes: Callable[[Path], bool]
     read: Callable[[Path, str | None], PosesFile]
     made_from: tuple[str, ...] = ()
+
+
+def first_of(*names: str) -> Callable[[Path], Path | None]:
+    """What finds the first of these files in a folder that has them all."""
+
+    def find(folder: Path) -> Path | None:
+        paths = [folder / name for name in names]
+        return paths[0] if all(path.is_file() for path in paths) else None
+
+    return find

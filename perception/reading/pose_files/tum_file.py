@@ -19,7 +19,7 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.reading.pose_files.pan_tilt_file import CAMERA_FILE, read_camera
 from facetlog.perception.reading.pose_files.pose_checks import posed, rotation_of
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, first_of
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
     PosedPicture,
@@ -93,15 +93,10 @@ def _picture(picture: _Row, row: _Row, intrinsics: Intrinsics, scale: float) -> 
     return PosedPicture(name, Path(listed).parent / name, of_picture, pose)
 
 
-def _find(folder: Path) -> Path | None:
-    path = folder / TRAJECTORY
-    return path if path.is_file() and (folder / PICTURES).is_file() else None
-
-
 TUM = PoseReader(
     kind="TUM trajectory",
     needs=f"{TRAJECTORY} and {PICTURES} with {CAMERA_FILE}",
-    find=_find,
+    find=first_of(TRAJECTORY, PICTURES),
     takes=lambda path: path.name == TRAJECTORY,
     read=read_tum,
 )

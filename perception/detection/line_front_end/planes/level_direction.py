@@ -28,8 +28,7 @@ STEPS = 3
 
 def held_up(views: Sequence[View], normal: FloatArray) -> bool:
     """Whether a unit vector (3,) is upwards as the cameras were held in the mean."""
-    held = np.mean([-view.pose.rotation[:, 1] for view in views], axis=0)
-    return float(held @ normal) > HELD_UPRIGHT
+    return float(_held(views) @ normal) > HELD_UPRIGHT
 
 
 def level_direction(
@@ -38,7 +37,7 @@ def level_direction(
     """The unit vector (3,) near the cameras' own up that most of segments (n, 2, 3), by their score
     (n,), are along or square to; None where they do not agree, or cameras were not held upright.
     """
-    held = np.mean([-view.pose.rotation[:, 1] for view in views], axis=0)
+    held = _held(views)
     length = float(np.linalg.norm(held))
     likely = np.flatnonzero(score > 0)
     if not length > HELD_UPRIGHT or not len(likely):
@@ -68,6 +67,11 @@ def level_direction(
         up = up if float(up @ held) > 0.0 else -up
     agrees = float(_agrees(ways, up) @ weight)
     return up if agrees >= LEAST_AGREEING * float(weight.sum()) else None
+
+
+def _held(views: Sequence[View]) -> FloatArray:
+    # The mean (3,) of the cameras' own ups.
+    return np.asarray(np.mean([-view.pose.rotation[:, 1] for view in views], axis=0))
 
 
 def _agrees(ways: FloatArray, up: FloatArray) -> NDArray[np.bool_]:
