@@ -49,7 +49,8 @@ class Sight:
     """A thing's vertices, from where it was seen, and what its faces face.
 
     `whole` says that its surface is known from all sides; `up` is a unit vector, None where it is
-    not known; `normals` are those of measured faces, outwards.
+    not known; `normals` are those of measured faces, outwards; `opening` are the directions from
+    which unseen space round it would show, and how much of it, 0..1.
     """
 
     whole: bool
@@ -58,6 +59,7 @@ class Sight:
     places: tuple[Place, ...]
     normals: tuple[Point, ...]
     implied: tuple[ImpliedFace, ...]
+    opening: tuple[tuple[Point, float], ...] = ()
 
 
 def decode_sight(term: Term) -> Sight:
@@ -72,6 +74,7 @@ def decode_sight(term: Term) -> Sight:
                 tuple(places),
                 tuple(normals),
                 tuple(implied),
+                tuple(opening),
             ),
         ):
             return Sight(
@@ -81,6 +84,7 @@ def decode_sight(term: Term) -> Sight:
                 tuple(map(_place, places)),
                 tuple(map(_point, normals)),
                 tuple(map(_implied, implied)),
+                tuple(map(_opening, opening)),
             )
     raise _unreadable(term)
 
@@ -121,6 +125,13 @@ def _hidden(term: Term) -> tuple[str, float]:
     match term:
         case Struct("-", (Atom(by), int() | float() as share)):
             return by, float(share)
+    raise _unreadable(term)
+
+
+def _opening(term: Term) -> tuple[Point, float]:
+    match term:
+        case Struct("-", (int() | float() as share, towards)):
+            return _point(towards), float(share)
     raise _unreadable(term)
 
 

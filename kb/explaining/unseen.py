@@ -8,14 +8,20 @@ it, or, where nobody noted that, those that its faces face.
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from facetlog.kb.explaining.amounts import with_unit
-from facetlog.kb.explaining.sight import ImpliedFace, Place, Point, Sight
-from facetlog.kb.explaining.wording import listed
+from facetlog.kb.explaining.place_to_look import (
+    AXES,
+    DIGITS,
+    UPRIGHT,
+    Looked,
+    Vector,
+    axis_words,
+)
+from facetlog.kb.explaining.sight import ImpliedFace, Point, Sight
 from facetlog.perception.facts.fact_schema import FEWEST_VIEWS
 
 __all__ = ["Unseen", "unseen"]
@@ -26,23 +32,6 @@ GRAZING_DEG = 75.0
 # What nobody looked at from within this is worth another look; half a right angle sees both faces
 # of an edge.
 NEAR_DEG = 45.0
-# Lengths of unit vectors in plan below this are those of upright ones.
-UPRIGHT = 1e-3
-# A way to go is said from this share of the distance to the thing on.
-WORTH_SAYING = 0.15
-# Digits to which directions and distances are compared.
-DIGITS = 6
-WAYS = (("to the left", "to the right"), ("further on", "back"), ("up", "down"))
-AXES = {
-    "+x": (1.0, 0.0, 0.0),
-    "-x": (-1.0, 0.0, 0.0),
-    "+y": (0.0, 1.0, 0.0),
-    "-y": (0.0, -1.0, 0.0),
-    "+z": (0.0, 0.0, 1.0),
-    "-z": (0.0, 0.0, -1.0),
-}
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +62,8 @@ class Unseen:
 def unseen(sight: Sight, thing: str, length_unit: str | None) -> tuple[Unseen, ...]:
     """Why something of the thing may have been missed, whatever it is; nothing of a whole one.
 
-    First the directions that it was looked at from least, in plan and from above, then views that
+    First the directions that it was looked at from least, in plan and from above, and the one from
+    which most of the unseen space round it shows, unless that is near one of them; then views that
     are too few or past it, then faces that are known only from their neighbours.
     """
     if sight.whole:
@@ -81,43 +71,69 @@ def unseen(sight: Sight, thing: str, length_unit: str | None) -> tuple[Unseen, .
     if not sight.points:
         return tuple(map(Unseen, _nothing_found(len(sight.places))))
     points = np.array(sight.points)
-    about = _Thing(thing, (points.min(axis=0) + points.max(axis=0)) / 2, length_unit)
-    seers = [p for p in sight.places if p.count != 0 and p.at != _point(about.middle)]
-    found = list(_least_looked_at(sight, about, seers))
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2
+    seers = tuple(p for p in sight.places if p.count != 0 and p.at != tuple(middle.tolist()))
+    up = None if sight.up is None else np.array(sight.up)
+    about = Looked(thing, middle, seers, up, length_unit)
+    found = list(_least_looked_at(sight, about))
+    found.extend(_unseen_space(sight, about, found))
     found.extend(map(Unseen, _missed(sight, thing)))
     return tuple(found)
 
 
-def _least_looked_at(sight: Sight, about: "_Thing", seers: Sequence[Place]) -> Iterator[Unseen]:
-    steps = [np.array(place.at) - about.middle for place in seers]
-    steps = steps or [np.array(normal) for normal in sight.normals]
-    if not steps:
+def _least_looked_at(sight: Sight, about: Looked) -> Iterator[Unseen]:
+    steps = about.steps() if about.seers else np.array(sight.normals).reshape(-1, 3)
+    if not len(steps):
         return
-    towards = np.array(steps) / np.linalg.norm(steps, axis=1)[:, None]
-    for direction, off in _least_seen(towards, None if sight.up is None else np.array(sight.up)):
-        if any(direction @ n > math.cos(math.radians(NEAR_DEG)) for n in np.array(sight.normals)):
-            continue  # a face that looks there was found
-        if off > NEAR_DEG and seers:
-            yield _beside_a_view(direction, off, sight, seers, about)
-        elif off > NEAR_DEG:
-            side = _axis_words(direction)
+    towards = steps / np.linalg.norm(steps, axis=1)[:, None]
+    for direction, off in _least_seen(towards, about.up):
+        if off <= NEAR_DEG or any(map(partial(_is_near, _point(direction)), sight.normals)):
+            continue  # someone looked from there, or a face that looks there was found
+        if about.seers:
+            yield _not_looked_from(about.level_with_views(direction), off, about)
+        else:
+            side = axis_words(direction)
             why = f"no face that was found of {about.name} faces towards {side}"
             look = f"look at it from the side towards {side}"
             yield Unseen(why, look, _point(direction))
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Thing:
-    name: str
-    middle: Vector
-    length_unit: str | None
+def _not_looked_from(direction: Vector, off: float, about: Looked) -> Unseen:
+    way = about.way(direction)
+    why = f"no view looks at {about.name} from {way.side}"
+    if GRAZING_DEG <= off < 90:
+        why = f"from {way.side}, {about.name} is seen only at a grazing angle of {90 - off:.0f}°"
+    return Unseen(why, f"look at it {way.go}", _point(direction), way.at)
 
-    def length(self, value: float, away: float) -> str:
-        """A way to go, with one digit; where the scale is not known as a share of the distance."""
-        if self.length_unit is None:
-            return f"{abs(value) / away:.1f} of the distance"
-        size = abs(value)
-        return with_unit(f"{size:.1f}" if size >= 0.1 else f"{size:.2f}", self.length_unit)
+
+def _unseen_space(sight: Sight, about: Looked, said: Sequence[Unseen]) -> Iterator[Unseen]:
+    """From where most of the unseen space would show, if nothing said is near there."""
+    # Of directions as good the first, whatever their last digits.
+    best = max(sight.opening, key=lambda each: round(each[1], DIGITS), default=None)
+    if best is None:
+        return
+    towards, share = best
+    if any(found.direction and _is_near(found.direction, towards) for found in said):
+        return
+    why = f"there is space round {about.name} that nobody looked into"
+    most = f"{100 * share:.0f} % of it would show from there"
+    if not about.seers:
+        side = axis_words(np.array(towards))
+        yield Unseen(why, f"look at it from the side towards {side}: {most}", towards)
+        return
+    way = about.way(np.array(towards))
+    steps = about.steps()
+    seen_from = steps / np.linalg.norm(steps, axis=1)[:, None]
+    if any(_is_near(_point(step), towards) for step in seen_from):
+        why = f"what lies behind {about.name}, from {way.side}, has nothing that could be measured"
+        yield Unseen(why, f"put something with a pattern there, and look at it {way.go}: {most}")
+    else:
+        yield Unseen(why, f"look at it {way.go}: {most}", towards, way.at)
+
+
+def _is_near(direction: Point, other: Point) -> bool:
+    cosine = sum(a * b for a, b in zip(direction, other, strict=True))
+    return cosine > math.cos(math.radians(NEAR_DEG))
 
 
 def _nothing_found(views: int) -> Iterator[str]:
@@ -193,70 +209,6 @@ def _least_angles(directions: Vector, others: Vector) -> Vector:
     return angles
 
 
-def _axis_words(direction: Vector) -> str:
-    """The axis, or the two, that a direction lies nearest to.
-
-    >>> _axis_words(np.array([1.0, 0.0, 0.1])), _axis_words(np.array([0.6, -0.8, 0.0]))
-    ('+x', '+x and -y')
-    """
-    return " and ".join(name for name, axis in AXES.items() if direction @ axis > 0.45)
-
-
-# ---- a place to look from
-
-
-def _beside_a_view(
-    direction: Vector, off: float, sight: Sight, seers: Sequence[Place], thing: "_Thing"
-) -> Unseen:
-    """A place in that direction, described from the view that is nearest to it."""
-    steps = np.array([place.at for place in seers]) - thing.middle
-    away = float(np.median(np.linalg.norm(steps, axis=1)))
-    up = None if sight.up is None else np.array(sight.up)
-    if up is not None and abs(direction @ up) < 0.5:
-        # As high as most views, so that it shows from there what they show from their side.
-        rise = float(np.median(steps @ up / np.linalg.norm(steps, axis=1)))
-        direction = math.sqrt(1 - rise**2) * direction + rise * up
-    place = thing.middle + away * direction
-    # Of several as near the first, whatever their last digits.
-    nearest = min(seers, key=lambda seer: round(math.dist(seer.at, place) / away, DIGITS))
-    named = nearest.name
-    if nearest.picture != nearest.name:
-        named = f"{nearest.name} ({nearest.picture})"
-    if up is None:
-        side = f"the side towards {_axis_words(direction)}"
-        move = f"from there, from as far away as {named} is"
-    else:
-        step = place - np.array(nearest.at)
-        forward = thing.middle - np.array(nearest.at)
-        forward -= (forward @ up) * up
-        size = np.linalg.norm(forward)
-        forward = forward / size if size > UPRIGHT * away else np.cross(up, np.roll(up, 1))
-        left = np.cross(up, forward)
-        side = _side_words(direction, forward, left, up)
-        side += "" if side == "above" else f", as {nearest.name} sees it"
-        moves = [
-            f"{thing.length(step @ axis, away)} {ways[int(step @ axis < 0)]}"
-            for axis, ways in zip((left, forward, up), WAYS, strict=True)
-            if abs(step @ axis) > WORTH_SAYING * away
-        ]
-        move = f"from a place {listed(moves)} as seen from {named}"
-    why = f"no view looks at {thing.name} from {side}"
-    if GRAZING_DEG <= off < 90:
-        why = f"from {side}, {thing.name} is seen only at a grazing angle of {90 - off:.0f}°"
-    return Unseen(why, f"look at it {move}", _point(direction), _point(place))
-
-
 def _point(vector: Vector) -> Point:
     x, y, z = vector.tolist()
     return x, y, z
-
-
-def _side_words(direction: Vector, forward: Vector, left: Vector, up: Vector) -> str:
-    """The direction as a viewer calls it who looks along `forward`."""
-    if direction @ up > 0.9:
-        return "above"
-    turn = math.degrees(math.atan2(abs(direction @ left), direction @ forward))
-    side = "left" if direction @ left > 0 else "right"
-    if turn < 30:
-        return "behind"
-    return f"behind and the {side}" if turn < 70 else f"the {side}"

@@ -6,10 +6,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from facetlog.kb.explaining.best_first import best_first
-from facetlog.kb.explaining.proof import Comparison, Proof, State
+from facetlog.kb.explaining.proof import Comparison, Note, Proof, State
 from facetlog.kb.explaining.reasons import reason
 from facetlog.kb.explaining.unseen import Unseen
 from facetlog.kb.explaining.verdict_text import miss_lines, summary, summary_line, verdict_lines
+from facetlog.kb.explaining.wording import LOOKING_SETTLES_NOT
 
 __all__ = ["Condition", "Part", "Recognition", "Size", "Verdict"]
 
@@ -134,10 +135,13 @@ class Verdict:
 
     @property
     def is_unseen(self) -> bool:
-        """Whether it does not hold while a part was not seen, or a condition is open."""
+        """Whether it does not hold while a part was not seen, or a condition is open that another
+        look might settle."""
+        if self.state is State.HOLDS:
+            return False
         missing = any(not part.faces and not part.is_group for part in self.parts)
-        open_ones = self.state is State.UNKNOWN or bool(self.conditions_that(State.UNKNOWN))
-        return self.state is not State.HOLDS and (missing or open_ones)
+        of_none = self.state is State.UNKNOWN and not self.conditions
+        return missing or of_none or any(map(_may_be_settled, self.conditions))
 
     def conditions_that(self, state: State) -> tuple[Condition, ...]:
         """The conditions of this state, in the order of the file."""
@@ -194,6 +198,15 @@ class Verdict:
             ],
             **({"unseen": [found.to_json() for found in self.unseen]} if self.unseen else {}),
         }
+
+
+def _may_be_settled(condition: Condition) -> bool:
+    """Whether a condition is open, and another look might settle it."""
+    if condition.proof.state is not State.UNKNOWN:
+        return False
+    found = reason(condition.proof)
+    step = None if found is None else found.step.detail
+    return not (isinstance(step, Note) and step.cause in LOOKING_SETTLES_NOT)
 
 
 @dataclass(frozen=True, slots=True)

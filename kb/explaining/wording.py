@@ -10,6 +10,7 @@ from facetlog.perception.facts.fact_schema import FACT_SCHEMA
 __all__ = [
     "CAUSES",
     "HOW_SEEN",
+    "LOOKING_SETTLES_NOT",
     "UNSEEN",
     "cause_words",
     "listed",
@@ -125,12 +126,16 @@ CAUSES = {
 }
 """Why a measure or relation is not known, by what the rules call it."""
 
+_BY_ZERO = "it divides by 0"
+LOOKING_SETTLES_NOT = frozenset({CAUSES["up"], CAUSES["scale"], _BY_ZERO})
+"""Why a measure or relation is not known that another look would not make known."""
+
 # More groups than this are not named one by one.
 COUNTED_NAMED = 8
 
 _ABSENT = {
     **{kind.functor: kind.absent for kind in FACT_SCHEMA if kind.absent},
-    "/": "it divides by 0",  # what it divides is known
+    "/": _BY_ZERO,  # what it divides is known
 }
 # Words whose absence is that of a fact of another name.
 _SAME_AS = {

@@ -18,8 +18,10 @@ __all__ = ["FactMaker", "PromisedFacts", "asks_on_demand"]
 FactMaker: TypeAlias = Callable[[], Iterable[Fact]]
 """Works out the facts on demand of one scene."""
 
-# The vocabulary's words that ask for facts on demand (rules/line_labels.pl, rules/vocabulary.pl).
+# What asks for facts on demand without naming them: words of the vocabulary (rules/line_labels.pl,
+# rules/vocabulary.pl), and the request for what was not seen (sight.pl).
 RESTING_WORDS = (
+    "sight",
     "line_label",
     "impossible_drawing",
     r"(?:piece|opening)_\w+",

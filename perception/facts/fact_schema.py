@@ -412,6 +412,14 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "all is full; its own fact has their middle",
         "no unseen space could change the measure",
     ),
+    _kind(
+        "unseen_towards +T:thing X:number Y:number Z:number R:share",
+        _ANY,
+        "of the unseen space round it so much would show to who looks at it from the direction "
+        "X, Y, Z, one of those of its sides; not from below, where up is known",
+        "nothing of it would, or no space round it is unseen",
+        on_demand=True,
+    ),
     *PIECE_KINDS,
     _kind(
         "junction +View:view +J:junction Type:symbol",

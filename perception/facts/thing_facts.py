@@ -1,5 +1,7 @@
 """Facts about things: what belongs to them, how large they are, where their parts are in them."""
 
+from itertools import product
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,7 @@ from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.facts.standing_parts import at_rim
 from facetlog.perception.row_table import Indices, chosen_places
+from facetlog.perception.space.space import LEAST_UNKNOWN
 from facetlog.perception.surfaces.tolerance import SDS
 
 __all__ = [
@@ -26,6 +29,7 @@ __all__ = [
     "surface_facts",
     "thing_facts",
     "tilt_facts",
+    "unseen_facts",
 ]
 
 # On the ground is what ends within this share of its thing's height from the lowest point.
@@ -217,6 +221,24 @@ def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
             measures += [(name, s.face_names[face], each) for name, each in level.measures()]
         for functor, of, each in measures:
             _add_bounded(rows, s.things[index].scene, functor, of, each)
+
+
+def unseen_facts(s: SceneMemo, rows: BlockFacts) -> None:
+    """From where the unseen space round things would show."""
+    for index, filled in s.filled.items():
+        thing = s.things[index]
+        space = filled.space
+        if space.closed or space.unseen <= LEAST_UNKNOWN:
+            continue
+        upright = s.scenes[thing.scene].up is not None
+        for axis, sense in product(range(3), (1, -1)):
+            if upright and (axis, sense) == (2, -1):
+                continue  # nobody looks from below
+            share = space.would_show(axis, sense)
+            if share > 0.0:
+                x, y, z = (sense * space.axes[axis]).tolist()
+                row = (s.thing_names[index], x, y, z, share)
+                rows.add_rows("unseen_towards", thing.scene, [row])
 
 
 def _add_bounded(rows: BlockFacts, scene: int, functor: str, of: str, measure: Bounded) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from facetlog.perception.space.grid import Grid, Lattice
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Space", "State"]
+__all__ = ["LEAST_UNKNOWN", "Space", "State"]
 
 # More than this share of cells neither free nor full, and a thing is not known from all sides:
 # less is the rounding of a surface in cells.
@@ -72,6 +72,18 @@ class Space:
         """Whether the thing is known from all sides: closed, and nothing unseen or assumed."""
         unknown = (self.cells == State.UNSEEN) | (self.cells == State.ASSUMED)
         return self.closed and float(unknown.mean()) <= LEAST_UNKNOWN
+
+    def would_show(self, axis: int, sense: int) -> float:
+        """How much of what is unseen shows to who looks along that axis, 0..1, from beyond its
+        end if `sense` is 1, from before its beginning if -1: all that nothing full hides.
+        """
+        unseen = self.cells == State.UNSEEN
+        count = int(unseen.sum())
+        if not count:
+            return 0.0
+        layers = np.moveaxis(self.cells > State.UNSEEN, axis, 0)[::-sense]
+        hidden = np.moveaxis(np.logical_or.accumulate(layers, axis=0)[::-sense], 0, axis)
+        return int((unseen & ~hidden).sum()) / count
 
     @cached_property
     def _least(self) -> Grid:

@@ -12,7 +12,8 @@ What an explanation of what was not seen rests on, in the facts' own numbers.
 
 %!  sight(+Thing, -Sight) is det.
 %
-%   Sight is sight(Whole, Ups, Points, Places, Normals, Implied) of a thing of the current scene:
+%   Sight is sight(Whole, Ups, Points, Places, Normals, Implied, Open) of a thing of the current
+%   scene:
 %
 %     - Whole is true where its surface is known from all sides, else false;
 %     - Ups is a list of at most one at(X, Y, Z), the unit vector upwards;
@@ -21,9 +22,10 @@ What an explanation of what was not seen rests on, in the facts' own numbers.
 %       vertices the view saw, and `unknown` where a scanner stood;
 %     - Normals are the outward normals at(X, Y, Z) of its measured faces;
 %     - Implied are implied(Face, Normal, Shown) of its other faces; Shown is a list of
-%       shows(View, Seen, Outside, Hidden), Hidden of By-Share.
+%       shows(View, Seen, Outside, Hidden), Hidden of By-Share;
+%     - Open are Share-at(X, Y, Z): so much of the unseen space round it would show from there.
 
-sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied)) :-
+sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied, Open)) :-
     ( fact(whole(Thing)) -> Whole = true ; Whole = false ),
     findall(at(X, Y, Z), fact(up(X, Y, Z)), Ups),
     findall(V, vertex_of(Thing, V), Vs0),
@@ -35,7 +37,8 @@ sight(Thing, sight(Whole, Ups, Points, Places, Normals, Implied)) :-
     findall(Normal, ( face_of(Thing, Face, measured), normal(Face, Normal) ), Normals),
     findall(implied(Face, Normal, Shown),
             ( face_of(Thing, Face, implied), normal(Face, Normal), shown(Face, Shown) ),
-            Implied).
+            Implied),
+    findall(Share-at(X, Y, Z), fact(unseen_towards(Thing, X, Y, Z, Share)), Open).
 
 vertex_of(Thing, V) :-
     fact(part_of(Part, Thing)),

@@ -2,13 +2,19 @@
 
 import math
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from facetlog.grammar.library import BUILTIN
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.sight import ImpliedFace, Look, Place, Point, Sight
 from facetlog.kb.explaining.unseen import Unseen, unseen
 from facetlog.kb.loading.encode import Fact
+from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
+from facetlog.perception.surfaces.scene_file import read_scene
 from tests.kb.asked import asked
 
 UP = (0.0, 0.0, 1.0)
@@ -115,6 +121,37 @@ def test_without_cameras_the_sides_that_no_face_faces_are_told_by_axes() -> None
     assert without_up.look == "look at it from the side towards +x"
 
 
+ROUND = ((1.0, 0.0, 0.0), (-1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, -1.0, 0.0), UP)
+OPENING = (((0.0, 1.0, 0.0), 0.25), ((-1.0, 0.0, 0.0), 0.75))
+
+
+def test_where_faces_look_everywhere_the_side_that_shows_most_unseen_space_is_named() -> None:
+    (found,) = told(replace(sight(normals=ROUND), opening=OPENING))
+    assert found.why == "there is space round t1 that nobody looked into"
+    assert found.look == ("look at it from the side towards -x: 75 % of it would show from there")
+    assert found.direction == (-1.0, 0.0, 0.0)
+
+
+def test_a_side_that_is_named_for_another_reason_is_not_named_again() -> None:
+    (behind, *rest) = told(replace(sight(*FRONT, normals=(UP,)), opening=OPENING))
+    assert behind.direction == pytest.approx((-1, 0, 0), abs=1e-9)
+    assert not any("space" in found.why for found in rest)
+
+
+def test_from_cameras_the_way_to_where_unseen_space_shows_is_described() -> None:
+    found = told(replace(sight(*FRONT, normals=ROUND), opening=OPENING))[0]
+    assert found.place == pytest.approx((-2, 0, 0), abs=1e-9)
+    assert found.look.startswith("look at it from a place")
+    assert found.look.endswith(": 75 % of it would show from there")
+
+
+def test_where_a_view_looks_into_unseen_space_a_pattern_behind_it_is_missing() -> None:
+    seen = replace(sight(*FRONT, normals=ROUND), opening=(((1.0, 0.0, 0.0), 0.5),))
+    found = told(seen)[0]
+    assert found.look.startswith("put something with a pattern there, and look at it as view2")
+    assert found.place is None
+
+
 def test_a_camera_in_the_middle_of_the_thing_says_nothing_of_its_sides() -> None:
     assert told(sight(Place("view1", "1.png", (0.0, 0.0, 0.0), 8))) == [
         Unseen("too few views: view1 alone shows something of t1")
@@ -130,6 +167,34 @@ def test_where_there_is_nothing_the_number_of_views_says_why() -> None:
     assert unseen(two, "", "m") == (
         Unseen("there are but 2 views: a face is found where at least 3 agree on it"),
     )
+
+
+@pytest.mark.parametrize(
+    ("example", "model"),
+    [
+        ("chair_two_legs", "chair"),
+        ("desk_one_end", "desk"),
+        ("stool_two_legs", "stool"),
+        ("table_two_legs", "table"),
+    ],
+)
+def test_of_an_example_that_is_open_it_is_said_from_where_to_look(example: str, model: str) -> None:
+    scene = read_scene(BUILTIN / "scenes" / f"{example}.json")
+    with asked([f.row for f in (*scene_facts(scene), *facts_on_demand(scene))]) as ask:
+        (miss,) = ask.why_not(model, count=1)
+    assert miss.state is not State.HOLDS
+    assert any(found.look for found in miss.unseen)
+
+
+def test_what_is_divided_by_nothing_is_not_looked_for(tmp_path: Path) -> None:
+    text = 'model ratio\n  "Nothing."\n\n  face a\n  tilt(a) / (tilt(a) - tilt(a)) at least 1\n'
+    path = tmp_path / "ratio.model"
+    path.write_text(text)
+    scene = read_scene(BUILTIN / "scenes" / "block_one_side.json")
+    with asked([fact.row for fact in scene_facts(scene)], path) as ask:
+        (miss,) = ask.why_not("ratio", count=1)
+    assert not miss.is_unseen
+    assert miss.unseen == ()
 
 
 def test_who_asks_why_not_is_told_which_part_and_from_where(facts_of) -> None:  # type: ignore[no-untyped-def]

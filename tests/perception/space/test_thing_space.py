@@ -7,7 +7,10 @@ import pytest
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from numpy.typing import NDArray
 
+from facetlog.grammar.library import BUILTIN
 from facetlog.perception.facts.all_facts import LEVEL_KINDS, fact_rows
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
@@ -15,10 +18,12 @@ from facetlog.perception.reading.shape_files.point_cloud import Cloud
 from facetlog.perception.scene import Scene, SightLines
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.space.grid import Lattice
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.space.thing_space import ThingSurface, thing_space
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.exact_solids.polyhedra import moved
+from facetlog.perception.surfaces.scene_file import read_scene
 from tests.perception.shapes.sampled_shapes import box_points
 from tests.perception.space.simulated_scans import eye_at, one_body, scanned
 
@@ -69,6 +74,42 @@ def test_what_is_closed_is_full_and_what_is_open_is_not(name: str, low: float, h
     assert found.known
     assert found.unseen == found.share(State.ASSUMED) == 0.0
     assert low <= found.share(State.FULL) <= high
+
+
+@given(
+    cells=arrays(
+        np.uint8, st.tuples(*[st.integers(1, 6)] * 3), elements=st.sampled_from(list(State))
+    ),
+    axis=st.integers(0, 2),
+    sense=st.sampled_from([1, -1]),
+)
+def test_of_what_is_unseen_that_shows_which_nothing_full_hides(
+    cells: NDArray[np.uint8], axis: int, sense: int
+) -> None:
+    lattice = Lattice(1.0, np.eye(3), np.zeros(3), cells.shape)  # type: ignore[arg-type]
+    found = Space(lattice, cells, closed=False)
+    shown = 0
+    for row in np.moveaxis(cells, axis, 2).reshape(-1, cells.shape[axis]):
+        for state in row[::-sense]:
+            if state > State.UNSEEN:
+                break
+            shown += state == State.UNSEEN
+    unseen = int((cells == State.UNSEEN).sum())
+    assert found.would_show(axis, sense) == (shown / unseen if unseen else 0.0)
+
+
+def test_the_room_beneath_a_board_shows_from_where_it_is_open() -> None:
+    found = fact_rows(read_scene(BUILTIN / "scenes" / "table_two_legs.json"), {"unseen_towards"})
+    rows = found["unseen_towards"]
+    towards = {tuple(np.round(row[1:4], 6)): row[4] for row in rows}
+    assert all(0.0 < share <= 1.0 for share in towards.values())
+    assert (0.0, 0.0, -1.0) not in towards  # nobody looks from below
+    assert (0.0, 0.0, 1.0) not in towards  # the top hides it
+    assert max(towards.values()) > 0.9
+
+
+def test_of_what_is_known_all_round_nothing_would_show() -> None:
+    assert fact_rows(build("table", {}), {"unseen_towards"})["unseen_towards"] == []
 
 
 # walls of a bin 40 x 40 x 50 cm, 1 cm thick; its lid; and aprons of a table 1.2 x .8 m
