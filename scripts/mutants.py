@@ -3,9 +3,11 @@ and lets the oracle and the unit tests of tests/kb/meaning look at each change.
 
     python scripts/mutants.py [--only FILE …] [--sample N --seed SEED] [--processes N]
 
-A mutant is killed when a way of judging says something else than the reference, or an error, or a
-unit test fails. The survivors are printed with their lines; the exit status is 1 if there are any
-that `EQUIVALENT` does not name, or if one that it names is killed or does not exist.
+A mutant is killed when a way of judging says something else than the reference, or an error, or
+nothing in the time of many cases, or a unit test fails; how many died of the time is printed. What
+carries facts and verdicts to and fro means nothing, and is left to tests/kb/test_batch_judge.py.
+The survivors are printed with their lines; the exit status is 1 if there are any that `EQUIVALENT`
+does not name, or if one that it names is killed or does not exist.
 """
 
 import argparse
@@ -159,6 +161,8 @@ class Killers:
         self._cases = [random_case(seed, TESTS) for seed in range(cases)]
         self._said: list[Any] = []
         self._order = [UNITS, *range(cases)]
+        self.late = 0
+        """How many were killed because they said nothing in time."""
 
     def learn(self, program: Program) -> None:
         """What the program says as it is. Raises SystemExit if a test fails already."""
@@ -191,7 +195,10 @@ class Killers:
             case, before = self._cases[killer], self._said[killer]
             said = program.ask(written(case))
             return not close(said, before) and _differs(case, said)
-        except (Empty, ValueError):
+        except Empty:
+            self.late += 1
+            return True
+        except ValueError:
             return True
 
 
@@ -225,6 +232,11 @@ class Worker:
         self._program = Program()
         self._killers = Killers(cases)
         self._killers.learn(self._program)
+
+    @property
+    def late(self) -> int:
+        """How many mutants were killed because they said nothing in time, or died."""
+        return self._killers.late
 
     def survivors(self, mutants: Sequence[Mutant]) -> list[Mutant]:
         """Those that nothing kills, printed as they are found."""
@@ -266,6 +278,7 @@ def main() -> int:
         for file in options.only or FILES:
             every = found_in(finder, file)
             tried = sample(every, options.sample, options.seed)
+            late = sum(worker.late for worker in workers)
             shares = [tried[first::count] for first in range(count)]
             left = [one for some in pool.map(Worker.survivors, workers, shares) for one in some]
             alive = {mutant.key() for mutant in left}
@@ -274,8 +287,10 @@ def main() -> int:
             for key in sorted(wrong):
                 print(f"named equivalent, but killed or not there: {key}")
             named = sum(mutant.key() in EQUIVALENT for mutant in left)
+            late = sum(worker.late for worker in workers) - late
             print(
-                f"{file}: {len(tried)} mutants, {len(left) - named} survive, {named} equivalent",
+                f"{file}: {len(tried)} mutants, {len(left) - named} survive, {named} equivalent, "
+                f"{late} killed by the time they took",
                 flush=True,
             )
             right = right and not wrong and named == len(left)

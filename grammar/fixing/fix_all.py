@@ -15,6 +15,9 @@ MOST_TRIED = 1000
 UNREAD = frozenset({"bracket", "misspelt", "no-model", "open-text", "stray-text", "syntax"})
 """Faults of statements that cannot be read; what else is wrong with these shows afterwards."""
 
+UNCHECKED = "unknown-word"
+"""A fault by which nothing else is known of a measure or relation; that shows afterwards."""
+
 Check = Callable[[str], tuple[Fault, ...]]
 """The faults of a text."""
 
@@ -43,8 +46,9 @@ def fixed(text: str, check: Check) -> Fixed:
 
     Each fix is made in the text that those before have left, and kept only if its fault is gone
     after it and nothing new is wrong: what makes another error was not meant. Where an error is
-    gone warnings may show, for lint looks only at models without errors. Of a statement that could
-    not be read errors may show, if their own fixes leave no more of them than before.
+    gone warnings may show, for lint looks only at models without errors. Of a word that was unknown
+    errors may show that have sure fixes, and of a statement that could not be read others, if their
+    own fixes leave no more of them than before.
     """
     return _run(Fixed(text, (), _own(text, check(text))), check, frozenset())
 
@@ -57,7 +61,7 @@ def _run(state: Fixed, check: Check, passed_over: frozenset[Hashable]) -> Fixed:
         fault = min((f for f in left if f.sure_fix is not None), key=_place, default=None)
         if fault is None:
             break
-        after = _after(state, fault, check)
+        after = _after(state, fault, check, passed_over)
         if after is None:
             refused.add(_what(fault))
         else:
@@ -66,20 +70,26 @@ def _run(state: Fixed, check: Check, passed_over: frozenset[Hashable]) -> Fixed:
     return state
 
 
-def _after(state: Fixed, fault: Fault, check: Check) -> Fixed | None:
-    """The text after the fix of a fault; None if that would be no better."""
+def _after(
+    state: Fixed, fault: Fault, check: Check, passed_over: frozenset[Hashable]
+) -> Fixed | None:
+    """The text after the fix of a fault, and those of the errors that show by it; None if that
+    would be no better."""
     fix = fault.sure_fix
     text = applied(state.text, fix.edits if fix is not None else ())
     after = Fixed(text, (*state.done, _done(fault)), _own(text, check(text)))
     if _what(fault) in map(_what, after.faults):
         return None
+    known = passed_over | frozenset(map(_what, state.faults))
     if fault.code not in UNREAD:
+        if fault.code == UNCHECKED and not _no_worse(state.faults, after.faults, fault.severity):
+            after = _run(after, check, known)
         return after if _no_worse(state.faults, after.faults, fault.severity) else None
     if _unread(after.faults) > _unread(state.faults):
         return None
     most = len(_errors(state.faults))
     if len(_errors(after.faults)) > most:
-        after = _run(after, check, frozenset(map(_what, state.faults)))
+        after = _run(after, check, known)
     return after if len(_errors(after.faults)) <= most or _crowded(state.faults) else None
 
 

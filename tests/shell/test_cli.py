@@ -132,7 +132,7 @@ def test_the_heading_says_how_many_of_the_views_were_used(
     assert capsys.readouterr().out.startswith("cuboid: 2 of 4 views, 6 faces, ")
 
 
-def test_interruption_is_quiet(
+def test_of_an_interruption_nothing_is_said_but_that(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def interrupted(*_: object, **__: object) -> None:
@@ -140,7 +140,7 @@ def test_interruption_is_quiet(
 
     monkeypatch.setattr("facetlog.cli.views_from", interrupted)
     assert main(["recognize", "views"]) == 130
-    assert capsys.readouterr() == ("", "")
+    assert capsys.readouterr() == ("", "facetlog: interrupted\n")
 
 
 def test_help_loads_neither_opencv_nor_the_engine() -> None:

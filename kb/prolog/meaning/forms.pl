@@ -167,7 +167,8 @@ start_degree(full, Degree, Degree).
 
 %!  settled(+Join, +Want, +Sum) is semidet.
 %
-%   No further part can change what is wanted. Of a count all groups are asked.
+%   No further part can change what is wanted. Of a count all groups are asked; `not` and `if_known`
+%   have but one part.
 
 settled(all, Want, sum(S, Degree)) :-
     S == fails,
@@ -175,8 +176,6 @@ settled(all, Want, sum(S, Degree)) :-
 settled(any, Want, sum(S, Degree)) :-
     S == holds,
     settled_any(Want, Degree).
-settled(not, _, _) :- fail.
-settled(if_known, _, _) :- fail.
 settled(expect(_), Want, _) :- Want == state.
 
 settled_all(state, _).

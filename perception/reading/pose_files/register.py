@@ -83,7 +83,11 @@ def _found(folder: Path) -> list[tuple[PoseReader, Path]]:
 
 
 def _holds(folder: Path) -> str:
-    names = sorted(path.name for path in folder.iterdir())
+    paths = sorted(folder.iterdir())
+    for path in paths:
+        if not (path.is_file() or path.is_dir()):
+            return f"and {path.name} is no file that can be read"
+    names = [path.name for path in paths]
     if not names:
         return "it is empty"
     more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""

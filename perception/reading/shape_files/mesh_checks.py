@@ -279,6 +279,8 @@ def _buffer_bytes(buffer: dict[str, Any], path: Path, size: int) -> int:
         raise InputError(
             f"{path.name}: points outside its folder ({uri[:80]}); put the data beside it"
         )
+    if target.exists() and not target.is_file():
+        raise InputError(f"{path.name}: {uri[:80]} is no regular file; put the data itself there")
     if not target.is_file():
         raise InputError(f"{path.name}: {uri[:80]} is missing; put it beside the glTF")
     return target.stat().st_size

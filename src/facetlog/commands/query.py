@@ -7,7 +7,6 @@ import typer
 
 from facetlog.commands.shared import Models, Trust, command
 from facetlog.errors import InputError
-from facetlog.terminal import note
 
 __all__ = ["query_command"]
 
@@ -63,11 +62,7 @@ def query_command(
         session.load_scenes(paths)
         shell = Shell(session, Screen(), limit, as_json=as_json)
         if goal is not None:
-            try:
-                return run_line(shell, goal)
-            except KeyboardInterrupt:
-                note("interrupted")
-                raise
+            return run_line(shell, goal)
         # A prompt needs a terminal on both sides; what it asks for must not get among the answers.
         if not (sys.stdin.isatty() and (sys.stdout.isatty() or sys.stderr.isatty())):
             return run_batch(shell, sys.stdin)

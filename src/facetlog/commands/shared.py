@@ -12,7 +12,7 @@ import typer
 
 from facetlog.__main__ import INTERRUPTED
 from facetlog.errors import FacetlogError, InputError
-from facetlog.terminal import error, error_lines
+from facetlog.terminal import error, error_lines, note
 
 __all__ = ["NO", "YES", "AsJson", "Full", "Models", "Raw", "Trust", "command"]
 
@@ -62,6 +62,7 @@ def command(body: Callable[P, int]) -> Callable[P, None]:
             error("what was given needs more memory than there is: give less at once")
             code = InputError.exit_code
         except KeyboardInterrupt:
+            note("interrupted")
             code = INTERRUPTED
         except BrokenPipeError:  # the reader went away, as `| head` does
             _write_no_more()

@@ -53,6 +53,8 @@ def _mended(line: str) -> str:
         ("tilt(top) = 30 deg ± -5 deg", "tilt(top) = 30 deg ± 5 deg"),
         ("top is upward  # lint: allow said-twice", "top is upward"),
         ("tiltt(top) at leest 5 degs", "tilt(top) at least 5 deg"),
+        # What shows by a fix may have one of its own.
+        ("tiltt(top) between 40 deg and 20 deg", "tilt(top) between 20 deg and 40 deg"),
     ],
 )
 def test_what_is_sure_is_put_right(before: str, after: str) -> None:
@@ -74,6 +76,7 @@ def test_what_is_sure_is_put_right(before: str, after: str) -> None:
         "if known: length(top) between 400 and 90 cm",
         # What a statement shows once it can be read would be more than before.
         "foo(top) at leest bar(side)",
+        "lenght(top) at most 40",
     ],
 )
 def test_what_is_not_sure_is_left_alone(line: str) -> None:
