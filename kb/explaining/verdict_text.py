@@ -116,8 +116,7 @@ def verdict_lines(verdict: "Verdict", *, full: bool = False) -> Iterator[str]:
         yield from _unseen(verdict)
     elif verdict.state is State.HOLDS:
         reasons = [(c, found) for c in verdict.conditions if (found := reason(c.proof)) is not None]
-        for line, found in reasons:
-            yield _condition(line, found.texts(verdict.length_unit))
+        yield from _conditions((line for line, _ in reasons), verdict.length_unit)
         unsaid = len(verdict.conditions) - len(reasons)
         if unsaid:
             more = " more" if reasons else ""
@@ -158,8 +157,7 @@ def _missing(verdict: "Verdict") -> Iterator[str]:
                 lines = [line for line in lines if line not in same]
                 which = listed([line.label for line in same])
                 yield from _wrapped(f"  ? {which}: not known, because {why}")
-        for line in lines:
-            yield from _condition_with_reason(line, _reason_texts(line, verdict.length_unit))
+        yield from _conditions(lines, verdict.length_unit)
     yield from _unseen(verdict)
     labels = [c.label for c in verdict.conditions_that(State.HOLDS)]
     if labels:
@@ -167,8 +165,26 @@ def _missing(verdict: "Verdict") -> Iterator[str]:
         yield _fitting((f"  + holds: {', '.join(labels)}", count))
 
 
+def _conditions(lines: "Iterable[Condition]", length_unit: str | None) -> Iterator[str]:
+    """The conditions with the reasons for their states, each reason once."""
+    given: set[tuple[str, ...]] = set()
+    for line in lines:
+        texts = _reason_texts(line, length_unit)
+        if texts in given:
+            yield _condition(line, ("for the same reason",))
+        else:
+            yield from _condition_with_reason(line, texts)
+        given.add(texts)
+
+
 def _condition_with_reason(line: "Condition", texts: tuple[str, ...]) -> Iterator[str]:
-    """The condition and the whole reason for its state, which may take a line of its own."""
+    """The condition and the reason for its state: the whole of one that fails, is open, or compares
+    a measure with limits, which may take a line of its own."""
+    found = reason(line.proof)
+    compares = found is not None and isinstance(found.step.detail, Comparison)
+    if line.proof.state is State.HOLDS and not compares:
+        yield _condition(line, texts)
+        return
     in_one = _condition(line, texts[:1])
     if line.said in in_one and texts[0] in in_one:
         yield in_one

@@ -52,14 +52,20 @@ def test_every_line_of_what_holds_gives_a_reason_that_is_in_the_trace(name: str)
     holding = [v for v in judged(name) if v.state is HOLDS]
     assert holding
     for verdict in holding:
-        said = {m[1]: m[2] for line in verdict.lines() if (m := re.match(r"  . (\w+)(.*)", line))}
+        said: dict[str, str] = {}
+        for line in verdict.lines():
+            if begun := re.match(r"  \S (\w+( \d+)?)(.*)", line):
+                label, said[label] = begun[1], begun[3]
+            elif line.startswith("      ") and said:
+                said[label] += line
         asked_of = [c for c in verdict.conditions if reason(c.proof) is not None]
         for condition in asked_of:
             found = reason(condition.proof)
             assert found is not None
             assert found.step in steps(condition.proof)
             texts = found.texts(verdict.length_unit)
-            assert any(text in said[condition.label] for text in texts)
+            same = "for the same reason" in said[condition.label]
+            assert same or any(text in said[condition.label] for text in texts)
         unsaid = len(verdict.conditions) - len(asked_of)
         last = list(verdict.lines())[-1]
         assert last.startswith(f"  + {unsaid} more condition") == (unsaid > 0)
@@ -133,29 +139,26 @@ def verdict_of(*conditions: Condition, parts: tuple[Part, ...] = ()) -> Verdict:
     return Verdict("slab", "t1", state, 1, 1, parts, sizes, conditions, length_unit="m")
 
 
-def line_of(said: str, *, low: float = 1.0) -> str:
+def lines_of(said: str, *, low: float = 1.0) -> list[str]:
     proof = Proof(HOLDS, low, 1, "", compared("share(f1)", 0.9, 0.5).detail)
     condition = Condition("wide", said, proof, "slab.model:9", "share(a) at least 50 %")
-    return list(verdict_of(condition).lines())[-1]
+    return list(verdict_of(condition).lines())[2:]
 
 
-def test_what_a_reader_misses_least_is_left_out_of_a_long_line() -> None:
-    whole = "share(f1) = 90 ± 1 %, at least 50 % [slab.model:9]"
-    room = WIDTH - len(f"  + wide:  – {whole}")
-    assert line_of("x" * room) == f"  + wide: {'x' * room} – {whole}"
-    for more, left in (
-        (1, "share(f1) = 90 ± 1 %, at least 50 %"),
-        (1 + len(" [slab.model:9]"), "share(f1) = 90 ± 1 %"),
-        (1 + len(", at least 50 % [slab.model:9]"), "share(f1) = 90 %"),
-    ):
-        said = "x" * (room + more)
-        assert line_of(said) == f"  + wide: {said} – {left}"
-    assert line_of("x" * WIDTH) == "  + wide – share(f1) = 90 ± 1 %, at least 50 %"
+def test_a_reason_that_has_no_room_beside_what_is_asked_has_a_line_of_its_own() -> None:
+    whole, place = "share(f1) = 90 ± 1 %, at least 50 %", " [slab.model:9]"
+    room = WIDTH - len(f"  + wide:  – {whole}{place}")
+    assert lines_of("x" * room) == [f"  + wide: {'x' * room} – {whole}{place}"]
+    said = "x" * (room + len(place))
+    assert lines_of(said) == [f"  + wide: {said} – {whole}"]
+    said += "x"
+    assert lines_of(said) == [f"  + wide: {said}{place}", f"      {whole}"]
+    assert lines_of("x" * WIDTH) == ["  + wide", f"      {whole}"]
 
 
 @pytest.mark.parametrize(("low", "shown"), [(0.994, " (99%)"), (0.995, ""), (0.25, " (25%)")])
 def test_a_degree_is_said_where_it_is_not_certain(low: float, shown: str) -> None:
-    assert line_of("it is wide", low=low).startswith(f"  + wide: it is wide{shown} – share(f1)")
+    assert lines_of("it is wide", low=low)[0].startswith(f"  + wide: it is wide{shown} – share(f1)")
 
 
 def test_sizes_have_each_their_unit() -> None:
