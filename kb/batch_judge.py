@@ -8,24 +8,26 @@ ask for are handed over, and a scene is one request.
 import hashlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 
 from facetlog.errors import EngineError
+from facetlog.kb.brief_verdict import BriefVerdict, Conditions, Cost
 from facetlog.kb.calibration import InputKind
 from facetlog.kb.engine.closing import Closing
 from facetlog.kb.engine.engine import house
 from facetlog.kb.engine.leftovers import scene_module
-from facetlog.kb.engine.terms import Atom, Struct, Term
+from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.wording import UNSEEN
 from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.kb.limits import Limits
 from facetlog.kb.loading.encode import Fact
 from facetlog.kb.loading.facts_on_demand import Columns, facts_text
+from facetlog.kb.loading.rule_source import MODEL_SUFFIX
+from facetlog.kb.loading.scene_cache import SceneCache
 from facetlog.kb.recognize import open_knowledge_base
 
-__all__ = ["BatchJudge", "BriefVerdict", "Conditions", "Cost"]
+__all__ = ["BatchJudge"]
 
 # What verdicts follow from beside the models: words, measures and how they are judged; of models
 # that cannot be specialised also by how it is proved.
@@ -35,53 +37,11 @@ HASH_DIGITS = 16
 # What says how a thing was measured, where it was not found in pictures.
 SURFACES = {("whole", 1): InputKind.WHOLE, ("scanned", 1): InputKind.SCANNED}
 
+NAME_DIGITS = 24  # of a module's digest
+# Modules of open batches that are named by what they hold.
+_in_use: set[str] = set()
+
 SEPARATOR = "\x7f"  # separator/1 of batch.pl
-
-
-@dataclass(frozen=True, slots=True)
-class Cost:
-    """What it took to judge one thing by one model: assignments proposed, inferences of Prolog,
-    seconds of processor time."""
-
-    candidates: int = 0
-    inferences: int = 0
-    seconds: float = 0.0
-
-    def __add__(self, other: "Cost") -> "Cost":
-        return Cost(
-            self.candidates + other.candidates,
-            self.inferences + other.inferences,
-            self.seconds + other.seconds,
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class Conditions:
-    """How many conditions a model has, and the labels of those that the interpreter judges, in
-    whole or in part, since they could not be specialised."""
-
-    count: int
-    interpreted: tuple[str, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class BriefVerdict:
-    """What one model says of one thing, as `Verdict` has it.
-
-    `parts` are (role, names), none where nothing was seen for the role; `sizes` are
-    (name, value, standard deviation).
-    """
-
-    model: str
-    thing: str
-    state: State
-    degree: float
-    degree_at_most: float
-    confidence: float | None
-    parts: tuple[tuple[str, tuple[str, ...]], ...]
-    sizes: tuple[tuple[str, float, float], ...]
-    specialises: tuple[str, ...] = ()
-    cost: Cost = field(default=Cost(), compare=False)
 
 
 class BatchJudge(Closing):
@@ -105,6 +65,8 @@ class BatchJudge(Closing):
             model_paths, trusted=trusted, limits=limits, crisp=crisp, raw=raw
         )
         self.models_hash = _models_hash(self._base)
+        self._about_values = f"crisp={crisp}"
+        self._code = SceneCache()
         self._needed: frozenset[tuple[str, int]] = frozenset()
         self._batch: str | None = None
         try:
@@ -114,19 +76,53 @@ class BatchJudge(Closing):
             raise
 
     def _opened(self) -> str:
-        """The name of a batch whose models are ready, for the facts of a fresh module."""
-        self._scene = scene_module()
-        batch = f"{self._scene}:batch"
+        """The name of a batch whose models are ready, for the facts of a fresh module.
+
+        What the models are specialised to is kept, under the name of that module.
+        """
         of_module: dict[str, list[Atom]] = defaultdict(list)
         for model, rules in self._base.models.items():
             of_module[rules.module].append(Atom(model))
         models = tuple(Struct("-", (Atom(m), tuple(names))) for m, names in of_module.items())
+        self._scene, path = self._place(models)
+        batch = f"{self._scene}:batch"
+        loaded = self._code.load(path, self._scene, self._base.send, "load_batch")
         about = Struct("batch", (Atom(batch), Atom(self._scene), models))
         opened = self._base.request("open_batch", about, keep=batch)
+        if loaded is None:
+            self._code.save(path, self._scene, self._base.send, "save_batch")
         kinds, self._general = _opened(opened)
         self._needed = frozenset(map(_functor, _items(kinds))) | SURFACES.keys()
         self._in_order = sorted(self._needed)
         return batch
+
+    def _place(self, models: tuple[Term, ...]) -> tuple[str, Path | None]:
+        """The module that the models are specialised into, and the file that keeps it, if any.
+
+        The module is named by what the file depends on: clauses name it. One that is in use cannot
+        be another batch's. Nothing is kept of a stranger's models, whose process may write no file,
+        nor of Prolog, which may load files that nobody knows of.
+        """
+        paths = self._base.rule_files
+        if self._base.isolated or any(path.suffix != MODEL_SUFFIX for path in paths):
+            return scene_module(), None
+        total = hashlib.sha256(f"{self.models_hash} {self._about_values}\n".encode())
+        total.update(term_text(models).encode())
+        try:
+            for path in paths:
+                total.update(path.read_bytes())
+        except OSError:
+            return scene_module(), None  # it is gone by now
+        name = f"facetlog_batch:{total.hexdigest()[:NAME_DIGITS]}"
+        if name in _in_use:
+            return scene_module(), None
+        _in_use.add(name)
+        identity = str(self._base.send("cache_identity", ""))
+        return name, self._code.path(total.hexdigest(), identity)
+
+    def _forget(self, batch: str) -> None:
+        if self._base.forget("close_batch", batch):
+            _in_use.discard(self._scene)
 
     @property
     def process_id(self) -> int | None:
@@ -157,7 +153,7 @@ class BatchJudge(Closing):
     def close(self) -> None:
         """Forgets the models."""
         if self._batch is not None:
-            self._base.forget("close_batch", self._batch)
+            self._forget(self._batch)
             self._batch = None
         self._base.close()
 
@@ -186,7 +182,7 @@ class BatchJudge(Closing):
         try:
             said = self._base.request("judge_batch", about, columns)
         except BaseException:
-            self._base.forget("close_batch", batch)
+            self._forget(batch)
             raise
         self._batch = batch
         kinds = {

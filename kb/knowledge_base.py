@@ -226,6 +226,11 @@ class KnowledgeBase(Closing):
         """Each model and the file that defines it; the one loaded last wins."""
         return self._rules.by_model
 
+    @property
+    def rule_files(self) -> tuple[Path, ...]:
+        """All files that the users' rules were made from."""
+        return self._rules.files
+
     def words(self) -> tuple[Word, ...]:
         """The words that a question may use, facts among them."""
         return decode_words(self._request("question_words", ""))
@@ -376,10 +381,18 @@ class KnowledgeBase(Closing):
         seconds = self.limits.seconds if keep is None else LOAD_SECONDS
         return ask(self._door, operation, text, seconds=seconds, state=keep)
 
-    def forget(self, operation: str, kept: str) -> None:
-        """Sends the request that forgets what was kept, when all that is asked now has ended."""
-        if not self._closed:
-            self._door.when_quiet(operation, term_text(Atom(kept)), state=kept)
+    def send(self, operation: str, text: str) -> Term:
+        """The result of a request that needs no more than this text (scene_cache.py)."""
+        return self._request(operation, text)
+
+    def forget(self, operation: str, kept: str) -> bool:
+        """Sends the request that forgets what was kept, when all that is asked now has ended.
+
+        Returns whether it is forgotten already.
+        """
+        if self._closed:
+            return False
+        return self._door.when_quiet(operation, term_text(Atom(kept)), state=kept)
 
     def _scene(self, name: str) -> LoadedScene:
         try:

@@ -42,6 +42,11 @@ class RuleFiles:
         return tuple(rules.module for rules in self._users.values())
 
     @property
+    def files(self) -> tuple[Path, ...]:
+        """All files that the users' rules were made from."""
+        return tuple(path for rules in self._users.values() for path in rules.files)
+
+    @property
     def on_demand(self) -> bool:
         """Whether a file may ask for facts that are made on demand."""
         return any(rules.on_demand for rules in (*self._builtin, *self._users.values()))

@@ -1,4 +1,5 @@
-"""Scenes that were seen before, as files of compiled facts that load ten times as fast as text.
+"""What was loaded before, as files of compiled clauses that load ten times as fast as text: the
+facts of scenes, and models that were specialised for a batch.
 
 A file is only ever a copy of what can be made again: whatever is wrong with it, the folder or the
 disk, the facts are loaded the long way, and a new file is written. SWI-Prolog ends the process on a
@@ -140,8 +141,13 @@ class SceneCache:
         digest = hashlib.sha256(json.dumps(parts).encode("ascii"))
         return self.folder / f"{digest.hexdigest()}{_SUFFIX}"
 
-    def load(self, path: Path | None, module: str, ask: Ask) -> int | None:
-        """The number of facts loaded from the file into a fresh scene; None if it has none yet."""
+    def load(
+        self, path: Path | None, module: str, ask: Ask, operation: str = "load_saved_scene"
+    ) -> int | None:
+        """The number of facts loaded from the file into a fresh scene; None if it has none yet.
+
+        Or, by another operation, of clauses into another module.
+        """
         saved = None if path is None else _verified(path)
         if path is None or saved is None:
             return None
@@ -153,7 +159,7 @@ class SceneCache:
                 file.write(facts)
                 file.flush()
                 request = Struct("load", (Atom(module), Atom(file.name), saved.count))
-                loaded = ask("load_saved_scene", term_text(request)) == Atom("true")
+                loaded = ask(operation, term_text(request)) == Atom("true")
             if loaded:
                 os.utime(path)  # the oldest go first
         except (OSError, EngineError) as exc:
@@ -161,15 +167,15 @@ class SceneCache:
             return None
         return saved.count if loaded else None
 
-    def save(self, path: Path | None, module: str, ask: Ask) -> bool:
-        """Whether the facts of a loaded scene were written to the file."""
+    def save(self, path: Path | None, module: str, ask: Ask, operation: str = "save_scene") -> bool:
+        """Whether the facts of a loaded scene were written to the file, or other clauses."""
         if path is None:
             return False
         try:
             with tempfile.TemporaryDirectory(prefix="facetlog-") as folder:
                 compiled = Path(folder) / "scene.qlf"
                 request = Struct("save", (Atom(module), Atom(str(compiled))))
-                count = ask("save_scene", term_text(request))
+                count = ask(operation, term_text(request))
                 facts = compiled.read_bytes()
             content = _content(path, module, facts, count)
             if content is None or len(content) > min(MOST_SCENE_BYTES, self._most_bytes):

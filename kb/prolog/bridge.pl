@@ -200,6 +200,17 @@ result("open_batch", Text, opened(Kinds, General)) :-
               general_models(Module, Model, Others),
               Others \== [] ),
             General).
+result("save_batch", Text, Count) :-
+    term_string(save(Scene, File), Text),
+    batch_of(Scene, Batch),
+    save_batch(Batch, File, Count).
+result("load_batch", Text, Loaded) :-
+    term_string(load(Scene, File, Count), Text),
+    batch_of(Scene, Batch),
+    (   load_batch(Batch, Scene, File, Count)
+    ->  Loaded = true
+    ;   Loaded = false
+    ).
 result("judge_batch", Text, Verdicts) :-
     once(sub_string(Text, End, 1, _, "\n")),
     sub_string(Text, 0, End, _, Line),
@@ -299,6 +310,8 @@ much_garbage(1_000_000).
 
 ok(Result, Reply) :-
     json_reply([text("ok"), term(Result)], Reply).
+
+batch_of(Scene, Batch) :- atom_concat(Scene, ':batch', Batch).
 
 problem(Error0, Operation, Text, [Reply]) :-
     brief_error(Error0, Error),

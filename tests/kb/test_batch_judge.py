@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 
 from facetlog.errors import EngineError, RuleSyntaxError
-from facetlog.kb.batch_judge import JUDGING_CODE, BatchJudge, BriefVerdict
+from facetlog.kb.batch_judge import JUDGING_CODE, BatchJudge
+from facetlog.kb.brief_verdict import BriefVerdict
 from facetlog.kb.engine.engine import house
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.verdict import Verdict

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from facetlog.kb.batch_judge import BatchJudge, BriefVerdict
+from facetlog.kb.batch_judge import BatchJudge
+from facetlog.kb.brief_verdict import BriefVerdict
 from facetlog.kb.explaining.proof import State
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.scene import Body, Scene

@@ -1,4 +1,6 @@
 :- module(facetlog_batch, [ open_batch/4,         % +Batch, +Scene, +Models, -Kinds
+                            save_batch/3,         % +Batch, +File, -Count
+                            load_batch/4,         % +Batch, +Scene, +File, +Count
                             encoded_verdicts/3,   % +Batch, +Facts, -Encoded
                             brief_verdicts/2,     % +Batch, -Verdicts
                             batch_conditions/2,   % +Batch, -Models
@@ -24,6 +26,7 @@ seconds of processor time.
 :- use_module(facetlog_kb(scene)).
 :- use_module(facetlog_kb(judge)).
 :- use_module(facetlog_kb(target)).
+:- use_module(facetlog_kb(saved_code)).
 :- use_module(facetlog_kb(specialise)).
 :- use_module(facetlog_kb(model_descriptions)).
 :- use_module(facetlog_kb(facts_on_demand)).
@@ -35,20 +38,26 @@ seconds of processor time.
 %!  open_batch(+Batch, +Scene, +Models, -Kinds) is det.
 %
 %   Models are Module-[Model, ...] in the order of the verdicts. Kinds lists the functors Name-Arity
-%   that a scene needs facts of; it may have others.
+%   that a scene needs facts of; it may have others. What load_batch/4 has loaded is not written again.
 %
 %   @throws models_not_ready(Models, Error) if Error stops the writing of Models.
 
 open_batch(Batch, Scene, Models, Kinds) :-
-    new_scene(Scene),
-    prepare_facts(Scene),
-    assertz(batch_scene(Batch, Scene)),
-    ( nb_current(facetlog_crisp, Crisp) -> true ; Crisp = false ),
-    forall(member(Module-Names, Models), open_models(Batch, Scene, Crisp, Module, Names)),
+    (   batch_scene(Batch, Scene)
+    ->  true
+    ;   begin_batch(Batch, Scene),
+        ( nb_current(facetlog_crisp, Crisp) -> true ; Crisp = false ),
+        forall(member(Module-Names, Models), open_models(Batch, Scene, Crisp, Module, Names))
+    ),
     findall(Name-Arity, needed(Batch, Scene, Name/Arity), Kinds0),
     sort(Kinds0, Kinds),
     forall(member(Name-Arity, Kinds),
            ( functor(Head, Name, Arity), assertz(batch_fact(Batch, Head)) )).
+
+begin_batch(Batch, Scene) :-
+    new_scene(Scene),
+    prepare_facts(Scene),
+    assertz(batch_scene(Batch, Scene)).
 
 %   The module of the facts is that of the new clauses, too: they call no other temporary one.
 open_models(Batch, Scene, Crisp, Module, Names) :-
@@ -69,6 +78,31 @@ needed(_, Scene, Indicator) :-
 needed(Batch, _, Indicator) :-
     batch_model(Batch, _, _, none),
     fact_schema(Indicator, _).
+
+%!  save_batch(+Batch, +File, -Count) is det.
+%
+%   Writes the Count clauses of an open batch, which holds no scene yet, to File. They name its module.
+%
+%   @error io_error or permission_error if File cannot be written.
+
+save_batch(Batch, File, Count) :-
+    batch_scene(Batch, Scene),
+    findall(models(Model, Module, Target), batch_model(Batch, Model, Module, Target), Models),
+    save_code(Scene, Models, File, Count).
+
+%!  load_batch(+Batch, +Scene, +File, +Count) is semidet.
+%
+%   Opens the Batch of the models of File, which names Scene. Fails, and nothing is open, if it has not
+%   Count clauses.
+
+load_batch(Batch, Scene, File, Count) :-
+    begin_batch(Batch, Scene),
+    (   catch(load_code(Scene, File, Count, Models), _, fail)
+    ->  forall(member(models(Model, Module, Target), Models),
+               assertz(batch_model(Batch, Model, Module, Target)))
+    ;   close_batch(Batch),
+        fail
+    ).
 
 %!  close_batch(+Batch) is det.
 

@@ -13,7 +13,9 @@
                             asked_of_scene/2,     % +Target, ?Indicator
                             attempt/3,            % +Context, +Ball, :Goal
                             calls_interpreter/2,  % +Target, +Indicator
-                            forget_code/1         % +Target
+                            forget_code/1,        % +Target
+                            code_notes/2,         % +Target, -Notes
+                            note_again/2          % +Target, +Notes
                           ]).
 
 /** <module> The module that rules are specialised into
@@ -210,6 +212,31 @@ forget_code(Target) :-
                  /*******************************
                  *           THE NOTES          *
                  *******************************/
+
+%!  code_notes(+Target, -Notes) is det.
+%!  note_again(+Target, +Notes) is det.
+%
+%   Notes are all that is noted of the clauses of a target: enough to use them, not to add others.
+
+code_notes(Target, Notes) :-
+    findall(Note, code_note(Target, Note), Notes).
+
+code_note(Target, asks(What)) :- asks(Target, What).
+code_note(Target, copy(Indicator)) :- copy(Target, Indicator, _).
+code_note(Target, made(Name/Arity)) :- made(Target, _, Arity, Name, _).
+code_note(Target, remembered(Name/Arity)) :-
+    remembered(Target, Kept),
+    functor(Kept, Name, Arity).
+
+note_again(Target, Notes) :-
+    forall(member(Note, Notes), again(Note, Target)).
+
+again(asks(What), Target) :- note(Target, What).
+again(copy(Indicator), Target) :- assertz(copy(Target, Indicator, 0)).
+again(made(Name/Arity), Target) :- assertz(made(Target, saved, Arity, Name, 0)).
+again(remembered(Name/Arity), Target) :-
+    functor(Kept, Name, Arity),
+    assertz(remembered(Target, Kept)).
 
 %!  copied(+Target, +Indicator) is semidet.
 %!  copy_noted(+Target, +Indicator) is det.

@@ -1,6 +1,8 @@
 :- module(facetlog_scene_cache, [ cache_identity/1,     % -Identity
                                   save_scene/3,         % +Scene, +File, -Count
-                                  load_saved_scene/3    % +Scene, +File, +Count
+                                  load_saved_scene/3,   % +Scene, +File, +Count
+                                  save_module/3,        % +Module, +Heads, +File
+                                  load_saved_module/2   % +Module, +File
                                 ]).
 
 /** <module> Scenes as compiled files
@@ -44,18 +46,28 @@ cache_identity(Identity) :-
 save_scene(Scene, File, Count) :-
     must_be(atom, Scene),
     must_be(atom, File),
+    findall(Head, scene_head(Scene, Head), Heads),
+    save_module(Scene, Heads, File),
+    fact_count(Scene, Count).
+
+%!  save_module(+Module, +Heads, +File) is det.
+%
+%   Writes the clauses of these predicates of Module to File.
+%
+%   @error io_error or permission_error if File cannot be written.
+
+save_module(Module, Heads, File) :-
     % SWI-Prolog writes one such file at a time.
     with_mutex(facetlog_scene_cache,
                setup_call_cleanup(
                    '$qlf_open'(File),
-                   in_source_module(Scene, write_scene(Scene)),
-                   '$qlf_close')),
-    fact_count(Scene, Count).
+                   in_source_module(Module, write_clauses(Module, Heads)),
+                   '$qlf_close')).
 
-write_scene(Scene) :-
-    '$qlf_start_module'(Scene),
-    forall(( scene_head(Scene, Head),
-             nth_clause(Scene:Head, _, Clause) ),
+write_clauses(Module, Heads) :-
+    '$qlf_start_module'(Module),
+    forall(( member(Head, Heads),
+             nth_clause(Module:Head, _, Clause) ),
            '$qlf_assert_clause'(Clause, development)),
     '$qlf_end_part'.
 
@@ -68,7 +80,7 @@ load_saved_scene(Scene, File, Count) :-
     must_be(atom, Scene),
     must_be(atom, File),
     must_be(nonneg, Count),
-    catch(( load_clauses(Scene, File),
+    catch(( load_saved_module(Scene, File),
             fact_count(Scene, Found) ),
           Error, true),
     (   nonvar(Error)
@@ -80,10 +92,14 @@ load_saved_scene(Scene, File, Count) :-
         fail
     ).
 
-load_clauses(Scene, File) :-
+%!  load_saved_module(+Module, +File) is det.
+%
+%   Adds the clauses of File, which names Module, to that module.
+
+load_saved_module(Module, File) :-
     setup_call_cleanup(
         open(File, read, Stream, [type(binary)]),
-        in_source_module(Scene, '$qlf_load'(Scene:Stream, _)),
+        in_source_module(Module, '$qlf_load'(Module:Stream, _)),
         close(Stream)).
 
 %   The source module is what clauses without a module belong to.

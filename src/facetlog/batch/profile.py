@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from time import process_time
 from typing import Any, Self
 
-from facetlog.kb.batch_judge import BriefVerdict, Conditions, Cost
+from facetlog.kb.brief_verdict import BriefVerdict, Conditions, Cost
 
 __all__ = ["STAGES", "Profile"]
 

@@ -12,7 +12,7 @@ from facetlog.batch.settings import Item, Settings
 from facetlog.kb.explaining.best_first import best_first
 
 if TYPE_CHECKING:
-    from facetlog.kb.batch_judge import BriefVerdict
+    from facetlog.kb.brief_verdict import BriefVerdict
 
 __all__ = [
     "COLUMNS",

@@ -1,0 +1,127 @@
+"""Specialised models that are kept: they judge as those that are written anew."""
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from facetlog.kb import batch_judge
+from facetlog.kb.batch_judge import BatchJudge
+from facetlog.kb.brief_verdict import BriefVerdict
+from facetlog.perception.facts.all_facts import facts_on_demand, scene_facts
+from facetlog.perception.surfaces.exact_solids.builders import build
+
+Opened = Callable[..., BatchJudge]
+LOW = """model low
+  "A thing that is low."
+
+  face top
+
+  top is level, top is upward
+  low: elevation(top) at most {most} cm
+"""
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.delenv("FACETLOG_CACHE", raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return tmp_path / "facetlog" / "scenes"
+
+
+@pytest.fixture
+def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Opened]:
+    """Opens judges, and closes them at the end."""
+    judges: list[BatchJudge] = []
+
+    def open_one(*models: Path, trusted: bool = True) -> BatchJudge:
+        judges.append(BatchJudge(models, trusted=trusted))
+        return judges[-1]
+
+    yield open_one
+    for judge in judges:
+        judge.close()
+
+
+def verdicts(judge: BatchJudge, name: str = "table") -> tuple[BriefVerdict, ...]:
+    scene = build(name, {})
+    return judge.judge([fact.row for fact in (*scene_facts(scene), *facts_on_demand(scene))])
+
+
+def is_kept(judge: BatchJudge) -> bool:
+    """Whether its models stand in a module that is named by what it holds."""
+    return judge._scene.startswith("facetlog_batch:")
+
+
+def test_kept_code_judges_as_what_was_written(
+    folder: Path, opened: Opened, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first = opened()
+    said = {name: verdicts(first, name) for name in ("table", "chair", "cuboid", "stairs")}
+    needed, conditions = first.needed, first.conditions()
+    assert len(list(folder.iterdir())) == 1
+    first.close()
+    monkeypatch.setattr(batch_judge.SceneCache, "save", None)  # nothing is written again
+    again = opened()
+    assert is_kept(again)
+    assert (again.needed, again.conditions()) == (needed, conditions)
+    assert {name: verdicts(again, name) for name in said} == said
+    assert {name: verdicts(again, name) for name in said} == said  # nothing is remembered
+
+
+def test_two_that_are_open_at_once_have_modules_of_their_own(folder: Path, opened: Opened) -> None:
+    one, other = opened(), opened()
+    assert is_kept(one)
+    assert not is_kept(other)
+    assert verdicts(one) == verdicts(other)
+    one.close()
+    assert verdicts(other, "chair") == verdicts(opened(), "chair")
+
+
+@pytest.mark.parametrize("cut", [10, 1000, -1])
+def test_a_damaged_file_is_written_anew(folder: Path, opened: Opened, cut: int) -> None:
+    first = opened()
+    said = verdicts(first)
+    first.close()
+    (file,) = folder.iterdir()
+    whole = file.read_bytes()
+    file.write_bytes(whole[:cut])
+    again = opened()
+    assert verdicts(again) == said
+    assert file.read_bytes() != whole[:cut]
+
+
+def test_another_text_has_code_of_its_own(folder: Path, opened: Opened, tmp_path: Path) -> None:
+    path = tmp_path / "low.model"
+    states = []
+    for most in (40, 90, 40):
+        path.write_text(LOW.format(most=most))
+        judge = opened(path)
+        (low,) = (said for said in verdicts(judge) if said.model == "low")
+        states.append(low.state.value)
+        judge.close()
+    assert states == ["fails", "holds", "fails"]
+    assert len(list(folder.iterdir())) >= 2
+
+
+def test_of_a_stranger_s_models_nothing_is_kept(
+    folder: Path, opened: Opened, tmp_path: Path
+) -> None:
+    path = tmp_path / "low.model"
+    path.write_text(LOW.format(most=90))
+    judge = opened(path, trusted=False)
+    assert [said.state.value for said in verdicts(judge) if said.model == "low"] == ["holds"]
+    assert not is_kept(judge)
+    assert not list(folder.iterdir())
+
+
+def test_without_a_cache_models_are_written_each_time(
+    opened: Opened, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("FACETLOG_CACHE", "off")
+    first = opened()
+    said = verdicts(first)
+    first.close()
+    assert verdicts(opened()) == said
+    assert not list(tmp_path.iterdir())
