@@ -5,6 +5,7 @@ from typing import cast
 
 from benchmarks.common import Cell, shown
 from benchmarks.wanted import wanted_rows
+from benchmarks.wanted_of_the_judge import BEFORE, WANTED_OF_THE_JUDGE
 
 __all__ = ["benchmarks_page"]
 
@@ -21,6 +22,12 @@ EYES = """\
 
 From the reports below, each of the code that it names.
 """
+JUDGE = """\
+## The judge: what is wanted, what it was, and what is measured
+
+Before is what was measured when the meaning of a test was written six times, on a machine of the
+same kind.
+"""
 MACHINE_FIRST = ("cores", "processor", "memory GB", "system")
 
 Plain = Mapping[str, object]
@@ -30,9 +37,13 @@ def benchmarks_page(reports: Iterable[tuple[str, Plain]]) -> str:
     """The page, from the question and the report (as JSON has it) of each benchmark."""
     lines = [HEAD]
     kept = tuple(reports)
-    rows = wanted_rows({str(report["benchmark"]): report for _, report in kept})
+    by_name = {str(report["benchmark"]): report for _, report in kept}
+    rows = wanted_rows(by_name)
     if rows:
         lines.extend((EYES, *_table(rows), ""))
+    judged = wanted_rows(by_name, WANTED_OF_THE_JUDGE, BEFORE)
+    if judged:
+        lines.extend((JUDGE, *_table(judged), ""))
     for question, report in kept:
         lines.extend(_section(question, report))
     return "\n".join(lines)

@@ -178,7 +178,8 @@ def _workers(folder: Path, found: Sequence[Scene]) -> tuple[Row, ...]:
     starts, rates, costs = [], [], []
     for workers in (1, 2):
         few = np.min([_classified(paths[:workers], workers) for _ in range(REPEATS)], axis=0)
-        clock, processor = _classified(paths, workers) - few
+        many = np.min([_classified(paths, workers) for _ in range(REPEATS)], axis=0)
+        clock, processor = many - few
         starts.append(few[1])
         rates.append((len(paths) - workers) / clock)
         costs.append(1e3 * processor / (len(paths) - workers))

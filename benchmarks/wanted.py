@@ -1,4 +1,7 @@
-"""What is wanted of the eyes, all at once and on line, and what the kept reports say of it."""
+"""What is wanted of the eyes, all at once and on line, and what the kept reports say of it.
+
+What is wanted of the judge stands in wanted_of_the_judge.py.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -283,16 +286,24 @@ WANTED = (
 )
 
 
-def wanted_rows(reports: Mapping[str, Plain]) -> tuple[Row, ...]:
-    """The rows of the table, from the reports by name; only those that something is known of."""
+def wanted_rows(
+    reports: Mapping[str, Plain],
+    wanted: Sequence[Wanted] = WANTED,
+    before: Mapping[str, str] | None = None,
+) -> tuple[Row, ...]:
+    """The rows of the table, from the reports by name; only those that something is known of.
+
+    `before` has what was measured of each figure once, which then stands beside it.
+    """
     rows: list[Row] = []
-    for one in WANTED:
+    for one in wanted:
         if all(place.cells(reports) is None for place in one.places):
             continue
         rows.append(
             {
                 "figure": one.figure,
                 "wanted": one.wanted,
+                **({"before": before[one.figure]} if before else {}),
                 "measured": "; ".join(place.shown(reports) for place in one.places),
                 "by": ", ".join(dict.fromkeys(place.benchmark for place in one.places)),
             }

@@ -4,6 +4,7 @@ import pytest
 
 from benchmarks.__main__ import kept_reports
 from benchmarks.wanted import WANTED, Place, Wanted, wanted_rows
+from benchmarks.wanted_of_the_judge import BEFORE, WANTED_OF_THE_JUDGE
 
 REPORT = {"tables": [{"title": "Seen by day", "rows": [{"view": 1, "n": 3}, {"view": 2, "n": 5}]}]}
 
@@ -25,7 +26,14 @@ def test_without_reports_there_is_no_table() -> None:
     assert wanted_rows({}) == ()
 
 
-@pytest.mark.parametrize("one", WANTED, ids=lambda one: one.figure)
+def test_what_was_measured_before_stands_beside_each_figure_of_the_judge() -> None:
+    assert set(BEFORE) == {one.figure for one in WANTED_OF_THE_JUDGE}
+    reports = {str(report["benchmark"]): report for _, report in kept_reports()}
+    rows = wanted_rows(reports, WANTED_OF_THE_JUDGE, BEFORE)
+    assert [row["before"] for row in rows] == [BEFORE[str(row["figure"])] for row in rows]
+
+
+@pytest.mark.parametrize("one", [*WANTED, *WANTED_OF_THE_JUDGE], ids=lambda one: one.figure)
 def test_each_wanted_figure_stands_in_a_kept_report(one: Wanted) -> None:
     reports = {str(report["benchmark"]): report for _, report in kept_reports()}
     for place in one.places:
