@@ -14,6 +14,7 @@ from facetlog.grammar.source import Source, Span
 __all__ = [
     "ANY",
     "FACE",
+    "IN_SPACE",
     "LEFT",
     "OPENING",
     "PIECE",
@@ -48,6 +49,8 @@ SOLID = THING | PIECE
 SPANNING = SOLID | OPENING
 LEVEL = FACE | PIECE
 """What has a level: a face, and a board by its upper side."""
+IN_SPACE = PIECE | OPENING
+"""What takes room of its own in a thing's space."""
 
 
 class Gives(StrEnum):
@@ -249,6 +252,9 @@ _WORDS = (
              unknown=f"{_LEVEL}, or no side is closed more than the one opposite",
              meaning="the length of the side that `closed_behind` is of: a sofa's back stands "
                      "along the longer extent of its seat, a bed's head along the shorter"),
+    _measure("shelves_below", Gives.COUNT, LEVEL, unknown=_LEVEL, yields=True,
+             meaning="how many shelves lie beneath its level: heights at which at least half of "
+                     "its plan faces up"),
     _measure("rise_side", Gives.RATIO, LEVEL, unknown=_RISE,
              meaning="how far to one side what rises high above its level stands: 0 in the "
                      "middle, 1 at the rim"),
@@ -256,7 +262,8 @@ _WORDS = (
              meaning="how far that is from the middle of this side: 0 in the middle, 1 at its end"),
     _measure("rise_span", Gives.RATIO, LEVEL, high=1.0, unknown=_RISE,
              meaning="how much of the length of that side it takes"),
-    _condition("measured", FACE, meaning="pictures support it"),
+    _condition("measured", LEVEL,
+               meaning="it was seen, and not only completed from its neighbours"),
     _condition("upward", FACE, meaning="its outward side looks upwards", unknown=_UP),
     _condition("downward", FACE, meaning="its outward side looks downwards", unknown=_UP),
     _condition("level", ELEMENT | PIECE, meaning="within 10 degrees of level", unknown=_UP),
@@ -304,9 +311,18 @@ _WORDS = (
     _condition("hangs_from", PIECE, PIECE, unknown=_UP, yields=True,
                meaning="they touch, the second's middle is higher, and without the second nothing "
                        "joins the first to the ground"),
-    # Openings
-    _condition("in", OPENING, FACE, yields=True,
-               meaning="the face lies across the opening, reaches round it and leaves it free"),
+    # Pieces and openings
+    _condition("beside", IN_SPACE, IN_SPACE, symmetric=True, yields=True,
+               unknown=f"{_UP}, or it hangs on space that nobody saw",
+               meaning="half of the lower one's height at least is the other's, too, and no more "
+                       "than 10 % of the smaller one's plan is over or under the other"),
+    _condition("inside", IN_SPACE, IN_SPACE, yields=True,
+               unknown="it hangs on space that nobody saw",
+               meaning="the least box round it lies in that round the other, or in what is free "
+                       "of an opening, but for 5 % of its extent at each side at most"),
+    _condition("in", OPENING, LEVEL, yields=True,
+               meaning="the face lies across the opening, reaches round it and leaves it free; or "
+                       "the piece is all of its rim"),
     _condition("frames", PIECE, OPENING, yields=True,
                meaning="it is along at least 5 % of the opening's rim"),
     _condition("touches", THING, THING, symmetric=True, meaning="nothing is between them"),

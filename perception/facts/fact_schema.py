@@ -412,6 +412,21 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "all is full; its own fact has their middle",
         "no unseen space could change the measure",
     ),
+    _kind(
+        "shelves_below +F:face N:count",
+        _MAYBE,
+        "how many shelves were seen beneath the face's level: heights at which at least half of "
+        "its plan faces up",
+        _NO_LEVEL,
+        on_demand=True,
+    ),
+    _kind(
+        "shelves_unseen +F:face Fewest:count Most:count",
+        _MAYBE,
+        "how many there are at least, and at most: if as many as find room lie in unseen space",
+        "no unseen space has room for one more",
+        on_demand=True,
+    ),
     *PIECE_KINDS,
     _kind(
         "junction +View:view +J:junction Type:symbol",

@@ -8,6 +8,7 @@ from facetlog.perception.facts.bounded import Bounded
 from facetlog.perception.facts.filled_space import curved_share
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
+from facetlog.perception.facts.shelves import shelves_below
 from facetlog.perception.facts.standing_parts import at_rim
 from facetlog.perception.row_table import Indices, chosen_places
 from facetlog.perception.surfaces.tolerance import SDS
@@ -217,6 +218,19 @@ def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
             measures += [(name, s.face_names[face], each) for name, each in level.measures()]
         for functor, of, each in measures:
             _add_bounded(rows, s.things[index].scene, functor, of, each)
+
+
+def shelf_facts(s: SceneMemo, rows: BlockFacts) -> None:
+    """How many shelves lie beneath the level faces of things."""
+    for index, filled in s.filled.items():
+        for face in filled.levels:
+            height = float(s.table.faces[face].middle @ filled.space.axes[2])
+            found = shelves_below(filled.space, height)
+            if found is not None:
+                name, scene = s.face_names[face], s.things[index].scene
+                rows.add_rows("shelves_below", scene, [(name, found[0])])
+                if found[0] < found[1]:
+                    rows.add_rows("shelves_unseen", scene, [(name, *found)])
 
 
 def _add_bounded(rows: BlockFacts, scene: int, functor: str, of: str, measure: Bounded) -> None:

@@ -19,7 +19,7 @@ from facetlog.grammar.language_server.symbols import SymbolKind
 from facetlog.grammar.layout import PIECE_WORDS, laid_out
 from facetlog.grammar.parse import GRAMMAR, parse, statement_trees
 from facetlog.grammar.source import Source
-from facetlog.grammar.vocabulary import OPENING, PIECE, VOCABULARY, Gives
+from facetlog.grammar.vocabulary import IN_SPACE, OPENING, PIECE, VOCABULARY, Gives
 from tests.grammar.model_texts import model_files, mutated_files
 
 LARK = Lark(GRAMMAR.read_text(encoding="utf-8"), parser="lalr", maybe_placeholders=True)
@@ -235,8 +235,9 @@ def test_hovering_says_what_a_board_is() -> None:
     assert "at most 35 %" in hover_text(analysis, words["board"], {})
 
 
-def test_words_of_pieces_and_openings_yield_and_so_do_two_of_levels() -> None:
+def test_words_of_pieces_and_openings_yield_and_so_do_three_of_levels() -> None:
     yields = {word.name for word in VOCABULARY.values() if word.yields}
     own = {w.name for w in VOCABULARY.values() if w.arguments[0] in (PIECE, OPENING)}
-    assert yields == own | {"enclosed", "side_behind"}
+    own |= {w.name for w in VOCABULARY.values() if w.arguments[0] == IN_SPACE}
+    assert yields == own | {"enclosed", "side_behind", "shelves_below"}
     assert VOCABULARY["thickness"].gives is Gives.LENGTH
