@@ -72,7 +72,8 @@ class Word:
     condition of one argument is also a property (`top is level`), one of two a relation (`x adjoins
     y`).
     `low` and `high` bound a measure in degrees, shares or counts; lengths are bounded below alone.
-    `unknown_when` says when the scene does not know. A word that `yields` may also be the name of
+    `unknown_when` says when the scene does not know. Of a word whose arguments are `alike` they are
+    of one kind. A word that `yields` may also be the name of
     a part, a definition or a model: that then hides it, as texts use it that are older.
     """
 
@@ -86,6 +87,7 @@ class Word:
     low: float | None = None
     high: float | None = None
     number_last: Gives | None = None
+    alike: bool = False
     yields: bool = False
     source: Source | None = None
     span: Span | None = None
@@ -134,17 +136,28 @@ def _measure(
     symmetric: bool = False,
     high: float | None = None,
     low: float | None = 0.0,
+    alike: bool = False,
     yields: bool = False,
 ) -> Word:
     return Word(
-        name, arguments, gives, meaning, unknown, symmetric, low=low, high=high, yields=yields
+        name,
+        arguments,
+        gives,
+        meaning,
+        unknown,
+        symmetric,
+        low=low,
+        high=high,
+        alike=alike,
+        yields=yields,
     )
 
 
 _WORDS = (
     # Two faces
-    _measure("angle", Gives.ANGLE, FACE, FACE, symmetric=True, high=180.0,
-             meaning="the angle between the outward normals"),
+    _measure("angle", Gives.ANGLE, LEVEL, LEVEL, symmetric=True, alike=True, high=180.0,
+             meaning="of faces the angle between their outward normals; of pieces that between "
+                     "bars' lengths and others' broad sides, 0 along each other, 90 square"),
     _measure("dihedral", Gives.ANGLE, FACE, FACE, symmetric=True, high=360.0,
              meaning="the angle through the solid at the edge that they share: 90 at a box's edge, "
                      "270 in a room's corner",
@@ -179,9 +192,9 @@ _WORDS = (
                meaning="its middle is higher than the other's"),
     _condition("below", LEVEL | OPENING, LEVEL | OPENING, unknown=_UP,
                meaning="its middle is lower than the other's"),
-    Word("parallel", (FACE, FACE), Gives.CONDITION,
-         "their normals are along one line, within the given angle", symmetric=True,
-         number_last=Gives.ANGLE),
+    Word("parallel", (LEVEL, LEVEL), Gives.CONDITION,
+         "normals of faces are along one line, pieces along each other, within the given angle",
+         symmetric=True, number_last=Gives.ANGLE, alike=True),
     Word("share_corner", (FACE,), Gives.CONDITION, "all of them meet at one vertex", symmetric=True,
          many=True),
     # One face

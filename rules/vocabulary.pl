@@ -454,6 +454,7 @@ means(block(P),
     tolerance(shape, Fade).
 means(piece_level(P),   at_most(piece_tilt(P), Limit))  :- tolerance(level, Limit).
 means(piece_upright(P), at_least(piece_tilt(P), Limit)) :- tolerance(upright, Slack), Limit is 90 - Slack.
+means(piece_parallel(P, Q, Tol), at_most(piece_angle(P, Q), Tol)).
 means(piece_above(P, Q), at_least(piece_elevation(P), piece_elevation(Q))).
 means(piece_below(P, Q), at_most(piece_elevation(P), piece_elevation(Q))).
 % Openings

@@ -71,7 +71,8 @@ class Writer(MeasureWriter):
             value = constant(last, self.scope.lets)
             bound = tuple(map(self.argument, first))
             given = amount(value) if value is not None else self.measure(last)
-            return Struct(name, (*(b.term for b in bound), given))
+            said = word_term(name, bound)
+            return Struct(said.functor, (*said.args, given))
         bound = tuple(map(self.argument, arguments))
         if word.many:
             return Struct(name, (tuple(b.term for b in bound),))

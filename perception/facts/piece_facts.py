@@ -15,6 +15,7 @@ from facetlog.perception.facts.opening_facts import (
     openings_of,
     rim_rows,
 )
+from facetlog.perception.facts.piece_directions import angles_between, lying, tilt
 from facetlog.perception.facts.piece_kinds import OPENING_KINDS, PIECE_KINDS
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
 from facetlog.perception.facts.shelves import shelves_below
@@ -22,7 +23,6 @@ from facetlog.perception.facts.solid_boxes import SolidBox, known_of_two
 from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
 from facetlog.perception.scene import Evidence, Scene
-from facetlog.perception.space.grid import ROUNDING
 from facetlog.perception.space.openings import Opening
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.types import FloatArray
@@ -39,6 +39,8 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
     for scene, found in _all_found(s):
         for functor, each in found.facts(s.face_names):
             rows.add_rows(functor, scene, [each])
+        if rows.wants("piece_angle"):
+            rows.add_rows("piece_angle", scene, found.angles())
         if not with_openings:
             continue
         openings = openings_of(found.filled, found.up)
@@ -92,7 +94,7 @@ class _Found:
             if self.up is not None:
                 low, high = max(0.0, piece.low - ground), piece.high - ground
                 yield "piece_heights", (name, low, high, piece.length.sd)
-                yield "piece_tilt", (name, *_tilt(piece, self.up))
+                yield "piece_tilt", (name, *tilt(piece, self.up))
                 if low < lattice.cell:
                     yield "piece_on_ground", (name,)
                 yield from self._level(name, piece, self.up)
@@ -103,6 +105,11 @@ class _Found:
         for functor, related in pairs:
             for i, j in np.argwhere(related).tolist():
                 yield functor, (self.names[i], self.names[j])
+
+    def angles(self) -> Iterator[tuple[str, str, float, float]]:
+        """The arguments of the facts about how each two pieces are turned to one another."""
+        for one, other, angle in angles_between(self.pieces.pieces, self.up):
+            yield self.names[one], self.names[other], *angle
 
     def openings(
         self, named: Sequence[tuple[str, Opening]], face_names: Names
@@ -134,7 +141,7 @@ class _Found:
     ) -> Iterator[tuple[str, tuple[str | float, ...]]]:
         if piece.kind is Kind.BAR:
             return
-        side = _lying(piece, up)
+        side = lying(piece, up)
         if abs(float(piece.axes[side] @ up)) < LEVEL_ENOUGH:
             return
         height = self._upper_side(piece, up, side)
@@ -182,24 +189,3 @@ def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
 def _is_measured(piece: Piece, measured: frozenset[int]) -> bool:
     """Whether it is more than faces that were completed; what is curved was measured."""
     return not piece.faces or not measured.isdisjoint(piece.faces)
-
-
-def _lying(piece: Piece, up: FloatArray) -> int:
-    """The axis that is square to its broad side: of those along which it is as thin within a cell,
-    as all are of a cube, the most upright one."""
-    cell = piece.thickness.sd / ROUNDING
-    extents = (piece.length.value, piece.width.value, piece.thickness.value)
-    thin = [i for i, extent in enumerate(extents) if extent <= piece.thickness.value + cell]
-    return max(thin, key=lambda i: abs(float(piece.axes[i] @ up)))
-
-
-def _tilt(piece: Piece, up: FloatArray) -> tuple[float, float]:
-    """Degrees, and the sd: ends across it that are each known to a cell."""
-    if piece.kind is Kind.BAR:  # of another the broad side tilts
-        rise = min(1.0, abs(float(piece.axes[0] @ up)))
-        across, angle = piece.length, np.arcsin(rise)
-    else:
-        rise = min(1.0, abs(float(piece.axes[_lying(piece, up)] @ up)))
-        across, angle = piece.width, np.arccos(rise)
-    sd = np.arctan2(np.sqrt(2.0) * across.sd, across.value) if across.value > 0 else np.pi / 2
-    return float(np.rad2deg(angle)), float(np.rad2deg(sd))

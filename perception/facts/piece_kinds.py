@@ -33,6 +33,12 @@ _PIECES: tuple[FactKind, ...] = (
         _NO_UP,
     ),
     _kind(
+        "piece_angle +P:piece +Q:piece Angle:deg Sd:deg",
+        _ONE,
+        "between the length of what is slender and the broad side of others, 0 to 90: 0 along each "
+        "other, 90 square; of pieces of one thing",
+    ),
+    _kind(
         "piece_on_ground +P:piece",
         _MAYBE,
         "its lowest point is level with its thing's, within a cell of its space",

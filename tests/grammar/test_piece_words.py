@@ -154,7 +154,10 @@ def test_layout_keeps_them() -> None:
 @pytest.mark.parametrize(
     ("line", "code"),
     [
-        ("tilt(top) at most 5 deg, angle(top, top) at most 3 deg", "kind"),
+        ("tilt(top) at most 5 deg, angle(top, top) at most 3 deg", "itself"),
+        ("each face f: angle(top, f) at most 3 deg", "kind"),
+        ("each bar b: offset(top, b) at most 3 cm", "kind"),
+        ("each bar b: angle(top, b) at most 3 cm", "dimension"),
         ("thickness(this) at most 5 cm", "kind"),
         ("this is board", "kind"),
         ("there is a face f where f carries top", "kind"),

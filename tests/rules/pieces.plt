@@ -45,7 +45,8 @@ facts([ scale(metric), up(0.0, 0.0, 1.0), thing(t1), thing(t2),
         piece_heights(p3, 0.0, 0.2, 0.01), piece_tilt(p3, 0.0, 0.5),
         piece(p4), piece_of(p4, t2), piece_size(p4, 0.4, 0.2, 0.07, 0.0),
         piece(p5), piece_of(p5, t2), piece_size(p5, 0.4, 0.2, 0.01, 0.0),
-        joins(p1, p2), joins(p2, p1), carries(p2, p1) ]).
+        joins(p1, p2), joins(p2, p1), carries(p2, p1),
+        piece_angle(p1, p2, 88.0, 1.0), piece_angle(p3, p4, 2.0, 1.0) ]).
 
 with_pieces :- facts(Facts), with(Facts).
 
@@ -84,6 +85,11 @@ test(shelves_beneath_a_face, [S, T, U] == [holds, unknown, holds]) :-
     state(at_least(shelves_below(f1), 2), S),
     state(near(shelves_below(f1), 2, 0), T),
     state(near(piece_shelves_below(p3), 1, 0), U).
+test(turned_to_one_another, [A, S, T, U] == [88.0-1.0-deg, holds, fails, unknown]) :-
+    value(piece_angle(p1, p2), A),
+    state(piece_parallel(p3, p4, 10), S),
+    state(piece_parallel(p1, p2, 10), T),
+    state(piece_parallel(p1, p3, 10), U).
 test(seen, [S, T, U] == [holds, fails, unknown]) :-
     state(piece_measured(p2), S),
     state(piece_measured(p1), T),

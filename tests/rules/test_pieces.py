@@ -176,6 +176,7 @@ WORDS = """model book_rack
   board side_b where side_b is upright
   board top where top is level
   stand: side_a beside side_b, side_a is on_ground, side_b is on_ground
+  square: parallel(side_a, side_b, 10 deg), angle(side_a, top) = 90 deg ± 10 deg
   seen: side_a is measured, top is measured
   rows: shelves_below(top) at least 3  "three boards at least lie below"
   bays: there are at least 2 openings bay where bay beside side_a

@@ -163,6 +163,7 @@ described(piece_top_of('Piece'), measure, "height of its highest point above tha
 described(piece_bottom_of('Piece'), measure, "height of its lowest point above that").
 described(piece_tilt('Piece'), measure,
           "tilt of the broad side of what is thin, else of the piece's length").
+described(piece_angle('P', 'Q'), measure, "angle between two pieces: 0 along each other, 90 square").
 described(piece_curved('Piece'), measure, "share of the piece's surface that is curved").
 described(piece_cover('Board'), measure, "cover of the level at the board's upper side").
 described(piece_level_length('Board'), measure, "level_length of the level at the board's upper side").
@@ -209,6 +210,7 @@ described(piece_inside('P', 'Q'), relation, "most of the box round P lies in tha
 described(openings_known('Thing'), relation, "no space that nobody saw has room for another opening").
 described(piece_level('Piece'), relation, "within 10 degrees of level").
 described(piece_upright('Piece'), relation, "within 10 degrees of upright").
+described(piece_parallel('P', 'Q', 'Tolerance'), relation, "the pieces lie along each other").
 described(piece_above('P', 'Q'), relation, "the piece P is not lower than Q").
 described(piece_below('P', 'Q'), relation, "the piece P is not higher than Q").
 described(opening_above('P', 'Q'), relation, "the opening P is not lower than Q").
