@@ -10,8 +10,6 @@ __all__ = ["shelves_below"]
 
 # A shelf faces up over this share of the level's plan: less is a rung, a rail or a drawer's rim.
 BROAD = 0.5
-# It lies in one layer of cells or across two: a surface beside the border of two is in either.
-LAYERS = 2
 
 
 def shelves_below(space: Space, height: float) -> tuple[int, int] | None:
@@ -31,14 +29,20 @@ def shelves_below(space: Space, height: float) -> tuple[int, int] | None:
 
 
 def _count(upper: NDArray[np.bool_]) -> int:
-    """How many times neighbouring layers, from the top on, face up in enough of the columns of
-    cells (n, layers).
+    """How many times, from the top on, enough of the columns of cells (n, layers) face up.
+
+    They do so in one layer or across two: a surface beside the border of two is in either.
     """
-    found, layer = 0, upper.shape[1]
-    while layer > 0:
-        first = max(0, layer - LAYERS)
-        if float(upper[:, first:layer].any(axis=1).mean()) >= BROAD:
-            found, layer = found + 1, first
-        else:
-            layer -= 1
+    broad = _across_two(upper).mean(axis=0) >= BROAD
+    found, layer = 0, len(broad) - 1
+    while layer >= 0:
+        found += int(broad[layer])
+        layer -= 2 if broad[layer] else 1
+    return found
+
+
+def _across_two(upper: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """What faces up in each layer or the one below it."""
+    found = upper.copy()
+    found[:, 1:] |= upper[:, :-1]
     return found

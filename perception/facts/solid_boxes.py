@@ -113,12 +113,14 @@ def beside(boxes: Sequence[SolidBox], up: FloatArray) -> Related:
 
     low, high = np.array([_heights(box, up) for box in boxes]).T
     shared = np.minimum.outer(high, high) - np.maximum.outer(low, low)
-    abreast = shared >= ABREAST * np.minimum.outer(high - low, high - low)
+    abreast: Related = shared >= ABREAST * np.minimum.outer(high - low, high - low)
     plans = shapely.convex_hull(shapely.multipoints([_plan(box, up) for box in boxes]))
     areas = shapely.area(plans)
-    over = shapely.area(shapely.intersection(plans[:, None], plans[None]))
-    found: Related = abreast & (over <= OVER * np.minimum.outer(areas, areas))
-    return found
+    one, other = shapely.STRtree(plans).query(plans)  # of all others nothing is over the other
+    over = shapely.area(shapely.intersection(plans[one], plans[other]))
+    most_of = over > OVER * np.minimum(areas[one], areas[other])
+    abreast[one[most_of], other[most_of]] = False
+    return abreast
 
 
 def _heights(box: SolidBox, up: FloatArray) -> tuple[float, float]:
@@ -148,14 +150,16 @@ def known_of_two(
         return
     count = len(boxes)
     reach = 2.0 * sum(float(np.linalg.norm(box.half)) for box in boxes)
-    ways = [*boxes, *(box.widest(reach) for box in boxes)]
+    on = [i for i, box in enumerate(boxes) if box.reaches.any()]
+    ways = [*boxes, *(boxes[i].widest(reach) for i in on)]
+    least, most = np.arange(count), np.arange(count)
+    most[on] = count + np.arange(len(on))
     found = [("inside", inside(ways))]
     if up is not None:
         found.append(("beside", beside(ways, up)))
     for name, related in found:
-        each = related.reshape(2, count, 2, count)
-        always = np.asarray(each.all(axis=(0, 2)))
-        ever = np.asarray(each.any(axis=(0, 2)))
+        each = [related[np.ix_(one, other)] for one in (least, most) for other in (least, most)]
+        always, ever = np.logical_and.reduce(each), np.logical_or.reduce(each)
         for one, other in permutations(range(count), 2):
             if always[one, other] or not ever[one, other]:
                 yield name, one, other, bool(always[one, other])

@@ -223,14 +223,16 @@ def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
 def shelf_facts(s: SceneMemo, rows: BlockFacts) -> None:
     """How many shelves lie beneath the level faces of things."""
     for index, filled in s.filled.items():
+        scene, known = s.things[index].scene, dict[float, tuple[int, int] | None]()
         for face in filled.levels:
             height = float(s.table.faces[face].middle @ filled.space.axes[2])
-            found = shelves_below(filled.space, height)
+            if height not in known:
+                known[height] = shelves_below(filled.space, height)
+            found = known[height]
             if found is not None:
-                name, scene = s.face_names[face], s.things[index].scene
-                rows.add_rows("shelves_below", scene, [(name, found[0])])
+                rows.add_rows("shelves_below", scene, [(s.face_names[face], found[0])])
                 if found[0] < found[1]:
-                    rows.add_rows("shelves_unseen", scene, [(name, *found)])
+                    rows.add_rows("shelves_unseen", scene, [(s.face_names[face], *found)])
 
 
 def _add_bounded(rows: BlockFacts, scene: int, functor: str, of: str, measure: Bounded) -> None:
