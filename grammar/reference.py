@@ -170,6 +170,8 @@ def _of(word: Word) -> str:
     if len(kinds) == 1:
         return kinds[0]
     either_way = ", either way round" if word.symmetric else ""
+    if word.alike:
+        return f"{', or '.join(f'two {kind}s' for kind in sorted(word.arguments[0]))}{either_way}"
     return (
         f"A: {kinds[0]}, B: {kinds[1]}" if kinds[0] != kinds[1] else f"two {kinds[0]}s{either_way}"
     )

@@ -14,6 +14,7 @@ from facetlog.grammar.source import Source, Span
 __all__ = [
     "ANY",
     "FACE",
+    "IN_SPACE",
     "LEFT",
     "OPENING",
     "PIECE",
@@ -48,6 +49,8 @@ SOLID = THING | PIECE
 SPANNING = SOLID | OPENING
 LEVEL = FACE | PIECE
 """What has a level: a face, and a board by its upper side."""
+IN_SPACE = PIECE | OPENING
+"""What takes room of its own in a thing's space."""
 
 
 class Gives(StrEnum):
@@ -69,7 +72,8 @@ class Word:
     condition of one argument is also a property (`top is level`), one of two a relation (`x adjoins
     y`).
     `low` and `high` bound a measure in degrees, shares or counts; lengths are bounded below alone.
-    `unknown_when` says when the scene does not know. A word that `yields` may also be the name of
+    `unknown_when` says when the scene does not know. Of a word whose arguments are `alike` they are
+    of one kind. A word that `yields` may also be the name of
     a part, a definition or a model: that then hides it, as texts use it that are older.
     """
 
@@ -83,6 +87,7 @@ class Word:
     low: float | None = None
     high: float | None = None
     number_last: Gives | None = None
+    alike: bool = False
     yields: bool = False
     source: Source | None = None
     span: Span | None = None
@@ -131,17 +136,28 @@ def _measure(
     symmetric: bool = False,
     high: float | None = None,
     low: float | None = 0.0,
+    alike: bool = False,
     yields: bool = False,
 ) -> Word:
     return Word(
-        name, arguments, gives, meaning, unknown, symmetric, low=low, high=high, yields=yields
+        name,
+        arguments,
+        gives,
+        meaning,
+        unknown,
+        symmetric,
+        low=low,
+        high=high,
+        alike=alike,
+        yields=yields,
     )
 
 
 _WORDS = (
     # Two faces
-    _measure("angle", Gives.ANGLE, FACE, FACE, symmetric=True, high=180.0,
-             meaning="the angle between the outward normals"),
+    _measure("angle", Gives.ANGLE, LEVEL, LEVEL, symmetric=True, alike=True, high=180.0,
+             meaning="of faces the angle between their outward normals; of pieces that between "
+                     "bars' lengths and others' broad sides, 0 along each other, 90 square"),
     _measure("dihedral", Gives.ANGLE, FACE, FACE, symmetric=True, high=360.0,
              meaning="the angle through the solid at the edge that they share: 90 at a box's edge, "
                      "270 in a room's corner",
@@ -176,9 +192,9 @@ _WORDS = (
                meaning="its middle is higher than the other's"),
     _condition("below", LEVEL | OPENING, LEVEL | OPENING, unknown=_UP,
                meaning="its middle is lower than the other's"),
-    Word("parallel", (FACE, FACE), Gives.CONDITION,
-         "their normals are along one line, within the given angle", symmetric=True,
-         number_last=Gives.ANGLE),
+    Word("parallel", (LEVEL, LEVEL), Gives.CONDITION,
+         "normals of faces are along one line, pieces along each other, within the given angle",
+         symmetric=True, number_last=Gives.ANGLE, alike=True),
     Word("share_corner", (FACE,), Gives.CONDITION, "all of them meet at one vertex", symmetric=True,
          many=True),
     # One face
@@ -249,6 +265,9 @@ _WORDS = (
              unknown=f"{_LEVEL}, or no side is closed more than the one opposite",
              meaning="the length of the side that `closed_behind` is of: a sofa's back stands "
                      "along the longer extent of its seat, a bed's head along the shorter"),
+    _measure("shelves_below", Gives.COUNT, LEVEL, unknown=_LEVEL, yields=True,
+             meaning="how many shelves lie beneath its level: heights at which at least half of "
+                     "its plan faces up"),
     _measure("rise_side", Gives.RATIO, LEVEL, unknown=_RISE,
              meaning="how far to one side what rises high above its level stands: 0 in the "
                      "middle, 1 at the rim"),
@@ -256,7 +275,8 @@ _WORDS = (
              meaning="how far that is from the middle of this side: 0 in the middle, 1 at its end"),
     _measure("rise_span", Gives.RATIO, LEVEL, high=1.0, unknown=_RISE,
              meaning="how much of the length of that side it takes"),
-    _condition("measured", FACE, meaning="pictures support it"),
+    _condition("measured", LEVEL,
+               meaning="it was seen, and not only completed from its neighbours"),
     _condition("upward", FACE, meaning="its outward side looks upwards", unknown=_UP),
     _condition("downward", FACE, meaning="its outward side looks downwards", unknown=_UP),
     _condition("level", ELEMENT | PIECE, meaning="within 10 degrees of level", unknown=_UP),
@@ -304,9 +324,18 @@ _WORDS = (
     _condition("hangs_from", PIECE, PIECE, unknown=_UP, yields=True,
                meaning="they touch, the second's middle is higher, and without the second nothing "
                        "joins the first to the ground"),
-    # Openings
-    _condition("in", OPENING, FACE, yields=True,
-               meaning="the face lies across the opening, reaches round it and leaves it free"),
+    # Pieces and openings
+    _condition("beside", IN_SPACE, IN_SPACE, symmetric=True, yields=True,
+               unknown=f"{_UP}, or it hangs on space that nobody saw",
+               meaning="half of the lower one's height at least is the other's, too, and no more "
+                       "than 10 % of the smaller one's plan is over or under the other"),
+    _condition("inside", IN_SPACE, IN_SPACE, yields=True,
+               unknown="it hangs on space that nobody saw",
+               meaning="the least box round it lies in that round the other, or in what is free "
+                       "of an opening, but for 5 % of its extent at each side at most"),
+    _condition("in", OPENING, LEVEL, yields=True,
+               meaning="the face lies across the opening, reaches round it and leaves it free; or "
+                       "the piece is all of its rim"),
     _condition("frames", PIECE, OPENING, yields=True,
                meaning="it is along at least 5 % of the opening's rim"),
     _condition("touches", THING, THING, symmetric=True, meaning="nothing is between them"),

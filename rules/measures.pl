@@ -67,6 +67,7 @@ measure(footprint(T), V, Sd, area)      :- fact(footprint(T, V, Sd)).
 measure(solidity(T), V, Sd, ratio)      :- fact(solidity(T, V, Sd)).
 measure(hollow_side(T), V, Sd, ratio)  :- fact(hollow_side(T, V, Sd)).
 measure(curved(T), V, 0, ratio)         :- fact(curved(T, V)).
+measure(shelves_below(F), V, 0, count)  :- fact(shelves_below(F, V)).
 measure(overlap(A, B), V, 0, ratio)     :- fact(overlap(A, B, V)).
 measure(gap(A, B), V, Sd, length)       :- fact(gap(A, B, V, Sd)).
 measure(thing_length(T), V, 0, length)  :- fact(thing_size(T, V, _, _)).
@@ -81,6 +82,7 @@ measure(piece_elevation(P), V, Sd, length) :- middle_of_ends(piece_heights(P), V
 measure(piece_top_of(P), V, Sd, length) :- fact(piece_heights(P, _, V, Sd)).
 measure(piece_bottom_of(P), V, Sd, length) :- fact(piece_heights(P, V, _, Sd)).
 measure(piece_tilt(P), V, Sd, deg)      :- fact(piece_tilt(P, V, Sd)).
+measure(piece_angle(P, Q), V, Sd, deg)  :- fact(piece_angle(P, Q, V, Sd)).
 measure(piece_curved(P), V, 0, ratio)   :- fact(piece_round(P, V)).
 measure(piece_cover(P), V, Sd, ratio) :- fact(piece_level(P, cover, V, Sd)).
 measure(piece_level_length(P), V, Sd, length) :- fact(piece_level(P, level_length, V, Sd)).
@@ -99,6 +101,7 @@ measure(piece_side_behind(P), V, Sd, length) :- fact(piece_level(P, side_behind,
 measure(piece_rise_side(P), V, Sd, ratio) :- fact(piece_level(P, rise_side, V, Sd)).
 measure(piece_rise_off_middle(P), V, Sd, ratio) :- fact(piece_level(P, rise_off_middle, V, Sd)).
 measure(piece_rise_span(P), V, Sd, ratio) :- fact(piece_level(P, rise_span, V, Sd)).
+measure(piece_shelves_below(P), V, 0, count) :- fact(piece_level(P, shelves_below, V, _)).
 measure(opening_length(O), V, Sd, length) :- fact(opening_size(O, V, _, Sd)).
 measure(opening_width(O), V, Sd, length) :- fact(opening_size(O, _, V, Sd)).
 measure(opening_height(O), V, Sd, length) :- height_between_ends(opening_heights(O), V, Sd).
@@ -126,7 +129,7 @@ known_measure(Measure) :-
 %!  hidden_part(+Measure, -Fact, -IfFree, -IfFull) is semidet.
 %
 %   Space that was not seen may change Measure: where it does, the scene has Fact, with the values if
-%   all of that is free, and if all is full.
+%   all of that is free, and if all is full; of shelves the fewest and the most.
 
 hidden_part(Measure, unseen_bounds(Name, X, IfFree, IfFull), IfFree, IfFull) :-
     compound(Measure),
@@ -138,6 +141,8 @@ hidden_part(Measure, piece_unseen(P, Name, IfFree, IfFull), IfFree, IfFull) :-
     sub_atom(OfPiece, 0, 6, _, piece_),
     atom_concat(piece_, Name, OfPiece),
     measure_of_space(Name).
+hidden_part(shelves_below(F), shelves_unseen(F, Fewest, Most), Fewest, Most).
+hidden_part(piece_shelves_below(P), piece_unseen(P, shelves_below, Fewest, Most), Fewest, Most).
 
 %!  measure_of_space(?Name) is nondet.
 %

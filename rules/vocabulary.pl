@@ -320,6 +320,8 @@ needs_up(overlap(_, _)).
 needs_up(thing_height(_)).
 needs_up(on_ground(_)).
 needs_up(at_rim(_, _)).
+needs_up(shelves_below(_)).
+needs_up(piece_beside(_, _)).
 needs_up(upward(_)).
 needs_up(downward(_)).
 needs_up(carries(_, _)).
@@ -367,6 +369,11 @@ truth(carries(P, Q),       fact(carries(P, Q)),         heights([P, Q])).
 truth(hangs_from(P, Q),    fact(hangs_from(P, Q)),      heights([P, Q])).
 truth(frames(P, O),        fact(frames(P, O)),          ( pieces([P]), fact(opening(O)) )).
 truth(opening_in(O, F),    fact(opening_in(O, F)),      ( fact(opening(O)), seen([F]) )).
+% Of pieces and openings alike.
+truth(piece_beside(X, Y),  fact(beside(X, Y, yes)),     fact(beside(X, Y, no))).
+truth(piece_inside(X, Y),  fact(inside(X, Y, yes)),     fact(inside(X, Y, no))).
+truth(piece_measured(P),   fact(piece_measured(P)),     pieces([P])).
+truth(openings_known(T),   fact(openings_known(T)),     fail).
 truth(piece_on_ground(P),  fact(piece_on_ground(P)),    heights([P])).
 truth(whole(T),            fact(whole(T)),              seen([T])).
 truth(scanned(T),          fact(scanned(T)),            seen([T])).
@@ -447,6 +454,7 @@ means(block(P),
     tolerance(shape, Fade).
 means(piece_level(P),   at_most(piece_tilt(P), Limit))  :- tolerance(level, Limit).
 means(piece_upright(P), at_least(piece_tilt(P), Limit)) :- tolerance(upright, Slack), Limit is 90 - Slack.
+means(piece_parallel(P, Q, Tol), at_most(piece_angle(P, Q), Tol)).
 means(piece_above(P, Q), at_least(piece_elevation(P), piece_elevation(Q))).
 means(piece_below(P, Q), at_most(piece_elevation(P), piece_elevation(Q))).
 % Openings

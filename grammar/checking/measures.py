@@ -191,6 +191,8 @@ class MeasureChecker(ABC):
                 continue
             wanted = word.arguments[min(number, len(word.arguments) - 1)]
             self._wanted_kind(word, argument, wanted, names)
+        if word.alike:
+            self._wanted_alike(word, arguments[: len(word.arguments)], node, names)
         named = [a.name.text for a in arguments if isinstance(a, s.Reference)]
         if len(set(named)) < len(named) and word.source is None:
             self.fault("itself", f"`{name}` is said of one part and itself", node)
@@ -230,6 +232,15 @@ class MeasureChecker(ABC):
             self.fault(
                 "kind", f"this is {found}, `{word.name}` wants {Element(wanted)}", argument, hint
             )
+
+    def _wanted_alike(
+        self, word: Word, arguments: tuple[s.Expression, ...], node: s.Expression, names: Names
+    ) -> None:
+        found = [t for a in arguments if isinstance(t := self.type_of(a, names), Element)]
+        fit = [t for t in found if t.kinds & word.arguments[0]]
+        if len(fit) == len(arguments) and not frozenset.intersection(*(t.kinds for t in fit)):
+            message = f"`{word.name}` is said of two of one kind, not of {fit[0]} and {fit[1]}"
+            self.fault("kind", message, node)
 
     def _definition(
         self,

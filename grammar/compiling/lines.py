@@ -5,8 +5,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from facetlog.grammar import syntax as s
+from facetlog.grammar.compiling.counts import count_numbers
 from facetlog.grammar.compiling.sets import SetShape
-from facetlog.grammar.compiling.tests import Writer, WriterOf, count_numbers
+from facetlog.grammar.compiling.tests import Writer, WriterOf
 from facetlog.grammar.compiling.writer import (
     NOTHING,
     UNSEEN,
@@ -18,7 +19,7 @@ from facetlog.grammar.compiling.writer import (
 from facetlog.grammar.resolve import Owned
 from facetlog.grammar.scope import PartSymbol, Scope
 from facetlog.grammar.terms import ANYTHING, Atom, Clause, Struct, Term, Text, Var
-from facetlog.grammar.vocabulary import FACE
+from facetlog.grammar.vocabulary import FACE, OPENING
 
 __all__ = ["WEIGHTS", "line_clauses"]
 
@@ -133,6 +134,10 @@ def _demanded(
     tests: list[Term] = []
     if symbol.model:
         tests.append(Struct("is_a", (writer.names[name], Atom(symbol.model))))
+    if symbol.kinds == OPENING and not part.optional:
+        # Of a thing that has fewer the part stays unseen: then this fails, if they are all known.
+        own = [p for p in scope.singular if p.kinds == OPENING and not p.owned.node.optional]
+        tests.append(writer.has_openings(len(own)))
     where = scope.where(symbol)
     if where is not None:
         tests.append(writer.test(where))

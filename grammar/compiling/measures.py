@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from facetlog.grammar.constants import Constant
 from facetlog.grammar.terms import Struct, Term
 from facetlog.grammar.units import Dimension
-from facetlog.grammar.vocabulary import OPENING, PIECE, THING, VOCABULARY, Kinds
+from facetlog.grammar.vocabulary import IN_SPACE, OPENING, PIECE, THING, VOCABULARY, Kinds
 
 __all__ = ["Bound", "aggregate_functor", "amount", "is_number", "scaled", "word_term"]
 
@@ -14,6 +14,8 @@ _OF_THINGS = {"length": "thing_length", "width": "thing_width", "height": "thing
 # The words that are said of pieces and of others: of pieces by a name of their own, so that whoever
 # asks of faces alone need not know the pieces.
 _OF_PIECES_TOO = frozenset(word.name for word in VOCABULARY.values() if word.arguments[0] > PIECE)
+# The words that are said of pieces and openings alike have one such name for both.
+_IN_SPACE = frozenset(word.name for word in VOCABULARY.values() if word.arguments[0] == IN_SPACE)
 # How the middle of one thing is compared with that of another whose words have other names.
 _BY_ELEVATION = {"above": "at_least", "below": "at_most"}
 _AGGREGATES = {"smallest gap": "smallest_gap", "largest gap": "largest_gap"}
@@ -60,11 +62,12 @@ def word_term(name: str, arguments: tuple[Bound, ...]) -> Struct:
     if name in _BY_ELEVATION and arguments[0].kinds != arguments[1].kinds:
         middles = tuple(word_term("elevation", (argument,)) for argument in arguments)
         return Struct(_BY_ELEVATION[name], middles)
-    if name in _OF_THINGS and arguments[0].kinds == THING:
+    kinds = arguments[0].kinds
+    if name in _OF_THINGS and kinds == THING:
         name = _OF_THINGS[name]
-    elif name in _OF_PIECES_TOO and arguments[0].kinds == PIECE:
+    elif (name in _OF_PIECES_TOO and kinds == PIECE) or (name in _IN_SPACE and kinds <= IN_SPACE):
         name = f"piece_{name}"
-    elif arguments[0].kinds == OPENING:
+    elif kinds == OPENING:
         name = f"opening_{name}"
     return Struct(name, tuple(argument.term for argument in arguments))
 

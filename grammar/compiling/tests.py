@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from facetlog.grammar import syntax as s
+from facetlog.grammar.compiling.counts import amount_test, count_numbers, some_test
 from facetlog.grammar.compiling.measures import Bound, amount, is_number, scaled, word_term
 from facetlog.grammar.compiling.sets import SetShape
 from facetlog.grammar.compiling.writer import (
@@ -24,9 +25,9 @@ from facetlog.grammar.constants import constant
 from facetlog.grammar.fading import ABOUT, soft_share
 from facetlog.grammar.scope import SetSymbol
 from facetlog.grammar.terms import Atom, Struct, Term, Var
-from facetlog.grammar.vocabulary import PIECE, Kind, Kinds
+from facetlog.grammar.vocabulary import OPENING, Kind, Kinds
 
-__all__ = ["Writer", "WriterOf", "count_numbers"]
+__all__ = ["Writer", "WriterOf"]
 
 
 @dataclass(slots=True)
@@ -70,7 +71,8 @@ class Writer(MeasureWriter):
             value = constant(last, self.scope.lets)
             bound = tuple(map(self.argument, first))
             given = amount(value) if value is not None else self.measure(last)
-            return Struct(name, (*(b.term for b in bound), given))
+            said = word_term(name, bound)
+            return Struct(said.functor, (*said.args, given))
         bound = tuple(map(self.argument, arguments))
         if word.many:
             return Struct(name, (tuple(b.term for b in bound),))
@@ -155,11 +157,17 @@ class Writer(MeasureWriter):
 
     def number_of(self, shape: SetShape, low: float, high: float) -> Term:
         """The test that a set has so many members."""
-        groups = self._groups(shape)
-        closed = shape.symbol.kinds == PIECE
-        return _amount(
-            shape.pattern(self.names), groups, shape.test(self), low, high, closed=closed
+        groups, kinds = self._groups(shape), shape.symbol.kinds
+        return amount_test(shape.pattern(self.names), groups, shape.test(self), low, high, kinds)
+
+    def has_openings(self, least: int) -> Term:
+        """The test that the thing has so many openings, whichever they are."""
+        one = self.names.fresh("opening")
+        goal = elements_goal(OPENING, one)
+        groups = self.once(
+            "openings", "Openings", lambda var: [Struct("findall", ((one,), goal, var))]
         )
+        return amount_test(one, groups, NOTHING, least, math.inf, OPENING)
 
     def _groups(self, shape: SetShape) -> Var:
         members = self.members(shape)
@@ -261,7 +269,7 @@ class Writer(MeasureWriter):
         low, high = count_numbers(node.count) if node.count else (1.0, math.inf)
         demanded = self.scope.demanded(node, node.name)
         first = self.scope.symbols.get(node.of[0].text) if node.of else None
-        closed = False
+        among = frozenset[Kind]()
         if isinstance(first, SetSymbol) and len(node.of) == 1:
             shape = self.shapes[first.name]
             pattern, bound, own = shape.copy(self, node.name.text)
@@ -279,14 +287,14 @@ class Writer(MeasureWriter):
             variable, kinds, inner = self._element(node.kind, node.name)
             some, own_where = self._others(kinds, demanded, node.name.text, variable, inner)
             pattern, test = variable, own_where if own_where is not None else NOTHING
-            closed = kinds == PIECE
+            among = kinds
         if node.count is None:
             found = Struct("some", (pattern, some, test))
-            return found if node.some else Struct("not", (found,))
+            return some_test(found, among, some=node.some)
         one = self.names.fresh("member")
         groups = self.names.fresh(f"{node.name.text}_groups")
         self.goals.append(Struct("findall", ((one,), Struct("member", (one, some)), groups)))
-        return _amount(pattern, groups, test, low, high, closed=closed)
+        return amount_test(pattern, groups, test, low, high, among)
 
     def _seen(self, parts: tuple[Term, ...]) -> Term:
         """Those of some parts that were seen: what was not seen is no witness."""
@@ -323,36 +331,3 @@ def _positive(term: Term) -> Term:
 
 WriterOf = Callable[[], Writer]
 """Makes a writer for a new clause."""
-
-
-def count_numbers(count: s.Count) -> tuple[float, float]:
-    """The least and the greatest number that a count allows."""
-    low = float(count.low.text) if count.low else 0.0
-    high = float(count.high.text) if count.high else math.inf
-    match count.kind:
-        case s.CountKind.AT_LEAST:
-            return low, math.inf
-        case s.CountKind.AT_MOST:
-            return -math.inf, high
-        case s.CountKind.ANY:
-            return -math.inf, math.inf
-        case _:
-            return low, high
-
-
-def _amount(
-    pattern: Term, groups: Term, test: Term, low: float, high: float, *, closed: bool
-) -> Term:
-    """The test of so many groups; `closed` if these are all that a thing has which is known from
-    all sides, as pieces are: a round leg has no face, but is a piece."""
-    tests: list[Term] = []
-    if low > 0 and math.isfinite(low):
-        least = math.ceil(low)
-        if closed:
-            counted = Struct("at_least_in", (least, Var("Thing"), pattern, groups, test))
-        else:
-            counted = Struct("at_least_of", (least, pattern, groups, test))
-        tests.append(counted)
-    if math.isfinite(high):
-        tests.append(Struct("at_most_of", (math.floor(high), pattern, groups, test)))
-    return all_of(tests) if tests else NOTHING

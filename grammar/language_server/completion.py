@@ -270,5 +270,5 @@ def _brought(texts: tuple[str, ...]) -> Iterator[str]:
 def _is_kind(texts: tuple[str, ...], i: int) -> bool:
     """Whether the word there says what is gone through; those for pieces may be names, too."""
     if texts[i] in PIECE_WORDS:
-        return texts[i - 1] in ("each", "a", "no") or texts[i - 1].isdigit()
+        return texts[i - 1] in ("each", "a", "an", "no") or texts[i - 1].isdigit()
     return texts[i] in (*_KIND_WORDS, *_SEVERAL_PIECES)

@@ -25,7 +25,7 @@ from facetlog.grammar.lint.directions import (
 from facetlog.grammar.lint.linear import Linear
 from facetlog.grammar.lint.premises import premises
 from facetlog.grammar.scope import PartSymbol, SetSymbol
-from facetlog.grammar.vocabulary import FACE
+from facetlog.grammar.vocabulary import FACE, PIECE
 
 __all__ = ["Effort", "angle_faults"]
 
@@ -245,12 +245,18 @@ def _read_bound(rest: Linear, claim: Claim, sure: bool, claims: Claims, found: _
     limit = -rest.constant / factor
     region = (limit, 360.0) if factor > 0 else (0.0, limit)
     match atom:
-        case ("angle", frozenset() as pair):
+        case ("angle", frozenset() as pair) if not any(_is_piece(each, claims) for each in pair):
             found.add(pair, region, claim, sure)
         case ("dihedral", frozenset() as pair):
             found.add_dihedral(pair, region, claim)
         case ("tilt", str() as face) if _is_face(face, claims):
             found.add_tilt(face, region, claim, sure)
+
+
+def _is_piece(name: Hashable, claims: Claims) -> bool:
+    """Whether a name is a piece: its direction has no sense, and that of a bar no side."""
+    symbol = claims.scope.symbols.get(str(name)[1:])
+    return isinstance(symbol, PartSymbol | SetSymbol) and symbol.kinds == PIECE
 
 
 def _is_face(name: Hashable, claims: Claims) -> bool:

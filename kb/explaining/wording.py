@@ -107,6 +107,21 @@ _RELATIONS: dict[str, tuple[str, str, str]] = {
         "{0} is not at the rim of {1}",
         "it is not known whether {0} is at the rim of {1}",
     ),
+    "beside": (
+        "{0} stands beside {1}",
+        "{0} does not stand beside {1}",
+        "it is not known whether {0} stands beside {1}",
+    ),
+    "inside": (
+        "{0} is inside {1}",
+        "{0} is not inside {1}",
+        "it is not known whether {0} is inside {1}",
+    ),
+    "openings_known": (
+        "all openings of {0} are known",
+        "{0} may have more openings",
+        "{0} may have more openings",
+    ),
     "whole": (
         "{0} is known from all sides",
         "{0} is not known from all sides",
@@ -143,6 +158,8 @@ _SAME_AS = {
     "concave": "dihedral",
     "shared_length": "adjoins",
     "height": "top_of",
+    "piece_beside": "beside",
+    "piece_inside": "inside",
     **{
         f"{of}_{name}": f"{of}_heights"
         for of in ("piece", "opening")

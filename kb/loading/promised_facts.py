@@ -30,7 +30,9 @@ RESTING_WORDS = (
     "thickness",
 )
 # Words of everyday texts and names of parts, too: they count where something is said by them.
-EVERYDAY = frozenset({"piece", "joins", "carries", "board", "bar", "block", "opening", "frames"})
+EVERYDAY = frozenset(
+    {"piece", "joins", "carries", "board", "bar", "block", "opening", "frames", "beside", "inside"}
+)
 _NAMED = re.compile(
     rf"\b(?:(?:{'|'.join((*sorted(ON_DEMAND - EVERYDAY), *RESTING_WORDS))})\b"
     rf"|(?:{'|'.join(sorted(EVERYDAY))})\()"

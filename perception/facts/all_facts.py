@@ -88,6 +88,7 @@ _MAKERS: tuple[tuple[Callable[[SceneMemo, BlockFacts], None], tuple[str, ...]], 
         ("footprint", "solidity", "hollow_side", *LEVEL_KINDS, "unseen_bounds"),
     ),
     (thing_facts.unseen_facts, ("unseen_towards",)),
+    (thing_facts.shelf_facts, ("shelves_below", "shelves_unseen")),
     (piece_facts.piece_facts, tuple(kind.functor for kind in PIECE_KINDS)),
     (drawing_facts.drawing_facts, ("junction", "line_at", "contour")),
 )

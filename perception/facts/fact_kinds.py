@@ -42,6 +42,8 @@ class ArgumentKind(StrEnum):
     OPENING = "opening"
     JUNCTION = "junction"
     PART = "face or edge"
+    LEVEL = "face or piece"
+    SOLID = "piece or opening"
     BODY = "face, edge or thing"
     COUNT = "count"
     NUMBER = "number"
@@ -137,6 +139,8 @@ _SHORT = {
     "opening": ArgumentKind.OPENING,
     "junction": ArgumentKind.JUNCTION,
     "part": ArgumentKind.PART,
+    "level": ArgumentKind.LEVEL,
+    "solid": ArgumentKind.SOLID,
     "body": ArgumentKind.BODY,
     "count": ArgumentKind.COUNT,
     "number": ArgumentKind.NUMBER,

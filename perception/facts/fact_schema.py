@@ -420,6 +420,21 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "nothing of it would, or no space round it is unseen",
         on_demand=True,
     ),
+    _kind(
+        "shelves_below +F:face N:count",
+        _MAYBE,
+        "how many shelves were seen beneath the face's level: heights at which at least half of "
+        "its plan faces up",
+        _NO_LEVEL,
+        on_demand=True,
+    ),
+    _kind(
+        "shelves_unseen +F:face Fewest:count Most:count",
+        _MAYBE,
+        "how many there are at least, and at most: if as many as find room lie in unseen space",
+        "no unseen space has room for one more",
+        on_demand=True,
+    ),
     *PIECE_KINDS,
     _kind(
         "junction +View:view +J:junction Type:symbol",

@@ -18,7 +18,7 @@ from facetlog.perception.flat_faces import Estimate
 from facetlog.perception.space.grid import ROUNDING, Grid
 from facetlog.perception.space.space import Space
 
-__all__ = ["GAP", "Level", "closed", "level_at"]
+__all__ = ["GAP", "Level", "Slab", "closed", "level_at"]
 
 # A level is as thick as this share of the thing's height, up and down: seats and cushions sag.
 THICKNESS = 0.02
@@ -168,7 +168,7 @@ def _rise(plan: _Plan, tall: _Plan) -> tuple[float, float, float]:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Slab:
+class Slab:
     """The layers of cells of a level: that of its height is `layer`, all from `low` to `high`."""
 
     layer: int
@@ -176,7 +176,7 @@ class _Slab:
     high: int
 
     @classmethod
-    def at(cls, grid: Grid, height: float) -> "_Slab":
+    def at(cls, grid: Grid, height: float) -> "Slab":
         layers = grid.solid.shape[2]
         thickness = max(1, round(THICKNESS * layers))
         layer = grid.layer(height)
@@ -209,7 +209,7 @@ class _Beneath:
     side_behind: Estimate | None
 
     @classmethod
-    def of(cls, grid: Grid, plan: _Plan, slab: _Slab) -> "_Beneath":
+    def of(cls, grid: Grid, plan: _Plan, slab: Slab) -> "_Beneath":
         taken = int(plan.sum())
         side, depth = _side(plan), ROUNDING / max(slab.layer, 1)
         built_over = float((_any(grid.solid[:, :, slab.high :]) & plan).sum()) / taken
@@ -250,7 +250,7 @@ def _side(plan: _Plan) -> float:
     return ROUNDING / float(np.sqrt(plan.sum()))
 
 
-def _risen(grid: Grid, plan: _Plan, slab: _Slab) -> tuple[Bounded, Bounded, Bounded] | None:
+def _risen(grid: Grid, plan: _Plan, slab: Slab) -> tuple[Bounded, Bounded, Bounded] | None:
     """`side`, `off_middle` and `span` of what rises high above a level, if anything does."""
     tall = slab.tall(grid)
     if not tall.any():
@@ -269,7 +269,7 @@ def _of_both(one: Estimate | None, other: Estimate | None) -> Bounded | None:
 def level_at(space: Space, height: float) -> Level | None:
     """The level at a height (along up, in the scene's frame); None if nothing faces up there."""
     least, most = space.least(), space.most()
-    slab = _Slab.at(least, height)
+    slab = Slab.at(least, height)
     plan = slab.plan(least)
     taken, footprint = int(plan.sum()), least.footprint
     if not taken:

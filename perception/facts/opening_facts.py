@@ -10,16 +10,18 @@ from facetlog.perception.facts.scene_memo import Names
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.pieces.pieces import Piece, Pieces
 from facetlog.perception.space.grid import ROUNDING
-from facetlog.perception.space.openings import Opening, find_openings
+from facetlog.perception.space.openings import Opening, find_openings, room_for_openings
+from facetlog.perception.space.space import Space
 from facetlog.perception.types import FloatArray
 
-__all__ = ["framing", "hanging", "opening_rows", "openings_of"]
+__all__ = ["hanging", "opening_rows", "openings_known", "openings_of", "rim_rows"]
 
 # A piece frames an opening along this share of its rim at least: it does not just touch a corner.
 FRAMES = 0.05
 # A face that leans less than this lies across: cos 30°.
 ACROSS = 0.866
-# An opening lies within a face that leaves it free and reaches round it, but for so much of it.
+# An opening lies within a face that leaves it free and reaches round it, or in a piece that is all
+# of its rim, but for so much of it.
 BESIDE = 0.1
 
 Row = tuple[str, tuple[str | float, ...]]
@@ -27,8 +29,18 @@ Row = tuple[str, tuple[str | float, ...]]
 
 def openings_of(filled: FilledSpace, up: FloatArray | None) -> tuple[Opening, ...]:
     """The openings of a thing, in the space whose box fits it best."""
-    space = filled.tipped or filled.space
-    return find_openings(space, on_ground=up is not None and filled.tipped is None)
+    space, on_ground = _where_they_fit(filled, up)
+    return find_openings(space, on_ground=on_ground)
+
+
+def openings_known(filled: FilledSpace, up: FloatArray | None, openings: Sequence[Opening]) -> bool:
+    """Whether a thing can have no openings but these."""
+    space, on_ground = _where_they_fit(filled, up)
+    return not room_for_openings(space, openings, on_ground=on_ground)
+
+
+def _where_they_fit(filled: FilledSpace, up: FloatArray | None) -> tuple[Space, bool]:
+    return filled.tipped or filled.space, up is not None and filled.tipped is None
 
 
 def opening_rows(
@@ -65,15 +77,21 @@ def _is_within(opening: Opening, face: FlatFace) -> bool:
     return around >= 1.0 - BESIDE and taken <= BESIDE
 
 
-def framing(opening: Opening, pieces: Sequence[tuple[str, Piece]]) -> tuple[str, ...]:
-    """The names of pieces along the opening's rim: each place of that is of the nearest one."""
+def rim_rows(name: str, opening: Opening, pieces: Sequence[tuple[str, Piece]]) -> Iterator[Row]:
+    """Functors and arguments of what pieces, by their names, are along an opening's rim.
+
+    Each place of the rim is of the nearest piece; all of it may be of one, which has a hole.
+    """
     if not pieces:
-        return ()
+        return
     places = opening.places(opening.rim)
     away = np.array([_outside(piece, places) for _, piece in pieces])
-    owned = np.bincount(away.argmin(axis=0), minlength=len(pieces))
-    along = np.flatnonzero(owned >= FRAMES * len(places))
-    return tuple(pieces[i][0] for i in along.tolist())
+    shares = np.bincount(away.argmin(axis=0), minlength=len(pieces)) / len(places)
+    for (piece, _), share in zip(pieces, shares.tolist(), strict=True):
+        if share >= FRAMES:
+            yield "frames", (piece, name)
+        if share >= 1.0 - BESIDE:
+            yield "opening_in", (name, piece)
 
 
 def _outside(piece: Piece, places: FloatArray) -> FloatArray:

@@ -8,13 +8,21 @@ import numpy as np
 from facetlog.perception.facts.filled_space import FilledSpace
 from facetlog.perception.facts.levels import level_at
 from facetlog.perception.facts.named_rows import BlockFacts
-from facetlog.perception.facts.opening_facts import framing, hanging, opening_rows, openings_of
+from facetlog.perception.facts.opening_facts import (
+    hanging,
+    opening_rows,
+    openings_known,
+    openings_of,
+    rim_rows,
+)
+from facetlog.perception.facts.piece_directions import angles_between, lying, tilt
 from facetlog.perception.facts.piece_kinds import OPENING_KINDS, PIECE_KINDS
 from facetlog.perception.facts.scene_memo import Names, SceneMemo
+from facetlog.perception.facts.shelves import shelves_below
+from facetlog.perception.facts.solid_boxes import SolidBox, known_of_two
 from facetlog.perception.pieces.pieces import Kind, Piece, Pieces, find_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPiece, ShownPieces
 from facetlog.perception.scene import Evidence, Scene
-from facetlog.perception.space.grid import ROUNDING
 from facetlog.perception.space.openings import Opening
 from facetlog.perception.surfaces.floors import LEVEL_ENOUGH
 from facetlog.perception.types import FloatArray
@@ -31,6 +39,8 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
     for scene, found in _all_found(s):
         for functor, each in found.facts(s.face_names):
             rows.add_rows(functor, scene, [each])
+        if rows.wants("piece_angle"):
+            rows.add_rows("piece_angle", scene, found.angles())
         if not with_openings:
             continue
         openings = openings_of(found.filled, found.up)
@@ -38,16 +48,18 @@ def piece_facts(s: SceneMemo, rows: BlockFacts) -> None:
         holes[scene] += len(named)
         for functor, each in found.openings(named, s.face_names):
             rows.add_rows(functor, scene, [each])
+        if rows.wants("inside") or rows.wants("beside"):
+            for functor, all_ in found.of_two(named).items():
+                rows.add_rows(functor, scene, all_)
 
 
 def shown_pieces(scene: Scene) -> ShownPieces:
     """The pieces of a scene by the names that facts have, to be drawn."""
     memo = SceneMemo.of(scene)
-    measured = [face.evidence is Evidence.MEASURED for face in scene.faces]
     found = [each for _, each in _all_found(memo)]
     return ShownPieces(
         tuple(
-            ShownPiece(name, piece, bool(piece.faces) and not any(measured[i] for i in piece.faces))
+            ShownPiece(name, piece, not _is_measured(piece, each.measured))
             for each in found
             for name, piece in zip(each.names, each.pieces.pieces, strict=True)
         ),
@@ -63,6 +75,7 @@ class _Found:
     thing: str
     names: tuple[str, ...]
     pieces: Pieces
+    measured: frozenset[int]  # of all faces those that were
 
     def facts(self, face_names: Names) -> Iterator[tuple[str, tuple[str | float, ...]]]:
         """Functors and arguments; `face_names` (f,) are those of all faces."""
@@ -74,12 +87,14 @@ class _Found:
             sizes = (piece.length.value, piece.width.value, piece.thickness.value)
             yield "piece_size", (name, *sizes, piece.length.sd)
             yield "piece_round", (name, piece.round)
+            if _is_measured(piece, self.measured):
+                yield "piece_measured", (name,)
             for face in piece.faces:
                 yield "piece_face", (name, face_names[face])
             if self.up is not None:
                 low, high = max(0.0, piece.low - ground), piece.high - ground
                 yield "piece_heights", (name, low, high, piece.length.sd)
-                yield "piece_tilt", (name, *_tilt(piece, self.up))
+                yield "piece_tilt", (name, *tilt(piece, self.up))
                 if low < lattice.cell:
                     yield "piece_on_ground", (name,)
                 yield from self._level(name, piece, self.up)
@@ -91,6 +106,11 @@ class _Found:
             for i, j in np.argwhere(related).tolist():
                 yield functor, (self.names[i], self.names[j])
 
+    def angles(self) -> Iterator[tuple[str, str, float, float]]:
+        """The arguments of the facts about how each two pieces are turned to one another."""
+        for one, other, angle in angles_between(self.pieces.pieces, self.up):
+            yield self.names[one], self.names[other], *angle
+
     def openings(
         self, named: Sequence[tuple[str, Opening]], face_names: Names
     ) -> Iterator[tuple[str, tuple[str | float, ...]]]:
@@ -99,23 +119,44 @@ class _Found:
         for name, opening in named:
             yield "opening_of", (name, self.thing)
             yield from opening_rows(name, opening, self.filled, self.up, face_names)
-            for piece in framing(opening, pieces):
-                yield "frames", (piece, name)
+            yield from rim_rows(name, opening, pieces)
+        if openings_known(self.filled, self.up, [opening for _, opening in named]):
+            yield "openings_known", (self.thing,)
+
+    def of_two(self, named: Sequence[tuple[str, Opening]]) -> dict[str, list[tuple[str, str, str]]]:
+        """By functor the arguments of the facts about what lies inside, or beside, what."""
+        boxes = [
+            *(SolidBox.of_piece(piece, self.filled.space) for piece in self.pieces.pieces),
+            *(SolidBox.of_opening(opening) for _, opening in named),
+        ]
+        every = [*self.names, *(name for name, _ in named)]
+        found: dict[str, list[tuple[str, str, str]]] = {}
+        for relation, one, other, so in known_of_two(boxes, self.up):
+            known = "yes" if so else "no"
+            found.setdefault(relation, []).append((every[one], every[other], known))
+        return found
 
     def _level(
         self, name: str, piece: Piece, up: FloatArray
     ) -> Iterator[tuple[str, tuple[str | float, ...]]]:
         if piece.kind is Kind.BAR:
             return
-        side = _lying(piece, up)
+        side = lying(piece, up)
         if abs(float(piece.axes[side] @ up)) < LEVEL_ENOUGH:
             return
-        level = level_at(self.filled.space, self._upper_side(piece, up, side))
+        height = self._upper_side(piece, up, side)
+        level = level_at(self.filled.space, height)
         if level is not None:
             for measure, each in level.measures():
                 yield "piece_level", (name, measure, each.value, each.sd)
                 if each.open:
                     yield "piece_unseen", (name, measure, each.if_free, each.if_full)
+        shelves = shelves_below(self.filled.space, height)
+        if shelves is not None:
+            fewest, most = map(float, shelves)
+            yield "piece_level", (name, "shelves_below", fewest, 0.0)
+            if fewest < most:
+                yield "piece_unseen", (name, "shelves_below", fewest, most)
 
     def _upper_side(self, piece: Piece, up: FloatArray, side: int) -> float:
         """How high the side is that it turns upwards: its largest face there, or what is curved
@@ -132,6 +173,8 @@ class _Found:
 def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
     """The scene and the pieces of each thing; of a scene they are numbered through."""
     counts = [0] * len(s.scenes)
+    faces = (face for scene in s.scenes for face in scene.faces)
+    measured = frozenset(i for i, f in enumerate(faces) if f.evidence is Evidence.MEASURED)
     for index, filled in s.filled.items():
         scene = s.things[index].scene
         surface = filled.surface
@@ -139,25 +182,10 @@ def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
         first, last = counts[scene] + 1, counts[scene] + len(pieces.pieces)
         names = tuple(f"p{i}" for i in range(first, last + 1))
         counts[scene] = last
-        yield scene, _Found(filled, s.scenes[scene].up, s.thing_names[index], names, pieces)
+        up, thing = s.scenes[scene].up, s.thing_names[index]
+        yield scene, _Found(filled, up, thing, names, pieces, measured)
 
 
-def _lying(piece: Piece, up: FloatArray) -> int:
-    """The axis that is square to its broad side: of those along which it is as thin within a cell,
-    as all are of a cube, the most upright one."""
-    cell = piece.thickness.sd / ROUNDING
-    extents = (piece.length.value, piece.width.value, piece.thickness.value)
-    thin = [i for i, extent in enumerate(extents) if extent <= piece.thickness.value + cell]
-    return max(thin, key=lambda i: abs(float(piece.axes[i] @ up)))
-
-
-def _tilt(piece: Piece, up: FloatArray) -> tuple[float, float]:
-    """Degrees, and the sd: ends across it that are each known to a cell."""
-    if piece.kind is Kind.BAR:  # of another the broad side tilts
-        rise = min(1.0, abs(float(piece.axes[0] @ up)))
-        across, angle = piece.length, np.arcsin(rise)
-    else:
-        rise = min(1.0, abs(float(piece.axes[_lying(piece, up)] @ up)))
-        across, angle = piece.width, np.arccos(rise)
-    sd = np.arctan2(np.sqrt(2.0) * across.sd, across.value) if across.value > 0 else np.pi / 2
-    return float(np.rad2deg(angle)), float(np.rad2deg(sd))
+def _is_measured(piece: Piece, measured: frozenset[int]) -> bool:
+    """Whether it is more than faces that were completed; what is curved was measured."""
+    return not piece.faces or not measured.isdisjoint(piece.faces)

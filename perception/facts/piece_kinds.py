@@ -33,12 +33,24 @@ _PIECES: tuple[FactKind, ...] = (
         _NO_UP,
     ),
     _kind(
+        "piece_angle +P:piece +Q:piece Angle:deg Sd:deg",
+        _ONE,
+        "between the length of what is slender and the broad side of others, 0 to 90: 0 along each "
+        "other, 90 square; of pieces of one thing",
+    ),
+    _kind(
         "piece_on_ground +P:piece",
         _MAYBE,
         "its lowest point is level with its thing's, within a cell of its space",
         "otherwise, or " + _NO_UP,
     ),
     _kind("piece_round +P:piece R:share", _ONE, "share of its surface that is curved"),
+    _kind(
+        "piece_measured +P:piece",
+        _MAYBE,
+        "pictures, a mesh or a scan show some of it",
+        "all its faces were only completed from their neighbours",
+    ),
     _kind(
         "piece_face +P:piece F:face", _ANY, "a face that is mostly its own", "it is curved all over"
     ),
@@ -58,8 +70,8 @@ _PIECES: tuple[FactKind, ...] = (
     _kind(
         "piece_level +P:piece Measure:symbol V:number Sd:number",
         _ANY,
-        "a measure of space (`cover` and so on to `rise_span`) of the level that the upper side of "
-        "a level board or block has",
+        "a measure of space (`cover` and so on to `rise_span`, and `shelves_below`) of the level "
+        "that the upper side of a level board or block has",
         _NO_UP + ", or it is slender, or leans more than 30° from level",
     ),
     _kind(
@@ -85,9 +97,16 @@ OPENING_KINDS: tuple[FactKind, ...] = (
         _NO_UP,
     ),
     _kind(
-        "opening_in +O:opening +F:face",
+        "openings_known +T:thing",
         _MAYBE,
-        "the face lies across it, reaches round it and leaves it free",
+        "all its openings are known",
+        "space that nobody saw has room for another",
+    ),
+    _kind(
+        "opening_in +O:opening +X:level",
+        _MAYBE,
+        "the face lies across it, reaches round it and leaves it free; or the piece is all of its "
+        "rim",
         "otherwise",
     ),
     _kind(
@@ -95,6 +114,20 @@ OPENING_KINDS: tuple[FactKind, ...] = (
         _MAYBE,
         "the piece is along at least 5 % of the opening's rim",
         "otherwise",
+    ),
+    _kind(
+        "inside +X:solid +Y:solid Known:symbol",
+        _MAYBE,
+        "`yes`: the box round X lies in that of Y, but for 5 % of its extent at each side at most; "
+        "`no`: it does not",
+        "it hangs on space that nobody saw",
+    ),
+    _kind(
+        "beside +X:solid +Y:solid Known:symbol",
+        _MAYBE,
+        "`yes`: half of the lower one's height at least is the other's, too, and no more than 10 % "
+        "of the smaller one's plan is over or under the other; `no`: it is not so",
+        _NO_UP + ", or it hangs on space that nobody saw",
     ),
 )
 

@@ -10,6 +10,7 @@ from facetlog.perception.facts.bounded import Bounded
 from facetlog.perception.facts.filled_space import curved_share
 from facetlog.perception.facts.named_rows import BlockFacts
 from facetlog.perception.facts.scene_memo import SceneMemo
+from facetlog.perception.facts.shelves import shelves_below
 from facetlog.perception.facts.standing_parts import at_rim
 from facetlog.perception.row_table import Indices, chosen_places
 from facetlog.perception.space.space import LEAST_UNKNOWN
@@ -239,6 +240,21 @@ def unseen_facts(s: SceneMemo, rows: BlockFacts) -> None:
                 x, y, z = (sense * space.axes[axis]).tolist()
                 row = (s.thing_names[index], x, y, z, share)
                 rows.add_rows("unseen_towards", thing.scene, [row])
+
+
+def shelf_facts(s: SceneMemo, rows: BlockFacts) -> None:
+    """How many shelves lie beneath the level faces of things."""
+    for index, filled in s.filled.items():
+        scene, known = s.things[index].scene, dict[float, tuple[int, int] | None]()
+        for face in filled.levels:
+            height = float(s.table.faces[face].middle @ filled.space.axes[2])
+            if height not in known:
+                known[height] = shelves_below(filled.space, height)
+            found = known[height]
+            if found is not None:
+                rows.add_rows("shelves_below", scene, [(s.face_names[face], found[0])])
+                if found[0] < found[1]:
+                    rows.add_rows("shelves_unseen", scene, [(s.face_names[face], *found)])
 
 
 def _add_bounded(rows: BlockFacts, scene: int, functor: str, of: str, measure: Bounded) -> None:

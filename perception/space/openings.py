@@ -4,7 +4,7 @@ They are looked for along the directions of the thing's space. Where it stands o
 ground closes them below, as between the posts of a gate.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,18 +12,18 @@ from numpy.typing import NDArray
 
 from facetlog.perception.row_table import Indices
 from facetlog.perception.space.grid import Grid, Lattice
-from facetlog.perception.space.space import Space
+from facetlog.perception.space.space import Space, State
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Opening", "find_openings"]
+__all__ = ["HALF", "Opening", "find_openings", "room_for_openings"]
 
 # A hole that is nowhere so many cells wide is no more than how surfaces round to cells.
 FEWEST_CELLS = 2
 # So much of a hole is known to be free right through, or it may be closed where nobody looked.
 SEEN_THROUGH = 0.5
 
-# Of the cells that hold its rim so much is free, on average.
 HALF = 0.5
+"""Of the cells that hold an opening's rim so much is free, on average."""
 
 _Plan = NDArray[np.bool_]
 
@@ -86,24 +86,56 @@ def find_openings(space: Space, *, on_ground: bool) -> tuple[Opening, ...]:
 
 
 def _along(least: Grid, most: Grid, axis: int, *, on_ground: bool) -> Iterator[Opening]:
+    through = ~np.asarray(most.solid.any(axis=axis))
+    inner = _enclosed(~np.asarray(least.solid.any(axis=axis)), on_ground=on_ground)
+    for number in range(1, int(inner.max(initial=0)) + 1):
+        hole = inner == number
+        if _is_wide(hole) and float(through[hole].mean()) >= SEEN_THROUGH:
+            yield _opening(least, axis, hole)
+
+
+def room_for_openings(space: Space, found: Sequence[Opening], *, on_ground: bool) -> bool:
+    """Whether the space may have an opening besides those that were `found` in it, if what nobody
+    saw, or what is only assumed, is full here and free there.
+
+    A hole takes columns without surface, and none that leads out through free ones.
+    """
+    known_free = np.asarray(space.cells == State.FREE)
+    sure = np.asarray(space.cells == State.FULL)
+    for axis in range(3):
+        room = ~np.asarray(sure.any(axis=axis))
+        free = np.asarray(known_free.all(axis=axis))
+        room &= ~free | (_enclosed(free, on_ground=on_ground and axis < 2) > 0)
+        for opening in found:
+            if opening.along == axis:
+                one, two = opening.cells.T
+                room[one, two] &= ~free[one, two]
+        if _is_wide(room):
+            return True
+    return False
+
+
+def _enclosed(free: _Plan, *, on_ground: bool) -> Indices:
+    """The free places (n, m) that others enclose, numbered from 1 on hole by hole, 0 elsewhere."""
     from scipy import ndimage
 
-    outline = np.asarray(least.solid.any(axis=axis))
-    through = ~np.asarray(most.solid.any(axis=axis))
-    around = np.pad(~outline, 1, constant_values=True)
+    around = np.pad(free, 1, constant_values=True)
     if on_ground:
         around[:, 0] = False
     labels, count = ndimage.label(around)
-    open_ones = np.unique([labels[0], labels[-1]])
-    open_ones = np.union1d(open_ones, labels[:, [0, -1]])
-    inner = labels[1:-1, 1:-1]
+    outside = np.union1d(labels[[0, -1]], labels[:, [0, -1]])
+    numbers = np.zeros(count + 1, dtype=np.intp)
+    enclosed = np.setdiff1d(np.arange(1, count + 1), outside)
+    numbers[enclosed] = np.arange(1, len(enclosed) + 1)
+    return np.asarray(numbers[labels[1:-1, 1:-1]])
+
+
+def _is_wide(hole: _Plan) -> bool:
+    """Whether a hole is somewhere as wide as it must be."""
+    from scipy import ndimage
+
     square = np.ones((FEWEST_CELLS, FEWEST_CELLS), dtype=bool)
-    for number in sorted(set(range(1, count + 1)) - set(open_ones.tolist())):
-        hole = inner == number
-        if not ndimage.binary_opening(hole, square).any():
-            continue
-        if float(through[hole].mean()) >= SEEN_THROUGH:
-            yield _opening(least, axis, hole)
+    return bool(ndimage.binary_opening(hole, square).any())
 
 
 def _opening(grid: Grid, axis: int, hole: _Plan) -> Opening:

@@ -55,7 +55,7 @@ def test_a_sound_model_has_no_errors() -> None:
         ("a: top is levl", "unknown-word", "levl", "`level`"),
         ("a: side adjoin top", "unknown-word", "adjoin", "`adjoins`"),
         ("a: angel(top, side) at most 3 deg", "unknown-word", "angel", "`angle`"),
-        ("a: angle(top) at most 3 deg", "arity", "angle", "angle(face, face)"),
+        ("a: angle(top) at most 3 deg", "arity", "angle", "angle(face/piece, face/piece)"),
         ("a: free(top, side)", "arity", "free", "free(f)"),
         ("a: tilt(top) at most 3 degs", "unknown-unit", "degs", "`deg`"),
         ("a: tilt(top) at most 3", "dimension", "3", "15 deg"),

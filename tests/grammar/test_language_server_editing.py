@@ -100,8 +100,8 @@ def test_names_have_colours() -> None:
 @pytest.mark.parametrize(
     ("line", "label", "active"),
     [
-        ("  angle(", "angle(face, face): angle", 0),
-        ("  angle(top, ", "angle(face, face): angle", 1),
+        ("  angle(", "angle(face/piece, face/piece): angle", 0),
+        ("  angle(top, ", "angle(face/piece, face/piece): angle", 1),
         ("  2 * (angle(top, side) + height(", "height(edge/face/opening/piece/thing): length", 0),
         ("  flat(top, ", "flat(f, g)", 1),
         ('  example "y" of cuboid(width 3 cm, ', "cuboid(width, depth)", 1),

@@ -19,7 +19,7 @@ from facetlog.grammar.language_server.symbols import SymbolKind
 from facetlog.grammar.layout import PIECE_WORDS, laid_out
 from facetlog.grammar.parse import GRAMMAR, parse, statement_trees
 from facetlog.grammar.source import Source
-from facetlog.grammar.vocabulary import OPENING, PIECE, VOCABULARY, Gives
+from facetlog.grammar.vocabulary import IN_SPACE, OPENING, PIECE, VOCABULARY, Gives
 from tests.grammar.model_texts import model_files, mutated_files
 
 LARK = Lark(GRAMMAR.read_text(encoding="utf-8"), parser="lalr", maybe_placeholders=True)
@@ -154,7 +154,10 @@ def test_layout_keeps_them() -> None:
 @pytest.mark.parametrize(
     ("line", "code"),
     [
-        ("tilt(top) at most 5 deg, angle(top, top) at most 3 deg", "kind"),
+        ("tilt(top) at most 5 deg, angle(top, top) at most 3 deg", "itself"),
+        ("each face f: angle(top, f) at most 3 deg", "kind"),
+        ("each bar b: offset(top, b) at most 3 cm", "kind"),
+        ("each bar b: angle(top, b) at most 3 cm", "dimension"),
         ("thickness(this) at most 5 cm", "kind"),
         ("this is board", "kind"),
         ("there is a face f where f carries top", "kind"),
@@ -213,7 +216,8 @@ def test_a_board_is_implied_by_no_bar() -> None:
         ("  board new ", {"where"}, set()),
         ("  at least 2 bars le", set(), {"length"}),
         ("  a: there is a bar rail where ", {"rail", "thickness"}, set()),
-        ("  a: top ", {"carries", "joins"}, set()),
+        ("  a: top ", {"carries", "joins", "beside", "inside"}, set()),
+        ("  a: there is an opening way where ", {"way", "shelves_below"}, set()),
         ("  a: top is ", {"board", "bar", "block", "level"}, set()),
     ],
 )
@@ -235,8 +239,47 @@ def test_hovering_says_what_a_board_is() -> None:
     assert "at most 35 %" in hover_text(analysis, words["board"], {})
 
 
-def test_words_of_pieces_and_openings_yield_and_so_do_two_of_levels() -> None:
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [("top beside way", "over or under"), ("shelves_below(top) at least 2", "many shelves lie")],
+)
+def test_hovering_says_what_newer_words_mean(line: str, said: str) -> None:
+    text = f"model m\n  board top\n  opening way\n  a: {line}\n"
+    analysis = _analysis(text)
+    words = [
+        one.symbol for one in occurrences(analysis).every if one.symbol.kind is SymbolKind.WORD
+    ]
+    assert any(said in hover_text(analysis, word, {}) for word in words)
+
+
+def test_older_texts_may_call_their_own_by_the_new_words() -> None:
+    old = """model shelf3
+  face top, front, side
+  any number of faces inside where inside below top
+  define beside(a, b): a adjoins b
+  define shelves_below(f): f is level
+  beside: top beside side, front beside side
+  kept: each inside: shelves_below(inside)
+"""
+    assert _codes(old) == []
+    assert "piece_" not in compiled(_analysis(old)).prolog
+
+
+def test_openings_are_counted_as_far_as_they_are_known() -> None:
+    text = compiled(
+        _analysis(
+            "model m\n  opening way\n  at most 2 openings hole where hole below way\n"
+            "  a: there is no opening x where x above way\n"
+        )
+    ).prolog
+    assert "at_least_in(1, openings_known(Thing), Opening, Openings, all([]))" in text
+    assert "'m.hole'(Hole, Way)), openings_known(Thing)])" in text
+    assert "all([not(some(X, Xs, opening_above(X, Way))), openings_known(Thing)])" in text
+
+
+def test_words_of_pieces_and_openings_yield_and_so_do_three_of_levels() -> None:
     yields = {word.name for word in VOCABULARY.values() if word.yields}
     own = {w.name for w in VOCABULARY.values() if w.arguments[0] in (PIECE, OPENING)}
-    assert yields == own | {"enclosed", "side_behind"}
+    own |= {w.name for w in VOCABULARY.values() if w.arguments[0] == IN_SPACE}
+    assert yields == own | {"enclosed", "side_behind", "shelves_below"}
     assert VOCABULARY["thickness"].gives is Gives.LENGTH

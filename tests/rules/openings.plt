@@ -37,7 +37,9 @@ facts([ up(0.0, 0.0, 1.0), thing(t1), face(f1), evidence(f1, measured), part_of(
         piece(p1), piece_heights(p1, 2.1, 2.2, 0.01),
         piece(p2), piece_heights(p2, 1.8, 2.1, 0.01),
         piece(p3),
-        frames(p1, o1), joins(p1, p2), joins(p2, p1), hangs_from(p2, p1) ]).
+        frames(p1, o1), joins(p1, p2), joins(p2, p1), hangs_from(p2, p1), opening_in(o1, p1),
+        inside(p2, o1, yes), inside(o1, p2, no), beside(p3, o2, yes), beside(p1, o1, no),
+        thing(t2), openings_known(t2) ]).
 
 with_openings :- facts(Facts), with(Facts).
 
@@ -68,6 +70,24 @@ test(above_and_below, [S, T] == [holds, fails]) :-
     state(opening_below(o2, o1), T).
 test(nothing_is_higher_where_up_is_not_known, State == unknown) :-
     state(opening_above(o3, o1), State).
+test(in_a_piece, [S, T] == [holds, fails]) :-
+    state(opening_in(o1, p1), S),
+    state(opening_in(o2, p1), T).
+test(inside, [S, T, U] == [holds, fails, unknown]) :-
+    state(piece_inside(p2, o1), S),
+    state(piece_inside(o1, p2), T),
+    state(piece_inside(p1, o1), U).
+test(beside, [S, T, U] == [holds, fails, unknown]) :-
+    state(piece_beside(p3, o2), S),
+    state(piece_beside(p1, o1), T),
+    state(piece_beside(p1, unseen), U).
+test(more_may_be_there_until_all_are_known, [S, T] == [unknown, holds]) :-
+    state(openings_known(t1), S),
+    state(openings_known(t2), T).
+test(too_few_fail_where_all_are_known, [S, T, U] == [unknown, fails, holds]) :-
+    state(at_least_in(3, openings_known(t1), _, [[o1], [o2]], all([])), S),
+    state(at_least_in(2, openings_known(t2), _, [[o3]], all([])), T),
+    state(at_least_in(1, openings_known(t2), _, [[o3]], all([])), U).
 test(hangs, [S, T, U] == [holds, fails, unknown]) :-
     state(hangs_from(p2, p1), S),
     state(hangs_from(p1, p2), T),

@@ -38,12 +38,15 @@ facts([ scale(metric), up(0.0, 0.0, 1.0), thing(t1), thing(t2),
         piece_level(p1, room_below, 0.6, 0.02),
         piece(p2), piece_of(p2, t1), piece_size(p2, 0.7, 0.05, 0.05, 0.001),
         piece_heights(p2, 0.0, 0.7, 0.01), piece_tilt(p2, 89.0, 0.5), piece_on_ground(p2),
-        piece_round(p2, 0.4),
+        piece_round(p2, 0.4), piece_measured(p2), piece_level(p1, shelves_below, 0.0, 0.0),
+        piece_unseen(p1, shelves_below, 0.0, 2.0), piece_level(p3, shelves_below, 1.0, 0.0),
+        face(f1), shelves_below(f1, 2), shelves_unseen(f1, 2, 3),
         piece(p3), piece_of(p3, t2), piece_size(p3, 0.3, 0.2, 0.15, 0.001),
         piece_heights(p3, 0.0, 0.2, 0.01), piece_tilt(p3, 0.0, 0.5),
         piece(p4), piece_of(p4, t2), piece_size(p4, 0.4, 0.2, 0.07, 0.0),
         piece(p5), piece_of(p5, t2), piece_size(p5, 0.4, 0.2, 0.01, 0.0),
-        joins(p1, p2), joins(p2, p1), carries(p2, p1) ]).
+        joins(p1, p2), joins(p2, p1), carries(p2, p1),
+        piece_angle(p1, p2, 88.0, 1.0), piece_angle(p3, p4, 2.0, 1.0) ]).
 
 with_pieces :- facts(Facts), with(Facts).
 
@@ -73,6 +76,24 @@ test(levels_have_the_kind_of_what_they_measure, [A, B] == [0.9-0.02-ratio, 0.6-0
     value(piece_room_below(p1), B).
 test(a_measure_that_no_level_has_is_not_known, State == unknown) :-
     state(at_least(piece_cover(p1), 0.5), State).
+test(shelves_are_counted_as_far_as_was_seen, [S, T, U, V] == [unknown, fails, holds, unknown]) :-
+    state(at_least(piece_shelves_below(p1), 1), S),
+    state(at_least(piece_shelves_below(p1), 3), T),
+    state(at_most(piece_shelves_below(p1), 2), U),
+    state(at_most(piece_shelves_below(p4), 2), V).
+test(shelves_beneath_a_face, [S, T, U] == [holds, unknown, holds]) :-
+    state(at_least(shelves_below(f1), 2), S),
+    state(near(shelves_below(f1), 2, 0), T),
+    state(near(piece_shelves_below(p3), 1, 0), U).
+test(turned_to_one_another, [A, S, T, U] == [88.0-1.0-deg, holds, fails, unknown]) :-
+    value(piece_angle(p1, p2), A),
+    state(piece_parallel(p3, p4, 10), S),
+    state(piece_parallel(p1, p2, 10), T),
+    state(piece_parallel(p1, p3, 10), U).
+test(seen, [S, T, U] == [holds, fails, unknown]) :-
+    state(piece_measured(p2), S),
+    state(piece_measured(p1), T),
+    state(piece_measured(unseen), U).
 test(curved_share, V == 0.4) :-
     value(piece_curved(p2), V-_-ratio).
 test(how_they_lie, [S, T, U, V] == [holds, fails, fails, holds]) :-

@@ -17,6 +17,7 @@ from facetlog.perception.facts.piece_kinds import PIECE_KINDS
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from tests.perception.pieces.test_openings import LINTEL, POSTS, SILL, of_boxes
+from tests.perception.space.simulated_scans import eye_at, scanned
 
 MODELS = """model table2
   "A board on legs."
@@ -167,3 +168,94 @@ def test_a_window_is_a_frame_with_one_opening_in_its_front(tmp_path: Path) -> No
     assert found["one"].state is State.HOLDS
     assert next(p.faces for p in found["one"].parts if p.role == "pane") == ("o1",)
     assert [c.label for c in found["two"].conditions_that(State.FAILS)] == ["alone"]
+
+
+WORDS = """model book_rack
+  "Boards one above the other between two sides that stand beside each other."
+  board side_a where side_a is upright
+  board side_b where side_b is upright
+  board top where top is level
+  stand: side_a beside side_b, side_a is on_ground, side_b is on_ground
+  square: parallel(side_a, side_b, 10 deg), angle(side_a, top) = 90 deg ± 10 deg
+  seen: side_a is measured, top is measured
+  rows: shelves_below(top) at least 3  "three boards at least lie below"
+  bays: there are at least 2 openings bay where bay beside side_a
+
+model hoop
+  "A frame with one hole that is all its own."
+  piece rim
+  opening hole where hole in rim, hole inside rim
+  alone: there is no opening other where other beside hole or other above hole
+
+model two_holes
+  "Something one sees through twice."
+  opening a, b
+  at most 2 openings c where c beside a
+  over: there is an opening d where d above a or d below a
+
+model plate
+  "A level face with no shelf below it."
+  face top where top is level, top is upward
+  none: shelves_below(top) = 0, top_of(top) at least 95 % of height(this)
+"""
+OF_WORDS = ("book_rack", "hoop", "two_holes", "plate")
+
+
+@pytest.fixture(scope="module")
+def worded(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Loaded]:
+    path = tmp_path_factory.mktemp("words") / "words.model"
+    path.write_text(WORDS, encoding="utf-8")
+    with KnowledgeBase() as base, BatchJudge([path]) as judge:
+        base.load_rules(path)
+        yield base, judge
+
+
+def _alike(worded: Loaded, name: str, scene: Scene) -> dict[str, Verdict]:
+    """The verdicts of the interpreter, which those of the batch are equal to."""
+    base, judge = worded
+    (columns,) = fact_columns([scene], {kind for kind, _ in judge.needed})
+    brief = {v.model: v for v in judge.judge_columns(columns) if v.thing == "t1"}
+    facts = tuple(fact.row for fact in scene_facts(scene))
+    on_demand = tuple(fact.row for fact in facts_on_demand(scene))
+    base.load_scene(name, facts, on_demand=lambda: on_demand)
+    found = {model: base.judge(name, model, "t1") for model in OF_WORDS}
+    for model, verdict in found.items():
+        assert brief[model].state is verdict.state, model
+        assert brief[model].degree == pytest.approx(verdict.degree, abs=1e-12)
+        assert brief[model].parts == tuple((p.role, p.faces) for p in verdict.parts)
+    assert all(c.interpreted == () for m, c in judge.conditions().items() if m in OF_WORDS)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("name", "holding", "open_"),
+    [
+        ("shelf", {"book_rack", "two_holes"}, set()),
+        ("frame", {"hoop"}, set()),
+        ("cuboid", {"plate"}, set()),
+        ("table", {"plate"}, set()),
+        ("tray", {"plate"}, set()),
+        ("chair", {"plate"}, set()),
+    ],
+)
+def test_words_of_places_and_counts_say_the_same_in_both_ways(
+    worded: Loaded, name: str, holding: set[str], open_: set[str]
+) -> None:
+    found = _alike(worded, name, _scene(name))
+    assert {m for m, v in found.items() if v.state is State.HOLDS} == holding
+    assert {m for m, v in found.items() if v.state is State.UNKNOWN} == open_
+
+
+def test_a_closed_mesh_without_a_hole_is_no_hoop_and_says_so(worded: Loaded) -> None:
+    verdict = _alike(worded, "plain", of_boxes(((0.0, 0.0, 0.0), (1.0, 0.1, 1.0))))["hoop"]
+    assert verdict.state is State.FAILS
+    said = "\n".join(verdict.miss_lines())
+    assert "none was found, at least 1 is wanted" in said
+    assert "there may be more" not in said
+
+
+def test_a_scan_from_one_side_leaves_open_how_many_openings_there_are(worded: Loaded) -> None:
+    solid = _scene("shelf")
+    scan = scanned(solid, eye_at(solid, 20.0, 30.0))
+    found = _alike(worded, "scan", scan)
+    assert {found[model].state for model in ("hoop", "two_holes", "book_rack")} == {State.UNKNOWN}

@@ -56,7 +56,7 @@ test_form(implies(_, _), implies(test, test)).
 test_form(fading(_, _), fading(comparison, measure)).
 test_form(soft(_, _), soft(comparison, share)).
 test_form(at_least_of(_, _, _, _), at_least_of(count, value, groups, test)).
-test_form(at_least_in(_, _, _, _, _), at_least_in(count, value, value, groups, test)).
+test_form(at_least_in(_, _, _, _, _), at_least_in(count, test, value, groups, test)).
 test_form(at_most_of(_, _, _, _), at_most_of(count, value, groups, test)).
 test_form(is_a(_, _), is_a(value, model)).
 
@@ -135,8 +135,8 @@ described(soft('Comparison', 'Share'), test,
           "the comparison; its degree falls about each limit, over that share of it to either side").
 described(at_least_of('Count', 'X', 'Groups', 'Test'), test,
           "the test holds of one X in each of so many groups, or more").
-described(at_least_in('Count', 'Thing', 'X', 'Groups', 'Test'), test,
-          "the same of all groups that a thing has: too few fail if it is known from all sides").
+described(at_least_in('Count', 'Closed', 'X', 'Groups', 'Test'), test,
+          "the same; too few fail if the test Closed holds, which says that there are no more").
 described(at_most_of('Count', 'X', 'Groups', 'Test'), test,
           "the test holds of one X in no more than so many groups").
 described(is_a('Thing', 'Model'), test, "what the model says of the thing").
@@ -163,6 +163,7 @@ described(piece_top_of('Piece'), measure, "height of its highest point above tha
 described(piece_bottom_of('Piece'), measure, "height of its lowest point above that").
 described(piece_tilt('Piece'), measure,
           "tilt of the broad side of what is thin, else of the piece's length").
+described(piece_angle('P', 'Q'), measure, "angle between two pieces: 0 along each other, 90 square").
 described(piece_curved('Piece'), measure, "share of the piece's surface that is curved").
 described(piece_cover('Board'), measure, "cover of the level at the board's upper side").
 described(piece_level_length('Board'), measure, "level_length of the level at the board's upper side").
@@ -180,6 +181,7 @@ described(piece_closed_behind('Board'), measure, "closed_behind of the level at 
 described(piece_closed_in_front('Board'), measure,
           "closed_in_front of the level at the board's upper side").
 described(piece_side_behind('Board'), measure, "side_behind of the level at the board's upper side").
+described(piece_shelves_below('Board'), measure, "shelves_below of the level at the board's upper side").
 described(piece_rise_side('Board'), measure, "rise_side of the level at the board's upper side").
 described(piece_rise_off_middle('Board'), measure, "rise_off_middle of the level at the board's upper side").
 described(piece_rise_span('Board'), measure, "rise_span of the level at the board's upper side").
@@ -202,8 +204,13 @@ described(mean('Measures'), measure, "the mean of the measures").
 described(board('Piece'), relation, "the piece is thin: no thicker than 35 % of its width").
 described(bar('Piece'), relation, "the piece is no board, and no wider than 35 % of its length").
 described(block('Piece'), relation, "the piece is neither a board nor a bar").
+described(piece_measured('Piece'), relation, "pictures, a mesh or a scan show some of the piece").
+described(piece_beside('P', 'Q'), relation, "neither is over the other, and both are about as high above the ground").
+described(piece_inside('P', 'Q'), relation, "most of the box round P lies in that of Q").
+described(openings_known('Thing'), relation, "no space that nobody saw has room for another opening").
 described(piece_level('Piece'), relation, "within 10 degrees of level").
 described(piece_upright('Piece'), relation, "within 10 degrees of upright").
+described(piece_parallel('P', 'Q', 'Tolerance'), relation, "the pieces lie along each other").
 described(piece_above('P', 'Q'), relation, "the piece P is not lower than Q").
 described(piece_below('P', 'Q'), relation, "the piece P is not higher than Q").
 described(opening_above('P', 'Q'), relation, "the opening P is not lower than Q").

@@ -94,9 +94,9 @@ part_proofs(groups(X, Groups, Test), Module, Proofs, Saids) :-
             Each),
     group_proofs(Each, Module, Proofs, Saids).
 
-part_proofs(closed(Thing, Parts), Module, Proofs, [Whole|Saids]) :-
-    evaluate(whole(Thing), Module, Proof),
-    said_by([Proof], [Whole]),
+part_proofs(closed(Test, Parts), Module, Proofs, [Closed|Saids]) :-
+    evaluate(Test, Module, Proof),
+    said_by([Proof], [Closed]),
     part_proofs(Parts, Module, Proofs, Saids).
 
 proofs(Tests, Module, Proofs, Saids) :-

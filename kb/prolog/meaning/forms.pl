@@ -48,7 +48,7 @@ the list of what was said of each group.
 %     - over(Variables, List, Test): Test for each element of List, or each two in their order;
 %     - groups(Variable, Groups, Test): each group, a list of members that count as one, is what the
 %       best of its members is;
-%     - closed(Thing, Parts): before these, whether Thing is known from all sides.
+%     - closed(Test, Parts): before these Test, whether there are no more groups.
 %
 %   Shown is what a proof keeps of Test: it does not repeat the parts.
 %
@@ -68,8 +68,8 @@ form(each_pair(X, Y, List, Test), all,        over([X, Y], List, Test),   each_p
 form(at_least_of(Count, X, Groups, Test), at_least(Count), groups(X, Groups, Test),
      at_least_of(Count, Groups)) :-
     must_be(nonneg, Count).
-form(at_least_in(Count, Thing, X, Groups, Test), at_least_in(Count),
-     closed(Thing, groups(X, Groups, Test)), at_least_in(Count, Groups)) :-
+form(at_least_in(Count, Closed, X, Groups, Test), at_least_in(Count),
+     closed(Closed, groups(X, Groups, Test)), at_least_in(Count, Groups)) :-
     must_be(nonneg, Count).
 form(at_most_of(Count, X, Groups, Test), at_most(Count), groups(X, Groups, Test),
      at_most_of(Count, Groups)) :-
@@ -274,11 +274,11 @@ same_state(S1, S2, S) :-
 
 %   Of at least K groups the K-th best decides, of at most K the one after that. More of a thing may be
 %   there than was seen: too few is not known to be too few. A miss by as many as are allowed is a half.
-%   Of a thing that is known from all sides there is no more: what was said of that came first.
+%   Where all groups are known there is no more: what was said of that came first.
 counted_together(Want, at_least_in(Count), Saids0, S, Degree) :-
     !,
-    once(append(Saids, [said(Whole, _)], Saids0)),
-    (   Whole == holds
+    once(append(Saids, [said(Closed, _)], Saids0)),
+    (   Closed == holds
     ->  Join = at_least_of_all(Count)
     ;   Join = at_least(Count)
     ),

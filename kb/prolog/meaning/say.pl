@@ -181,8 +181,8 @@ ask(groups(X, Groups, Test), Join, Module, Want, Sum0, Sum) :-
     must_be(list(list), Groups),
     each_group(Groups, X, Test, Join, Module, Want, Sum0, Sum).
 
-ask(closed(Thing, Parts), Join, Module, Want, Sum0, Sum) :-
-    said(whole(Thing), Module, Want, Said),
+ask(closed(Closed, Parts), Join, Module, Want, Sum0, Sum) :-
+    said(Closed, Module, Want, Said),
     joined(Join, Want, Sum0, Said, Sum1),
     ask(Parts, Join, Module, Want, Sum1, Sum).
 

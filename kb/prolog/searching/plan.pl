@@ -89,7 +89,10 @@ parts_cost(tests(Tests), Cost) :-
     ).
 parts_cost(over(_, _, Test), Cost) :- quantified_cost(Test, Cost).
 parts_cost(groups(_, _, Test), Cost) :- quantified_cost(Test, Cost).
-parts_cost(closed(_, Parts), Cost) :- parts_cost(Parts, Cost).
+parts_cost(closed(Test, Parts), Cost) :-
+    parts_cost(tests([Test]), One),
+    parts_cost(Parts, Others),
+    Cost is One + Others.
 
 quantified_cost(Test, Cost) :-
     quantified(N),

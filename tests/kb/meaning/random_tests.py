@@ -100,8 +100,9 @@ class Drawing:
                 "at_least_of", draw.randint(0, 3), variable, groups(), quantified(variable),
             ),
             "at_least_in": lambda: (
-                "at_least_in", draw.randint(0, 3), self.thing, variable, groups(),
-                quantified(variable),
+                "at_least_in", draw.randint(0, 3),
+                ("whole", self.thing) if draw.random() < 0.7 else inner(),
+                variable, groups(), quantified(variable),
             ),
             "at_most_of": lambda: (
                 "at_most_of", draw.randint(0, 2), variable, groups(), quantified(variable),

@@ -46,9 +46,9 @@ def said(scene: Scene, test: Term) -> Outline:
         case ("at_least_of" | "at_most_of" as bound, int(count), variable, groups, one):
             every = _of_groups(scene, str(variable), groups, one)
             return _at_least(count, every) if bound == "at_least_of" else _at_most(count, every)
-        case ("at_least_in", int(count), thing, variable, groups, one):
+        case ("at_least_in", int(count), closed, variable, groups, one):
             every = _of_groups(scene, str(variable), groups, one)
-            if said(scene, ("whole", thing))[0] == HOLDS:
+            if said(scene, closed)[0] == HOLDS:
                 return _at_least_of_all(count, every)
             return _at_least(count, every)
         case ("is_a", thing, str(model)):

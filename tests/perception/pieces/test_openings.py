@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from facetlog.perception.facts.all_facts import fact_rows
@@ -12,8 +14,12 @@ from facetlog.perception.facts.piece_kinds import PIECE_KINDS
 from facetlog.perception.reading.shape_files.mesh_files import Mesh
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.space.grid import Lattice
+from facetlog.perception.space.openings import find_openings, room_for_openings
+from facetlog.perception.space.space import Space, State
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import FloatArray
+from tests.perception.space.simulated_scans import eye_at, one_body, scanned
 
 KINDS = {kind.functor for kind in PIECE_KINDS} | {"enclosed", "face", "elevation"}
 UP = np.array([0.0, 0.0, 1.0])
@@ -71,6 +77,63 @@ def test_a_gate_of_which_up_is_not_known_has_none_but_a_frame_has() -> None:
     rows = facts(of_boxes(*POSTS, LINTEL, SILL, up=False))
     assert len(rows["opening"]) == 1
     assert not rows["opening_heights"]
+
+
+MIDDLE: Box = ((POST, 0.0, 0.9), (WIDTH - POST, DEPTH, 1.1))
+
+
+@pytest.mark.parametrize(
+    "boxes",
+    [(*POSTS, LINTEL), (*POSTS, LINTEL, SILL), (*POSTS, LINTEL, SILL, MIDDLE), (LINTEL,)],
+    ids=["gate", "frame", "two", "beam"],
+)
+def test_of_a_closed_mesh_all_openings_are_known(boxes: tuple[Box, ...]) -> None:
+    assert facts(of_boxes(*boxes))["openings_known"] == [("t1",)]
+
+
+@pytest.mark.parametrize("name", ["desk", "chair", "bench", "shelf"])
+def test_of_a_scan_from_one_side_they_are_not_but_of_one_from_all_sides(name: str) -> None:
+    solid = build(name, {})
+    ways = [(azimuth, height) for height in (20.0, 4.0) for azimuth in range(10, 360, 45)]
+    scans = [scanned(solid, eye_at(solid, *way)) for way in ways]
+    assert not facts(scans[0])["openings_known"]
+    every = tuple(sight for scan in scans for sight in scan.sights)
+    around = replace(one_body(solid, whole=False), sights=every)
+    assert facts(around)["openings_known"] == [("t1",)]
+    assert len(facts(around)["opening"]) == len(facts(solid)["opening"])
+
+
+def test_an_opening_is_in_a_piece_that_is_all_of_its_rim() -> None:
+    rows = facts(build("frame", {}))
+    assert ("o1", "p1") in rows["opening_in"]
+    rows = facts(of_boxes(*POSTS, LINTEL))
+    assert rows["opening"]
+    assert {name[0] for _, name in rows["opening_in"]} == {"f"}
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 10**6), st.integers(0, 12))
+def test_where_no_room_is_left_nothing_that_nobody_saw_makes_another_opening(
+    seed: int, unseen: int
+) -> None:
+    """Random walls with holes and cells that nobody saw, which are then decided at random."""
+    rng = np.random.default_rng(seed)
+    shape = (1, 12, 12)
+    cells = np.full(shape, State.FULL, dtype=np.uint8)
+    for _ in range(rng.integers(0, 4)):
+        y, z = rng.integers(0, 10, 2)
+        cells[0, y : y + rng.integers(1, 5), z : z + rng.integers(1, 5)] = State.FREE
+    y, z = rng.integers(0, 12, 2)
+    cells[0, y : y + unseen, z : z + rng.integers(1, 4)] = State.UNSEEN
+    space = Space(Lattice(0.1, np.eye(3), np.zeros(3), shape), cells, closed=False)
+    found = find_openings(space, on_ground=True)
+    if room_for_openings(space, found, on_ground=True):
+        return
+    for _ in range(5):
+        decided = np.where(rng.random(shape) < 0.5, State.FULL, State.FREE).astype(np.uint8)
+        decided = np.where(cells == State.UNSEEN, decided, cells)
+        other = Space(space.lattice, decided, closed=False)
+        assert len(find_openings(other, on_ground=True)) == len(found)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 25.0, 60.0])

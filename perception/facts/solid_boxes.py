@@ -1,0 +1,165 @@
+"""How the boxes of pieces and openings lie to one another: one beside, or inside, another.
+
+A box may reach on into space that nobody saw. What is said of two boxes is said as they were found,
+and as far as they may reach; where that makes a difference, nobody knows.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations, product
+from typing import Self, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from facetlog.perception.pieces.pieces import Piece
+from facetlog.perception.space.openings import HALF, Opening
+from facetlog.perception.space.space import Space, State
+from facetlog.perception.types import FloatArray
+
+__all__ = ["SolidBox", "beside", "inside", "known_of_two"]
+
+# Two stand beside each other where both take this share of the height of the lower one ...
+ABREAST = 0.5
+# ... and no more than this share of the smaller one's plan is over or under the other.
+OVER = 0.1
+# One is inside another but for this share of its extent at each side.
+BEYOND = 0.05
+# A side may reach on if more than this share of what lies right before it is unseen.
+UNSEEN_SHARE = 0.5
+# A side is looked at in so many places along each axis.
+PLACES = 6
+# What has no thickness has this one, in cells.
+THIN = 1e-3
+
+Related: TypeAlias = NDArray[np.bool_]
+
+_ENDS = np.array(tuple(product((-1.0, 1.0), repeat=3)))
+_STEPS = (2.0 * np.arange(PLACES) + 1.0) / PLACES - 1.0
+_ON_SIDE = np.stack(np.meshgrid(_STEPS, _STEPS), axis=-1).reshape(-1, 2)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SolidBox:
+    """The box round a piece or opening: its `middle` (3,), its directions as rows of `axes` (3, 3),
+    and half its extents (3,) along them; `reaches` (3, 2) says past which of its sides, the lower
+    and the upper one along each axis, it may go on in unseen space. A length is exact to a `cell`.
+    """
+
+    middle: FloatArray
+    axes: FloatArray
+    half: FloatArray
+    cell: float
+    reaches: NDArray[np.bool_]
+
+    @classmethod
+    def of_piece(cls, piece: Piece, space: Space) -> Self:
+        """That of a piece in its thing's space."""
+        extents = (piece.length.value, piece.width.value, piece.thickness.value)
+        none = np.zeros((3, 2), dtype=np.bool_)
+        box = cls(piece.middle, piece.axes, np.array(extents) / 2.0, space.cell, none)
+        return replace(box, reaches=_unseen_sides(box, space))
+
+    @classmethod
+    def of_opening(cls, opening: Opening) -> Self:
+        """That of what is free in an opening; what bounds it was seen."""
+        lattice = opening.lattice
+        low, high = (each * lattice.cell + lattice.corner for each in (opening.low, opening.high))
+        middle: FloatArray = (low + high) / 2.0 @ lattice.axes
+        half = (high - low) / 2.0
+        half[list(opening.across)] -= HALF * lattice.cell
+        none = np.zeros((3, 2), dtype=np.bool_)
+        return cls(middle, lattice.axes, half, lattice.cell, none)
+
+    def at(self, places: FloatArray) -> FloatArray:
+        """Places (n, 3) in the scene's frame, from such in its half extents: -1 to 1 each way."""
+        found: FloatArray = self.middle + (places * self.half) @ self.axes
+        return found
+
+    def widest(self, reach: float) -> "SolidBox":
+        """The box as far as it may go on, by so much."""
+        low, high = (reach * self.reaches).T
+        middle = self.middle + (high - low) / 2.0 @ self.axes
+        return replace(self, middle=middle, half=self.half + (high + low) / 2.0)
+
+
+def _unseen_sides(box: SolidBox, space: Space) -> NDArray[np.bool_]:
+    found = np.zeros((3, 2), dtype=np.bool_)
+    for axis, side in product(range(3), range(2)):
+        sense = 2.0 * side - 1.0
+        places = np.insert(_ON_SIDE, axis, sense, axis=1)
+        before = box.at(places) + sense * box.cell * box.axes[axis]
+        numbers = space.lattice.numbers(space.lattice.local(before))
+        unseen = (space.cells.ravel()[numbers] == State.UNSEEN) & (numbers >= 0)
+        found[axis, side] = float(unseen.mean()) > UNSEEN_SHARE
+    return found
+
+
+def inside(boxes: Sequence[SolidBox]) -> Related:
+    """Which box lies within which (n, n), but for a little at each side."""
+    ends = np.concatenate([box.at((1.0 - 2.0 * BEYOND) * _ENDS) for box in boxes])
+    found = np.zeros((len(boxes), len(boxes)), dtype=np.bool_)
+    for number, box in enumerate(boxes):
+        within = np.abs((ends - box.middle) @ box.axes.T) <= box.half
+        found[:, number] = within.reshape(len(boxes), -1).all(axis=1)
+    return found
+
+
+def beside(boxes: Sequence[SolidBox], up: FloatArray) -> Related:
+    """Which box stands beside which (n, n) along up (3,): they are about as high above the ground,
+    and neither is over or under the other.
+    """
+    import shapely  # loaded only now: few models ask for it
+
+    low, high = np.array([_heights(box, up) for box in boxes]).T
+    shared = np.minimum.outer(high, high) - np.maximum.outer(low, low)
+    abreast: Related = shared >= ABREAST * np.minimum.outer(high - low, high - low)
+    plans = shapely.convex_hull(shapely.multipoints([_plan(box, up) for box in boxes]))
+    areas = shapely.area(plans)
+    one, other = shapely.STRtree(plans).query(plans)  # of all others nothing is over the other
+    over = shapely.area(shapely.intersection(plans[one], plans[other]))
+    most_of = over > OVER * np.minimum(areas[one], areas[other])
+    abreast[one[most_of], other[most_of]] = False
+    return abreast
+
+
+def _heights(box: SolidBox, up: FloatArray) -> tuple[float, float]:
+    """From where to where it reaches; half a cell more each way, as far as that is known."""
+    heights = box.at(_ENDS) @ up
+    return float(heights.min()) - box.cell / 2.0, float(heights.max()) + box.cell / 2.0
+
+
+def _plan(box: SolidBox, up: FloatArray) -> FloatArray:
+    """Points (8, 2) of its plan, of which half a cell is left out at each end: what touches is not
+    over or under one another.
+    """
+    least = replace(box, half=np.maximum(box.half - box.cell / 2.0, THIN * box.cell))
+    first = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
+    first /= np.linalg.norm(first)
+    plan: FloatArray = least.at(_ENDS) @ np.array([first, np.cross(up, first)]).T
+    return plan
+
+
+def known_of_two(
+    boxes: Sequence[SolidBox], up: FloatArray | None
+) -> Iterator[tuple[str, int, int, bool]]:
+    """What is known of each two boxes, by their indices: `inside` or `beside`, and whether it is
+    so. What hangs on unseen space is left out, and so is, without up, what stands beside what.
+    """
+    if len(boxes) < 2:
+        return
+    count = len(boxes)
+    reach = 2.0 * sum(float(np.linalg.norm(box.half)) for box in boxes)
+    on = [i for i, box in enumerate(boxes) if box.reaches.any()]
+    ways = [*boxes, *(boxes[i].widest(reach) for i in on)]
+    least, most = np.arange(count), np.arange(count)
+    most[on] = count + np.arange(len(on))
+    found = [("inside", inside(ways))]
+    if up is not None:
+        found.append(("beside", beside(ways, up)))
+    for name, related in found:
+        each = [related[np.ix_(one, other)] for one in (least, most) for other in (least, most)]
+        always, ever = np.logical_and.reduce(each), np.logical_or.reduce(each)
+        for one, other in permutations(range(count), 2):
+            if always[one, other] or not ever[one, other]:
+                yield name, one, other, bool(always[one, other])
