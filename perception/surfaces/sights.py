@@ -36,7 +36,7 @@ def with_sights(
     landmarks: Landmarks | None = None,
 ) -> Scene:
     """The scene with what each of its views saw of the faces, and with its lines of sight; without
-    loose edges that are none of bars (false_edges.py).
+    loose edges that are none, or are no bar's (false_edges.py).
 
     `views` are those of the scene, at the poses at which it was found, each with its `weight`
     beside views almost like it. `ground` and `landmarks` as in `TrackedFaces`.
