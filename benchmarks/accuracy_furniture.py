@@ -95,7 +95,8 @@ def measure(settings: Settings) -> Report:
         (
             "wrong: answered a class that it is not; else what is not right was answered none.",
             "The even half was looked at when things were joined and measured from the ground, "
-            "both when lines were scored by the views that should show them and boxes told apart.",
+            "both when lines were scored by the views that should show them and boxes told apart, "
+            "01 and 05 of the odd half when bars were found that rise from the rim of a seat.",
         ),
     )
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.types import FloatArray
 
-__all__ = ["lies_inside", "stands_behind"]
+__all__ = ["MIN_DEPTH_SHARE", "RIM_SHARE", "lies_inside", "stands_behind"]
 
 # The outline is widened by this share of the face's size: legs stand at the rim.
 RIM_SHARE = 0.08

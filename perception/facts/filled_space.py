@@ -62,12 +62,14 @@ def curved_share(scene: Scene, areas: FloatArray, thing: Thing) -> float:
 def filled_spaces(
     scenes: Sequence[Scene],
     table: FaceTable,
+    edges: Indices,
     things: Sequence[Thing],
     members: Sequence[Indices],
     floors: FloatArray,
 ) -> dict[int, FilledSpace]:
-    """What each thing (by its index) fills of its space; `members` are the vertices of each, and
-    `floors` (t,) the heights of the ground beneath, infinite where it is not known.
+    """What each thing (by its index) fills of its space; `edges` (e, 2) are those of the scenes,
+    `members` the vertices of each thing, and `floors` (t,) the heights of the ground beneath,
+    infinite where it is not known.
     """
     found: dict[int, FilledSpace] = {}
     for index, (thing, vertices) in enumerate(zip(things, members, strict=True)):
@@ -76,14 +78,17 @@ def filled_spaces(
         scene = scenes[thing.scene]
         places = PLACES_OF_PICTURES if scene.views else PLACES_OF_SCANS
         outer = _down_to(table.points[vertices], scene.up, float(floors[index]))
-        measured = _Measured(scene, _surface(scene, table, thing, outer), places)
+        surface = _surface(scene, table, thing, table.points[edges[list(thing.edges)]], outer)
+        measured = _Measured(scene, surface, places)
         filled = measured.lying() if scene.up is None else measured.standing(scene.up)
         if filled is not None:
             found[index] = filled
     return found
 
 
-def _surface(scene: Scene, table: FaceTable, thing: Thing, outer: FloatArray) -> ThingSurface:
+def _surface(
+    scene: Scene, table: FaceTable, thing: Thing, lines: FloatArray, outer: FloatArray
+) -> ThingSurface:
     own = tuple(table.faces[i] for i in thing.faces)
     none = np.zeros((0, 3))
     patches = [scene.patches[i] for i in thing.patches]
@@ -92,6 +97,7 @@ def _surface(scene: Scene, table: FaceTable, thing: Thing, outer: FloatArray) ->
         outer,
         np.concatenate([none, *(patch.points for patch in patches)]),
         np.concatenate([none, *(patch.normals for patch in patches)]),
+        lines,
         _corner_sd(table, own),
         thing.whole,
     )

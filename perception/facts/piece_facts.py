@@ -178,7 +178,7 @@ def _all_found(s: SceneMemo) -> Iterator[tuple[int, _Found]]:
     for index, filled in s.filled.items():
         scene = s.things[index].scene
         surface = filled.surface
-        pieces = find_pieces(filled.space.least(), surface.faces, surface.curved)
+        pieces = find_pieces(filled.space.least(), surface.faces, surface.curved, surface.lines)
         first, last = counts[scene] + 1, counts[scene] + len(pieces.pieces)
         names = tuple(f"p{i}" for i in range(first, last + 1))
         counts[scene] = last

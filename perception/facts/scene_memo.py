@@ -238,7 +238,9 @@ class SceneMemo:
     @cached_property
     def filled(self) -> dict[int, FilledSpace]:
         """What each thing (by its index) fills of its space."""
-        return filled_spaces(self.scenes, self.table, self.things, self.members, self.floors)
+        return filled_spaces(
+            self.scenes, self.table, self.edges, self.things, self.members, self.floors
+        )
 
     @cached_property
     def face_names(self) -> Names:

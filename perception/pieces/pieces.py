@@ -2,7 +2,7 @@
 
 A piece's extents are the sides of the least box round its surface, of the boxes that lie along
 the grid, one of its faces, or the direction in which it is thinnest. Where a piece ends at another
-there is no surface: its end is known to a cell.
+there is no surface: its end is known to a cell. What is known by edges alone is a cell thick.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +16,7 @@ from facetlog.perception.flat_faces import Estimate, FlatFace, plane_axes
 from facetlog.perception.pieces.solid_parts import solid_parts
 from facetlog.perception.row_table import Indices
 from facetlog.perception.space.grid import ROUNDING, Grid, Lattice
-from facetlog.perception.space.surface_points import inner_points
+from facetlog.perception.space.surface_points import inner_points, line_points
 from facetlog.perception.surfaces.convex_hulls import least_rectangles
 from facetlog.perception.types import FloatArray
 
@@ -29,6 +29,8 @@ THIN, SLENDER = 0.35, 0.35
 SPACING = 0.5
 # A part of fewer cells than this is no more than where surfaces cross.
 FEWEST_CELLS = 8
+# What is on no face is curved, or an edge that bounds none.
+CURVED, EDGE = -1, -2
 
 
 class Kind(StrEnum):
@@ -88,11 +90,13 @@ class Pieces:
         return carried
 
 
-def find_pieces(grid: Grid, faces: Sequence[FlatFace], curved: FloatArray) -> Pieces:
+def find_pieces(
+    grid: Grid, faces: Sequence[FlatFace], curved: FloatArray, lines: FloatArray
+) -> Pieces:
     """The pieces of a thing that fills a grid, has these flat faces, and besides surface that is
-    not flat, at points (n, 3).
+    not flat, at points (n, 3), and edges (l, 2, 3) that bound no face.
     """
-    surface = _Surface.of(grid.lattice, faces, curved)
+    surface = _Surface.of(grid.lattice, faces, curved, lines)
     parts = solid_parts(grid.solid)
     part = parts[surface.cells(grid.lattice)]
     sizes = np.bincount(parts.ravel(), minlength=1)
@@ -101,7 +105,7 @@ def find_pieces(grid: Grid, faces: Sequence[FlatFace], curved: FloatArray) -> Pi
     found: list[Piece] = []
     for number in range(1, len(sizes)):
         own = part == number
-        if sizes[number] < FEWEST_CELLS or not _spans(surface.points[own]):
+        if sizes[number] < FEWEST_CELLS or not surface.spans(own):
             continue
         kept.append(number)
         own_faces = tuple(np.flatnonzero(owner == number).tolist())
@@ -116,28 +120,40 @@ def find_pieces(grid: Grid, faces: Sequence[FlatFace], curved: FloatArray) -> Pi
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Surface:
-    # Points (n, 3) all over it, and which face (n,) each is on, -1 where it is curved; of the faces
-    # the normals (f, 3).
+    # Points (n, 3) all over it, and which face (n,) each is on, or else CURVED or EDGE; normals
+    # (f, 3) are the faces'.
     points: FloatArray
     face: Indices
     normals: FloatArray
 
     @classmethod
-    def of(cls, lattice: Lattice, faces: Sequence[FlatFace], curved: FloatArray) -> "_Surface":
+    def of(
+        cls,
+        lattice: Lattice,
+        faces: Sequence[FlatFace],
+        curved: FloatArray,
+        lines: FloatArray,
+    ) -> "_Surface":
         flat, face = inner_points(faces, SPACING * lattice.cell)
         normals = np.array([face.normal for face in faces]).reshape(-1, 3)
-        bent = np.full(len(curved), -1)
-        return cls(np.concatenate([flat, curved]), np.concatenate([face, bent]), normals)
+        edges = line_points(lines, SPACING * lattice.cell)
+        others = np.repeat([CURVED, EDGE], [len(curved), len(edges)])
+        return cls(np.concatenate([flat, curved, edges]), np.concatenate([face, others]), normals)
 
     def cells(self, lattice: Lattice) -> tuple[Indices, ...]:
         """Indices along each axis of the cell of each point."""
         last = np.array(lattice.shape) - 1
         return tuple(np.clip(np.floor(lattice.local(self.points)).astype(np.intp), 0, last).T)
 
+    def spans(self, own: NDArray[np.bool_]) -> bool:
+        """Whether these of its points (n,) span a plane at least, or are of edges alone."""
+        points = self.points[own]
+        flat = len(points) > 3 and np.linalg.matrix_rank(points - points[0]) > 1
+        return bool(flat) or self.of_edges(own)
 
-def _spans(points: FloatArray) -> bool:
-    """Whether points span a plane at least."""
-    return len(points) > 3 and bool(np.linalg.matrix_rank(points - points[0]) > 1)
+    def of_edges(self, own: NDArray[np.bool_]) -> bool:
+        """Whether there are such points, and all are of edges."""
+        return bool(own.any() and (self.face[own] == EDGE).all())
 
 
 def _owners(part: Indices, face: Indices, count: int) -> Indices:
@@ -155,7 +171,9 @@ def _piece(
 ) -> Piece:
     points = surface.points[own]
     heights = points @ grid.lattice.axes[2]
-    extents, axes, middle = _least_box(points, list(_directions(grid, surface, points, faces)))
+    directions = list(_directions(grid, surface, points, faces))
+    at_least = grid.cell if surface.of_edges(own) else 0.0
+    extents, axes, middle = _least_box(points, directions, at_least)
     sd = ROUNDING * grid.cell
     length, width, thickness = (Estimate(float(extent), sd) for extent in extents)
     return Piece(
@@ -168,7 +186,7 @@ def _piece(
         float(heights.min()),
         float(heights.max()),
         tuple(faces),
-        float((surface.face[own] < 0).mean()),
+        float((surface.face[own] == CURVED).mean()),
     )
 
 
@@ -182,9 +200,11 @@ def _directions(
 
 
 def _least_box(
-    points: FloatArray, directions: Sequence[FloatArray]
+    points: FloatArray, directions: Sequence[FloatArray], at_least: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Extents (3,), longest first, directions (3, 3) and middle of the least box round points."""
+    """Extents (3,), longest first, directions (3, 3) and middle of the least box round points, of
+    those that are so long `at_least` along each side.
+    """
     points = _outermost(points)
     normals = np.array(directions)
     plans = plane_axes(normals, np.eye(3)[np.abs(normals).argmin(axis=1)])
@@ -192,7 +212,7 @@ def _least_box(
     along, _, _ = least_rectangles(flat, np.ones(flat.shape[:2], dtype=np.bool_))
     first = (along[:, None] @ plans)[:, 0]
     frames = np.stack([first, np.cross(normals, first), normals], axis=1)
-    extent = np.ptp(frames @ points.T, axis=2)
+    extent = np.maximum(np.ptp(frames @ points.T, axis=2), at_least)
     least, extents, axes = np.inf, np.zeros(3), np.eye(3)
     for own, sides in zip(frames, extent, strict=True):
         # Another direction has to do better than rounding.

@@ -1,4 +1,4 @@
-"""Points all over faces, so close that no cell of a grid that they pass is missed."""
+"""Points all over faces and lines, so close that no cell of a grid that they pass is missed."""
 
 from collections.abc import Iterable
 
@@ -10,7 +10,7 @@ from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.row_table import Indices, row_starts
 from facetlog.perception.types import FloatArray
 
-__all__ = ["inner_points", "surface_points"]
+__all__ = ["inner_points", "line_points", "surface_points"]
 
 # Rounding takes points less far off, as a share of a face or of a spacing.
 WITHIN = 1e-6
@@ -33,6 +33,17 @@ def inner_points(faces: Iterable[FlatFace], spacing: float) -> tuple[FloatArray,
     Where that is the border of two cells they are in the inner one, however it is rounded.
     """
     return _points(faces, spacing, WITHIN)
+
+
+def line_points(segments: FloatArray, spacing: float) -> FloatArray:
+    """Points (n, 3) along segments (l, 2, 3), both ends too, no farther apart than `spacing`."""
+    span = segments[:, 1] - segments[:, 0]
+    counts = np.ceil(np.sqrt((span * span).sum(axis=1)) / spacing).astype(np.intp) + 1
+    line = np.repeat(np.arange(len(counts)), counts)
+    nth = np.arange(len(line)) - row_starts(counts)[line]
+    share = nth / np.maximum(counts - 1, 1)[line]
+    points: FloatArray = segments[line, 0] + share[:, None] * span[line]
+    return points
 
 
 def _points(faces: Iterable[FlatFace], spacing: float, inset: float) -> tuple[FloatArray, Indices]:

@@ -1,7 +1,7 @@
 """The space round a thing, from its surface and from the lines of sight of its scene."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from facetlog.perception.space.carving import places_through
 from facetlog.perception.space.flooding import enclosed, missed_cells
 from facetlog.perception.space.grid import Cells, Lattice
 from facetlog.perception.space.space import Space, State
-from facetlog.perception.space.surface_points import inner_points
+from facetlog.perception.space.surface_points import inner_points, line_points
 from facetlog.perception.types import FloatArray
 
 __all__ = ["ThingSurface", "thing_space"]
@@ -45,7 +45,8 @@ class ThingSurface:
     """What is known of a thing's surface.
 
     `outer` (k, 3) are points that reach as far as the thing does, `curved` (m, 3) points of what
-    is not flat, with unit `normals` (m, 3) outwards or rows of zeros; `corner_sd` is the sd of a
+    is not flat, with unit `normals` (m, 3) outwards or rows of zeros; `lines` (l, 2, 3) are edges
+    that bound no face, those of bars that are too thin for one; `corner_sd` is the sd of a
     face's corner. `all_round` says that it was read from what shows surface on every side.
     """
 
@@ -53,6 +54,7 @@ class ThingSurface:
     outer: FloatArray
     curved: FloatArray
     normals: FloatArray
+    lines: FloatArray = field(default_factory=lambda: np.zeros((0, 2, 3)))
     corner_sd: float = 0.0
     all_round: bool = False
 
@@ -96,7 +98,10 @@ def thing_space(
     shown = _shown_sides(facing)
     free &= ~full
     sure = _wide(free) if places > 1 else free
-    return Space(lattice, _with_assumed(full, free, sure, shown), closed)
+    cells = _with_assumed(full, free, sure, shown)
+    # One sees past an edge: it hides nothing, and what lies between two is not enclosed.
+    cells[_along(lattice, surface.lines)] = State.FULL
+    return Space(lattice, cells, closed)
 
 
 def _largest_upright(faces: Sequence[FlatFace], up: FloatArray) -> FloatArray | None:
@@ -111,6 +116,11 @@ def _right_before(lattice: Lattice, points: FloatArray, facing: FloatArray) -> C
     before = np.zeros(lattice.size, dtype=np.bool_)
     before[numbers[(numbers >= 0) & facing.any(axis=1)]] = True
     return before.reshape(lattice.shape)
+
+
+def _along(lattice: Lattice, lines: FloatArray) -> Cells:
+    """Cells that edges (l, 2, 3) pass."""
+    return lattice.holding(lattice.local(line_points(lines, SPACING * lattice.cell)))
 
 
 def _open_share(lattice: Lattice, within: Cells, points: FloatArray, facing: FloatArray) -> float:

@@ -18,8 +18,8 @@ from facetlog.perception.detection.tracked_faces import Landmarks
 from facetlog.perception.scene import Scene, SeenLattice, SightLines
 from facetlog.perception.surfaces.eyes import Eye, Surface
 from facetlog.perception.surfaces.face_looks import Look, shown_at
+from facetlog.perception.surfaces.false_edges import without_false_edges
 from facetlog.perception.surfaces.seen_ground import seen_ground
-from facetlog.perception.surfaces.seen_through import without_edges_seen_through
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["with_sights"]
@@ -36,7 +36,7 @@ def with_sights(
     landmarks: Landmarks | None = None,
 ) -> Scene:
     """The scene with what each of its views saw of the faces, and with its lines of sight; without
-    loose edges through which these pass to the ground.
+    loose edges that are none, or are no bar's (false_edges.py).
 
     `views` are those of the scene, at the poses at which it was found, each with its `weight`
     beside views almost like it. `ground` and `landmarks` as in `TrackedFaces`.
@@ -72,7 +72,7 @@ def with_sights(
             sights.append(SightLines(eye.centre, ends, k))
     faces = tuple(look.face(photos) for look in looks)
     found = replace(scene, faces=faces, sights=tuple(sights), lattices=lattices)
-    return without_edges_seen_through(found)
+    return without_false_edges(found)
 
 
 def _asked_with(view: int, count: int) -> NDArray[np.intp]:

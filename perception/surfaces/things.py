@@ -4,7 +4,8 @@ Faces that meet in a convex or flat edge are of one body (a core); a core withou
 a sheet. Then cores join where they touch, unless one merely stands on a face of the other:
 
 - What touches a face from behind (a leg under a table top) or in its plane belongs to it; so does
-  a loose edge that begins a little behind it: of a thick top pictures show the upper side only.
+  a loose edge that begins a little behind it: of a thick top pictures show the upper side only. Nor
+  is what rises from the rim of an upward face in loose edges, as a back of bars, another thing.
 - What stands before a *sheet* that reaches on beyond the contact is not part of it: the sheet is
   a support, such as a floor. Two sheets that share a side join: a room's corner is a thing.
 - What stands before an upward face of a *body* is not part of it either, unless it stands at the
@@ -21,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from facetlog.perception.behind_face import stands_behind
+from facetlog.perception.risen_lines import rise_from_rim
 from facetlog.perception.row_products import dots
 from facetlog.perception.row_table import Indices, row_starts
 from facetlog.perception.scene import Body, Scene
@@ -76,8 +78,10 @@ def _farthest(points: FloatArray) -> FloatArray:
     return longest
 
 
-def _hanging(parts: Parts, cores: Cores) -> Iterator[tuple[int, int]]:
-    """Pairs of cores: loose edges that stand behind a face within its outline, near enough."""
+def _beside_faces(parts: Parts, cores: Cores, ups: FloatArray) -> Iterator[tuple[int, int]]:
+    """Pairs of cores: loose edges that stand behind a face within its outline, near enough, or rise
+    from its rim. `ups` (s, 3) are the scenes', zero where up is not known.
+    """
     table = parts.table
     if not len(parts.loose):
         return
@@ -85,9 +89,11 @@ def _hanging(parts: Parts, cores: Cores) -> Iterator[tuple[int, int]]:
     for face in np.flatnonzero((table.areas > 0.0) & np.isin(table.scene, scene)).tolist():
         own = scene == table.scene[face]
         outline = table.points[table.outlines[face, table.there[face]]]
-        behind = stands_behind(table.points[parts.loose[own]], outline, table.planes.normals[face])
+        edges, normal = table.points[parts.loose[own]], table.planes.normals[face]
+        joined = stands_behind(edges, outline, normal)
+        joined |= rise_from_rim(edges, outline, normal, ups[table.scene[face]])
         other = int(cores.of[face])
-        for core in cores.of[len(table) :][own][behind].tolist():
+        for core in cores.of[len(table) :][own][joined].tolist():
             if core != other:
                 yield min(core, other), max(core, other)
 
@@ -141,7 +147,7 @@ def find_things(
     rise = dots(table.planes.normals, ups[table.scene])
     parts = Parts.of(table, rise, ends[loose])
     cores = Cores.among(parts, contacts)
-    met = set(_hanging(parts, cores))
+    met = set(_beside_faces(parts, cores, ups))
     apart: set[tuple[int, int]] = set()
     for (core, face), stance in stances(parts, cores, contacts).items():
         other = int(cores.of[face])

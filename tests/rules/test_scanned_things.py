@@ -12,7 +12,7 @@ from facetlog.kb.explaining.proof import State
 from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.scene import Body, Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
-from facetlog.perception.surfaces.exact_solids.polyhedra import seen_from
+from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron, seen_from
 
 # From the front, a corner, the other corner and behind, each in turn from a little and far above.
 AZIMUTHS = (20.0, 110.0, 200.0, 290.0)
@@ -78,3 +78,32 @@ def test_the_verdict_on_a_scan_does_not_need_up_or_scale(judge: BatchJudge, buil
     seen = scanned(build(builder, {}), 20.0, 0.0)
     loose = replace(seen, up=None, metric=False)
     assert box(judge, loose).state is box(judge, seen).state
+
+
+def seat_of_bars(*, back: bool) -> Scene:
+    """A seat seen from above on four legs, with or without two posts and two rails on its rear: all
+    bars are known as edges alone.
+    """
+    slab = [(x, y, z) for z in (0.42, 0.46) for y in (0.0, 0.42) for x in (0.0, 0.42)]
+    feet = [(x, y, 0.0) for x, y, _ in slab[:4]]
+    posts = [(x, 0.42, z) for x in (0.01, 0.41) for z in (0.46, 0.9)]
+    rails = [(x, 0.42, z) for z in (0.7, 0.89) for x in (0.01, 0.41)]
+    bars = [(i, 8 + i) for i in range(4)] + [
+        (12 + i, 13 + i) for i in range(0, 8 if back else 0, 2)
+    ]
+    faces = [(4, 5, 7, 6), (0, 1, 5, 4), (1, 3, 7, 5), (3, 2, 6, 7), (2, 0, 4, 6)]
+    return polyhedron([*slab, *feet, *posts, *rails], faces, bars)
+
+
+def test_a_back_of_bars_is_a_chair_s(judge: BatchJudge) -> None:
+    held = {
+        back: {
+            v.model
+            for v in judge.judge(fact_rows(seat_of_bars(back=back)))
+            if v.state is State.HOLDS
+        }
+        for back in (True, False)
+    }
+    assert "chair" in held[True]
+    assert "table" not in held[True]
+    assert "chair" not in held[False]

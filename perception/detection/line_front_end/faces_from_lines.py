@@ -225,7 +225,10 @@ def tracked_faces(
     with clock.step("corner tracks"):
         corners = merge_corners(faces, cloud.pixel)
         shown = np.array([f.shown for f in faces])
-        loose, of_cloud = find_loose_edges(cloud, profiles, faces, corners.loops, views, use)
+        upwards = up if ground is None else ground.normal
+        loose, of_cloud = find_loose_edges(
+            cloud, profiles, faces, corners.loops, views, use, upwards
+        )
         sides = np.concatenate([corners.segments, loose])
         bounded = shown & np.array([f.has_edges for f in faces])[:, None]
         visible = np.concatenate([corners.sides_shown(bounded), use[of_cloud]])

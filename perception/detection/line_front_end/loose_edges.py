@@ -1,4 +1,6 @@
-"""3-D segments that bound no face but belong to one: they lie behind it within its outline."""
+"""3-D segments that bound no face but belong to one: they lie behind it within its outline, or rise
+from its rim.
+"""
 
 from collections.abc import Sequence
 
@@ -19,6 +21,7 @@ from facetlog.perception.detection.line_front_end.segments_3d.line_extent import
     covered_extents,
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import segment_samples
+from facetlog.perception.risen_lines import rise_from_rim
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["find_loose_edges"]
@@ -31,6 +34,9 @@ SIGHT_SAMPLES = 8
 ALONG_SIDE_PX = 10.0
 # Loose edges shorter than this many px are dropped.
 MIN_LENGTH_PX = 15.0
+# A bar has two outlines, at least this many px apart, and at most this share of their length; they
+# differ in direction by no more than this.
+BAR_PX, SLENDER, PARALLEL = 3.0, 0.35, float(np.cos(np.deg2rad(10.0)))
 
 
 def find_loose_edges(
@@ -40,6 +46,7 @@ def find_loose_edges(
     loops: Sequence[Sequence[int]],
     views: Sequence[View],
     seen: NDArray[np.bool_],
+    up: FloatArray | None,
 ) -> tuple[FloatArray, NDArray[np.intp]]:
     """Loose edges (m, 2, 3) and the segments of the cloud that they come from (m,).
 
@@ -54,6 +61,11 @@ def find_loose_edges(
     # The ends are the least certain: whether a segment is inside is decided by its middle part.
     cores = segment_samples(extents, 5)[:, [1, 3]]
     belongs = np.zeros(len(extents), np.bool_)
+    if up is not None:
+        kept = np.flatnonzero(keep)
+        bars = _are_bars(extents[kept], cloud.pixel)
+        for face in faces:
+            belongs[kept] |= rise_from_rim(extents[kept], face.corners, face.normal, up, bars)
     for k, face in enumerate(faces):
         inside = stands_behind(extents, face.corners, face.normal)
         beside = (n for n in range(len(faces)) if n != k and _share_a_side(loops[k], loops[n]))
@@ -75,6 +87,23 @@ def find_loose_edges(
         keep[k] = max(shares) <= MAX_BLOCKED
     chosen = np.nonzero(keep & belongs)[0]
     return extents[chosen], chosen
+
+
+def _are_bars(segments: FloatArray, pixel: float) -> NDArray[np.bool_]:
+    """Which segments (n, 2, 3) are an outline of a bar: another runs along them beside."""
+    span = segments[:, 1] - segments[:, 0]
+    length = np.linalg.norm(span, axis=1)
+    unit = span / length[:, None]
+    middles = segments.mean(axis=1)
+    between = middles[None] - middles[:, None]
+    along = (between * unit[:, None]).sum(axis=-1)
+    away = np.sqrt(np.maximum((between**2).sum(axis=-1) - along**2, 0.0))
+    shorter = np.minimum(length[:, None], length)
+    beside = np.abs(along) < np.maximum(length[:, None], length) / 2.0
+    parallel = np.abs(unit @ unit.T) > PARALLEL
+    apart = (away > BAR_PX * pixel) & (away < SLENDER * shorter)
+    found: NDArray[np.bool_] = (parallel & beside & apart).any(axis=1)
+    return found
 
 
 def _lies_on(segments: FloatArray, face: SelectedFace, tolerance: float) -> NDArray[np.bool_]:

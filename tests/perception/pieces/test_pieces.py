@@ -12,6 +12,7 @@ from facetlog.perception.facts.named_rows import FactRows
 from facetlog.perception.facts.piece_kinds import PIECE_KINDS
 from facetlog.perception.scene import Plane, Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
+from facetlog.perception.surfaces.exact_solids.polyhedra import stick_table
 
 KINDS = {kind.functor for kind in PIECE_KINDS}
 
@@ -138,3 +139,10 @@ def _turned(scene: Scene, rotation: np.ndarray) -> Scene:
             for f in scene.faces
         ),
     )
+
+
+def test_legs_that_are_known_as_edges_alone_are_bars() -> None:
+    rows = facts(stick_table())
+    assert Counter(kinds(rows).values()) == {"board": 1, "bar": 4}
+    assert len(rows["carries"]) == 4
+    assert all(share == 0.0 for _, share in rows["piece_round"])

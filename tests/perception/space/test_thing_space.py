@@ -22,7 +22,7 @@ from facetlog.perception.space.grid import Lattice
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.space.thing_space import ThingSurface, thing_space
 from facetlog.perception.surfaces.exact_solids.builders import build
-from facetlog.perception.surfaces.exact_solids.polyhedra import moved
+from facetlog.perception.surfaces.exact_solids.polyhedra import moved, stick_table
 from facetlog.perception.surfaces.scene_file import read_scene
 from tests.perception.shapes.sampled_shapes import box_points
 from tests.perception.space.simulated_scans import eye_at, one_body, scanned
@@ -282,6 +282,22 @@ def test_neither_turning_the_world_nor_its_unit_changes_its_space(
     before, after = shares(space(scan)), shares(space(other))
     for state in State:
         assert after[state] == pytest.approx(before[state], abs=0.05)
+
+
+def test_an_edge_that_bounds_no_face_is_full_and_hides_nothing() -> None:
+    table = SceneMemo.of(stick_table()).table
+    legs = table.points[[[i, 8 + i] for i in range(4)]]
+    bare, legged = (
+        thing_space(ThingSurface(table.faces, table.points, NONE, NONE, lines), UP)
+        for lines in (legs[:0], legs)
+    )
+    assert bare is not None
+    assert legged is not None
+    foot = legged.cells[:, :, 0]
+    assert (foot == State.FULL).sum() == 4
+    other = legged.cells != bare.cells
+    assert (legged.cells[other] == State.FULL).all()
+    assert (other.sum(axis=2) > 0).sum() == 4
 
 
 def test_a_place_without_extent_has_no_space() -> None:

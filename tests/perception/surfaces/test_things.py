@@ -1,5 +1,7 @@
 """What belongs together: things are cut from what they stand on, and keep what is part of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -148,6 +150,26 @@ def test_a_label_on_a_block_belongs_to_it() -> None:
         [(0.05, 0, 0.05), (0.1, 0, 0.05), (0.1, 0, 0.1), (0.05, 0, 0.1)], [(0, 1, 2, 3)]
     )
     assert sizes(together(cuboid(), label)) == [7]
+
+
+def with_back_of_bars(sat_on: Scene, foot: tuple[float, float, float]) -> Scene:
+    """The scene with loose edges: two posts of .4 m, from a foot on along x, and a rail on them."""
+    x, y, z = foot
+    posts = [(x, y, z), (x, y, z + 0.4), (x + 0.4, y, z), (x + 0.4, y, z + 0.4)]
+    rail = [(x + 0.01, y, z + 0.38), (x + 0.39, y, z + 0.38)]
+    added = tuple(Vertex(np.array(p), 1e-6 * np.eye(3)) for p in (*posts, *rail))
+    n = len(sat_on.vertices)
+    bars = tuple(Edge(n + i, n + i + 1) for i in (0, 2, 4))
+    return replace(sat_on, vertices=(*sat_on.vertices, *added), edges=(*sat_on.edges, *bars))
+
+
+def test_a_back_of_bars_rises_from_the_rim_of_its_seat() -> None:
+    seat = floor(0.5, 0.5)
+    on_rim = with_back_of_bars(seat, (-0.2, 0.23, 0.51))
+    assert sizes(on_rim) == [4]
+    assert sizes(without_up(on_rim)) == [1]
+    assert sizes(with_back_of_bars(seat, (-0.2, 0.23, 0.8))) == [1]  # in the air
+    assert sizes(with_back_of_bars(floor(1.0, 0.5), (-0.2, 0.0, 0.51))) == [1]  # not at the rim
 
 
 def test_loose_edges_that_reach_no_face_belong_to_nothing() -> None:

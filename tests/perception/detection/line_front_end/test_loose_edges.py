@@ -34,7 +34,8 @@ def loose(segments: FloatArray, seen: FloatArray | None = None):
     low = np.array([v.pose.centre[2] < 1.0 for v in cameras()])
     shown = np.tile(low, (count, 1)) if seen is None else seen
     loops = [(0, 1, 2, 3)]
-    return find_loose_edges(cloud, exact_profiles(segments), [top()], loops, cameras(), shown)
+    profiles, up = exact_profiles(segments), np.array([0.0, 0, 1])
+    return find_loose_edges(cloud, profiles, [top()], loops, cameras(), shown, up)
 
 
 def test_what_stands_under_a_board_belongs_to_it() -> None:
@@ -51,6 +52,17 @@ def test_what_lies_on_the_face_or_before_it_or_beside_it_does_not() -> None:
     found, numbers = loose(np.array([texture_on_it, before_it, beside_it, side_again, LEG]))
     assert numbers.tolist() == [4]
     assert len(found) == 1
+
+
+def test_what_rises_from_the_rim_in_two_outlines_belongs_to_the_face() -> None:
+    post = np.array([[0.0, 0.98, 1.02], [0.0, 0.98, 2]])
+    other_outline = post + np.array([0.05, 0, 0])
+    rail = np.array([[0.05, 0.98, 1.9], [1.8, 0.98, 1.9]])
+    in_the_middle = post + np.array([1.0, -0.5, 0])
+    _, numbers = loose(np.array([post, other_outline, rail, in_the_middle]))
+    assert numbers.tolist() == [0, 1, 2]
+    # one line alone may be anything's
+    assert not len(loose(np.array([post, rail]))[0])
 
 
 def test_what_is_seen_only_through_the_face_is_no_edge() -> None:

@@ -107,3 +107,15 @@ def test_a_line_pays_for_its_choice_among_depths() -> None:
 def test_without_views_there_is_nothing_to_see() -> None:
     none = np.zeros(0, dtype=np.intp)
     assert lines_behind(drawn([BEHIND]), [BEHIND]).score(SQUARE, UP, none) == 0.0
+
+
+def test_what_of_a_long_line_lies_beyond_the_outline_says_nothing() -> None:
+    along = BEHIND[1] - BEHIND[0]
+    middle = BEHIND.mean(axis=0)
+    views = drawn([middle + np.array([[-8.0], [8.0]]) * along])
+    everyone = np.arange(len(views))
+    # however long the line, and wherever its samples fall
+    ends = [[-3.0, 3.0], [-7.5, 7.5], [-7.2, 7.8], [-7.8, 7.2], [-8.0, 6.0]]
+    lines = [middle + np.array(pair)[:, None] * along for pair in ends]
+    scores = [lines_behind(views, [line]).score(SQUARE, UP, everyone) for line in lines]
+    assert min(scores) > 0.9 * max(scores) > 0.0

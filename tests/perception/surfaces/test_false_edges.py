@@ -1,4 +1,6 @@
-"""Edges in the air are no edges where views see the ground through them; a leg hides it."""
+"""Edges in the air are no edges where views see the ground through them; a leg hides it. A solid's
+own edge hides it to one side.
+"""
 
 from dataclasses import replace
 
@@ -6,7 +8,7 @@ import numpy as np
 
 from facetlog.perception.scene import Edge, Scene, SeenLattice, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
-from facetlog.perception.surfaces.seen_through import seen_through, without_edges_seen_through
+from facetlog.perception.surfaces.false_edges import GroundBeside, without_false_edges
 from facetlog.perception.types import FloatArray
 
 PITCH = 0.01
@@ -15,14 +17,15 @@ LEG = np.array([[0.1, 0.0, 0.7], [0.1, 0.0, 0.0]])
 IN_THE_AIR = np.array([[-0.3, 0.3, 0.6], [0.2, 0.4, 0.6]])
 
 
-def lattice(hiding: FloatArray) -> SeenLattice:
-    """The ground, of which each view sees all that is not right behind a segment (2, 3)."""
+def lattice(*hiding: FloatArray) -> SeenLattice:
+    """The ground, of which each view sees all that is not right behind segments (2, 3)."""
     rows = columns = 600
     corner = np.array([-3.0, -3.0, 0.0])
     steps = PITCH * np.eye(3)[:2]
     shown = np.ones((len(ORIGINS), rows, columns), dtype=np.bool_)
     for origin, seen in zip(ORIGINS, shown, strict=True):
-        points = hiding[0] + np.linspace(0.0, 1.0, 500)[:, None] * (hiding[1] - hiding[0])
+        share = np.linspace(0.0, 1.0, 500)[:, None]
+        points = np.concatenate([a + share * (b - a) for a, b in hiding])
         met = origin + (points - origin) * (origin[2] / (origin[2] - points[:, 2]))[:, None]
         row, column = np.rint((met - corner)[:, :2] / PITCH).astype(int).T
         for wide in range(-3, 4):
@@ -32,18 +35,32 @@ def lattice(hiding: FloatArray) -> SeenLattice:
 
 def test_the_ground_shows_through_what_is_not_there_and_beside_what_is() -> None:
     both = np.array([LEG, IN_THE_AIR])
-    assert seen_through(both, [lattice(LEG)]).tolist() == [False, True]
-    assert seen_through(both, [lattice(IN_THE_AIR)]).tolist() == [True, False]
+    assert GroundBeside.of(both, [lattice(LEG)]).through.tolist() == [False, True]
+    assert GroundBeside.of(both, [lattice(IN_THE_AIR)]).through.tolist() == [True, False]
+
+
+def test_of_a_bar_the_ground_shows_on_both_sides_of_a_solid_s_edge_on_one() -> None:
+    leg = LEG[None]
+    assert not GroundBeside.of(leg, [lattice(LEG)]).of_solids.any()
+    # a wall that goes on from it, of which only this edge was found
+    wall = [LEG + np.array([-0.02 * n, 0.02 * n, 0.0]) for n in range(20)]
+    assert GroundBeside.of(leg, [lattice(*wall)]).of_solids.all()
+    # what does not stand on the ground may hang before something
+    hanging = leg + np.array([0.0, 0.0, 0.3])
+    assert not GroundBeside.of(hanging, [lattice(*wall)]).of_solids.any()
+    lying = np.array([[LEG[1], wall[-1][1]]])
+    assert not GroundBeside.of(lying, [lattice(*wall)]).of_solids.any()
 
 
 def test_where_no_view_shows_the_ground_nothing_is_known() -> None:
     both = np.array([LEG, IN_THE_AIR])
     blind = replace(lattice(LEG), shown=np.zeros((3, 600, 600), dtype=np.bool_))
-    assert not seen_through(both, [blind]).any()
-    assert not seen_through(both, []).any()
+    for known in ([blind], []):
+        beside = GroundBeside.of(both, known)
+        assert not (beside.through | beside.of_solids).any()
     # what lies on the ground is seen, whatever it is
     on_ground = np.array([[[-0.3, 0.3, 0.0], [0.2, 0.4, 0.0]]])
-    assert not seen_through(on_ground, [lattice(LEG)]).any()
+    assert not GroundBeside.of(on_ground, [lattice(LEG)]).through.any()
 
 
 def test_a_scene_loses_loose_edges_with_their_vertices_and_no_sides() -> None:
@@ -57,7 +74,7 @@ def test_a_scene_loses_loose_edges_with_their_vertices_and_no_sides() -> None:
         edges=(*block.edges, Edge(count + 2, count + 3), Edge(count, count + 1)),
         lattices=(lattice(LEG),),
     )
-    found = without_edges_seen_through(scene)
+    found = without_false_edges(scene)
     assert len(found.vertices) == count + 2
     assert found.edges[:-1] == block.edges
     np.testing.assert_allclose(found.points[[found.edges[-1].start, found.edges[-1].end]], LEG)

@@ -1,0 +1,94 @@
+"""What rises from the rim of a level face, such as the posts and rails of a chair's back."""
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.behind_face import MIN_DEPTH_SHARE, RIM_SHARE
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.types import FloatArray
+
+__all__ = ["rise_from_rim"]
+
+# A face carries what rises from it if its normal points this far above the horizon: sin 30°.
+LEVEL_ENOUGH = 0.5
+# Posts lean less than this from upright: backs lean by 25° at most.
+UPRIGHT = float(np.cos(np.deg2rad(30.0)))
+
+
+def rise_from_rim(
+    segments: FloatArray,
+    corners: FloatArray,
+    normal: FloatArray,
+    up: FloatArray,
+    posts: NDArray[np.bool_] | None = None,
+) -> NDArray[np.bool_]:
+    """Which segments (n, 2, 3) rise from the rim of a face, or hang together with such (n,).
+
+    `corners` (k, 3) is the face's outline, `normal` (3,) its outward unit normal, `up` (3,) a unit
+    vector. Those that stand at the rim are about upright, and of `posts` (n,) where that is given;
+    they may go on below the face, to the ground. Of what is above it those belong to them of which
+    one ends on the other, as rails do on posts: bars are as thick as what is still at the rim.
+
+    >>> seat = np.array([[0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1.0]])
+    >>> post, rail = [[0, 0, 1], [0, 0, 2]], [[0, 0, 2], [1, 0, 2]]
+    >>> leg, vase = [[0, 0, 0], [0, 0, 1]], [[0.5, 0.5, 1], [0.5, 0.5, 2]]
+    >>> z = np.array([0, 0, 1.0])
+    >>> rise_from_rim(np.array([post, rail, leg, vase], dtype=float), seat, z, z)
+    array([ True,  True, False, False])
+    """
+    if float(normal @ up) <= LEVEL_ENOUGH:
+        return np.zeros(len(segments), np.bool_)
+    middle = corners.mean(axis=0)
+    axes = plane_axes(normal, corners[1] - corners[0])
+    polygon = shapely.Polygon((corners - middle) @ axes.T)
+    size = float(np.sqrt(polygon.area))
+    height = (segments - middle) @ normal
+    feet = (_feet(segments, height) - middle) @ axes.T
+    away = shapely.distance(polygon.exterior, shapely.points(feet))
+    reach = RIM_SHARE * size
+    found = _upright(segments, up) & (away < reach)
+    found &= (height.min(axis=1) < reach) & (height.max(axis=1) > reach)
+    if posts is not None:
+        found &= posts
+    above = (height > -MIN_DEPTH_SHARE * size).all(axis=1)
+    return _with_joined(segments, found, above, reach)
+
+
+def _feet(segments: FloatArray, height: FloatArray) -> FloatArray:
+    # Where each passes the plane from which heights (n, 2) count, or its end that is nearer to it.
+    rise = height[:, 1] - height[:, 0]
+    share = np.clip(-height[:, 0] / np.where(rise == 0.0, 1.0, rise), 0.0, 1.0)
+    feet: FloatArray = segments[:, 0] + share[:, None] * (segments[:, 1] - segments[:, 0])
+    return feet
+
+
+def _upright(segments: FloatArray, up: FloatArray) -> NDArray[np.bool_]:
+    span = segments[:, 1] - segments[:, 0]
+    upright: NDArray[np.bool_] = np.abs(span @ up) > UPRIGHT * np.linalg.norm(span, axis=1)
+    return upright
+
+
+def _with_joined(
+    segments: FloatArray, found: NDArray[np.bool_], may: NDArray[np.bool_], reach: float
+) -> NDArray[np.bool_]:
+    """Those `found`, and of those that `may` all that hang together with them."""
+    found, left = found.copy(), np.flatnonzero(may & ~found)
+    fresh = np.flatnonzero(found)
+    while len(left) and len(fresh):
+        joined = np.zeros(len(left), np.bool_)
+        for one in segments[fresh, None]:
+            joined |= (_away(segments[left], one) < reach).any(axis=1)
+            joined |= (_away(one, segments[left]) < reach).any(axis=1)
+        fresh, left = left[joined], left[~joined]
+        found[fresh] = True
+    return found
+
+
+def _away(ends: FloatArray, segments: FloatArray) -> FloatArray:
+    """How far ends (n, 2, 3) are from segments (n, 2, 3), or from or of a single one: (n, 2)."""
+    start, span = segments[:, :1], segments[:, 1:] - segments[:, :1]
+    square = np.maximum((span * span).sum(axis=-1), 1e-300)
+    t = np.clip(((ends - start) * span).sum(axis=-1) / square, 0.0, 1.0)
+    away: FloatArray = np.linalg.norm(ends - start - t[..., None] * span, axis=-1)
+    return away

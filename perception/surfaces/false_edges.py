@@ -1,0 +1,123 @@
+"""Which loose edges are no edges of anything, and which are no bar's, by the ground beside them.
+
+Lines of a floor that agree by chance make edges in the air. Of a true one some solid hides the
+ground along it, though it shows to either side: the ground shows through the others. Of a bar that
+stands on the ground, as a leg, some view shows it to both sides at once. Of a solid's own edge, of
+which a side was not found, none does, for that side hides it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from facetlog.perception.row_table import Bools
+from facetlog.perception.scene import Scene, SeenLattice
+from facetlog.perception.surfaces.scene_from_tracks import without_unused
+from facetlog.perception.types import FloatArray
+
+__all__ = ["GroundBeside", "without_false_edges"]
+
+# Samples along an edge, but for its ends, which are the least certain.
+SAMPLES = np.linspace(0.05, 0.95, 40)[:, None]
+# So many points of a lattice to either side: beyond a leg and the windows that reach over it.
+BESIDE = 5.0
+# The ground shows more than this many times as often along an edge as beside it, if none is there:
+# along true ones up to .4 times, along others .9 times and more.
+AS_OFTEN = 0.7
+# Points that show beside an edge: with fewer it stays.
+FEWEST = 20
+# Where views show the ground to one side of a bar, this share of them at least show it to the other
+# side, too: of legs in own worlds and pictures 3 % and more, of the sides of boxes mostly none.
+BOTH_SIDES = 0.01
+# Edges on the ground stand if they rise by more than this share of their length: sin 30°.
+RISING = 0.5
+
+
+def without_false_edges(scene: Scene) -> Scene:
+    """The scene without loose edges through which the ground shows, and those of solids."""
+    sides = {
+        frozenset((a, b))
+        for face in scene.faces
+        for ring in (face.outline, *face.holes)
+        for a, b in zip(ring, (*ring[1:], ring[0]), strict=True)
+    }
+    loose = [n for n, e in enumerate(scene.edges) if frozenset((e.start, e.end)) not in sides]
+    ends = np.array([(scene.edges[n].start, scene.edges[n].end) for n in loose], dtype=np.intp)
+    beside = GroundBeside.of(scene.points[ends.reshape(-1, 2)], scene.lattices)
+    gone = beside.through | beside.of_solids
+    if not gone.any():
+        return scene
+    wrong = {loose[n] for n in np.flatnonzero(gone).tolist()}
+    edges = tuple(edge for n, edge in enumerate(scene.edges) if n not in wrong)
+    return without_unused(scene, edges)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class GroundBeside:
+    """How often all views together show the ground `along` segments (n,) above it, to either side
+    (`left`, `right`), and to `both` at once; and which of them `stand` on it.
+    """
+
+    along: FloatArray
+    left: FloatArray
+    right: FloatArray
+    both: FloatArray
+    stand: Bools
+
+    @classmethod
+    def of(cls, segments: FloatArray, lattices: Sequence[SeenLattice]) -> "GroundBeside":
+        """That of segments (n, 2, 3)."""
+        span = segments[:, 1] - segments[:, 0]
+        samples = segments[:, None, 0] + SAMPLES * span[:, None]
+        along, left, right, both = np.zeros((4, len(segments)))
+        stand = np.zeros(len(segments), dtype=np.bool_)
+        for lattice in lattices:
+            pitch = float(np.linalg.norm(lattice.steps[0]))
+            normal = np.cross(*lattice.steps) / pitch**2
+            rises = np.abs(span @ normal) > RISING * np.linalg.norm(span, axis=1)
+            away = np.abs((segments - lattice.corner) @ normal).min(axis=1)
+            stand |= rises & (away < BESIDE * pitch)
+            for origin, shown in zip(lattice.origins, lattice.shown, strict=True):
+                top = float((origin - lattice.corner) @ normal)
+                up = normal if top > 0.0 else -normal
+                top = abs(top)
+                high = (samples - lattice.corner) @ up
+                over = (high > BESIDE * pitch) & (high < top)
+                below = np.where(over, top - high, 1.0)
+                met = origin + (samples - origin) * (top / below)[..., None]
+                at = (met - lattice.corner) @ lattice.steps.T / pitch**2
+                run = at[:, -1] - at[:, 0]
+                size = np.linalg.norm(run, axis=1)
+                over &= size[:, None] > 0.0
+                across = run[:, ::-1] * [-1.0, 1.0] / np.where(size > 0.0, size, 1.0)[:, None]
+                along += _shown(shown, at, over)
+                one, other = (
+                    _shown(shown, at + side * across[:, None], over) for side in (-BESIDE, BESIDE)
+                )
+                left += one
+                right += other
+                both += np.minimum(one, other)
+        return cls(along, left, right, both, stand)
+
+    @property
+    def through(self) -> Bools:
+        """Which are seen through to the ground (n,)."""
+        either = self.left + self.right
+        return np.asarray((either >= FEWEST) & (2.0 * self.along > AS_OFTEN * either))
+
+    @property
+    def of_solids(self) -> Bools:
+        """Which stand on the ground, and no view shows it to both of their sides at once (n,)."""
+        one = self.left + self.right - 2.0 * self.both
+        return np.asarray(self.stand & (one >= FEWEST) & (self.both < BOTH_SIDES * one))
+
+
+def _shown(shown: Bools, at: FloatArray, over: Bools) -> FloatArray:
+    """How many (n,) of the points nearest to places (n, k, 2), of those `over` it, are shown."""
+    row, column = np.rint(at).astype(np.intp).transpose(2, 0, 1)
+    rows, columns = shown.shape
+    inside = over & (row >= 0) & (row < rows) & (column >= 0) & (column < columns)
+    found = inside & shown[np.where(inside, row, 0), np.where(inside, column, 0)]
+    counts: FloatArray = found.sum(axis=1).astype(np.float64)
+    return counts
