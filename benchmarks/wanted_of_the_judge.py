@@ -96,7 +96,16 @@ WANTED_OF_THE_JUDGE = (
     Wanted(
         "calibration error of all verdicts, leave one source out",
         "≤ .04",
-        (_at("calibration", "Expected", "ECE raw", "ECE calibrated", of="all"),),
+        (
+            _at("calibration", "Expected", "ECE raw", "ECE calibrated", of="all"),
+            Place(
+                "calibration",
+                "Expected",
+                ("ECE calibrated",),
+                (("of", "verdicts that hold"),),
+                "of those that hold, without their own sources",
+            ),
+        ),
     ),
     Wanted(
         "a thousand models checked; a look after an edit of 1,200 lines",

@@ -37,11 +37,16 @@ def alike(one: str, other: str) -> float:
 def is_slip(word: str, meant: str) -> bool:
     """Whether a word is another one with a slip of the pen, and not a name of its own.
 
-    Names that differ in a figure, a word of theirs or their last letter are different on purpose.
+    Names that differ in a figure, a word of theirs or their last letter are different on purpose;
+    two letters that changed places are a slip however short the word.
 
     >>> is_slip("upwrad", "upward"), is_slip("corner_b", "corner_a"), is_slip("leg2", "leg")
     (True, False, False)
+    >>> is_slip("titl", "tilt"), is_slip("til", "tilt")
+    (True, False)
     """
+    if any(word == _swapped(meant, at) for at in range(len(meant) - 1)):
+        return not any(map(str.isdigit, word))
     if [c for c in word if c.isdigit()] != [c for c in meant if c.isdigit()]:
         return False
     if word.count("_") != meant.count("_"):
@@ -49,6 +54,10 @@ def is_slip(word: str, meant: str) -> bool:
     if len(word) == len(meant) and word[:-1] == meant[:-1]:
         return False
     return alike(word, meant) >= SURELY_ALIKE
+
+
+def _swapped(word: str, at: int) -> str:
+    return f"{word[:at]}{word[at + 1]}{word[at]}{word[at + 2 :]}"
 
 
 def respelling(name: Named, known: Iterable[str]) -> tuple[Fix, ...]:

@@ -26,6 +26,7 @@ NEGLIGIBLE = 1e-5
 # A deviation below this is not written where it is also that small beside its value.
 LEAST_SD = 5e-5
 LEAST_RELATIVE_SD = 1e-4
+NOTHING = 1e-12  # in whichever unit suits the value: rounding alone
 # Digits behind the point that are written of numbers whose size is ordinary.
 DIGITS = 6
 
@@ -129,8 +130,10 @@ def deviation(value: float, sd: float) -> str:
 
     >>> deviation(254.0, 0.0701), deviation(0.9994, 0.00024), deviation(1.0, 1e-9)
     ('0.07', '0.00024', '')
+    >>> deviation(0.0, 1.4e-17)
+    ''
     """
-    if sd <= 0 or (sd < LEAST_SD and sd < LEAST_RELATIVE_SD * abs(value)):
+    if sd <= NOTHING or (sd < LEAST_SD and sd < LEAST_RELATIVE_SD * abs(value)):
         return ""
     text = f"{sd:.2g}" if sd < 10 else f"{sd:.0f}"
     return _plain(float(text)) if "e-0" in text else text

@@ -236,7 +236,8 @@ class Comparison:
         measure = measure_words(self.measure)
         ends = f"{measure} = {with_unit(free, unit.name)} or {with_unit(full, unit.name)}"
         return (
-            f"{ends}, as space that was not seen is free or full, needs {region}",
+            f"{ends}, as what was not seen is free or full, needs {region}",
+            f"{ends} (unseen space free or full), {region}",
             f"{ends}, as what was not seen is free or full",
             f"{measure} hangs on space that was not seen",
         )

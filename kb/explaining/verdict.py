@@ -135,13 +135,11 @@ class Verdict:
 
     @property
     def is_unseen(self) -> bool:
-        """Whether it does not hold while a part was not seen, or a condition is open that another
-        look might settle."""
+        """Whether it does not hold while a condition is open that another look might settle."""
         if self.state is State.HOLDS:
             return False
-        missing = any(not part.faces and not part.is_group for part in self.parts)
         of_none = self.state is State.UNKNOWN and not self.conditions
-        return missing or of_none or any(map(_may_be_settled, self.conditions))
+        return of_none or any(map(_may_be_settled, self.conditions))
 
     def conditions_that(self, state: State) -> tuple[Condition, ...]:
         """The conditions of this state, in the order of the file."""

@@ -29,6 +29,9 @@ WIDTH = 100
 CERTAIN = 0.995
 
 # What leaves several conditions open is said once for all of them.
+LAPSED = "~"
+"""Stands before what a model expects, and is not so: it lowers the degree, and fails nothing."""
+
 _OF_SEVERAL = CAUSES | {UNSEEN: "a face that they need was not seen"}
 
 
@@ -159,10 +162,13 @@ def _missing(verdict: "Verdict") -> Iterator[str]:
                 yield from _wrapped(f"  ? {which}: not known, because {why}")
         yield from _conditions(lines, verdict.length_unit)
     yield from _unseen(verdict)
-    labels = [c.label for c in verdict.conditions_that(State.HOLDS)]
-    if labels:
-        count = f"  + {len(labels)} condition{'s hold' if len(labels) > 1 else ' holds'}"
-        yield _fitting((f"  + holds: {', '.join(labels)}", count))
+    held = verdict.conditions_that(State.HOLDS)
+    labels = [c.label for c in held if reason(c.proof) is not None]
+    if held:
+        more = f" (+ {len(held) - len(labels)} more)" if len(held) > len(labels) else ""
+        count = f"  + {len(held)} condition{'s hold' if len(held) > 1 else ' holds'}"
+        named = (f"  + holds: {', '.join(labels)}{more}",) if labels else ()
+        yield _fitting((*named, count))
 
 
 def _conditions(lines: "Iterable[Condition]", length_unit: str | None) -> Iterator[str]:
@@ -232,7 +238,7 @@ def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":
 
 def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
     """What the condition asks and the reason for its state, as far as there is room."""
-    head = f"  {MARKS[line.proof.state]} {line.label}"
+    head = f"  {LAPSED if _is_lapsed(line) else MARKS[line.proof.state]} {line.label}"
     asks = "" if line.said == line.label else f": {line.said}"
     sure = line.proof.low >= CERTAIN or line.proof.state is not State.HOLDS
     degree = "" if sure else f" ({line.proof.low:.0%})"
@@ -240,6 +246,13 @@ def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
     whole = [f"{head}{asks}{degree} – {text}" for text in texts] or [f"{head}{asks}{degree}"]
     short = [f"{head}{degree} – {text}" for text in texts]
     return _fitting((f"{whole[0]}{place}", *whole, *short, f"{head}{degree}"))
+
+
+def _is_lapsed(line: "Condition") -> bool:
+    """Whether a condition holds though what it expects is not so."""
+    found = reason(line.proof)
+    holds = line.proof.state is State.HOLDS
+    return holds and found is not None and found.is_wanted and found.step.state is State.FAILS
 
 
 def _reason_texts(line: "Condition", length_unit: str | None) -> tuple[str, ...]:

@@ -16,6 +16,8 @@ __all__ = ["Grounds", "elevations", "extremes", "tilts", "vertical_senses"]
 
 # "Points up" needs 2 sd: 97.7 % one-sided.
 SENSE_SDS = 2.0
+# Heights above the ground of so much of those in the world are 0: the rest is rounding.
+ROUNDING = 1e-12
 
 
 def tilts(planes: PlaneTable, up: FloatArray) -> Estimates:
@@ -111,7 +113,9 @@ class Grounds:
         owner, at = np.divmod(known, len(covs))
         along = quadratic_forms(total, covs[at])
         variances = np.bincount(owner, along, minlength=len(things)).astype(np.float64)
-        return Estimates.of(values - base, variances)
+        above = values - base
+        above[np.abs(above) <= ROUNDING * (np.abs(values) + np.abs(base))] = 0.0
+        return Estimates.of(above, variances)
 
 
 def _highest(

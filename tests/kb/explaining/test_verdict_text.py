@@ -230,6 +230,24 @@ def test_of_values_that_differ_by_rounding_the_first_is_the_reason() -> None:
     assert "share(f2)" in said(0.9, 0.85, 0.9)
 
 
+def test_what_is_expected_and_not_so_has_a_mark_of_its_own() -> None:
+    inside = compared("height(f1)", 0.2, 0.5)
+    lapsed = Proof(HOLDS, 0.5, 1, "", Note("expect"), (inside,))
+    (line, reason_line) = list(verdict_of(Condition("usual", "it is high", lapsed, "")).lines())[2:]
+    assert line.startswith("  ~ usual: it is high (50%)")
+    assert reason_line.endswith(", not required")
+
+
+def test_what_holds_as_it_does_not_apply_is_counted_in_a_miss() -> None:
+    failing = Condition("wide", "it is wide", compared("share(f1)", 0.3, 0.5), "")
+    holding = Condition("high", "it is high", compared("fill(f1)", 0.9, 0.5), "")
+    unknown = Proof(UNKNOWN, 0, 1, "", Note("missing"))
+    beside = Condition("third", "seen", Proof(HOLDS, 0.5, 1, "", Note("expect"), (unknown,)), "")
+    assert (
+        list(verdict_of(failing, holding, beside).miss_lines())[-1] == "  + holds: high (+ 1 more)"
+    )
+
+
 def test_many_parts_are_shortened_not_cut() -> None:
     condition = Condition("wide", "", compared("share(f1)", 0.9, 0.5))
     few = verdict_of(condition, parts=(Part("top", ("f1",)), Part("leg", ("f2", "f3"))))
@@ -257,7 +275,8 @@ def test_what_hangs_on_unseen_space_says_both_values_and_what_is_needed() -> Non
     found = Comparison("free_below(f1)", 0.3, 0.01, "ratio", within, unseen=(0.9, 0.3))
     text = found.sentence(UNKNOWN, "m")
     assert text == (
-        "free_below(f1) = 90 % or 30 %, as space that was not seen is free or full, "
-        "needs at least 75 %"
+        "free_below(f1) = 90 % or 30 %, as what was not seen is free or full, needs at least 75 %"
     )
+    shorter = found.sentences(UNKNOWN, "m")[1]
+    assert shorter == "free_below(f1) = 90 % or 30 % (unseen space free or full), at least 75 %"
     assert found.to_json()["unseen"] == [0.9, 0.3]
