@@ -1,16 +1,19 @@
 """The space round a thing, from its surface and from the lines of sight of its scene."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from facetlog.perception.behind_face import RIM_SHARE
+from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.flat_faces import FlatFace
 from facetlog.perception.scene import SightLines
 from facetlog.perception.space.carving import places_through
 from facetlog.perception.space.flooding import enclosed, missed_cells
-from facetlog.perception.space.grid import Cells, Lattice
+from facetlog.perception.space.grid import CELLS, Cells, Lattice
 from facetlog.perception.space.space import Space, State
 from facetlog.perception.space.surface_points import inner_points, line_points
 from facetlog.perception.types import FloatArray
@@ -31,6 +34,10 @@ FACES_ALONG = 0.5
 LEAST_SHOWN = 0.05
 # A cell that lies open to so many of these sides is not behind seen surface.
 MOST_MISSING = 2
+# A view looks at a side, and not along it, from so far before it: the sine of 15 degrees.
+LOOKED_AT = 0.26
+# A rim lies within so many cells of its side: an inner edge stands for an outer one now and then.
+RIM = round(RIM_SHARE * CELLS)
 # What seems enclosed is not if more than this share of it is known to be free, as of a room that
 # was scanned from within: less are lines of sight that grazed a rim.
 FREE_SHARE = 0.1
@@ -98,7 +105,8 @@ def thing_space(
     shown = _shown_sides(facing)
     free &= ~full
     sure = _wide(free) if places > 1 else free
-    cells = _with_assumed(full, free, sure, shown)
+    looked = _looked_at(lattice, sights) if places > 1 else ()
+    cells = _with_assumed(full, free, sure, shown, looked)
     # One sees past an edge: it hides nothing, and what lies between two is not enclosed.
     cells[_along(lattice, surface.lines)] = State.FULL
     return Space(lattice, cells, closed)
@@ -172,14 +180,19 @@ def _shown_sides(facing: FloatArray) -> dict[tuple[int, int], bool]:
 
 
 def _with_assumed(
-    full: Cells, free: Cells, sure: Cells, shown: dict[tuple[int, int], bool]
+    full: Cells,
+    free: Cells,
+    sure: Cells,
+    shown: dict[tuple[int, int], bool],
+    looked: Collection[tuple[int, int]] = (),
 ) -> NDArray[np.uint8]:
     """The states of all cells, of which these are full and these free, some of them for `sure`.
 
     Of the others those are assumed to be full from which surface is met along some axis, and along
     none of them such free space before it: no place that is sure to be free opens to them. Nor do
     they lie open to two sides that are `shown`, where surface of their own would have been seen: of
-    one side some may be missing, as where it mirrors.
+    one side some may be missing, as where it mirrors; but not within a rim that was found all round
+    of a side that was `looked` at: a face of these edges would have been found.
     """
     states = np.full(full.shape, State.UNSEEN, dtype=np.uint8)
     states[free], states[full] = State.FREE, State.FULL
@@ -190,11 +203,40 @@ def _with_assumed(
         for sense in (1, -1):
             met = _first_met(ahead, axis, sense)
             opened |= met == State.FREE
+            if (axis, sense) in looked:
+                opened |= (met == State.UNSEEN) & _within_rim(full, axis, sense)
             if shown[axis, sense]:
                 missing += met == State.UNSEEN
             backed |= met == State.FULL
     states[(states == State.UNSEEN) & backed & ~opened & (missing < MOST_MISSING)] = State.ASSUMED
     return states
+
+
+def _looked_at(lattice: Lattice, sights: Sequence[SightLines]) -> set[tuple[int, int]]:
+    """The sides, by axis and sense, that enough views look at, and not along them."""
+    eyes = np.array([lines.origin for lines in sights]).reshape(-1, 3)
+    if not len(eyes):
+        return set()
+    local = lattice.local(eyes)
+    found = set()
+    for axis, sense in product(range(3), (1, -1)):
+        middle = np.array(lattice.shape) / 2.0
+        middle[axis] = lattice.shape[axis] if sense > 0 else 0.0
+        steps = local - middle
+        before = sense * steps[:, axis] > LOOKED_AT * np.linalg.norm(steps, axis=1)
+        if int(before.sum()) >= FEWEST_VIEWS:
+            found.add((axis, sense))
+    return found
+
+
+def _within_rim(full: Cells, axis: int, sense: int) -> Cells:
+    """Cells (nx, ny, nz) behind what of a side is open, with full cells at the side all round."""
+    from scipy import ndimage  # loaded only now: what has no space does without
+
+    outer = np.moveaxis(full, axis, 0)[::-sense][:RIM]
+    rim: Cells = np.asarray(outer.any(axis=0))
+    open_within = ndimage.binary_fill_holes(rim) & ~rim
+    return np.broadcast_to(np.expand_dims(open_within, axis), full.shape)
 
 
 def _wide(free: Cells) -> Cells:
