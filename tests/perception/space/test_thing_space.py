@@ -225,6 +225,37 @@ def test_stray_lines_of_pictures_do_not_open_a_box_and_places_beneath_a_table_do
     assert beneath.least().solid.mean() < 0.5
 
 
+@pytest.mark.parametrize(
+    ("faces", "eyes", "views", "is_assumed"),
+    [
+        ("sides", "above", 4, False),  # a crate: its rim was found, and views look into it
+        ("sides", "above", 2, True),  # too few to say that a lid would have been found
+        ("sides", "level", 4, True),  # nobody looked at what may be a lid
+        ("all but one side", "above", 4, True),  # a side is missing, and no rim is round it
+    ],
+)
+def test_behind_an_opening_that_views_look_into_nothing_is_assumed(
+    faces: str, eyes: str, views: int, is_assumed: bool
+) -> None:
+    block = build("cuboid", {})
+    size = block.points.max(axis=0)
+    every = SceneMemo.of(block).table.faces
+    upright = [face for face in every if abs(float(face.normal @ UP)) < 0.5]
+    level = [face for face in every if float(face.normal @ UP) > 0.5]
+    shown = upright if faces == "sides" else [*upright[1:], *level]
+    surface = ThingSurface(tuple(shown), block.points, NONE, NONE)
+    height = 3.0 if eyes == "above" else 0.5
+    turns = np.linspace(0.0, 2.0 * np.pi, views, endpoint=False)
+    away = size * [[0.5, 0.5, 9.0]]
+    sights = [
+        SightLines(size * [3.0 * np.cos(turn), 3.0 * np.sin(turn), height], away) for turn in turns
+    ]
+    found = thing_space(surface, UP, sights=sights, places=2)
+    assert found is not None
+    assert (found.share(State.ASSUMED) > 0.5) == is_assumed
+    assert (found.unseen > 0.5) != is_assumed
+
+
 def measured(scene: Scene) -> dict[tuple[str, str], tuple[float, float, float]]:
     """Low, high and sd of each measure of space, by its name and the place of what it is of."""
     rows = fact_rows(scene, MEASURES)
