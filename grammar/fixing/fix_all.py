@@ -82,9 +82,9 @@ def _after(
         return None
     known = passed_over | frozenset(map(_what, state.faults))
     if fault.code not in UNREAD:
-        if fault.code == UNCHECKED and not _no_worse(state.faults, after.faults, fault.severity):
+        if fault.code == UNCHECKED and not _better(state.faults, after.faults, fault.severity):
             after = _run(after, check, known)
-        return after if _no_worse(state.faults, after.faults, fault.severity) else None
+        return after if _better(state.faults, after.faults, fault.severity) else None
     if _unread(after.faults) > _unread(state.faults):
         return None
     most = len(_errors(state.faults))
@@ -98,13 +98,14 @@ def _own(text: str, faults: Iterable[Fault]) -> tuple[Fault, ...]:
     return tuple(fault for fault in faults if fault.source.text == text)
 
 
-def _no_worse(before: Sequence[Fault], after: Sequence[Fault], mended: Severity) -> bool:
-    """Whether no error is new, and no warning either if it was a warning that was mended."""
+def _better(before: Sequence[Fault], after: Sequence[Fault], mended: Severity) -> bool:
+    """Whether one error less is left and none is new, and no warning either if it was a warning
+    that was mended."""
     if mended is Severity.ERROR:
         before, after = _errors(before), _errors(after)
     if _crowded(before):
         return len(after) <= len(before) and _unread(after) <= _unread(before)
-    return Counter(f.code for f in after) <= Counter(f.code for f in before)
+    return Counter(f.code for f in after) < Counter(f.code for f in before)
 
 
 def _errors(faults: Iterable[Fault]) -> tuple[Fault, ...]:

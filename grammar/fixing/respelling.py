@@ -42,8 +42,8 @@ def is_slip(word: str, meant: str) -> bool:
 
     >>> is_slip("upwrad", "upward"), is_slip("corner_b", "corner_a"), is_slip("leg2", "leg")
     (True, False, False)
-    >>> is_slip("titl", "tilt"), is_slip("til", "tilt")
-    (True, False)
+    >>> is_slip("titl", "tilt"), is_slip("angel", "angle")
+    (True, True)
     """
     if any(word == _swapped(meant, at) for at in range(len(meant) - 1)):
         return not any(map(str.isdigit, word))

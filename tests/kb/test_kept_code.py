@@ -31,11 +31,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def opened(monkeypatch: pytest.MonkeyPatch) -> Iterator[Opened]:
-    """Opens judges, and closes them at the end."""
+    """Opens judges that ignore deviations, as no other test has them open, and closes them."""
     judges: list[BatchJudge] = []
 
     def open_one(*models: Path, trusted: bool = True) -> BatchJudge:
-        judges.append(BatchJudge(models, trusted=trusted))
+        judges.append(BatchJudge(models, trusted=trusted, crisp=True))
         return judges[-1]
 
     yield open_one

@@ -370,7 +370,8 @@ def test_ctrl_c_keeps_the_rows_and_says_how_to_go_on(tmp_path: Path) -> None:
     out, err = running.communicate(timeout=60)
     assert running.returncode == 130
     assert out == ""
-    assert re.fullmatch(r"facetlog: stopped after \d+ of 60 scenes; go on with --resume\n", err)
+    stopped = r"facetlog: stopped after \d+ of 60 scenes; go on with --resume\n"
+    assert re.fullmatch(stopped + r"facetlog: interrupted\n", err)
     assert journal.read_bytes().endswith(b"}\n")
 
 

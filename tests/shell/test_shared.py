@@ -26,7 +26,7 @@ def _raising(error: BaseException) -> Callable[[], None]:
         (EngineError("it stopped"), 3, "it stopped"),
         (RecursionError("maximum recursion depth"), 2, "what was given is nested too deeply"),
         (MemoryError(), 2, "what was given needs more memory than there is: give less at once"),
-        (KeyboardInterrupt(), 130, ""),
+        (KeyboardInterrupt(), 130, "interrupted"),
     ],
 )
 def test_an_error_is_one_line_and_an_exit_code(
@@ -35,7 +35,7 @@ def test_an_error_is_one_line_and_an_exit_code(
     with pytest.raises(typer.Exit) as ended:
         _raising(error)()
     assert ended.value.exit_code == code
-    assert capsys.readouterr().err == (f"facetlog: {said}\n" if said else "")
+    assert capsys.readouterr().err == f"facetlog: {said}\n"
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="only Linux has a device that is full")

@@ -6,7 +6,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import facetlog.rules
@@ -125,6 +125,8 @@ def _slip(text: str, chance: random.Random) -> str:
 
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 10**9))
+@example(365)  # two limits of which either order never holds
+@example(2265)
 def test_a_fixed_text_is_never_worse_and_stays_when_fixed_again(seed: int) -> None:
     chance = random.Random(seed)
     text = chance.choice(RULES)
@@ -136,10 +138,11 @@ def test_a_fixed_text_is_never_worse_and_stays_when_fixed_again(seed: int) -> No
     assert after == found.faults or len(after) == len(found.faults)
     errors = [sum(f.severity is Severity.ERROR for f in some) for some in (before, after)]
     assert errors[1] <= errors[0]
-    # Lint looks only where no errors are, so warnings may show where one is gone.
-    assert len(after) <= len(before) or errors[1] < errors[0]
     unread = [sum(f.code in UNREAD for f in some) for some in (before, after)]
     assert unread[1] <= unread[0]
+    # Lint looks only where no errors are, so warnings may show where one is gone; what could not be
+    # read may have faults.
+    assert len(after) <= len(before) or errors[1] < errors[0] or unread[1] < unread[0]
     assert bool(found.done) == (found.text != text)
     assert fixed(found.text, _faults).text == found.text
 
