@@ -49,7 +49,7 @@ FILES = (
 CASES = 60  # that each mutant is tried on
 TESTS = 12  # of a case
 UNITS = -1  # in the place of a case: the unit tests
-SECONDS = 10  # for a case or the unit tests: a mutant that never ends is seen, too
+SECONDS = 10.0  # for a case or the unit tests: a mutant that never ends is seen, too
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def _text(file: str) -> str:
 class Program:
     """SWI-Prolog with the program, its unit tests and mutants.pl, which forks for each mutant."""
 
-    def __init__(self) -> None:
+    def __init__(self, seconds: float = SECONDS) -> None:
         files = [*map(str, sorted(HERE.glob("*.plt"))), str(Path(__file__).with_suffix(".pl"))]
         goal = f"{program()},load_files({files}, [silent(true)]),serve_mutants"
         process = subprocess.Popen(
@@ -105,6 +105,7 @@ class Program:
         self._questions = cast(IO[str], process.stdin)
         self._answers: SimpleQueue[str] = SimpleQueue()
         self._mutant: int | None = None
+        self.seconds = seconds
         Thread(target=self._read, args=(process.stdout,), daemon=True).start()
 
     def _read(self, answers: IO[str]) -> None:
@@ -116,7 +117,7 @@ class Program:
         be read."""
         self._questions.write(question)
         self._questions.flush()
-        end = time.monotonic() + SECONDS
+        end = time.monotonic() + self.seconds
         while True:
             try:
                 return json.loads(self._answers.get(timeout=1))
@@ -145,7 +146,7 @@ class Program:
             with suppress(ProcessLookupError):
                 os.kill(self._mutant, signal.SIGKILL)
             # Before that it might still read what is meant for the next.
-            while not self._answers.get(timeout=SECONDS).rstrip().endswith('"ended"'):
+            while not self._answers.get(timeout=self.seconds).rstrip().endswith('"ended"'):
                 pass
         self._mutant = None
 
@@ -228,8 +229,8 @@ def sample(mutants: Sequence[Mutant], count: int | None, seed: int) -> list[Muta
 class Worker:
     """A program of its own, with what killed its last mutants."""
 
-    def __init__(self, cases: int) -> None:
-        self._program = Program()
+    def __init__(self, cases: int, seconds: float) -> None:
+        self._program = Program(seconds)
         self._killers = Killers(cases)
         self._killers.learn(self._program)
 
@@ -253,7 +254,7 @@ class Worker:
             return self._killers.kill(self._program, mutant)
         except (Empty, ValueError):
             self._program.close()
-            self._program = Program()
+            self._program = Program(self._program.seconds)
             return True
 
     def close(self) -> None:
@@ -268,13 +269,14 @@ def main() -> int:
     parser.add_argument("--cases", type=int, default=CASES, help="that each mutant is tried on")
     parser.add_argument("--sample", type=int, help="so many mutants of each file, drawn at random")
     parser.add_argument("--seed", type=int, default=0, help="of the sample")
+    parser.add_argument("--seconds", type=float, default=SECONDS, help="for a case or the tests")
     parser.add_argument("--processes", type=int, default=2)
     options = parser.parse_args()
     count = options.processes
     finder = Program()
     right = True
     with ThreadPoolExecutor(count) as pool:
-        workers = list(pool.map(Worker, [options.cases] * count))
+        workers = list(pool.map(Worker, [options.cases] * count, [options.seconds] * count))
         for file in options.only or FILES:
             every = found_in(finder, file)
             tried = sample(every, options.sample, options.seed)

@@ -24,5 +24,6 @@ def test_what_is_named_equivalent_stands_in_the_program(file: str, place: str) -
 @pytest.mark.slow
 def test_of_a_few_mutants_of_each_file_none_survives() -> None:
     command = [sys.executable, str(ROOT / "scripts" / "mutants.py"), "--sample", "1"]
+    command += ["--seconds", "120", "--processes", "1"]  # beside other tests
     run = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert run.returncode == 0, run.stdout + run.stderr
