@@ -34,8 +34,38 @@ test(copies_that_were_begun_are_forgotten, Copied == [a/1]) :-
 test(what_succeeds_is_kept, X-New == 1-false) :-
     in_target(( call_cleanup(attempt(C, stop, ( helper(C, key, [], _, _), member(X, [1, 2]) )), Only = true),
                 assertion(Only == true), helper(C, key, [], _, New) ), C).
+test(what_is_noted_of_a_target_can_be_noted_of_another,
+     Notes-Again-Rows-Left == Noted-Noted-[0, 0, saved/0]-[]) :-
+    in_target(( noted(C, Target, Name, Known),
+                code_notes(Target, Notes),
+                C2 = context(user, Other, _),
+                in_target(( facetlog_target:declared(Other, Known),
+                            assertz(Other:Known),
+                            note_again(Other, Notes),
+                            code_notes(Other, Again),
+                            findall(Number, facetlog_target:copy(Other, _, Number), Copies),
+                            findall(Number, facetlog_target:made(Other, _, _, _, Number), Mades),
+                            findall(Key/Number, facetlog_target:made(Other, Key, _, _, Number), Keys),
+                            append([Copies, Mades, Keys], Rows),
+                            forget_remembered(Other),
+                            findall(Known, Other:Known, Left) ), C2) ), C),
+    functor(Known, KnownName, KnownArity),
+    Noted = [asks(face/1), copy(a/1), made(Name/2), remembered(KnownName/KnownArity)].
 test(other_errors_pass, throws(other)) :-
     in_target(attempt(C, stop, throw(other)), C).
+
+% A target of which something of each kind is noted; Known is what is remembered of a scene.
+noted(C, Target, Name, Known) :-
+    note_of(C, Target),
+    copy_noted(Target, a/1),
+    remembering(C, Target, Head, _, _),
+    functor(Head, Name, 2),
+    facetlog_target:remembered(Target, Known),
+    Known =.. [_|Args],
+    maplist(=(1), Args).
+
+note_of(context(_, Target, _), Target) :-
+    note(Target, face/1).
 
 % A predicate that counts how often its body runs.
 remembering(C, Target, Head, X, Y) :-
