@@ -65,7 +65,7 @@ class BatchJudge(Closing):
             model_paths, trusted=trusted, limits=limits, crisp=crisp, raw=raw
         )
         self.models_hash = _models_hash(self._base)
-        self._about_values = f"crisp={crisp}"
+        self._crisp = crisp
         self._code = SceneCache()
         self._needed: frozenset[tuple[str, int]] = frozenset()
         self._batch: str | None = None
@@ -106,7 +106,7 @@ class BatchJudge(Closing):
         paths = self._base.rule_files
         if self._base.isolated or any(path.suffix != MODEL_SUFFIX for path in paths):
             return scene_module(), None
-        total = hashlib.sha256(f"{self.models_hash} {self._about_values}\n".encode())
+        total = hashlib.sha256(f"{self.models_hash} crisp={self._crisp}\n".encode())
         total.update(term_text(models).encode())
         try:
             for path in paths:
