@@ -47,7 +47,7 @@ bench: $(STAMP) ## measure everything, and write docs/benchmarks.md
 	OMP_NUM_THREADS=1 $(BIN)/python -m benchmarks --write
 
 mutants: $(STAMP) ## change each clause that judges in turn: which change would nobody notice?
-	PYTHONPATH=. $(BIN)/python scripts/mutants.py
+	$(BIN)/python scripts/mutants.py
 
 format: $(STAMP) ## put the Python files into form
 	$(BIN)/ruff format .

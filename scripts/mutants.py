@@ -31,6 +31,8 @@ from typing import IO, Any, cast
 from equivalent_mutants import EQUIVALENT
 
 from facetlog.kb.engine.engine import house
+
+sys.path.insert(0, str(Path(__file__).parents[1]))  # the tests are no installed package
 from tests.kb.meaning.cases import Case, random_case
 from tests.kb.meaning.judging import HERE, close, differences, program, written
 
