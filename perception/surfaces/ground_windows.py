@@ -1,4 +1,4 @@
-"""What views show round the points of a lattice on the ground: its print, or a plain level."""
+"""What views show at the points of a lattice on the ground: print round them, or a level."""
 
 from collections.abc import Sequence
 
@@ -34,12 +34,18 @@ EVERY = 2
 KEPT = (slice(None, None, EVERY), slice(None, None, EVERY))
 """The points of a lattice that are kept."""
 
+# Of the levels those that tell the ground best from what hides it are taken as the ground's, until
+# this share of what is known to be hidden shows them: they are wrong one time in 20.
+RARE = 0.05
+# What shows the ground shows one level: more than half of the views that may see it.
+MOST_SHARE = 0.5
+
 _Bits = NDArray[np.bool_]
 _Reals = NDArray[np.float32]
 
 
 class Windows:
-    """What V views show round every point kept of a lattice, of which there are (rows, columns).
+    """What V views show at every point kept of a lattice, of which there are (rows, columns).
 
     `pictured` (V, rows, columns) are the points in the pictures.
     """
@@ -66,7 +72,6 @@ class Windows:
             self._variance[n] = _mean_in_window(level * level)[KEPT] - self._mean[n] ** 2
         least = PRINT_VARIANCE * levels.noise[views, None, None] ** 2
         self._has_print = whole & (self._variance > least)
-        self._is_plain = whole & ~self._has_print
 
     def printed(self, weight: _Reals) -> _Bits:
         """Where (V, rows, columns) a view shows the same print as others, and their level."""
@@ -85,22 +90,39 @@ class Windows:
         seen = witnesses >= np.maximum(WITNESSES, AGREE_SHARE * others)
         return np.asarray(seen & self._near(_median(self._level, seen)))
 
-    def plain(self, weight: _Reals, clear: _Bits) -> _Bits:
-        """Where (V, rows, columns) a view shows, without print, the level that is commonest of what
-        it may see of the ground, as others do.
+    def unlike(self, weight: _Reals, hidden: _Bits, clear: _Bits) -> _Bits:
+        """Where (V, rows, columns) a view shows, as others do, a level that is common where it may
+        see the ground, `clear`, and rare on the faces that hide it, `hidden`.
         """
-        free: _Bits = self._is_plain & clear
-        if not free.any():
-            return free
-        level = np.clip(self._mean[free] + MIDDLE_GREY, 0, 255).astype(np.intp)
-        count = np.bincount(level, minlength=256).astype(np.float32)
-        sd = float(np.median(self._sd[free]))
-        common = cv2.GaussianBlur(count[None], (0, 0), sd, borderType=cv2.BORDER_CONSTANT).argmax()
-        seen = self._is_plain & self._near(np.float32(common) - MIDDLE_GREY)
-        witnesses = np.einsum("v,vij->ij", weight, seen) - weight[:, None, None]
-        return np.asarray(seen & (witnesses >= WITNESSES))
+        may_see = self.pictured & clear
+        if not may_see.any() or not hidden.any():
+            return np.zeros_like(may_see)
+        common = self._levels_rare_on(hidden, may_see)
+        seen = self.pictured & common[self._bins()]
+        witnesses = np.zeros_like(self._mean)
+        for a in range(len(weight)):
+            for b in range(a):
+                apart, sd = self._level[a] - self._level[b], np.hypot(self._sd[a], self._sd[b])
+                agree = seen[a] & seen[b] & (np.abs(apart) < AGREES_SDS * sd)
+                witnesses[a] += weight[b] * agree
+                witnesses[b] += weight[a] * agree
+        others = np.einsum("v,vij->ij", weight, seen) - weight[:, None, None]
+        return np.asarray(seen & (witnesses >= np.maximum(WITNESSES, MOST_SHARE * others)))
 
-    def _near(self, surface: _Reals | np.float32) -> _Bits:
+    def _bins(self) -> NDArray[np.uint8]:
+        return np.asarray(np.clip(self._level + MIDDLE_GREY, 0, 255), dtype=np.uint8)
+
+    def _levels_rare_on(self, hidden: _Bits, may_see: _Bits) -> _Bits:
+        """Levels (256,) that tell the ground best from the faces, of which so many show them."""
+        bins, sd = self._bins(), float(np.median(self._sd[may_see]))
+        ground, faces = (_density(bins[which], sd) for which in (may_see, hidden))
+        least = np.finfo(np.float32).tiny
+        best = np.asarray(np.argsort(-ground / (faces + least), kind="stable"))
+        common = np.zeros(256, dtype=np.bool_)
+        common[best] = (np.cumsum(faces[best]) <= RARE) & (ground[best] > faces[best])
+        return common
+
+    def _near(self, surface: _Reals) -> _Bits:
         # Where the views show a surface of that level.
         return np.asarray(np.abs(self._level - surface) < AGREES_SDS * self._sd)
 
@@ -113,6 +135,12 @@ def _median(level: _Reals, seen: _Bits) -> _Reals:
     count, point = seen[:, some].sum(axis=0), np.arange(ranked.shape[1])
     median[some] = (ranked[(count - 1) // 2, point] + ranked[count // 2, point]) / 2
     return median
+
+
+def _density(bins: NDArray[np.uint8], sd: float) -> NDArray[np.float32]:
+    count = np.bincount(bins, minlength=256).astype(np.float32)
+    smooth = cv2.GaussianBlur(count[None], (0, 0), sd, borderType=cv2.BORDER_REFLECT)[0]
+    return np.asarray(smooth / smooth.sum())
 
 
 def _mean_in_window(values: _Reals) -> _Reals:

@@ -1,9 +1,9 @@
 """Where the ground shows: on a lattice of its points, which views see each.
 
-What a line of sight to the ground passes through is free. The level of a pixel hardly says where it
-ends: beneath a plain thing the views agree on the thing's own grey. So views see the ground where
-they show the same print round a point of it. Where it is plain they see it by its commonest level,
-which a thing may have, too. The faces that hide the ground say how often either is wrong.
+What a line of sight to the ground passes through is free. The level of a pixel alone hardly says
+where it ends: beneath a plain thing the views agree on the thing's own grey. So views see the
+ground where they show the same print round a point of it, or a level that the ground shows and the
+faces that hide it do not. These faces say how often either is wrong.
 """
 
 from collections.abc import Sequence
@@ -39,13 +39,13 @@ def seen_ground(
     ground: tuple[FloatArray, float],
     up: FloatArray | None = None,
 ) -> tuple[SeenLattice, ...]:
-    """Up to two lattices on the ground: what the views see of its print, and of it where plain.
+    """Up to two lattices on the ground: what the views see of it by its print, and by its levels.
 
     `levels` are those of the views, and `weight` (V,) is as in `PhotometricViews`; `faces` are the
     rings of corners, each (k, 3), of what may hide the ground, which is a normal (3,) to the views'
     side and the height along it: about, for it is put where most of its print agrees, level with
     `up` if more agrees then. A lattice is left out where nothing of it is seen or where it is
-    often wrong, the plain one also where no face says whether it is.
+    often wrong, that of levels also where no face says whether it is.
     """
     normal, height = ground
     above = np.flatnonzero([view.pose.centre @ normal > height for view in views])
@@ -64,7 +64,7 @@ def seen_ground(
     counts = weight[chosen].astype(np.float32)
     found = [windows.printed(counts)]
     if hidden.any():
-        found.append(windows.plain(counts, clear))
+        found.append(windows.unlike(counts, hidden, clear))
     origins = np.array([view.pose.centre for view in seeing])
     named = tuple(chosen.tolist())
     lattices = []
