@@ -16,6 +16,7 @@ from facetlog.commands.classify import classify_command
 from facetlog.commands.collect import collect_command
 from facetlog.commands.doctor import doctor_command
 from facetlog.commands.explain import why_command, why_not_command
+from facetlog.commands.mat.app import mat_app
 from facetlog.commands.model.app import model_app
 from facetlog.commands.mount import mount_command
 from facetlog.commands.paper import paper_page
@@ -273,6 +274,7 @@ app.command("doctor")(doctor_command)
 app.command("why")(why_command)
 app.command("why-not")(why_not_command)
 app.command("simulate")(simulate_command)
+app.add_typer(mat_app)
 app.add_typer(model_app)
 app.add_typer(scene_app)
 
