@@ -1,13 +1,16 @@
 """`facetlog mat`: the page that it writes, and what it says of pictures."""
 
+import json
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from facetlog.cli import main
 from facetlog.mat_sheet import mat_figure
 from facetlog.perception.reading.mat.mats import MATS, Mat
+from tests.perception.reading.mat.mat_photos import around, photo, photos, write_photos
 
 POINTS_PER_MM = 72 / 25.4
 
@@ -63,3 +66,41 @@ def test_what_cannot_be_written_is_said_in_one_line(
     err = capsys.readouterr().err
     assert line in err
     assert err.count("\n") == 1
+
+
+def test_check_says_whether_pictures_suffice(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = write_photos(tmp_path / "few", photos())
+    assert main(["mat", "check", str(folder)]) == 1
+    out, err = capsys.readouterr()
+    assert out.startswith("mat A4: 6 of 6 pictures can be used\ntoo few: ")
+    assert err == ""
+    write_photos(folder, [np.full((480, 640), 90, dtype=np.uint8)], first=6)
+    more = [photo(MATS[0], pose, seed=k) for k, pose in enumerate(around(13))]
+    write_photos(folder, more, first=10)
+    assert main(["mat", "check", str(folder)]) == 0
+    out, err = capsys.readouterr()
+    assert out.splitlines()[0] == "mat A4: 19 of 20 pictures can be used"
+    assert "they suffice" in out
+    assert "06.png shows too little of the mat" in err
+    assert main(["mat", "check", "--json", str(folder)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["mat"], found["usable"], found["advice"]) == ("A4", 19, [])
+
+
+def test_check_refuses_what_is_no_folder_or_shows_no_mat(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["mat", "check", str(tmp_path / "none")]) == 2
+    assert "is no folder" in capsys.readouterr().err
+    assert main(["mat", "check", str(tmp_path)]) == 2
+    assert "no mat is seen" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("length", ["17.6", "0mm", "wide", "1.2.3mm", "5furlong"])
+def test_a_square_needs_a_length_with_its_unit(
+    length: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["recognize", str(tmp_path), "--square", length]) == 2
+    assert "give a length above 0 with its unit" in capsys.readouterr().err

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from facetlog.commands.mat.check import check_command
 from facetlog.commands.shared import YES, command
 from facetlog.errors import InputError
 
@@ -44,3 +45,6 @@ def _written(out: Path | None, paper: str) -> int:
         "glue it on board or glass, for a bent mat gives wrong sizes"
     )
     return YES
+
+
+mat_app.command("check")(check_command)
