@@ -98,6 +98,11 @@ class FollowedViews:
         # Keeps the previous contents while the file is being rewritten.
         try:
             source = self._source = poses_path(self.path)
+            if source.is_dir():
+                raise InputError(
+                    f"{self.path} has no file of poses yet; of pictures of a mat all are needed "
+                    "at once: leave out --follow"
+                )
             about = source.stat()
             stamp = (about.st_mtime_ns, about.st_size)
             if stamp == self._stamp and self._fault is None:

@@ -20,12 +20,13 @@ from facetlog.regular_file import read_regular
 
 __all__ = ["LEAST_SIDE_PX", "read_picture"]
 
-KINDS = "JPEG, PNG, TIFF, BMP, WebP or PNM"
+KINDS = "JPEG, PNG, TIFF, BMP, WebP, PNM or HEIC"
 # Neither turned by EXIF (poses and intrinsics belong to the picture as stored) nor in colour.
 DECODE_FLAGS = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION
 # Of 16 bits the upper 8 are used: pictures of up to 12 bits that were not scaled to 16 would be
 # black.
 LEAST_OF_16_BITS = 1 << 12
+HEIC_BRANDS = (b"heic", b"heix", b"heim", b"heis", b"hevc", b"mif1", b"msf1")
 # A picture of a gigapixel, uncompressed.
 MOST_BYTES = 1_000_000_000
 LEAST_SIDE_PX = 9
@@ -49,7 +50,7 @@ def read_picture(path: Path) -> Image:
         raise InputError(f"{path} is not a picture: give one as {KINDS}")
     if not check(data):
         raise InputError(f"picture {path} is cut off or damaged: copy it again from its source")
-    decoded, chatter = _decode(data)
+    decoded, chatter = (_decode_heic(data, path), b"") if _is_heic(data) else _decode(data)
     if decoded is None or DAMAGE in chatter:
         raise InputError(f"picture {path} is damaged: copy it again from its source")
     height, width = decoded.shape
@@ -94,6 +95,8 @@ def _check_of(data: bytes) -> Callable[[bytes], bool] | None:
     ):
         if data.startswith(signature):
             return check
+    if _is_heic(data):
+        return _decoder_judges
     if data[:4] == b"RIFF" and data[8:12] == b"WEBP":
         return _riff_is_whole
     if data[:1] == b"P" and data[1:2] in tuple(b"%d" % i for i in range(1, 7)):
@@ -188,6 +191,31 @@ def _pnm_is_whole(data: bytes) -> bool:
 
 def _decoder_judges(data: bytes) -> bool:
     return bool(data)
+
+
+def _is_heic(data: bytes) -> bool:
+    return data[4:8] == b"ftyp" and data[8:12] in HEIC_BRANDS
+
+
+def _decode_heic(data: bytes, path: Path) -> cv2.typing.MatLike | None:
+    """The picture of a HEIC file, grey, or None; InputError without the package that reads it.
+
+    Its own transformations are part of the picture as stored: whoever reads it turns it by these.
+    """
+    try:
+        import pillow_heif
+    except ImportError:
+        raise InputError(
+            f"{path.name}: HEIC pictures need pillow-heif: pip install 'facetlog[heic]'"
+        ) from None
+    try:
+        found = np.asarray(pillow_heif.open_heif(data, convert_hdr_to_8bit=True))
+    except (OSError, ValueError, RuntimeError, SyntaxError):
+        return None
+    if found.ndim == 2:
+        return found
+    code = cv2.COLOR_RGBA2GRAY if found.shape[2] == 4 else cv2.COLOR_RGB2GRAY
+    return cv2.cvtColor(np.ascontiguousarray(found), code)
 
 
 def _decode(data: bytes) -> tuple[cv2.typing.MatLike | None, bytes]:

@@ -63,6 +63,7 @@ def read_views(
     path: str | Path,
     *,
     unit: str | None = None,
+    square: float | None = None,
     trusted: bool = False,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> ViewSet:
@@ -77,6 +78,9 @@ def read_views(
     ----------
     unit
         "m", "cm", "mm", "in" or "ft": the unit of a file that does not give its own.
+    square
+        The side of a square of the mat that the pictures show, in metres, if it was printed at
+        another scale.
     trusted
         Whether the file may name pictures outside of its folder (own_folder.py).
     progress
@@ -92,7 +96,7 @@ def read_views(
         A camera or pose is missing or invalid, or all views were taken from one place.
     """
     source = poses_path(Path(path))
-    file = read_poses(source, unit)
+    file = read_poses(source, unit, square)
     if file.faults:
         raise file.faults[0]
     _check_names(file.pictures, source)
@@ -101,7 +105,7 @@ def read_views(
             check_own_folder(picture, file.folder, source)
     views: list[View] = []
     used: list[PosedPicture] = []
-    left_out: list[LeftOut] = []
+    left_out = list(file.left_out)
     videos = VideoFrames()
     lenses: dict[Lens, Lens] = {}  # one set-up of the undistortion for all pictures of a lens
     for done, picture in enumerate(file.pictures, start=1):
@@ -139,7 +143,7 @@ def read_views(
         source,
         errors,
         left_out=len(left_out),
-        kind=kind_of(source),
+        kind=file.kind or kind_of(source),
     )
 
 

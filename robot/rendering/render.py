@@ -23,7 +23,7 @@ from facetlog.robot.rendering.rays import (
     seen_by,
     seen_from_sun,
 )
-from facetlog.robot.rendering.texture import sample
+from facetlog.robot.rendering.texture import Sheet, Texture, sample
 from facetlog.robot.rendering.world import World
 
 __all__ = ["render"]
@@ -180,7 +180,7 @@ def _apply_prints(
     """Multiply grey (n,) by the textures at the `points` (3, m) that the rays `solid` (m,) meet."""
     facet = hits.facet[solid]
     world = stage.world
-    textured = [
+    textured: list[tuple[int, Texture | Sheet, FloatArray, FloatArray, FloatArray]] = [
         (i, f.texture, f.origin, f.axes, f.normal) for i, f in enumerate(world.facets) if f.texture
     ]
     if world.floor is not None and world.floor.texture is not None:

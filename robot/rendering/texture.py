@@ -4,9 +4,9 @@ A texture is a periodic bitmap of factors in (0, 1], drawn once from its seed, a
 mipmap by the footprint of the pixel, so that fine detail far away is averaged instead of aliased.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import cv2
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["Pattern", "Texture", "sample"]
+__all__ = ["Pattern", "Sheet", "Texture", "sample"]
 
 # Texels along a side of the bitmap: one period over 512 is finer than a pixel of a usual view.
 BITMAP_SIZE = 512
@@ -49,12 +49,65 @@ class Texture:
         if not 0 <= self.contrast < 1:
             raise ValueError("the contrast of a texture must be in [0, 1)")
 
+    def scaled(self, scale: float) -> "Texture":
+        """The same in a world whose lengths are `scale` times as many units."""
+        return replace(self, period=scale * self.period)
 
-def sample(texture: Texture, points: FloatArray, footprint: FloatArray) -> FloatArray:
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """A printed sheet on the floor, its middle at the origin: `print` (H, W), factors; white is 1.
+
+    `size` is width and height (world units), the first row lies at +y. What lies round it has
+    the factor `around`, times those of `texture`.
+    """
+
+    print: NDArray[np.float32]
+    size: tuple[float, float]
+    around: float = 1.0
+    texture: Texture | None = None
+
+    def scaled(self, scale: float) -> "Sheet":
+        """As `Texture.scaled`."""
+        width, height = self.size
+        texture = self.texture and self.texture.scaled(scale)
+        return replace(self, size=(scale * width, scale * height), texture=texture)
+
+    @cached_property
+    def levels(self) -> tuple[NDArray[np.float32], ...]:
+        """The print, and coarser and coarser copies of half the size each."""
+        levels = [np.ascontiguousarray(self.print, dtype=np.float32)]
+        while min(levels[-1].shape) > 1:
+            half = levels[-1].shape[1] // 2, levels[-1].shape[0] // 2
+            coarser = cv2.resize(levels[-1], half, interpolation=cv2.INTER_AREA)
+            levels.append(np.asarray(coarser, dtype=np.float32))
+        return tuple(levels)
+
+    def sample(self, points: FloatArray, footprint: FloatArray) -> FloatArray:
+        """As `sample` below."""
+        factors = np.full(len(footprint), self.around)
+        if self.texture is not None:
+            factors *= sample(self.texture, points, footprint)
+        x, y = points[0] / self.size[0] + 0.5, 0.5 - points[1] / self.size[1]
+        on = np.flatnonzero((x >= 0) & (x <= 1) & (y >= 0) & (y <= 1))
+        texels = footprint[on] * (self.print.shape[1] / self.size[0])
+        level = np.clip(np.frexp(texels * np.sqrt(0.5))[1], 0, len(self.levels) - 1)
+        for i in np.flatnonzero(np.bincount(level)):
+            here = on[level == i]
+            rows, columns = self.levels[i].shape
+            factors[here] = _bilinear(
+                self.levels[i], x[here] * columns - 0.5, y[here] * rows - 0.5, cv2.BORDER_REPLICATE
+            )
+        return factors
+
+
+def sample(texture: Texture | Sheet, points: FloatArray, footprint: FloatArray) -> FloatArray:
     """Factors (n,) at points (2, n) of the surface, each averaged over about its footprint (n,).
 
     Points and footprints are in world units.
     """
+    if isinstance(texture, Sheet):
+        return texture.sample(points, footprint)
     levels = _pyramid(texture.pattern, texture.seed)
     texels = footprint * (BITMAP_SIZE / texture.period)
     # The level is log2(texels), rounded; frexp's exponent of x is floor(log2(x)) + 1.
@@ -70,13 +123,19 @@ def sample(texture: Texture, points: FloatArray, footprint: FloatArray) -> Float
 
 
 def _read(bitmap: NDArray[np.float32], turns: FloatArray) -> FloatArray:
-    count = turns.shape[1]
+    # Texel j covers [j, j + 1) / size: its middle is at j + 1/2.
+    x, y = turns * bitmap.shape[0] - 0.5
+    return _bilinear(bitmap, x, y, cv2.BORDER_WRAP)
+
+
+def _bilinear(bitmap: NDArray[np.float32], x: FloatArray, y: FloatArray, rim: int) -> FloatArray:
+    """The bitmap at texels (n,) across and down."""
+    count = len(x)
     rows = -(-count // FOLD)
     folded = np.zeros((2, rows * FOLD), dtype=np.float32)
-    # Texel j covers [j, j + 1) / size: its middle is at j + 1/2.
-    folded[:, :count] = turns * bitmap.shape[0] - 0.5
-    x, y = folded.reshape(2, rows, FOLD)
-    out = cv2.remap(bitmap, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_WRAP)
+    folded[0, :count], folded[1, :count] = x, y
+    across, down = folded.reshape(2, rows, FOLD)
+    out = cv2.remap(bitmap, across, down, cv2.INTER_LINEAR, borderMode=rim)
     return np.asarray(out, dtype=np.float64).reshape(-1)[:count]
 
 

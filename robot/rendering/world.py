@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from facetlog.perception.types import FloatArray
-from facetlog.robot.rendering.texture import Texture
+from facetlog.robot.rendering.texture import Sheet, Texture
 
 __all__ = ["Facet", "Floor", "GroundTruth", "Solid", "SolidTruth", "World"]
 
@@ -64,7 +64,7 @@ class Solid:
             self,
             vertices=turned + np.asarray(shift, dtype=np.float64),
             size=(scale * self.size[0], scale * self.size[1], scale * self.size[2]),
-            prints=tuple(p and replace(p, period=scale * p.period) for p in self.prints),
+            prints=tuple(p and p.scaled(scale) for p in self.prints),
         )
 
     @property
@@ -88,7 +88,7 @@ class Floor:
     """The plane z = 0, seen from above."""
 
     albedo: float
-    texture: Texture | None = None
+    texture: Texture | Sheet | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from facetlog.robot.rendering.solids import cuboid, cylinder, placed, prism, pyramid, wedge
-from facetlog.robot.rendering.texture import Texture
 from facetlog.robot.rendering.world import Solid, World
 from facetlog.robot.rendering.worlds import INCH, make_world
 from facetlog.robot.simulator.world_file import SceneSetup, SolidSetup
@@ -18,8 +17,7 @@ def in_metres(world: World) -> World:
     solids = tuple(solid.moved(np.eye(3), np.zeros(3), INCH) for solid in world.solids)
     floor = world.floor
     if floor is not None and floor.texture is not None:
-        texture: Texture = replace(floor.texture, period=INCH * floor.texture.period)
-        floor = replace(floor, texture=texture)
+        floor = replace(floor, texture=floor.texture.scaled(INCH))
     return replace(world, solids=solids, floor=floor)
 
 

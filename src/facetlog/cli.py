@@ -16,6 +16,7 @@ from facetlog.commands.classify import classify_command
 from facetlog.commands.collect import collect_command
 from facetlog.commands.doctor import doctor_command
 from facetlog.commands.explain import why_command, why_not_command
+from facetlog.commands.mat.app import mat_app
 from facetlog.commands.model.app import model_app
 from facetlog.commands.mount import mount_command
 from facetlog.commands.paper import paper_page
@@ -25,6 +26,7 @@ from facetlog.commands.shared import NO, YES, AsJson, Full, Models, Raw, Trust, 
 from facetlog.commands.simulate import simulate_command
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
+from facetlog.perception.length_units import stated_length
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import (
     DEMO_WORLD,
@@ -79,6 +81,14 @@ Up = Annotated[
     str | None,
     typer.Option("--up", metavar="AXIS", help="Up in the poses' world: x y z -x -y or -z."),
 ]
+Square = Annotated[
+    str | None,
+    typer.Option(
+        "--square",
+        metavar="LENGTH",
+        help="Side of a square of the mat as printed, if its bar was off: 17.6mm.",
+    ),
+]
 Crisp = Annotated[
     bool, typer.Option("--crisp", help="Take every measured value as exact, as the paper does.")
 ]
@@ -131,6 +141,7 @@ def recognize_command(
     out: Out = None,
     unit: Unit = None,
     up: Up = None,
+    square: Square = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
     keep_poses: KeepPoses = False,
@@ -177,7 +188,15 @@ def recognize_command(
     if until is not None or max_views is not None or timeout is not None or no_polish:
         raise InputError("--until, --max-views, --timeout and --no-polish go with --follow")
     return _recognized(
-        partial(views_from, views, unit=unit, up=up, trusted=trust, keep_poses=keep_poses),
+        partial(
+            views_from,
+            views,
+            unit=unit,
+            up=up,
+            square=stated_length(square, "--square"),
+            trusted=trust,
+            keep_poses=keep_poses,
+        ),
         models=models,
         trusted=trust,
         crisp=crisp,
@@ -197,6 +216,7 @@ def reconstruct_command(
     trust: Trust = False,
     unit: Unit = None,
     up: Up = None,
+    square: Square = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
     keep_poses: KeepPoses = False,
@@ -211,6 +231,7 @@ def reconstruct_command(
             views,
             unit=unit,
             up=up,
+            square=stated_length(square, "--square"),
             trusted=trust,
             keep_poses=keep_poses,
             progress=progress,
@@ -273,6 +294,7 @@ app.command("doctor")(doctor_command)
 app.command("why")(why_command)
 app.command("why-not")(why_not_command)
 app.command("simulate")(simulate_command)
+app.add_typer(mat_app)
 app.add_typer(model_app)
 app.add_typer(scene_app)
 

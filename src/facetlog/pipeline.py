@@ -92,6 +92,7 @@ def views_from(
     *,
     unit: str | None,
     up: str | None = None,
+    square: float | None = None,
     trusted: bool = False,
     keep_poses: bool = False,
     progress: Progress | None,
@@ -100,13 +101,14 @@ def views_from(
     """The views of a folder or poses file; perception/reading/read_views.py says what it may hold.
 
     Poses that were counted up, with their covariances, are corrected by the pictures, unless they
-    are to be kept. `up` is a word of `stated_up`, and replaces that of the file.
+    are to be kept. `up` is a word of `stated_up`, and replaces that of the file; `square` is the
+    side of a mat's squares, in metres, if it was printed at another scale.
     """
     from facetlog.perception.reading.read_views import read_views
 
     upwards = stated_up(up)
     with clock.step("read pictures"):
-        view_set = read_views(path, unit=unit, trusted=trusted, progress=progress)
+        view_set = read_views(path, unit=unit, square=square, trusted=trusted, progress=progress)
     if upwards is not None:
         view_set = replace(view_set, up=upwards)
     if keep_poses or view_set.pose_errors is None:

@@ -14,9 +14,10 @@ class PoseReader:
     """A kind of poses file.
 
     `find` is the poses file of this kind in a folder, None where there is none; `takes` says
-    whether a file is one, by its name; `read` takes such a file and the unit that the user gave.
+    whether a path is one, by its name; `read` takes such a file and the unit that the user gave.
     `needs` lists what a folder must hold, for people. `made_from` names the kinds that programs
-    write beside this one, and from the same poses: this one is read then.
+    write beside this one, and from the same poses: this one is read then. One that is found `alone`
+    is for folders in which no other kind is found.
     """
 
     kind: str
@@ -25,6 +26,7 @@ class PoseReader:
     takes: Callable[[Path], bool]
     read: Callable[[Path, str | None], PosesFile]
     made_from: tuple[str, ...] = ()
+    alone: bool = False
 
 
 def first_of(*names: str) -> Callable[[Path], Path | None]:

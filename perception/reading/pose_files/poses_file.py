@@ -7,6 +7,7 @@ from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.length_units import METRES_PER
+from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind
@@ -151,7 +152,8 @@ class PosesFile:
 
     `folder` is the one that the pictures must be within (own_folder.py); it names the set of views.
     `error_kind` says how the pose errors are correlated whose covariances the pictures have.
-    `faults` are of the pictures with an invalid camera or pose.
+    `faults` are of the pictures with an invalid camera or pose, `left_out` those for which none was
+    found. `kind` says more of it than its reader does, for people; else it is empty.
     """
 
     folder: Path
@@ -160,6 +162,8 @@ class PosesFile:
     metric: bool
     error_kind: PoseErrorKind = PoseErrorKind.ODOMETRY
     faults: tuple[InputError, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+    kind: str = ""
 
 
 def posed_pictures(

@@ -6,6 +6,7 @@ A new kind is a module here with a PoseReader, and a name in READERS.
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.mat.mat_poses import MAT, read_mat
 from facetlog.perception.reading.pose_files.bundler_file import BUNDLER
 from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pictures
 from facetlog.perception.reading.pose_files.kitti_file import KITTI
@@ -23,7 +24,7 @@ from facetlog.perception.reading.video_file import COUNTED
 __all__ = ["READERS", "find_poses", "has_poses", "kind_of", "poses_path", "read_poses"]
 
 # A file is read by the first that takes it.
-READERS: tuple[PoseReader, ...] = (BLENDER, TRANSFORMS, COLMAP, BUNDLER, TUM, KITTI, PAN_TILT)
+READERS: tuple[PoseReader, ...] = (BLENDER, TRANSFORMS, COLMAP, BUNDLER, TUM, KITTI, PAN_TILT, MAT)
 VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
 # Names that a message lists of what a folder holds.
 LISTED = 8
@@ -58,9 +59,16 @@ def has_poses(folder: Path) -> bool:
     return any(reader is not COLMAP or has_pictures(path) for reader, path in _found(folder))
 
 
-def read_poses(path: Path, unit: str | None) -> PosesFile:
-    """The contents of a poses file, read by the kind that its name shows."""
+def read_poses(path: Path, unit: str | None, square: float | None = None) -> PosesFile:
+    """The contents of a poses file, read by the kind that its name shows.
+
+    `square` is the side of a printed mat's squares, in metres, where it is not as it should be.
+    """
     reader = next((reader for reader in READERS if reader.takes(path)), None)
+    if square is not None:
+        if reader is not MAT:
+            raise InputError(f"--square is for pictures of a mat, and {path} has poses: omit it")
+        return read_mat(path, unit, square)
     if reader is not None:
         return reader.read(path, unit)
     video = (
@@ -78,6 +86,8 @@ def kind_of(path: Path) -> str:
 
 def _found(folder: Path) -> list[tuple[PoseReader, Path]]:
     found = [(r, path) for r in READERS if (path := r.find(folder)) is not None]
+    if len(found) > 1:
+        found = [(reader, path) for reader, path in found if not reader.alone]
     covered = {kind for reader, _ in found for kind in reader.made_from}
     return [(reader, path) for reader, path in found if reader.kind not in covered]
 

@@ -1,5 +1,6 @@
 """Pictures are whole or refused, and decoders stay silent."""
 
+import sys
 from pathlib import Path
 
 import cv2
@@ -124,3 +125,24 @@ def test_no_bytes_make_the_reader_fail_otherwise(
         assert read_picture(path).ndim == 2
     except InputError:
         return
+
+
+def test_heic_is_read_by_its_extra(tmp_path: Path) -> None:
+    heif = pytest.importorskip("pillow_heif", reason="the extra heic is not installed")
+    levels = np.tile(np.arange(0, 240, 4, dtype=np.uint8), (48, 1))
+    path = tmp_path / "a.heic"
+    colour = np.repeat(levels[..., None], 3, axis=2)
+    heif.from_bytes("RGB", (60, 48), colour.tobytes()).save(path, quality=95)
+    found = read_picture(path)
+    assert found.shape == (48, 60)
+    assert np.abs(found.astype(int) - levels).mean() < 4
+    path.write_bytes(path.read_bytes()[:-200])
+    with pytest.raises(InputError, match="damaged"):
+        read_picture(path)
+
+
+def test_without_its_extra_heic_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pillow_heif", None)
+    (tmp_path / "a.heic").write_bytes(b"\0\0\0\x18ftypheic" + bytes(40))
+    with pytest.raises(InputError, match=r"a\.heic: HEIC .* pip install 'facetlog\[heic\]'"):
+        read_picture(tmp_path / "a.heic")

@@ -7,7 +7,7 @@ import pytest
 from facetlog.perception.types import Camera, FloatArray, Image, View
 from facetlog.robot.rendering.render import render
 from facetlog.robot.rendering.solids import cuboid, cylinder, placed, printed
-from facetlog.robot.rendering.texture import Pattern, Texture
+from facetlog.robot.rendering.texture import Pattern, Sheet, Texture
 from facetlog.robot.rendering.views import views_of
 from facetlog.robot.rendering.world import Floor, World
 from facetlog.robot.tour import looking_at, ring_poses, tour_camera
@@ -185,3 +185,16 @@ def test_the_picture_scales_with_the_world() -> None:
 
     worst = [np.abs(picture(s).astype(int) - picture(1.0).astype(int)).max() for s in (1e-4, 1e5)]
     assert max(worst) <= 4  # a sample on an edge may fall to the other side
+
+
+def test_a_sheet_lies_on_the_floor_the_right_way_round() -> None:
+    printed = np.ones((20, 30), dtype=np.float32)
+    printed[:10, 15:] = 0.2  # its far right quarter, as who stands at -y sees it
+    world = World((), Floor(0.5, Sheet(printed, (6.0, 4.0), 0.6)), np.array([0.0, 0.0, 1.0]))
+    eye, aim = [0.0, -6.0, 8.0], [0.0, 0.0, 0.0]
+    view = View("a", clean(world, SMALL, eye, aim), SMALL, looking_at(eye, aim))
+    spots = np.array([[1.5, 1.0, 0], [-1.5, 1.0, 0], [1.5, -1.0, 0], [3.6, 0, 0]])
+    grey = [int(view.image[v, u]) for u, v in np.rint(project(view, spots)).astype(int)]
+    assert grey[1] == grey[2]
+    assert grey[0] == pytest.approx(0.2 * grey[1], abs=1)
+    assert grey[3] == pytest.approx(0.6 * grey[1], abs=1)

@@ -1,0 +1,62 @@
+"""What a picture's EXIF says of the lens that took it."""
+
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from PIL import ExifTags, Image, UnidentifiedImageError
+
+__all__ = ["TakenWith", "taken_with"]
+
+SMALL_FILM_MM = float(np.hypot(36.0, 24.0))
+"""The diagonal to which focal lengths "in 35 mm film" refer."""
+
+
+@dataclass(frozen=True, slots=True)
+class TakenWith:
+    """A camera and its zoom: `camera` by maker and model, focal length in mm, and as it would be on
+    35 mm film; empty or None where EXIF does not have it.
+    """
+
+    camera: str = ""
+    focal_mm: float | None = None
+    film_mm: float | None = None
+
+    def focal_px(self, width: int, height: int) -> float | None:
+        """The focal length in pixels of a picture of this size, to some percent; None if unknown.
+
+        >>> round(TakenWith(film_mm=26.0).focal_px(4000, 3000))
+        3005
+        """
+        if self.film_mm is None:
+            return None
+        return self.film_mm / SMALL_FILM_MM * float(np.hypot(width, height))
+
+
+def taken_with(path: Path) -> TakenWith:
+    """What the EXIF of a picture says; nothing where there is none, or it cannot be read."""
+    with suppress(ImportError):  # then EXIF of HEIC is not read, and neither is the picture
+        from pillow_heif import register_heif_opener
+
+        register_heif_opener()
+    try:
+        with Image.open(path) as picture:
+            exif = picture.getexif()
+            more = exif.get_ifd(ExifTags.IFD.Exif)
+    except (OSError, ValueError, SyntaxError, UnidentifiedImageError):
+        return TakenWith()
+    names = (exif.get(tag) for tag in (ExifTags.Base.Make, ExifTags.Base.Model))
+    return TakenWith(
+        " ".join(str(name).strip() for name in names if name),
+        _length(more.get(ExifTags.Base.FocalLength)),
+        _length(more.get(ExifTags.Base.FocalLengthIn35mmFilm)),
+    )
+
+
+def _length(value: object) -> float | None:
+    try:
+        length = float(value)  # type: ignore[arg-type] # a ratio of Pillow's, or what a file has
+    except (TypeError, ValueError, ZeroDivisionError):
+        return None
+    return length if np.isfinite(length) and length > 0 else None

@@ -1,0 +1,302 @@
+"""Cameras, lenses and poses from a mat's corners: the most probable ones, with their covariance.
+
+A flat target seen from few places says little of some parameters: pictures that all look straight
+down leave focal length and distance open, and corners in the middle say nothing of the lens further
+out. So each parameter has a prior as wide as cameras differ; what pictures do not show stays there,
+and how far it may be off is in the covariance of the poses. A phone exposes row after row while the
+hand rotates it; that rotation is fitted, too, for most of it looks like another pose.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from facetlog.perception.types import FloatArray, Pose
+
+__all__ = ["Corners", "FittedCamera", "FittedPose", "MatFit", "fitted"]
+
+# Parameters of a camera: log of the focal length, principal point, k1, k2, p1, p2, k3 (OpenCV's).
+OF_CAMERA = 8
+# Of a picture: place, rotation vector, and the rotation vector from the first row to the last.
+OF_PICTURE, OF_POSE = 9, 6
+# Standard deviations of the prior: of the principal point as a share of the picture's diagonal, of
+# the lens's parameters in the order of OpenCV.
+CENTRE_SD = 0.02
+LENS_SD = (0.3, 0.3, 0.003, 0.003, 0.3)
+# Of the log of the focal length, where EXIF has it and where it has not.
+FOCAL_SD, UNKNOWN_FOCAL_SD = 0.1, 0.5
+USUAL_FOCAL = 0.8
+"""In diagonals: what phones have, from 13 to 77 mm on small film."""
+ROLLING_SD = 5e-4
+"""Radians about each axis from first row to last: a hand's 1 to 2 degrees a second, over the 15 to
+30 ms in which phones read their rows."""
+FOCAL_STEPS = 9
+ROUNDS = 60
+ENOUGH = 1e-10
+"""Relative decrease of the cost at which the fit is done."""
+OUTLIER_SDS = 5.0
+AVERAGE_WEIGHT = 20
+"""The noise of a picture is drawn towards that of all, which counts as so many residuals."""
+NOISE_ROUNDS = 4
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Corners:
+    """Corners of a picture: places (n, 3) in the mat's frame and pixels (n, 2).
+
+    `camera` is the index of its camera, `height` how many rows it has.
+    """
+
+    points: FloatArray
+    pixels: FloatArray
+    camera: int
+    height: int
+
+    @property
+    def times(self) -> FloatArray:
+        """When the corners' rows were exposed (n,), from -1/2 to 1/2."""
+        return np.asarray(self.pixels[:, 1] / self.height - 0.5)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FittedCamera:
+    """A camera: focal length, principal point (2,), px, and k1, k2, p1, p2, k3; `cov` (8, 8) of the
+    log of the focal length and the rest in this order.
+    """
+
+    focal: float
+    centre: FloatArray
+    lens: FloatArray
+    cov: FloatArray
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class FittedPose:
+    """The pose of a picture's middle row, with its covariance (6, 6) of place and rotation vector.
+
+    Both are in the mat's axes. `noise_px` is the standard deviation of its corners' residuals,
+    `inliers` (n,) says which of these fit.
+    """
+
+    pose: Pose
+    cov: FloatArray
+    noise_px: float
+    inliers: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MatFit:
+    """All cameras and poses of a set of pictures."""
+
+    cameras: tuple[FittedCamera, ...]
+    poses: tuple[FittedPose, ...]
+
+
+def fitted(
+    pictures: Sequence[Corners],
+    sizes: Sequence[tuple[int, int]],
+    focals: Sequence[float | None],
+) -> MatFit:
+    """Cameras and poses of pictures; `sizes` are width and height, `focals` what EXIF says of each
+    camera, in pixels.
+    """
+    fit = _Fit(pictures, sizes, focals)
+    noise = np.full(len(pictures), 1.0)
+    inside = [np.ones(len(p.pixels), dtype=np.bool_) for p in pictures]
+    for _ in range(NOISE_ROUNDS):
+        fit.refine(noise, inside)
+        residuals = fit.residuals()
+        noise = _noises(residuals, inside, len(sizes))
+        inside = [
+            np.linalg.norm(r, axis=1) < OUTLIER_SDS * sd
+            for r, sd in zip(residuals, _robust(residuals, noise), strict=True)
+        ]
+    cov = fit.covariance(noise, inside)
+    cameras = tuple(fit.camera(c, cov) for c in range(len(sizes)))
+    return MatFit(
+        cameras,
+        tuple(fit.pose(k, cov, float(noise[k]), inside[k]) for k in range(len(pictures))),
+    )
+
+
+def _noises(
+    residuals: Sequence[FloatArray], inside: Sequence[NDArray[np.bool_]], cameras: int
+) -> FloatArray:
+    """The standard deviation of each picture's residuals, (V,), px."""
+    squares = np.array([(r[i] ** 2).sum() for r, i in zip(residuals, inside, strict=True)])
+    # The parameters of the cameras are shared among all pictures.
+    counts = np.array([2 * i.sum() - OF_PICTURE for i in inside]) - OF_CAMERA * cameras / len(
+        inside
+    )
+    counts = np.maximum(counts, 1.0)
+    average = squares.sum() / counts.sum()
+    pooled = (squares + AVERAGE_WEIGHT * average) / (counts + AVERAGE_WEIGHT)
+    return np.asarray(np.sqrt(pooled), dtype=np.float64)
+
+
+def _robust(residuals: Sequence[FloatArray], noise: FloatArray) -> FloatArray:
+    # The median length of a residual of two normal parts is 1.177 of their standard deviation.
+    medians = [float(np.median(np.linalg.norm(r, axis=1))) / 1.177 for r in residuals]
+    return np.maximum(np.minimum(medians, noise), 1e-3)
+
+
+class _Fit:
+    """The parameters: cameras (C, 8), and the poses' rotations, centres and rolling."""
+
+    def __init__(
+        self,
+        pictures: Sequence[Corners],
+        sizes: Sequence[tuple[int, int]],
+        focals: Sequence[float | None],
+    ) -> None:
+        self.pictures = pictures
+        diagonals = np.hypot(*np.array(sizes, dtype=np.float64).T)
+        self.prior = np.zeros((len(sizes), OF_CAMERA))
+        self.prior_sd = np.zeros((len(sizes), OF_CAMERA))
+        for c, ((width, height), focal) in enumerate(zip(sizes, focals, strict=True)):
+            usual = USUAL_FOCAL * diagonals[c] if focal is None else focal
+            self.prior[c, :3] = np.log(usual), (width - 1) / 2, (height - 1) / 2
+            self.prior_sd[c, 0] = UNKNOWN_FOCAL_SD if focal is None else FOCAL_SD
+            self.prior_sd[c, 1:3] = CENTRE_SD * diagonals[c]
+            self.prior_sd[c, 3:] = LENS_SD
+        self.cameras = self.prior.copy()
+        self.rotations = np.zeros((len(pictures), 3, 3))
+        self.centres = np.zeros((len(pictures), 3))
+        self.rolling = np.zeros((len(pictures), 3))
+        for c in range(len(sizes)):
+            self._start(c)
+
+    def _start(self, camera: int) -> None:
+        """The focal length of some at which a pinhole's poses fit best, and these."""
+        own = [k for k, p in enumerate(self.pictures) if p.camera == camera]
+        middle, sd = self.prior[camera, 0], self.prior_sd[camera, 0]
+        least = np.inf
+        for log_focal in np.linspace(middle - 2 * sd, middle + 2 * sd, FOCAL_STEPS):
+            tried = self.prior[camera].copy()
+            tried[0] = log_focal
+            poses = [_placed(self.pictures[k], tried) for k in own]
+            cost = sum(error for _, _, error in poses)
+            if cost < least:
+                least, self.cameras[camera] = cost, tried
+                for k, (rotation, centre, _) in zip(own, poses, strict=True):
+                    self.rotations[k], self.centres[k] = rotation, centre
+
+    def residuals(self) -> list[FloatArray]:
+        """Projected less measured corners of each picture (n, 2), px."""
+        return [self._projected(k)[0] - p.pixels for k, p in enumerate(self.pictures)]
+
+    def refine(self, noise: FloatArray, inside: Sequence[NDArray[np.bool_]]) -> None:
+        """Levenberg and Marquardt's steps from here to the least cost at this noise (V,)."""
+        damping, (cost, hessian, slope) = 1e-4, self._system(noise, inside)
+        for _ in range(ROUNDS):
+            before = self.cameras, self.rotations, self.centres, self.rolling
+            damped = hessian + damping * np.diag(np.diag(hessian))
+            self._move(np.asarray(-np.linalg.solve(damped, slope), dtype=np.float64))
+            tried = self._system(noise, inside)
+            if tried[0] <= cost:
+                done = cost - tried[0] <= ENOUGH * cost
+                damping, (cost, hessian, slope) = damping / 10, tried
+                if done:
+                    return
+            else:
+                self.cameras, self.rotations, self.centres, self.rolling = before
+                damping *= 10
+                if damping > 1e8:
+                    return
+
+    def covariance(self, noise: FloatArray, inside: Sequence[NDArray[np.bool_]]) -> FloatArray:
+        """Of all parameters, cameras first: the inverse of the cost's second derivative."""
+        _, hessian, _ = self._system(noise, inside)
+        unit = 1.0 / np.sqrt(np.diag(hessian))  # parameters of one size: better conditioned
+        return np.asarray(np.linalg.inv(hessian * np.outer(unit, unit)) * np.outer(unit, unit))
+
+    def camera(self, c: int, cov: FloatArray) -> FittedCamera:
+        own = slice(OF_CAMERA * c, OF_CAMERA * (c + 1))
+        p = self.cameras[c]
+        return FittedCamera(float(np.exp(p[0])), p[1:3].copy(), p[3:].copy(), cov[own, own])
+
+    def pose(
+        self, k: int, cov: FloatArray, noise_px: float, inliers: NDArray[np.bool_]
+    ) -> FittedPose:
+        start = self._first_of(k)
+        own = slice(start, start + OF_POSE)
+        return FittedPose(
+            Pose(self.rotations[k], self.centres[k]), cov[own, own], noise_px, inliers
+        )
+
+    def _first_of(self, k: int) -> int:
+        """Where a picture's parameters begin."""
+        return self.cameras.size + OF_PICTURE * k
+
+    def _projected(self, k: int) -> tuple[FloatArray, FloatArray]:
+        """Pixels (n, 2) and their derivatives (n, 2, 17) by the camera's and the picture's numbers.
+
+        A point X is in the camera's axes Y + s ω × Y, Y = Rᵀ (X - c), at the time s of its row.
+        """
+        picture, p = self.pictures[k], self.cameras[self.pictures[k].camera]
+        rotation, offset = self.rotations[k], picture.points - self.centres[k]
+        still, time = offset @ rotation, picture.times[:, None]
+        points = still + time * np.cross(self.rolling[k], still)
+        pixels, jacobian = cv2.projectPoints(
+            points, np.zeros(3), np.zeros(3), _matrix(p), np.asarray(p[3:])
+        )
+        J = np.asarray(jacobian, dtype=np.float64).reshape(len(offset), 2, -1)
+        by_point, focal = J[:, :, 3:6], np.exp(p[0])
+        by_place = by_point @ rotation.T
+        columns = [focal * (J[:, :, 6] + J[:, :, 7])[..., None], J[:, :, 8:10], J[:, :, 10:15]]
+        # With the centre at c + dc and R turned by w: X - c - dc - w × (X - c) before Rᵀ.
+        columns += [-by_place, np.cross(by_place, offset[:, None, :])]
+        columns += [time[..., None] * np.cross(still[:, None, :], by_point)]
+        return np.asarray(pixels, dtype=np.float64).reshape(-1, 2), np.concatenate(columns, axis=2)
+
+    def _system(
+        self, noise: FloatArray, inside: Sequence[NDArray[np.bool_]]
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Half the cost at these parameters, its second derivative (Gauss, Newton), its first."""
+        size = self._first_of(len(self.pictures))
+        off, sd = np.zeros(size), np.full(size, np.inf)
+        off[: self.cameras.size] = (self.cameras - self.prior).ravel()
+        sd[: self.cameras.size] = self.prior_sd.ravel()
+        off[self.cameras.size :].reshape(-1, OF_PICTURE)[:, OF_POSE:] = self.rolling
+        sd[self.cameras.size :].reshape(-1, OF_PICTURE)[:, OF_POSE:] = ROLLING_SD
+        hessian, slope = np.diag(sd**-2), off / sd**2
+        cost = float(off @ slope) / 2
+        for k, picture in enumerate(self.pictures):
+            pixels, J = self._projected(k)
+            use = inside[k]
+            r = ((pixels - picture.pixels)[use] / noise[k]).ravel()
+            J = J[use].reshape(len(r), -1) / noise[k]
+            first = OF_CAMERA * picture.camera
+            second = self._first_of(k)
+            own = np.r_[first : first + OF_CAMERA, second : second + OF_PICTURE]
+            hessian[np.ix_(own, own)] += J.T @ J
+            slope[own] += J.T @ r
+            cost += float(r @ r) / 2
+        return cost, hessian, slope
+
+    def _move(self, step: FloatArray) -> None:
+        count = self.cameras.size
+        self.cameras = self.cameras + step[:count].reshape(self.cameras.shape)
+        moves = step[count:].reshape(-1, OF_PICTURE)
+        self.centres = self.centres + moves[:, :3]
+        self.rotations = Rotation.from_rotvec(moves[:, 3:6]).as_matrix() @ self.rotations
+        self.rolling = self.rolling + moves[:, 6:]
+
+
+def _matrix(camera: FloatArray) -> FloatArray:
+    focal = np.exp(camera[0])
+    return np.array([[focal, 0.0, camera[1]], [0.0, focal, camera[2]], [0.0, 0.0, 1.0]])
+
+
+def _placed(picture: Corners, camera: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Rotation and centre of a pinhole camera that sees the corners, and its error, px rms."""
+    _, turns, shifts, errors = cv2.solvePnPGeneric(
+        picture.points, picture.pixels, _matrix(camera), None, flags=cv2.SOLVEPNP_IPPE
+    )
+    rotation, _ = cv2.Rodrigues(turns[0])
+    from_camera = np.asarray(rotation, dtype=np.float64).T
+    return from_camera, -from_camera @ np.asarray(shifts[0]).ravel(), float(np.ravel(errors)[0])

@@ -1,0 +1,202 @@
+"""Cameras and poses of pictures that show a mat: from nothing but the pictures."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.left_out import LeftOut
+from facetlog.perception.reading.lens import Distortion
+from facetlog.perception.reading.mat.exif import TakenWith, taken_with
+from facetlog.perception.reading.mat.fit import Corners, FittedCamera, FittedPose, fitted
+from facetlog.perception.reading.mat.mats import Mat
+from facetlog.perception.reading.mat.sightings import Sighting, sighting
+from facetlog.perception.reading.picture_file import read_picture
+from facetlog.perception.reading.picture_of_view import KEPT_DIAGONAL_PX
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture, PosesFile
+from facetlog.perception.types import PoseErrorKind
+
+__all__ = ["MAT", "MatPicture", "PlacedPicture", "mat_pictures", "pictures_in", "read_mat"]
+
+PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif")
+MOST_BLUR_PX = 2.0
+"""Standard deviation, in pictures at the size at which edges are found in them: lines nearer than
+some twice that to each other, as those of a thin leg, are no longer two."""
+MISFIT = 4.0
+"""Of a picture whose residuals are so many times the median of all pictures the corners do not
+fit: the camera moved, or the mat."""
+HIDDEN = "shows too little of the mat: all is hidden, too far, too blurred, or outside"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MatPicture:
+    """A picture that shows the mat: its size, what took it, and what is seen of the mat."""
+
+    path: Path
+    size: tuple[int, int]
+    taken_with: TakenWith
+    seen: Sighting
+
+    @property
+    def blur_kept_px(self) -> float:
+        """The blur at the size at which edges are found."""
+        return self.seen.blur_px * min(KEPT_DIAGONAL_PX / float(np.hypot(*self.size)), 1.0)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlacedPicture:
+    """A picture with its camera and pose, as fitted to all pictures together."""
+
+    picture: MatPicture
+    camera: FittedCamera
+    placed: FittedPose
+
+    @property
+    def misfit(self) -> float:
+        """The noise of its corners as a share of its diagonal: pictures of all sizes compare."""
+        return self.placed.noise_px / float(np.hypot(*self.picture.size))
+
+
+def pictures_in(folder: Path) -> tuple[Path, ...]:
+    """The pictures in a folder by their names' endings, in the order of the names."""
+    found = (p for p in folder.iterdir() if p.suffix.lower() in PICTURES)
+    return tuple(sorted(p for p in found if not p.name.startswith(".")))
+
+
+def mat_pictures(
+    folder: Path, square: float | None = None
+) -> tuple[Mat, tuple[PlacedPicture, ...], tuple[LeftOut, ...]]:
+    """The mat, the pictures that show it with cameras and poses, and those that are left out.
+
+    `square` is the side of a square as printed, in metres, where it is not as it should be.
+    InputError where no picture shows a mat, or they show two.
+    """
+    paths = pictures_in(folder)
+    seen, left_out = _seen(paths)
+    if not seen:
+        why = f": {left_out[0].line}" if left_out and len(left_out) == len(paths) == 1 else ""
+        raise InputError(
+            f"{folder}: no mat is seen in {_of(len(paths))}{why}: print one (facetlog mat -o "
+            "mat.pdf) and stand the thing on it, or add a file of poses (docs/pictures.md)"
+        )
+    mats = {picture.seen.mat: picture.path.name for picture in seen}
+    if len(mats) > 1:
+        named = " and ".join(f"{mat.paper} in {name}" for mat, name in mats.items())
+        raise InputError(f"{folder} shows two mats, {named}: give each its own folder")
+    (mat,) = mats
+    side = mat.square_mm / 1000 if square is None else square
+    found = _fitted(seen, side)
+    usual = float(np.median([each.misfit for each in found]))
+    fitting = [each.picture for each in found if each.misfit <= MISFIT * usual]
+    if len(fitting) < len(found):
+        why = "moves while the rows are exposed, or the mat moved: its corners do not fit"
+        left_out += [_left_out(p.path, why) for p in seen if p not in fitting]
+        found = _fitted(fitting, side)
+    return mat, found, tuple(left_out)
+
+
+def read_mat(folder: Path, unit: str | None, square: float | None = None) -> PosesFile:
+    """Cameras and poses of the pictures in a folder by the mat that they show; metres, up is +z.
+
+    InputError where no picture shows a mat, or they show two; `unit` must be None.
+    """
+    if unit is not None:
+        raise InputError(
+            "--unit is for poses of an unknown unit; of a mat give the side of a square as "
+            "printed, if the bar was off: --square 17.6mm"
+        )
+    mat, found, left_out = mat_pictures(folder, square)
+    off = float(np.median([each.placed.noise_px for each in found]))
+    return PosesFile(
+        folder,
+        tuple(map(_posed, found)),
+        np.array([0.0, 0.0, 1.0]),
+        metric=True,
+        error_kind=PoseErrorKind.INDEPENDENT,
+        left_out=left_out,
+        kind=f"{mat.name} (its corners fit to {off:.2g} px)",
+    )
+
+
+def _find(folder: Path) -> Path | None:
+    return folder if pictures_in(folder) else None
+
+
+MAT = PoseReader(
+    kind="printed mat",
+    needs="pictures of a thing on a printed mat (facetlog mat -o mat.pdf)",
+    find=_find,
+    takes=Path.is_dir,
+    read=read_mat,
+    alone=True,
+)
+
+
+def _seen(paths: Sequence[Path]) -> tuple[list[MatPicture], list[LeftOut]]:
+    seen: list[MatPicture] = []
+    left_out: list[LeftOut] = []
+    for path in paths:
+        try:
+            image = read_picture(path)
+            found = sighting(image)
+        except InputError as exc:
+            line = str(exc) if str(path) in str(exc) else f"picture {path}: {exc}"
+            left_out.append(LeftOut(path.name, line, str(path)))
+            continue
+        if found is None:
+            left_out.append(_left_out(path, HIDDEN))
+            continue
+        size = image.shape[1], image.shape[0]
+        picture = MatPicture(path, size, taken_with(path), found)
+        if picture.blur_kept_px > MOST_BLUR_PX:
+            left_out.append(_left_out(path, "is blurred: hold the camera still, and focus"))
+        else:
+            seen.append(picture)
+    return seen, left_out
+
+
+def _left_out(path: Path, why: str) -> LeftOut:
+    return LeftOut(path.name, f"picture {path} {why}", str(path))
+
+
+def _of(count: int) -> str:
+    return "the only picture" if count == 1 else f"any of {count} pictures"
+
+
+def _fitted(pictures: Sequence[MatPicture], square: float) -> tuple[PlacedPicture, ...]:
+    """The pictures with cameras and poses: one camera for each size and zoom."""
+    kinds = list(dict.fromkeys((p.size, p.taken_with) for p in pictures))
+    corners = [
+        Corners(
+            p.seen.mat.corners(p.seen.numbers, square),
+            p.seen.pixels,
+            kinds.index((p.size, p.taken_with)),
+            p.size[1],
+        )
+        for p in pictures
+    ]
+    sizes = [size for size, _ in kinds]
+    fit = fitted(corners, sizes, [with_.focal_px(*size) for size, with_ in kinds])
+    return tuple(
+        PlacedPicture(p, fit.cameras[c.camera], placed)
+        for p, c, placed in zip(pictures, corners, fit.poses, strict=True)
+    )
+
+
+def _posed(found: PlacedPicture) -> PosedPicture:
+    picture, camera, placed = found.picture, found.camera, found.placed
+    k1, k2, p1, p2, k3 = camera.lens.tolist()
+    intrinsics = Intrinsics(
+        where=str(picture.path),
+        size=picture.size,
+        focal=(camera.focal, camera.focal),
+        field_of_view=(None, None),
+        centre=(float(camera.centre[0]), float(camera.centre[1])),
+        distortion=Distortion.POLYNOMIAL,
+        radial=(k1, k2, k3, 0.0),
+        tangential=(p1, p2),
+    )
+    return PosedPicture(picture.path.name, picture.path, intrinsics, placed.pose, placed.cov)

@@ -1,0 +1,1 @@
+"""`facetlog mat`: the mat to print, and whether pictures of it suffice."""

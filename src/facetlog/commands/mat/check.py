@@ -1,0 +1,41 @@
+"""`facetlog mat check`: whether pictures of a thing on a mat suffice, and what to add."""
+
+import json
+from pathlib import Path
+
+import typer
+
+from facetlog.commands.shared import NO, YES, AsJson, command
+from facetlog.errors import InputError
+
+__all__ = ["check_command"]
+
+SCHEMA = "facetlog-mat-check/1"
+
+
+@command
+def check_command(photos: Path, as_json: AsJson = False) -> int:
+    """Says whether pictures of a thing on a mat suffice, and what to add.
+
+    Exit code 0: they suffice, 1: some are missing.
+    """
+    from facetlog.perception.reading.left_out import lines_of
+    from facetlog.perception.reading.mat.advice import advice
+    from facetlog.perception.reading.mat.mat_poses import mat_pictures
+    from facetlog.terminal import printable, warn
+
+    if not photos.is_dir():
+        raise InputError(f"{photos} is no folder: give one of pictures of a mat")
+    mat, found, left_out = mat_pictures(photos)
+    wanted = advice(found)
+    problems = lines_of(left_out)
+    if as_json:
+        about = {"mat": mat.paper, "usable": len(found), "left_out": list(problems)}
+        typer.echo(json.dumps({"schema": SCHEMA, **about, "advice": list(wanted)}))
+        return NO if wanted else YES
+    for line in problems:
+        warn(line)
+    count = len(found) + len(left_out)
+    typer.echo(f"{mat.name}: {len(found)} of {count} pictures can be used")
+    typer.echo(printable("\n".join(wanted or ["they suffice: facetlog recognize takes them"])))
+    return NO if wanted else YES
