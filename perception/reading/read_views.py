@@ -139,7 +139,7 @@ def read_views(
         source,
         errors,
         left_out=len(left_out),
-        kind=kind_of(source),
+        kind=kind_of(source, Path(path)),
     )
 
 

@@ -16,7 +16,8 @@ class PoseReader:
     `find` is the poses file of this kind in a folder, None where there is none; `takes` says
     whether a file is one, by its name; `read` takes such a file and the unit that the user gave.
     `needs` lists what a folder must hold, for people. `made_from` names the kinds that programs
-    write beside this one, and from the same poses: this one is read then.
+    write beside this one, and from the same poses: this one is read then. `choice` says of a folder
+    with several such files which one is read, for people; empty where there is one.
     """
 
     kind: str
@@ -25,6 +26,7 @@ class PoseReader:
     takes: Callable[[Path], bool]
     read: Callable[[Path, str | None], PosesFile]
     made_from: tuple[str, ...] = ()
+    choice: Callable[[Path], str] = lambda _: ""
 
 
 def first_of(*names: str) -> Callable[[Path], Path | None]:

@@ -71,9 +71,14 @@ def read_poses(path: Path, unit: str | None) -> PosesFile:
     raise InputError(f"{path} is no poses file: give its folder, or {_needs()}{video}")
 
 
-def kind_of(path: Path) -> str:
-    """The kind of a poses file, for people; empty for what is none."""
-    return next((reader.kind for reader in READERS if reader.takes(path)), "")
+def kind_of(path: Path, given: Path) -> str:
+    """The kind of a poses file, for people, and which of several in the folder that was given it
+    is; empty for what is none."""
+    reader = next((reader for reader in READERS if reader.takes(path)), None)
+    if reader is None:
+        return ""
+    choice = reader.choice(given) if given.is_dir() else ""
+    return f"{reader.kind} {choice}" if choice else reader.kind
 
 
 def _found(folder: Path) -> list[tuple[PoseReader, Path]]:
