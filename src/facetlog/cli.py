@@ -77,7 +77,9 @@ Unit = Annotated[
 ]
 Up = Annotated[
     str | None,
-    typer.Option("--up", metavar="AXIS", help="Up in the poses' world: x y z -x -y or -z."),
+    typer.Option(
+        "--up", metavar="AXIS", help="Up in the poses' world: x y z -x -y -z, auto or none."
+    ),
 ]
 Crisp = Annotated[
     bool, typer.Option("--crisp", help="Take every measured value as exact, as the paper does.")

@@ -19,7 +19,7 @@ from facetlog.degree_plot import Degrees, degrees_of
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
-from facetlog.pipeline import Recognised, open_models, stated_up
+from facetlog.pipeline import Recognised, check_up, open_models, with_stated_up
 from facetlog.query_shell.words import nearest
 from facetlog.report import verdicts_text, write_report
 from facetlog.stream import Stop, StreamStep, steps
@@ -124,7 +124,7 @@ def followed(
 
     if out is not None:
         check_replaceable(out)
-    upwards = stated_up(up)
+    check_up(up)
     clock = StepClock()
     source = FollowedViews(path, unit=unit, trusted=trusted, timeout=timeout)
     last: StreamStep | None = None
@@ -142,11 +142,12 @@ def followed(
             for line in source.problems:
                 warn(line)
             raise InputError(f"{path}: {source.ended}")
-        upwards = source.up if upwards is None else upwards
+        known = with_stated_up(ViewSet(source.name, (), up=source.up, metric=source.metric), up)
         online = OnlineScene(
-            name=source.name,
-            up=upwards,
-            metric=source.metric,
+            name=known.name,
+            up=known.up,
+            find_up=known.find_up,
+            metric=known.metric,
             error_kind=source.error_kind,
             clock=clock,
         )
@@ -180,7 +181,7 @@ def followed(
             return INTERRUPTED if interrupted else NO
         for line in last.scene.warnings:
             warn(line)
-        kept = ViewSet(source.name, online.key_views, up=upwards, metric=source.metric, source=path)
+        kept = replace(known, views=online.key_views, source=path)
         found = Recognised(kept, last.scene, last.facts, last.recognition, clock)
         if out is not None:
             write_report(out, found, degrees=degrees, full=full)

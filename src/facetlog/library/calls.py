@@ -254,8 +254,10 @@ def _view_set(views: "Iterable[View]") -> "ViewSet":
 
 
 def _reconstructed(view_set: "ViewSet", up: Up) -> "Scene":
-    from facetlog.pipeline import reconstruct_views
+    from facetlog.pipeline import reconstruct_views, with_stated_up
 
-    if up is not None:
+    if up is None or isinstance(up, str):
+        view_set = with_stated_up(view_set, up)
+    else:
         view_set = replace(view_set, up=_unit_vector(up))
     return reconstruct_views(view_set, clock=StepClock())
