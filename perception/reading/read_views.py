@@ -131,7 +131,7 @@ def read_views(
     _check_places(views, source)
     name = file.folder.resolve().name or "views"  # "/" has no name
     errors = stated_errors(views, file.error_kind)
-    said = lines_of(left_out)
+    said = lines_of((*file.unposed, *left_out))
     return ViewSet(
         name,
         tuple(views),

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.length_units import METRES_PER
+from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import Camera, FloatArray, Pose, PoseErrorKind
@@ -164,7 +165,7 @@ class PosesFile:
 
     `folder` is the one that the pictures must be within (own_folder.py); it names the set of views.
     `error_kind` says how the pose errors are correlated whose covariances the pictures have.
-    `faults` are of the pictures with an invalid camera or pose.
+    `faults` are of the pictures with an invalid camera or pose, `unposed` those without a pose.
     """
 
     folder: Path
@@ -173,6 +174,7 @@ class PosesFile:
     metric: bool
     error_kind: PoseErrorKind = PoseErrorKind.ODOMETRY
     faults: tuple[InputError, ...] = ()
+    unposed: tuple[LeftOut, ...] = ()
 
 
 def posed_pictures(

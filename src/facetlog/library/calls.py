@@ -1,6 +1,5 @@
 """Recognise, classify and ask in one call each."""
 
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -173,6 +172,7 @@ def _unit(unit: str | None) -> str | None:
 
 
 def _scene_of(source: Source, up: Up, unit: str | None, *, trust: bool) -> "Scene":
+    from facetlog.perception.reading.pose_files.register import has_poses
     from facetlog.perception.scene import Scene
 
     up = _stated(up)
@@ -183,7 +183,7 @@ def _scene_of(source: Source, up: Up, unit: str | None, *, trust: bool) -> "Scen
     path = Path(source)
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
-    if _has_views(path):
+    if has_poses(path):
         return _reconstructed(_read_views(path, _unit(unit), trust=trust), up)
     return read_scene(path, up=up, unit=unit)
 
@@ -223,22 +223,6 @@ def _unit_vector(up: Up) -> "FloatArray | None":
 
     vector = _up(up)
     return None if vector is None else np.array(vector)
-
-
-def _has_views(path: Path) -> bool:
-    """Whether there are poses of pictures, and not a shape."""
-    from facetlog.perception.reading.pose_files.pan_tilt_file import POSES_FILE
-    from facetlog.perception.reading.pose_files.register import has_poses
-    from facetlog.regular_file import read_regular
-
-    if path.is_dir():
-        return has_poses(path)
-    if path.name == POSES_FILE or path.suffix.lower() != ".json":
-        return path.name == POSES_FILE
-    try:
-        return "frames" in json.loads(read_regular(path))
-    except (OSError, ValueError, TypeError):
-        return False  # who reads it as a scene says what is wrong
 
 
 def _read_views(path: Path, unit: str | None, *, trust: bool) -> "ViewSet":

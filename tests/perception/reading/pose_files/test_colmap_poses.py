@@ -8,11 +8,10 @@ from typing import Any
 import pytest
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.library.calls import _has_views
 from facetlog.perception.reading.follow_views import FollowedViews
 from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.own_folder import OutsideError
-from facetlog.perception.reading.pose_files.register import read_poses
+from facetlog.perception.reading.pose_files.register import has_poses, read_poses
 from facetlog.perception.reading.read_views import read_views
 from tests.perception.reading.pose_files.same_views import same_views
 from tests.perception.reading.view_folders import (
@@ -308,6 +307,6 @@ def test_a_model_is_followed_as_transforms_json_is(tmp_path: Path) -> None:
 
 def test_a_model_without_pictures_is_a_cloud(tmp_path: Path) -> None:
     write_colmap_text(tmp_path / "sparse", colmap_rows(), OF_TRANSFORMS)
-    assert not _has_views(tmp_path)
+    assert not has_poses(tmp_path)
     write_pictures(tmp_path / "images")
-    assert _has_views(tmp_path)
+    assert has_poses(tmp_path)
