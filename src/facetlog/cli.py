@@ -81,6 +81,14 @@ Up = Annotated[
         "--up", metavar="AXIS", help="Up in the poses' world: x y z -x -y -z, auto or none."
     ),
 ]
+KnownLengthOf = Annotated[
+    str | None,
+    typer.Option(
+        "--scale",
+        metavar="LENGTH",
+        help='A known length, where no unit is: "height = 74 cm", "v3 v7 = 25 ± 0.1 cm".',
+    ),
+]
 Crisp = Annotated[
     bool, typer.Option("--crisp", help="Take every measured value as exact, as the paper does.")
 ]
@@ -133,6 +141,7 @@ def recognize_command(
     out: Out = None,
     unit: Unit = None,
     up: Up = None,
+    scale: KnownLengthOf = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
     keep_poses: KeepPoses = False,
@@ -160,6 +169,8 @@ def recognize_command(
 
         if front_end is not FrontEnd.LINES:
             raise InputError("--follow takes --front-end lines: the other needs all views at once")
+        if scale is not None:
+            raise InputError("--scale goes without --follow: give it to scene convert afterwards")
         goal = None if until is None else Goal.parse(until)
         return followed(
             views,
@@ -184,7 +195,7 @@ def recognize_command(
         trusted=trust,
         crisp=crisp,
         raw=raw,
-        method=_method(front_end, sd_limit),
+        method=_method(front_end, sd_limit, scale),
         out=out,
         as_json=as_json,
         full=full,
@@ -199,6 +210,7 @@ def reconstruct_command(
     trust: Trust = False,
     unit: Unit = None,
     up: Up = None,
+    scale: KnownLengthOf = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
     keep_poses: KeepPoses = False,
@@ -206,7 +218,7 @@ def reconstruct_command(
     """Writes the vertices, edges and faces that the views show, with their uncertainty."""
     if out.is_dir() or not out.absolute().parent.is_dir():
         raise InputError(f"{out} cannot be written: give a file in a folder that exists")
-    method = _method(front_end, sd_limit)
+    method = _method(front_end, sd_limit, scale)
     clock = StepClock()
     with showing_progress() as progress:
         view_set = views_from(
@@ -305,10 +317,14 @@ def _recognized(
     return _answer(found, as_json=as_json, full=full)
 
 
-def _method(front_end: FrontEnd, sd_limit: float | None) -> Method:
+def _method(front_end: FrontEnd, sd_limit: float | None, scale: str | None = None) -> Method:
     if sd_limit is not None and not sd_limit > 0:
         raise InputError(f"--sd-limit {sd_limit:g}: give a length above 0")
-    return Method(front_end, sd_limit)
+    if scale is None:
+        return Method(front_end, sd_limit)
+    from facetlog.perception.facts.known_length import KnownLength
+
+    return Method(front_end, sd_limit, KnownLength.parse(scale))
 
 
 def _write(out: Path | None, found: Recognised, progress: Progress | None, *, full: bool) -> None:

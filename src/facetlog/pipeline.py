@@ -18,6 +18,7 @@ from facetlog.perception.step_clock import StepClock
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
     from facetlog.kb.knowledge_base import KnowledgeBase
+    from facetlog.perception.facts.known_length import KnownLength
     from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.scene import Scene
     from facetlog.perception.types import View
@@ -57,10 +58,12 @@ class FrontEnd(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """How views become a scene; `sd_limit` in metres (or units) is the filter's stopping rule."""
+    """How views become a scene; `sd_limit` in metres (or units) is the filter's stopping rule,
+    `scale` a length that is known in it."""
 
     front_end: FrontEnd = FrontEnd.LINES
     sd_limit: float | None = None
+    scale: "KnownLength | None" = None
 
 
 DEFAULT_METHOD = Method()
@@ -206,10 +209,14 @@ def reconstruct_views(
     progress: Progress | None = None,
     clock: StepClock,
 ) -> "Scene":
-    """The scene that the views show; InconsistentViewsError if their poses contradict them."""
+    """The scene that the views show; InconsistentViewsError if their poses contradict them.
+
+    With the scale of the method it is in metres, and a warning says which scale that is.
+    """
+    from facetlog.perception.facts.known_length import with_known_length
     from facetlog.perception.surfaces.reconstruct import reconstruct
 
-    return reconstruct(
+    scene = reconstruct(
         view_set.views,
         name=view_set.name,
         up=view_set.up,
@@ -221,6 +228,10 @@ def reconstruct_views(
         progress=progress,
         clock=clock,
     )
+    if method.scale is None:
+        return scene
+    scaled, scale = with_known_length(scene, method.scale)
+    return replace(scaled, warnings=(*scaled.warnings, f"{scale}, by the known length"))
 
 
 def write_scene_file(scene: "Scene", path: Path) -> None:
