@@ -47,7 +47,7 @@ def test_a_scene_is_recognised_with_reasons(table: facetlog.Result) -> None:
 def test_a_notebook_shows_the_verdicts_and_the_scene_to_turn(table: facetlog.Result) -> None:
     shown = table._repr_html_()
     assert shown.startswith("<pre>t1 is a table (")
-    assert "<iframe srcdoc=" in shown
+    assert '<iframe sandbox="allow-scripts" srcdoc=' in shown
     assert "<script" not in shown.replace(shown[shown.index("<iframe") :], "")
     assert table.why("table")._repr_html_().startswith("<pre>t1 is a table")
 
