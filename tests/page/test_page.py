@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 
 import cv2
@@ -162,6 +163,57 @@ def test_a_scene_without_faces_has_a_page_too() -> None:
     assert "<figure" not in found
 
 
+def _in_browser(text: str, folder: Path, *more: str) -> str:
+    """What a browser makes of a page, as its text after twenty seconds of the page's own time."""
+    assert BROWSER is not None
+    path = folder / "page.html"
+    path.write_text(text, encoding="utf-8")
+    options = ("--headless=new", "--no-sandbox", "--use-gl=swiftshader", "--dump-dom")
+    # The clock of the page, which is made to run ahead, is not that of a frame in another process.
+    one_process = "--disable-features=IsolateSandboxedIframes"
+    software = ("--enable-unsafe-swiftshader", "--virtual-time-budget=20000", one_process)
+    run = subprocess.run(
+        [BROWSER, *options, *software, *more, path.as_uri()],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    return run.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("kind", ["run", "answers"])
+def test_nothing_serious_keeps_anybody_from_reading_the_page(
+    text: str, table: Recognised, kind: str, scheme: str, tmp_path: Path
+) -> None:
+    if kind == "answers":
+        answers = Answers("face(F)", ("F", "A (cm²)"), (("f1", "12.5"), ("f2", "3.0")))
+        text = page(Subject(table.scene, shown_pieces(table.scene), answers=answers))
+    rules = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8")
+    check = """
+      document.querySelectorAll("details").forEach((one) => { one.open = true; });
+      axe.run(document, { iframes: false }).then((found) => {
+        const wrong = found.violations.map((one) =>
+          `${one.impact}: ${one.id} ${one.nodes[0].html} ${one.nodes[0].failureSummary}`);
+        const said = document.createElement("pre");
+        said.id = "axe";
+        said.textContent = [`${found.passes.length} passes`, ...wrong].join("\\n");
+        document.body.append(said);
+      });"""
+    checked = text.replace(
+        "</body>\n</html>", f"<script>{rules}</script><script>{check}</script></html>"
+    )
+    setting = f"--blink-settings=preferredColorScheme={0 if scheme == 'dark' else 1}"
+    shown = _in_browser(checked, tmp_path, setting)
+    (said,) = re.findall(r'<pre id="axe">(.*?)</pre>', shown, re.DOTALL)
+    passes, *wrong = said.splitlines()
+    assert int(passes.split()[0]) > 10
+    assert not [line for line in wrong if line.startswith(("serious", "critical"))], said
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium")
 def test_a_click_lights_up_faces_in_pictures_and_in_three_dimensions(
@@ -175,24 +227,11 @@ def test_a_click_lights_up_faces_in_pictures_and_in_three_dimensions(
         document.title = "clicked";
       });
     </script></body>"""
-    path = tmp_path / "page.html"
-    path.write_text(text.replace("</body>\n</html>", f"{clicks}</html>"), encoding="utf-8")
-    assert BROWSER is not None
-    options = ("--headless=new", "--no-sandbox", "--use-gl=swiftshader", "--dump-dom")
-    # The clock of the page, which is made to run ahead, is not that of a frame in another process.
-    one_process = "--disable-features=IsolateSandboxedIframes"
-    software = ("--enable-unsafe-swiftshader", "--virtual-time-budget=20000", one_process)
-    run = subprocess.run(
-        [BROWSER, *options, *software, path.as_uri()],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=120,
-    )
-    assert "<title>clicked</title>" in run.stdout, "the 3-D view says that it is ready"
-    assert 'class="face on"' in run.stdout
-    assert re.search(r"<dialog[^>]* open", run.stdout)
-    assert "Lit: f" in run.stdout
+    shown = _in_browser(text.replace("</body>\n</html>", f"{clicks}</html>"), tmp_path)
+    assert "<title>clicked</title>" in shown, "the 3-D view says that it is ready"
+    assert 'class="face on"' in shown
+    assert re.search(r"<dialog[^>]* open", shown)
+    assert "Lit: f" in shown
 
 
 def test_what_is_open_is_said_as_such() -> None:
