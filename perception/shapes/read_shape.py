@@ -24,6 +24,8 @@ from facetlog.perception.surfaces.scene_file import read_scene
 
 __all__ = ["ShapeOptions", "read_shape", "read_stated", "stated"]
 
+PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".heic")
+
 # What makes scenes of meshes and clouds takes half a second to load: scenes do without.
 
 
@@ -106,6 +108,10 @@ def read_shape(path: Path, options: ShapeOptions) -> Scene:
     """
     colmap = path.is_dir() or path.name in COLMAP_POINTS
     reader = _cloud_file if colmap else _READERS.get(path.suffix.lower())
+    if reader is None and path.suffix.lower() in PICTURE_SUFFIXES:
+        raise InputError(
+            f"{path} is a picture: facetlog recognize takes a folder of them, with their poses"
+        )
     if reader is None:
         kinds = ", ".join(SUFFIXES)
         raise InputError(

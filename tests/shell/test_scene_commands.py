@@ -165,6 +165,13 @@ def test_up_and_unit_count_for_a_scene_and_its_sensors_do_not(run: Run) -> None:
     assert (code, err) == (2, "facetlog: cuboid: lengths are metres already, not cm\n")
 
 
+def test_a_picture_is_sent_to_recognize(run: Run) -> None:
+    Path("a.PNG").touch()
+    code, out, err = run("show", "a.PNG")
+    assert (code, out) == (2, "")
+    assert err.startswith("facetlog: a.PNG is a picture: facetlog recognize takes a folder")
+
+
 def test_a_known_length_makes_metres_of_a_scene(run: Run) -> None:
     write_scene(replace(cuboid(3.0, 2.0, 1.0), metric=False), Path("units.json"))
     code, out, _ = run("show", "units.json", "--scale", "height = 10 ± 0.1 cm")

@@ -28,6 +28,8 @@ from facetlog.terminal import note, one_line, show_times, warn
 __all__ = ["SCHEMA", "followed", "step_json", "step_line"]
 
 SCHEMA = "facetlog-stream/1"
+DIGITS = 4
+"""Of standard deviations and degrees in the lines after each view."""
 # Open verdicts that a line has room for.
 SHOWN = 2
 
@@ -57,7 +59,7 @@ def step_json(step: StreamStep, *, full: bool = False) -> str:
         "schema": SCHEMA,
         "view": step.view or None,
         "used": step.used,
-        "largest_sd": step.largest_sd,
+        "largest_sd": _rounded(step.largest_sd),
         "problem": step.problem or None,
     }
     if step.ended:
@@ -65,11 +67,17 @@ def step_json(step: StreamStep, *, full: bool = False) -> str:
         document["recognition"] = None if found is None else found.to_json(full=full)
     elif found is not None:
         document["verdicts"] = [
-            {"thing": v.thing, "model": v.model, "state": v.state.value, "degree": v.degree,
-             "degree_at_most": v.degree_at_most, "summary": v.summary}
+            {"thing": v.thing, "model": v.model, "state": v.state.value,
+             "degree": _rounded(v.degree), "degree_at_most": _rounded(v.degree_at_most),
+             "summary": v.summary}
             for v in found.verdicts
         ]  # fmt: skip
     return json.dumps(document)
+
+
+def _rounded(number: float | None) -> float | None:
+    """A number with the digits that mean something of what is known by then."""
+    return None if number is None else float(f"{number:.{DIGITS}g}")
 
 
 @contextmanager
