@@ -1,6 +1,7 @@
 """The command line: exit codes, one-line errors, and what goes to which stream."""
 
 import json
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -214,3 +215,15 @@ def test_a_known_length_gives_a_reconstruction_its_unit(
     said = capsys.readouterr().err
     assert "give a known length as" in said
     assert "--scale goes without --follow" in said
+
+
+def test_a_shell_completes_commands() -> None:
+    asked = {"_FACETLOG_COMPLETE": "complete_bash", "COMP_WORDS": "facetlog rec", "COMP_CWORD": "1"}
+    run = subprocess.run(
+        [sys.executable, "-m", "facetlog"],
+        env=os.environ | asked,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stdout.split() == ["recognize", "reconstruct"]
