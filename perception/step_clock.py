@@ -31,10 +31,11 @@ class StepClock:
     """Adds up wall and CPU seconds by the name of the step.
 
     A step inside a step is counted under its own name only, so that the times of all steps add up
-    to the time that was measured at all.
+    to the time that was measured at all. The run begins when the clock is made.
     """
 
     def __init__(self) -> None:
+        self._began = perf_counter(), process_time()
         self._times: dict[str, StepTime] = {}
         self._inner: list[tuple[float, float]] = []  # time spent in steps inside each open step
 
@@ -64,6 +65,12 @@ class StepClock:
     def times(self) -> tuple[StepTime, ...]:
         """The steps in the order in which they first started."""
         return tuple(self._times.values())
+
+    @property
+    def run(self) -> StepTime:
+        """The run so far, with what is in no step: what is loaded, opened, waited for and shown."""
+        wall, cpu = self._began
+        return StepTime("whole run", perf_counter() - wall, process_time() - cpu)
 
     @property
     def total(self) -> StepTime:

@@ -1,10 +1,11 @@
-"""The whole proof of a condition as text: every step that it rests on, one a line."""
+"""The whole proof of a condition: every step that it rests on, with its depth, or as a line."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from facetlog.kb.explaining.proof import MARKS, Proof, State
 
-__all__ = ["first_reason", "trace"]
+__all__ = ["Step", "first_reason", "steps", "trace"]
 
 _OPEN = f"{MARKS[State.UNKNOWN]} not known"
 
@@ -28,52 +29,61 @@ def first_reason(proof: Proof, length_unit: str | None = None) -> str:
     return first_reason(first, length_unit)
 
 
-def trace(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Iterator[str]:
-    """The tree as text, one line a step; steps that only join others are left out.
+class Step(NamedTuple):
+    """A step of a proof, in words after its mark, and how many steps it stands below."""
+
+    depth: int
+    text: str
+
+
+def trace(proof: Proof, length_unit: str | None = None) -> Iterator[str]:
+    """The steps as text, each on a line, indented by its depth."""
+    return (f"{'  ' * step.depth}{step.text}" for step in steps(proof, length_unit))
+
+
+def steps(proof: Proof, length_unit: str | None = None, depth: int = 0) -> Iterator[Step]:
+    """The tree from top to bottom; steps that only join others are left out.
 
     Of alternatives that hold, those that do not are left out as well: they are no reason. Nor
     are more than a few of many steps that hold written out, nor anything twice.
     """
-    indent = "  " * depth
     if proof.name == "not" and not proof.children[0].children:
-        yield f"{indent}{MARKS[proof.state]} {first_reason(proof, length_unit)}"
+        yield Step(depth, f"{MARKS[proof.state]} {first_reason(proof, length_unit)}")
         return
     if proof.name == "implies":
         yield from _implied(proof, length_unit, depth)
         return
     joins = _joins(proof)
     if not joins:
-        yield f"{indent}{MARKS[proof.state]} {proof.sentence(length_unit)}"
+        yield Step(depth, f"{MARKS[proof.state]} {proof.sentence(length_unit)}")
     inner = depth if joins else depth + 1
-    shown: set[str] = set()
-    open_ones: set[str] = set()
+    shown: set[tuple[Step, ...]] = set()
+    open_ones: set[Step] = set()
     holding = 0
     for child in _shown_children(proof):
         holding += child.state is State.HOLDS
         if child.state is State.HOLDS and holding > HOLDING_SHOWN:
             continue
-        text = tuple(trace(child, length_unit, inner))
-        if "\n".join(text) not in shown:
-            shown.add("\n".join(text))
+        found = tuple(steps(child, length_unit, inner))
+        if found not in shown:
+            shown.add(found)
             # What leaves several alternatives open is said with the first.
-            for line in text:
-                if line not in open_ones:
-                    yield line
-            open_ones.update(line for line in text if line.lstrip().startswith(_OPEN))
+            yield from (step for step in found if step not in open_ones)
+            open_ones.update(step for step in found if step.text.startswith(_OPEN))
     if holding > HOLDING_SHOWN:
-        yield f"{'  ' * inner}+ and {holding - HOLDING_SHOWN} more that hold"
+        yield Step(inner, f"+ and {holding - HOLDING_SHOWN} more that hold")
 
 
-def _implied(proof: Proof, length_unit: str | None, depth: int) -> Iterator[str]:
+def _implied(proof: Proof, length_unit: str | None, depth: int) -> Iterator[Step]:
     then = proof.children[1]
-    head = f"{'  ' * depth}{MARKS[proof.state]} {_where(proof, length_unit)}"
+    head = f"{MARKS[proof.state]} {_where(proof, length_unit)}"
     if proof.is_void:
-        yield head
+        yield Step(depth, head)
     elif not then.children:
-        yield f"{head}then {then.sentence(length_unit)}"
+        yield Step(depth, f"{head}then {then.sentence(length_unit)}")
     else:
-        yield f"{head}then:"
-        yield from trace(then, length_unit, depth + 1)
+        yield Step(depth, f"{head}then:")
+        yield from steps(then, length_unit, depth + 1)
 
 
 def _where(proof: Proof, length_unit: str | None) -> str:

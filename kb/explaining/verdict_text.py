@@ -20,7 +20,15 @@ from facetlog.kb.explaining.wording import CAUSES, UNSEEN, listed, runs, with_ar
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Condition, Part, Verdict
 
-__all__ = ["WIDTH", "miss_lines", "summary", "summary_line", "verdict_lines"]
+__all__ = [
+    "WIDTH",
+    "miss_lines",
+    "parts_text",
+    "size_texts",
+    "summary",
+    "summary_line",
+    "verdict_lines",
+]
 
 WIDTH = 100
 """Characters of a line, except where the author's own words are longer."""
@@ -260,6 +268,11 @@ def _reason_texts(line: "Condition", length_unit: str | None) -> tuple[str, ...]
     return ("it does not apply to such a thing",) if found is None else found.texts(length_unit)
 
 
+def parts_text(verdict: "Verdict") -> str:
+    """Which faces play which parts, all of them: 'top = f1; leg = f2, f3'."""
+    return _named(verdict.parts, "; ")[0]
+
+
 def _parts(verdict: "Verdict", *, full: bool) -> Iterator[str]:
     named = [f"  parts: {parts}" for parts in _named(verdict.parts, "; ")]
     yield named[0] if full else _fitting(named)
@@ -282,7 +295,7 @@ def _named(parts: Iterable["Part"], between: str) -> tuple[str, ...]:
     return (*forms, between.join(single)) if single else forms
 
 
-def _sizes(verdict: "Verdict") -> Iterator[str]:
+def size_texts(verdict: "Verdict") -> tuple[str, ...]:
     """The sizes, each in a unit of its own, in which its deviation can be read as well.
 
     Of heights, of which a thing has several, it is said what they are the height of.
@@ -295,10 +308,15 @@ def _sizes(verdict: "Verdict") -> Iterator[str]:
         name = f" {unit.name}" if unit.name else ""
         which = f" ({words})" if (words := height_words(size.measure)) else ""
         said.append(f"{size.name} {number}{f' ± {spread}' if spread else ''}{name}{which}")
-    if not verdict.length_unit:
+    if said and not verdict.length_unit:
         said[-1] += " (units of the scene)"
-    text = f"  sizes: {said[0]}"
-    for one in said[1:]:
+    return tuple(said)
+
+
+def _sizes(verdict: "Verdict") -> Iterator[str]:
+    first, *others = size_texts(verdict)
+    text = f"  sizes: {first}"
+    for one in others:
         if len(text) + len(f", {one},") > WIDTH:
             yield f"{text},"
             text = f"{' ' * len('  sizes:')} {one}"

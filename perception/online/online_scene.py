@@ -73,12 +73,14 @@ class OnlineScene:
         *,
         name: str,
         up: FloatArray | None = None,
+        find_up: bool = True,
         metric: bool = False,
         error_kind: PoseErrorKind = PoseErrorKind.ODOMETRY,
         clock: StepClock | None = None,
     ) -> None:
         self.scene: Scene | None = None
         self._name, self._up, self._metric = name, up, metric
+        self._find_up = find_up
         self._error_kind = error_kind
         self.clock = clock or StepClock()
         self._key = KeyViews()
@@ -159,6 +161,7 @@ class OnlineScene:
                 kept.views,
                 name=self._name,
                 up=self._up,
+                find_up=self._find_up,
                 metric=self._metric,
                 errors=kept.pose_errors,
                 clock=self.clock,

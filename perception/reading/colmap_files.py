@@ -16,18 +16,21 @@ from facetlog.regular_file import MOST_SHAPE_BYTES, open_regular, read_regular
 
 __all__ = [
     "EXPORT",
-    "PLACES",
     "ColmapCamera",
     "ColmapPicture",
     "Numbers",
     "colmap_cameras",
+    "colmap_models",
     "colmap_pictures",
     "text_lines",
 ]
 
-# Where COLMAP and the programs round it put a model, below the folder that a user names.
-PLACES = ("", "sparse", "sparse/0", "0", "colmap/sparse/0")
-# Camera models by number: name, and names of their parameters. The first is the focal length.
+# Where COLMAP and the programs round it put a model, or several in numbered folders, below the
+# folder that a user names.
+PLACES = ("", "sparse", "colmap/sparse")
+SUFFIXES = (".bin", ".txt")  # in the order in which they are preferred
+# Camera models by number: name, and names of their parameters, OpenCV's where it has them. The
+# first is the focal length. What comes after these, EQUIRECTANGULAR, is no perspective picture.
 MODELS = (
     ("SIMPLE_PINHOLE", "f cx cy"),
     ("PINHOLE", "fx fy cx cy"),
@@ -40,6 +43,15 @@ MODELS = (
     ("SIMPLE_RADIAL_FISHEYE", "f cx cy k1"),
     ("RADIAL_FISHEYE", "f cx cy k1 k2"),
     ("THIN_PRISM_FISHEYE", "fx fy cx cy k1 k2 p1 p2 k3 k4 sx1 sy1"),
+    (
+        "RAD_TAN_THIN_PRISM_FISHEYE",
+        "fx fy cx cy k1 k2 k3 k4 k5 k6 p2 p1 sx1 sx2 sy1 sy2",  # there k0 to k5, p0, p1, s0 to s3
+    ),
+    ("SIMPLE_DIVISION", "f cx cy k"),
+    ("DIVISION", "fx fy cx cy k"),
+    ("SIMPLE_FISHEYE", "f cx cy"),
+    ("FISHEYE", "fx fy cx cy"),
+    ("EUCM", "fx fy cx cy alpha beta"),
 )
 PARAMETERS = {name: tuple(parameters.split()) for name, parameters in MODELS}
 LEAST_CAMERA_BYTES, LEAST_PICTURE_BYTES, FEATURE_BYTES = 24, 73, 24
@@ -74,6 +86,48 @@ class ColmapPicture:
     """(w, x, y, z), as written: neither of length 1 nor finite for sure."""
     translation: tuple[float, ...]
     where: str
+
+
+def colmap_models(folder: Path, name: str, *beside: str) -> tuple[Path, ...]:
+    """The files of a name, as "images", of the models in or below a folder, the largest first.
+
+    A model has that file and those `beside` it. Of each model it is the binary file if there are
+    both. The largest has most pictures; of equals the one of the lowest number is first.
+    """
+    for place in PLACES:
+        parent = folder / place
+        if (only := _file_of(parent, name, *beside)) is not None:
+            return (only,)
+        numbered = [path for path in _inside(parent) if path.name.isdecimal() and path.is_dir()]
+        in_order = sorted(numbered, key=lambda path: int(path.name))
+        files = [_file_of(path, name, *beside) for path in in_order]
+        if models := [path for path in files if path is not None]:
+            return tuple(sorted(models, key=_picture_count, reverse=True))
+    return ()
+
+
+def _inside(folder: Path) -> tuple[Path, ...]:
+    try:
+        return tuple(folder.iterdir())
+    except OSError:  # it is not there, or may not be read
+        return ()
+
+
+def _file_of(model: Path, *names: str) -> Path | None:
+    """The first of a model's files of these names, if all are there."""
+    for suffix in SUFFIXES:
+        paths = [model / f"{name}{suffix}" for name in names]
+        if all(path.is_file() for path in paths):
+            return paths[0]
+    return None
+
+
+def _picture_count(path: Path) -> int:
+    """How many pictures the model has of which this is a file; 0 where that cannot be read."""
+    try:
+        return len(colmap_pictures(path.with_name(f"images{path.suffix}")))
+    except (InputError, OSError):  # who reads it says what is wrong
+        return 0
 
 
 class Numbers:

@@ -1,5 +1,6 @@
 """Lens distortion models and undistortion, so that all later steps see a pinhole camera."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
@@ -24,43 +25,52 @@ BLOCK_ROWS = 256
 class Distortion(StrEnum):
     """How a lens takes the tangent r of a ray's angle to the axis to a radius in the picture.
 
-    Not at all; as it is, then by polynomials; by the angle, then by polynomials; or by the FOV
-    model's arctangent.
+    Not at all; as it is, then by polynomials; by the angle, then by polynomials, and those of both
+    directions of the point before the radial ones or after them; by the FOV model's arctangent; by
+    the division model; by the enhanced unified camera model; or by the inverse of a polynomial.
     """
 
     NONE = "none"
     POLYNOMIAL = "polynomial"
     FISHEYE = "fisheye"
+    FISHEYE_RADIAL_FIRST = "fisheye, radial first"
     FOV = "fov"
+    DIVISION = "division"
+    UNIFIED = "unified"
+    INVERSE = "inverse"
+
+
+FISHEYES = (Distortion.FISHEYE, Distortion.FISHEYE_RADIAL_FIRST)
 
 
 @dataclass(frozen=True)
 class Lens:
     """The camera that took a picture: pinhole intrinsics and distortion.
 
-    `radial` is (k1, k2, k3, k4), `tangential` (p1, p2), as nerfstudio and OpenCV define them,
-    save that k4 is the factor of r⁸ (nerfstudio), not of OpenCV's denominator. `rational` is that
-    denominator, OpenCV's (k4, k5, k6); `prism` is (sx1, sy1), of a thin prism; `omega` is the FOV
-    model's, in radians.
+    `radial` is (k1, k2, k3, k4), or k5 and k6 too, `tangential` (p1, p2), as nerfstudio and OpenCV
+    define them, save that k4 to k6 are the factors of r⁸ to r¹² (nerfstudio), not of OpenCV's
+    denominator. `rational` is that denominator, OpenCV's (k4, k5, k6); `prism` is (sx1, sx2, sy1,
+    sy2), of a thin prism. `projection` is of the models without polynomials: the FOV model's angle
+    in radians, the factor k of the division model and of the inverse, (alpha, beta) of the unified.
     """
 
     camera: Camera
     distortion: Distortion = Distortion.NONE
-    radial: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    radial: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
     tangential: tuple[float, float] = (0.0, 0.0)
     rational: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    prism: tuple[float, float] = (0.0, 0.0)
-    omega: float = 0.0
+    prism: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    projection: tuple[float, ...] = ()
 
     @property
     def coefficients(self) -> tuple[float, ...]:
         """All numbers that bend rays."""
-        return (*self.radial, *self.tangential, *self.rational, *self.prism, self.omega)
+        return (*self.radial, *self.tangential, *self.rational, *self.prism, *self.projection)
 
     @property
     def is_pinhole(self) -> bool:
         """Whether rays pass unbent."""
-        if self.distortion is Distortion.FISHEYE:
+        if self.distortion in FISHEYES:
             return False
         return self.distortion is Distortion.NONE or not any(self.coefficients)
 
@@ -121,31 +131,45 @@ class Lens:
         x, y = x * scale, y * scale
         s = x * x + y * y
         gain = self._gain(s)
+        xr, yr = x * gain, y * gain
+        if self.distortion is Distortion.FISHEYE_RADIAL_FIRST:
+            x, y = xr, yr
+            s = x * x + y * y
         p1, p2 = self.tangential
-        # OpenCV, camera calibration: x'' = x' g + 2 p1 x' y' + p2 (s + 2 x'²) + sx1 s, with s = r²,
-        # and so for y; of a fisheye with a thin prism (COLMAP) the same of x θ/r, with s = θ².
-        xd = x * gain + 2 * p1 * x * y + p2 * (s + 2 * x * x) + self.prism[0] * s
-        yd = y * gain + p1 * (s + 2 * y * y) + 2 * p2 * x * y + self.prism[1] * s
+        sx1, sx2, sy1, sy2 = self.prism
+        # OpenCV, camera calibration: x'' = x' g + 2 p1 x' y' + p2 (s + 2 x'²) + sx1 s + sx2 s²,
+        # with s = r², and so for y; of a fisheye with a thin prism (COLMAP) the same of x θ/r, with
+        # s = θ², or all but the first term of x g θ/r (Fisheye624 of Project Aria).
+        xd = xr + 2 * p1 * x * y + p2 * (s + 2 * x * x) + s * (sx1 + sx2 * s)
+        yd = yr + p1 * (s + 2 * y * y) + 2 * p2 * x * y + s * (sy1 + sy2 * s)
         return np.stack([c.fx * xd + c.cx, c.fy * yd + c.cy], axis=-1)
 
     def _projected(self, r: FloatArray) -> FloatArray:
         """Radius over r (tangent of the angle to the axis), before polynomials."""
-        if self.distortion is Distortion.FISHEYE:  # θ = atan r
+        if self.distortion in FISHEYES:  # θ = atan r
             radius, on_axis = np.arctan(r), 1.0
-        elif self.distortion is Distortion.FOV and self.omega:
-            # Devernay and Faugeras 2001, eq. 13: atan(2 r tan(ω/2)) / ω.
-            bent = 2 * np.tan(self.omega / 2)
-            radius, on_axis = np.arctan(bent * r) / self.omega, bent / self.omega
-        else:
+        elif not any(self.projection):
             return np.ones_like(r)
+        elif self.distortion is Distortion.FOV:
+            # Devernay and Faugeras 2001, eq. 13: atan(2 r tan(ω/2)) / ω.
+            (omega,) = self.projection
+            bent = 2 * np.tan(omega / 2)
+            radius, on_axis = np.arctan(bent * r) / omega, bent / omega
+        elif self.distortion is Distortion.DIVISION:
+            # Fitzgibbon 2001: r = d / (1 + k d²), solved for d.
+            (k,) = self.projection
+            return np.asarray(2 / (1 + np.sqrt(1 - 4 * k * r * r)))
+        elif self.distortion is Distortion.UNIFIED:
+            # Khomutenko et al. 2016, eq. 8: d = r / (α √(β r² + 1) + 1 - α).
+            alpha, beta = self.projection
+            return np.asarray(1 / (alpha * np.sqrt(beta * r * r + 1) + 1 - alpha))
+        else:
+            radius, on_axis = _inverse(r, *self.projection), 1.0
         return np.divide(radius, r, out=np.full_like(r, on_axis), where=r > 0)
 
     def _gain(self, s: FloatArray) -> FloatArray:
         """Distorted radius over undistorted radius whose square is s: a ratio of polynomials."""
-        k1, k2, k3, k4 = self.radial
-        d1, d2, d3 = self.rational
-        above = 1 + s * (k1 + s * (k2 + s * (k3 + s * k4)))
-        return np.asarray(above / (1 + s * (d1 + s * (d2 + s * d3))), dtype=np.float64)
+        return _one_and(self.radial, s) / _one_and(self.rational, s)
 
     def _covered(self, zoom: float) -> bool:
         """Whether at this zoom all pixels come from within the picture, and from one place each."""
@@ -169,3 +193,19 @@ class Lens:
             # Half a pixel outside the rim's pixel centres is still on the rim's pixels.
             inside = (source >= -0.5) & (source <= [right + 0.5, bottom + 0.5])
         return bool(inside.all() and growing.all())
+
+
+def _one_and(coefficients: Sequence[float], s: FloatArray) -> FloatArray:
+    """1 + c₁ s + c₂ s² + …"""
+    total: FloatArray = np.zeros_like(s)
+    for coefficient in reversed(coefficients):
+        total = s * (coefficient + total)
+    return 1 + total
+
+
+def _inverse(r: FloatArray, k: float) -> FloatArray:
+    """The d of r = d (1 + k d²), of three the one next to r (Viète); nan where there is none."""
+    size = np.sqrt(3 * abs(k))
+    if k > 0:
+        return np.asarray(2 / size * np.sinh(np.arcsinh(1.5 * size * r) / 3))
+    return np.asarray(2 / size * np.sin(np.arcsin(1.5 * size * r) / 3))

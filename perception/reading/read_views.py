@@ -35,7 +35,8 @@ class ViewSet:
     their number. `up` is a unit vector or None, `metric` says that lengths are metres. `source` is
     the poses file, None for views without one. `pose_errors` are stated where the file has the
     covariance of each pose; they keep the file's poses even if those of the views are corrected.
-    `kind` is that of the poses file, for people; empty without one.
+    `kind` is that of the poses file, for people; empty without one. Without `find_up` an up that is
+    not known is not looked for either.
     """
 
     name: str
@@ -47,6 +48,7 @@ class ViewSet:
     pose_errors: PoseErrors | None = None
     left_out: int = 0
     kind: str = ""
+    find_up: bool = True
 
     @property
     def description(self) -> str:
@@ -143,7 +145,7 @@ def read_views(
         source,
         errors,
         left_out=len(left_out),
-        kind=file.kind or kind_of(source),
+        kind=file.kind or kind_of(source, Path(path)),
     )
 
 

@@ -19,9 +19,12 @@ from facetlog.perception.shapes.shape_options import (
     ShapeOptions,
     says_itself,
 )
+from facetlog.perception.surfaces.scaled_scene import in_metres
 from facetlog.perception.surfaces.scene_file import read_scene
 
-__all__ = ["ShapeOptions", "read_shape"]
+__all__ = ["ShapeOptions", "read_shape", "read_stated", "stated"]
+
+PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".heic")
 
 # What makes scenes of meshes and clouds takes half a second to load: scenes do without.
 
@@ -73,6 +76,29 @@ _READERS: Mapping[str, Callable[[Path, ShapeOptions], Scene]] = MappingProxyType
 )
 
 
+def read_stated(path: Path, options: ShapeOptions) -> Scene:
+    """As read_shape, save that options are those of scene files, too (`stated`)."""
+    scene = read_shape(path, options)
+    return stated(scene, options) if says_itself(str(path)) else scene
+
+
+def stated(scene: Scene, options: ShapeOptions) -> Scene:
+    """The scene with the up that is given, unknown without it and without `find_floor`; in metres
+    by the unit that is given where its own is unknown.
+
+    InputError for another unit than metres where lengths are metres already.
+    """
+    if options.up is not None:
+        scene = replace(scene, up=np.array(options.up))
+    elif not options.find_floor:
+        scene = replace(scene, up=None)
+    if options.unit is None or (scene.metric and options.unit == "m"):
+        return scene
+    if scene.metric:
+        raise InputError(f"{scene.name}: lengths are metres already, not {options.unit}")
+    return in_metres(scene, METRES_PER[options.unit])
+
+
 def read_shape(path: Path, options: ShapeOptions) -> Scene:
     """The scene in a file, or in the folder of a COLMAP model; the suffix decides the kind.
 
@@ -82,6 +108,10 @@ def read_shape(path: Path, options: ShapeOptions) -> Scene:
     """
     colmap = path.is_dir() or path.name in COLMAP_POINTS
     reader = _cloud_file if colmap else _READERS.get(path.suffix.lower())
+    if reader is None and path.suffix.lower() in PICTURE_SUFFIXES:
+        raise InputError(
+            f"{path} is a picture: facetlog recognize takes a folder of them, with their poses"
+        )
     if reader is None:
         kinds = ", ".join(SUFFIXES)
         raise InputError(

@@ -49,6 +49,7 @@ def reconstruct(
     up: FloatArray | None = None,
     metric: bool = False,
     errors: PoseErrors | None = None,
+    find_up: bool = True,
     front_end: str = "lines",
     sd_limit: float | None = None,
     progress: Progress | None = None,
@@ -63,9 +64,10 @@ def reconstruct(
     out; InputError where too few are left. Observations are in pixels of the pictures as stored,
     freed of lens distortion. Lenses that the pictures show to be other than stated are corrected by
     what they show, with a warning. Where `up` is not known it is that of the ground, if there is
-    one and the cameras were held upright over it, with a warning, too.
+    one and the cameras were held upright over it, with a warning, too; without `find_up` it stays
+    unknown.
     """
-    method = _Method(name, up, metric, front_end, sd_limit, progress, clock or StepClock())
+    method = _Method(name, up, metric, find_up, front_end, sd_limit, progress, clock or StepClock())
     with method.clock.step("pictures"):
         usable, left_out = usable_views(views)
         of_pictures = (*left_out, *same_pictures(usable))
@@ -92,6 +94,7 @@ class _Method:
     name: str
     up: FloatArray | None
     metric: bool
+    find_up: bool
     front_end: str
     sd_limit: float | None
     progress: Progress | None
@@ -106,7 +109,7 @@ def _seen(
         tracked = line_front_end(views, up, clock, method.progress, aligned_views, triangulated)
     else:
         tracked = _paper_front_end(views, up, clock, method.progress)
-    if up is None and tracked.ground is not None:
+    if up is None and method.find_up and tracked.ground is not None:
         up = tracked.ground[0] if held_up(views, tracked.ground[0]) else None
     return scene_of_faces(
         tracked,

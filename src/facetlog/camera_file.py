@@ -37,12 +37,12 @@ def read_optics(path: Path) -> tuple[Optics, float | None]:
     if width is None or height is None:
         raise CalibrationError(f"{path}: the camera has no size: give width and height in pixels")
     lens = intrinsics.lens(width, height)
+    if lens.distortion not in MODELS or any((*lens.rational, *lens.prism)):
+        known = ", ".join(MODELS.values())
+        raise CalibrationError(f"{path}: a robot's camera is one of {known}: calibrate it as such")
     named = dict(
         zip(("k1", "k2", "k3", "k4", "p1", "p2"), (*lens.radial, *lens.tangential), strict=True)
     )
-    if any((*lens.rational, *lens.prism, lens.omega)):
-        known = ", ".join(MODELS.values())
-        raise CalibrationError(f"{path}: a robot's camera is one of {known}: calibrate it as such")
     coefficients = tuple((name, value) for name, value in named.items() if value)
     model = MODELS[lens.distortion] if coefficients else "PINHOLE"
     unit = fields.get("unit")

@@ -53,7 +53,7 @@ app = typer.Typer(
     name="facetlog",
     help="Recognises things made of flat faces in pictures with known cameras.",
     no_args_is_help=True,
-    add_completion=False,
+    add_completion=True,
     context_settings={"help_option_names": ["-h", "--help"]},
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
@@ -79,7 +79,17 @@ Unit = Annotated[
 ]
 Up = Annotated[
     str | None,
-    typer.Option("--up", metavar="AXIS", help="Up in the poses' world: x y z -x -y or -z."),
+    typer.Option(
+        "--up", metavar="AXIS", help="Up in the poses' world: x y z -x -y -z, auto or none."
+    ),
+]
+KnownLengthOf = Annotated[
+    str | None,
+    typer.Option(
+        "--scale",
+        metavar="LENGTH",
+        help='A known length, where no unit is: "height = 74 cm", "v3 v7 = 25 ± 0.1 cm".',
+    ),
 ]
 Square = Annotated[
     str | None,
@@ -142,6 +152,7 @@ def recognize_command(
     unit: Unit = None,
     up: Up = None,
     square: Square = None,
+    scale: KnownLengthOf = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
     keep_poses: KeepPoses = False,
@@ -169,6 +180,8 @@ def recognize_command(
 
         if front_end is not FrontEnd.LINES:
             raise InputError("--follow takes --front-end lines: the other needs all views at once")
+        if scale is not None:
+            raise InputError("--scale goes without --follow: give it to scene convert afterwards")
         goal = None if until is None else Goal.parse(until)
         return followed(
             views,
@@ -201,7 +214,7 @@ def recognize_command(
         trusted=trust,
         crisp=crisp,
         raw=raw,
-        method=_method(front_end, sd_limit),
+        method=_method(front_end, sd_limit, scale),
         out=out,
         as_json=as_json,
         full=full,
@@ -217,6 +230,7 @@ def reconstruct_command(
     unit: Unit = None,
     up: Up = None,
     square: Square = None,
+    scale: KnownLengthOf = None,
     front_end: WithFrontEnd = FrontEnd.LINES,
     sd_limit: SdLimit = None,
     keep_poses: KeepPoses = False,
@@ -224,7 +238,7 @@ def reconstruct_command(
     """Writes the vertices, edges and faces that the views show, with their uncertainty."""
     if out.is_dir() or not out.absolute().parent.is_dir():
         raise InputError(f"{out} cannot be written: give a file in a folder that exists")
-    method = _method(front_end, sd_limit)
+    method = _method(front_end, sd_limit, scale)
     clock = StepClock()
     with showing_progress() as progress:
         view_set = views_from(
@@ -325,10 +339,14 @@ def _recognized(
     return _answer(found, as_json=as_json, full=full)
 
 
-def _method(front_end: FrontEnd, sd_limit: float | None) -> Method:
+def _method(front_end: FrontEnd, sd_limit: float | None, scale: str | None = None) -> Method:
     if sd_limit is not None and not sd_limit > 0:
         raise InputError(f"--sd-limit {sd_limit:g}: give a length above 0")
-    return Method(front_end, sd_limit)
+    if scale is None:
+        return Method(front_end, sd_limit)
+    from facetlog.perception.facts.known_length import KnownLength
+
+    return Method(front_end, sd_limit, KnownLength.parse(scale))
 
 
 def _write(out: Path | None, found: Recognised, progress: Progress | None, *, full: bool) -> None:

@@ -18,23 +18,25 @@ from facetlog.perception.step_clock import StepClock
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
     from facetlog.kb.knowledge_base import KnowledgeBase
+    from facetlog.perception.facts.known_length import KnownLength
     from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.scene import Scene
-    from facetlog.perception.types import FloatArray, View
+    from facetlog.perception.types import View
 
 __all__ = [
     "DEMO_WORLD",
     "FrontEnd",
     "Progress",
     "Recognised",
+    "check_up",
     "facts_of",
     "load_scene",
     "open_models",
     "recognize_views",
     "reconstruct_views",
     "simulated_views",
-    "stated_up",
     "views_from",
+    "with_stated_up",
     "write_scene_file",
 ]
 
@@ -56,10 +58,12 @@ class FrontEnd(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Method:
-    """How views become a scene; `sd_limit` in metres (or units) is the filter's stopping rule."""
+    """How views become a scene; `sd_limit` in metres (or units) is the filter's stopping rule,
+    `scale` a length that is known in it."""
 
     front_end: FrontEnd = FrontEnd.LINES
     sd_limit: float | None = None
+    scale: "KnownLength | None" = None
 
 
 DEFAULT_METHOD = Method()
@@ -101,16 +105,15 @@ def views_from(
     """The views of a folder or poses file; perception/reading/read_views.py says what it may hold.
 
     Poses that were counted up, with their covariances, are corrected by the pictures, unless they
-    are to be kept. `up` is a word of `stated_up`, and replaces that of the file; `square` is the
-    side of a mat's squares, in metres, if it was printed at another scale.
+    are to be kept. `up` is a word of `with_stated_up`; `square` is the side of a mat's squares, in
+    metres, if it was printed at another scale.
     """
     from facetlog.perception.reading.read_views import read_views
 
-    upwards = stated_up(up)
+    check_up(up)
     with clock.step("read pictures"):
         view_set = read_views(path, unit=unit, square=square, trusted=trusted, progress=progress)
-    if upwards is not None:
-        view_set = replace(view_set, up=upwards)
+    view_set = with_stated_up(view_set, up)
     if keep_poses or view_set.pose_errors is None:
         return view_set
     from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
@@ -119,16 +122,28 @@ def views_from(
         return with_refined_poses(view_set, progress)
 
 
-def stated_up(word: str | None) -> "FloatArray | None":
-    """The unit vector (3,) of an axis, as "-y"; None for None, `auto` and `none`, which leave it to
-    the poses file. InputError for another word.
+def check_up(word: str | None) -> None:
+    """Raises InputError for a word that says nothing of up: to be called before any long work."""
+    from facetlog.perception.shapes.shape_options import up_from
+
+    if word is not None:
+        up_from(word)
+
+
+def with_stated_up(view_set: "ViewSet", word: str | None) -> "ViewSet":
+    """The views with the up that a word says: an axis, as "-y"; as the file says, or else that of
+    the ground (`auto`, None); or unknown (`none`). InputError for another word.
     """
     import numpy as np
 
-    from facetlog.perception.shapes.shape_options import up_from
+    from facetlog.perception.shapes.shape_options import NOT_GIVEN, up_from
 
-    axis = None if word is None else up_from(word)
-    return None if axis is None else np.array(axis)
+    if word is None:
+        return view_set
+    if word == NOT_GIVEN:
+        return replace(view_set, up=None, find_up=False)
+    axis = up_from(word)
+    return view_set if axis is None else replace(view_set, up=np.array(axis))
 
 
 def simulated_views(
@@ -196,13 +211,18 @@ def reconstruct_views(
     progress: Progress | None = None,
     clock: StepClock,
 ) -> "Scene":
-    """The scene that the views show; InconsistentViewsError if their poses contradict them."""
+    """The scene that the views show; InconsistentViewsError if their poses contradict them.
+
+    With the scale of the method it is in metres, and a warning says which scale that is.
+    """
+    from facetlog.perception.facts.known_length import with_known_length
     from facetlog.perception.surfaces.reconstruct import reconstruct
 
-    return reconstruct(
+    scene = reconstruct(
         view_set.views,
         name=view_set.name,
         up=view_set.up,
+        find_up=view_set.find_up,
         metric=view_set.metric,
         errors=view_set.pose_errors,
         front_end=method.front_end.value,
@@ -210,6 +230,10 @@ def reconstruct_views(
         progress=progress,
         clock=clock,
     )
+    if method.scale is None:
+        return scene
+    scaled, scale = with_known_length(scene, method.scale)
+    return replace(scaled, warnings=(*scaled.warnings, f"{scale}, by the known length"))
 
 
 def write_scene_file(scene: "Scene", path: Path) -> None:

@@ -94,6 +94,7 @@ def write_report(
     folder appears as a whole when all is written (see output_folder.py).
     """
     from facetlog.kb.loading.encode import facts_program
+    from facetlog.page.contents import Subject
     from facetlog.page.write import PAGE_FILE, page
     from facetlog.perception.facts.all_facts import facts_on_demand
     from facetlog.perception.facts.piece_facts import shown_pieces
@@ -129,7 +130,8 @@ def write_report(
                 write_degree_plot(made / DEGREE_FILE, degrees, scene.name)
             _write_pictures(made, found, pieces, progress)
         with clock.step("write the page"):
-            (made / PAGE_FILE).write_text(page(found, pieces), encoding="utf-8")
+            text = page(Subject.of_run(found, pieces))
+            (made / PAGE_FILE).write_text(text, encoding="utf-8")
         about["seconds"] = _seconds(clock)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from facetlog.errors import FacetlogError, RuleSyntaxError
-from facetlog.perception.step_clock import StepClock
+from facetlog.perception.step_clock import StepClock, StepTime
 
 if TYPE_CHECKING:
     from facetlog.pipeline import Progress
@@ -124,13 +124,15 @@ def showing_progress() -> Iterator["Progress | None"]:
 
 
 def show_times(clock: StepClock) -> None:
-    """Writes the table of the time that each step took."""
+    """Writes the table of the time that each step took, the rest, and the whole run."""
     from rich.console import Console
     from rich.table import Table
 
     table = Table("step", box=None, pad_edge=False)
     table.add_column("wall s", justify="right")
     table.add_column("CPU s", justify="right")
-    for time in (*clock.times, clock.total):
+    run, steps = clock.run, clock.total
+    rest = StepTime("the rest", max(run.wall - steps.wall, 0.0), max(run.cpu - steps.cpu, 0.0))
+    for time in (*clock.times, rest, run):
         table.add_row(time.name, f"{time.wall:.3f}", f"{time.cpu:.3f}")
     Console(stderr=True).print(table)

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,7 @@ def test_a_scene_is_recognised_with_reasons(table: facetlog.Result) -> None:
 def test_a_notebook_shows_the_verdicts_and_the_scene_to_turn(table: facetlog.Result) -> None:
     shown = table._repr_html_()
     assert shown.startswith("<pre>t1 is a table (")
-    assert "<iframe srcdoc=" in shown
+    assert '<iframe sandbox="allow-scripts" srcdoc=' in shown
     assert "<script" not in shown.replace(shown[shown.index("<iframe") :], "")
     assert table.why("table")._repr_html_().startswith("<pre>t1 is a table")
 
@@ -90,6 +91,22 @@ def test_up_and_unit_are_those_of_the_command_line_or_a_vector(tmp_path: Path) -
             facetlog.read_scene(path, up=up)
     with pytest.raises(InputError, match="use one of m, "):
         facetlog.read_scene(path, unit="foot")
+
+
+def test_options_count_for_scenes_and_their_files(tmp_path: Path) -> None:
+    path = tmp_path / "block.json"
+    block = replace(build("cuboid", {}), metric=False)
+    write_scene(block, path)
+    for source in (path, block):
+        found = facetlog.recognize(source, up="x", unit="cm").scene
+        assert (found.up is not None, found.metric) == (True, True)
+        np.testing.assert_array_equal(found.up, [1.0, 0.0, 0.0])
+        np.testing.assert_allclose(found.points, block.points / 100)
+    assert facetlog.read_scene(path, up="none").up is None
+    scaled = facetlog.recognize(path, scale="height = 74 cm").scene
+    assert np.ptp(scaled.points[:, 2]) == pytest.approx(0.74)
+    with pytest.raises(InputError, match="metres already"):
+        facetlog.recognize(build("cuboid", {}), unit="cm")
 
 
 def test_a_closed_result_ends_its_knowledge_base_and_opens_another() -> None:

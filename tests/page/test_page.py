@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 
 import cv2
@@ -13,7 +14,7 @@ import pytest
 
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.recognize import judged_scene
-from facetlog.page.contents import contents
+from facetlog.page.contents import Answers, Subject, contents
 from facetlog.page.write import page
 from facetlog.perception.facts.piece_facts import shown_pieces
 from facetlog.perception.reading.read_views import ViewSet
@@ -49,6 +50,10 @@ def _run(scene: Scene, *names: str) -> Recognised:
     return Recognised(ViewSet(scene.name, views), scene, facts_of(scene), recognition)
 
 
+def _subject(found: Recognised) -> Subject:
+    return Subject.of_run(found, shown_pieces(found.scene))
+
+
 @pytest.fixture(scope="module")
 def table() -> Recognised:
     return _run(build("table", {}), "a.png", "b.png")
@@ -56,11 +61,11 @@ def table() -> Recognised:
 
 @pytest.fixture(scope="module")
 def text(table: Recognised) -> str:
-    return page(table, shown_pieces(table.scene))
+    return page(_subject(table))
 
 
 def test_every_verdict_and_every_condition_is_there(table: Recognised) -> None:
-    shown = contents(table, shown_pieces(table.scene))
+    shown = contents(_subject(table))
     verdicts = table.recognition.verdicts
     assert [v["summary"] for v in shown["best"]] == [v.summary for v in table.recognition.best]
     assert len(shown["best"]) + len(shown["others"]) == len(verdicts)
@@ -71,7 +76,7 @@ def test_every_verdict_and_every_condition_is_there(table: Recognised) -> None:
 
 
 def test_a_line_lights_up_what_it_names_and_runs_of_names(table: Recognised) -> None:
-    shown = contents(table, shown_pieces(table.scene))
+    shown = contents(_subject(table))
     (parts,) = (line for line in shown["best"][0]["lines"] if line["text"].startswith("parts:"))
     named = {face for part in table.recognition.best[0].parts for face in part.faces}
     assert set(parts["names"].split()) == named
@@ -80,7 +85,7 @@ def test_a_line_lights_up_what_it_names_and_runs_of_names(table: Recognised) -> 
 
 
 def test_the_steps_of_a_proof_stand_below_what_rests_on_them(table: Recognised) -> None:
-    shown = contents(table, shown_pieces(table.scene))
+    shown = contents(_subject(table))
     trees = [c["steps"] for v in (*shown["best"], *shown["others"]) for c in v["conditions"]]
 
     def depth(steps: list[dict[str, object]]) -> int:
@@ -91,7 +96,7 @@ def test_the_steps_of_a_proof_stand_below_what_rests_on_them(table: Recognised) 
 
 
 def test_pictures_have_the_faces_that_they_show_and_no_others(table: Recognised) -> None:
-    first, second = contents(table, shown_pieces(table.scene))["pictures"]
+    first, second = contents(_subject(table))["pictures"]
     data = np.frombuffer(base64.b64decode(first["data"]), dtype=np.uint8)
     decoded = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
     assert decoded is not None
@@ -113,7 +118,7 @@ def test_the_page_needs_no_other_file_and_no_network(text: str) -> None:
 
 
 def test_three_dimensions_hold_faces_pieces_and_cameras(table: Recognised) -> None:
-    shown = contents(table, shown_pieces(table.scene))
+    shown = contents(_subject(table))
     assert [letter for letter, _, _ in shown["kinds"]] == ["f", "p", "view"]
     (data,) = re.findall(r'base64_data="([A-Za-z0-9+/=]+)"', shown["model_view"])
     glb = base64.b64decode(data)
@@ -121,19 +126,92 @@ def test_three_dimensions_hold_faces_pieces_and_cameras(table: Recognised) -> No
         assert f'"{name}"'.encode() in glb
 
 
+def test_answers_are_a_table_whose_names_light_up(table: Recognised) -> None:
+    answers = Answers("face(F)", ("F", "A (cm²)"), (("f1", "12.5"), ("f2", "<b>")))
+    subject = Subject(table.scene, shown_pieces(table.scene), answers=answers)
+    text = page(subject)
+    assert "<h1>face(F)</h1>" in text
+    assert '<th scope="col">A (cm²)</th>' in text
+    assert '<button type="button" class="line" data-names="f2">f2</button>' in text
+    assert "<b>" not in text[text.index("<tbody>") :]
+    assert "What it is" not in text
+
+
+def test_one_verdict_that_fails_is_open_and_the_title(table: Recognised) -> None:
+    chair = next(v for v in table.recognition.verdicts if v.model == "chair")
+    text = page(Subject(table.scene, shown_pieces(table.scene), others=(chair,)))
+    assert "<h1>t1 is no chair" in text
+    assert '<details class="verdict fails" open>' in text
+
+
+def test_the_scene_in_three_dimensions_can_do_nothing_but_show(text: str) -> None:
+    assert re.findall(r"<iframe[^>]*?sandbox=\"([^\"]*)\"", text) == ["allow-scripts"]
+
+
 def test_names_are_text_and_not_markup() -> None:
     hostile = replace(build("cuboid", {}), name="<script>alert(1)</script>")
-    found = page(_run(hostile, '"><img src=x onerror=alert(1)>'), shown_pieces(hostile))
+    found = page(_subject(_run(hostile, '"><img src=x onerror=alert(1)>')))
     assert "<script>alert" not in found
     assert "<img" not in found
 
 
 def test_a_scene_without_faces_has_a_page_too() -> None:
     empty = Scene("nothing", (), (), (), ())
-    found = page(_run(empty), shown_pieces(empty))
+    found = page(_subject(_run(empty)))
     assert "no model matches" in found
     assert "<iframe" not in found
     assert "<figure" not in found
+
+
+def _in_browser(text: str, folder: Path, *more: str) -> str:
+    """What a browser makes of a page, as its text after twenty seconds of the page's own time."""
+    assert BROWSER is not None
+    path = folder / "page.html"
+    path.write_text(text, encoding="utf-8")
+    options = ("--headless=new", "--no-sandbox", "--use-gl=swiftshader", "--dump-dom")
+    # The clock of the page, which is made to run ahead, is not that of a frame in another process.
+    one_process = "--disable-features=IsolateSandboxedIframes"
+    software = ("--enable-unsafe-swiftshader", "--virtual-time-budget=20000", one_process)
+    run = subprocess.run(
+        [BROWSER, *options, *software, *more, path.as_uri()],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+    )
+    return run.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("kind", ["run", "answers"])
+def test_nothing_serious_keeps_anybody_from_reading_the_page(
+    text: str, table: Recognised, kind: str, scheme: str, tmp_path: Path
+) -> None:
+    if kind == "answers":
+        answers = Answers("face(F)", ("F", "A (cm²)"), (("f1", "12.5"), ("f2", "3.0")))
+        text = page(Subject(table.scene, shown_pieces(table.scene), answers=answers))
+    rules = files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8")
+    check = """
+      document.querySelectorAll("details").forEach((one) => { one.open = true; });
+      axe.run(document, { iframes: false }).then((found) => {
+        const wrong = found.violations.map((one) =>
+          `${one.impact}: ${one.id} ${one.nodes[0].html} ${one.nodes[0].failureSummary}`);
+        const said = document.createElement("pre");
+        said.id = "axe";
+        said.textContent = [`${found.passes.length} passes`, ...wrong].join("\\n");
+        document.body.append(said);
+      });"""
+    checked = text.replace(
+        "</body>\n</html>", f"<script>{rules}</script><script>{check}</script></html>"
+    )
+    setting = f"--blink-settings=preferredColorScheme={0 if scheme == 'dark' else 1}"
+    shown = _in_browser(checked, tmp_path, setting)
+    (said,) = re.findall(r'<pre id="axe">(.*?)</pre>', shown, re.DOTALL)
+    passes, *wrong = said.splitlines()
+    assert int(passes.split()[0]) > 10
+    assert not [line for line in wrong if line.startswith(("serious", "critical"))], said
 
 
 @pytest.mark.slow
@@ -149,28 +227,17 @@ def test_a_click_lights_up_faces_in_pictures_and_in_three_dimensions(
         document.title = "clicked";
       });
     </script></body>"""
-    path = tmp_path / "page.html"
-    path.write_text(text.replace("</body>\n</html>", f"{clicks}</html>"), encoding="utf-8")
-    assert BROWSER is not None
-    options = ("--headless=new", "--no-sandbox", "--use-gl=swiftshader", "--dump-dom")
-    software = ("--enable-unsafe-swiftshader", "--virtual-time-budget=20000")
-    run = subprocess.run(
-        [BROWSER, *options, *software, path.as_uri()],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=120,
-    )
-    assert "<title>clicked</title>" in run.stdout, "the 3-D view says that it is ready"
-    assert 'class="face on"' in run.stdout
-    assert re.search(r"<dialog[^>]* open", run.stdout)
-    assert "Lit: f" in run.stdout
+    shown = _in_browser(text.replace("</body>\n</html>", f"{clicks}</html>"), tmp_path)
+    assert "<title>clicked</title>" in shown, "the 3-D view says that it is ready"
+    assert 'class="face on"' in shown
+    assert re.search(r"<dialog[^>]* open", shown)
+    assert "Lit: f" in shown
 
 
 def test_what_is_open_is_said_as_such() -> None:
     half = build("cuboid", {})
     one_face = replace(half, faces=half.faces[:1], edges=(), bodies=())
     run = _run(one_face)
-    states = {v["state"] for v in contents(run, shown_pieces(run.scene))["others"]}
+    states = {v["state"] for v in contents(_subject(run))["others"]}
     assert "open" in states
     assert State.UNKNOWN in {v.state for v in run.recognition.verdicts}

@@ -35,3 +35,12 @@ def test_repeated_steps_add_up() -> None:
         with clock.step("again"):
             pass
     assert [t.calls for t in clock.times] == [3]
+
+
+def test_the_run_has_what_is_in_no_step() -> None:
+    clock = StepClock()
+    time.sleep(0.02)
+    with clock.step("one"):
+        pass
+    assert clock.run.wall >= clock.total.wall + 0.02
+    assert clock.run.cpu >= clock.total.cpu

@@ -1,6 +1,7 @@
 """The command line: exit codes, one-line errors, and what goes to which stream."""
 
 import json
+import os
 import subprocess
 import sys
 from dataclasses import replace
@@ -14,6 +15,7 @@ from facetlog import __version__
 from facetlog.cli import main
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.surfaces.scene_file import read_scene
 from facetlog.perception.types import Camera, Pose, View
 
 
@@ -194,3 +196,34 @@ def test_pictures_without_an_edge_are_a_clean_no(
     written = {p.name for p in (tmp_path / "out").iterdir()}
     assert {"scene.json", "facts.pl", "verdicts.json", "run.json", "views"} <= written
     assert len(list((tmp_path / "out" / "views").glob("*.png"))) == 2
+
+
+def test_a_known_length_gives_a_reconstruction_its_unit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown = replace(cuboid(3.0, 2.0, 1.0), metric=False)
+    monkeypatch.setattr(
+        "facetlog.perception.surfaces.reconstruct.reconstruct", lambda *_, **__: shown
+    )
+    folder, out = _views(tmp_path / "views"), tmp_path / "scene.json"
+    code = main(["reconstruct", str(folder), "-o", str(out), "--scale", "height = 2 ± 0.01 m"])
+    assert code == 0
+    assert "the scene's unit is" in capsys.readouterr().err
+    assert np.ptp(read_scene(out).points[:, 2]) == pytest.approx(2.0)
+    assert main(["recognize", str(folder), "--scale", "2 m"]) == 2
+    assert main(["recognize", str(folder), "--follow", "--scale", "height = 2 m"]) == 2
+    said = capsys.readouterr().err
+    assert "give a known length as" in said
+    assert "--scale goes without --follow" in said
+
+
+def test_a_shell_completes_commands() -> None:
+    asked = {"_FACETLOG_COMPLETE": "complete_bash", "COMP_WORDS": "facetlog rec", "COMP_CWORD": "1"}
+    run = subprocess.run(
+        [sys.executable, "-m", "facetlog"],
+        env=os.environ | asked,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert run.stdout.split() == ["recognize", "reconstruct"]

@@ -12,6 +12,7 @@ import pytest
 
 from facetlog.__main__ import INTERRUPTED
 from facetlog.cli import main
+from facetlog.commands.follow import step_json
 from facetlog.degree_plot import Degrees, write_degree_plot
 from facetlog.errors import InputError
 from facetlog.perception.types import Pose
@@ -48,6 +49,19 @@ def test_no_view_is_drawn_once_the_goal_is_reached():
     assert [v.model for v in last.recognition.best] == ["box"]
     assert "box holds to 90%" in last.ended
     assert not any(Goal("box", 0.9).reached(s.recognition) for s in steps[2:-1])
+
+
+def test_numbers_of_a_view_are_rounded_in_json():
+    with open_models() as base:
+        *_, step = (
+            step
+            for step in recognise_stream(_block()[0], up=UP, base=base, stop=Stop(max_views=6))
+            if not step.ended
+        )
+    line = json.loads(step_json(step))
+    numbers = [line["largest_sd"], *(v["degree_at_most"] for v in line["verdicts"])]
+    assert all(len(f"{number:.16g}") <= len(f"{number:.4g}") for number in numbers)
+    assert line["largest_sd"] == pytest.approx(step.largest_sd, rel=1e-3)
 
 
 def test_limits_on_views_and_standard_deviation_end_it():

@@ -216,3 +216,49 @@ def test_nothing_near_is_a_clean_no(scene: str, capsys: pytest.CaptureFixture[st
     assert capsys.readouterr().out.startswith("nothing in ")
     assert main(["why-not", scene, "box", "a=f1", "b=f2", "c=f3"]) == 0
     assert "a = f1, b = f2, c = f3" in capsys.readouterr().out
+
+
+def test_reasons_and_answers_are_pages_as_well(
+    scene: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "page.html"
+    assert main(["why", scene, "box", "--html", str(page)]) == 0
+    assert re.search(r"<h1>t1 is a box \(\d+%\)</h1>", page.read_text(encoding="utf-8"))
+    assert main(["why-not", scene, "chair", "--count", "2", "--html", str(page)]) == 0
+    text = page.read_text(encoding="utf-8")
+    assert 1 <= text.count('<details class="verdict ') <= 2
+    assert "<iframe" in text
+    assert (
+        main(["query", scene, "face(F), area(F, A, _)", "--limit", "2", "--html", str(page)]) == 0
+    )
+    text = page.read_text(encoding="utf-8")
+    assert text.count("<tr>") == 3
+    assert '<th scope="col">A (cm²)</th>' in text
+    assert main(["query", scene, "face(f99)", "--html", str(page)]) == 1
+    assert re.search(r"<td>\s*no\s*</td>", page.read_text(encoding="utf-8"))
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("argv", "says"),
+    [
+        (["query", "SCENE", "--html", "a.html"], "of one scene and one goal"),
+        (["query", "SCENE", "SCENE", "face(F)", "--html", "a.html"], "of one scene and one goal"),
+        (["query", "SCENE", "face(F). edge(E).", "--html", "a.html"], "of one scene and one goal"),
+        (["why", "SCENE", "box", "--html", "a.json"], "a.json is no page"),
+        (["why", "SCENE", "box", "--html", "gone/a.html"], "a folder that exists"),
+        (["why", "SCENE", "f1", "--html", "a.html"], "a.html was not written"),
+    ],
+)
+def test_what_is_no_page_is_said(
+    argv: list[str],
+    says: str,
+    scene: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    main([scene if word == "SCENE" else word for word in argv])
+    assert says in capsys.readouterr().err
+    assert not list(tmp_path.glob("*.html"))

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -152,11 +153,40 @@ def test_show_draws_the_scene(run: Run) -> None:
     assert run("show", "block.json", "-o", "block.png", "--overwrite")[0] == 0
 
 
-def test_options_do_not_count_for_a_scene_and_it_says_so(run: Run) -> None:
-    code, out, err = run("show", "block.json", "--up", "x", "--json")
+def test_up_and_unit_count_for_a_scene_and_its_sensors_do_not(run: Run) -> None:
+    code, out, err = run("show", "block.json", "--up", "x", "--sensor", "0,0,0", "--json")
     assert code == 0
-    assert json.loads(out)["up"] == [0, 0, 1]
-    assert "warning: block.json: a scene says its up, its unit and its sensors itself" in err
+    shown = json.loads(out)
+    assert (shown["up"], shown["up_known"], shown["unit_known"]) == (
+        *([1, 0, 0], "given", "as the file says"),
+    )
+    assert "warning: block.json: a scene says from where it was seen itself" in err
+    code, _, err = run("show", "block.json", "--unit", "cm")
+    assert (code, err) == (2, "facetlog: cuboid: lengths are metres already, not cm\n")
+
+
+def test_a_picture_is_sent_to_recognize(run: Run) -> None:
+    Path("a.PNG").touch()
+    code, out, err = run("show", "a.PNG")
+    assert (code, out) == (2, "")
+    assert err.startswith("facetlog: a.PNG is a picture: facetlog recognize takes a folder")
+
+
+def test_a_known_length_makes_metres_of_a_scene(run: Run) -> None:
+    write_scene(replace(cuboid(3.0, 2.0, 1.0), metric=False), Path("units.json"))
+    code, out, _ = run("show", "units.json", "--scale", "height = 10 ± 0.1 cm")
+    assert code == 0
+    assert "unit  metres, by the known length: the scene's unit is 0.1000 ± 0.001 m\n" in out
+    assert run("convert", "units.json", "metres.json", "--scale", "e1 = 1 ft") == (0, "", "")
+    scene = read_scene(Path("metres.json"))
+    assert scene.metric
+    first = scene.edges[0]
+    length = np.linalg.norm(scene.points[first.end] - scene.points[first.start])
+    assert length == pytest.approx(0.3048)
+    assert run("validate", "metres.json")[0] == 0
+    assert run("convert", "units.json", "cm.json", "--unit", "cm") == (0, "", "")
+    assert np.ptp(read_scene(Path("cm.json")).points, axis=0) == pytest.approx([0.03, 0.02, 0.01])
+    assert run("show", "block.json", "--scale", "e1 = 1 m")[0] == 2
 
 
 def test_a_shape_becomes_a_scene_that_is_sound(run: Run) -> None:

@@ -13,8 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Distortion
-from facetlog.perception.reading.pose_files.pose_checks import posed
+from facetlog.perception.reading.pose_files.pose_checks import finite, posed
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
@@ -63,7 +64,14 @@ def read_bundler(path: Path, unit: str | None) -> PosesFile:
         for name, block in zip(names, blocks, strict=True)
         if _registered(block[0])
     )
-    return PosesFile(listed.parent, pictures, None, scale is not None, faults=faults)
+    unposed = tuple(
+        LeftOut(name, f"{path}: {name} has no pose: it was not registered", name)
+        for name, block in zip(names, blocks, strict=True)
+        if not _registered(block[0])
+    )
+    return PosesFile(
+        listed.parent, pictures, None, scale is not None, faults=faults, left_out=unposed
+    )
 
 
 def _list_of(path: Path) -> Path:
@@ -89,13 +97,7 @@ def _registered(line: _Line) -> bool:
 
 def _numbers(line: _Line, count: int) -> list[float]:
     where, words = line
-    try:
-        numbers = [float(word) for word in words]
-    except ValueError:
-        numbers = []
-    if len(numbers) != count or not np.isfinite(numbers).all():
-        raise CalibrationError(f"{where}: not {count} finite numbers: export it again")
-    return numbers
+    return finite(words, count, where, "export it again")
 
 
 def _picture(name: str, block: Sequence[_Line], folder: Path, scale: float) -> PosedPicture:
@@ -115,7 +117,6 @@ def _picture(name: str, block: Sequence[_Line], folder: Path, scale: float) -> P
         centre=None,  # the picture's middle
         distortion=Distortion.POLYNOMIAL,
         radial=(k1, k2, 0.0, 0.0),
-        tangential=(0.0, 0.0),
     )
     pose = posed(rotation.T, -rotation.T @ shift * scale, where)
     return PosedPicture(name, folder / name, intrinsics, pose)

@@ -11,10 +11,10 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.colmap_files import (
-    PLACES,
     ColmapCamera,
     ColmapPicture,
     colmap_cameras,
+    colmap_models,
     colmap_pictures,
 )
 from facetlog.perception.reading.pose_files.pose_checks import posed, rotation_of
@@ -32,20 +32,22 @@ from facetlog.perception.reading.pose_files.poses_file import (
 __all__ = ["COLMAP", "has_pictures", "read_colmap_poses"]
 
 NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.5)
-SUFFIXES = (".bin", ".txt")  # in the order in which they are preferred
 PICTURES = "images"
 # Folders that COLMAP and the programs round it put models into.
 LAYOUT = ("sparse", "dense", "colmap")
 
 
 def find_colmap_poses(folder: Path) -> Path | None:
-    """The images.bin or images.txt of a model in or below a folder; None where there is none."""
-    for place in PLACES:
-        for suffix in SUFFIXES:
-            path = folder / place / f"images{suffix}"
-            if path.is_file() and path.with_name(f"cameras{suffix}").is_file():
-                return path
-    return None
+    """The images.bin or images.txt of the largest model in or below a folder; None without one."""
+    return next(iter(colmap_models(folder, "images", "cameras")), None)
+
+
+def choice_of_model(folder: Path) -> str:
+    """Which of several models in a folder is read, for people; empty where there is one."""
+    models = colmap_models(folder, "images", "cameras")
+    if len(models) < 2:
+        return ""
+    return f"{models[0].parent.relative_to(folder)}, the largest of {len(models)}"
 
 
 def read_colmap_poses(path: Path, unit: str | None) -> PosesFile:
@@ -144,8 +146,9 @@ def _intrinsics(camera: ColmapCamera) -> Intrinsics:
 
 COLMAP = PoseReader(
     kind="COLMAP model",
-    needs="a COLMAP model (cameras and images, .bin or .txt, there or in sparse/0)",
+    needs="a COLMAP model (cameras and images, .bin or .txt, there or in sparse/)",
     find=find_colmap_poses,
     takes=lambda path: path.name in ("images.bin", "images.txt"),
     read=read_colmap_poses,
+    choice=choice_of_model,
 )

@@ -7,7 +7,18 @@ import numpy as np
 from facetlog.errors import CalibrationError
 from facetlog.perception.types import FloatArray, Pose
 
-__all__ = ["posed", "rotation_of"]
+__all__ = ["finite", "posed", "rotation_of"]
+
+
+def finite(words: Sequence[object], count: int, where: str, way_out: str) -> list[float]:
+    """So many finite numbers, from words or numbers; CalibrationError, with `where`, if not."""
+    try:
+        numbers = [float(word) for word in words]  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        numbers = []
+    if len(numbers) != count or not np.isfinite(numbers).all():
+        raise CalibrationError(f"{where}: not {count} finite numbers: {way_out}")
+    return numbers
 
 
 def rotation_of(quaternion: Sequence[float], place: Sequence[float], where: str) -> FloatArray:

@@ -17,7 +17,8 @@ class PoseReader:
     whether a path is one, by its name; `read` takes such a file and the unit that the user gave.
     `needs` lists what a folder must hold, for people. `made_from` names the kinds that programs
     write beside this one, and from the same poses: this one is read then. One that is found `alone`
-    is for folders in which no other kind is found.
+    is for folders in which no other kind is found. `choice` says of a folder with several such
+    files which one is read, for people; empty where there is one.
     """
 
     kind: str
@@ -27,6 +28,7 @@ class PoseReader:
     read: Callable[[Path, str | None], PosesFile]
     made_from: tuple[str, ...] = ()
     alone: bool = False
+    choice: Callable[[Path], str] = lambda _: ""
 
 
 def first_of(*names: str) -> Callable[[Path], Path | None]:

@@ -1,7 +1,7 @@
 """The contents of a poses file, before its pictures are read: intrinsics, poses, unit of length."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -42,10 +42,23 @@ DISTORTION_OF = {
     "RADIAL_FISHEYE": Distortion.FISHEYE,
     "OPENCV_FISHEYE": Distortion.FISHEYE,
     "THIN_PRISM_FISHEYE": Distortion.FISHEYE,
+    "RAD_TAN_THIN_PRISM_FISHEYE": Distortion.FISHEYE_RADIAL_FIRST,
+    "SIMPLE_DIVISION": Distortion.DIVISION,
+    "DIVISION": Distortion.DIVISION,
+    "SIMPLE_FISHEYE": Distortion.FISHEYE,
+    "FISHEYE": Distortion.FISHEYE,
+    "EUCM": Distortion.UNIFIED,
 }
 # The only models with such coefficients: OpenCV's k4 to k6 are its denominator.
-RATIONAL, PRISM = "FULL_OPENCV", "THIN_PRISM_FISHEYE"
-COEFFICIENTS = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "sx1", "sy1", "omega")
+RATIONAL, PRISMS = "FULL_OPENCV", ("THIN_PRISM_FISHEYE", "RAD_TAN_THIN_PRISM_FISHEYE")
+# Of the models that are no polynomials; the radians and the other ranges of read_intrinsics.
+PROJECTIONS = {
+    Distortion.FOV: ("omega",),
+    Distortion.DIVISION: ("k",),
+    Distortion.UNIFIED: ("alpha", "beta"),
+}
+POLYNOMIAL = ("k1", "k2", "k3", "k4", "k5", "k6", "p1", "p2", "sx1", "sx2", "sy1", "sy2")
+COEFFICIENTS = (*POLYNOMIAL, *(name for names in PROJECTIONS.values() for name in names))
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,11 +82,11 @@ class Intrinsics:
     field_of_view: tuple[float | None, float | None]
     centre: tuple[float, float] | None
     distortion: Distortion
-    radial: tuple[float, float, float, float]
-    tangential: tuple[float, float]
+    radial: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0)
+    tangential: tuple[float, float] = (0.0, 0.0)
     rational: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    prism: tuple[float, float] = (0.0, 0.0)
-    omega: float = 0.0
+    prism: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    projection: tuple[float, ...] = ()
 
     @property
     def suits_one_size(self) -> bool:
@@ -121,7 +134,7 @@ class Intrinsics:
                 self.tangential,
                 self.rational,
                 self.prism,
-                self.omega,
+                self.projection,
             )
             _ = lens.pinhole
         except CalibrationError as exc:
@@ -225,18 +238,20 @@ def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str)
     if (cx is None) != (cy is None) or (cx is None and any(focal) and not any(view)):
         missing = "cx" if cx is None else "cy"
         raise CalibrationError(f"{where}: the camera has no {missing}: give the principal point")
-    k1, k2, k3, k4, k5, k6, p1, p2, sx1, sy1, omega = given = tuple(
-        value if (value := optional(key)) is not None else 0.0 for key in COEFFICIENTS
-    )
+    given = {key: value for key in COEFFICIENTS if (value := optional(key)) is not None}
+    k1, k2, k3, k4, k5, k6, p1, p2, *prism = (given.get(key, 0.0) for key in POLYNOMIAL)
     distortion = DISTORTION_OF[model]
-    if distortion is Distortion.NONE and any(given):
+    if distortion is Distortion.NONE and any(given.values()):
         raise CalibrationError(
             f"{where}: a {model} camera has no distortion, yet coefficients are given: "
             "say camera_model OPENCV, or leave them out"
         )
-    if distortion is Distortion.FOV and abs(omega) >= math.pi:
-        raise CalibrationError(f"{where}: omega is {omega:g}, it must be radians below pi")
-    rational, fisheye = model == RATIONAL, distortion is Distortion.FISHEYE
+    projection = tuple(given.get(key, 0.0) for key in PROJECTIONS.get(distortion, ()))
+    if distortion is Distortion.FOV and abs(projection[0]) >= math.pi:
+        raise CalibrationError(f"{where}: omega is {projection[0]:g}, it must be radians below pi")
+    if distortion is Distortion.UNIFIED and not (0 <= projection[0] <= 1 and projection[1] > 0):
+        raise CalibrationError(f"{where}: alpha must be from 0 to 1, and beta above 0")
+    rational, radial_first = model == RATIONAL, distortion is Distortion.FISHEYE_RADIAL_FIRST
     shift = names.pixel_centre
     return Intrinsics(
         where=where,
@@ -245,12 +260,19 @@ def read_intrinsics(fields: Mapping[str, object], names: FieldNames, where: str)
         field_of_view=view,
         centre=None if cx is None or cy is None else (cx - shift, cy - shift),
         distortion=distortion,
-        radial=(k1, k2, k3, 0.0 if rational else k4),
-        tangential=(0.0, 0.0) if fisheye and model != PRISM else (p1, p2),
+        radial=(k1, k2, k3, 0.0 if rational else k4, *((k5, k6) if radial_first else ())),
+        tangential=(
+            (0.0, 0.0) if distortion is Distortion.FISHEYE and model not in PRISMS else (p1, p2)
+        ),
         rational=(k4, k5, k6) if rational else (0.0, 0.0, 0.0),
-        prism=(sx1, sy1) if model == PRISM else (0.0, 0.0),
-        omega=omega if distortion is Distortion.FOV else 0.0,
+        prism=_four(prism) if model in PRISMS else (0.0, 0.0, 0.0, 0.0),
+        projection=projection,
     )
+
+
+def _four(numbers: Sequence[float]) -> tuple[float, float, float, float]:
+    sx1, sx2, sy1, sy2 = numbers
+    return sx1, sx2, sy1, sy2
 
 
 def number(fields: Mapping[str, object], key: str, where: str) -> float:

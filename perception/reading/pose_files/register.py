@@ -7,9 +7,12 @@ from pathlib import Path
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.mat.mat_poses import MAT, read_mat
+from facetlog.perception.reading.pose_files.arkit_captures import POLYCAM, RECORD3D
 from facetlog.perception.reading.pose_files.bundler_file import BUNDLER
 from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pictures
+from facetlog.perception.reading.pose_files.json_file import read_json
 from facetlog.perception.reading.pose_files.kitti_file import KITTI
+from facetlog.perception.reading.pose_files.openmvg_file import OPENMVG
 from facetlog.perception.reading.pose_files.pan_tilt_file import PAN_TILT
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
@@ -19,12 +22,16 @@ from facetlog.perception.reading.pose_files.transforms_file import (
     TRANSFORMS_FILE,
 )
 from facetlog.perception.reading.pose_files.tum_file import TUM
+from facetlog.perception.reading.pose_files.visualsfm_file import VISUALSFM
 from facetlog.perception.reading.video_file import COUNTED
 
 __all__ = ["READERS", "find_poses", "has_poses", "kind_of", "poses_path", "read_poses"]
 
 # A file is read by the first that takes it.
-READERS: tuple[PoseReader, ...] = (BLENDER, TRANSFORMS, COLMAP, BUNDLER, TUM, KITTI, PAN_TILT, MAT)
+READERS: tuple[PoseReader, ...] = (
+    *(BLENDER, OPENMVG, POLYCAM, RECORD3D, TRANSFORMS, COLMAP),
+    *(BUNDLER, VISUALSFM, TUM, KITTI, PAN_TILT, MAT),
+)
 VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
 # Names that a message lists of what a folder holds.
 LISTED = 8
@@ -54,8 +61,24 @@ def find_poses(folder: Path) -> Path:
     return found[0][1]
 
 
-def has_poses(folder: Path) -> bool:
-    """Whether a folder holds poses of pictures; a COLMAP model without them is a cloud."""
+def has_poses(path: Path) -> bool:
+    """Whether a path given by the user means poses of pictures, and not a shape.
+
+    A COLMAP model without pictures is a cloud, JSON without frames is a scene.
+    """
+    if path.is_dir():
+        return _has_poses(path)
+    reader = next((reader for reader in READERS if reader.takes(path)), None)
+    if reader is not TRANSFORMS:
+        return reader is not None
+    try:
+        document = read_json(path)
+    except InputError:  # who reads it as a scene says what is wrong
+        return False
+    return isinstance(document, dict) and "frames" in document
+
+
+def _has_poses(folder: Path) -> bool:
     return any(reader is not COLMAP or has_pictures(path) for reader, path in _found(folder))
 
 
@@ -79,9 +102,14 @@ def read_poses(path: Path, unit: str | None, square: float | None = None) -> Pos
     raise InputError(f"{path} is no poses file: give its folder, or {_needs()}{video}")
 
 
-def kind_of(path: Path) -> str:
-    """The kind of a poses file, for people; empty for what is none."""
-    return next((reader.kind for reader in READERS if reader.takes(path)), "")
+def kind_of(path: Path, given: Path) -> str:
+    """The kind of a poses file, for people, and which of several in the folder that was given it
+    is; empty for what is none."""
+    reader = next((reader for reader in READERS if reader.takes(path)), None)
+    if reader is None:
+        return ""
+    choice = reader.choice(given) if given.is_dir() else ""
+    return f"{reader.kind} {choice}" if choice else reader.kind
 
 
 def _found(folder: Path) -> list[tuple[PoseReader, Path]]:

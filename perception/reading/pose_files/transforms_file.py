@@ -15,7 +15,6 @@ transforms_train.json of Blender's exports and of NeRF's data is of the same for
 number or a stream's address, which takes its picture when the frame is read.
 """
 
-import json
 import math
 from collections.abc import Mapping
 from functools import partial
@@ -24,6 +23,7 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.reading.pose_files.json_file import read_json
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader
 from facetlog.perception.reading.pose_files.poses_file import (
     COEFFICIENTS,
@@ -33,7 +33,6 @@ from facetlog.perception.reading.pose_files.poses_file import (
     metres_per,
     posed_pictures,
     read_intrinsics,
-    read_text,
 )
 from facetlog.perception.reading.video_file import VideoFrame
 from facetlog.perception.types import FloatArray, Pose, PoseErrorKind
@@ -62,7 +61,7 @@ def read_transforms(path: Path, unit: str | None = None) -> PosesFile:
     Raises InputError for what is not JSON or not of this form, CalibrationError for a camera or
     pose that cannot be; both name the file and the frame.
     """
-    document = _parse(path)
+    document = read_json(path)
     if not isinstance(document, dict) or not isinstance(document.get("frames"), list):
         raise InputError(f'{path}: no list of "frames": is this nerfstudio\'s transforms.json?')
     said = document.get("unit")
@@ -126,16 +125,6 @@ def _covariance(rows: object, scale: float, where: str) -> FloatArray | None:
     if np.linalg.eigvalsh(matrix).min() < -SYMMETRY * largest:
         raise CalibrationError(fault)
     return matrix
-
-
-def _parse(path: Path) -> object:
-    text = read_text(path)
-    try:
-        return json.loads(text)
-    except json.JSONDecodeError as exc:
-        raise InputError(f"{path}:{exc.lineno}:{exc.colno}: not JSON: {exc.msg}") from exc
-    except (RecursionError, ValueError) as exc:  # nested or long beyond what Python reads
-        raise InputError(f"{path}: not JSON that can be read: too deep or too long") from exc
 
 
 def _frame(

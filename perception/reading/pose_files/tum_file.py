@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.pose_files.pan_tilt_file import CAMERA_FILE, read_camera
 from facetlog.perception.reading.pose_files.pose_checks import posed, rotation_of
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader, first_of
@@ -46,17 +47,22 @@ def read_tum(path: Path, unit: str | None) -> PosesFile:
     """
     intrinsics, scale = read_camera(path.parent / CAMERA_FILE, unit)
     rows = sorted(_rows(path, 7, "TIME TX TY TZ QX QY QZ QW"))
+    listed = [
+        (picture, _nearest(rows, picture[0]))
+        for picture in _rows(path.with_name(PICTURES), 1, "TIME PICTURE")
+    ]
     pictures, faults = posed_pictures(
         partial(_picture, picture, row, intrinsics, 1.0 if scale is None else scale)
-        for picture in _rows(path.with_name(PICTURES), 1, "TIME PICTURE")
-        if (row := _nearest(rows, picture[0])) is not None
+        for picture, row in listed
+        if row is not None
     )
+    unposed = tuple(_unposed(picture, path) for picture, row in listed if row is None)
     if not pictures and not faults:
         raise InputError(
             f"{path}: no pose is within {FARTHEST_S} s of a picture in {PICTURES}: "
             "their times must be of one clock"
         )
-    return PosesFile(path.parent, pictures, None, metric=True, faults=faults)
+    return PosesFile(path.parent, pictures, None, metric=True, faults=faults, left_out=unposed)
 
 
 def _rows(path: Path, count: int, form: str) -> Iterator[_Row]:
@@ -78,6 +84,12 @@ def _nearest(rows: Sequence[_Row], time: float) -> _Row | None:
     nth = bisect_left(rows, (time,))
     near = min(rows[max(nth - 1, 0) : nth + 1], key=lambda row: abs(row[0] - time), default=None)
     return near if near is not None and abs(near[0] - time) <= FARTHEST_S else None
+
+
+def _unposed(picture: _Row, path: Path) -> LeftOut:
+    _, where, (name,) = picture
+    line = f"{where} ({name!r:.80}): {path.name} has no pose within {FARTHEST_S} s"
+    return LeftOut(name, line, f"{where} ({name!r:.80})")
 
 
 def _picture(picture: _Row, row: _Row, intrinsics: Intrinsics, scale: float) -> PosedPicture:

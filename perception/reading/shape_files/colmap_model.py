@@ -10,10 +10,10 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.reading.colmap_files import (
     EXPORT,
-    PLACES,
     ColmapPicture,
     Numbers,
     colmap_cameras,
+    colmap_models,
     colmap_pictures,
     text_lines,
 )
@@ -43,12 +43,8 @@ class _Point:
 
 
 def find_colmap_model(folder: Path) -> Path | None:
-    """The folder of a model in or below a folder; None where there is none."""
-    for place in PLACES:
-        inner = folder / place
-        if any((inner / f"points3D{suffix}").is_file() for suffix in (".bin", ".txt")):
-            return inner
-    return None
+    """The folder of the largest model in or below a folder; None where there is none."""
+    return next((path.parent for path in colmap_models(folder, "points3D")), None)
 
 
 def read_colmap(folder: Path, most: int) -> Cloud:

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from facetlog.batch.compare import Comparison
-from facetlog.batch.confusion import Confusion
+from facetlog.batch.confusion import Confusion, answer
+from facetlog.batch.labels import NONE
 from facetlog.batch.profile import Profile
 from facetlog.batch.rows import Row
 from facetlog.counted import many
@@ -18,7 +19,11 @@ SCHEMA = "facetlog-classify/1"
 
 @dataclass(slots=True)
 class Outcome:
-    """Filled row by row, as they are written out."""
+    """Filled row by row, as they are written out.
+
+    `models` counts what scenes were answered: as the confusion matrix does where there is one, of
+    the classes that it has.
+    """
 
     confusion: Confusion | None = None
     comparison: Comparison | None = None
@@ -35,15 +40,18 @@ class Outcome:
             self.scenes += 1
             if row["error"] is not None:
                 self.errors.append((row["path"], row["error"]))
-            elif row["model"] is None:
-                self.models["none"] += 1
             else:
-                self.models[row["model"]] += 1
+                self.models[self._answer(row)] += 1
             if self.confusion is not None:
                 self.confusion.add(row)
             if self.comparison is not None:
                 self.comparison.add(row)
             yield row
+
+    def _answer(self, row: Row) -> str:
+        if self.confusion is not None:
+            return answer(row, self.confusion.classes)[0]
+        return NONE if row["model"] is None else str(row["model"])
 
     def lines(self) -> Iterator[str]:
         """What a reader wants to know first, as text."""

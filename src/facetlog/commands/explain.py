@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from facetlog.commands.page_file import Html, check_page, write_page
 from facetlog.commands.shared import NO, YES, AsJson, Models, Raw, Trust, command
 from facetlog.errors import InputError
 from facetlog.terminal import note
@@ -51,6 +52,7 @@ def why_command(
         bool,
         typer.Option("--full", help="The whole proof, and where each face comes from, to pixels."),
     ] = False,
+    html: Html = None,
 ) -> int:
     """Says why a model holds, or where a face or fact comes from.
 
@@ -68,7 +70,10 @@ def why_command(
         raise unknown_subject(session.base.models, names, about.model)
 
     return _explained(
-        explain, scene, model, parts, thing, models, trust=trust, raw=raw, as_json=as_json
+        *(explain, scene, model, parts, thing, models, html),
+        trust=trust,
+        raw=raw,
+        as_json=as_json,
     )
 
 
@@ -85,6 +90,7 @@ def why_not_command(
         int, typer.Option("--count", metavar="N", help="How many near misses at most.")
     ] = 5,
     full: Annotated[bool, typer.Option("--full", help="The whole proof of each.")] = False,
+    html: Html = None,
 ) -> int:
     """Shows what nearly is one, and by how much it is not. Exit code 1: there is nothing to say."""
     from facetlog.query_shell.explaining import unknown_subject, why_not
@@ -97,7 +103,9 @@ def why_not_command(
             raise unknown_subject(session.base.models, {}, about.model)
         return why_not(session, name, about, count=count, full=full)
 
-    return _explained(explain, scene, model, parts, thing, models, trust=trust, as_json=as_json)
+    return _explained(
+        explain, scene, model, parts, thing, models, html, trust=trust, as_json=as_json
+    )
 
 
 def _explained(
@@ -107,6 +115,7 @@ def _explained(
     parts: list[str] | None,
     thing: str | None,
     models: list[Path] | None,
+    html: Path | None,
     *,
     trust: bool,
     raw: bool = False,
@@ -116,10 +125,16 @@ def _explained(
     from facetlog.query_shell.session import Session
 
     about = About(model, thing, parts_given(parts or ()))
+    if html is not None:
+        check_page(html)
     with Session(trust=trust, raw=raw) as session:
         session.load_models(models or ())
         (file,) = session.load_scenes([scene])
         explanation = explain(session, file.name, about)
+        if html is not None and explanation.verdicts:
+            write_page(html, file, verdicts=explanation.verdicts)
+        elif html is not None:
+            note(f"no verdict is about this: {html} was not written")
     typer.echo(explanation.json if as_json else "\n".join(explanation.lines))
     if explanation.hint and not as_json:
         note(f"facetlog why-not {quote(str(scene))} {explanation.hint}")

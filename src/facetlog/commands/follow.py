@@ -19,7 +19,7 @@ from facetlog.degree_plot import Degrees, degrees_of
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
-from facetlog.pipeline import Recognised, open_models, stated_up
+from facetlog.pipeline import Recognised, check_up, open_models, with_stated_up
 from facetlog.query_shell.words import nearest
 from facetlog.report import verdicts_text, write_report
 from facetlog.stream import Stop, StreamStep, steps
@@ -28,6 +28,8 @@ from facetlog.terminal import note, one_line, show_times, warn
 __all__ = ["SCHEMA", "followed", "step_json", "step_line"]
 
 SCHEMA = "facetlog-stream/1"
+DIGITS = 4
+"""Of standard deviations and degrees in the lines after each view."""
 # Open verdicts that a line has room for.
 SHOWN = 2
 
@@ -57,7 +59,7 @@ def step_json(step: StreamStep, *, full: bool = False) -> str:
         "schema": SCHEMA,
         "view": step.view or None,
         "used": step.used,
-        "largest_sd": step.largest_sd,
+        "largest_sd": _rounded(step.largest_sd),
         "problem": step.problem or None,
     }
     if step.ended:
@@ -65,11 +67,17 @@ def step_json(step: StreamStep, *, full: bool = False) -> str:
         document["recognition"] = None if found is None else found.to_json(full=full)
     elif found is not None:
         document["verdicts"] = [
-            {"thing": v.thing, "model": v.model, "state": v.state.value, "degree": v.degree,
-             "degree_at_most": v.degree_at_most, "summary": v.summary}
+            {"thing": v.thing, "model": v.model, "state": v.state.value,
+             "degree": _rounded(v.degree), "degree_at_most": _rounded(v.degree_at_most),
+             "summary": v.summary}
             for v in found.verdicts
         ]  # fmt: skip
     return json.dumps(document)
+
+
+def _rounded(number: float | None) -> float | None:
+    """A number with the digits that mean something of what is known by then."""
+    return None if number is None else float(f"{number:.{DIGITS}g}")
 
 
 @contextmanager
@@ -124,7 +132,7 @@ def followed(
 
     if out is not None:
         check_replaceable(out)
-    upwards = stated_up(up)
+    check_up(up)
     clock = StepClock()
     source = FollowedViews(path, unit=unit, trusted=trusted, timeout=timeout)
     last: StreamStep | None = None
@@ -142,11 +150,12 @@ def followed(
             for line in source.problems:
                 warn(line)
             raise InputError(f"{path}: {source.ended}")
-        upwards = source.up if upwards is None else upwards
+        known = with_stated_up(ViewSet(source.name, (), up=source.up, metric=source.metric), up)
         online = OnlineScene(
-            name=source.name,
-            up=upwards,
-            metric=source.metric,
+            name=known.name,
+            up=known.up,
+            find_up=known.find_up,
+            metric=known.metric,
             error_kind=source.error_kind,
             clock=clock,
         )
@@ -180,7 +189,7 @@ def followed(
             return INTERRUPTED if interrupted else NO
         for line in last.scene.warnings:
             warn(line)
-        kept = ViewSet(source.name, online.key_views, up=upwards, metric=source.metric, source=path)
+        kept = replace(known, views=online.key_views, source=path)
         found = Recognised(kept, last.scene, last.facts, last.recognition, clock)
         if out is not None:
             write_report(out, found, degrees=degrees, full=full)

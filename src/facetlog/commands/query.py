@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from facetlog.commands.page_file import Html, answers_to, check_page, write_page
 from facetlog.commands.shared import Models, Trust, command
 from facetlog.errors import InputError
 
@@ -35,12 +36,14 @@ def query_command(
     timeout: Annotated[
         float | None, typer.Option("--timeout", metavar="SECONDS", help="At most so long a goal.")
     ] = None,
+    html: Html = None,
 ) -> int:
     """Asks scenes. Without a goal: a prompt, or goals from standard input.
 
     Exit code 0: there are answers, 1: there are none, 2: a goal is faulty, 3: a limit was reached.
     """
     from facetlog.kb.limits import Limits
+    from facetlog.query_shell.asking import Outcome
     from facetlog.query_shell.batch import run_batch
     from facetlog.query_shell.goal_text import split_goals
     from facetlog.query_shell.lines import run_line
@@ -56,13 +59,21 @@ def query_command(
     paths, goal = scenes_and_goal(arguments)
     if goal is not None and not any(split_goals(goal)):
         raise InputError("the goal is empty: give one as face(F), or none for a prompt")
+    if html is not None:
+        check_page(html)
+        if goal is None or len(paths) != 1 or len(list(split_goals(goal))) != 1:
+            raise InputError("--html is of one scene and one goal: give both")
     limits = Limits() if timeout is None else Limits(seconds=timeout)
     with Session(trust=trust, limits=limits) as session:
         session.load_models(models or ())
         session.load_scenes(paths)
         shell = Shell(session, Screen(), limit, as_json=as_json)
         if goal is not None:
-            return run_line(shell, goal)
+            outcome = run_line(shell, goal)
+            if html is not None and outcome in (Outcome.YES, Outcome.NO):
+                (file,) = session.scene_files
+                write_page(html, file, answers=answers_to(session, goal, limit))
+            return outcome
         # A prompt needs a terminal on both sides; what it asks for must not get among the answers.
         if not (sys.stdin.isatty() and (sys.stdout.isatty() or sys.stderr.isatty())):
             return run_batch(shell, sys.stdin)

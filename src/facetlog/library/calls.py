@@ -1,6 +1,5 @@
 """Recognise, classify and ask in one call each."""
 
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -35,14 +34,16 @@ def recognize(
     models: Models = (),
     up: Up = None,
     unit: str | None = None,
+    scale: str | None = None,
     trust: bool = False,
     raw: bool = False,
 ) -> Result:
     """What is there: the scene, and what all models say of each thing in it.
 
-    `up` and `unit` (m, cm, mm, in, ft) say what a file does not. Models that are not to be trusted
-    are evaluated in a process of their own; `raw` verdicts have no confidence. Raises InputError
-    for a source, RuleSyntaxError for a model that cannot be used, EngineError without SWI-Prolog.
+    `up` and `unit` (m, cm, mm, in, ft) say what a file does not, `scale` as in read_scene. Models
+    that are not to be trusted are evaluated in a process of their own; `raw` verdicts have no
+    confidence. Raises InputError for a source, RuleSyntaxError for a model that cannot be used,
+    EngineError without SWI-Prolog.
     """
     from facetlog.kb.recognize import judged_scene
     from facetlog.pipeline import load_scene, open_models
@@ -50,21 +51,25 @@ def recognize(
     paths = model_paths(models)
     # Before any long work: a model that cannot be used would lose it.
     with open_models(paths, trusted=trust, raw=raw) as base:
-        scene = _scene_of(source, up, unit, trust=trust)
+        scene = _in_scale(_scene_of(source, up, unit, trust=trust), scale)
         load_scene(base, scene)
         return Result(scene, judged_scene(base, scene.name), paths, trust, raw)
 
 
-def read_scene(path: str | Path, *, up: Up = None, unit: str | None = None) -> "Scene":
+def read_scene(
+    path: str | Path, *, up: Up = None, unit: str | None = None, scale: str | None = None
+) -> "Scene":
     """The scene in a file: one of facetlog's, a mesh, a cloud, or the folder of a COLMAP model.
 
-    Without `up` it is what the file says, or is found from a floor. Raises InputError for a file
-    that cannot be read.
+    Without `up` it is what the file says, or is found from a floor. `scale` is a length that is
+    known where the unit is not, as "v3 v7 = 25 cm", "e5 = 25 ± 0.1 cm" or "height = 74 cm". Raises
+    InputError for a file that cannot be read.
     """
-    from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
+    from facetlog.perception.shapes.read_shape import ShapeOptions, read_stated
 
     up = _stated(up)
-    return read_shape(Path(path), ShapeOptions(_up(up), up is None, _unit(unit)))
+    scene = read_stated(Path(path), ShapeOptions(_up(up), up is None, _unit(unit)))
+    return _in_scale(scene, scale)
 
 
 def classify(
@@ -173,19 +178,27 @@ def _unit(unit: str | None) -> str | None:
 
 
 def _scene_of(source: Source, up: Up, unit: str | None, *, trust: bool) -> "Scene":
+    from facetlog.perception.reading.pose_files.register import has_poses
     from facetlog.perception.scene import Scene
+    from facetlog.perception.shapes.read_shape import ShapeOptions, stated
 
     up = _stated(up)
     if isinstance(source, Scene):
-        return source if up is None else replace(source, up=_unit_vector(up))
+        return stated(source, ShapeOptions(_up(up), up is None, _unit(unit)))
     if not isinstance(source, str | Path):
         return _reconstructed(_view_set(source), up)
     path = Path(source)
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
-    if _has_views(path):
+    if has_poses(path):
         return _reconstructed(_read_views(path, _unit(unit), trust=trust), up)
     return read_scene(path, up=up, unit=unit)
+
+
+def _in_scale(scene: "Scene", scale: str | None) -> "Scene":
+    from facetlog.perception.facts.known_length import KnownLength, with_known_length
+
+    return scene if scale is None else with_known_length(scene, KnownLength.parse(scale))[0]
 
 
 def _scenes(
@@ -225,22 +238,6 @@ def _unit_vector(up: Up) -> "FloatArray | None":
     return None if vector is None else np.array(vector)
 
 
-def _has_views(path: Path) -> bool:
-    """Whether there are poses of pictures, and not a shape."""
-    from facetlog.perception.reading.pose_files.pan_tilt_file import POSES_FILE
-    from facetlog.perception.reading.pose_files.register import has_poses
-    from facetlog.regular_file import read_regular
-
-    if path.is_dir():
-        return has_poses(path)
-    if path.name == POSES_FILE or path.suffix.lower() != ".json":
-        return path.name == POSES_FILE
-    try:
-        return "frames" in json.loads(read_regular(path))
-    except (OSError, ValueError, TypeError):
-        return False  # who reads it as a scene says what is wrong
-
-
 def _read_views(path: Path, unit: str | None, *, trust: bool) -> "ViewSet":
     from facetlog.pipeline import views_from
 
@@ -254,8 +251,10 @@ def _view_set(views: "Iterable[View]") -> "ViewSet":
 
 
 def _reconstructed(view_set: "ViewSet", up: Up) -> "Scene":
-    from facetlog.pipeline import reconstruct_views
+    from facetlog.pipeline import reconstruct_views, with_stated_up
 
-    if up is not None:
+    if up is None or isinstance(up, str):
+        view_set = with_stated_up(view_set, up)
+    else:
         view_set = replace(view_set, up=_unit_vector(up))
     return reconstruct_views(view_set, clock=StepClock())

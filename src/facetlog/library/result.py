@@ -145,7 +145,8 @@ def _viewer(scene: "Scene") -> str:
         return ""
     page = html.escape(viewer_html(scene), quote=True)
     return (
-        f'<iframe srcdoc="{page}" title="{html.escape(scene.name, quote=True)} in 3-D" '
+        f'<iframe sandbox="allow-scripts" srcdoc="{page}" '
+        f'title="{html.escape(scene.name, quote=True)} in 3-D" '
         f'style="width: 100%; height: {VIEWER_HEIGHT_PX}px; border: 0"></iframe>'
     )
 

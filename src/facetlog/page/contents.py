@@ -1,8 +1,9 @@
-"""What the page shows, as plain values for its template."""
+"""What a page shows, as plain values for its template."""
 
 import base64
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import cv2
@@ -11,7 +12,8 @@ import numpy as np
 from facetlog import __version__
 from facetlog.counted import many
 from facetlog.kb.explaining.proof import MARKS, State
-from facetlog.kb.explaining.trace import trace
+from facetlog.kb.explaining.trace import Step, steps
+from facetlog.kb.explaining.verdict_text import parts_text, size_texts
 from facetlog.page.model_view import model_view
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
     from facetlog.perception.types import View
 
-__all__ = ["contents"]
+__all__ = ["Answers", "Subject", "contents"]
 
 PICTURE_PX = 720  # the longer side of a picture in the page
 JPEG_QUALITY = 72
@@ -35,29 +37,75 @@ MOST_IN_A_RUN = 500
 STANDS = {State.HOLDS: "holds", State.FAILS: "fails", State.UNKNOWN: "open"}
 
 
-def contents(found: Recognised, pieces: "ShownPieces") -> dict[str, Any]:
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """The answers to a goal as texts: a head for each column, and the cells of each row."""
+
+    goal: str
+    heads: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Subject:
+    """What a page is about: a scene, and what was asked of it.
+
+    `best` are the verdicts that hold, `others` those that do not. `views` have the poses with which
+    the scene was found. `times` are names and seconds.
+    """
+
+    scene: "Scene"
+    pieces: "ShownPieces"
+    best: "tuple[Verdict, ...]" = ()
+    others: "tuple[Verdict, ...]" = ()
+    answers: Answers | None = None
+    views: "tuple[View, ...]" = ()
+    warnings: tuple[str, ...] = ()
+    times: tuple[tuple[str, float], ...] = ()
+
+    @classmethod
+    def of_run(cls, found: Recognised, pieces: "ShownPieces") -> "Subject":
+        """The whole run, from its pictures to its verdicts."""
+        best = found.recognition.best
+        return cls(
+            found.scene,
+            pieces,
+            best,
+            tuple(v for v in found.recognition.verdicts if v not in best),
+            views=found.placed_views,
+            warnings=(*found.view_set.problems, *found.scene.warnings),
+            times=tuple((t.name, t.wall) for t in (*found.clock.times, found.clock.total)),
+        )
+
+    @property
+    def title(self) -> str:
+        """What the page says in a line: what was found, or was asked."""
+        if self.answers is not None:
+            return self.answers.goal
+        one = self.best or (self.others if len(self.others) == 1 else ())
+        return "; ".join(verdict.summary for verdict in one) or "no model matches"
+
+
+def contents(subject: Subject) -> dict[str, Any]:
     """All that the template (page.html.jinja) names."""
-    scene, recognition, views = found.scene, found.recognition, found.placed_views
-    best = recognition.best
-    others = [v for v in recognition.verdicts if v not in best]
+    scene = subject.scene
     return {
         "version": __version__,
         "name": scene.name,
-        "answer": "; ".join(v.summary for v in best) or "no model matches",
-        "found": bool(best),
-        "seen": _seen(found),
-        "best": [_verdict(v) for v in best],
-        "others": [_verdict(v) for v in others],
-        "model_view": model_view(scene, pieces, views),
-        "kinds": _kinds(scene, pieces, views),
-        "pictures": list(_pictures(scene, views)),
-        "warnings": [*found.view_set.problems, *scene.warnings],
-        "times": [(t.name, f"{t.wall:.1f}") for t in (*found.clock.times, found.clock.total)],
+        "answer": subject.title,
+        "seen": _seen(scene),
+        "best": [_verdict(v) for v in subject.best],
+        "others": [_verdict(v) for v in subject.others],
+        "answers": None if subject.answers is None else _answers(subject.answers),
+        "model_view": model_view(scene, subject.pieces, subject.views),
+        "kinds": _kinds(scene, subject.pieces, subject.views),
+        "pictures": list(_pictures(scene, subject.views)),
+        "warnings": subject.warnings,
+        "times": [(name, f"{seconds:.1f}") for name, seconds in subject.times],
     }
 
 
-def _seen(found: Recognised) -> str:
-    scene = found.scene
+def _seen(scene: "Scene") -> str:
     counts = (
         many(len(scene.views), "view"),
         many(len(scene.faces), "face"),
@@ -67,6 +115,11 @@ def _seen(found: Recognised) -> str:
     unit = "lengths in metres" if scene.metric else "scale not known"
     up = "up known" if scene.up is not None else "up not known"
     return f"{', '.join(counts)}; {unit}, {up}"
+
+
+def _answers(answers: Answers) -> dict[str, Any]:
+    rows = [[_marked(cell) for cell in row] for row in answers.rows]
+    return {"heads": answers.heads, "rows": rows, "count": many(len(rows), "answer")}
 
 
 def _kinds(
@@ -84,20 +137,18 @@ def _kinds(
 
 
 def _verdict(verdict: "Verdict") -> dict[str, Any]:
-    lines = list(verdict.lines())
+    parts, sizes = parts_text(verdict), size_texts(verdict)
+    faces = " ".join(face for part in verdict.parts for face in part.faces)
     return {
         "summary": verdict.summary,
         "state": STANDS[verdict.state],
-        "holds": verdict.state is State.HOLDS,
-        "lines": [_marked(line) for line in lines[1:] if _is_about_parts(line)],
+        "lines": [
+            *([{"text": f"parts: {parts}", "names": faces}] if verdict.parts else ()),
+            *([_marked(f"sizes: {', '.join(sizes)}")] if sizes else ()),
+        ],
         "conditions": [_condition(c, verdict.length_unit) for c in verdict.conditions],
         "unseen": [line for each in verdict.unseen for line in each.lines([])],
-        "names": " ".join(f for part in verdict.parts for f in part.faces),
     }
-
-
-def _is_about_parts(line: str) -> bool:
-    return line.startswith(("  parts:", "  sizes:", "         "))
 
 
 def _condition(condition: "Condition", unit: str | None) -> dict[str, Any]:
@@ -109,27 +160,26 @@ def _condition(condition: "Condition", unit: str | None) -> dict[str, Any]:
         "said": condition.said,
         "degree": f"{proof.low:.0%}",
         "origin": condition.origin,
-        "steps": _tree(trace(proof, unit)),
+        "steps": _tree(steps(proof, unit)),
     }
 
 
-def _tree(lines: Iterable[str]) -> list[dict[str, Any]]:
-    """Steps with those that they rest on, from lines that are indented by two more each."""
+def _tree(found: Iterable[Step]) -> list[dict[str, Any]]:
+    """Steps with those that they rest on."""
     top: list[dict[str, Any]] = []
     open_ones: list[tuple[int, list[dict[str, Any]]]] = [(-1, top)]
-    for line in lines:
-        depth = len(line) - len(line.lstrip())
+    for depth, text in found:
         while open_ones[-1][0] >= depth:
             open_ones.pop()
-        step = {**_marked(line.strip()), "steps": []}
+        step = {**_marked(text), "steps": []}
         open_ones[-1][1].append(step)
         open_ones.append((depth, step["steps"]))
     return top
 
 
 def _marked(line: str) -> dict[str, Any]:
-    """The line and the names that it has, to be lit up."""
-    return {"text": line.strip(), "names": " ".join(dict.fromkeys(_names(line)))}
+    """A text and the names that it has, to be lit up."""
+    return {"text": line, "names": " ".join(dict.fromkeys(_names(line)))}
 
 
 def _names(line: str) -> Iterator[str]:

@@ -1,23 +1,18 @@
 """The page as a file: no other file and no network is needed to look at it."""
 
 from importlib.resources import files
-from typing import TYPE_CHECKING
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from facetlog.page.contents import contents
-from facetlog.pipeline import Recognised
-
-if TYPE_CHECKING:
-    from facetlog.perception.pieces.shown_pieces import ShownPieces
+from facetlog.page.contents import Subject, contents
 
 __all__ = ["PAGE_FILE", "page"]
 
 PAGE_FILE = "report.html"
 
 
-def page(found: Recognised, pieces: "ShownPieces") -> str:
-    """The page of a run, as text."""
+def page(subject: Subject) -> str:
+    """The page of a run, or of what was asked of a scene, as text."""
     environment = Environment(
         loader=PackageLoader(__package__ or "", ""),
         autoescape=True,
@@ -30,4 +25,4 @@ def page(found: Recognised, pieces: "ShownPieces") -> str:
         for name, file in (("style", "page.css"), ("script", "page.js"))
     }
     template = environment.get_template("page.html.jinja")
-    return template.render(**contents(found, pieces), **beside)
+    return template.render(**contents(subject), **beside)

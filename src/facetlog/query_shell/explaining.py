@@ -45,7 +45,7 @@ class Explanation:
     """An answer as text and as the same data; `yes` if it holds, or if there is something to say.
 
     `hint` is what a reader may do next, to follow the name of the command why_not. `cut` says that
-    the lines leave something out which they have in full.
+    the lines leave something out which they have in full. `verdicts` are those that it is about.
     """
 
     yes: bool
@@ -53,6 +53,7 @@ class Explanation:
     data: Mapping[str, Any]
     hint: str = ""
     cut: bool = False
+    verdicts: tuple[Verdict, ...] = ()
 
     def __post_init__(self) -> None:
         # Names of pictures are whatever a file says.
@@ -131,7 +132,7 @@ def why(session: Session, scene: str, about: About, *, full: bool = False) -> Ex
         **({"origins": {f: o.to_json() for f, o in origins.items()}} if full else {}),
     }
     hint = "" if holds else f"{about.model} shows what else comes near"
-    return Explanation(holds, tuple(lines), data, hint, cut=not full)
+    return Explanation(holds, tuple(lines), data, hint, cut=not full, verdicts=(verdict,))
 
 
 def why_not(
@@ -156,7 +157,8 @@ def why_not(
         found = session.base.why(scene, about.model)
         if not found.thing:
             lines = tuple(found.lines())  # where there is nothing, why
-    return Explanation(bool(misses), lines, data, cut=bool(misses) and not full)
+    cut = bool(misses) and not full
+    return Explanation(bool(misses), lines, data, cut=cut, verdicts=tuple(misses))
 
 
 def _miss(verdict: Verdict, *, full: bool) -> Iterator[str]:

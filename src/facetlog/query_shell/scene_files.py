@@ -52,7 +52,7 @@ class SceneFile:
         """
         from facetlog.perception.facts.all_facts import fact_rows
 
-        rows = fact_rows(self._scene())
+        rows = fact_rows(self.scene())
         for functor in tuple(rows):  # in the order of scene_facts
             found = rows.pop(functor)
             # Handed over is let go: of many faces the rest needs the room.
@@ -64,10 +64,11 @@ class SceneFile:
         """The facts that `facts` leaves out; InputError as there."""
         from facetlog.perception.facts.all_facts import facts_on_demand
 
-        for fact in facts_on_demand(self._scene()):
+        for fact in facts_on_demand(self.scene()):
             yield fact.row
 
-    def _scene(self) -> "Scene":
+    def scene(self) -> "Scene":
+        """The scene itself; InputError as for `facts`."""
         from facetlog.perception.facts.most_faces import check_face_count
         from facetlog.perception.surfaces.scene_file import scene_from_json
 

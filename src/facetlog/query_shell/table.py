@@ -86,6 +86,14 @@ class Table:
         rule = ["─" * width for width in self._widths]
         return [self._line(self._heads, self._right(rows)), GAP.join(rule)]
 
+    def cells(
+        self, rows: Sequence[Sequence[Term]]
+    ) -> tuple[tuple[str, ...], tuple[tuple[str, ...], ...]]:
+        """The heads of the columns and the cells of some rows, none cut."""
+        rows = self._in_units(rows)
+        columns = [self._column(i, rows) for i in range(len(self.names))]
+        return self._heads, tuple(zip(*columns, strict=True))
+
     def values(self, row: Sequence[Term]) -> tuple[str, ...]:
         """The values of one row, each with its unit."""
         rows = self._in_units([row])

@@ -1,5 +1,7 @@
 """Undistorted pictures are what a pinhole would have taken."""
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 import pytest
@@ -80,17 +82,69 @@ def _thin_prism_fisheye(k: list[float], p: list[float], s: list[float]) -> Float
     return _in_pixels(u + du, v + dv)
 
 
+def _radial_first(k: list[float], p: list[float], s: list[float]) -> FloatArray:
+    """By Project Aria's Fisheye624: the radial terms first, the others of what they make."""
+    theta = np.arctan(np.hypot(RAYS[:, 0], RAYS[:, 1]))
+    angle = np.arctan2(RAYS[:, 1], RAYS[:, 0])
+    far = theta + sum(c * theta ** (2 * n + 1) for n, c in enumerate(k, start=1))
+    x, y = far * np.cos(angle), far * np.sin(angle)
+    xd = x + p[0] * (2 * x**2 + far**2) + 2 * p[1] * x * y + s[0] * far**2 + s[1] * far**4
+    yd = y + p[1] * (2 * y**2 + far**2) + 2 * p[0] * x * y + s[2] * far**2 + s[3] * far**4
+    return _in_pixels(xd, yd)
+
+
+def _where(undistorted: Callable[[FloatArray], FloatArray]) -> FloatArray:
+    """Where radii lie whose undistorted ones are given by a formula, by a table of it."""
+    table = np.linspace(0, 1, 100_001)
+    r = np.hypot(RAYS[:, 0], RAYS[:, 1])
+    angle = np.arctan2(RAYS[:, 1], RAYS[:, 0])
+    radius = np.interp(r, undistorted(table), table)
+    return _in_pixels(radius * np.cos(angle), radius * np.sin(angle))
+
+
+def _unified(alpha: float, beta: float) -> FloatArray:
+    """By Khomutenko, Garcia and Martinet: x over alpha sqrt(beta r² + z²) + (1 - alpha) z."""
+    x, y, z = RAYS.T
+    depth = alpha * np.sqrt(beta * (x * x + y * y) + z * z) + (1 - alpha) * z
+    return _in_pixels(x / depth, y / depth)
+
+
 POLYNOMIAL, FISHEYE = Distortion.POLYNOMIAL, Distortion.FISHEYE
 FURTHER = {
     "rational": (
         Lens(CAMERA, POLYNOMIAL, (0.3, -0.1, 0.02, 0), (0.002, -0.001), (0.2, -0.05, 0.01)),
         _opencv([0.3, -0.1, 0.002, -0.001, 0.02, 0.2, -0.05, 0.01]),
     ),
-    "wide angle": (Lens(CAMERA, Distortion.FOV, omega=0.9), _fov(0.9)),
-    "tele": (Lens(CAMERA, Distortion.FOV, omega=1e-3), _fov(1e-3)),
+    "wide angle": (Lens(CAMERA, Distortion.FOV, projection=(0.9,)), _fov(0.9)),
+    "tele": (Lens(CAMERA, Distortion.FOV, projection=(1e-3,)), _fov(1e-3)),
     "thin prism": (
-        Lens(CAMERA, FISHEYE, (0.05, -0.02, 0.01, 0.003), (0.01, -0.02), prism=(0.02, -0.03)),
+        Lens(CAMERA, FISHEYE, (0.05, -0.02, 0.01, 0.003), (0.01, -0.02), prism=(0.02, 0, -0.03, 0)),
         _thin_prism_fisheye([0.05, -0.02, 0.01, 0.003], [0.01, -0.02], [0.02, -0.03]),
+    ),
+    "radial first": (
+        Lens(
+            *(CAMERA, Distortion.FISHEYE_RADIAL_FIRST, (0.3, -0.2, 0.1, 0.05, -0.3, 0.2)),
+            tangential=(0.01, -0.02),
+            prism=(0.02, 0.05, -0.03, -0.06),
+        ),
+        _radial_first([0.3, -0.2, 0.1, 0.05, -0.3, 0.2], [-0.02, 0.01], [0.02, 0.05, -0.03, -0.06]),
+    ),
+    "division, barrel": (
+        Lens(CAMERA, Distortion.DIVISION, projection=(-0.3,)),
+        _where(lambda d: d / (1 - 0.3 * d * d)),
+    ),
+    "division, cushion": (
+        Lens(CAMERA, Distortion.DIVISION, projection=(0.1,)),
+        _where(lambda d: d / (1 + 0.1 * d * d)),
+    ),
+    "unified": (Lens(CAMERA, Distortion.UNIFIED, projection=(0.6, 1.2)), _unified(0.6, 1.2)),
+    "inverse, barrel": (
+        Lens(CAMERA, Distortion.INVERSE, projection=(0.3,)),
+        _where(lambda d: d * (1 + 0.3 * d * d)),
+    ),
+    "inverse, cushion": (
+        Lens(CAMERA, Distortion.INVERSE, projection=(-0.1,)),
+        _where(lambda d: d * (1 - 0.1 * d * d)),
     ),
 }
 
@@ -122,3 +176,6 @@ def test_a_pinhole_leaves_the_picture_alone() -> None:
 def test_coefficients_that_fold_the_picture_are_refused() -> None:
     with pytest.raises(CalibrationError, match="folds"):
         _ = Lens(CAMERA, Distortion.POLYNOMIAL, (-50.0, 0.0, 0.0, 0.0)).pinhole
+    for distortion, k in ((Distortion.DIVISION, 50.0), (Distortion.INVERSE, -50.0)):
+        with pytest.raises(CalibrationError, match="folds"):
+            _ = Lens(CAMERA, distortion, projection=(k,)).pinhole

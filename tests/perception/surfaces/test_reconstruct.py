@@ -12,7 +12,7 @@ from facetlog.errors import InconsistentViewsError, InputError
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.surfaces.reconstruct import reconstruct
+from facetlog.perception.surfaces.reconstruct import UP_OF_GROUND, reconstruct
 from facetlog.perception.types import Camera, FloatArray, Pose, StoredPicture, View
 from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled, views_of
 from facetlog.robot.rendering.world import World
@@ -318,3 +318,10 @@ def test_a_lens_far_off_is_found_in_steps() -> None:
     scene = scene_of(views, "lines")
     true = np.array(solid_truth(make_world("block", 0)).vertices)
     assert rms(scene, true) < 0.1
+
+
+@pytest.mark.parametrize("find_up", [True, False])
+def test_up_is_that_of_the_ground_unless_it_is_to_stay_unknown(find_up: bool) -> None:
+    scene = reconstruct(tour("block")[::3], name="block", find_up=find_up)
+    assert (scene.up is not None) == find_up
+    assert (UP_OF_GROUND in scene.warnings) == find_up

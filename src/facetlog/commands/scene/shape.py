@@ -11,7 +11,7 @@ from facetlog.terminal import warn
 if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
 
-__all__ = ["Sensor", "Shape", "ShapeArgument", "Unit", "Up", "read"]
+__all__ = ["Scale", "Sensor", "Shape", "ShapeArgument", "Unit", "Up", "read"]
 
 ShapeArgument = Annotated[
     Path,
@@ -23,10 +23,18 @@ ShapeArgument = Annotated[
 ]
 Up = Annotated[
     str,
-    typer.Option("--up", metavar="AXIS", help="Of raw shapes: x y z -x -y -z, auto or none."),
+    typer.Option("--up", metavar="AXIS", help="Upwards: x y z -x -y -z, auto or none."),
 ]
 Unit = Annotated[
-    str, typer.Option("--unit", metavar="U", help="Of raw shapes: m cm mm in ft or none.")
+    str, typer.Option("--unit", metavar="U", help="Of lengths: m cm mm in ft or none.")
+]
+Scale = Annotated[
+    str | None,
+    typer.Option(
+        "--scale",
+        metavar="LENGTH",
+        help='A known length, where no unit is: "v3 v7 = 25 cm", "e5 = 2 ft", "height = 74 cm".',
+    ),
 ]
 Sensor = Annotated[
     str,
@@ -50,12 +58,13 @@ class Shape:
     unit_known: str
 
 
-def read(path: Path, up: str, unit: str, sensor: str) -> Shape:
+def read(path: Path, up: str, unit: str, sensor: str, scale: str | None) -> Shape:
     """The scene of a file or folder, with options in the words of the command line.
 
     Raises InputError for words that are none, and for what cannot be read.
     """
-    from facetlog.perception.shapes.read_shape import ShapeOptions, read_shape
+    from facetlog.perception.facts.known_length import KnownLength, with_known_length
+    from facetlog.perception.shapes.read_shape import ShapeOptions, read_stated
     from facetlog.perception.shapes.shape_options import (
         says_itself,
         sensor_from,
@@ -64,20 +73,21 @@ def read(path: Path, up: str, unit: str, sensor: str) -> Shape:
     )
 
     up, unit = up.lower(), unit.lower()
+    known = None if scale is None else KnownLength.parse(scale)
     options = ShapeOptions(
         up_from(up), find_floor=up == AUTO, unit=unit_from(unit), sensor=sensor_from(sensor)
     )
     if path.is_dir() and (path / SCENE_IN_FOLDER).is_file():
         path = path / SCENE_IN_FOLDER
-    scene = read_shape(path, options)
+    scene = read_stated(path, options)
     itself = says_itself(str(path))
-    if itself and (up != AUTO or unit != NONE or sensor != NONE):
-        warn(
-            f"{path}: a scene says its up, its unit and its sensors itself; --up, --unit and "
-            "--sensor do not count"
-        )
+    if itself and sensor != NONE:
+        warn(f"{path}: a scene says from where it was seen itself; --sensor does not count")
     how_up = _how_up(path, scene, itself=itself, given=options.up is not None)
-    how_unit = "given" if options.unit and not itself else "as the file says"
+    how_unit = "given" if options.unit else "as the file says"
+    if known is not None:
+        scene, found = with_known_length(scene, known)
+        how_unit = f"by the known length: {found}"
     return Shape(
         scene,
         "not known" if scene.up is None else how_up,
@@ -88,10 +98,10 @@ def read(path: Path, up: str, unit: str, sensor: str) -> Shape:
 def _how_up(path: Path, scene: "Scene", *, itself: bool, given: bool) -> str:
     from facetlog.perception.shapes.regions.up_direction import FROM_CAMERAS
 
-    if itself:
-        return "as the file says"
     if given:
         return "given"
+    if itself:
+        return "as the file says"
     if path.suffix.lower() in FORMATS_WITH_UP:
         return "as the format says"
     # as cloud_regions.py says it

@@ -43,6 +43,8 @@ def test_bundlers_axes_and_middle_are_those_of_transforms_json(tmp_path: Path) -
     found = read_views(write_bundler(tmp_path / "tour"))
     same_views(found.views, read_views(wanted).views)
     assert found.name == "tour"
+    (problem,) = found.problems
+    assert "images/lost.png has no pose: it was not registered; left out" in problem
     assert found.description == "Bundler model, 3 pictures, up unknown, unit unknown"
 
 

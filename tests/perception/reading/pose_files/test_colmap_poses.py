@@ -8,11 +8,10 @@ from typing import Any
 import pytest
 
 from facetlog.errors import CalibrationError, InputError
-from facetlog.library.calls import _has_views
 from facetlog.perception.reading.follow_views import FollowedViews
 from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.own_folder import OutsideError
-from facetlog.perception.reading.pose_files.register import read_poses
+from facetlog.perception.reading.pose_files.register import has_poses, read_poses
 from facetlog.perception.reading.read_views import read_views
 from tests.perception.reading.pose_files.same_views import same_views
 from tests.perception.reading.view_folders import (
@@ -82,7 +81,7 @@ MODELS: list[tuple[str, int, tuple[float, ...], Distortion, dict[str, Any]]] = [
             "rational": (0.06, 0.07, 0.08),
         },
     ),
-    ("FOV", 7, (50, 51, 24, 16, 0.4), Distortion.FOV, {"omega": 0.4}),
+    ("FOV", 7, (50, 51, 24, 16, 0.4), Distortion.FOV, {"projection": (0.4,)}),
     ("SIMPLE_RADIAL_FISHEYE", 8, (50, 24, 16, 0.1), Distortion.FISHEYE, {"radial": (0.1, 0, 0, 0)}),
     (
         *("RADIAL_FISHEYE", 9, (50, 24, 16, 0.01, 0.02), Distortion.FISHEYE),
@@ -96,9 +95,44 @@ MODELS: list[tuple[str, int, tuple[float, ...], Distortion, dict[str, Any]]] = [
         {
             "radial": (0.01, 0.02, 0.05, 0.06),
             "tangential": (0.003, 0.004),
-            "prism": (0.007, 0.008),
+            "prism": (0.007, 0, 0.008, 0),
         },
     ),
+    (
+        "RAD_TAN_THIN_PRISM_FISHEYE",
+        11,
+        *(
+            (
+                50,
+                51,
+                24,
+                16,
+                0.01,
+                0.02,
+                0.03,
+                0.04,
+                0.05,
+                0.06,
+                0.004,
+                0.003,
+                5e-3,
+                6e-3,
+                7e-3,
+                8e-3,
+            ),
+        ),
+        Distortion.FISHEYE_RADIAL_FIRST,
+        {
+            "radial": (0.01, 0.02, 0.03, 0.04, 0.05, 0.06),
+            "tangential": (0.003, 0.004),
+            "prism": (5e-3, 6e-3, 7e-3, 8e-3),
+        },
+    ),
+    ("SIMPLE_DIVISION", 12, (50, 24, 16, 0.1), Distortion.DIVISION, {"projection": (0.1,)}),
+    ("DIVISION", 13, (50, 51, 24, 16, 0.1), Distortion.DIVISION, {"projection": (0.1,)}),
+    ("SIMPLE_FISHEYE", 14, (50, 24, 16), Distortion.FISHEYE, {}),
+    ("FISHEYE", 15, (50, 51, 24, 16), Distortion.FISHEYE, {}),
+    ("EUCM", 16, (50, 51, 24, 16, 0.6, 1.2), Distortion.UNIFIED, {"projection": (0.6, 1.2)}),
 ]
 
 
@@ -120,8 +154,8 @@ def test_every_camera_model_is_read_in_the_order_of_its_parameters(
     camera = found.camera
     assert (camera.fx, camera.fy, camera.cx, camera.cy) == (50, fy, 23.5, 15.5)
     assert found.distortion is distortion
-    none = {"radial": (0,) * 4, "tangential": (0, 0), "rational": (0,) * 3, "prism": (0, 0)}
-    for field, value in ({**none, "omega": 0} | lens).items():
+    none = {"radial": (0,) * 4, "tangential": (0, 0), "rational": (0,) * 3, "prism": (0,) * 4}
+    for field, value in ({**none, "projection": ()} | lens).items():
         assert getattr(found, field) == value, field
 
 
@@ -179,6 +213,18 @@ def test_a_binary_file_cut_anywhere_is_refused(tmp_path: Path, name: str) -> Non
         ("cameras.txt", "48 32 50.0", "48 wide 50.0", r"cameras\.txt:2: not CAMERA_ID MODEL"),
         ("cameras.txt", "50.0 51.0", "nan 51.0", r"cameras\.txt:2: fx is nan"),
         ("cameras.txt", "50.0 51.0", "-50 51.0", r"cameras\.txt:2: fx is -50"),
+        (
+            "cameras.txt",
+            "PINHOLE",
+            "EUCM 48 32 50 51 24 16 1.5 1\n# ",
+            r"txt:2: alpha must be from",
+        ),
+        (
+            "cameras.txt",
+            "PINHOLE",
+            "EUCM 48 32 50 51 24 16 0.5 0\n# ",
+            r"txt:2: .*and beta above 0",
+        ),
     ],
 )
 def test_faults_of_a_text_model_are_named_with_their_line(
@@ -236,6 +282,22 @@ def test_a_folder_without_poses_says_what_it_holds_and_what_could_be_added(tmp_p
         read_views(tmp_path)
 
 
+@pytest.mark.parametrize("write", WRITERS)
+def test_of_several_models_the_one_with_most_pictures_is_taken(
+    tmp_path: Path, write: Writer
+) -> None:
+    write_pictures(tmp_path / "images")
+    for number, count in ((0, 2), (2, 3), (10, 2)):
+        write(tmp_path / "sparse" / str(number), colmap_rows(count))
+    found = read_views(tmp_path)
+    assert len(found.views) == 3
+    assert found.description.startswith("COLMAP model sparse/2, the largest of 3, 3 pictures")
+    (named,) = (tmp_path / "sparse" / "10").glob("images.*")
+    assert read_views(named).description.startswith("COLMAP model, 2 pictures")
+    write(tmp_path / "sparse" / "0", colmap_rows(3))  # of equals the first, as they are counted
+    assert read_views(tmp_path).description.startswith("COLMAP model sparse/0, the largest of 3")
+
+
 def test_a_model_is_followed_as_transforms_json_is(tmp_path: Path) -> None:
     write_pictures(tmp_path / "images")
     write_colmap_binary(tmp_path / "sparse", colmap_rows())
@@ -245,6 +307,6 @@ def test_a_model_is_followed_as_transforms_json_is(tmp_path: Path) -> None:
 
 def test_a_model_without_pictures_is_a_cloud(tmp_path: Path) -> None:
     write_colmap_text(tmp_path / "sparse", colmap_rows(), OF_TRANSFORMS)
-    assert not _has_views(tmp_path)
+    assert not has_poses(tmp_path)
     write_pictures(tmp_path / "images")
-    assert _has_views(tmp_path)
+    assert has_poses(tmp_path)

@@ -36,6 +36,8 @@ def test_each_picture_has_the_pose_nearest_in_time(tmp_path: Path) -> None:
     found = read_views(write_tum(tmp_path / "tour"))
     same_views(found.views, wanted.views)
     assert found.description == "TUM trajectory, 3 pictures, up unknown"
+    (problem,) = found.problems
+    assert problem.endswith("('rgb/late.png'): groundtruth.txt has no pose within 0.02 s; left out")
     assert read_views(tmp_path / "tour", unit="cm").views[2].pose.centre[0] == 0.02
 
 

@@ -1,0 +1,69 @@
+"""The option --html: what was asked of a scene, as a page that needs no other file."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from facetlog.errors import InputError
+
+if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Verdict
+    from facetlog.page.contents import Answers
+    from facetlog.query_shell.scene_files import SceneFile
+    from facetlog.query_shell.session import Session
+
+__all__ = ["Html", "answers_to", "check_page", "write_page"]
+
+Html = Annotated[
+    Path | None,
+    typer.Option("--html", metavar="FILE", help="Also a page, with the scene in 3-D, to look at."),
+]
+SUFFIXES = (".html", ".htm")
+
+
+def check_page(path: Path) -> None:
+    """Raises InputError if no page can be written there: to be called before any work.
+
+    A page that is there is replaced, no other file.
+    """
+    if path.suffix.lower() not in SUFFIXES:
+        raise InputError(f"{path} is no page: give a file whose name ends with .html")
+    if path.is_dir() or not path.absolute().parent.is_dir():
+        raise InputError(f"{path} cannot be written: give a file in a folder that exists")
+
+
+def write_page(
+    path: Path,
+    file: "SceneFile",
+    *,
+    verdicts: "tuple[Verdict, ...]" = (),
+    answers: "Answers | None" = None,
+) -> None:
+    """Writes the page of verdicts or of answers, whole or not at all."""
+    from facetlog.kb.explaining.proof import State
+    from facetlog.page.contents import Subject
+    from facetlog.page.write import page
+    from facetlog.perception.facts.piece_facts import shown_pieces
+    from facetlog.perception.whole_file import write_whole
+
+    scene = file.scene()
+    best = tuple(verdict for verdict in verdicts if verdict.state is State.HOLDS)
+    others = tuple(verdict for verdict in verdicts if verdict.state is not State.HOLDS)
+    subject = Subject(scene, shown_pieces(scene), best, others, answers, warnings=scene.warnings)
+    write_whole(path, page(subject).encode())
+
+
+def answers_to(session: "Session", goal: str, limit: int | None) -> "Answers":
+    """The answers to a goal as texts, at most `limit`; errors as those of the question."""
+    from facetlog.page.contents import Answers
+    from facetlog.query_shell.meanings import meanings
+    from facetlog.query_shell.table import Table
+
+    with session.base.query(goal, scenes=session.scenes, most=limit) as answers:
+        if not answers.names:
+            said = "yes" if next(iter(answers), None) is not None else "no"
+            return Answers(goal, ("answer",), ((said,),))
+        table = Table(answers.names, meanings(goal), session.length, scenes=session.base.scenes)
+        heads, rows = table.cells(list(answers))
+    return Answers(goal, heads, rows)
