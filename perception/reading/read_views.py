@@ -107,7 +107,7 @@ def read_views(
             check_own_folder(picture, file.folder, source)
     views: list[View] = []
     used: list[PosedPicture] = []
-    left_out = list(file.left_out)
+    left_out: list[LeftOut] = []
     videos = VideoFrames()
     lenses: dict[Lens, Lens] = {}  # one set-up of the undistortion for all pictures of a lens
     for done, picture in enumerate(file.pictures, start=1):
@@ -131,11 +131,11 @@ def read_views(
     views = [view for k, view in enumerate(views) if k not in odd]
     left_out += odd.values()
     if len(views) < LEAST_VIEWS:
-        raise InputError(_too_few(source, len(views), left_out))
+        raise InputError(_too_few(source, len(views), (*file.left_out, *left_out)))
     _check_places(views, source)
     name = file.folder.resolve().name or "views"  # "/" has no name
     errors = stated_errors(views, file.error_kind)
-    said = lines_of(left_out)
+    said = lines_of((*file.left_out, *left_out))
     return ViewSet(
         name,
         tuple(views),

@@ -54,7 +54,7 @@ def test_pictures_without_mat_blurred_or_broken_are_named_and_left_out(tmp_path:
     (folder / "notes.txt").write_text("pens")
     found = read_views(folder)
     assert len(found.views) == 6
-    assert found.description.endswith("9 pictures")
+    assert found.description.endswith("6 pictures")
     hidden, broken = found.problems
     assert "06.png shows too little of the mat" in hidden
     assert "and so is 07.png" in hidden
