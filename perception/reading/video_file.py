@@ -11,7 +11,7 @@ from facetlog.errors import InputError
 from facetlog.perception.types import Image
 from facetlog.regular_file import check_regular
 
-__all__ = ["COUNTED", "VideoFrame", "VideoFrames"]
+__all__ = ["COUNTED", "VideoFrame", "VideoFrames", "frame_count"]
 
 COUNTED = (".avi", ".mp4", ".m4v", ".mov")
 """Kinds of files that state their number of frames: of others the last frame is never used."""
@@ -96,6 +96,17 @@ class VideoFrames:
         if self._capture is not None:
             self._capture.release()
         self._capture = None
+
+
+def frame_count(source: str) -> int:
+    """How many frames a video file says that it has, 0 if it does not; InputError if it is none."""
+    _size(source)
+    VideoFrames()  # which makes FFmpeg quiet
+    capture = _opened(source)
+    try:
+        return _stated_count(source, capture)
+    finally:
+        capture.release()
 
 
 def _size(source: str) -> int:

@@ -12,16 +12,16 @@ from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.mat.exif import TakenWith, taken_with
 from facetlog.perception.reading.mat.fit import Corners, FittedCamera, FittedPose, fitted
 from facetlog.perception.reading.mat.mats import Mat
+from facetlog.perception.reading.mat.shots import Shot, has_shots, shots_in
 from facetlog.perception.reading.mat.sightings import Sighting, sighting
-from facetlog.perception.reading.picture_file import read_picture
 from facetlog.perception.reading.picture_of_view import KEPT_DIAGONAL_PX
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader
 from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture, PosesFile
+from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import PoseErrorKind
 
-__all__ = ["MAT", "MatPicture", "PlacedPicture", "mat_pictures", "pictures_in", "read_mat"]
+__all__ = ["MAT", "MatPicture", "PlacedPicture", "mat_pictures", "read_mat"]
 
-PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif")
 MOST_BLUR_PX = 2.0
 """Standard deviation, in pictures at the size at which edges are found in them: lines nearer than
 some twice that to each other, as those of a thin leg, are no longer two."""
@@ -35,7 +35,7 @@ HIDDEN = "shows too little of the mat: all is hidden, too far, too blurred, or o
 class MatPicture:
     """A picture that shows the mat: its size, what took it, and what is seen of the mat."""
 
-    path: Path
+    shot: Shot
     size: tuple[int, int]
     taken_with: TakenWith
     seen: Sighting
@@ -60,12 +60,6 @@ class PlacedPicture:
         return self.placed.noise_px / float(np.hypot(*self.picture.size))
 
 
-def pictures_in(folder: Path) -> tuple[Path, ...]:
-    """The pictures in a folder by their names' endings, in the order of the names."""
-    found = (p for p in folder.iterdir() if p.suffix.lower() in PICTURES)
-    return tuple(sorted(p for p in found if not p.name.startswith(".")))
-
-
 def mat_pictures(
     folder: Path, square: float | None = None
 ) -> tuple[Mat, tuple[PlacedPicture, ...], tuple[LeftOut, ...]]:
@@ -74,15 +68,15 @@ def mat_pictures(
     `square` is the side of a square as printed, in metres, where it is not as it should be.
     InputError where no picture shows a mat, or they show two.
     """
-    paths = pictures_in(folder)
-    seen, left_out = _seen(paths)
+    shots = shots_in(folder)
+    seen, left_out = _seen(shots)
     if not seen:
-        why = f": {left_out[0].line}" if left_out and len(left_out) == len(paths) == 1 else ""
+        why = f": {left_out[0].line}" if left_out and len(left_out) == len(shots) == 1 else ""
         raise InputError(
-            f"{folder}: no mat is seen in {_of(len(paths))}{why}: print one (facetlog mat -o "
+            f"{folder}: no mat is seen in {_of(len(shots))}{why}: print one (facetlog mat -o "
             "mat.pdf) and stand the thing on it, or add a file of poses (docs/pictures.md)"
         )
-    mats = {picture.seen.mat: picture.path.name for picture in seen}
+    mats = {picture.seen.mat: picture.shot.name for picture in seen}
     if len(mats) > 1:
         named = " and ".join(f"{mat.paper} in {name}" for mat, name in mats.items())
         raise InputError(f"{folder} shows two mats, {named}: give each its own folder")
@@ -92,8 +86,8 @@ def mat_pictures(
     usual = float(np.median([each.misfit for each in found]))
     fitting = [each.picture for each in found if each.misfit <= MISFIT * usual]
     if len(fitting) < len(found):
-        why = "moves while the rows are exposed, or the mat moved: its corners do not fit"
-        left_out += [_left_out(p.path, why) for p in seen if p not in fitting]
+        why = "does not fit the others: the camera or the mat moved"
+        left_out += [_left_out(p.shot, why) for p in seen if p not in fitting]
         found = _fitted(fitting, side)
     return mat, found, tuple(left_out)
 
@@ -122,7 +116,7 @@ def read_mat(folder: Path, unit: str | None, square: float | None = None) -> Pos
 
 
 def _find(folder: Path) -> Path | None:
-    return folder if pictures_in(folder) else None
+    return folder if has_shots(folder) else None
 
 
 MAT = PoseReader(
@@ -135,31 +129,34 @@ MAT = PoseReader(
 )
 
 
-def _seen(paths: Sequence[Path]) -> tuple[list[MatPicture], list[LeftOut]]:
+def _seen(shots: Sequence[Shot]) -> tuple[list[MatPicture], list[LeftOut]]:
     seen: list[MatPicture] = []
     left_out: list[LeftOut] = []
-    for path in paths:
+    videos = VideoFrames()
+    for shot in shots:
         try:
-            image = read_picture(path)
+            image = shot.read(videos)
             found = sighting(image)
         except InputError as exc:
-            line = str(exc) if str(path) in str(exc) else f"picture {path}: {exc}"
-            left_out.append(LeftOut(path.name, line, str(path)))
+            line = str(exc) if shot.place in str(exc) else f"picture {shot.place}: {exc}"
+            left_out.append(LeftOut(shot.name, line, shot.place))
             continue
         if found is None:
-            left_out.append(_left_out(path, HIDDEN))
+            left_out.append(_left_out(shot, HIDDEN))
             continue
         size = image.shape[1], image.shape[0]
-        picture = MatPicture(path, size, taken_with(path), found)
+        lens = taken_with(shot.path) if shot.frame is None else TakenWith(str(shot.path))
+        picture = MatPicture(shot, size, lens, found)
         if picture.blur_kept_px > MOST_BLUR_PX:
-            left_out.append(_left_out(path, "is blurred: hold the camera still, and focus"))
+            left_out.append(_left_out(shot, "is blurred: hold the camera still, and focus"))
         else:
             seen.append(picture)
+    videos.close()
     return seen, left_out
 
 
-def _left_out(path: Path, why: str) -> LeftOut:
-    return LeftOut(path.name, f"picture {path} {why}", str(path))
+def _left_out(shot: Shot, why: str) -> LeftOut:
+    return LeftOut(shot.name, f"picture {shot.place} {why}", shot.place)
 
 
 def _of(count: int) -> str:
@@ -190,7 +187,7 @@ def _posed(found: PlacedPicture) -> PosedPicture:
     picture, camera, placed = found.picture, found.camera, found.placed
     k1, k2, p1, p2, k3 = camera.lens.tolist()
     intrinsics = Intrinsics(
-        where=str(picture.path),
+        where=picture.shot.place,
         size=picture.size,
         focal=(camera.focal, camera.focal),
         field_of_view=(None, None),
@@ -199,4 +196,5 @@ def _posed(found: PlacedPicture) -> PosedPicture:
         radial=(k1, k2, k3, 0.0),
         tangential=(p1, p2),
     )
-    return PosedPicture(picture.path.name, picture.path, intrinsics, placed.pose, placed.cov)
+    shot = picture.shot
+    return PosedPicture(shot.name, shot.path, intrinsics, placed.pose, placed.cov, shot.frame)

@@ -11,6 +11,7 @@ from facetlog.perception.reading.mat.exif import TakenWith
 from facetlog.perception.reading.mat.fit import FittedCamera, FittedPose
 from facetlog.perception.reading.mat.mat_poses import MatPicture, PlacedPicture
 from facetlog.perception.reading.mat.mats import MATS
+from facetlog.perception.reading.mat.shots import Shot
 from facetlog.perception.reading.mat.sightings import Sighting
 from facetlog.robot.tour import looking_at
 
@@ -26,7 +27,9 @@ def placed(
     inside = np.ones(corners, dtype=np.bool_)
     pose = FittedPose(looking_at(centre, [0, 0, 0]), np.eye(6), 0.2, inside)
     seen = Sighting(MATS[0], np.arange(corners), np.zeros((corners, 2)), 0.5, square_px)
-    return PlacedPicture(MatPicture(Path("a.jpg"), (1280, 960), TakenWith(), seen), CAMERA, pose)
+    return PlacedPicture(
+        MatPicture(Shot(Path("a.jpg")), (1280, 960), TakenWith(), seen), CAMERA, pose
+    )
 
 
 def round_it(

@@ -20,6 +20,7 @@ from tests.perception.reading.mat.mat_photos import (
     photos,
     write_photos,
 )
+from tests.perception.reading.videos import write_video
 from tests.perception.reading.view_folders import transforms, write_transforms
 
 GREY = np.full((SMALL.height, SMALL.width), 128, dtype=np.uint8)
@@ -83,6 +84,25 @@ def test_each_size_and_zoom_is_a_camera_of_its_own(tmp_path: Path) -> None:
     assert focals[:3] == pytest.approx([SMALL.fx] * 3, rel=0.05)
     assert focals[3:] == pytest.approx([zoomed.fx] * 3, rel=0.05)
     assert len(set(focals)) == 2
+
+
+def test_a_video_is_taken_by_frames_spread_over_it(tmp_path: Path) -> None:
+    (tmp_path / "a").mkdir()
+    frames = [picture for picture in photos() for _ in range(7)]
+    write_video(tmp_path / "a" / "walk.avi", frames)
+    found = read_views(tmp_path / "a")
+    assert len(found.views) == 30
+    assert found.views[0].name == "walk.avi#0"
+    assert found.views[-1].name == "walk.avi#41"
+    of_pictures = read_views(write_photos(tmp_path / "b", photos()))
+    off = found.views[-1].pose.centre - of_pictures.views[-1].pose.centre
+    assert np.linalg.norm(off) < 0.01
+
+
+def test_a_video_that_is_none_is_named(tmp_path: Path) -> None:
+    (tmp_path / "walk.mp4").write_bytes(b"nothing")
+    with pytest.raises(InputError, match=r"walk\.mp4 is no video that can be read"):
+        read_views(tmp_path)
 
 
 def test_a_poses_file_goes_before_the_mat(tmp_path: Path) -> None:

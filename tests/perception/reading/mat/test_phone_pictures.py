@@ -45,7 +45,7 @@ def squared_errors(found: tuple[PlacedPicture, ...], poses: tuple[Pose, ...]) ->
     """Of each pose the normalised squared error, of six degrees of freedom."""
     errors = []
     for each in found:
-        true, pose = poses[int(each.picture.path.stem)], each.placed.pose
+        true, pose = poses[int(each.picture.shot.path.stem)], each.placed.pose
         turn = Rotation.from_matrix(true.rotation @ pose.rotation.T).as_rotvec()
         off = np.concatenate([true.centre - pose.centre, turn])
         errors.append(float(off @ np.linalg.solve(each.placed.cov, off)))

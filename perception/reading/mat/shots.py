@@ -1,0 +1,65 @@
+"""The pictures in a folder: files, and frames of videos spread evenly over each."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from facetlog.errors import InputError
+from facetlog.perception.reading.picture_file import read_picture
+from facetlog.perception.reading.video_file import COUNTED, VideoFrame, VideoFrames, frame_count
+from facetlog.perception.types import Image
+
+__all__ = ["Shot", "has_shots", "shots_in"]
+
+PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif")
+FRAMES = 30
+"""Taken of a video: what walking round a thing shows, each some 12 degrees on."""
+
+
+@dataclass(frozen=True, slots=True)
+class Shot:
+    """A picture: its file, and which frame where that is a video."""
+
+    path: Path
+    frame: VideoFrame | None = None
+
+    @property
+    def name(self) -> str:
+        """What messages and views call it."""
+        return self.path.name if self.frame is None else self.frame.name(0)
+
+    @property
+    def place(self) -> str:
+        """Where it is, for messages."""
+        return str(self.path if self.frame is None else self.frame)
+
+    def read(self, videos: VideoFrames) -> Image:
+        """As stored, grey, (H, W); InputError if it cannot be had."""
+        return read_picture(self.path) if self.frame is None else videos.read(self.frame)
+
+
+def has_shots(folder: Path) -> bool:
+    """Whether there is a picture or a video in a folder, by the endings of names."""
+    return any(True for _ in _files(folder))
+
+
+def shots_in(folder: Path) -> tuple[Shot, ...]:
+    """All of them, in the order of their names; InputError for a video that cannot be read."""
+    shots: list[Shot] = []
+    for path in _files(folder):
+        if path.suffix.lower() in PICTURES:
+            shots.append(Shot(path))
+            continue
+        count = frame_count(str(path))
+        if count == 0:
+            raise InputError(f"{path} does not say how many frames it has: take them out of it")
+        numbers = np.unique(np.linspace(0, count - 1, min(FRAMES, count)).round().astype(int))
+        shots += [Shot(path, VideoFrame(str(path), int(n))) for n in numbers]
+    return tuple(shots)
+
+
+def _files(folder: Path) -> list[Path]:
+    kinds = (*PICTURES, *COUNTED)
+    found = (p for p in folder.iterdir() if p.suffix.lower() in kinds)
+    return sorted(p for p in found if not p.name.startswith("."))
