@@ -3,6 +3,8 @@
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
+from facetlog.errors import missing_extra
+
 __all__ = ["Builders", "run"]
 
 Builders = Mapping[str, Sequence[str]]
@@ -10,8 +12,14 @@ Builders = Mapping[str, Sequence[str]]
 
 
 def run(builders: Builders = MappingProxyType({})) -> None:
-    """Serves one editor over stdin and stdout until it says `exit` or closes them."""
+    """Serves one editor over stdin and stdout until it says `exit` or closes them.
+
+    InputError where pygls is not installed.
+    """
     # Only who serves an editor loads its protocol.
-    from facetlog.grammar.language_server.server import model_server
+    try:
+        from facetlog.grammar.language_server.server import model_server
+    except ModuleNotFoundError as exc:
+        raise missing_extra("the language server", "pygls", "editor") from exc
 
     model_server(builders).start_io()

@@ -13,9 +13,12 @@ import termios
 import time
 from typing import Protocol
 
-import serial
+from facetlog.errors import DeviceError, DeviceTimeout, InputError, missing_extra
 
-from facetlog.errors import DeviceError, DeviceTimeout, InputError
+try:
+    import serial
+except ModuleNotFoundError as exc:
+    raise missing_extra("a robot", "pyserial", "robot") from exc
 
 __all__ = ["DEFAULT_BAUD", "DEFAULT_TCP_PORT", "Port", "SerialPort", "TcpPort", "open_port"]
 

@@ -42,7 +42,7 @@ from facetlog.pipeline import (
     write_scene_file,
 )
 from facetlog.stream import Goal, Stop
-from facetlog.terminal import note, show_times, showing_progress, warn
+from facetlog.terminal import note, set_quiet, show_times, showing_progress, warn
 
 if TYPE_CHECKING:
     from facetlog.perception.reading.read_views import ViewSet
@@ -133,6 +133,10 @@ def _version(wanted: bool) -> None:
 def _shared(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
+    ] = False,
+    quiet: Annotated[
+        bool,
+        typer.Option("-q", "--quiet", callback=set_quiet, help="No notes, progress and times."),
     ] = False,
 ) -> None:
     """What all commands share."""

@@ -2,13 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from facetlog.errors import missing_extra
 
 if TYPE_CHECKING:
     from facetlog.stream import StreamStep
 
-__all__ = ["Degrees", "degrees_of", "write_degree_plot"]
+__all__ = ["Degrees", "check_plots", "degrees_of", "write_degree_plot"]
 
 # Models with a line of their own: those with the highest degrees.
 SHOWN = 6
@@ -35,6 +38,12 @@ def degrees_of(step: "StreamStep") -> Degrees:
         best[verdict.model] = max(verdict.degree, best.get(verdict.model, 0.0))
     metric = step.scene is not None and step.scene.metric
     return Degrees(step.used, best, step.largest_sd, metric, not step.view)
+
+
+def check_plots() -> None:
+    """Raises InputError if nothing can be plotted here: to be called before any long work."""
+    if find_spec("matplotlib") is None:
+        raise missing_extra("plots", "matplotlib", "plots")
 
 
 def write_degree_plot(path: Path, steps: Sequence[Degrees], name: str) -> None:

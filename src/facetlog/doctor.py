@@ -89,7 +89,9 @@ def _extras() -> dict[str, tuple[str, ...]]:
     found: dict[str, tuple[str, ...]] = {}
     for line in _requirements():
         extra = _EXTRA.search(line)
-        if extra is not None and extra[1] != FOR_DEVELOPERS:
+        # [all] is of the other extras, each of which is listed.
+        of_others = _name(line) == "facetlog"
+        if extra is not None and extra[1] != FOR_DEVELOPERS and not of_others:
             found[extra[1]] = (*found.get(extra[1], ()), _name(line))
     return found
 

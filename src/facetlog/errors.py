@@ -13,6 +13,7 @@ __all__ = [
     "InputError",
     "QueryError",
     "RuleSyntaxError",
+    "missing_extra",
 ]
 
 
@@ -60,3 +61,13 @@ class DeviceError(FacetlogError):
 
 class DeviceTimeout(DeviceError, TimeoutError):  # noqa: N818 - as TimeoutError, which it is
     """A device did not answer, or did not get done, in the time it was given."""
+
+
+def missing_extra(what: str, package: str, extra: str) -> InputError:
+    """The error of what needs a package that is not installed, and the extra that brings it.
+
+    >>> str(missing_extra("tables", "pandas", "tables"))
+    "tables need pandas: pip install 'facetlog[tables]'"
+    """
+    needs = "need" if what.endswith("s") else "needs"
+    return InputError(f"{what} {needs} {package}: pip install 'facetlog[{extra}]'")

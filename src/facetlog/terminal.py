@@ -19,6 +19,7 @@ __all__ = [
     "note",
     "one_line",
     "printable",
+    "set_quiet",
     "short_line",
     "shortened",
     "show_times",
@@ -30,6 +31,17 @@ __all__ = [
 # Characters: of a word, which a path may be, and so many of it on each side of the cut; of a line.
 LONGEST_WORD, KEPT, LONGEST_LINE = 255, 40, 3_000
 _LONG_WORD = re.compile(rf"\S{{{LONGEST_WORD},}}")
+
+
+class _Stderr:
+    """What goes to stderr besides warnings and errors; all of it, unless `quiet`."""
+
+    quiet = False
+
+
+def set_quiet(quiet: bool) -> None:
+    """Says whether notes, progress and times are left out from now on."""
+    _Stderr.quiet = quiet
 
 
 def printable(text: str) -> str:
@@ -95,18 +107,21 @@ def warn(message: str) -> None:
 
 
 def note(message: str) -> None:
-    """Writes one line about what the reader may do next."""
+    """Writes one line about what the reader may do next, unless all is to be quiet."""
+    if _Stderr.quiet:
+        return
     typer.echo(f"facetlog: {short_line(message)}", err=True)
 
 
 @contextmanager
 def showing_progress() -> Iterator["Progress | None"]:
-    """A progress display that goes away at the end; None where stderr is not a terminal."""
+    """A progress display that goes away at the end; None where stderr is not a terminal, or all is
+    to be quiet."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn
 
     console = Console(stderr=True)
-    if not console.is_terminal:
+    if _Stderr.quiet or not console.is_terminal:
         yield None
         return
     columns = (TextColumn("{task.description:<20}"), BarColumn(), MofNCompleteColumn())
@@ -128,6 +143,8 @@ def show_times(clock: StepClock) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    if _Stderr.quiet:
+        return
     table = Table("step", box=None, pad_edge=False)
     table.add_column("wall s", justify="right")
     table.add_column("CPU s", justify="right")

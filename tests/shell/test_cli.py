@@ -227,3 +227,19 @@ def test_a_shell_completes_commands() -> None:
         check=True,
     )
     assert run.stdout.split() == ["recognize", "reconstruct"]
+
+
+def test_quiet_leaves_results_and_warnings(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown = replace(cuboid(3.0, 2.0, 1.0), warnings=("something is odd",))
+    monkeypatch.setattr(
+        "facetlog.perception.surfaces.reconstruct.reconstruct", lambda *_, **__: shown
+    )
+    call = ["reconstruct", str(_views(tmp_path / "views")), "-o", str(tmp_path / "scene.json")]
+    assert main(["--quiet", *call]) == 0
+    assert capsys.readouterr() == ("", "facetlog: warning: something is odd\n")
+    assert main(call) == 0
+    said = capsys.readouterr().err
+    assert "transforms.json, 3 pictures" in said
+    assert "whole run" in said

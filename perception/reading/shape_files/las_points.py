@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from facetlog.errors import InputError
+from facetlog.errors import InputError, missing_extra
 from facetlog.perception.types import FloatArray
 
 __all__ = ["las_points"]
@@ -32,7 +32,7 @@ def las_points(path: Path, most: int) -> FloatArray:
     try:
         laspy: Any = import_module("laspy")  # an extra: surveys need it, nothing else does
     except ImportError as exc:
-        raise InputError(f"{path.name}: LAS files need laspy: pip install 'facetlog[las]'") from exc
+        raise missing_extra(f"{path.name}: LAS files", "laspy", "las") from exc
     _check_header(path, most)
     try:
         with laspy.open(path) as file:

@@ -31,7 +31,7 @@ from facetlog.batch.pool import ATTEMPTS, Answer, Pool, Task
 from facetlog.batch.profile import Profile
 from facetlog.batch.rows import error_row
 from facetlog.batch.settings import Item, Settings
-from facetlog.errors import EngineError, FacetlogError, InputError
+from facetlog.errors import EngineError, FacetlogError, InputError, missing_extra
 from facetlog.kb.loading.rule_source import rule_sources
 from facetlog.kb.recognize import rule_files
 from facetlog.regular_file import MOST_SHAPE_BYTES, read_regular
@@ -60,7 +60,7 @@ def cluster(address: str, settings: Settings) -> Iterator["Cluster"]:
     try:
         import distributed
     except ImportError as exc:
-        raise InputError("--dask needs dask.distributed: install facetlog[dask]") from exc
+        raise missing_extra("--dask", "dask.distributed", "dask") from exc
     with Pool(settings) as pool:
         try:
             # Untyped where it is installed.

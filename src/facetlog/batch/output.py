@@ -10,7 +10,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, BinaryIO
 
 from facetlog.batch.rows import COLUMNS, Row
-from facetlog.errors import InputError
+from facetlog.errors import InputError, missing_extra
 from facetlog.perception.whole_file import writing_whole
 from facetlog.regular_file import open_regular
 
@@ -175,9 +175,7 @@ def _pyarrow() -> None:
     try:
         import pyarrow.parquet  # noqa: F401
     except ImportError as exc:
-        raise InputError(
-            "Parquet needs pyarrow, which is not installed: install it, or write .jsonl or .csv"
-        ) from exc
+        raise missing_extra("Parquet", "pyarrow", "batch") from exc
 
 
 def _arrow_schema() -> "pyarrow.Schema":

@@ -15,7 +15,7 @@ import typer
 from facetlog.__main__ import INTERRUPTED
 from facetlog.commands.shared import NO, YES
 from facetlog.counted import many
-from facetlog.degree_plot import Degrees, degrees_of
+from facetlog.degree_plot import Degrees, check_plots, degrees_of
 from facetlog.errors import InputError
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
@@ -132,6 +132,7 @@ def followed(
 
     if out is not None:
         check_replaceable(out)
+        check_plots()
     check_up(up)
     clock = StepClock()
     source = FollowedViews(path, unit=unit, trusted=trusted, timeout=timeout)

@@ -5,6 +5,7 @@ from pathlib import Path
 import typer
 
 from facetlog.commands.shared import NO, YES
+from facetlog.degree_plot import check_plots
 from facetlog.output_folder import check_replaceable
 from facetlog.perception.step_clock import StepClock
 from facetlog.terminal import show_times, showing_progress
@@ -18,6 +19,7 @@ def paper_page(out: Path, seed: int) -> int:
     from facetlog.paper.page import PAGE_FILE, write_paper_page
 
     check_replaceable(out)
+    check_plots()
     clock = StepClock()
     with showing_progress() as progress:
         run = run_experiment(seed, progress, clock)

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, cast
 
-from facetlog.errors import InputError
+from facetlog.errors import InputError, missing_extra
 from facetlog.library.result import Result, model_paths
 from facetlog.perception.step_clock import StepClock
 
@@ -143,7 +143,7 @@ def _data_frame() -> "type[pd.DataFrame]":
     try:
         import pandas as pd
     except ImportError:
-        raise InputError("tables need pandas: pip install 'facetlog[tables]'") from None
+        raise missing_extra("tables", "pandas", "tables") from None
     frame: type[pd.DataFrame] = pd.DataFrame
     return frame
 

@@ -1,0 +1,67 @@
+"""What needs a package that is not installed names the extra that brings it, before any work."""
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from facetlog.cli import main
+from facetlog.errors import InputError
+from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.surfaces.scene_file import write_scene
+
+
+@pytest.fixture
+def without(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
+    """Makes a package one that is not installed, and modules ones that were not imported yet."""
+
+    def missing(package: str, *modules: str) -> None:
+        for name in [*sys.modules]:
+            if name == package or name.startswith((f"{package}.", *modules)):
+                monkeypatch.delitem(sys.modules, name)
+        monkeypatch.setitem(sys.modules, package, None)
+
+    return missing
+
+
+@pytest.mark.parametrize(
+    ("package", "module", "argv", "extra"),
+    [
+        ("pyarrow", "", ["classify", "a.json", "-o", "a.parquet"], "batch"),
+        ("pygls", "facetlog.grammar.language_server.", ["model", "lsp"], "editor"),
+        ("distributed", "", ["classify", "a.json", "-o", "a.csv", "--dask", "tcp://a:1"], "dask"),
+    ],
+)
+def test_commands_name_the_extra(
+    package: str,
+    module: str,
+    argv: list[str],
+    extra: str,
+    without: Callable[..., None],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_scene(cuboid(0.3, 0.2, 0.1), Path("a.json"))
+    without(package, *([module] if module else ()))
+    assert main(argv) == 2
+    assert capsys.readouterr().err.endswith(f": pip install 'facetlog[{extra}]'\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["a.json"]
+
+
+def test_a_robot_names_its_extra(without: Callable[..., None]) -> None:
+    without("serial", "facetlog.robot.pioneer.port")
+    with pytest.raises(InputError, match=r"pip install 'facetlog\[robot\]'"):
+        __import__("facetlog.robot.pioneer.port")
+
+
+def test_plots_name_their_extra(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("facetlog.degree_plot.find_spec", lambda _: None)
+    assert main(["demo", "--paper", "-o", str(tmp_path / "out")]) == 2
+    assert main(["recognize", str(tmp_path), "--follow", "-o", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert said.count("plots need matplotlib: pip install 'facetlog[plots]'") == 2
