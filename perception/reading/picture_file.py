@@ -14,7 +14,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from facetlog.errors import InputError
+from facetlog.errors import InputError, missing_extra
 from facetlog.perception.types import Image
 from facetlog.regular_file import read_regular
 
@@ -205,9 +205,7 @@ def _decode_heic(data: bytes, path: Path) -> cv2.typing.MatLike | None:
     try:
         import pillow_heif
     except ImportError:
-        raise InputError(
-            f"{path.name}: HEIC pictures need pillow-heif: pip install 'facetlog[heic]'"
-        ) from None
+        raise missing_extra(f"{path.name}: HEIC pictures", "pillow-heif", "heic") from None
     try:
         found = np.asarray(pillow_heif.open_heif(data, convert_hdr_to_8bit=True))
     except (OSError, ValueError, RuntimeError, SyntaxError):

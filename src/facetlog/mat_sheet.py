@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from facetlog.errors import InputError
+from facetlog.errors import InputError, missing_extra
 from facetlog.perception.reading.mat.mats import DICTIONARY, Mat
 
 if TYPE_CHECKING:
@@ -24,8 +24,10 @@ MARGIN_MM = 7.0
 
 def write_mat(mat: Mat, path: Path) -> None:
     """Writes the mat as a PDF of one page; InputError if that cannot be."""
-    from matplotlib import rc_context
-
+    try:
+        from matplotlib import rc_context
+    except ImportError as exc:
+        raise missing_extra("a mat", "matplotlib", "plots") from exc
     try:
         # Type 42: words as a TrueType font, which printers keep sharp. No date: the same each time.
         with rc_context({"pdf.fonttype": 42}):

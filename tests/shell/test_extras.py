@@ -29,6 +29,7 @@ def without(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
     ("package", "module", "argv", "extra"),
     [
         ("pyarrow", "", ["classify", "a.json", "-o", "a.parquet"], "batch"),
+        ("matplotlib", "", ["mat", "-o", "mat.pdf"], "plots"),
         ("pygls", "facetlog.grammar.language_server.", ["model", "lsp"], "editor"),
         ("distributed", "", ["classify", "a.json", "-o", "a.csv", "--dask", "tcp://a:1"], "dask"),
     ],
