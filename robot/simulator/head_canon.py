@@ -1,8 +1,10 @@
 """A simulated Canon camera head, a VC-C4 or VC-C50i; time is an argument.
 
-It answers each command once, accepted or not; while it moves it refuses further moves as busy. A
-command that comes before the last one was answered is lost, and so is every answer where the cable
-leaves the CTS line low (`answers=False`).
+It answers each command once, accepted or not; while it moves it refuses further moves as busy, but
+no second order to home while it homes: ARIA gives two within a second, and begins anew, for ever,
+where the second is not accepted within two (ArVCC4.cpp). A command that comes before the last one
+was answered is lost, and so is every answer where the cable leaves the CTS line low
+(`answers=False`).
 """
 
 import math
@@ -191,6 +193,9 @@ class CanonHead:
             return Answer(CanonError.NONE, b"".join(angle_text(round(axis)) for axis in place))
         if command is CanonCommand.DRIVE:
             return self._drive(_one_of(parameters, 5), moving, finding, now)
+        if command is CanonCommand.INITIALIZE and finding:
+            _one_of(parameters, 2)
+            return DONE
         if moving:
             return BUSY
         match command:

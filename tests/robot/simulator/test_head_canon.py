@@ -141,6 +141,29 @@ def test_a_c4_obeys_the_order_of_player() -> None:
     assert talk.ask("FF303000 A4 EF") == "FE 30 30 30 30 30 30 EF"
 
 
+@pytest.mark.parametrize("model", [VC_C4, VC_C50I])
+def test_it_obeys_the_order_of_aria_which_homes_twice(model: CanonModel) -> None:
+    talk = Talk(CanonHead(model))
+    # What is busy is sent again, after a mode error of power comes control; the second homing is
+    # given up after two seconds.
+    if talk.ask(POWER_ON) == MODE:
+        assert talk.ask(CONTROL) == OK
+        assert talk.ask(POWER_ON) == OK
+    for frame in (CONTROL, INITIALIZE):
+        while (answer := talk.ask(frame)) == BUSY:
+            pass
+        assert answer == OK
+    homing_since = talk.now
+    for frame in ("FF303000 50 323635 EF", "FF303000 51 323635 EF", tilt_range(-267, 782)):
+        assert talk.ask(frame) == OK
+    assert talk.ask(INITIALIZE) == OK
+    assert talk.now < homing_since + 2.0
+    # It does not home longer for that.
+    talk.now = homing_since + MIDDLE_S
+    assert talk.place() == (0, 0)
+    assert talk.ask(move(-100, 300)) == OK
+
+
 def test_a_c4_does_not_tilt_far_up_before_its_range_is_set() -> None:
     talk = ready()
     assert talk.ask(move(0, 600)) == WRONG
