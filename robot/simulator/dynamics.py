@@ -60,6 +60,15 @@ class MotionErrors:
     slip: float = 0.0
     encoder: float = 0.0
 
+    @classmethod
+    def usual(cls, *, skids: bool) -> "MotionErrors":
+        """Of a robot as it comes, on a hard floor (assumed); one whose wheels skid as it turns
+        turns less than they say, and slips more.
+        """
+        if skids:
+            return cls(left=0.002, right=0.003, track=0.02, slip=0.004, encoder=0.001)
+        return cls(left=0.002, right=0.003, track=0.005, slip=0.002, encoder=0.001)
+
 
 @dataclass(slots=True)
 class Body:

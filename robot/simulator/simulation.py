@@ -9,7 +9,7 @@ from facetlog.errors import InputError
 from facetlog.robot.pioneer.parameters import parameters_of
 from facetlog.robot.simulator.device import Device
 from facetlog.robot.simulator.drive import Drive
-from facetlog.robot.simulator.dynamics import Body, MotionErrors, Truth
+from facetlog.robot.simulator.dynamics import Body, Truth
 from facetlog.robot.simulator.faults import Fault, FaultKind, Schedule
 from facetlog.robot.simulator.faulty_line import FaultyLine
 from facetlog.robot.simulator.firmware import Firmware
@@ -205,11 +205,10 @@ def _firmware(setup: WorldSetup) -> Firmware:
             f"robot.start ({start.x:g}, {start.y:g}): something of the scene stands there: "
             f"give a place {-there.gap:.2f} m further off"
         )
-    errors = robot.errors
     body = Body(
         track=2 / parameters.turning_per_speed,
         truth=start,
-        errors=MotionErrors(errors.left, errors.right, errors.track, errors.slip, errors.encoder),
+        errors=robot.motion_errors,
         surroundings=obstacles,
         rng=np.random.default_rng([setup.seed, MOTION_STREAM]),
     )

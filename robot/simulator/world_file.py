@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Annotated, Literal
@@ -14,6 +15,7 @@ from facetlog.regular_file import read_regular_text
 from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pioneer.parameters import MODELS
 from facetlog.robot.rendering.worlds import WORLDS
+from facetlog.robot.simulator.dynamics import MotionErrors
 from facetlog.robot.simulator.faults import Fault, Seconds, Share
 
 __all__ = [
@@ -37,6 +39,9 @@ Length = Annotated[FiniteFloat, Field(gt=0.0)]
 Error = Annotated[FiniteFloat, Field(ge=-0.5, le=0.5)]
 Spread = Annotated[FiniteFloat, Field(ge=0.0, le=1.0)]
 Point = tuple[FiniteFloat, FiniteFloat]
+
+SKIDDING = ("p2at", "p2it", "p3at", "pionat")
+"""How the models with four wheels or tracks begin."""
 
 
 @dataclass(frozen=True, slots=True, config=FORM)
@@ -71,13 +76,13 @@ class StartSetup:
 
 @dataclass(frozen=True, slots=True, config=FORM)
 class ErrorSetup:
-    """Errors of odometry: see dynamics.MotionErrors."""
+    """Errors of odometry, see dynamics.MotionErrors; None is what the robot's has anyway."""
 
-    left: Error = 0.0
-    right: Error = 0.0
-    track: Error = 0.0
-    slip: Spread = 0.0
-    encoder: Spread = 0.0
+    left: Error | None = None
+    right: Error | None = None
+    track: Error | None = None
+    slip: Spread | None = None
+    encoder: Spread | None = None
 
 
 @dataclass(frozen=True, slots=True, config=FORM)
@@ -90,10 +95,20 @@ class RobotSetup:
     position_bits: Literal[12, 15] = 15
     battery_v: Annotated[FiniteFloat, Field(ge=0.0, le=25.5)] = 12.8
     start: StartSetup = StartSetup()
+    odometry: Literal["usual", "perfect"] = "usual"
     errors: ErrorSetup = ErrorSetup()
     config: Annotated[dict[str, int | str], Field(default_factory=dict)] = Field(
         default_factory=dict
     )
+
+    @property
+    def motion_errors(self) -> MotionErrors:
+        """The stated errors of its odometry; the others are usual of its kind, or 0 if perfect."""
+        others = MotionErrors()
+        if self.odometry == "usual":
+            others = MotionErrors.usual(skids=self.model.startswith(SKIDDING))
+        stated = {key: getattr(self.errors, key) for key in ErrorSetup.__slots__}
+        return replace(others, **{k: value for k, value in stated.items() if value is not None})
 
 
 @dataclass(frozen=True, slots=True, config=FORM)

@@ -42,7 +42,7 @@ class Robot(Running):
         self._sampler = threading.Thread(target=self._sample)
         setup = WorldSetup(
             scene=SceneSetup(world="empty"),
-            robot=RobotSetup(model=model),
+            robot=RobotSetup(model=model, odometry="perfect"),
             head=HeadSetup(kind="none"),
             camera=SMALL,
         )

@@ -96,7 +96,7 @@ class Run:
 def world(errors: ErrorSetup, seed: int = 0, model: str = "p3dx") -> WorldSetup:
     return WorldSetup(
         scene=SceneSetup(world="empty"),
-        robot=RobotSetup(model=model, errors=errors),
+        robot=RobotSetup(model=model, odometry="perfect", errors=errors),
         head=HeadSetup(kind="none"),
         seed=seed,
     )

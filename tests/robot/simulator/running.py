@@ -18,7 +18,7 @@ from tests.patience import allowed
 
 ANYWHERE = "127.0.0.1:0"
 SMALL = CameraSetup(width=160, height=120, rate=20.0, noise=1.0)
-SETUP = WorldSetup(camera=SMALL, robot=RobotSetup(model="p3dx"))
+SETUP = WorldSetup(camera=SMALL, robot=RobotSetup(model="p3dx", odometry="perfect"))
 LONG = 30.0
 
 

@@ -36,7 +36,7 @@ class Driver:
         self.simulation = Simulation(
             WorldSetup(
                 scene=SceneSetup(world="empty"),
-                robot=RobotSetup(model=model),
+                robot=RobotSetup(model=model, odometry="perfect"),
                 head=HeadSetup(kind="none"),
                 faults=faults,
                 seed=seed,

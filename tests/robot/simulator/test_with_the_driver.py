@@ -27,7 +27,7 @@ UNIT = 0.84e-3  # metres of a p2dx's odometry
 
 @pytest.fixture
 def running() -> Iterator[Running]:
-    robot = RobotSetup(model="p2dx", errors=ERRORS)
+    robot = RobotSetup(model="p2dx", odometry="perfect", errors=ERRORS)
     made = Running(WorldSetup(scene=FLOOR, robot=robot, camera=SMALL), pty=True)
     yield made
     made.close()

@@ -1,14 +1,16 @@
 """The world file: what the default says, and refusals that name line and key."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from facetlog.errors import InputError
 from facetlog.robot.pioneer.configuration import Configuration
+from facetlog.robot.simulator.dynamics import MotionErrors
 from facetlog.robot.simulator.faults import Fault, FaultKind
 from facetlog.robot.simulator.simulation import Simulation
-from facetlog.robot.simulator.world_file import WorldSetup, read_world
+from facetlog.robot.simulator.world_file import ErrorSetup, read_world
 
 
 def world(tmp_path: Path, text: str) -> Path:
@@ -19,17 +21,26 @@ def world(tmp_path: Path, text: str) -> Path:
 
 def test_the_default_world_documents_every_key_with_its_default(tmp_path: Path) -> None:
     documented = read_world()
-    # what odometry does not see is the one thing in which the default world differs
-    errors = documented.robot.errors
-    text = "\n".join(
-        ["[robot.errors]", *(f"{key} = {getattr(errors, key)}" for key in errors.__slots__)]
-    )
-    assert read_world(world(tmp_path, text)) == documented
-    assert WorldSetup().robot.errors != errors
+    empty = read_world(world(tmp_path, ""))
+    assert empty == replace(documented, robot=replace(documented.robot, errors=ErrorSetup()))
+    assert empty.robot.motion_errors == documented.robot.motion_errors
     content = (Path(__file__).parents[3] / "robot/simulator/default_world.toml").read_text()
     for table in (documented.robot, documented.head, documented.mount, documented.camera):
         for key in table.__slots__:
             assert key in content
+
+
+def test_wheels_slip_unless_they_are_said_to_be_perfect(tmp_path: Path) -> None:
+    def errors(text: str) -> MotionErrors:
+        return read_world(world(tmp_path, f"[robot]\n{text}")).robot.motion_errors
+
+    usual = errors("")
+    assert usual.slip > 0
+    assert errors("model = 'p3at'").slip > usual.slip
+    assert errors("odometry = 'perfect'") == MotionErrors()
+    assert errors("errors = { slip = 0.05 }") == replace(usual, slip=0.05)
+    stated = errors("odometry = 'perfect'\nerrors = { slip = 0.05 }")
+    assert stated == MotionErrors(slip=0.05)
 
 
 def test_everything_can_be_said(tmp_path: Path) -> None:
