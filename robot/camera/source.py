@@ -31,11 +31,12 @@ __all__ = ["FileSource", "FrameSource", "StillSource", "VideoSource", "open_came
 DEVICE_LATENCY, STREAM_LATENCY, STILL_LATENCY = 0.3, 0.8, 0.3
 # Of FFmpeg: how long opening a stream, or the next frame, may take.
 OPEN_TIMEOUT_MS, READ_TIMEOUT_MS = 5_000, 3_000
-# Between two attempts to open a camera that went away.
+# Between two attempts to open a camera that went away, or one over the network that is not there
+# yet; for that it is tried so many seconds.
 REOPEN_PAUSE = 0.5
+OPENING = 10.0
 # Between two requests for a still while the camera keeps returning the same one.
 STILL_PAUSE = 0.1
-STILL_TIMEOUT = 10.0
 STILL_SUFFIXES = (".jpg", ".jpeg", ".png")
 STILL_WORDS = ("snapshot", "still")
 LARGEST_STILL = 64 * 1024 * 1024
@@ -77,7 +78,9 @@ def open_camera(
         return StillSource(address, latency=wait, noisy=live)
     if scheme in ("http", "https", "rtsp", "rtsps", "udp", "tcp", "rtp"):
         wait = STREAM_LATENCY if latency is None else latency
-        return VideoSource(lambda: _stream(address), address, latency=wait, noisy=live)
+        return VideoSource(
+            lambda: _stream(address), address, latency=wait, noisy=live, patience=OPENING
+        )
     path = Path(address)
     if path.is_char_device():
         return _device(address, address, DEVICE_LATENCY if latency is None else latency, live)
@@ -121,8 +124,8 @@ def _stream(address: str) -> cv2.VideoCapture:
 class VideoSource:
     """A device or a stream, read by a thread of its own; the newest frame is kept.
 
-    `opening` gives an opened capture; it is called again if the camera goes away. DeviceError if
-    the camera cannot be opened at first.
+    `opening` gives an opened capture; it is called again if the camera goes away, and at first for
+    so many seconds of `patience`. DeviceError if the camera cannot be opened until then.
     """
 
     def __init__(
@@ -132,11 +135,17 @@ class VideoSource:
         *,
         latency: float,
         noisy: bool = True,
+        patience: float = 0.0,
     ) -> None:
+        deadline = time.monotonic() + patience
         self._opening, self._name = opening, name
         self._newest = LatestFrame(name, latency=latency, noisy=noisy)
         self._ending = threading.Event()
         capture = opening()
+        while not capture.isOpened() and time.monotonic() < deadline:
+            capture.release()
+            time.sleep(REOPEN_PAUSE)
+            capture = opening()
         if not capture.isOpened():
             capture.release()
             raise DeviceError(
@@ -184,7 +193,11 @@ class StillSource:
         self._address = address
         self._newest = LatestFrame(address, latency=latency, noisy=noisy)
         self._last_fault = ""
-        first = self._fetch(STILL_TIMEOUT)
+        deadline = time.monotonic() + OPENING
+        first = self._fetch(OPENING)
+        while first is None and time.monotonic() < deadline:
+            time.sleep(REOPEN_PAUSE)
+            first = self._fetch(max(deadline - time.monotonic(), STILL_PAUSE))
         if first is None:
             raise DeviceError(
                 f"camera {address} gives no picture ({self._last_fault}): check its address and "

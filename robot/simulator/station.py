@@ -23,6 +23,7 @@ __all__ = ["Addresses", "Station"]
 
 SCHEMA = 1
 PTY = "pty"
+FIRST_PICTURE_S = 60.0  # of a machine that has much else to do
 GARBLING_STREAM = 4  # apart from what else is drawn with the same seed
 
 
@@ -93,6 +94,10 @@ class Station:
     def camera_process(self) -> int | None:
         """Number of the process that renders, while it runs."""
         return self._camera.process
+
+    def draw_first(self) -> None:
+        """Waits until the camera has taken a picture, or for some seconds if it takes none."""
+        self._camera.draw_first(FIRST_PICTURE_S)
 
     def run(self) -> None:
         """Serves until Ctrl-C or SIGTERM; to be called in the main thread."""

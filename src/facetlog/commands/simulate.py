@@ -48,6 +48,7 @@ def simulate_command(
     if seed is not None:
         setup = replace(setup, seed=seed)
     with Station(setup, listen=listen, pty=pty, camera=camera) as station:
+        station.draw_first()
         typer.echo(station.addresses.json if as_json else station.addresses.text)
         station.run()
     return YES

@@ -14,6 +14,7 @@ import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.perception.types import Image
+from facetlog.robot.camera import source as source_module
 from facetlog.robot.camera.source import FileSource, StillSource, VideoSource, open_camera
 from tests.patience import allowed
 
@@ -113,11 +114,14 @@ def test_a_camera_that_cannot_be_opened_is_reported() -> None:
 
 
 class Camera:
-    """An HTTP camera: / is MJPEG, /frame.jpg a still; `held` keeps its picture as it is."""
+    """An HTTP camera: / is MJPEG, /frame.jpg a still; `held` keeps its picture as it is, and while
+    it `starts` it has none.
+    """
 
     def __init__(self) -> None:
         self.held = False
         self.cut = False
+        self.starts = False
         self.count = 0
         self.url = ""
 
@@ -134,6 +138,9 @@ def _serving() -> Iterator[Camera]:
 
     class Handler(BaseHTTPRequestHandler):
         def do_GET(self) -> None:
+            if camera.starts:
+                self.send_error(503)
+                return
             if self.path != "/":
                 data = camera.picture()
                 self.send_response(200)
@@ -214,6 +221,25 @@ def test_a_still_that_is_cut_off_is_not_taken() -> None:
             source.shot(time.monotonic(), 0.3)
 
 
+@pytest.fixture
+def short_opening(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(source_module, "OPENING", 0.2)
+    monkeypatch.setattr(source_module, "REOPEN_PAUSE", 0.1)
+
+
+@pytest.mark.parametrize("address", ["/frame.jpg", "/"])
+def test_a_camera_over_the_network_may_come_a_little_later(
+    address: str,
+) -> None:
+    with _serving() as camera:
+        camera.starts = True
+        threading.Timer(0.5, setattr, (camera, "starts", False)).start()
+        source = open_camera(camera.url + address, latency=0.0)
+        assert source.shot(time.monotonic(), PATIENCE).image.size
+        source.close()
+
+
+@pytest.mark.usefixtures("short_opening")
 def test_a_still_camera_that_is_not_there_is_reported() -> None:
     with _serving() as camera:
         url = camera.url
@@ -221,6 +247,7 @@ def test_a_still_camera_that_is_not_there_is_reported() -> None:
         open_camera(url + "/frame.jpg")
 
 
+@pytest.mark.usefixtures("short_opening")
 def test_a_missing_stream_is_reported_without_chatter(
     capfd: pytest.CaptureFixture[str],
 ) -> None:
