@@ -63,7 +63,8 @@ class SonyModel:
 
 
 EVI_D30: Final = SonyModel(
-    # EVI-D100 manual, pages 44-45, and EVI-D70 manual, page 58: 0370h = 100°, 012Ch = 25°;
+    # EVI-D100 manual, pages 44-45, and EVI-D70 manual, page 58: 0370h = 100°, 012Ch = 25°, and 88
+    # steps of one count turn it by 10° (ARIA takes 90° and 30° for the same counts);
     # pan speeds are multiples of 3.33°/s up to 80°/s, tilt speeds of 2.5°/s up to 50°/s.
     name="EVI-D30",
     word=0x0402,
