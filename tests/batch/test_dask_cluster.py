@@ -122,15 +122,6 @@ def test_no_scheduler_at_the_address_is_one_line(
     assert "no scheduler answers there" in capsys.readouterr().err
 
 
-def test_dask_that_is_not_installed_is_told(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    (item,) = scene_files(tmp_path, "box-1")
-    assert main(["classify", item.path, "--dask", "tcp://127.0.0.1:1"]) == 2
-    assert "install facetlog[dask]" in capsys.readouterr().err
-
-
 @contextmanager
 def _running(module: str, *argv: str, folder: Path) -> Iterator["subprocess.Popen[bytes]"]:
     paths = os.pathsep.join(path for path in sys.path if path)
