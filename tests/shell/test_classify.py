@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from facetlog.__main__ import INTERRUPTED
 from facetlog.batch import scene_pages
 from facetlog.batch.output import read_rows, write_rows
 from facetlog.cli import main
@@ -333,13 +334,16 @@ def test_pages_replace_those_of_an_earlier_run_and_nothing_else(folder: Path) ->
 
 
 def test_a_run_that_ends_before_its_pages_leaves_none_and_may_go_on(
-    folder: Path, monkeypatch: pytest.MonkeyPatch
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    def interrupted(*_: object) -> Iterator[str]:
+        raise KeyboardInterrupt
+
     argv = ["classify", "in", "--html", "pages", "-o", "r.csv"]
     with monkeypatch.context() as patch:
-        patch.setattr(scene_pages, "_index", lambda *_: (_ for _ in [1 / 0]))
-        with pytest.raises(ZeroDivisionError):
-            main(argv)
+        patch.setattr(scene_pages, "_index", interrupted)
+        assert main(argv) == INTERRUPTED
+    assert "no page is in pages" in capsys.readouterr().err
     assert sorted(path.name for path in folder.iterdir()) == ["in", "r.csv"]
     assert main([*argv, "--resume"]) == 0
     assert len(_pages(folder / "pages")) == len(NAMES) - 1 + 2

@@ -339,8 +339,12 @@ def _write_pages(folder: Path, done: "Finished", crew: "Workers") -> None:
     from facetlog.batch.display import showing_rate
     from facetlog.batch.scene_pages import INDEX, write_pages
 
-    with showing_rate("pages", "page") as show:
-        missing = write_pages(folder, done, crew, show)
+    try:
+        with showing_rate("pages", "page") as show:
+            missing = write_pages(folder, done, crew, show)
+    except KeyboardInterrupt:
+        note(f"stopped: no page is in {folder}; with a table, --resume makes them from it")
+        raise
     _warn_of([(path, f"no page: {error}") for path, error in missing.items()])
     note(f"pages of all scenes are listed in {folder / INDEX}")
 
