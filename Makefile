@@ -8,7 +8,7 @@ PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
 NUMERICAL := tests/perception tests/robot/rendering
 export FACETLOG_DATA ?= $(wildcard ../shared/data)
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test test-all test-kernels check format models reference bench mutants vsix lock clean
+.PHONY: help setup demo test test-all test-kernels check format models reference docs bench mutants vsix lock clean
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):[^#]*## \(.*\)/make \1\t\2/p' Makefile | expand -t 20
@@ -56,6 +56,9 @@ format: $(STAMP) ## put the Python files into form
 reference: $(STAMP) ## make the reference of docs/models.md, and its picture of words
 	$(BIN)/python scripts/write_reference.py
 	$(BIN)/python scripts/draw_vocabulary.py
+
+docs: $(STAMP) ## the pages of the Python interface, into out/docs; warnings are errors
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
 
 models: $(STAMP) ## make rules/NAME.pl of each rules/NAME.model
 	$(BIN)/python scripts/compile_models.py

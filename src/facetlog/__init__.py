@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     from facetlog.library.result import Reason, Result
 
 __version__ = "0.1.0"
+"""The version of facetlog."""
+
 __all__ = ["Reason", "Result", "__version__", "ask", "classify", "read_scene", "recognize"]
 
 # A checkout without symbolic links (an archive, some file systems) has the five rooms only at

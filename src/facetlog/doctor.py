@@ -16,7 +16,7 @@ __all__ = ["Finding", "Standing", "findings"]
 
 _NAME = re.compile(r"[A-Za-z0-9_.-]+")
 _EXTRA = re.compile(r"""extra\s*==\s*['"]([^'"]+)['"]""")
-FOR_DEVELOPERS = "dev"
+FOR_DEVELOPERS = ("dev", "docs")
 
 
 class Standing(StrEnum):
@@ -85,13 +85,13 @@ def _needed() -> tuple[str, ...]:
 
 
 def _extras() -> dict[str, tuple[str, ...]]:
-    """The packages of each extra but that for developers."""
+    """The packages of each extra but those for developers."""
     found: dict[str, tuple[str, ...]] = {}
     for line in _requirements():
         extra = _EXTRA.search(line)
         # [all] is of the other extras, each of which is listed.
         of_others = _name(line) == "facetlog"
-        if extra is not None and extra[1] != FOR_DEVELOPERS and not of_others:
+        if extra is not None and extra[1] not in FOR_DEVELOPERS and not of_others:
             found[extra[1]] = (*found.get(extra[1], ()), _name(line))
     return found
 

@@ -18,10 +18,11 @@ RUN_FILE = "run.json"
 RUN_SCHEMA = "facetlog-run/1"
 
 
-def check_replaceable(folder: Path) -> None:
+def check_replaceable(folder: Path, option: str = "-o") -> None:
     """Raises InputError unless the folder is absent, empty, or holds an earlier run's files only.
 
-    Called before the work, so that nobody waits for results that cannot be stored.
+    Called before the work, so that nobody waits for results that cannot be stored. `option` is how
+    the folder was given.
     """
     try:
         if not folder.exists() and not folder.is_symlink():
@@ -30,7 +31,7 @@ def check_replaceable(folder: Path) -> None:
                 raise InputError(f"{folder} cannot be made: {nearest} is no folder to write in")
             return
         if folder.is_symlink() or not folder.is_dir():
-            raise InputError(f"{folder} is no folder: give another name with -o")
+            raise InputError(f"{folder} is no folder: give another name with {option}")
         present = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if not p.is_dir()}
     except (OSError, ValueError) as exc:
         raise InputError(f"{str(folder)!r} cannot be used: {exc}") from exc
@@ -38,7 +39,7 @@ def check_replaceable(folder: Path) -> None:
     if foreign:
         raise InputError(
             f"{folder} holds {foreign[0]}, which facetlog did not write: "
-            "give another folder with -o"
+            f"give another folder with {option}"
         )
 
 
@@ -54,20 +55,22 @@ def _own_files(folder: Path) -> set[str]:
 
 
 @contextmanager
-def output_folder(folder: Path, about: dict[str, object]) -> Iterator[Path]:
+def output_folder(folder: Path, about: dict[str, object], option: str = "-o") -> Iterator[Path]:
     """A temporary folder to write into, renamed to `folder` when the body ends without an error.
 
     `about` goes into run.json beside the list of files. An earlier run's folder is replaced; after
     an error or Ctrl-C it is as it was.
     """
-    check_replaceable(folder)
+    check_replaceable(folder, option)
     folder = folder.absolute()
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         made = _beside(folder)
         made.mkdir()
     except OSError as exc:
-        raise InputError(f"{folder} cannot be made: {exc.strerror}: choose another -o") from exc
+        raise InputError(
+            f"{folder} cannot be made: {exc.strerror}: choose another {option}"
+        ) from exc
     try:
         yield made
         files = sorted(p.relative_to(made).as_posix() for p in made.rglob("*") if p.is_file())

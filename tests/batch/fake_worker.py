@@ -2,9 +2,10 @@
 
 `die-…` ends itself, `once-…` only the first time, `full-…` as one does whose memory ran out,
 `busy-…` works for ever, `slow-…` waits for ever unless there is a file `slow-….quick`, `bad-…` is
-an error; any other holds for the model that its name begins with. Models called `refused` cannot be
-opened, a worker of `dead` ones never starts, and one of `late` ones, which are a file, only once so
-many died at it as the file says. It loads nothing of facetlog: it starts at once.
+an error, `plain-…` has no page; any other holds for the model that its name begins with. Models
+called `refused` cannot be opened, a worker of `dead` ones never starts, and one of `late` ones,
+which are a file, only once so many died at it as the file says. It loads nothing of facetlog: it
+starts at once.
 """
 
 import json
@@ -107,6 +108,11 @@ def _answer(task: dict[str, Any], models: tuple[str, ...], judged: str) -> bytes
     if "explain" in task:
         reasons = [{"title": f"Why not {task['explain']['right']}", "lines": ["a <top> & legs"]}]
         return b"?" + json.dumps({"picture": "UE5H", "reasons": reasons}).encode()
+    if "page" in task:
+        assert task["page"] == stem
+        if stem.startswith("plain"):
+            return b"#" + json.dumps({"page": None, "error": "cannot be shown"}).encode()
+        return b"#" + json.dumps({"page": f"<p>{task['path']}</p>", "error": None}).encode()
     read = "".join(f"{key}={task[key]} " for key in ("up", "unit") if key in task)
     row = fake_row(task["path"], models, read + judged)
     word = b"*" if stem.startswith("full") else b"-" if row["error"] else b"+"

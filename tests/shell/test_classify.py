@@ -13,8 +13,11 @@ from typing import Any
 
 import pytest
 
+from facetlog.__main__ import INTERRUPTED
+from facetlog.batch import scene_pages
 from facetlog.batch.output import read_rows, write_rows
 from facetlog.cli import main
+from facetlog.kb.knowledge_base import BUILTIN_MODELS
 from facetlog.perception.surfaces.exact_solids.polyhedra import boxes, cuboid, table
 from facetlog.perception.surfaces.scene_file import write_scene
 from tests.batch.fake_worker import PAUSE, fake_row
@@ -112,6 +115,9 @@ def test_a_path_that_vanished_is_a_row(folder: Path) -> None:
         (["in", "--labels", "l.csv", "--count-as", "box=sofa"], "none of the classes box, table"),
         (["in", "--labels", "absent.csv"], "absent.csv: cannot be read"),
         (["in", "--labels", "l.csv", "--report", "no/r.html"], "no/r.html cannot be written"),
+        (["in", "--html", "in"], "in holds bad-1.json, which facetlog did not write"),
+        (["in", "--html", "old.csv"], "old.csv is no folder: give another name with --html"),
+        (["in", "--html", "p", "-o", "p/r.csv"], "p: holds pages alone: write p/r.csv elsewhere"),
         (["in", "--changed-since", "absent.csv"], "absent.csv: cannot be read"),
         (["in", "--dask", "tcp://127.0.0.1:1", "--workers", "2"], "give one of them"),
         (["in", "--dask", "tcp://127.0.0.1:1", "--profile"], "leave out --dask"),
@@ -122,6 +128,7 @@ def test_what_cannot_be_is_refused_in_one_line_before_the_work(
 ) -> None:
     for name in ("old.csv", "half.csv.partial"):
         (folder / name).touch()
+    (folder / "p").mkdir()
     (folder / "l.csv").write_text("file,label\nin/box-1.json,box\n")
     assert main(["classify", *argv]) == 2
     out, err = capsys.readouterr()
@@ -290,6 +297,67 @@ def test_labels_make_a_matrix_and_a_report(
     assert summary["confusion"]["accuracy"]["hits"] == 2
 
 
+def _pages(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_each_scene_is_a_page_and_a_list_names_them(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene_files(folder / "in" / "b", "box-1", "plain-1")
+    assert main(["classify", "in", "--html", "pages", "--workers", "2", "-o", "r.csv"]) == 0
+    err = capsys.readouterr().err
+    assert "in/b/plain-1.json: no page: cannot be shown\n" in err
+    assert "pages of all scenes are listed in pages/index.html\n" in err
+    named = {"box-1": "in/box-1", "box-1-2": "in/b/box-1", "chair-1": "in/chair-1"}
+    named |= {"lamp-1": "in/lamp-1", "table-1": "in/table-1"}
+    for page, scene in named.items():
+        assert Path(f"pages/{page}.html").read_text() == f"<p>{scene}.json</p>"
+    assert _pages(folder / "pages") == sorted(
+        [*(f"{name}.html" for name in named), "index.html", "run.json"]
+    )
+    index = Path("pages/index.html").read_text(encoding="utf-8")
+    assert '<a href="box-1-2.html">in/b/box-1.json</a></th><td>box</td><td>90%</td>' in index
+    assert "in/bad-1.json: no page: is bad</th>" in index
+    assert index.count("<a ") == 5
+    assert not re.search(r"""(src|href)=["']?(https?:|//)|<script""", index)
+
+
+def test_pages_replace_those_of_an_earlier_run_and_nothing_else(folder: Path) -> None:
+    assert main(["classify", "in", "--html", "pages", "-o", "r.csv"]) == 0
+    again = ["classify", "in/box-1.json", "--html", "pages"]
+    assert main([*again, "-o", "r.csv", "--overwrite"]) == 0
+    assert _pages(folder / "pages") == ["box-1.html", "index.html", "run.json"]
+    (folder / "pages" / "notes.txt").touch()
+    assert main(again) == 2
+    assert "notes.txt" in _pages(folder / "pages")
+
+
+def test_a_run_that_ends_before_its_pages_leaves_none_and_may_go_on(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(*_: object) -> Iterator[str]:
+        raise KeyboardInterrupt
+
+    argv = ["classify", "in", "--html", "pages", "-o", "r.csv"]
+    with monkeypatch.context() as patch:
+        patch.setattr(scene_pages, "_index", interrupted)
+        assert main(argv) == INTERRUPTED
+    assert "no page is in pages" in capsys.readouterr().err
+    assert sorted(path.name for path in folder.iterdir()) == ["in", "r.csv"]
+    assert main([*argv, "--resume"]) == 0
+    assert len(_pages(folder / "pages")) == len(NAMES) - 1 + 2
+
+
+@pytest.mark.usefixtures("folder")
+def test_more_pages_than_a_disk_should_hold_are_refused(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(scene_pages, "MOST_PAGES", 4)
+    assert main(["classify", "in", "--html", "pages"]) == 2
+    assert "5 scenes would be as many pages" in capsys.readouterr().err
+
+
 def test_what_is_right_does_not_depend_on_what_could_be_read(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -408,6 +476,17 @@ def test_scenes_are_judged_by_the_models_and_bad_ones_told(
     assert "Why not table" in page
     assert "data:image/png;base64,iVBOR" in page
     assert "accuracy 0.500 (1 of 2" in capsys.readouterr().out
+
+
+@pytest.mark.real_engine
+def test_a_page_has_all_verdicts_of_its_scene(real_scenes: Path) -> None:
+    argv = ["classify", "in/a.json", "in/b.json", "in/c.json", "--html", "pages"]
+    assert main([*argv, "--workers", "1"]) == 0
+    assert _pages(real_scenes / "pages") == ["a.html", "b.html", "index.html", "run.json"]
+    page = Path("pages/a.html").read_text(encoding="utf-8")
+    assert re.search(r"<h1>t1 is a box \(\d+%\)", page)
+    assert page.count('<details class="verdict ') == len(BUILTIN_MODELS)
+    assert "<iframe" in page
 
 
 @pytest.mark.real_engine

@@ -14,6 +14,7 @@ REQUIRED = [
     'laspy[lazrs]>=2.5; extra == "las"',
     'pandas>=2.2; extra == "tables"',
     'pytest>=8.2; extra == "dev"',
+    'mkdocs-material>=9.5; extra == "docs"',
 ]
 
 
@@ -36,6 +37,7 @@ def test_where_all_is_there_it_says_so_line_by_line(capsys: pytest.CaptureFixtur
     assert ["numpy", "ok"] in rows
     assert "built-in models load" in out
     assert "pytest" not in out
+    assert "[docs]" not in out
 
 
 def test_a_missing_package_is_named_with_the_way_to_it(

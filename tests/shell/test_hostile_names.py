@@ -99,6 +99,12 @@ def test_a_batch_and_its_report_have_no_control_characters(says: Says) -> None:
     assert not STEERS.search(page)
     assert "e ]0;t v 31mi l" in page
     says(*argv, "--classes", EVIL)
+    says("classify", *files, "--models", "slab.pl", "--workers", "1", "--html", "pages")
+    for path in Path("pages").iterdir():
+        assert not STEERS.search(path.name)
+        # What shows 3-D is a page of a library's own.
+        shown = re.sub(r'srcdoc="[^"]*"', "", path.read_text(encoding="utf-8"))
+        assert not STEERS.search(shown)
 
 
 def test_models_print_no_control_characters(says: Says) -> None:

@@ -97,11 +97,11 @@ class Cluster:
     def answers(self, tasks: Iterable[Task]) -> Iterator[Answer]:
         """An answer to each task, as they come; raises EngineError if the cluster is lost.
 
-        Scenes are classified on the cluster; questions about mistakes are answered here.
+        Scenes are classified on the cluster; mistakes are explained, and pages made, here.
         """
         every = tuple(tasks)
-        yield from self._pool.answers(task for task in every if task.mistaken is not None)
-        yield from self._spread(deque(task for task in every if task.mistaken is None))
+        yield from self._pool.answers(task for task in every if not task.classifies)
+        yield from self._spread(deque(task for task in every if task.classifies))
 
     def _spread(self, waiting: deque[Task]) -> Iterator[Answer]:
         if not waiting:

@@ -3,29 +3,19 @@
 import base64
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import replace
-from functools import cache
 from pathlib import Path
 from typing import Any, TypedDict
 
+from facetlog.batch.loaded_scene import SCENE, loaded_scene
 from facetlog.batch.rows import HOLDS, Row
 from facetlog.batch.settings import Item, Settings, shape_options
 from facetlog.errors import FacetlogError, QueryError
 from facetlog.kb.explaining.verdict import Verdict
 from facetlog.kb.knowledge_base import KnowledgeBase
-from facetlog.kb.limits import Limits
-from facetlog.kb.loading.encode import Fact
-from facetlog.kb.recognize import open_knowledge_base
-from facetlog.perception.facts.all_facts import FactRows, fact_rows
-from facetlog.perception.facts.fact_schema import ON_DEMAND
 from facetlog.perception.shapes.read_shape import read_shape
 from facetlog.terminal import one_line
 
 __all__ = ["Mistaken", "Reason", "explained"]
-
-SCENE = "scene"
-
-SECONDS_PER_REASON = 10.0
-"""A page of reasons is waited for: one that takes longer is said to have taken too long."""
 
 
 class Mistaken(TypedDict):
@@ -58,33 +48,11 @@ def explained(item: Item, settings: Settings, question: Mistaken) -> dict[str, A
     from facetlog.batch.thumbnail import thumbnail
 
     picture = base64.b64encode(thumbnail(scene)).decode("ascii")
-    base = _base(settings)
     try:
-        base.load_scene(
-            SCENE, _flat(fact_rows(scene)), on_demand=lambda: _flat(fact_rows(scene, ON_DEMAND))
-        )
-    except FacetlogError as exc:
+        with loaded_scene(scene, settings) as base:
+            return {"picture": picture, "reasons": list(_reasons(base, question))}
+    except FacetlogError as exc:  # of loading it
         return {"picture": picture, "reasons": [_reason("No reasons", [one_line(str(exc))])]}
-    try:
-        return {"picture": picture, "reasons": list(_reasons(base, question))}
-    finally:
-        base.drop_scene(SCENE)
-
-
-def _flat(rows: FactRows) -> Iterator[Fact]:
-    return ((name, *args) for name, found in rows.items() for args in found)
-
-
-@cache
-def _base(settings: Settings) -> KnowledgeBase:
-    """The knowledge base of this process, which ends with it."""
-    return open_knowledge_base(
-        tuple(map(Path, settings.models)),
-        trusted=settings.trusted,
-        crisp=settings.crisp,
-        raw=settings.raw,
-        limits=Limits(seconds=min(settings.seconds, SECONDS_PER_REASON)),
-    )
 
 
 def _reasons(base: KnowledgeBase, question: Mistaken) -> Iterator[Reason]:

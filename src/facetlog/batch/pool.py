@@ -63,16 +63,26 @@ WORKER = (sys.executable, "-P", "-m", "facetlog.batch.worker")
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A scene to classify, or with `mistaken` one to explain (see explain.py)."""
+    """A scene to classify, or with `mistaken` one to explain (see explain.py).
+
+    With `page`, the SHA-256 of its content, it is one to show (scene_page.py).
+    """
 
     item: Item
     mistaken: dict[str, Any] | None = None
+    page: str | None = None
+
+    @property
+    def classifies(self) -> bool:
+        """Whether the answer is a row."""
+        return self.mistaken is None and self.page is None
 
     @property
     def message(self) -> dict[str, Any]:
         """The task as a worker takes it."""
-        mistaken = {} if self.mistaken is None else {"explain": self.mistaken}
-        return {**self.item.to_json(), **mistaken}
+        wanted = {"explain": self.mistaken, "page": self.page}
+        asked = {key: value for key, value in wanted.items() if value is not None}
+        return {**self.item.to_json(), **asked}
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,6 +36,8 @@ class Word(bytes, Enum):
     """Where the time went, of all scenes up to the next row."""
     EXPLAINED = b"?"
     """The picture and the reasons of the item that was first in turn."""
+    SHOWN = b"#"
+    """The page of the item that was first in turn."""
 
 
 def main() -> None:
@@ -89,8 +91,16 @@ def _serve(connection: Connection, messages: "queue.SimpleQueue[Any]") -> None:
     while True:
         tasks = messages.get()
         mistakes = [task.pop("explain", None) for task in tasks]
+        shown = [task.pop("page", None) for task in tasks]
         items = [Item(**task) for task in tasks]
-        if mistakes[0] is None:  # a list is of one kind
+        # A list is of one kind.
+        if shown[0] is not None:
+            from facetlog.batch.scene_page import scene_page
+
+            for item, sha256 in zip(items, shown, strict=True):
+                say(Word.SHOWN, scene_page(item, settings, sha256))
+            continue
+        if mistakes[0] is None:
             for row in engine.rows(items):
                 if settings.profile:
                     say(Word.PROFILE, engine.profile.to_json())

@@ -129,6 +129,12 @@ def classify_command(
         Path | None,
         typer.Option("--report", metavar="HTML", help="Report with pictures of all mistakes."),
     ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            "--html", metavar="DIR", help="Also a page for each scene, to look at, in a new folder."
+        ),
+    ] = None,
     changed_since: Annotated[
         Path | None,
         typer.Option("--changed-since", metavar="TABLE", help="Compare with older results."),
@@ -185,6 +191,10 @@ def classify_command(
         from facetlog.batch.report import check_report, write_report
 
         check_report(report)
+    if html is not None:
+        from facetlog.batch.scene_pages import check_pages
+
+        check_pages(html, len(items), (out, report))
     outcome = Outcome(comparison=comparison)
     with _workers(settings, workers, dask, len(items)) as crew:
         if labels is not None:
@@ -195,6 +205,8 @@ def classify_command(
             if report is not None and outcome.confusion is not None:
                 with showing_rate("report", "mistake") as show:
                     write_report(report, outcome, outcome.confusion, done, crew, show)
+            if html is not None:
+                _write_pages(html, done, crew)
         if profile:
             outcome.profile = crew.profile
     _tell(outcome, as_json=as_json and out is not None)
@@ -322,6 +334,21 @@ def _write_table(done: "Finished", plan: "Plan", outcome: "Outcome", *, as_json:
             typer.echo(_row_text(row))
 
 
+def _write_pages(folder: Path, done: "Finished", crew: "Workers") -> None:
+    """Writes the pages, and says which scenes have none though they have a row."""
+    from facetlog.batch.display import showing_rate
+    from facetlog.batch.scene_pages import INDEX, write_pages
+
+    try:
+        with showing_rate("pages", "page") as show:
+            missing = write_pages(folder, done, crew, show)
+    except KeyboardInterrupt:
+        note(f"stopped: no page is in {folder}; with a table, --resume makes them from it")
+        raise
+    _warn_of([(path, f"no page: {error}") for path, error in missing.items()])
+    note(f"pages of all scenes are listed in {folder / INDEX}")
+
+
 def _row_text(row: "Row") -> str:
     if row["error"] is not None:
         return one_line(f"{row['path']}: error: {row['error'].removeprefix(row['path'] + ': ')}")
@@ -333,11 +360,7 @@ def _row_text(row: "Row") -> str:
 
 def _tell(outcome: "Outcome", *, as_json: bool) -> None:
     """Counts on stdout, errors on stderr."""
-    for path, error in outcome.errors[:ERRORS_NAMED]:
-        warn(error if error.startswith(path) else f"{path}: {error}")
-    if len(outcome.errors) > ERRORS_NAMED:
-        more = len(outcome.errors) - ERRORS_NAMED
-        warn(many(more, "more scene has an error", "more scenes have errors"))
+    _warn_of(outcome.errors)
     note(outcome.summary)
     for line in () if outcome.profile is None else outcome.profile.lines():
         typer.echo(printable(line), err=True)
@@ -346,3 +369,12 @@ def _tell(outcome: "Outcome", *, as_json: bool) -> None:
     else:
         for line in outcome.lines():
             typer.echo(printable(line))
+
+
+def _warn_of(errors: "Sequence[tuple[str, str]]") -> None:
+    """Names the first scenes with errors, and says how many more there are."""
+    for path, error in errors[:ERRORS_NAMED]:
+        warn(error if error.startswith(path) else f"{path}: {error}")
+    more = len(errors) - ERRORS_NAMED
+    if more > 0:
+        warn(many(more, "more scene has an error", "more scenes have errors"))

@@ -23,17 +23,17 @@ VIEWER_HEIGHT_PX = 420
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Reason:
-    """Why a model holds of a thing, or why not: printed, it is what the command line prints.
-
-    `verdicts` are those that it is about, the nearest first; `holds` says whether the first does.
-    """
+    """Why a model holds of a thing, or why not: printed, it is what the command line prints."""
 
     verdicts: "tuple[Verdict, ...]"
+    """Those that it is about, the nearest first."""
+
     lines: tuple[str, ...]
+    """What it says, as the command line prints it."""
 
     @property
     def holds(self) -> bool:
-        """Whether the model holds."""
+        """Whether the first of the verdicts holds."""
         return bool(self.verdicts) and self.verdicts[0].state.value == "holds"
 
     def to_dict(self) -> list[dict[str, Any]]:
@@ -53,16 +53,26 @@ class Reason:
 class Result(Closing):
     """A scene and what all models say of each thing in it.
 
-    `scene` has vertices, edges and faces with their uncertainty; lengths are metres where
-    `scene.metric`. The first reason opens a knowledge base, with a process of its own where
-    models are not to be trusted: it ends with the result, or with `close` or a `with` statement.
+    Lengths are metres where `scene.metric` is true. The first reason opens a knowledge base, with a
+    process of its own where models are not to be trusted: it ends with the result, or with `close`
+    or a `with` statement.
     """
 
     scene: "Scene"
+    """What was measured: vertices, edges and faces with their uncertainty."""
+
     recognition: "Recognition"
+    """What all models say of each thing."""
+
     models: tuple[Path, ...] = ()
+    """The user's models that were asked as well."""
+
     trust: bool = False
+    """Whether those models are the user's own."""
+
     raw: bool = False
+    """Whether verdicts have degrees alone, and no confidence."""
+
     _lock: Any = field(default_factory=threading.Lock, repr=False)
 
     @property

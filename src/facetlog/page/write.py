@@ -3,8 +3,10 @@
 from importlib.resources import files
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup, escape
 
 from facetlog.page.contents import Subject, contents
+from facetlog.terminal import printable
 
 __all__ = ["PAGE_FILE", "page"]
 
@@ -17,6 +19,7 @@ def page(subject: Subject) -> str:
         loader=PackageLoader(__package__ or "", ""),
         autoescape=True,
         undefined=StrictUndefined,
+        finalize=_printable,
         trim_blocks=True,
         lstrip_blocks=True,
     )
@@ -25,4 +28,12 @@ def page(subject: Subject) -> str:
         for name, file in (("style", "page.css"), ("script", "page.js"))
     }
     template = environment.get_template("page.html.jinja")
-    return template.render(**contents(subject), **beside)
+    shown = contents(subject)
+    # A page of its own, whose lines are kept.
+    shown["model_view"] = escape(shown["model_view"])
+    return template.render(**shown, **beside)
+
+
+def _printable(value: object) -> object:
+    """What a name in the page must not have (control characters, half a letter) as spaces."""
+    return printable(value) if isinstance(value, str) and not isinstance(value, Markup) else value

@@ -1,0 +1,141 @@
+"""A page for each scene of a run, in a folder with a list of them."""
+
+import json
+import re
+import unicodedata
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from importlib.resources import files
+from pathlib import Path, PurePath
+from urllib.parse import quote
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from facetlog import __version__
+from facetlog.batch.pool import Task
+from facetlog.batch.rows import Row, sureness
+from facetlog.batch.run import Finished, Progress, Workers
+from facetlog.counted import many
+from facetlog.errors import InputError
+from facetlog.output_folder import check_replaceable, output_folder
+from facetlog.query_shell.scene_files import SCENE_FILE
+from facetlog.terminal import printable
+
+__all__ = ["INDEX", "MOST_PAGES", "check_pages", "page_names", "write_pages"]
+
+OPTION = "--html"
+INDEX = "index.html"
+
+MOST_PAGES = 5_000
+"""Of a run: a page takes about a megabyte, and a second to make."""
+
+NAME_BYTES = 200
+"""Of a page's name, which with its number and suffix must be below 255."""
+
+
+def check_pages(folder: Path, scenes: int, others: Iterable[Path | None]) -> None:
+    """Raises InputError if pages of so many scenes could not be written there: before the run.
+
+    `others` are files that the run writes as well: the folder is to hold the pages alone.
+    """
+    if scenes > MOST_PAGES:
+        raise InputError(
+            f"{OPTION} {folder}: {scenes:,} scenes would be as many pages of a megabyte each: "
+            f"give at most {MOST_PAGES:,} scenes, or leave it out"
+        )
+    check_replaceable(folder, OPTION)
+    for file in others:
+        if file is not None and folder.resolve() in file.resolve().parents:
+            raise InputError(f"{OPTION} {folder}: holds pages alone: write {file} elsewhere")
+
+
+def write_pages(
+    folder: Path, done: Finished, workers: Workers, progress: Progress | None = None
+) -> dict[str, str]:
+    """Writes the pages and their list, all or none; those that cannot be made, by path, with why.
+
+    `workers` make them, of each scene without an error; one at a time is in memory here.
+    """
+    paths = [item.path for item in done.items]
+    names = dict(zip(paths, page_names(paths), strict=True))
+    tasks = [
+        Task(item, page=row["sha256"])
+        for item, row in zip(done.items, done.rows(), strict=True)
+        if row["error"] is None
+    ]
+    missing: dict[str, str] = {}
+    with output_folder(folder, {"command": "classify"}, OPTION) as made:
+        for count, answer in enumerate(workers.answers(tasks), start=1):
+            path, found = answer.task.item.path, json.loads(answer.line)
+            if found["error"] is not None:
+                missing[path] = found["error"].removeprefix(f"{path}: ")
+            else:
+                (made / names[path]).write_bytes(_encoded(found["page"]))
+            if progress is not None:
+                progress(count, len(tasks), len(missing))
+        with (made / INDEX).open("wb") as file:
+            for text in _index(done, names, missing):
+                file.write(_encoded(text))
+    return missing
+
+
+def page_names(paths: Iterable[str]) -> Iterator[str]:
+    """A file's name for the page of each scene, all different on any system.
+
+    >>> list(page_names(["a/box.glb", "b/Box.ply", "runs/7/scene.json", "in?:/ü *.obj", "index"]))
+    ['box.html', 'Box-2.html', '7.html', 'ü_.html', 'index-2.html']
+    """
+    # Some systems take names as the same that differ in case, or in how an accent is written.
+    taken = {PurePath(INDEX).stem}
+    counts: Counter[str] = Counter()
+    for path in paths:
+        name = _plain(path)
+        key, unique = name.casefold(), name
+        while unique.casefold() in taken:
+            counts[key] += 1
+            unique = f"{name}-{counts[key] + 1}"
+        taken.add(unique.casefold())
+        yield f"{unique}.html"
+
+
+def _plain(path: str) -> str:
+    """The scene's name without what a shell, an address or a file system takes for something."""
+    place = PurePath(path)
+    # What -o writes is known by its folder.
+    name = (place.name == SCENE_FILE and place.parent.name) or place.stem
+    safe = re.sub(r"[^\w.-]+", "_", unicodedata.normalize("NFC", name)).lstrip(".-")
+    return safe.encode()[:NAME_BYTES].decode(errors="ignore") or "scene"
+
+
+def _index(done: Finished, names: dict[str, str], missing: dict[str, str]) -> Iterator[str]:
+    environment = Environment(
+        loader=PackageLoader("facetlog.batch", ""),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    style = files("facetlog.batch").joinpath("report.css").read_text(encoding="utf-8")
+    return environment.get_template("scene_pages.html.jinja").generate(
+        title=many(len(done.items), "scene"),
+        rows=(_entry(row, names, missing) for row in done.rows()),
+        style=style,
+        version=__version__,
+    )
+
+
+def _entry(row: Row, names: dict[str, str], missing: dict[str, str]) -> dict[str, str]:
+    path = row["path"]
+    why_not = row["error"] or missing.get(path, "")
+    held = row["model"] is not None
+    return {
+        "path": printable(path),
+        "page": "" if why_not else quote(names[path]),
+        "answer": "" if row["error"] else row["model"] or "none",
+        "sure": f"{sureness(row):.0%}" if held else "",
+        "why_not": printable(why_not.removeprefix(f"{path}: ")),
+    }
+
+
+def _encoded(text: str) -> bytes:
+    return text.encode("utf-8", "backslashreplace")
