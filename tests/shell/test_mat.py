@@ -95,7 +95,7 @@ def test_check_refuses_what_is_no_folder_or_shows_no_mat(
     assert main(["mat", "check", str(tmp_path / "none")]) == 2
     assert "is no folder" in capsys.readouterr().err
     assert main(["mat", "check", str(tmp_path)]) == 2
-    assert "no mat is seen" in capsys.readouterr().err
+    assert "holds no pictures" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("length", ["17.6", "0mm", "wide", "1.2.3mm", "5furlong"])

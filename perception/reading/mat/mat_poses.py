@@ -69,6 +69,8 @@ def mat_pictures(
     InputError where no picture shows a mat, or they show two.
     """
     shots = shots_in(folder)
+    if not shots:
+        raise InputError(f"{folder} holds no pictures: add 12 to 30 of a thing on a printed mat")
     seen, left_out = _seen(shots)
     if not seen:
         why = f": {left_out[0].line}" if left_out and len(left_out) == len(shots) == 1 else ""
