@@ -102,7 +102,8 @@ def colmap_models(folder: Path, name: str, *beside: str) -> tuple[Path, ...]:
         in_order = sorted(numbered, key=lambda path: int(path.name))
         files = [_file_of(path, name, *beside) for path in in_order]
         if models := [path for path in files if path is not None]:
-            return tuple(sorted(models, key=_picture_count, reverse=True))
+            # The pictures of a single model need not be counted.
+            return tuple(sorted(models, key=_picture_count, reverse=True) if models[1:] else models)
     return ()
 
 

@@ -18,8 +18,10 @@ from facetlog.errors import InputError, missing_extra
 from facetlog.perception.types import Image
 from facetlog.regular_file import read_regular
 
-__all__ = ["LEAST_SIDE_PX", "read_picture"]
+__all__ = ["LEAST_SIDE_PX", "PICTURE_SUFFIXES", "read_picture"]
 
+PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif")
+"""By which pictures in folders are known; one that is named is read whatever it is called."""
 KINDS = "JPEG, PNG, TIFF, BMP, WebP, PNM or HEIC"
 # Neither turned by EXIF (poses and intrinsics belong to the picture as stored) nor in colour.
 DECODE_FLAGS = cv2.IMREAD_GRAYSCALE | cv2.IMREAD_ANYDEPTH | cv2.IMREAD_IGNORE_ORIENTATION

@@ -24,8 +24,6 @@ from facetlog.perception.surfaces.scene_file import read_scene
 
 __all__ = ["ShapeOptions", "read_shape", "read_stated", "stated"]
 
-PICTURE_SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp", ".heic")
-
 # What makes scenes of meshes and clouds takes half a second to load: scenes do without.
 
 
@@ -108,11 +106,13 @@ def read_shape(path: Path, options: ShapeOptions) -> Scene:
     """
     colmap = path.is_dir() or path.name in COLMAP_POINTS
     reader = _cloud_file if colmap else _READERS.get(path.suffix.lower())
-    if reader is None and path.suffix.lower() in PICTURE_SUFFIXES:
-        raise InputError(
-            f"{path} is a picture: facetlog recognize takes a folder of them, with their poses"
-        )
     if reader is None:
+        from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES
+
+        if path.suffix.lower() in PICTURE_SUFFIXES:
+            raise InputError(
+                f"{path} is a picture: facetlog recognize takes a folder of them, with their poses"
+            )
         kinds = ", ".join(SUFFIXES)
         raise InputError(
             f"{path}: {path.suffix or 'no suffix'}: files that can be read are {kinds}"

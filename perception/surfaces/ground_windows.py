@@ -1,6 +1,6 @@
 """What views show at the points of a lattice on the ground: print round them, or a level."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import cv2
 import numpy as np
@@ -78,16 +78,13 @@ class Windows:
         # cov > r sd sd, where no print reaches it without print.
         least = np.where(self._has_print, CORRELATES_SDS / WINDOW * self._variance, np.inf)
         least = np.sqrt(least, dtype=np.float32)
-        witnesses = np.zeros_like(self._mean)
-        for a in range(len(weight)):
-            for b in range(a):
-                cov = _mean_in_window(self._all[a] * self._all[b])[KEPT]
-                cov -= self._mean[a] * self._mean[b]
-                agree = cov > least[a] * least[b]
-                witnesses[a] += weight[b] * agree
-                witnesses[b] += weight[a] * agree
-        others = np.einsum("v,vij->ij", weight, self._has_print) - weight[:, None, None]
-        seen = witnesses >= np.maximum(WITNESSES, AGREE_SHARE * others)
+
+        def agree(a: int, b: int) -> _Bits:
+            cov = _mean_in_window(self._all[a] * self._all[b])[KEPT]
+            cov -= self._mean[a] * self._mean[b]
+            return np.asarray(cov > least[a] * least[b])
+
+        seen = _borne_out(agree, self._has_print, weight, AGREE_SHARE)
         return np.asarray(seen & self._near(_median(self._level, seen)))
 
     def unlike(self, weight: _Reals, hidden: _Bits, clear: _Bits) -> _Bits:
@@ -97,34 +94,43 @@ class Windows:
         may_see = self.pictured & clear
         if not may_see.any() or not hidden.any():
             return np.zeros_like(may_see)
-        common = self._levels_rare_on(hidden, may_see)
-        seen = self.pictured & common[self._bins()]
-        witnesses = np.zeros_like(self._mean)
-        for a in range(len(weight)):
-            for b in range(a):
-                apart, sd = self._level[a] - self._level[b], np.hypot(self._sd[a], self._sd[b])
-                agree = seen[a] & seen[b] & (np.abs(apart) < AGREES_SDS * sd)
-                witnesses[a] += weight[b] * agree
-                witnesses[b] += weight[a] * agree
-        others = np.einsum("v,vij->ij", weight, seen) - weight[:, None, None]
-        return np.asarray(seen & (witnesses >= np.maximum(WITNESSES, MOST_SHARE * others)))
+        bins = np.asarray(np.clip(self._level + MIDDLE_GREY, 0, 255), dtype=np.uint8)
+        sd = float(np.median(self._sd[may_see]))
+        common = _common_levels(*(_density(bins[which], sd) for which in (may_see, hidden)))
+        seen: _Bits = self.pictured & common[bins]
 
-    def _bins(self) -> NDArray[np.uint8]:
-        return np.asarray(np.clip(self._level + MIDDLE_GREY, 0, 255), dtype=np.uint8)
+        def agree(a: int, b: int) -> _Bits:
+            apart, sd = self._level[a] - self._level[b], np.hypot(self._sd[a], self._sd[b])
+            return np.asarray(seen[a] & seen[b] & (np.abs(apart) < AGREES_SDS * sd))
 
-    def _levels_rare_on(self, hidden: _Bits, may_see: _Bits) -> _Bits:
-        """Levels (256,) that tell the ground best from the faces, of which so many show them."""
-        bins, sd = self._bins(), float(np.median(self._sd[may_see]))
-        ground, faces = (_density(bins[which], sd) for which in (may_see, hidden))
-        least = np.finfo(np.float32).tiny
-        best = np.asarray(np.argsort(-ground / (faces + least), kind="stable"))
-        common = np.zeros(256, dtype=np.bool_)
-        common[best] = (np.cumsum(faces[best]) <= RARE) & (ground[best] > faces[best])
-        return common
+        return seen & _borne_out(agree, seen, weight, MOST_SHARE)
 
     def _near(self, surface: _Reals) -> _Bits:
         # Where the views show a surface of that level.
         return np.asarray(np.abs(self._level - surface) < AGREES_SDS * self._sd)
+
+
+def _borne_out(
+    agree: Callable[[int, int], _Bits], may: _Bits, weight: _Reals, share: float
+) -> _Bits:
+    """Where (V, rows, columns) so many views agree with one, and that share of those that `may`."""
+    witnesses = np.zeros(may.shape, dtype=np.float32)
+    for a in range(len(weight)):
+        for b in range(a):
+            both = agree(a, b)
+            witnesses[a] += weight[b] * both
+            witnesses[b] += weight[a] * both
+    others = np.einsum("v,vij->ij", weight, may) - weight[:, None, None]
+    return np.asarray(witnesses >= np.maximum(WITNESSES, share * others))
+
+
+def _common_levels(ground: _Reals, faces: _Reals) -> _Bits:
+    """Levels (256,) that tell the ground best from the faces that hide it, by both densities."""
+    least = np.finfo(np.float32).tiny
+    best = np.asarray(np.argsort(-ground / (faces + least), kind="stable"))
+    common = np.zeros(len(ground), dtype=np.bool_)
+    common[best] = (np.cumsum(faces[best]) <= RARE) & (ground[best] > faces[best])
+    return common
 
 
 def _median(level: _Reals, seen: _Bits) -> _Reals:

@@ -67,15 +67,12 @@ def phone_picture(world: World, phone: Phone, pose: Pose, rng: np.random.Generat
 
 def _rays(phone: Phone) -> FloatArray:
     """The rays (H, W, 3) of all pixels in the camera's axes: the lens's formula solved for them."""
-    camera, (k1, k2, p1, p2, k3) = phone.camera, phone.lens
+    camera = phone.camera
+    matrix = np.array([[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]])
     v, u = np.mgrid[0 : camera.height, 0 : camera.width].astype(np.float64)
-    bent_x, bent_y = (u - camera.cx) / camera.fx, (v - camera.cy) / camera.fy
-    x, y = bent_x, bent_y
-    for _ in range(LENS_ROUNDS):
-        s = x * x + y * y
-        gain = 1 + s * (k1 + s * (k2 + s * k3))
-        x, y = (
-            (bent_x - 2 * p1 * x * y - p2 * (s + 2 * x * x)) / gain,
-            (bent_y - p1 * (s + 2 * y * y) - 2 * p2 * x * y) / gain,
-        )
-    return np.stack([x, y, np.ones_like(x)], axis=-1)
+    pixels = np.stack([u, v], axis=-1)
+    rounds = (cv2.TERM_CRITERIA_COUNT, LENS_ROUNDS, 0.0)
+    flat = cv2.undistortPoints(
+        pixels.reshape(-1, 1, 2), matrix, np.array(phone.lens), criteria=rounds
+    ).reshape(pixels.shape)
+    return np.concatenate([flat, np.ones((*flat.shape[:2], 1))], axis=-1)

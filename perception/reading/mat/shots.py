@@ -6,13 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.picture_file import read_picture
+from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES, read_picture
 from facetlog.perception.reading.video_file import COUNTED, VideoFrame, VideoFrames, frame_count
 from facetlog.perception.types import Image
 
 __all__ = ["Shot", "has_shots", "shots_in"]
 
-PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif")
 FRAMES = 30
 """Taken of a video: what walking round a thing shows, each some 12 degrees on."""
 
@@ -48,7 +47,7 @@ def shots_in(folder: Path) -> tuple[Shot, ...]:
     """All of them, in the order of their names; InputError for a video that cannot be read."""
     shots: list[Shot] = []
     for path in _files(folder):
-        if path.suffix.lower() in PICTURES:
+        if path.suffix.lower() in PICTURE_SUFFIXES:
             shots.append(Shot(path))
             continue
         count = frame_count(str(path))
@@ -60,6 +59,6 @@ def shots_in(folder: Path) -> tuple[Shot, ...]:
 
 
 def _files(folder: Path) -> list[Path]:
-    kinds = (*PICTURES, *COUNTED)
+    kinds = (*PICTURE_SUFFIXES, *COUNTED)
     found = (p for p in folder.iterdir() if p.suffix.lower() in kinds)
     return sorted(p for p in found if not p.name.startswith("."))

@@ -41,7 +41,6 @@ PAIRS = {"corrected_cameras": "corrected_images", "cameras": "images"}
 METADATA, RGB = "metadata.json", ("rgbd", "rgb")
 SUFFIXES = (".jpg", ".jpeg", ".png")
 OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])
-EXPORT = "export it again"
 OF_POLYCAM = FieldNames("width", "height", "fx", "fy", pixel_centre=0.5)
 OF_RECORD3D = FieldNames("w", "h", "fx", "fy", pixel_centre=0.5)
 
@@ -67,7 +66,7 @@ def _capture(path: Path) -> Path:
 def _of_polycam(file: Path, images: Path, scale: float) -> PosedPicture:
     fields, where = read_json(file), str(file)
     names = [f"t_{row}{column}" for row in range(3) for column in range(4)]
-    numbers = finite([taken(fields, where, name) for name in names], 12, where, EXPORT)
+    numbers = finite([taken(fields, where, name) for name in names], 12, where)
     matrix = np.array(numbers).reshape(3, 4)
     pose = posed(matrix[:, :3] @ OPENCV_FROM_OPENGL, matrix[:, 3] * scale, where)
     camera = {key: taken(fields, where, key) for key in ("width", "height", "fx", "fy", "cx", "cy")}
@@ -96,14 +95,14 @@ def read_record3d(path: Path, unit: str | None) -> PosesFile:
 def _of_record3d(
     number: int, document: Mapping[str, object], images: Path, scale: float, where: str
 ) -> PosedPicture:
-    x, y, z, w, *place = finite(_row(document["poses"], number), 7, where, EXPORT)
+    x, y, z, w, *place = finite(_row(document["poses"], number), 7, where)
     rotation = rotation_of((w, x, y, z), place, where) @ OPENCV_FROM_OPENGL
     pose = posed(rotation, np.array(place) * scale, where)
     each = document.get("perFrameIntrinsicCoeffs")
     if each:
-        fx, fy, cx, cy = finite(_row(each, number), 4, f"{where}: its intrinsics", EXPORT)
+        fx, fy, cx, cy = finite(_row(each, number), 4, f"{where}: its intrinsics")
     else:
-        matrix: FloatArray = np.array(finite(_list(document.get("K")), 9, f"{where}: K", EXPORT))
+        matrix: FloatArray = np.array(finite(_list(document.get("K")), 9, f"{where}: K"))
         (fx, _, cx), (_, fy, cy), _ = matrix.reshape(3, 3).T
     camera = {key: taken(document, where, key) for key in ("w", "h")}
     camera |= {"fx": float(fx), "fy": float(fy), "cx": float(cx), "cy": float(cy)}

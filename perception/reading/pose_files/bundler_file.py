@@ -97,7 +97,7 @@ def _registered(line: _Line) -> bool:
 
 def _numbers(line: _Line, count: int) -> list[float]:
     where, words = line
-    return finite(words, count, where, "export it again")
+    return finite(words, count, where)
 
 
 def _picture(name: str, block: Sequence[_Line], folder: Path, scale: float) -> PosedPicture:

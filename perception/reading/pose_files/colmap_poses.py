@@ -17,7 +17,7 @@ from facetlog.perception.reading.colmap_files import (
     colmap_models,
     colmap_pictures,
 )
-from facetlog.perception.reading.pose_files.pose_checks import posed, rotation_of
+from facetlog.perception.reading.pose_files.pose_checks import is_file, posed, rotation_of
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
@@ -87,7 +87,7 @@ def _home(path: Path, names: Iterable[str]) -> tuple[Path, Path]:
 
 
 def _there(names: Iterable[str], folder: Path) -> int:
-    return sum(_is_file(folder / name) for name in names)
+    return sum(is_file(folder / name) for name in names)
 
 
 def _upwards(model: Path) -> Iterator[Path]:
@@ -107,13 +107,6 @@ def has_pictures(path: Path) -> bool:
         return False
     _, inside = _home(path, names)
     return _there(names, inside) > 0
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # a name that no file can have: reported where it is read
-        return False
 
 
 def _posed(

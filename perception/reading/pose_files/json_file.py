@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.pose_files.pose_checks import EXPORT
 from facetlog.perception.reading.pose_files.poses_file import read_text
 
 __all__ = ["read_json", "taken"]
@@ -25,6 +26,6 @@ def taken(value: object, where: str, *keys: str) -> object:
     """What is reached from a value by these keys; InputError names the first that is missing."""
     for key in keys:
         if not isinstance(value, Mapping) or key not in value:
-            raise InputError(f"{where}: no {key!r}: export it again")
+            raise InputError(f"{where}: no {key!r}: {EXPORT}")
         value = value[key]
     return value

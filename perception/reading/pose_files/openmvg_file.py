@@ -18,7 +18,7 @@ import numpy as np
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.pose_files.json_file import read_json, taken
-from facetlog.perception.reading.pose_files.pose_checks import finite, posed
+from facetlog.perception.reading.pose_files.pose_checks import EXPORT, finite, is_file, posed
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader, first_of
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
@@ -34,7 +34,6 @@ __all__ = ["OPENMVG", "read_openmvg"]
 
 SFM_DATA, PICTURES = "sfm_data.json", "images"
 NAMES = FieldNames("width", "height", "fx", "fy", pixel_centre=0.0)
-EXPORT = "export it again"
 # Kinds of cameras: the model that they are, where their coefficients stand, and these' names.
 CAMERAS = {
     "pinhole": ("PINHOLE", "", ()),
@@ -122,13 +121,13 @@ def _camera(kind: str, data: Mapping[str, object], where: str) -> Intrinsics:
     data = {**(base if isinstance(base, Mapping) else {}), **data}
     model, key, names = CAMERAS[kind]
     given = data.get(key, ())
-    numbers = finite(given if isinstance(given, list | tuple) else (), len(names), where, EXPORT)
+    numbers = finite(given if isinstance(given, list | tuple) else (), len(names), where)
     fields: dict[str, object] = {"camera_model": model, **dict(zip(names, numbers, strict=True))}
     fields |= {name: data.get(name) for name in ("width", "height")}
     fields["fx"] = fields["fy"] = data.get("focal_length")
     centre = data.get("principal_point")
     fields["cx"], fields["cy"] = finite(
-        centre if isinstance(centre, list) else (), 2, f"{where}: principal_point", EXPORT
+        centre if isinstance(centre, list) else (), 2, f"{where}: principal_point"
     )
     return read_intrinsics(fields, NAMES, where)
 
@@ -146,14 +145,7 @@ def _home(path: Path, root: str, views: list[_View]) -> tuple[Path, Path]:
         for each in (folder, folder.resolve().parent)
         for inside in (each / PICTURES, each)
     ]
-    return max(places, key=lambda place: sum(_is_file(place[1] / view.name) for view in views))
-
-
-def _is_file(path: Path) -> bool:
-    try:
-        return path.is_file()
-    except (OSError, ValueError):  # a name that no file can have: reported where it is read
-        return False
+    return max(places, key=lambda place: sum(is_file(place[1] / view.name) for view in views))
 
 
 def _picture(
@@ -171,8 +163,8 @@ def _picture(
     numbers = (
         [n for row in rows if isinstance(row, list) for n in row] if isinstance(rows, list) else []
     )
-    rotation = np.array(finite(numbers, 9, f"{view.where}: rotation", EXPORT)).reshape(3, 3)
-    centre = finite(place if isinstance(place, list) else (), 3, f"{view.where}: center", EXPORT)
+    rotation = np.array(finite(numbers, 9, f"{view.where}: rotation")).reshape(3, 3)
+    centre = finite(place if isinstance(place, list) else (), 3, f"{view.where}: center")
     found = posed(rotation.T, np.array(centre) * scale, view.where)
     return PosedPicture(view.name, inside / view.name, intrinsics[view.intrinsic], found)
 

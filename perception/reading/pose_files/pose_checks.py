@@ -1,23 +1,35 @@
 """Poses from the numbers that files have, with faults named by their place."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
 from facetlog.errors import CalibrationError
 from facetlog.perception.types import FloatArray, Pose
 
-__all__ = ["finite", "posed", "rotation_of"]
+__all__ = ["EXPORT", "finite", "is_file", "posed", "rotation_of"]
+
+EXPORT = "export it again"
+"""The way out of what a program wrote in part."""
 
 
-def finite(words: Sequence[object], count: int, where: str, way_out: str) -> list[float]:
+def is_file(path: Path) -> bool:
+    """Whether it is there; not if no file can have such a name, which is reported on reading it."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def finite(words: Sequence[object], count: int, where: str) -> list[float]:
     """So many finite numbers, from words or numbers; CalibrationError, with `where`, if not."""
     try:
         numbers = [float(word) for word in words]  # type: ignore[arg-type]
     except (TypeError, ValueError):
         numbers = []
     if len(numbers) != count or not np.isfinite(numbers).all():
-        raise CalibrationError(f"{where}: not {count} finite numbers: {way_out}")
+        raise CalibrationError(f"{where}: not {count} finite numbers: {EXPORT}")
     return numbers
 
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.lens import Distortion
-from facetlog.perception.reading.pose_files.pose_checks import finite, posed, rotation_of
+from facetlog.perception.reading.pose_files.pose_checks import EXPORT, finite, posed, rotation_of
 from facetlog.perception.reading.pose_files.pose_reader import PoseReader
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
@@ -33,7 +33,6 @@ __all__ = ["VISUALSFM", "read_visualsfm"]
 SUFFIX, VERSION, FIXED = ".nvm", "NVM_V3", "FixedK"
 NUMBERS = 10
 """Of a camera's line, after its name."""
-EXPORT = "export it again"
 PIXEL_CENTRE = 0.5
 
 _Line = tuple[str, str]
@@ -85,7 +84,7 @@ def _contents(path: Path) -> tuple[_Calibration, list[list[_Line]]]:
 def _calibration(where: str, words: Sequence[str]) -> _Calibration:
     if words[:1] != [FIXED]:
         return _Calibration()
-    fx, cx, fy, cy = finite(words[1:], 4, where, EXPORT)
+    fx, cx, fy, cy = finite(words[1:], 4, where)
     return _Calibration((fx, fy), (cx - PIXEL_CENTRE, cy - PIXEL_CENTRE))
 
 
@@ -111,7 +110,7 @@ def _picture(line: _Line, folder: Path, fixed: _Calibration, scale: float) -> Po
     name, *words = text.rsplit(maxsplit=NUMBERS)
     name = name.strip().replace('"', " ").replace("\\", "/")
     where = f"{where} ({name!r:.80})"
-    focal, *turn_and_place, radial, _ = finite(words, NUMBERS, where, EXPORT)
+    focal, *turn_and_place, radial, _ = finite(words, NUMBERS, where)
     if focal <= 0:
         raise CalibrationError(
             f"{where}: the focal length is {focal:g}: give it in pixels, above 0"
