@@ -196,7 +196,7 @@ class SeenLattice:
     Point (i, j) is at `corner` (3,) + i `steps`[0] + j `steps`[1], steps (2, 3). `shown` (v, rows,
     columns) says what is seen from each of the `origins` (v, 3), the centres of `views` (v,).
     `wrong` in [0, 1] is the share of points that pass as shown where it is known that something
-    hides them; None where nothing is known to.
+    hides them; None where nothing is known to. The plane is that of the `ground`, or of a face.
     """
 
     corner: FloatArray
@@ -205,6 +205,7 @@ class SeenLattice:
     shown: NDArray[np.bool_]
     views: tuple[int, ...]
     wrong: float | None = None
+    ground: bool = True
 
     def __post_init__(self) -> None:
         count = len(self.views)
@@ -296,6 +297,11 @@ class Scene:
     def lines_of_sight(self) -> tuple[SightLines, ...]:
         """All lines of sight: `sights`, and those to what the lattices show."""
         return (*self.sights, *chain.from_iterable(seen.lines for seen in self.lattices))
+
+    @property
+    def seen_ground(self) -> tuple[SeenLattice, ...]:
+        """The lattices on the ground."""
+        return tuple(seen for seen in self.lattices if seen.ground)
 
     @property
     def points(self) -> FloatArray:

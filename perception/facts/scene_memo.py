@@ -110,7 +110,7 @@ class SceneMemo:
         found = find_things(
             self.scenes, self.table, self.contacts, self._edges, np.flatnonzero(loose)
         )
-        grounded = [bool(scene.lattices) for scene in self.scenes]
+        grounded = [bool(scene.seen_ground) for scene in self.scenes]
         if not any(grounded):
             return found
         if len(self.scenes) == 1:

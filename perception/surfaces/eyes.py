@@ -1,49 +1,26 @@
 """A view before the faces of a scene: how far away each is, and which points none of them hides."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
-import shapely
 from numpy.typing import NDArray
 
-from facetlog.perception.detection.line_front_end.evidence.face_evidence import inner_points
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
-from facetlog.perception.flat_faces import part_above, plane_axes
-from facetlog.perception.scene import Face
+from facetlog.perception.flat_faces import part_above
+from facetlog.perception.surfaces.seen_faces import Surface
 from facetlog.perception.types import FloatArray, View
 
-__all__ = ["BEFORE_PX", "NEAREST", "Eye", "Surface", "in_picture"]
+__all__ = ["BEFORE_PX", "NEAREST", "Eye", "in_picture", "where_none_ends"]
 
-# Lines of sight across a picture, as many a length downwards: some ten for each side of a thing
-# that fills a quarter of it.
+# Cells across a picture, as many a length downwards: to what is neither face nor ground goes one
+# line of sight in each at most, some ten for each side of a thing that fills a quarter of it.
 ACROSS = 40
 # A surface this much nearer than another, in lengths of a pixel there, is before it: a corner is
 # known to about one.
 BEFORE_PX = 3.0
 # A face that reaches past the camera is looked at from this share of its reach on.
 NEAREST = 1e-3
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Surface:
-    """A face of the scene: corners of its rings (k, 3), and `points` (n, 3) spread over it."""
-
-    face: Face
-    rings: tuple[FloatArray, ...]
-    points: FloatArray
-
-    @classmethod
-    def of(cls, face: Face, vertices: FloatArray) -> "Surface":
-        """The face, whose corners are among the vertices (n, 3)."""
-        rings = tuple(vertices[list(ring)] for ring in (face.outline, *face.holes))
-        points = inner_points(rings[0], face.plane.normal)
-        axes = plane_axes(face.plane.normal, rings[0][1] - rings[0][0]).T
-        for hole in rings[1:]:
-            inside = shapely.contains_xy(shapely.Polygon(hole @ axes), points @ axes)
-            points = points[~inside]
-        return cls(face, rings, points)
 
 
 class Eye:
@@ -55,11 +32,6 @@ class Eye:
         self.size = np.array(view.image.shape[::-1])
         self._surfaces = surfaces
         self._masks = [self._drawn(surface) for surface in surfaces]
-        camera = view.camera
-        self._step = step = camera.width / ACROSS
-        rows = np.arange(step / 2, camera.height, step) - 0.5
-        columns = np.arange(step / 2, camera.width, step) - 0.5
-        self.lattice = np.stack(np.meshgrid(columns, rows), axis=-1).reshape(-1, 2)
 
     def rays(self, uv: FloatArray) -> FloatArray:
         """Rays (n, 3) through pixels (n, 2), as long as to reach one unit forward."""
@@ -82,14 +54,6 @@ class Eye:
             depth[n, on] = np.where(away > 0, away, np.inf)
         return depth
 
-    def first_met(self) -> FloatArray:
-        """Where the rays of the lattice first meet a face (n, 3), of those that do."""
-        rays = self.rays(self.lattice)
-        depth = self.depths(self.lattice).min(axis=0, initial=np.inf)
-        met = np.isfinite(depth)
-        ends: FloatArray = self.centre + depth[met, None] * rays[met]
-        return ends
-
     def in_sight(self, points: FloatArray) -> NDArray[np.bool_]:
         """Which points (n, 3) lie in the picture and no face lies before."""
         uv, depth = project_points(self.view.projection, points)
@@ -97,19 +61,6 @@ class Eye:
         nearest = self.depths(uv[seen]).min(axis=0, initial=np.inf)
         seen[seen] = nearest > depth[seen] - BEFORE_PX * self.pixel(depth[seen])
         return seen
-
-    def where_none_ends(self, ends: FloatArray, points: FloatArray) -> FloatArray:
-        """Of points (n, 3) in sight one in each cell of the lattice without an end (m, 3)."""
-        points = points[self.in_sight(points)]
-        cells, first = np.unique(self._cells(points), return_index=True)
-        chosen: FloatArray = points[np.sort(first[~np.isin(cells, self._cells(ends))])]
-        return chosen
-
-    def _cells(self, points: FloatArray) -> NDArray[np.intp]:
-        # Which cells (n,) of the lattice points before the view lie in.
-        uv, _ = project_points(self.view.projection, points)
-        column, row = np.floor((uv + 0.5) / self._step).astype(np.intp).T
-        return np.asarray(row * ACROSS + column)
 
     def pixel(self, depth: FloatArray) -> FloatArray:
         """The length of a pixel so far forward."""
@@ -128,6 +79,20 @@ class Eye:
         if loops:
             cv2.fillPoly(mask, loops, 1)
         return mask
+
+
+def where_none_ends(view: View, ends: FloatArray, points: FloatArray) -> FloatArray:
+    """Of points (n, 3) that a view sees one in each cell of its picture without an end (m, 3)."""
+    cells, first = np.unique(_cells(view, points), return_index=True)
+    chosen: FloatArray = points[np.sort(first[~np.isin(cells, _cells(view, ends))])]
+    return chosen
+
+
+def _cells(view: View, points: FloatArray) -> NDArray[np.intp]:
+    # Which cells (n,) of the picture points before the view lie in.
+    uv, _ = project_points(view.projection, points)
+    column, row = np.floor((uv + 0.5) * ACROSS / view.camera.width).astype(np.intp).T
+    return np.asarray(row * ACROSS + column)
 
 
 def in_picture(uv: FloatArray, size: NDArray[np.intp]) -> NDArray[np.bool_]:

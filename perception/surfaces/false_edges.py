@@ -44,7 +44,7 @@ def without_false_edges(scene: Scene) -> Scene:
     }
     loose = [n for n, e in enumerate(scene.edges) if frozenset((e.start, e.end)) not in sides]
     ends = np.array([(scene.edges[n].start, scene.edges[n].end) for n in loose], dtype=np.intp)
-    beside = GroundBeside.of(scene.points[ends.reshape(-1, 2)], scene.lattices)
+    beside = GroundBeside.of(scene.points[ends.reshape(-1, 2)], scene.seen_ground)
     gone = beside.through | beside.of_solids
     if not gone.any():
         return scene

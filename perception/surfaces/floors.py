@@ -25,9 +25,9 @@ def above_ground(scene: Scene, points: FloatArray) -> FloatArray | None:
     """How high points (n, 3) are above the ground, along the scene's up; None where it is not
     known, or the views show no ground that is about level.
     """
-    if scene.up is None or not scene.lattices:
+    if scene.up is None or not scene.seen_ground:
         return None
-    lattice = scene.lattices[0]
+    lattice = scene.seen_ground[0]
     normal = np.cross(*lattice.steps)
     normal /= np.linalg.norm(normal)
     rise = float(normal @ scene.up)

@@ -174,6 +174,7 @@ def scene_to_json(scene: Scene) -> str:
                 "origins": _rows(seen.origins),
                 "shown": base64.b64encode(packed(seen.shown)).decode(),
                 "wrong": seen.wrong,
+                "ground": seen.ground,
             }
             for seen in scene.lattices
         ],
@@ -370,8 +371,15 @@ def _lattices(records: Sequence[SeenLatticeRecord], source: str) -> Iterator[See
                 said = str(exc)
         if said:
             raise SceneFileError(source, (SceneFault(place, said),))
-        origins = _vectors(r.origins, 3)
-        yield SeenLattice(np.array(r.corner), np.array(r.steps), origins, shown, r.views, r.wrong)
+        yield SeenLattice(
+            np.array(r.corner),
+            np.array(r.steps),
+            _vectors(r.origins, 3),
+            shown,
+            r.views,
+            r.wrong,
+            r.ground,
+        )
 
 
 def _posed(record: PosedCameraRecord, index: int, source: str) -> tuple[Camera, Pose]:

@@ -159,7 +159,7 @@ class SeenLatticeRecord(_Record):
     Point (i, j) is at corner + i steps[0] + j steps[1], for i and j below the rows and columns in
     `size`. `shown` has a bit for each view, row and column, eight a byte, the first one highest,
     compressed by zlib, in base64. `wrong` is the share of points known to be hidden that pass as
-    shown.
+    shown. The plane is that of the `ground`, or else of a face.
     """
 
     corner: Vector3
@@ -169,6 +169,7 @@ class SeenLatticeRecord(_Record):
     origins: tuple[Vector3, ...]
     shown: Annotated[bytes, EncodedBytes(encoder=_Base64)]
     wrong: Share | None = None
+    ground: bool = True
 
 
 class PosedCameraRecord(_Record):

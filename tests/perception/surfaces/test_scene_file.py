@@ -78,6 +78,7 @@ def lattices(draw: st.DrawFn, views: int) -> SeenLattice:
         draw(arrays(np.bool_, shape)),
         tuple(named),
         draw(st.none() | share),
+        draw(st.booleans()),
     )
 
 

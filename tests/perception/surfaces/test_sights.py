@@ -8,6 +8,7 @@ import pytest
 
 from facetlog.perception.detection.tracked_faces import Landmarks
 from facetlog.perception.scene import Scene
+from facetlog.perception.space.grid import CELLS
 from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron
 from facetlog.perception.surfaces.reconstruct import reconstruct
 from facetlog.perception.surfaces.sights import with_sights
@@ -62,6 +63,8 @@ def test_sight_lines_end_on_the_block_or_the_floor_and_pass_through_nothing() ->
         away = np.linalg.norm(some - CORNERS.mean(axis=0), axis=1)
         on_block, on_floor = np.abs(outside) < 0.2, np.abs(some[:, 2]) < 0.1 + 0.005 * away
         assert (on_block | on_floor).all()
+        if not on_floor.any():
+            continue
         # Of the way to an end on the floor, points of which none is in the block.
         way = line.origin + (some[on_floor] - line.origin)[:, None] * np.linspace(
             0.5, 0.99, 60
@@ -71,7 +74,7 @@ def test_sight_lines_end_on_the_block_or_the_floor_and_pass_through_nothing() ->
     # Floor and block were seen all round, most of the floor by most views.
     ends = np.concatenate([line.ends for line in block().sights])
     assert ends[:, 2].max() == pytest.approx(CORNERS[:, 2].max(), abs=0.2)
-    by_place = sum(seen.shown.sum(axis=0) for seen in block().lattices)
+    by_place = sum(seen.shown.sum(axis=0) for seen in block().seen_ground)
     assert np.median(by_place) > 3
 
 
@@ -115,6 +118,16 @@ def test_sight_lines_go_to_the_vertices_that_no_face_hides() -> None:
         assert [0.5, 0.5, 1.5] in ends
         # Matched by mistake: the nearer square is before it.
         assert [0.6, 0.6, 3.0] not in ends
+
+
+def test_sight_lines_to_a_face_are_as_dense_as_the_cells_of_its_space() -> None:
+    cell = 1.2 / CELLS
+    (lattice,) = seen(square(3.0, -0.6, 0.6)).lattices
+    assert not lattice.ground
+    for lines in lattice.lines:
+        across = np.sort(np.unique(lines.ends[:, :2].round(9), axis=0), axis=0)
+        assert np.diff(np.unique(across[:, 0])).max() < cell
+        assert np.abs(lines.ends).max(axis=0) == pytest.approx([0.6, 0.6, 3.0], abs=cell)
 
 
 def test_sight_lines_end_on_what_a_view_shows_that_is_no_face() -> None:

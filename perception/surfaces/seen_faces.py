@@ -1,0 +1,96 @@
+"""Faces as lattices of points in their planes: which views see each is asked point by point."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from facetlog.perception.flat_faces import plane_axes
+from facetlog.perception.scene import Face, Scene, SeenLattice
+from facetlog.perception.ties import largest
+from facetlog.perception.types import FloatArray
+
+__all__ = ["Surface", "surfaces_of"]
+
+# Points on all faces together: on a thing of six equal sides they are 1/37 of a side apart, about
+# as far as the cells of its space are, so that views that see a face pass nearly all before it.
+MOST_POINTS = 8_000
+# A face that is small beside the others has about so many points, as far as its form allows.
+LEAST_POINTS = 60
+# A winding outline fills little of its box: beyond so many points there the lattice is coarser.
+MOST_OF_BOX = 40_000
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Surface:
+    """A face of the scene: corners of its rings (k, 3), and a lattice in its plane, of which
+    `inside` (rows, columns) are the points on the face.
+
+    Point (i, j) is at `corner` (3,) + i `steps`[0] + j `steps`[1], steps (2, 3).
+    """
+
+    face: Face
+    rings: tuple[FloatArray, ...]
+    corner: FloatArray
+    steps: FloatArray
+    inside: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, face: Face, rings: tuple[FloatArray, ...], pitch: float) -> "Surface":
+        """The face with these rings, the outline first, and points so far apart."""
+        # Along the longest side: independent of the world frame.
+        along = np.roll(rings[0], -1, axis=0) - rings[0]
+        longest = along[largest(np.linalg.norm(along, axis=1))]
+        basis = plane_axes(face.plane.normal, longest).T
+        polygon = _flat(rings, basis)
+        if not polygon.area > 0:
+            return cls(face, rings, rings[0][0], np.zeros((2, 3)), np.zeros((0, 0), np.bool_))
+        low, high = np.array(polygon.bounds).reshape(2, 2)
+        sides = high - low
+        pitch = min(pitch, float(np.sqrt(polygon.area / LEAST_POINTS)))
+        pitch = max(pitch, float(np.sqrt(sides.prod() / MOST_OF_BOX)))
+        columns, rows = np.maximum(np.ceil(sides / pitch), 1).astype(int).tolist()
+        step = sides / [columns, rows]
+        corner = basis @ (low + step / 2) + face.plane.normal * float(
+            face.plane.normal @ rings[0].mean(axis=0)
+        )
+        x = low[0] + (np.arange(columns) + 0.5) * step[0]
+        y = low[1] + (np.arange(rows) + 0.5) * step[1]
+        inside = shapely.contains_xy(polygon, *np.meshgrid(x, y))
+        return cls(face, rings, corner, step[::-1, None] * basis.T[::-1], inside)
+
+    @property
+    def points(self) -> FloatArray:
+        """The points on the face (n, 3)."""
+        found: FloatArray = self.corner + np.argwhere(self.inside) @ self.steps
+        return found
+
+    def seen(self, origins: FloatArray, shown: NDArray[np.bool_]) -> SeenLattice | None:
+        """What views with their centres at origins (V, 3) see of the points, `shown` (V, n)."""
+        views = np.flatnonzero(shown.any(axis=1))
+        if not len(views):
+            return None
+        bits = np.zeros((len(views), *self.inside.shape), dtype=np.bool_)
+        bits[:, self.inside] = shown[views]
+        named = tuple(views.tolist())
+        return SeenLattice(self.corner, self.steps, origins[views], bits, named, ground=False)
+
+
+def surfaces_of(scene: Scene) -> list[Surface]:
+    """The faces of the scene, their points about equally dense but on small ones."""
+    rings = [
+        tuple(scene.points[list(ring)] for ring in (face.outline, *face.holes))
+        for face in scene.faces
+    ]
+    areas = [
+        _flat(own, plane_axes(face.plane.normal, own[0][1] - own[0][0]).T).area
+        for face, own in zip(scene.faces, rings, strict=True)
+    ]
+    pitch = float(np.sqrt(sum(areas) / MOST_POINTS))
+    return [Surface.of(face, own, pitch) for face, own in zip(scene.faces, rings, strict=True)]
+
+
+def _flat(rings: Sequence[FloatArray], basis: FloatArray) -> shapely.Geometry:
+    return shapely.Polygon(rings[0] @ basis, [ring @ basis for ring in rings[1:]]).buffer(0)
