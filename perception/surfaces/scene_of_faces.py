@@ -7,7 +7,7 @@ from facetlog.perception.detection.tracked_faces import TrackedFaces
 from facetlog.perception.scene import Scene, Vertex
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.scene_from_tracks import Assembled, assemble
-from facetlog.perception.surfaces.sights import with_sights
+from facetlog.perception.surfaces.seeing.sights import with_sights
 from facetlog.perception.surfaces.view_directions import looking_apart, one_direction
 from facetlog.perception.types import FloatArray, PoseErrors, View
 

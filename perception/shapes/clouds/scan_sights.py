@@ -8,7 +8,7 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["scan_sights"]
 
-# Lines of sight to a radian at least, as many as a picture has (surfaces/eyes.py).
+# Lines of sight to a radian at least, as many as a picture has (surfaces/seeing/eyes.py).
 PER_RADIAN = 40.0
 # Across what was seen from a place there are so many where points are dense: three for each cell of
 # the space of a thing that fills it. A direction has so many points then, or more.

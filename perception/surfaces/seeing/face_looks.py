@@ -11,8 +11,8 @@ from facetlog.perception.detection.line_front_end.evidence.photometric_views imp
 )
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.scene import Face, FaceSight
-from facetlog.perception.surfaces.eyes import BEFORE_PX, Eye, in_picture
-from facetlog.perception.surfaces.seen_faces import Surface
+from facetlog.perception.surfaces.seeing.eyes import BEFORE_PX, Eye, in_picture
+from facetlog.perception.surfaces.seeing.seen_faces import Surface
 from facetlog.perception.types import FloatArray
 
 __all__ = ["Look"]

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.scene import Face, Plane, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
-from facetlog.perception.surfaces.seen_faces import LEAST_POINTS, MOST_POINTS, surfaces_of
+from facetlog.perception.surfaces.seeing.seen_faces import LEAST_POINTS, MOST_POINTS, surfaces_of
 
 
 def plate(hole: tuple[float, float] = (1.0, 2.0), side: float = 3.0) -> Scene:

@@ -8,7 +8,7 @@ import numpy as np
 
 from facetlog.perception.scene import Edge, Scene, SeenLattice, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
-from facetlog.perception.surfaces.false_edges import GroundBeside, without_false_edges
+from facetlog.perception.surfaces.seeing.false_edges import GroundBeside, without_false_edges
 from facetlog.perception.types import FloatArray
 
 PITCH = 0.01

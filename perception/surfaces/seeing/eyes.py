@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.segments_3d.line_support import project_points
 from facetlog.perception.flat_faces import part_above
-from facetlog.perception.surfaces.seen_faces import Surface
+from facetlog.perception.surfaces.seeing.seen_faces import Surface
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["BEFORE_PX", "NEAREST", "Eye", "in_picture", "where_none_ends"]

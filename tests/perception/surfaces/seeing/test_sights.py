@@ -11,7 +11,7 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.space.grid import CELLS
 from facetlog.perception.surfaces.exact_solids.polyhedra import polyhedron
 from facetlog.perception.surfaces.reconstruct import reconstruct
-from facetlog.perception.surfaces.sights import with_sights
+from facetlog.perception.surfaces.seeing.sights import with_sights
 from facetlog.perception.types import FloatArray, Observation, Pose, View
 from facetlog.robot.rendering.worlds import make_world
 from tests.perception.detection.drawings import view as drawn

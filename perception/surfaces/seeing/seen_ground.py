@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
 from facetlog.perception.scene import SeenLattice
-from facetlog.perception.surfaces.eyes import BEFORE_PX
-from facetlog.perception.surfaces.ground_lattice import PITCH_PX, GroundLattice
-from facetlog.perception.surfaces.ground_level import aligned_ground
-from facetlog.perception.surfaces.ground_windows import EVERY, KEPT, Windows
+from facetlog.perception.surfaces.seeing.eyes import BEFORE_PX
+from facetlog.perception.surfaces.seeing.ground_lattice import PITCH_PX, GroundLattice
+from facetlog.perception.surfaces.seeing.ground_level import aligned_ground
+from facetlog.perception.surfaces.seeing.ground_windows import EVERY, KEPT, Windows
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["seen_ground"]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.detection.line_front_end.evidence.photo_consistency import GreyLevels
-from facetlog.perception.surfaces.ground_lattice import PITCH_PX, GroundLattice
-from facetlog.perception.surfaces.ground_windows import Windows
+from facetlog.perception.surfaces.seeing.ground_lattice import PITCH_PX, GroundLattice
+from facetlog.perception.surfaces.seeing.ground_windows import Windows
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["aligned_ground"]
