@@ -334,9 +334,7 @@ class _Selection:
         corners, normal = candidate.corners, candidate.normal
         flat = self._flat(candidate)
         holes = self._holes.holes(corners, flat, e.shown, self._taken)
-        if self._behind.seen_through(
-            corners, normal, np.nonzero(e.shown)[0], holes
-        ) and not self._holes.is_mostly_closed(corners, flat, e.shown, self._taken):
+        if self._behind.seen_through(corners, normal, np.nonzero(e.shown)[0], holes):
             return False
         known = self._planes[candidate.plane].plane
         slope = SQUARE_SLOPE if candidate.square else OPEN_SLOPE

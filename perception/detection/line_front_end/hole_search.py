@@ -128,26 +128,6 @@ class HoleFinder:
                 holes.append(rings[k][::-1].copy())
         return tuple(holes)
 
-    def is_mostly_closed(
-        self,
-        corners: FloatArray,
-        plane: PlaneHypothesis,
-        shown: NDArray[np.bool_],
-        taken: Sequence[NDArray[np.uint8]],
-    ) -> bool:
-        """Whether a polygon (n, 3) is seen through at one place only, a quarter of it at most.
-
-        That place has no rim that the pictures show: the rest is a face all the same.
-        """
-        views = np.nonzero(shown)[0]
-        cells = self._look(corners, plane, views, taken, FINE_PX)
-        for ring, opening in self._openings(cells, plane, views):
-            if opening.area <= (1 - MIN_CONSISTENT) * cells.outline.area and not (
-                self._behind.seen_through(corners, plane.normal, views, (ring[::-1],))
-            ):
-                return True
-        return False
-
     def trimmed(
         self,
         corners: FloatArray,
