@@ -91,6 +91,11 @@ class Trial:
         said = [world_truth(self.world, model) for model in self.run.models]
         return True in said and False not in said
 
+    @property
+    def is_named(self) -> bool:
+        """Whether the name that stands first is one of the thing's."""
+        return self.run.first is not None and world_truth(self.world, self.run.first) is True
+
 
 def measure(settings: Settings) -> Report:
     """All worlds over the seeds."""
@@ -208,7 +213,8 @@ def _row(trials: Sequence[Trial]) -> Row:
         "worst precision": _worst([t.areas.precision for t in trials]),
         "ground": round(float(np.mean([t.areas.ground for t in trials])), 3),
         "faces": round(float(np.mean([t.faces for t in trials])), 1),
-        "right": f"{sum(t.is_right for t in trials)} of {len(trials)}",
+        "first name right": f"{sum(t.is_named for t in trials)} of {len(trials)}",
+        "nothing wrong": f"{sum(t.is_right for t in trials)} of {len(trials)}",
         "CPU s": round(float(np.mean([t.seconds for t in trials])), 1),
     }
     return figures

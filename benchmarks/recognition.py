@@ -83,10 +83,12 @@ class Shape:
 class Run:
     """What one run came to: the models that hold, or the name of an error and its message.
 
-    `maybe_box` says that box was neither confirmed nor denied of some thing.
+    `first` is the name that stands first, `maybe_box` says that box was neither confirmed nor
+    denied of some thing.
     """
 
     models: tuple[str, ...] = ()
+    first: str | None = None
     scene: Scene | None = None
     maybe_box: bool = False
     error: str | None = None
@@ -137,8 +139,10 @@ def recognised(view_set: ViewSet, front_end: FrontEnd, clock: StepClock | None =
     except FacetlogError as exc:
         return Run(error=type(exc).__name__, message=str(exc))
     verdicts = found.recognition.verdicts
+    best = [verdict.model for verdict in found.recognition.best]
     return Run(
-        tuple(sorted(verdict.model for verdict in found.recognition.best)),
+        tuple(sorted(best)),
+        best[0] if best else None,
         found.scene,
         any(v.model == BOX and v.state is State.UNKNOWN for v in verdicts),
     )

@@ -17,13 +17,19 @@ from facetlog.perception.reading.shape_files.point_cloud import Cloud
 from facetlog.perception.scene import Scene
 from facetlog.perception.shapes.clouds.cloud_scene import scene_of_cloud
 from facetlog.perception.shapes.meshes.mesh_scene import scene_of_mesh
+from facetlog.perception.types import FloatArray
 from facetlog.robot.rendering import solids
 from facetlog.robot.rendering.varied import shrunk
+from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import INCH, world_of
+from facetlog.robot.tour import looking_at, tour_camera
 
-__all__ = ["THINGS", "from_mesh", "from_scan", "pictures"]
+__all__ = ["THINGS", "by_hand", "from_mesh", "from_scan", "on_a_tour"]
 
 UP = np.array([0.0, 0.0, 1.0])
+# Pictures by hand: how many, from which heights in turn, how much of half the picture's height the
+# thing takes, by which share of the distance place and aim are off, and grey levels of noise.
+PICTURES, RISES_DEG, FILLED, SHAKEN, PHONE_NOISE = 24, (20.0, 40.0, 60.0), 0.8, 0.03, 2.0
 
 Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
 
@@ -73,14 +79,42 @@ def from_scan(name: str, seed: int, places: int) -> Scene:
     return scene_of_cloud(cloud, up=UP, metric=True)
 
 
-def pictures(name: str, seed: int) -> ViewSet:
+def on_a_tour(name: str, seed: int) -> ViewSet:
     """24 rendered pictures of a model of it on a floor, as the demo takes them."""
+    world = _world(name, seed)
+    return in_metres(f"{name}-{seed}", tour_views(world, seed), world.model_scale)
+
+
+def by_hand(name: str, seed: int) -> ViewSet:
+    """24 rendered pictures of it as who wants to show it takes them: it nearly fills each, round it
+    and into it from three heights, with the noise of a phone indoors."""
+    world = _world(name, seed)
+    middle, reach = _round(world.solids[0].vertices)
+    camera, rng = tour_camera(), np.random.default_rng(seed)
+    away = reach / np.sin(FILLED * np.arctan(camera.height / 2 / camera.fy))
+    poses = []
+    for k in range(PICTURES):
+        rise, turn = np.radians(RISES_DEG[k % len(RISES_DEG)]), 2 * np.pi * k / PICTURES
+        level = np.cos(rise)
+        towards = np.array([level * np.cos(turn), level * np.sin(turn), np.sin(rise)])
+        shaken = middle + SHAKEN * away * rng.uniform(-1, 1, (2, 3))
+        poses.append(looking_at(shaken[0] + away * towards, shaken[1]))
+    views = tour_views(world, seed, poses=poses, noise_sd=PHONE_NOISE)
+    return in_metres(f"{name}-{seed}", views, world.model_scale)
+
+
+def _world(name: str, seed: int) -> World:
     corners = np.array(THINGS[name]) / INCH  # (n, 2, 3)
     corners[..., :2] -= corners[..., :2].max(axis=(0, 1)) / 2.0
     parts = (solids.slab(low, high - low) for low, high in corners)
     solid, model_scale = shrunk(solids.joined(name, parts), np.random.default_rng(seed))
-    world = world_of(name, lambda _: ((solid,), model_scale), seed)
-    return in_metres(f"{name}-{seed}", tour_views(world, seed), model_scale)
+    return world_of(name, lambda _: ((solid,), model_scale), seed)
+
+
+def _round(points: FloatArray) -> tuple[FloatArray, float]:
+    """The middle (3,) of the box round points (n, 3), and how far the farthest is from it."""
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    return middle, float(np.linalg.norm(points - middle, axis=1).max())
 
 
 def _mesh(name: str) -> Mesh:

@@ -14,13 +14,13 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["Surface", "surfaces_of"]
 
-# Points on all faces together: on a thing of six equal sides they are 1/37 of a side apart, about
-# as far as the cells of its space are, so that views that see a face pass nearly all before it.
+# Points of all lattices together: on a thing of six equal sides they are 1/37 of a side apart, as
+# far as the cells of its space about are, so that views that see a face pass nearly all before it.
 MOST_POINTS = 8_000
-# A face that is small beside the others has about so many points, as far as its form allows.
+# The lattice of a face that is small beside the others has about so many points.
 LEAST_POINTS = 60
-# A winding outline fills little of its box: beyond so many points there the lattice is coarser.
-MOST_OF_BOX = 40_000
+# So many views of a face are kept, evenly from all that show it: more pass the same cells.
+MOST_VIEWS = 32
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -39,23 +39,17 @@ class Surface:
 
     @classmethod
     def of(cls, face: Face, rings: tuple[FloatArray, ...], pitch: float) -> "Surface":
-        """The face with these rings, the outline first, and points so far apart."""
-        # Along the longest side: independent of the world frame.
-        along = np.roll(rings[0], -1, axis=0) - rings[0]
-        longest = along[largest(np.linalg.norm(along, axis=1))]
-        basis = plane_axes(face.plane.normal, longest).T
-        polygon = _flat(rings, basis)
+        """The face with these rings, the outline first, and points so far apart at most."""
+        basis, polygon = _laid_flat(face, rings)
         if not polygon.area > 0:
             return cls(face, rings, rings[0][0], np.zeros((2, 3)), np.zeros((0, 0), np.bool_))
         low, high = np.array(polygon.bounds).reshape(2, 2)
         sides = high - low
-        pitch = min(pitch, float(np.sqrt(polygon.area / LEAST_POINTS)))
-        pitch = max(pitch, float(np.sqrt(sides.prod() / MOST_OF_BOX)))
+        pitch = min(pitch, float(np.sqrt(sides.prod() / LEAST_POINTS)))
         columns, rows = np.maximum(np.ceil(sides / pitch), 1).astype(int).tolist()
         step = sides / [columns, rows]
-        corner = basis @ (low + step / 2) + face.plane.normal * float(
-            face.plane.normal @ rings[0].mean(axis=0)
-        )
+        normal = face.plane.normal
+        corner = basis @ (low + step / 2) + normal * float(normal @ rings[0].mean(axis=0))
         x = low[0] + (np.arange(columns) + 0.5) * step[0]
         y = low[1] + (np.arange(rows) + 0.5) * step[1]
         inside = shapely.contains_xy(polygon, *np.meshgrid(x, y))
@@ -72,6 +66,8 @@ class Surface:
         views = np.flatnonzero(shown.any(axis=1))
         if not len(views):
             return None
+        count = min(len(views), MOST_VIEWS)
+        views = views[np.linspace(0, len(views) - 1, count).round().astype(np.intp)]
         bits = np.zeros((len(views), *self.inside.shape), dtype=np.bool_)
         bits[:, self.inside] = shown[views]
         named = tuple(views.tolist())
@@ -84,13 +80,21 @@ def surfaces_of(scene: Scene) -> list[Surface]:
         tuple(scene.points[list(ring)] for ring in (face.outline, *face.holes))
         for face in scene.faces
     ]
-    areas = [
-        _flat(own, plane_axes(face.plane.normal, own[0][1] - own[0][0]).T).area
-        for face, own in zip(scene.faces, rings, strict=True)
-    ]
-    pitch = float(np.sqrt(sum(areas) / MOST_POINTS))
+    boxes = 0.0
+    for face, own in zip(scene.faces, rings, strict=True):
+        _, polygon = _laid_flat(face, own)
+        if polygon.area > 0:
+            x, y, right, top = polygon.bounds
+            boxes += (right - x) * (top - y)
+    pitch = float(np.sqrt(boxes / MOST_POINTS))
     return [Surface.of(face, own, pitch) for face, own in zip(scene.faces, rings, strict=True)]
 
 
-def _flat(rings: Sequence[FloatArray], basis: FloatArray) -> shapely.Geometry:
-    return shapely.Polygon(rings[0] @ basis, [ring @ basis for ring in rings[1:]]).buffer(0)
+def _laid_flat(face: Face, rings: Sequence[FloatArray]) -> tuple[FloatArray, shapely.Geometry]:
+    # Axes (3, 2) in the face's plane, and the face along them. The first is that of its longest
+    # side: independent of the world frame.
+    along = np.roll(rings[0], -1, axis=0) - rings[0]
+    longest = along[largest(np.linalg.norm(along, axis=1))]
+    basis = plane_axes(face.plane.normal, longest).T
+    flat = [ring @ basis for ring in rings]
+    return basis, shapely.Polygon(flat[0], flat[1:]).buffer(0)

@@ -8,7 +8,12 @@ from scipy.spatial.transform import Rotation
 
 from facetlog.perception.scene import Face, Plane, Scene, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid, moved
-from facetlog.perception.surfaces.seeing.seen_faces import LEAST_POINTS, MOST_POINTS, surfaces_of
+from facetlog.perception.surfaces.seeing.seen_faces import (
+    LEAST_POINTS,
+    MOST_POINTS,
+    MOST_VIEWS,
+    surfaces_of,
+)
 
 
 def plate(hole: tuple[float, float] = (1.0, 2.0), side: float = 3.0) -> Scene:
@@ -28,7 +33,7 @@ def test_points_lie_on_the_face_and_not_in_its_holes() -> None:
     assert not z.any()
     assert ((x > 0) & (x < 3) & (y > 0) & (y < 3)).all()
     assert not ((x > 1) & (x < 2) & (y > 1) & (y < 2)).any()
-    assert len(surface.points) == pytest.approx(MOST_POINTS, rel=0.05)
+    assert len(surface.points) == pytest.approx(MOST_POINTS * 8 / 9, rel=0.05)
 
 
 def test_a_small_face_beside_large_ones_has_points_enough() -> None:
@@ -57,6 +62,17 @@ def test_a_view_that_shows_nothing_is_not_named() -> None:
     (lines,) = lattice.lines
     np.testing.assert_array_equal(lines.origin, origins[1])
     np.testing.assert_allclose(lines.ends, surface.points[:5], atol=1e-12)
+
+
+def test_of_many_views_some_are_kept_evenly() -> None:
+    (surface,) = surfaces_of(plate())
+    origins = np.arange(300.0).reshape(100, 3)
+    lattice = surface.seen(origins, np.ones((100, len(surface.points)), dtype=np.bool_))
+    assert lattice is not None
+    assert len(lattice.views) == MOST_VIEWS
+    assert lattice.views[0] == 0
+    assert lattice.views[-1] == 99
+    assert max(np.diff(lattice.views)) <= 4
 
 
 def test_a_face_without_area_has_no_points() -> None:
