@@ -5,7 +5,10 @@ BIN := $(VENV)/bin
 # Tests start Python hundreds of times: compiled files are kept. Neighbouring tests share what they
 # set up, so each process begins with half of the suite and takes from the other when it is done.
 PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/pytest -n 2 --dist worksteal
-NUMERICAL := tests/perception tests/robot/rendering
+# What solves equations or compares measures, so that rounding may turn a decision; of what is read
+# the mat's cameras and poses, for other readers only take numbers from files.
+NUMERICAL := $(addprefix tests/perception/,detection estimation facts online pieces reading/mat \
+	shapes space surfaces test_junctions.py test_ties.py)
 export FACETLOG_DATA ?= $(wildcard ../shared/data)
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test test-all test-kernels check format models reference docs bench mutants vsix lock clean

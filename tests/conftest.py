@@ -1,6 +1,14 @@
 """What all tests share."""
 
+import os
 import signal
+
+from facetlog.one_thread import ONE_THREAD
+
+# As the command line does, before numpy is loaded: with two processes on two cores, threads of a
+# BLAS that wait for one another make tests of small matrices up to sixty times slower.
+for name in ONE_THREAD:
+    os.environ.setdefault(name, "1")
 
 # A shell without job control starts what is behind `&` with Ctrl-C ignored, and all programs
 # inherit that: tests that press Ctrl-C need it as a terminal has it.

@@ -21,7 +21,9 @@ from .rendered import tour
 from .true_edges import EdgeMatch, match_edges, read_true_edges
 
 UP = np.array([0.0, 0.0, 1.0])
-SEEDS = range(5)
+# Worlds of other seeds differ in noise and in what lies round the thing; accuracy over many is
+# what the benchmarks measure.
+SEEDS = range(2)
 NO_BOXES = ("empty", "wedge", "pyramid", "cylinder", "corner", "table", "chair")
 SQUARE_DEG = 15.0
 CUBE_SIDE = 0.084  # metres
@@ -69,8 +71,8 @@ def test_the_block_is_a_box_in_any_frame(front_end: FrontEnd) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", SEEDS[1:])
 @pytest.mark.parametrize("front_end", FrontEnd)
+@pytest.mark.parametrize("seed", SEEDS[1:])
 def test_other_blocks_are_boxes(front_end: FrontEnd, seed: int) -> None:
     assert_is_a_box_and_nothing_else(
         recognised(tour("block", seed), front_end).recognition, (10.0, 8.0, 6.0)
@@ -85,9 +87,9 @@ def test_a_block_is_a_box_with_print_on_it_and_with_things_round_it(world: str, 
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("front_end", FrontEnd)  # varies first: both ask for the same views
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("world", NO_BOXES)
-@pytest.mark.parametrize("front_end", FrontEnd)
 def test_what_is_no_box_is_never_called_one(front_end: FrontEnd, world: str, seed: int) -> None:
     try:
         found = recognised(tour(world, seed), front_end).recognition
@@ -97,8 +99,8 @@ def test_what_is_no_box_is_never_called_one(front_end: FrontEnd, world: str, see
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("front_end", FrontEnd)
+@pytest.mark.parametrize("seed", SEEDS)
 def test_shuffled_poses_are_reported(front_end: FrontEnd, seed: int) -> None:
     views = shuffled(tour("block", seed), np.random.default_rng(seed))
     with pytest.raises(InconsistentViewsError):

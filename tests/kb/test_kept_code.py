@@ -78,7 +78,7 @@ def test_two_that_are_open_at_once_have_modules_of_their_own(folder: Path, opene
     assert verdicts(other, "chair") == verdicts(opened(), "chair")
 
 
-@pytest.mark.parametrize("cut", [10, 1000, -1])
+@pytest.mark.parametrize("cut", [10, pytest.param(1000, marks=pytest.mark.slow), -1])
 def test_a_damaged_file_is_written_anew(folder: Path, opened: Opened, cut: int) -> None:
     first = opened()
     said = verdicts(first)

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from random import Random
 from typing import Any
@@ -170,7 +170,9 @@ MANY_FACED = ("step", "table", "chair")
 @pytest.mark.parametrize(
     ("name", "up", "views"),
     [
-        *((name, None, SEEN) for name in ("box", "wedge", "room", "pyramid")),
+        *((name, None, SEEN) for name in ("room", "pyramid")),
+        *((name, None, SEEN[1:]) for name in ("box", "wedge")),
+        *(pytest.param(name, None, SEEN[:1], marks=pytest.mark.slow) for name in ("box", "wedge")),
         ("box", UP, SEEN),
         *(
             pytest.param(name, UP, SEEN, marks=LOOKED_FURTHER)
@@ -181,8 +183,8 @@ MANY_FACED = ("step", "table", "chair")
         *((name, UP, SEEN[1:]) for name in ("table", "chair")),
         *(
             pytest.param(name, up, SEEN[:1], marks=pytest.mark.slow)
-            for name in MANY_FACED
-            for up in (None, UP)
+            for name, up in product(MANY_FACED, (None, UP))
+            if (name, up) != ("chair", None)  # the table's case once more, in twice the time
         ),
     ],
 )

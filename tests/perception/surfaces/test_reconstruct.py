@@ -199,7 +199,13 @@ def _beyond_everything(pose: Pose) -> Pose:
 
 
 @pytest.mark.parametrize(
-    "wrong", [_a_thousand_times_off, _beyond_everything, _turned_round, _beside]
+    "wrong",
+    [
+        pytest.param(_a_thousand_times_off, marks=pytest.mark.slow),
+        _beyond_everything,
+        _turned_round,
+        _beside,
+    ],
 )
 def test_one_gross_pose_is_named_and_the_rest_used(wrong: Callable[[Pose], Pose]) -> None:
     views = list(tour("block"))
@@ -287,7 +293,7 @@ def sheared(degrees: float) -> World:
     )
 
 
-@pytest.mark.parametrize("degrees", [4.0, 8.0])
+@pytest.mark.parametrize("degrees", [4.0, pytest.param(8.0, marks=pytest.mark.slow)])
 def test_a_block_out_of_square_is_not_made_square(degrees: float) -> None:
     world = sheared(degrees)
     views = views_of(world, tour_poses(), tour_camera(), seed=0)
