@@ -48,7 +48,7 @@ HEAD_PORTS = ("aux1", "aux2", "aux3")
 # The head that obeys though its cable cannot carry its answers.
 UNHEARD_HEAD = "canon-vc-c4"
 DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
-# Besides that of Ctrl-C. SIGSTOP and SIGKILL cannot be caught: the robot's watchdog is left.
+# Besides that of Ctrl-C. SIGSTOP and SIGKILL cannot be caught: the line's owner stops the robot.
 ENDING = (SIGTERM, SIGHUP, SIGTSTP)
 
 RobotAddress = Annotated[
