@@ -18,6 +18,7 @@ from facetlog.perception.types import FloatArray
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
 from facetlog.robot.collecting.drive import MobileBase
+from facetlog.robot.collecting.driven_way import DrivenWay
 from facetlog.robot.collecting.line_faults import with_line
 from facetlog.robot.collecting.map_picture import Floor, map_png
 from facetlog.robot.collecting.mount import Mount
@@ -30,8 +31,6 @@ from facetlog.robot.collecting.record import (
     Taken,
     read_log,
     read_record,
-    read_robot_tum,
-    robot_tum,
     write_file,
 )
 from facetlog.robot.collecting.route import Circle, Point, distance_to
@@ -61,7 +60,6 @@ from facetlog.robot.pose2 import Pose2
 __all__ = [
     "MAP_FILE",
     "TRAFFIC_FILE",
-    "WAY_FILE",
     "Collected",
     "Request",
     "open_checked_camera",
@@ -69,7 +67,7 @@ __all__ = [
     "run_collection",
 ]
 
-MAP_FILE, WAY_FILE, TRAFFIC_FILE = "map.png", "odometry.tum", "traffic.jsonl"
+MAP_FILE, TRAFFIC_FILE = "map.png", "traffic.jsonl"
 AUX_PORTS = {"aux1": 1, "aux2": 2, "aux3": 3}
 # Room between the robot on the innermost view and the default keep-out circle: twice the distance
 # by which driving may miss the planned place.
@@ -179,17 +177,17 @@ def run_collection(request: Request, listener: Listener) -> Collected:
             listener.warn(f"{each.name} is left out: {each.reason}")
         about = _about(request, robot.names.name, seen.camera)
         record = Record(request.folder, seen.optics, about, earlier, lines)
-        way: list[tuple[float, Pose2]] = []
+        epoch = time.time() - time.monotonic()
+        way = DrivenWay(request.folder, epoch, listener, resume=request.resume)
         pace = Pace(robot.limits.speed, robot.limits.turning)
         base = MobileBase(
             robot,
             request.start,
             pace=pace,
             closed=forbidden,
-            moved=lambda at, place: way.append((at, place)),
+            moved=way.moved,
             body=Body(radius, robot.parameters.width) if sees else None,
         )
-        epoch = time.time() - time.monotonic()
         rig = Rig(
             base,
             head,
@@ -202,18 +200,18 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         )
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         try:
-            with end_recorded(rig, len(plan.stops), record, listener):
+            with end_recorded(rig, len(plan.stops), record, way):
                 if plan.stops:
                     robot.enable_motors()
-                ended = collect(rig, plan.stops, record, listener, skipped=plan.skipped)
+                ended = collect(rig, plan.stops, record, way, skipped=plan.skipped)
             robot.stop()
         except BaseException:
             # The first fault is reported, not a map that cannot be written after it.
             with suppress(FacetlogError):
-                _draw(request, seen, record.taken, way, inner, radius, epoch)
+                _draw(request, seen, record.taken, way, inner, radius)
             raise
-        _draw(request, seen, record.taken, way, inner, radius, epoch)
-    places = np.array([(place.x, place.y) for _, place in way]).reshape(-1, 2)
+        _draw(request, seen, record.taken, way, inner, radius)
+    places = np.array([(place.x, place.y) for place in way.driven]).reshape(-1, 2)
     driven = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
     return Collected(plan, ended, record.taken, driven, time.monotonic() - began)
 
@@ -375,10 +373,9 @@ def _draw(
     request: Request,
     seen: CameraAndOptics,
     taken: tuple[Taken, ...],
-    way: list[tuple[float, Pose2]],
+    way: DrivenWay,
     closed: tuple[Circle, ...],
     radius: float,
-    epoch: float,
 ) -> None:
     """The map and the robot's path."""
     there = {view.name for view in taken}
@@ -388,11 +385,8 @@ def _draw(
         if view.name not in there
     )
     floor = Floor(closed, request.tour.target, radius, missed)
-    path = request.folder / WAY_FILE
-    stamped = read_robot_tum(path) if request.resume and path.is_file() else []
-    stamped += [(epoch + at, place) for at, place in way]
-    write_file(path, robot_tum(stamped).encode())
+    way.write()
     write_file(
         request.folder / MAP_FILE,
-        map_png([place for _, place in stamped], taken, floor, seen.optics),
+        map_png([place for _, place in way.stamped], taken, floor, seen.optics),
     )

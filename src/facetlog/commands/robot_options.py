@@ -29,8 +29,10 @@ __all__ = [
     "HeadPort",
     "HeadUnheard",
     "Latency",
+    "Mcap",
     "Model",
     "Noiseless",
+    "Rerun",
     "RobotAddress",
     "Speed",
     "Start",
@@ -107,6 +109,18 @@ Model = Annotated[
 ]
 Baud = Annotated[
     int | None, typer.Option("--baud", metavar="N", help="Of a serial line; else it is found.")
+]
+
+
+Mcap = Annotated[
+    Path | None,
+    typer.Option("--mcap", metavar="FILE", help="Record for ROS 2 tools: a file .mcap."),
+]
+Rerun = Annotated[
+    str | None,
+    typer.Option(
+        "--rerun", metavar="WHERE", help="Record for Rerun: live, a file .rrd, or a viewer's URL."
+    ),
 ]
 
 

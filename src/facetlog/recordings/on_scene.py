@@ -1,0 +1,34 @@
+"""Where things of a scene are drawn in a recording."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from facetlog.perception.types import FloatArray
+
+if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Recognition
+    from facetlog.perception.scene import Face, Scene
+
+__all__ = ["face_loops", "verdict_places"]
+
+
+def face_loops(scene: "Scene") -> "Iterator[tuple[Face, FloatArray]]":
+    """Each face of a scene with the points (n, 3) of its outline."""
+    points = scene.points
+    for face in scene.faces:
+        yield face, points[list(face.outline)]
+
+
+def verdict_places(scene: "Scene", recognition: "Recognition") -> Iterator[tuple[str, FloatArray]]:
+    """What holds, in a line each, and the middle (3,) of the corners of the faces that play parts.
+
+    Of a verdict without such faces the middle of all of them.
+    """
+    loops = {f"f{i}": loop for i, (_, loop) in enumerate(face_loops(scene), start=1)}
+    for verdict in recognition.best:
+        named = [loops[f] for part in verdict.parts for f in part.faces if f in loops]
+        corners = named or list(loops.values())
+        if corners:
+            yield verdict.summary, np.concatenate(corners).mean(axis=0)
