@@ -9,6 +9,7 @@ import time
 from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.driven_way import DrivenWay
 from facetlog.robot.collecting.line_faults import with_line
-from facetlog.robot.collecting.map_picture import Floor, map_png
+from facetlog.robot.collecting.map_picture import Floor, Mapped
 from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.order import short_order
@@ -31,7 +32,6 @@ from facetlog.robot.collecting.record import (
     Taken,
     read_log,
     read_record,
-    write_file,
 )
 from facetlog.robot.collecting.route import Circle, Point, distance_to
 from facetlog.robot.collecting.session import (
@@ -55,10 +55,10 @@ from facetlog.robot.head.open_head import open_head
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.pioneer import Pioneer
 from facetlog.robot.pioneer.port import DEFAULT_BAUD, open_port
+from facetlog.robot.pioneer.problems import Cause, Problem
 from facetlog.robot.pose2 import Pose2
 
 __all__ = [
-    "MAP_FILE",
     "TRAFFIC_FILE",
     "Collected",
     "Request",
@@ -67,7 +67,7 @@ __all__ = [
     "run_collection",
 ]
 
-MAP_FILE, TRAFFIC_FILE = "map.png", "traffic.jsonl"
+TRAFFIC_FILE = "traffic.jsonl"
 AUX_PORTS = {"aux1": 1, "aux2": 2, "aux3": 3}
 # Room between the robot on the innermost view and the default keep-out circle: twice the distance
 # by which driving may miss the planned place.
@@ -107,13 +107,14 @@ class Request:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Collected:
-    """The result of a request: the plan, how it ended, all views there are, metres driven."""
+    """The result of a request: plan, end, all views there are, metres driven, and the map."""
 
     plan: Plan
     ended: Ended
     taken: tuple[Taken, ...]
     way: float
     seconds: float
+    mapped: Mapped | None = None
 
     def to_json(self) -> Mapping[str, object]:
         """As `--json` prints it."""
@@ -148,6 +149,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
                 baud=request.baud,
             )
         )
+        robot.on_problem(partial(_warn_of_odometry, listener))
         # Before the head and the camera: both may be those of another robot.
         check_start(robot, request.start, listener.warn)
         seen = camera_and_optics(
@@ -208,12 +210,19 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         except BaseException:
             # The first fault is reported, not a map that cannot be written after it.
             with suppress(FacetlogError):
-                _draw(request, seen, record.taken, way, inner, radius)
+                _mapped(request, seen, record.taken, way, inner, radius).draw(request.folder)
             raise
-        _draw(request, seen, record.taken, way, inner, radius)
+        mapped = _mapped(request, seen, record.taken, way, inner, radius)
+        mapped.draw(request.folder)
     places = np.array([(place.x, place.y) for place in way.driven]).reshape(-1, 2)
     driven = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
-    return Collected(plan, ended, record.taken, driven, time.monotonic() - began)
+    return Collected(plan, ended, record.taken, driven, time.monotonic() - began, mapped)
+
+
+def _warn_of_odometry(listener: Listener, problem: Problem) -> None:
+    """Poses from now on are less certain, which their covariances say too."""
+    if problem.cause is Cause.ODOMETRY:
+        listener.warn(str(problem))
 
 
 def _sees_ahead(robot: Pioneer) -> bool:
@@ -369,24 +378,21 @@ def _about(request: Request, robot: str, camera: str) -> Mapping[str, object]:
     }
 
 
-def _draw(
+def _mapped(
     request: Request,
     seen: CameraAndOptics,
     taken: tuple[Taken, ...],
     way: DrivenWay,
     closed: tuple[Circle, ...],
     radius: float,
-) -> None:
-    """The map and the robot's path."""
+) -> Mapped:
+    """What is on the map, once the robot's path is written."""
     there = {view.name for view in taken}
     missed = tuple(
         (float(view.pose.centre[0]), float(view.pose.centre[1]))
         for view in request.tour.views
         if view.name not in there
     )
-    floor = Floor(closed, request.tour.target, radius, missed)
     way.write()
-    write_file(
-        request.folder / MAP_FILE,
-        map_png([place for _, place in way.stamped], taken, floor, seen.optics),
-    )
+    path = tuple(place for _, place in way.stamped)
+    return Mapped(path, taken, Floor(closed, request.tour.target, radius, missed), seen.optics)

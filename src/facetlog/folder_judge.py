@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
     from facetlog.kb.knowledge_base import KnowledgeBase
     from facetlog.perception.online.online_scene import OnlineScene
+    from facetlog.pipeline import Recognised
     from facetlog.recordings.moments import Recorder
 
 __all__ = ["FolderJudge"]
@@ -64,15 +65,15 @@ class FolderJudge:
             self._record(waiting, found)
         return found
 
-    def at_once(self, views: int) -> "Recognition":
-        """The same with the poses corrected by the pictures, from all of them together."""
+    def at_once(self, views: int) -> "Recognised":
+        """The same with the poses corrected by the pictures, from all of them together, and how."""
         from facetlog.pipeline import recognize_views, views_from
 
         clock = StepClock()
         path = self._folder / POSES_FILE
         found = views_from(path, unit=None, progress=None, clock=clock)
         first = replace(found, views=found.views[:views])
-        return recognize_views(first, base=self._base, clock=clock).recognition
+        return recognize_views(first, base=self._base, clock=clock)
 
     def _record(self, name: str, found: "Recognition | None") -> None:
         """Records a view with what is known after it."""

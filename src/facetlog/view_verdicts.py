@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from multiprocessing import get_context
 from pathlib import Path
 from types import TracebackType
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Self
 
 from facetlog.errors import FacetlogError
 from facetlog.kb.explaining.proof import State
+from facetlog.perception.types import FloatArray
 from facetlog.recordings.recorders import Recordings
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class ViewVerdict:
     `best` has a line for what holds; `excluded` and `unknown` are names of models that hold for
     nothing there; `problems` name views that were read since the verdict before and not used, or
     contradict others. `document` is all of it as `recognize --json` prints it; `fault` is why there
-    is none.
+    is none. `outlines` are what holds, each with those of its faces (n, 3), of the last verdict.
     """
 
     views: int
@@ -52,6 +53,7 @@ class ViewVerdict:
     problems: tuple[str, ...] = ()
     document: Mapping[str, object] | None = None
     fault: str = ""
+    outlines: tuple[tuple[str, tuple[FloatArray, ...]], ...] = field(default=(), compare=False)
 
     @property
     def line(self) -> str:
@@ -171,9 +173,12 @@ def _end_recordings() -> None:
 
 def _judge(views: int, finally_: bool) -> ViewVerdict:
     """In the worker: the verdict on the first views of the folder."""
+    from facetlog.recordings.on_scene import outlined
+
     judge = _judges[0]
     try:
-        recognition = judge.at_once(views) if finally_ else judge.so_far(views)
+        whole = judge.at_once(views) if finally_ else None
+        recognition = judge.so_far(views) if whole is None else whole.recognition
     except FacetlogError as exc:
         return ViewVerdict(views, fault=str(exc))
     if recognition is None:
@@ -191,6 +196,7 @@ def _judge(views: int, finally_: bool) -> ViewVerdict:
         unknown,
         _problems(judge),
         recognition.to_json(),
+        outlines=() if whole is None else outlined(whole.scene, recognition),
     )
 
 

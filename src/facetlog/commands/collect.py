@@ -109,6 +109,7 @@ def collect_command(
     """
     from facetlog.perception.reading.pose_files.poses_file import metres_per
     from facetlog.recordings.recorders import Recordings
+    from facetlog.robot.collecting.map_picture import Found
     from facetlog.robot.collecting.mount import DEFAULT_MOUNT, read_mount
     from facetlog.robot.collecting.run import Request
 
@@ -151,6 +152,8 @@ def collect_command(
             verdicts = _judging(stack, out, tuple(models or ()), trust, recordings)
         collected = _collected(request, verdicts)
         last = _last_verdict(verdicts, len(collected.taken)) if verdicts and recognize else None
+    if last is not None and collected.mapped is not None:
+        collected.mapped.draw(out, [Found(said, loops) for said, loops in last.outlines])
     _answer(collected, last, as_json=as_json)
     if collected.ended.fault is not None:
         for line in error_lines(collected.ended.fault):
@@ -238,7 +241,9 @@ class _ProgressLines:
             f"{math.degrees(view.pan):+.1f}°, tilt {math.degrees(view.tilt):+.1f}°"
         )
         if self._verdicts is not None:
-            _report(self._verdicts.ready())
+            # The robot stands: where judging takes longer than driving it waits, so that what is
+            # said is never more than one view behind.
+            _report(self._verdicts.last())
             if done >= LEAST_VIEWS:
                 self._verdicts.ask(done)
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
     from facetlog.perception.scene import Face, Scene
 
-__all__ = ["face_loops", "verdict_places"]
+__all__ = ["face_loops", "outlined", "verdict_places"]
 
 
 def face_loops(scene: "Scene") -> "Iterator[tuple[Face, FloatArray]]":
@@ -21,14 +21,23 @@ def face_loops(scene: "Scene") -> "Iterator[tuple[Face, FloatArray]]":
         yield face, points[list(face.outline)]
 
 
-def verdict_places(scene: "Scene", recognition: "Recognition") -> Iterator[tuple[str, FloatArray]]:
-    """What holds, in a line each, and the middle (3,) of the corners of the faces that play parts.
+def outlined(
+    scene: "Scene", recognition: "Recognition"
+) -> tuple[tuple[str, tuple[FloatArray, ...]], ...]:
+    """What holds, in a line each, and the outlines (n, 3) of the faces that play parts in it.
 
-    Of a verdict without such faces the middle of all of them.
+    Of a verdict without such faces those of all faces.
     """
     loops = {f"f{i}": loop for i, (_, loop) in enumerate(face_loops(scene), start=1)}
+    found = []
     for verdict in recognition.best:
-        named = [loops[f] for part in verdict.parts for f in part.faces if f in loops]
-        corners = named or list(loops.values())
-        if corners:
-            yield verdict.summary, np.concatenate(corners).mean(axis=0)
+        named = {f: loops[f] for part in verdict.parts for f in part.faces if f in loops}
+        if corners := tuple((named or loops).values()):
+            found.append((verdict.summary, corners))
+    return tuple(found)
+
+
+def verdict_places(scene: "Scene", recognition: "Recognition") -> Iterator[tuple[str, FloatArray]]:
+    """What holds, in a line each, and the middle (3,) of its faces' corners."""
+    for said, loops in outlined(scene, recognition):
+        yield said, np.concatenate(loops).mean(axis=0)
