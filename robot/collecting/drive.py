@@ -200,16 +200,16 @@ class MobileBase:
                 self._check(state)
                 if state.at - first > PATIENCE * expected + PATIENCE_SECONDS:
                     raise DeviceTimeout("the robot takes too long for its route: is its path free?")
-                motion, free = self._within_sight(state, motion)
-                if motion != Motion() or free is None:
+                motion, blocked = self._within_sight(state, motion)
+                if not blocked:
                     blocked_since = None
                 elif blocked_since is None:
                     blocked_since = state.at
                 elif state.at - blocked_since > WAITS_FOR_ITS_WAY:
                     raise DeviceError(
-                        f"something is {max(free, 0.0):.2f} m ahead of the robot"
-                        f" {_at(self.place(state))}, by its sonars: clear its way, or give it a"
-                        " --keep-out circle, then go on with --resume"
+                        f"something is close ahead of the robot {_at(self.place(state))}, by its"
+                        " sonars: clear its way, or give it a --keep-out circle, then go on with"
+                        " --resume"
                     )
                 watch.check(state, motion)
                 self._command(motion)
@@ -221,17 +221,17 @@ class MobileBase:
             raise
         self._robot.stop()
 
-    def _within_sight(self, state: RobotView, motion: Motion) -> tuple[Motion, float | None]:
-        """The same curve, no faster than the way ahead is free, and how far it is if it is not."""
+    def _within_sight(self, state: RobotView, motion: Motion) -> tuple[Motion, bool]:
+        """The same curve, no faster than the way ahead is free, and whether it is not at all."""
         if self._body is None or motion.speed <= 0:
-            return motion, None
+            return motion, False
         free = free_ahead(state.sonars, self._body, state.at, state.speed)
         safe = safe_speed(free) if math.isfinite(free) else math.inf
         if safe >= motion.speed:
-            return motion, None
+            return motion, False
         if safe < SLOWEST:
-            return Motion(), free
-        return Motion(safe, motion.turning * safe / motion.speed), None
+            return Motion(), True
+        return Motion(safe, motion.turning * safe / motion.speed), False
 
     def _command(self, motion: Motion) -> None:
         try:

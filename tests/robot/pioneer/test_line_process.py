@@ -1,11 +1,15 @@
 """The process that owns a line: real sockets, and drivers that hang, die and lose their line."""
 
 import os
+import pty
+import select
 import signal
 import socket
 import subprocess
 import sys
+import termios
 import time
+import tty
 from collections.abc import Iterator
 
 import pytest
@@ -14,6 +18,7 @@ from facetlog.errors import DeviceError, DeviceTimeout, InputError
 from facetlog.robot.pioneer.line_process import LineProcess
 
 PATIENCE = 20.0
+OUTPUT_SPEED = 5  # its place in what tcgetattr gives
 STOP, OFF, BYE = b"<stop>", b"<off>", b"<bye>"
 DRIVER = """
 import sys, time
@@ -200,6 +205,45 @@ def test_a_driver_that_dies_while_a_fork_of_it_lives_is_missed_all_the_same(
         robot.accept()
         robot.hears(BYE)
         assert process.stdin is not None  # closed now: the fork ends
+
+
+def test_on_a_serial_line_too_a_killed_driver_is_followed_by_stops() -> None:
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    arguments = [sys.executable, "-c", DRIVER, os.ttyname(slave), str(PATIENCE)]
+    heard = b""
+    try:
+        with subprocess.Popen(arguments, env=environment) as process:
+            deadline = time.monotonic() + PATIENCE
+            while not heard.endswith(OFF + BYE) and time.monotonic() < deadline:
+                if heard.endswith(b"<go>"):
+                    process.kill()
+                if select.select([master], [], [], 0.1)[0]:
+                    heard += os.read(master, 100)
+            process.kill()
+    finally:
+        os.close(master)
+        os.close(slave)
+    assert heard.startswith(b"<go>" + STOP)
+    assert heard.endswith(STOP + OFF + BYE)
+
+
+def test_a_serial_line_changes_its_rate_and_is_locked() -> None:
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    path = os.ttyname(slave)
+    line = LineProcess(path, 9600)
+    try:
+        assert line.has_baud
+        line.set_baud(38400)
+        assert termios.tcgetattr(slave)[OUTPUT_SPEED] == termios.B38400
+        with pytest.raises(DeviceError, match="another program has this port"):
+            LineProcess(path)
+    finally:
+        line.close()
+        os.close(master)
+        os.close(slave)
 
 
 def test_signals_that_end_programs_do_not_end_the_owner(robot: Robot, line: LineProcess) -> None:
