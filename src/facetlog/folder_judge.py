@@ -1,6 +1,5 @@
 """What the views of a growing folder show, one after the other, and its recordings meanwhile."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
@@ -21,14 +20,14 @@ POSES_FILE = "transforms.json"
 
 
 class FolderJudge:
-    """Knows what the views read so far show; each goes to the `recorders` as it is read."""
+    """Knows what the views read so far show; each goes to the `recorder` as it is read."""
 
     def __init__(
-        self, folder: Path, base: "KnowledgeBase", recorders: "Sequence[Recorder]" = ()
+        self, folder: Path, base: "KnowledgeBase", recorder: "Recorder | None" = None
     ) -> None:
         from facetlog.perception.reading.follow_views import FollowedViews
 
-        self._folder, self._base, self._recorders = folder, base, recorders
+        self._folder, self._base, self._recorder = folder, base, recorder
         self._source = FollowedViews(folder / POSES_FILE, timeout=0.0)
         self._online: OnlineScene | None = None
         self._read = 0
@@ -77,7 +76,7 @@ class FolderJudge:
 
     def _record(self, name: str, found: "Recognition | None") -> None:
         """Records a view with what is known after it."""
-        if not self._recorders or self._online is None:
+        if self._recorder is None or self._online is None:
             return
         from facetlog.recordings.moments import read_moment
 
@@ -86,5 +85,4 @@ class FolderJudge:
         if moment is None:
             return
         self._recorded_until = moment.taken.time
-        for recorder in self._recorders:
-            recorder.add(moment)
+        self._recorder.add(moment)

@@ -20,17 +20,16 @@ from typing import TYPE_CHECKING, Self
 from facetlog.errors import FacetlogError
 from facetlog.kb.explaining.proof import State
 from facetlog.perception.types import FloatArray
-from facetlog.recordings.recorders import Recordings
+from facetlog.recordings.recorders import Recorders, Recordings
 
 if TYPE_CHECKING:
     from facetlog.folder_judge import FolderJudge
-    from facetlog.recordings.moments import Recorder
 
 __all__ = ["ViewVerdict", "ViewVerdicts"]
 
 _judges: "list[FolderJudge]" = []
 """Of the worker process: who judges, once its knowledge base is open."""
-_recorders: "list[Recorder]" = []
+_recorders: list[Recorders] = []
 """Of the worker process: the recordings that it writes."""
 _faults: list[str] = []
 """Of the worker process: why there is no recording, until that is said."""
@@ -156,11 +155,11 @@ def _open(folder: Path, models: tuple[Path, ...], trusted: bool, recordings: Rec
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTSTP, signal.SIG_IGN)
     try:
-        _recorders.extend(recordings.open(folder.resolve().name))
+        _recorders.append(recordings.open(folder.resolve().name))
     except FacetlogError as exc:
         _faults.append(str(exc))
     base = open_models(models, trusted=trusted)
-    _judges.append(FolderJudge(folder, base, tuple(_recorders)))
+    _judges.append(FolderJudge(folder, base, _recorders[0] if _recorders else None))
 
 
 def _end_recordings() -> None:

@@ -22,11 +22,13 @@ def test_views_that_nobody_asked_about_are_recorded_at_the_end(tmp_path: Path) -
     assert len(messages(path)["/camera/camera_info"]) == 2
 
 
-def test_a_collection_without_a_view_leaves_an_empty_recording(tmp_path: Path) -> None:
+def test_a_collection_without_a_view_leaves_what_was_recorded_before(tmp_path: Path) -> None:
     path = tmp_path / "views.mcap"
+    path.write_bytes(b"earlier")
     with ViewVerdicts(tmp_path / "views", recordings=Recordings(mcap=path)):
         pass
-    assert messages(path) == {}
+    assert path.read_bytes() == b"earlier"
+    assert [each.name for each in tmp_path.iterdir()] == ["views.mcap"]
 
 
 def test_a_recording_that_cannot_be_written_is_said_and_the_verdicts_go_on(

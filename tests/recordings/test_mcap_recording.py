@@ -18,7 +18,7 @@ from facetlog.perception.types import FloatArray
 from facetlog.pipeline import open_models
 from facetlog.recordings.mcap_recording import McapRecording
 from facetlog.recordings.moments import recorded_optics
-from facetlog.recordings.recorders import Recordings, record_collection
+from facetlog.recordings.recorders import Recorders, Recordings, record_collection
 from tests.recordings.collected import BEGAN, OPTICS, SPEED, START, Collection, collection
 
 ANSWERS = dict[str, list[tuple[int, Any]]]
@@ -179,6 +179,26 @@ def test_the_folder_gives_the_same_recording_afterwards(
     last, before = (frames_at(each, collected.taken[-1].time) for each in (again, heard))
     for pair, transform in before.items():
         assert last[pair] == pytest.approx(transform, abs=1e-9)
+
+
+class Stubborn:
+    """A recording that cannot be ended."""
+
+    def add(self, moment: object) -> None: ...
+
+    def close(self) -> None:
+        raise InputError("the viewer takes no more")
+
+
+def test_a_recording_that_cannot_be_ended_keeps_no_other_from_it(
+    collected: Collection, tmp_path: Path
+) -> None:
+    path = tmp_path / "a.mcap"
+    recorders = Recorders((Stubborn(), McapRecording(path), Stubborn()))
+    recorders.add(collected.moments()[0])
+    with pytest.raises(InputError, match="takes no more"):
+        recorders.close()
+    assert len(messages(path)["/joint_states"]) == 1
 
 
 def test_what_cannot_be_recorded_is_said_with_the_way_out(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """A collection in Rerun's form, read back by its reader."""
 
+import socket
 from pathlib import Path
 
 import numpy as np
@@ -56,6 +57,14 @@ def test_views_corners_faces_and_verdicts_are_in_the_file(
     said = str(values("verdict", "TextDocument:text"))
     assert "is a box" in said
     assert len([v for v in values("world/robot", "Transform3D:translation") if v]) == 61
+
+
+def test_a_viewer_that_is_not_there_is_said_at_once() -> None:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with pytest.raises(InputError, match="cannot be recorded"):
+        RerunRecording(f"rerun+http://127.0.0.1:{port}/proxy", "views")
 
 
 @pytest.mark.parametrize("given", ["views.bag", "http://localhost:9876", "lively"])

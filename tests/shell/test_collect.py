@@ -139,6 +139,15 @@ def test_the_camera_and_its_unit_are_taken_from_beside_the_tour(
     assert "camera.toml" in _refusal(capsys)
 
 
+def test_a_recording_among_the_views_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "views"
+    argv = ["collect", "tcp:127.0.0.1:1", "--tour", "paper", "-o", str(out)]
+    assert main([*argv, "--mcap", str(out / "a.mcap")]) == 2
+    assert "is in the folder of the views: put it beside" in _refusal(capsys)
+
+
 def test_a_robot_that_is_not_there_ends_with_3(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -147,6 +147,7 @@ def collect_command(
     with ended_by_signals(), ExitStack() as stack, warnings_to_stderr():
         recordings = Recordings(mcap, rerun)
         recordings.check()
+        recordings.check_beside(out)
         verdicts: ViewVerdicts | None = None
         if recognize or recordings:
             verdicts = _judging(stack, out, tuple(models or ()), trust, recordings)

@@ -75,7 +75,10 @@ def checked_mcap(path: Path) -> Path:
 
 
 class McapRecording:
-    """See `Recorder`. The file is there, whole, once it is closed; an older one is replaced."""
+    """See `Recorder`. The file is there, whole, once it is closed; an older one is replaced.
+
+    Without a view there is none, and an older one stays.
+    """
 
     def __init__(self, path: Path) -> None:
         self._path = checked_mcap(path)
@@ -83,6 +86,7 @@ class McapRecording:
         self._folder = path.with_name(f".{path.name}.part")
         self._store = get_typestore(Stores.ROS2_HUMBLE)
         self._last: tuple[float, Pose2] | None = None
+        self._views = 0
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
             shutil.rmtree(self._folder, ignore_errors=True)
@@ -100,6 +104,7 @@ class McapRecording:
         try:
             self._add_way(moment)
             self._add_view(moment)
+            self._views += 1
         except OSError as exc:
             raise InputError(f"{self._path}: cannot be written ({exc})") from exc
 
@@ -108,7 +113,8 @@ class McapRecording:
         try:
             self._writer.close()
             written = self._folder / f"{self._folder.name}{SUFFIX}"
-            written.replace(self._path)
+            if self._views:
+                written.replace(self._path)
         except OSError as exc:
             raise InputError(f"{self._path}: cannot be written ({exc})") from exc
         finally:

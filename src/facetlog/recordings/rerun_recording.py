@@ -4,8 +4,10 @@ In the world of the tour, metres. An ellipsoid is two standard deviations of a c
 grey where a face was completed from its neighbours. Times are seconds since 1970 (timeline `time`).
 """
 
+import socket
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import urlsplit
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -31,6 +33,9 @@ SCHEMES = ("rerun://", "rerun+http://", "rerun+https://")
 SDS = 2.0
 MEASURED, IMPLIED, WAY, INK = (40, 120, 210), (160, 160, 160), (210, 130, 20), (40, 40, 40)
 LINE_WIDTH = 0.003  # metres
+VIEWER_PORT = 9876  # of Rerun's viewer, if none is given
+# Seconds to reach a viewer, and for it to take what is still to be sent at the end.
+CONNECT_TIMEOUT, FLUSH_TIMEOUT = 3.0, 20.0
 
 
 def rerun_target(given: str) -> str:
@@ -54,6 +59,7 @@ class RerunRecording:
             if target == LIVE:
                 self._stream.spawn()
             elif target.startswith(SCHEMES):
+                _check_viewer(target)
                 self._stream.connect_grpc(target)
             else:
                 Path(target).parent.mkdir(parents=True, exist_ok=True)
@@ -83,7 +89,10 @@ class RerunRecording:
 
     def close(self) -> None:
         """See `Recorder`."""
-        self._stream.flush()
+        try:
+            self._stream.flush(timeout_sec=FLUSH_TIMEOUT)
+        except (OSError, RuntimeError, ValueError) as exc:
+            raise InputError(f"--rerun: the viewer takes no more ({exc})") from exc
         self._stream.disconnect()
 
     def _log_camera(self, moment: Moment) -> None:
@@ -141,6 +150,13 @@ class RerunRecording:
         self._stream.log("verdict", rr.TextDocument("\n".join(lines)))
         for verdict in found.best:
             self._stream.log(f"sure/{verdict.model}", rr.Scalars([verdict.sure]))
+
+
+def _check_viewer(address: str) -> None:
+    """OSError or ValueError if nobody listens there: to send to nobody would wait for ever."""
+    place = urlsplit(address)
+    port = VIEWER_PORT if place.port is None else place.port
+    socket.create_connection((place.hostname or "localhost", port), CONNECT_TIMEOUT).close()
 
 
 def _transform(place: FloatArray, turn: Rotation) -> rr.Transform3D:
