@@ -5,14 +5,17 @@ renew the robot's lease in time. The pictures are read from the folder, where ea
 a time while it grows (folder_judge.py), all at once at the end. Recordings are written there too.
 """
 
+import os
 import signal
 import sys
+import threading
 from collections.abc import Mapping
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from dataclasses import dataclass, field
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
@@ -154,12 +157,20 @@ def _open(folder: Path, models: tuple[Path, ...], trusted: bool, recordings: Rec
     # Ctrl-C and Ctrl-Z end the collection; this process ends with it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTSTP, signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
     try:
         _recorders.append(recordings.open(folder.resolve().name))
     except FacetlogError as exc:
         _faults.append(str(exc))
     base = open_models(models, trusted=trusted)
     _judges.append(FolderJudge(folder, base, _recorders[0] if _recorders else None))
+
+
+def _end_with_parent() -> None:
+    """In the worker: a parent that was killed asks no more, but its queue would be waited for."""
+    if (parent := parent_process()) is not None:
+        wait([parent.sentinel])
+        os._exit(1)
 
 
 def _end_recordings() -> None:
