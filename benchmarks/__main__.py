@@ -48,6 +48,7 @@ NAMES = (
     "time_growth",
     "time_reasons",
     "time_long_run",
+    "time_stopping",
     "calibration",
     "time_models",
     "time_compiled",

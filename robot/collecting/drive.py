@@ -4,14 +4,24 @@ Each report of the robot gives the next speeds, and each command is valid only f
 this program hangs or dies, the driver stops the robot. All times are those of the robot's reports.
 """
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Protocol
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.perception.types import FloatArray
 from facetlog.robot.collecting.route import Circle, Route, distance_to, route_length
-from facetlog.robot.collecting.steering import Motion, Pace, Progress, along, towards_heading
+from facetlog.robot.collecting.steering import (
+    SLOWEST,
+    Motion,
+    Pace,
+    Progress,
+    along,
+    towards_heading,
+)
+from facetlog.robot.collecting.way_ahead import Body, free_ahead, safe_speed
+from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 
 __all__ = ["MobileBase", "Robot", "RobotView"]
@@ -26,6 +36,8 @@ LEASE = 0.3
 BLOCKED_AFTER, BLOCKED_WAY, BLOCKED_TURN = 4.0, 0.01, 0.02
 # Between two reports further apart the driver has stopped the robot: no sign that it is held.
 QUIET_AFTER = 0.5
+# A robot whose way is not free waits for so long: somebody may walk by.
+WAITS_FOR_ITS_WAY = 5.0
 # Longest time for a route, over its time at the pace: turns on the spot and slow ends are extra.
 PATIENCE, PATIENCE_SECONDS = 3.0, 30.0
 # Speeds below which the robot stands: less than the steps of its reports.
@@ -80,6 +92,10 @@ class RobotView(Protocol):
     def rear_bumpers(self) -> tuple[bool, ...]:
         """Which are pressed."""
 
+    @property
+    def sonars(self) -> Sequence[SonarRange]:
+        """The last range of each; none where they are off."""
+
 
 class Robot(Protocol):
     """The part of the driver that driving needs."""
@@ -106,7 +122,8 @@ class MobileBase:
     """A robot that follows routes given in the world frame.
 
     `start` is the pose of odometry's origin in the world. `closed` are the keep-out circles for the
-    robot's middle. `moved` is called with every report while it drives.
+    robot's middle. `moved` is called with every report while it drives. With its `body` it goes no
+    faster than its sonars see that the way is free, and waits where it is not.
     """
 
     def __init__(
@@ -117,9 +134,10 @@ class MobileBase:
         pace: Pace,
         closed: tuple[Circle, ...] = (),
         moved: Callable[[float, Pose2], None] | None = None,
+        body: Body | None = None,
     ) -> None:
         self._robot, self._start, self._pace = robot, start, pace
-        self._closed, self._moved = closed, moved
+        self._closed, self._moved, self._body = closed, moved, body
 
     @property
     def state(self) -> RobotView:
@@ -176,11 +194,23 @@ class MobileBase:
         state = self._robot.state
         first = state.at
         watch = _Watch(state)
+        blocked_since: float | None = None
         try:
             while (motion := steer(self.place(state))) is not None:
                 self._check(state)
                 if state.at - first > PATIENCE * expected + PATIENCE_SECONDS:
                     raise DeviceTimeout("the robot takes too long for its route: is its path free?")
+                motion, blocked = self._within_sight(state, motion)
+                if not blocked:
+                    blocked_since = None
+                elif blocked_since is None:
+                    blocked_since = state.at
+                elif state.at - blocked_since > WAITS_FOR_ITS_WAY:
+                    raise DeviceError(
+                        f"something is close ahead of the robot {_at(self.place(state))}, by its"
+                        " sonars: clear its way, or give it a --keep-out circle, then go on with"
+                        " --resume"
+                    )
                 watch.check(state, motion)
                 self._command(motion)
                 state = self._next(state)
@@ -190,6 +220,18 @@ class MobileBase:
                 self._robot.stop()
             raise
         self._robot.stop()
+
+    def _within_sight(self, state: RobotView, motion: Motion) -> tuple[Motion, bool]:
+        """The same curve, no faster than the way ahead is free, and whether it is not at all."""
+        if self._body is None or motion.speed <= 0:
+            return motion, False
+        free = free_ahead(state.sonars, self._body, state.at, state.speed)
+        safe = safe_speed(free) if math.isfinite(free) else math.inf
+        if safe >= motion.speed:
+            return motion, False
+        if safe < SLOWEST:
+            return Motion(), True
+        return Motion(safe, motion.turning * safe / motion.speed), False
 
     def _command(self, motion: Motion) -> None:
         try:

@@ -1,36 +1,49 @@
-"""A map of a collection as a picture: floor, path, poses and their uncertainty.
+"""A map of a collection as a picture: what the camera saw, path, poses and their uncertainty.
 
-Drawn: the path driven, where the robot stood for each view (a circle of its size with its heading),
-the camera's field of view over the floor, ellipses of two standard deviations, the keep-out
-circles, the tour's target, and a scale.
+Drawn: the floor that pictures show, darker where more of them do, each view's line of sight to
+where it meets the floor, the path driven, where the robot stood for each view (a circle of its size
+with its heading), ellipses of two standard deviations, the keep-out circles, the tour's target,
+what was recognised with its outlines, and a scale.
 """
 
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
+from facetlog.robot.collecting.floor_in_view import floor_in_view, looked_at
+from facetlog.robot.collecting.map_labels import Box, placed
 from facetlog.robot.collecting.optics import Optics
-from facetlog.robot.collecting.record import Taken
+from facetlog.robot.collecting.record import Taken, write_file
 from facetlog.robot.collecting.route import Circle, Point
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["Floor", "map_png"]
+__all__ = ["MAP_FILE", "Floor", "Found", "Mapped", "map_png"]
+
+MAP_FILE = "map.png"
 
 SIZE_PX = 1200
 MARGIN_PX = 70
 # What is drawn reaches this far beyond the outermost place, metres.
 BORDER = 0.35
-CONE = 0.45
 ELLIPSE_SDS = 2.0
+# The share of the colour that the floor has where most pictures show it.
+STRONGEST = 0.75
 # Colours, blue-green-red.
 PAPER, GRID, INK = (255, 255, 255), (228, 228, 228), (60, 60, 60)
-WAY, ROBOT, CONE_COLOUR = (190, 120, 20), (60, 60, 60), (150, 205, 150)
-CLOSED, TARGET, ELLIPSE, MISSED = (200, 200, 245), (40, 40, 210), (200, 60, 160), (170, 170, 170)
+WAY, ROBOT, SEEN, SIGHT = (190, 120, 20), (60, 60, 60), (120, 190, 120), (90, 160, 90)
+FOUND = (30, 30, 190)
+CLOSED, TARGET, ELLIPSE, MISSED = (150, 150, 240), (40, 40, 210), (200, 60, 160), (170, 170, 170)
+RIM = (200, 200, 200)
+# Pixels of the dot where the robot stood, and the size of words beside what they name.
+DOT_PX, WORD = 4, 0.5
+# Pixels of a line of the legend, and of a coloured sign in it.
+LINE_PX, SIGN_PX = 22, 32
 FONT, SMOOTH = cv2.FONT_HERSHEY_SIMPLEX, cv2.LINE_AA
 
 
@@ -47,6 +60,14 @@ class Floor:
     missed: tuple[Point, ...] = ()
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Found:
+    """What was recognised: a line of words, and the outlines (n, 3) of its faces."""
+
+    said: str
+    outlines: tuple[FloatArray, ...]
+
+
 class _Canvas:
     """The picture and the scale from places in the world to pixels; y is up."""
 
@@ -55,6 +76,8 @@ class _Canvas:
         self.scale = (SIZE_PX - 2 * MARGIN_PX) / float(max(high - low))
         width, height = ((high - low) * self.scale + 2 * MARGIN_PX).astype(int).tolist()
         self.low, self.high = low, high
+        self.reach = float(np.hypot(*(high - low)))
+        """Metres within which everything on the map is."""
         self.image: NDArray[np.uint8] = np.full((height, width, 3), PAPER, dtype=np.uint8)
 
     def at(self, x: float, y: float) -> tuple[int, int]:
@@ -70,13 +93,40 @@ class _Canvas:
         cv2.putText(self.image, text, place, FONT, size, INK, 1, SMOOTH)
 
 
-def map_png(path: Sequence[Pose2], taken: Sequence[Taken], floor: Floor, optics: Optics) -> bytes:
+@dataclass(frozen=True, eq=False, slots=True)
+class Mapped:
+    """What is on the map of a collection."""
+
+    path: tuple[Pose2, ...]
+    taken: tuple[Taken, ...]
+    floor: Floor
+    optics: Optics
+
+    def draw(self, folder: Path, found: Sequence[Found] = ()) -> None:
+        """Draws it, with what was recognised; InputError where it cannot be written."""
+        data = map_png(self.path, self.taken, self.floor, self.optics, found)
+        write_file(folder / MAP_FILE, data)
+
+
+def map_png(
+    path: Sequence[Pose2],
+    taken: Sequence[Taken],
+    floor: Floor,
+    optics: Optics,
+    found: Sequence[Found] = (),
+) -> bytes:
     """The map as PNG; `path` are the robot's places in the world, in order."""
-    canvas = _Canvas(_places(path, taken, floor))
+    canvas = _Canvas(_places(path, taken, floor, found))
+    most = _seen(canvas, taken, optics)
     _grid(canvas)
     _circles(canvas, floor)
     for view in taken:
-        _cone(canvas, view, optics)
+        place = (float(view.pose.centre[0]), float(view.pose.centre[1]))
+        x, y = looked_at(view.pose, optics.camera, canvas.reach).tolist()
+        canvas.line([place, (x, y)], SIGHT, 1)
+    for each in found:
+        for loop in each.outlines:
+            canvas.line([(x, y) for x, y, _ in (*loop.tolist(), loop[0].tolist())], FOUND, 2)
     if len(path) > 1:
         canvas.line([(p.x, p.y) for p in path], WAY, 2)
     for x, y in floor.missed:
@@ -84,18 +134,21 @@ def map_png(path: Sequence[Pose2], taken: Sequence[Taken], floor: Floor, optics:
             canvas.image, canvas.at(x, y), MISSED, cv2.MARKER_TILTED_CROSS, 14, 2, SMOOTH
         )
     for view in taken:
-        _robot(canvas, view, floor.robot_radius)
-    for view in taken:
         _ellipse(canvas, view)
-    _legend(canvas, len(taken), len(floor.missed))
+    drawn = [box for view in taken for box in _robot(canvas, view, floor.robot_radius)]
+    _words(canvas, taken, found, drawn)
+    _legend(canvas, len(taken), floor, most, found=bool(found))
     _, data = cv2.imencode(".png", canvas.image)
     return data.tobytes()
 
 
-def _places(path: Sequence[Pose2], taken: Sequence[Taken], floor: Floor) -> FloatArray:
+def _places(
+    path: Sequence[Pose2], taken: Sequence[Taken], floor: Floor, found: Sequence[Found]
+) -> FloatArray:
     """Points (n, 2) that must be on the map; the origin if there is nothing."""
     places = [(p.x, p.y) for p in path] + [(v.robot.x, v.robot.y) for v in taken]
     places += floor.missed
+    places += [(x, y) for each in found for loop in each.outlines for x, y, _ in loop.tolist()]
     places += [(c.x + s * c.radius, c.y + s * c.radius) for c in floor.closed for s in (-1, 1)]
     if floor.target is not None:
         places.append((float(floor.target[0]), float(floor.target[1])))
@@ -123,36 +176,69 @@ def _grid(canvas: _Canvas) -> None:
 def _circles(canvas: _Canvas, floor: Floor) -> None:
     for circle in floor.closed:
         radius = round(circle.radius * canvas.scale)
-        cv2.circle(canvas.image, canvas.at(circle.x, circle.y), radius, CLOSED, -1, SMOOTH)
+        cv2.circle(canvas.image, canvas.at(circle.x, circle.y), radius, CLOSED, 3, SMOOTH)
     if floor.target is not None:
         place = canvas.at(float(floor.target[0]), float(floor.target[1]))
         cv2.drawMarker(canvas.image, place, TARGET, cv2.MARKER_CROSS, 22, 2, SMOOTH)
 
 
-def _cone(canvas: _Canvas, view: Taken, optics: Optics) -> None:
-    """The camera's horizontal field of view, over the floor."""
-    half = math.atan(optics.camera.width / 2 / optics.camera.fx)
-    ahead = view.pose.rotation[:, 2]
-    middle = math.atan2(ahead[1], ahead[0])
-    x, y = float(view.pose.centre[0]), float(view.pose.centre[1])
-    rim = [
-        (x + CONE * math.cos(middle + side), y + CONE * math.sin(middle + side))
-        for side in (half, 0.0, -half)
-    ]
-    canvas.line([(x, y), rim[0], rim[1], rim[2], (x, y)], CONE_COLOUR, 1)
+def _seen(canvas: _Canvas, taken: Sequence[Taken], optics: Optics) -> int:
+    """Colours the floor by how many pictures show it; the largest number of them."""
+    count = np.zeros(canvas.image.shape[:2], dtype=np.int32)
+    for view in taken:
+        outline = floor_in_view(view.pose, optics.camera, canvas.reach)
+        if len(outline):
+            shown = np.zeros(count.shape, dtype=np.uint8)
+            pixels = np.array([canvas.at(x, y) for x, y in outline.tolist()], dtype=np.int32)
+            cv2.fillPoly(shown, [pixels.reshape(-1, 1, 2)], 1)
+            count += shown
+    most = int(count.max(initial=0))
+    if most:
+        share = (STRONGEST * count / most)[:, :, None]
+        mixed = (1 - share) * np.array(PAPER) + share * np.array(SEEN)
+        inner = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))
+        canvas.image[inner] = np.round(mixed[inner]).astype(np.uint8)
+    return most
 
 
-def _robot(canvas: _Canvas, view: Taken, radius: float) -> None:
+def _robot(canvas: _Canvas, view: Taken, radius: float) -> list[Box]:
+    """The robot with its heading; what words are to keep clear of."""
     place = canvas.at(view.robot.x, view.robot.y)
-    cv2.circle(canvas.image, place, round(radius * canvas.scale), GRID, 1, SMOOTH)
-    cv2.circle(canvas.image, place, 4, ROBOT, -1, SMOOTH)
+    cv2.circle(canvas.image, place, round(radius * canvas.scale), RIM, 1, SMOOTH)
+    cv2.circle(canvas.image, place, DOT_PX, ROBOT, -1, SMOOTH)
     nose = radius / 2
-    tip = (
+    tip = canvas.at(
         view.robot.x + nose * math.cos(view.robot.heading),
         view.robot.y + nose * math.sin(view.robot.heading),
     )
-    cv2.arrowedLine(canvas.image, place, canvas.at(*tip), ROBOT, 2, SMOOTH, tipLength=0.4)
-    canvas.word(str(view.number), (place[0] + 8, place[1] - 8), 0.5)
+    cv2.arrowedLine(canvas.image, place, tip, ROBOT, 2, SMOOTH, tipLength=0.4)
+    middle = ((place[0] + tip[0]) / 2, (place[1] + tip[1]) / 2)
+    return [Box(x - DOT_PX, y - DOT_PX, 2 * DOT_PX, 2 * DOT_PX) for x, y in (place, middle, tip)]
+
+
+def _words(
+    canvas: _Canvas, taken: Sequence[Taken], found: Sequence[Found], drawn: list[Box]
+) -> None:
+    """The views' numbers and what was recognised, clear of one another, with lines to them."""
+    anchors = [canvas.at(view.robot.x, view.robot.y) for view in taken]
+    texts = [str(view.number) for view in taken]
+    for each in found:
+        corners = np.array([canvas.at(x, y) for loop in each.outlines for x, y, _ in loop])
+        low, high = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+        drawn.append(Box(low[0], low[1], high[0] - low[0], high[1] - low[1]))
+        anchors.append((round((low[0] + high[0]) / 2), low[1]))
+        texts.append(each.said)
+    sizes = [_size(text) for text in texts]
+    height, width = canvas.image.shape[:2]
+    boxes = placed(anchors, sizes, drawn, (width, height))
+    for text, anchor, box in zip(texts, anchors, boxes, strict=True):
+        near = (
+            round(min(max(anchor[0], box.left), box.left + box.width)),
+            round(min(max(anchor[1], box.top), box.top + box.height)),
+        )
+        if math.dist(near, anchor) > 2 * box.height:
+            cv2.line(canvas.image, anchor, near, MISSED, 1, SMOOTH)
+        canvas.word(text, (round(box.left), round(box.top + box.height)), WORD)
 
 
 def _ellipse(canvas: _Canvas, view: Taken) -> None:
@@ -163,17 +249,35 @@ def _ellipse(canvas: _Canvas, view: Taken) -> None:
     angle = -math.degrees(math.atan2(vectors[1, 1], vectors[0, 1]))
     place = canvas.at(float(view.pose.centre[0]), float(view.pose.centre[1]))
     size = (max(round(float(axes[1])), 1), max(round(float(axes[0])), 1))
-    cv2.ellipse(canvas.image, place, size, angle, 0, 360, ELLIPSE, 2, SMOOTH)
+    cv2.ellipse(canvas.image, place, size, angle, 0, 360, ELLIPSE, 1, SMOOTH)
 
 
-def _legend(canvas: _Canvas, taken: int, missed: int) -> None:
-    texts = [f"{taken} views", "way by odometry", "2 sd of the pinhole"]
-    colours = [ROBOT, WAY, ELLIPSE]
-    if missed:
-        texts.append(f"{missed} not taken")
-        colours.append(MISSED)
-    x = MARGIN_PX
-    for text, colour in zip(texts, colours, strict=True):
-        cv2.line(canvas.image, (x, 28), (x + 24, 28), colour, 3, SMOOTH)
-        canvas.word(text, (x + 32, 33), 0.5)
-        x += 60 + 9 * len(text)
+def _size(text: str) -> tuple[int, int]:
+    """Width and height of words on the map, pixels."""
+    (width, height), _ = cv2.getTextSize(text, FONT, WORD, 1)
+    return width, height
+
+
+def _legend(canvas: _Canvas, taken: int, floor: Floor, most: int, *, found: bool) -> None:
+    entries = [
+        (f"{taken} views", ROBOT),
+        ("way by odometry", WAY),
+        ("line of sight to the floor", SIGHT),
+        (f"{ELLIPSE_SDS:.0f} sd of the pinhole", ELLIPSE),
+    ]
+    if most:
+        entries.append((f"floor in up to {most} pictures", SEEN))
+    if found:
+        entries.append(("recognised", FOUND))
+    if floor.closed:
+        entries.append(("keep-out", CLOSED))
+    if floor.missed:
+        entries.append((f"{len(floor.missed)} not taken", MISSED))
+    x, y = MARGIN_PX, LINE_PX
+    for text, colour in entries:
+        width = SIGN_PX + _size(text)[0] + SIGN_PX
+        if x > MARGIN_PX and x + width > canvas.image.shape[1]:
+            x, y = MARGIN_PX, y + LINE_PX
+        cv2.line(canvas.image, (x, y), (x + SIGN_PX - 8, y), colour, 3, SMOOTH)
+        canvas.word(text, (x + SIGN_PX, y + 5), WORD)
+        x += width

@@ -32,6 +32,7 @@ __all__ = [
     "LOG_FILE",
     "SCHEMA",
     "TRANSFORMS_FILE",
+    "WAY_FILE",
     "Record",
     "Taken",
     "read_log",
@@ -41,7 +42,7 @@ __all__ = [
     "write_file",
 ]
 
-LOG_FILE, TRANSFORMS_FILE = "collect.jsonl", "transforms.json"
+LOG_FILE, TRANSFORMS_FILE, WAY_FILE = "collect.jsonl", "transforms.json", "odometry.tum"
 SCHEMA = "facetlog-collect/1"
 # OpenGL's camera (x right, y up, z backward) from OpenCV's (x right, y down, z forward).
 OPENCV_FROM_OPENGL = np.diag([1.0, -1.0, -1.0])

@@ -9,6 +9,7 @@ import time
 from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +19,9 @@ from facetlog.perception.types import FloatArray
 from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
 from facetlog.robot.collecting.drive import MobileBase
+from facetlog.robot.collecting.driven_way import DrivenWay
 from facetlog.robot.collecting.line_faults import with_line
-from facetlog.robot.collecting.map_picture import Floor, map_png
+from facetlog.robot.collecting.map_picture import Floor, Mapped
 from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.order import short_order
@@ -30,9 +32,6 @@ from facetlog.robot.collecting.record import (
     Taken,
     read_log,
     read_record,
-    read_robot_tum,
-    robot_tum,
-    write_file,
 )
 from facetlog.robot.collecting.route import Circle, Point, distance_to
 from facetlog.robot.collecting.session import (
@@ -50,17 +49,17 @@ from facetlog.robot.collecting.simulated_robot import (
 )
 from facetlog.robot.collecting.steering import Pace
 from facetlog.robot.collecting.tour_file import Tour
+from facetlog.robot.collecting.way_ahead import Body
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.head.open_head import open_head
 from facetlog.robot.pioneer.limits import Limits
 from facetlog.robot.pioneer.pioneer import Pioneer
-from facetlog.robot.pioneer.port import open_port
+from facetlog.robot.pioneer.port import DEFAULT_BAUD, open_port
+from facetlog.robot.pioneer.problems import Cause, Problem
 from facetlog.robot.pose2 import Pose2
 
 __all__ = [
-    "MAP_FILE",
     "TRAFFIC_FILE",
-    "WAY_FILE",
     "Collected",
     "Request",
     "open_checked_camera",
@@ -68,7 +67,7 @@ __all__ = [
     "run_collection",
 ]
 
-MAP_FILE, WAY_FILE, TRAFFIC_FILE = "map.png", "odometry.tum", "traffic.jsonl"
+TRAFFIC_FILE = "traffic.jsonl"
 AUX_PORTS = {"aux1": 1, "aux2": 2, "aux3": 3}
 # Room between the robot on the innermost view and the default keep-out circle: twice the distance
 # by which driving may miss the planned place.
@@ -108,13 +107,14 @@ class Request:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Collected:
-    """The result of a request: the plan, how it ended, all views there are, metres driven."""
+    """The result of a request: plan, end, all views there are, metres driven, and the map."""
 
     plan: Plan
     ended: Ended
     taken: tuple[Taken, ...]
     way: float
     seconds: float
+    mapped: Mapped | None = None
 
     def to_json(self) -> Mapping[str, object]:
         """As `--json` prints it."""
@@ -149,12 +149,16 @@ def run_collection(request: Request, listener: Listener) -> Collected:
                 baud=request.baud,
             )
         )
+        robot.on_problem(partial(_warn_of_odometry, listener))
         # Before the head and the camera: both may be those of another robot.
         check_start(robot, request.start, listener.warn)
         seen = camera_and_optics(
             robot, request.address, request.camera, request.optics, listener.note
         )
-        robot.switch_sonars(False)  # nothing here looks at them
+        sees = _sees_ahead(robot)
+        robot.switch_sonars(sees)
+        if not sees:
+            listener.note("the robot's sonars are off: what stands in its way is not seen")
         head = open_robot_head(
             stack, robot, request.head, request.head_port, unheard=request.head_unheard
         )
@@ -175,16 +179,17 @@ def run_collection(request: Request, listener: Listener) -> Collected:
             listener.warn(f"{each.name} is left out: {each.reason}")
         about = _about(request, robot.names.name, seen.camera)
         record = Record(request.folder, seen.optics, about, earlier, lines)
-        way: list[tuple[float, Pose2]] = []
+        epoch = time.time() - time.monotonic()
+        way = DrivenWay(request.folder, epoch, listener, resume=request.resume)
         pace = Pace(robot.limits.speed, robot.limits.turning)
         base = MobileBase(
             robot,
             request.start,
             pace=pace,
             closed=forbidden,
-            moved=lambda at, place: way.append((at, place)),
+            moved=way.moved,
+            body=Body(radius, robot.parameters.width) if sees else None,
         )
-        epoch = time.time() - time.monotonic()
         rig = Rig(
             base,
             head,
@@ -197,20 +202,35 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         )
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         try:
-            with end_recorded(rig, len(plan.stops), record, listener):
+            with end_recorded(rig, len(plan.stops), record, way):
                 if plan.stops:
                     robot.enable_motors()
-                ended = collect(rig, plan.stops, record, listener, skipped=plan.skipped)
+                ended = collect(rig, plan.stops, record, way, skipped=plan.skipped)
             robot.stop()
         except BaseException:
             # The first fault is reported, not a map that cannot be written after it.
             with suppress(FacetlogError):
-                _draw(request, seen, record.taken, way, inner, radius, epoch)
+                _mapped(request, seen, record.taken, way, inner, radius).draw(request.folder)
             raise
-        _draw(request, seen, record.taken, way, inner, radius, epoch)
-    places = np.array([(place.x, place.y) for _, place in way]).reshape(-1, 2)
+        mapped = _mapped(request, seen, record.taken, way, inner, radius)
+        mapped.draw(request.folder)
+    places = np.array([(place.x, place.y) for place in way.driven]).reshape(-1, 2)
     driven = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
-    return Collected(plan, ended, record.taken, driven, time.monotonic() - began)
+    return Collected(plan, ended, record.taken, driven, time.monotonic() - began, mapped)
+
+
+def _warn_of_odometry(listener: Listener, problem: Problem) -> None:
+    """Poses from now on are less certain, which their covariances say too."""
+    if problem.cause is Cause.ODOMETRY:
+        listener.warn(str(problem))
+
+
+def _sees_ahead(robot: Pioneer) -> bool:
+    """Whether its sonars are of use: where they sit is known, and the line takes their reports.
+
+    At 9600 baud reports with 16 ranges take nine tenths of it, and the head's traffic waits.
+    """
+    return bool(robot.parameters.sonars) and (robot.baud is None or robot.baud > DEFAULT_BAUD)
 
 
 def open_robot_head(
@@ -358,28 +378,21 @@ def _about(request: Request, robot: str, camera: str) -> Mapping[str, object]:
     }
 
 
-def _draw(
+def _mapped(
     request: Request,
     seen: CameraAndOptics,
     taken: tuple[Taken, ...],
-    way: list[tuple[float, Pose2]],
+    way: DrivenWay,
     closed: tuple[Circle, ...],
     radius: float,
-    epoch: float,
-) -> None:
-    """The map and the robot's path."""
+) -> Mapped:
+    """What is on the map, once the robot's path is written."""
     there = {view.name for view in taken}
     missed = tuple(
         (float(view.pose.centre[0]), float(view.pose.centre[1]))
         for view in request.tour.views
         if view.name not in there
     )
-    floor = Floor(closed, request.tour.target, radius, missed)
-    path = request.folder / WAY_FILE
-    stamped = read_robot_tum(path) if request.resume and path.is_file() else []
-    stamped += [(epoch + at, place) for at, place in way]
-    write_file(path, robot_tum(stamped).encode())
-    write_file(
-        request.folder / MAP_FILE,
-        map_png([place for _, place in stamped], taken, floor, seen.optics),
-    )
+    way.write()
+    path = tuple(place for _, place in way.stamped)
+    return Mapped(path, taken, Floor(closed, request.tour.target, radius, missed), seen.optics)

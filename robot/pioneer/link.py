@@ -2,6 +2,9 @@
 
 The state of `Control` is guarded by one lock, whose condition waiters wait on. Everything is sent
 under a second lock, which is taken before the first; so the sender knows what was sent.
+
+Where a process of its own owns the line, it is given the lease on what is sent: before speeds, and
+given back only after the robot is reported to stand.
 """
 
 import logging
@@ -13,6 +16,7 @@ from collections.abc import Callable, Iterable
 from facetlog.errors import DeviceError
 from facetlog.robot.pioneer.commands import Command, plain_command
 from facetlog.robot.pioneer.control import Control
+from facetlog.robot.pioneer.line_process import LineProcess
 from facetlog.robot.pioneer.packet import Packet, Received
 from facetlog.robot.pioneer.port import Port
 from facetlog.robot.pioneer.problems import Cause, Problem
@@ -71,6 +75,8 @@ class Link:
         self.changed = threading.Condition(threading.RLock())
         """Guards `control`; notified when a packet or an end has come."""
         self._port, self._receiver, self._clock, self._log = port, receiver, clock, log
+        self._owner = port if isinstance(port, LineProcess) else None
+        self._lease_end: float | None = None
         self._out = threading.Lock()
         self._others = threading.Lock()
         self._spacing = FAST_SPACING if control.reports_motors else SLOW_SPACING
@@ -213,7 +219,9 @@ class Link:
                         due = self.control.due
                         if self.control.lost is not lost_before:
                             self.changed.notify_all()
-                    self._put(data)
+                        lease_end = self.control.motion.lease_end
+                        stopping = _wire(self.control.motion.stopping())
+                    self._put(data, lease_end, stopping)
                 self._wake.wait(min(LOOK_EVERY, max(0.001, due - self._clock())))
         except Exception as error:
             LOGGER.exception("the writer of the robot's line failed")
@@ -226,8 +234,17 @@ class Link:
         if data and self._log is not None:
             self._log.outgoing(now, data)
 
-    def _put(self, data: bytes) -> None:
+    def _put(
+        self, data: bytes, lease_end: float | None = None, stopping: bytes | None = None
+    ) -> None:
+        """Writes to the line; of what is sent with `stopping`, the end of its lease has changed."""
         try:
+            if self._owner is not None and stopping is not None:
+                if lease_end is not None and lease_end != self._lease_end:
+                    self._owner.hold(lease_end, stopping)
+                elif lease_end is None and self._lease_end is not None:
+                    self._owner.release()
+                self._lease_end = lease_end
             if data:
                 self._port.write(data)
         except DeviceError as error:

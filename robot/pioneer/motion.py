@@ -58,6 +58,19 @@ class Motion:
         return self._sent[0] / 1e3, math.radians(self._sent[1])
 
     @property
+    def lease_end(self) -> float | None:
+        """Until when what was sent last may last; None if the robot is known to stand."""
+        if self._stands and not any(self._sent):
+            return None
+        return self._until if any(self._sent) else self._pair_at + LONGEST_LEASE
+
+    def stopping(self) -> list[Packet]:
+        """The packets that stop the robot as it was commanded last, hard if it must be."""
+        zeros = [integer_command(Command.VEL, 0), integer_command(Command.RVEL, 0)]
+        hard = not self._limits.brakes_in_time(*self.commanded)
+        return [plain_command(Command.ESTOP), *zeros] if hard else zeros
+
+    @property
     def due(self) -> float:
         """When `advance` is to be called at the latest."""
         if self._integers() != self._sent:

@@ -1,9 +1,10 @@
 """The robot's pose from wheel odometry, with its covariance.
 
 Reports give positions that wrap around; their differences are summed, and none is dropped: a driver
-in wide use drops every change beyond 100 mm, and with it the path of each report it missed. A
+in wide use dropped every change beyond 100 mm, and with it the path of each report it missed. A
 report that no motion explains waits for the next one, which shows whether it was damaged (the
-checksum misses some double faults) or the robot's odometry was reset.
+checksum misses some double faults) or the robot's odometry was set anew. Then the pose stays where
+it was, and is less certain by as much as the robot may have moved meanwhile.
 
 Most errors of odometry are systematic: the wheels are larger than assumed, or of unequal size, the
 track is wider. Such errors do not average out, so they are carried as unknown constants of the
@@ -92,7 +93,8 @@ class Odometry:
         self._last: _Reading | None = None
         self._suspect: _Reading | None = None
         self._confirmed = False
-        self._origin_heading = 0
+        self._turn = 0.0
+        """Radians from the frame of the robot's own odometry to that of `pose`."""
         self.pose = Pose2()
         """Now."""
         self._noise: FloatArray = np.zeros((3, 3))
@@ -125,7 +127,7 @@ class Odometry:
         )
         last, suspect, self._suspect = self._last, self._suspect, None
         if last is None:
-            self._last, self._origin_heading = here, here.heading
+            self._last, self._turn = here, -here.heading * p.angle
             return None
         if _is_motion(step := self._step(last, here), last):
             self._confirmed = True
@@ -134,16 +136,17 @@ class Odometry:
             return self._gap(last, here)
         if not self._confirmed:
             # It is the first report that may have been damaged: nothing was built on it yet.
-            self._last, self._origin_heading = here, here.heading
+            self._last, self._turn = here, -here.heading * p.angle
             return None
         if suspect is not None and _is_motion(on := self._step(suspect, here), suspect):
             jump = self._step(last, suspect)
-            self._move(jump)
+            self._set_anew(last, suspect)
             self._move(on)
             self._last = here
             return (
                 f"odometry jumped by {jump.way:.2f} m and {math.degrees(jump.turned):.0f}° in"
-                f" {jump.seconds:.2f} s: something reset it"
+                f" {jump.seconds:.2f} s, which no motion explains: something set it anew, and the"
+                " robot is taken to be where it was, less certainly if it moved"
             )
         self._suspect = here
         return None
@@ -160,6 +163,14 @@ class Odometry:
     def _difference(self, now: int, before: int) -> int:
         half = self._modulus // 2
         return (now - before + half) % self._modulus - half
+
+    def _set_anew(self, before: _Reading, now: _Reading) -> None:
+        """Goes on from a reading in another frame, at the same pose."""
+        self._turn = self.pose.heading - now.heading * self._parameters.angle
+        seconds = max(0.0, now.at - before.at)
+        way = max(before.speed, now.speed) * seconds
+        turned = max(before.turning, now.turning) * seconds
+        self._noise = self._noise + np.diag([way**2, way**2, turned**2])
 
     def _gap(self, before: _Reading, now: _Reading) -> str | None:
         seconds = now.at - before.at
@@ -179,7 +190,7 @@ class Odometry:
         return None
 
     def _move(self, step: _Step) -> None:
-        turn, turned = -self._origin_heading * self._parameters.angle, step.turned
+        turn, turned = self._turn, step.turned
         c, s = math.cos(turn), math.sin(turn)
         dx, dy = c * step.x - s * step.y, s * step.x + c * step.y
         way = math.hypot(dx, dy)

@@ -27,12 +27,13 @@ from facetlog.robot.pioneer.configuration import CONFIGURATION_KIND, Configurati
 from facetlog.robot.pioneer.connecting import Connected, connect_over, known_model
 from facetlog.robot.pioneer.control import Control
 from facetlog.robot.pioneer.limits import Limits
+from facetlog.robot.pioneer.line_process import LineProcess
 from facetlog.robot.pioneer.link import Link
 from facetlog.robot.pioneer.motion import LONGEST_LEASE
 from facetlog.robot.pioneer.odometry import OdometryErrors
 from facetlog.robot.pioneer.packet import Packet, PacketError
 from facetlog.robot.pioneer.parameters import Parameters
-from facetlog.robot.pioneer.port import Port, open_port
+from facetlog.robot.pioneer.port import Port
 from facetlog.robot.pioneer.problems import Cause, Problem
 from facetlog.robot.pioneer.reports import Encoders, InputsOutputs, Names, Report
 from facetlog.robot.pioneer.settings import send_until_confirmed
@@ -78,6 +79,8 @@ class Pioneer:
         )
         for received in connected.received:
             self._control.take(received)
+        if isinstance(port, LineProcess):
+            port.part([packet.to_bytes() for packet in self._farewell()])
         self._link = Link(port, self._control, connected.receiver, clock, log)
         self._closed = False
         self._close_lock = threading.Lock()
@@ -100,14 +103,18 @@ class Pioneer:
     ) -> Self:
         """A robot at an address (see `open_port`), its motors off.
 
-        `model` overrides the one that the robot reports; `log` is a file that the traffic is
-        appended to; a `baud` is the only one tried on a serial line. InputError for a bad argument;
-        DeviceError or DeviceTimeout with what was tried and what to check.
+        The line of an address is owned by a process of its own, which stops the robot when this
+        one dies or is suspended; a port that is given has no such process, and may have a `clock`
+        of its own. `model` overrides the one that the robot reports; `log` is a file that the
+        traffic is appended to; a `baud` is the only one tried on a serial line. InputError for a
+        bad argument; DeviceError or DeviceTimeout with what was tried and what to check.
         """
         if model is not None:
             known_model(model)
         if isinstance(address, str):
-            port = open_port(address, baud)
+            if clock is not time.monotonic:
+                raise ValueError("only a port that is given can have a clock of its own")
+            port: Port = LineProcess(address, baud)
         elif baud is not None and not address.has_baud:
             raise InputError(f"{address.address}: has no baud rate; leave it out")
         else:
@@ -320,10 +327,14 @@ class Pioneer:
         with contextlib.suppress(DeviceError):
             self._switch(on=False, tries=OFF_TRIES, each=OFF_EACH)
         # Also where nothing is received any more: what is sent may still arrive.
-        off = integer_command(Command.ENABLE, 0)
-        close = plain_command(Command.CLOSE)
+        off, *rest = self._farewell()
         self._link.send_anyway(*zeros, off)
-        self._link.send_anyway(*self._control.parting(), close, slowly=True)
+        self._link.send_anyway(*rest, slowly=True)
+
+    def _farewell(self) -> list[Packet]:
+        """What ends a session, to be sent slowly: motors off, the robot's own settings, CLOSE."""
+        off, close = integer_command(Command.ENABLE, 0), plain_command(Command.CLOSE)
+        return [off, *self._control.parting(), close]
 
     def _switch(self, *, on: bool, tries: int, each: float) -> None:
         with self._link.changed:

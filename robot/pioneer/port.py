@@ -75,6 +75,10 @@ class SerialPort:
         except (OSError, ValueError, termios.error) as error:
             raise DeviceError(f"{path}: {_why_not_opened(error)}") from error
 
+    def fileno(self) -> int:
+        """The descriptor to wait for."""
+        return int(self._serial.fileno())
+
     def read(self, timeout: float) -> bytes:
         """See `Port`."""
         try:
@@ -124,10 +128,10 @@ class TcpPort:
 
     has_baud = False
 
-    def __init__(self, host: str, port: int) -> None:
+    def __init__(self, host: str, port: int, timeout: float = OPEN_TIMEOUT) -> None:
         self.address = f"tcp:{host}:{port}"
         try:
-            self._socket = socket.create_connection((host, port), timeout=OPEN_TIMEOUT)
+            self._socket = socket.create_connection((host, port), timeout=timeout)
         except TimeoutError as error:
             raise DeviceTimeout(
                 f"{self.address}: no answer; check name, network and port"
@@ -140,6 +144,10 @@ class TcpPort:
             ) from error
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self._socket.settimeout(WRITE_TIMEOUT)
+
+    def fileno(self) -> int:
+        """The descriptor to wait for."""
+        return self._socket.fileno()
 
     def read(self, timeout: float) -> bytes:
         """See `Port`."""
@@ -175,18 +183,20 @@ class TcpPort:
         self._socket.close()
 
 
-def open_port(address: str, baud: int | None = None) -> Port:
+def open_port(
+    address: str, baud: int | None = None, timeout: float = OPEN_TIMEOUT
+) -> SerialPort | TcpPort:
     """The port of an address, open: `tcp:HOST:PORT`, `HOST:PORT`, `serial:PATH` or a path.
 
-    InputError if it is none of these, or if `baud` is given for TCP; DeviceError or DeviceTimeout
-    if it cannot be opened. Nothing else is tried then.
+    A TCP connection may take `timeout` seconds. InputError if it is none of these, or if `baud` is
+    given for TCP; DeviceError or DeviceTimeout if it cannot be opened. Nothing else is tried then.
     """
     if address.startswith("serial:"):
         return SerialPort(address.removeprefix("serial:"), baud or DEFAULT_BAUD)
     if (place := _tcp_place(address)) is not None:
         if baud is not None:
             raise InputError(f"{address}: a TCP connection has no baud rate; leave it out")
-        return TcpPort(*place)
+        return TcpPort(*place, timeout)
     if "/" in address:
         return SerialPort(address, baud or DEFAULT_BAUD)
     raise InputError(

@@ -54,6 +54,9 @@ class Endpoint(Protocol):
     def write(self, data: bytes, now: float, baud: int) -> None:
         """Sends to the client, if there is one."""
 
+    def hang_up(self) -> None:
+        """Closes the client's connection, where there is one to close; another is taken."""
+
     def close(self) -> None:
         """Gives everything back."""
 
@@ -100,11 +103,17 @@ class TcpEndpoint:
         except BlockingIOError:
             return
         except OSError:
-            self._hang_up()
+            self.hang_up()
+
+    def hang_up(self) -> None:
+        """Closes the client's connection."""
+        if self._client is not None:
+            self._client.close()
+            self._client = None
 
     def close(self) -> None:
         """Closes port and connection."""
-        self._hang_up()
+        self.hang_up()
         self._listener.close()
 
     def _received(self) -> bytes:
@@ -119,7 +128,7 @@ class TcpEndpoint:
                 piece = b""
             data += piece
             if not piece:
-                self._hang_up()
+                self.hang_up()
         return data
 
     def _callers(self) -> Iterator[socket.socket]:
@@ -129,11 +138,6 @@ class TcpEndpoint:
                 client.setblocking(False)
                 client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 yield client
-
-    def _hang_up(self) -> None:
-        if self._client is not None:
-            self._client.close()
-            self._client = None
 
 
 class PtyEndpoint:
@@ -190,6 +194,9 @@ class PtyEndpoint:
             return  # nobody reads: lost, as on a real line
         with suppress(BlockingIOError):
             os.write(self._master, piece if self._speed() == baud else self._rng.bytes(count))
+
+    def hang_up(self) -> None:
+        """Nothing: a serial line has no connection."""
 
     def close(self) -> None:
         """Gives the pseudo terminal back."""

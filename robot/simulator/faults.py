@@ -25,6 +25,8 @@ class FaultKind(StrEnum):
     """`rate`: pieces of traffic that arrive `delay` seconds later; their order is kept."""
     FROZEN = "frozen"
     """Nothing gets through for so many `seconds`; then everything at once."""
+    HUNG_UP = "hung-up"
+    """The client's TCP connection is closed; the robot is as it was, and takes another."""
     POWER_CYCLE = "power-cycle"
     """The robot is off for so many `seconds`, and starts anew."""
     LOW_BATTERY = "low-battery"
@@ -44,7 +46,12 @@ class FaultKind(StrEnum):
 
 
 # Faults that last until they are ended if no duration is given; the others are over at once.
-DEFAULT_SECONDS = {FaultKind.FROZEN: 0.5, FaultKind.POWER_CYCLE: 1.0, FaultKind.STALL: 1.0}
+DEFAULT_SECONDS = {
+    FaultKind.FROZEN: 0.5,
+    FaultKind.HUNG_UP: 0.0,
+    FaultKind.POWER_CYCLE: 1.0,
+    FaultKind.STALL: 1.0,
+}
 
 
 @dataclass(frozen=True, slots=True, config=ConfigDict(extra="forbid"))

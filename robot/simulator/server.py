@@ -69,9 +69,12 @@ def serve(
                 if data and turn.takes(end, now, watchdog):
                     simulation.receive(data, now)
             said = simulation.pending(now)
+            hung_up, simulation.hung_up = simulation.hung_up, False
             baud = simulation.firmware.baud
             if head is not None:
                 simulation.receive_at_head(head.read(HEAD_BAUD), now)
                 head.write(simulation.pending_at_head(now), now, HEAD_BAUD)
         for end in robot:
             end.write(said if end is turn.end else b"", now, baud)
+            if hung_up:
+                end.hang_up()

@@ -65,6 +65,8 @@ class Simulation:
         self.camera_frozen = False
         """Whether the camera sends its last picture again."""
         self.camera_silent = False
+        self.hung_up = False
+        """Whether the client's connection is to be closed; whoever closes it resets this."""
         for timed in setup.faults:
             self._schedule.add(timed.at, timed.fault)
         if setup.head.port in AUX_PORTS:
@@ -170,6 +172,8 @@ class Simulation:
             case FaultKind.FROZEN:
                 for line in lines:
                     line.frozen_until = now + (fault.lasts or 0.0) if fault.on else now
+            case FaultKind.HUNG_UP:
+                self.hung_up = fault.on
             case FaultKind.POWER_CYCLE:
                 self.firmware.power_cycle(now, fault.lasts or 0.0)
             case FaultKind.LOW_BATTERY:

@@ -21,6 +21,7 @@ from facetlog.commands.model.app import model_app
 from facetlog.commands.mount import mount_command
 from facetlog.commands.paper import paper_page
 from facetlog.commands.query import query_command
+from facetlog.commands.record import record_command
 from facetlog.commands.scene.app import scene_app
 from facetlog.commands.shared import NO, YES, AsJson, Full, Models, Raw, Trust, command
 from facetlog.commands.simulate import simulate_command
@@ -306,6 +307,7 @@ def demo_command(
 
 app.command("classify")(classify_command)
 app.command("collect")(collect_command)
+app.command("record")(record_command)
 app.command("mount")(mount_command)
 app.command("query")(query_command)
 app.command("doctor")(doctor_command)

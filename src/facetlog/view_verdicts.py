@@ -2,33 +2,40 @@
 
 Reconstruction keeps a processor busy for seconds, in which no thread of the same process would
 renew the robot's lease in time. The pictures are read from the folder, where each is whole: one at
-a time while it grows (stream.py), all at once at the end.
+a time while it grows (folder_judge.py), all at once at the end. Recordings are written there too.
 """
 
+import os
 import signal
+import sys
+import threading
 from collections.abc import Mapping
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, replace
-from itertools import islice
-from multiprocessing import get_context
+from contextlib import suppress
+from dataclasses import dataclass, field
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
 from facetlog.errors import FacetlogError
 from facetlog.kb.explaining.proof import State
-from facetlog.perception.step_clock import StepClock
+from facetlog.perception.types import FloatArray
+from facetlog.recordings.recorders import Recorders, Recordings
 
 if TYPE_CHECKING:
-    from facetlog.kb.explaining.verdict import Recognition
-    from facetlog.kb.knowledge_base import KnowledgeBase
-    from facetlog.perception.online.online_scene import OnlineScene
+    from facetlog.folder_judge import FolderJudge
 
 __all__ = ["ViewVerdict", "ViewVerdicts"]
 
-_judges: "list[_Judge]" = []
+_judges: "list[FolderJudge]" = []
 """Of the worker process: who judges, once its knowledge base is open."""
+_recorders: list[Recorders] = []
+"""Of the worker process: the recordings that it writes."""
+_faults: list[str] = []
+"""Of the worker process: why there is no recording, until that is said."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +45,7 @@ class ViewVerdict:
     `best` has a line for what holds; `excluded` and `unknown` are names of models that hold for
     nothing there; `problems` name views that were read since the verdict before and not used, or
     contradict others. `document` is all of it as `recognize --json` prints it; `fault` is why there
-    is none.
+    is none. `outlines` are what holds, each with those of its faces (n, 3), of the last verdict.
     """
 
     views: int
@@ -48,6 +55,7 @@ class ViewVerdict:
     problems: tuple[str, ...] = ()
     document: Mapping[str, object] | None = None
     fault: str = ""
+    outlines: tuple[tuple[str, tuple[FloatArray, ...]], ...] = field(default=(), compare=False)
 
     @property
     def line(self) -> str:
@@ -71,11 +79,20 @@ class ViewVerdicts:
     """
 
     def __init__(
-        self, folder: Path, models: tuple[Path, ...] = (), *, trusted: bool = False
+        self,
+        folder: Path,
+        models: tuple[Path, ...] = (),
+        *,
+        trusted: bool = False,
+        recordings: Recordings | None = None,
     ) -> None:
+        self._recordings = recordings or Recordings()
         # Not by fork: Prolog and threads do not outlive one.
         self._pool = ProcessPoolExecutor(
-            1, get_context("spawn"), initializer=_open, initargs=(folder, models, trusted)
+            1,
+            get_context("spawn"),
+            initializer=_open,
+            initargs=(folder, models, trusted, self._recordings),
         )
         self._asked: list[Future[ViewVerdict]] = []
 
@@ -88,7 +105,15 @@ class ViewVerdicts:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._pool.shutdown(wait=True, cancel_futures=True)
+        for future in self._asked:
+            future.cancel()
+        try:
+            if self._recordings:
+                self._pool.submit(_end_recordings).result()
+        except (BrokenProcessPool, CancelledError):
+            pass  # said by the answer to a question
+        finally:
+            self._pool.shutdown(wait=True, cancel_futures=True)
 
     def ask(self, views: int, *, finally_: bool = False) -> None:
         """Asks for a verdict on the first `views` views of the folder.
@@ -124,26 +149,51 @@ def _answer(future: Future[ViewVerdict]) -> ViewVerdict:
         return ViewVerdict(0, fault="the process that judges views has died: no more verdicts")
 
 
-def _open(folder: Path, models: tuple[Path, ...], trusted: bool) -> None:
-    """In the worker: opens the models once for all questions."""
+def _open(folder: Path, models: tuple[Path, ...], trusted: bool, recordings: Recordings) -> None:
+    """In the worker: opens models and recordings once for all questions."""
+    from facetlog.folder_judge import FolderJudge
     from facetlog.pipeline import open_models
 
     # Ctrl-C and Ctrl-Z end the collection; this process ends with it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTSTP, signal.SIG_IGN)
-    _judges.append(_Judge(folder / "transforms.json", open_models(models, trusted=trusted)))
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    try:
+        _recorders.append(recordings.open(folder.resolve().name))
+    except FacetlogError as exc:
+        _faults.append(str(exc))
+    base = open_models(models, trusted=trusted)
+    _judges.append(FolderJudge(folder, base, _recorders[0] if _recorders else None))
+
+
+def _end_with_parent() -> None:
+    """In the worker: a parent that was killed asks no more, but its queue would be waited for."""
+    if (parent := parent_process()) is not None:
+        wait([parent.sentinel])
+        os._exit(1)
+
+
+def _end_recordings() -> None:
+    """In the worker: the recordings are whole afterwards, with all views that are there."""
+    with suppress(FacetlogError):  # as of a folder in which there is no view yet
+        _judges[0].so_far(sys.maxsize)
+    for recorder in _recorders:
+        recorder.close()
 
 
 def _judge(views: int, finally_: bool) -> ViewVerdict:
     """In the worker: the verdict on the first views of the folder."""
+    from facetlog.recordings.on_scene import outlined
+
     judge = _judges[0]
     try:
-        recognition = judge.at_once(views) if finally_ else judge.so_far(views)
+        whole = judge.at_once(views) if finally_ else None
+        recognition = judge.so_far(views) if whole is None else whole.recognition
     except FacetlogError as exc:
         return ViewVerdict(views, fault=str(exc))
     if recognition is None:
         return ViewVerdict(
-            views, fault="too little was seen to say what is there", problems=judge.problems()
+            views, fault="too little was seen to say what is there", problems=_problems(judge)
         )
     # Of several things a model may be open for one and excluded for another: then it is open.
     open_for = {v.model: None for v in recognition.verdicts if v.state is State.UNKNOWN}
@@ -154,51 +204,14 @@ def _judge(views: int, finally_: bool) -> ViewVerdict:
         tuple(verdict.summary for verdict in recognition.best),
         tuple(m for m in asked if m not in recognition.models and m not in open_for),
         unknown,
-        judge.problems(),
+        _problems(judge),
         recognition.to_json(),
+        outlines=() if whole is None else outlined(whole.scene, recognition),
     )
 
 
-class _Judge:
-    """Knows what the views read so far show."""
-
-    def __init__(self, path: Path, base: "KnowledgeBase") -> None:
-        from facetlog.perception.reading.follow_views import FollowedViews
-
-        self._path, self._base = path, base
-        self._source = FollowedViews(path, timeout=0.0)
-        self._online: OnlineScene | None = None
-        self._read = 0
-        self._problems: list[str] = []
-
-    def problems(self) -> tuple[str, ...]:
-        """What is wrong with views that were read since this was last asked."""
-        problems, self._problems = tuple(self._problems), []
-        return problems
-
-    def so_far(self, views: int) -> "Recognition | None":
-        """What the first views show, read one after the other, None if that is too little."""
-        from facetlog.perception.online.online_scene import OnlineScene
-        from facetlog.stream import judged
-
-        for view in islice(self._source, max(views - self._read, 0)):
-            if self._online is None:
-                self._online = OnlineScene(
-                    name=self._source.name,
-                    up=self._source.up,
-                    metric=self._source.metric,
-                    error_kind=self._source.error_kind,
-                )
-            if problem := self._online.add(view).problem:
-                self._problems.append(problem)
-            self._read += 1
-        return None if self._online is None else judged(self._base, self._online)[1]
-
-    def at_once(self, views: int) -> "Recognition":
-        """The same with the poses corrected by the pictures, from all of them together."""
-        from facetlog.pipeline import recognize_views, views_from
-
-        clock = StepClock()
-        found = views_from(self._path, unit=None, progress=None, clock=clock)
-        first = replace(found, views=found.views[:views])
-        return recognize_views(first, base=self._base, clock=clock).recognition
+def _problems(judge: "FolderJudge") -> tuple[str, ...]:
+    """What is to be said besides the verdict, once."""
+    faults = tuple(_faults)
+    _faults.clear()
+    return (*faults, *judge.problems())

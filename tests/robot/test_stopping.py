@@ -4,6 +4,7 @@ Judged by the simulation's own clock and its true state, sampled all along.
 """
 
 import math
+import os
 import signal
 import subprocess
 import sys
@@ -161,21 +162,41 @@ with Pioneer.connect(sys.argv[1], limits=Limits(speed=5.0, turning=5.0)) as robo
 """
 
 
-@pytest.mark.slow
-def test_a_client_killed_at_full_speed_is_outlived_by_the_watchdog_alone() -> None:
-    with robot() as simulated:
-        arguments = [sys.executable, "-c", CLIENT, simulated.address, str(FULL_SPEED)]
-        with subprocess.Popen(arguments, stdout=subprocess.PIPE) as process:
+@contextmanager
+def client_at_full_speed(simulated: Robot) -> Iterator[subprocess.Popen[bytes]]:
+    """A program of its own that drives as fast as the robot goes."""
+    arguments = [sys.executable, "-c", CLIENT, simulated.address, str(FULL_SPEED)]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    with subprocess.Popen(
+        arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, env=environment
+    ) as process:
+        try:
             assert process.stdout is not None
             assert process.stdout.readline() == b"at full speed\n"
-            process.send_signal(signal.SIGKILL)
-            killed = simulated.now.at
-        until(lambda: not _moves(simulated.now), "a stand")
-        # Its last packet may be 0.15 s old; then the watchdog's time and the way to standing.
-        braking = FULL_SPEED / 0.3
-        assert simulated.stood_after(killed) < WATCHDOG + braking + allowed(0.5)
-        time.sleep(0.5)
+            yield process
+        finally:
+            process.kill()
+
+
+def stands_by_command(simulated: Robot, since: SimulationState) -> None:
+    """It stands within a lease and braking, and not because its watchdog holds it."""
+    until(lambda: not _moves(simulated.now), "a stand")
+    time.sleep(0.2)
+    assert simulated.stood_after(since.at) < allowed(LEASE_LIMIT)
+    moving = [s for s in simulated.samples if s.at >= since.at and _moves(s)]
+    assert not any(s.unattended for s in moving)
+
+
+@pytest.mark.slow
+def test_a_client_killed_at_full_speed_leaves_a_robot_that_brakes_and_closes_its_session() -> None:
+    with robot() as simulated:
+        with client_at_full_speed(simulated) as process:
+            killed = simulated.now
+            process.kill()
+            stands_by_command(simulated, killed)
+        until(lambda: not (simulated.now.session or simulated.now.motors), "the session's end")
         place, first = simulated.now.truth, simulated.now.at
+        time.sleep(0.5)  # the line is given back
         with Pioneer.connect(simulated.address) as client:
             assert client.state.pose == Pose2(0.0, 0.0, 0.0)
             client.enable_motors()
@@ -185,6 +206,37 @@ def test_a_client_killed_at_full_speed_is_outlived_by_the_watchdog_alone() -> No
             assert not any(_moves(s) for s in simulated.samples if s.at > first)
             drive_for(client, 1.0, 0.2, 0.0)
             assert _moves(simulated.now)
+
+
+@pytest.mark.slow
+def test_a_client_suspended_at_full_speed_leaves_a_robot_that_brakes_and_does_not_go_on_later() -> (
+    None
+):
+    with robot() as simulated, client_at_full_speed(simulated) as process:
+        suspended = simulated.now
+        process.send_signal(signal.SIGSTOP)
+        stands_by_command(simulated, suspended)
+        stood = simulated.now
+        time.sleep(WATCHDOG)
+        process.send_signal(signal.SIGCONT)
+        # It is told that it was held up, and ends: what it had in hand did not reach the robot.
+        assert process.wait(allowed(20.0)) == 1
+        until(lambda: not simulated.now.session, "the session's end")
+        assert not any(_moves(s) for s in simulated.samples if s.at > stood.at)
+
+
+@pytest.mark.slow
+def test_a_tcp_connection_that_is_closed_at_full_speed_is_opened_again_to_brake() -> None:
+    with robot() as simulated:
+        with Pioneer.connect(simulated.address, limits=Limits(speed=5.0)) as client:
+            client.enable_motors()
+            drive_for(client, 2.5, 5.0, 0.0)
+            closed = simulated.now
+            simulated.inject(Fault(FaultKind.HUNG_UP))
+            with pytest.raises(DeviceError, match="opened again to stop the robot"):
+                client.wait_for(lambda state: state.speed > 10.0, allowed(5.0))
+        stands_by_command(simulated, closed)
+        until(lambda: not (simulated.now.session or simulated.now.motors), "the session's end")
 
 
 @pytest.mark.slow

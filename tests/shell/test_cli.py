@@ -226,7 +226,7 @@ def test_a_shell_completes_commands() -> None:
         text=True,
         check=True,
     )
-    assert run.stdout.split() == ["recognize", "reconstruct"]
+    assert run.stdout.split() == ["recognize", "reconstruct", "record"]
 
 
 def test_quiet_leaves_results_and_warnings(

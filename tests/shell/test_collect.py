@@ -6,12 +6,19 @@ import signal
 import socket
 import time
 from pathlib import Path
+from typing import cast
 
+import numpy as np
 import pytest
 
 from facetlog.cli import main
+from facetlog.commands.collect import _ProgressLines
 from facetlog.commands.robot_options import ended_by_signals
-from facetlog.view_verdicts import ViewVerdict
+from facetlog.perception.types import Pose
+from facetlog.robot.camera.checks import Quality
+from facetlog.robot.collecting.record import Taken
+from facetlog.robot.pose2 import Pose2
+from facetlog.view_verdicts import ViewVerdict, ViewVerdicts
 
 HEADER = "image,x,y,z,pan_deg,tilt_deg\n"
 CAMERA = "width = 640\nheight = 480\nfx = 500\nfy = 500\ncx = 319.5\ncy = 239.5\n"
@@ -42,6 +49,7 @@ def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
         (["--tour", "paper", "--mount", "none.toml"], "none.toml is missing"),
         (["--tour", "paper", "--camera-file", "none.toml"], "none.toml is missing"),
         (["--tour", "paper", "--unit", "yd"], "unknown unit 'yd'"),
+        (["--tour", "paper", "--mcap", "a.bag"], "--mcap a.bag: give a file whose name ends in"),
     ],
 )
 def test_options_that_cannot_be_are_refused(
@@ -131,6 +139,15 @@ def test_the_camera_and_its_unit_are_taken_from_beside_the_tour(
     assert "camera.toml" in _refusal(capsys)
 
 
+def test_a_recording_among_the_views_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "views"
+    argv = ["collect", "tcp:127.0.0.1:1", "--tour", "paper", "-o", str(out)]
+    assert main([*argv, "--mcap", str(out / "a.mcap")]) == 2
+    assert "is in the folder of the views: put it beside" in _refusal(capsys)
+
+
 def test_a_robot_that_is_not_there_ends_with_3(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -168,3 +185,34 @@ def test_a_verdict_is_one_line() -> None:
     assert verdict.line == "t1 is a box (99%); unknown: stairs; no: table, chair"
     assert ViewVerdict(2).line == "no model matches"
     assert ViewVerdict(2, fault="poses contradict").line == "poses contradict"
+
+
+class Judge:
+    """Judges, and takes its time: a verdict is there when somebody waits for it."""
+
+    def __init__(self) -> None:
+        self.asked: list[int] = []
+
+    def ask(self, views: int) -> None:
+        self.asked.append(views)
+
+    def last(self) -> list[ViewVerdict]:
+        asked, self.asked = self.asked, []
+        return [ViewVerdict(views, ("t1 is a box (99%)",)) for views in asked]
+
+
+def test_what_is_said_is_never_more_than_one_view_behind(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    lines = _ProgressLines(cast(ViewVerdicts, Judge()))
+    for number in range(1, 6):
+        lines.view_taken(number, 5, view(number))
+        said = [line for line in capsys.readouterr().err.splitlines() if "is a box" in line]
+        judged = [f"facetlog: of {number - 1} views: t1 is a box (99%)"]
+        assert said == (judged if number > 2 else [])
+
+
+def view(number: int) -> Taken:
+    pose = Pose(np.eye(3), np.zeros(3))
+    place, quality = Pose2(), Quality(1.0, 1.0, 0.0)
+    return Taken(number, f"{number}.png", pose, np.eye(6), place, place, 0.0, 0.0, 0, 1.0, quality)

@@ -31,6 +31,8 @@ def without(monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
         ("pyarrow", "", ["classify", "a.json", "-o", "a.parquet"], "batch"),
         ("matplotlib", "", ["mat", "-o", "mat.pdf"], "plots"),
         ("pygls", "facetlog.grammar.language_server.", ["model", "lsp"], "editor"),
+        ("rosbags", "facetlog.recordings.", ["record", "views", "--mcap", "a.mcap"], "mcap"),
+        ("rerun", "facetlog.recordings.", ["record", "views", "--rerun", "a.rrd"], "rerun"),
         ("distributed", "", ["classify", "a.json", "-o", "a.csv", "--dask", "tcp://a:1"], "dask"),
     ],
 )

@@ -1,6 +1,10 @@
 """Verdicts on a folder of views that grows, from a process of their own."""
 
 import json
+import os
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -50,6 +54,42 @@ def test_of_questions_that_wait_only_the_newest_is_answered(tmp_path: Path) -> N
     # One is at work and one handed over when the others are dropped.
     assert len(answers) <= 3
     assert answers[-1].views == 5
+
+
+KILLED = """
+import sys, time
+from pathlib import Path
+from facetlog.view_verdicts import ViewVerdicts
+if __name__ == "__main__":
+    with ViewVerdicts(Path(sys.argv[1])) as verdicts:
+        verdicts.ask(3)
+        verdicts.last()
+        print(*verdicts._pool._processes, flush=True)
+        time.sleep(1000)
+"""
+
+
+def test_the_process_that_judges_ends_with_one_that_is_killed(tmp_path: Path) -> None:
+    script = tmp_path / "judging.py"
+    script.write_text(KILLED, encoding="utf-8")
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    arguments = [sys.executable, str(script), str(tmp_path / "nothing")]
+    with subprocess.Popen(arguments, env=environment, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        judge = int(process.stdout.readline())
+        process.kill()
+    deadline = time.monotonic() + 20.0
+    while _runs(judge):
+        assert time.monotonic() < deadline, "it goes on"
+        time.sleep(0.05)
+
+
+def _runs(process: int) -> bool:
+    """Whether it is there, and not only waits to be asked how it ended."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
 
 
 def test_a_folder_that_cannot_be_read_is_a_verdict_that_says_so(tmp_path: Path) -> None:

@@ -19,8 +19,10 @@ from facetlog.commands.robot_options import (
     HeadPort,
     HeadUnheard,
     Latency,
+    Mcap,
     Model,
     Noiseless,
+    Rerun,
     RobotAddress,
     Speed,
     Start,
@@ -38,6 +40,7 @@ from facetlog.errors import DeviceError, InputError
 from facetlog.terminal import error, error_lines, note, warn
 
 if TYPE_CHECKING:
+    from facetlog.recordings.recorders import Recordings
     from facetlog.robot.collecting.record import Taken
     from facetlog.robot.collecting.route import Circle
     from facetlog.robot.collecting.run import Collected, Request
@@ -89,6 +92,8 @@ def collect_command(
     ] = False,
     models: Models = None,
     trust: Trust = False,
+    mcap: Mcap = None,
+    rerun: Rerun = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Resume DIR: take the views that are missing there.")
     ] = False,
@@ -103,6 +108,8 @@ def collect_command(
     With --recognize also 1 if no model matches.
     """
     from facetlog.perception.reading.pose_files.poses_file import metres_per
+    from facetlog.recordings.recorders import Recordings
+    from facetlog.robot.collecting.map_picture import Found
     from facetlog.robot.collecting.mount import DEFAULT_MOUNT, read_mount
     from facetlog.robot.collecting.run import Request
 
@@ -138,9 +145,16 @@ def collect_command(
         baud=baud,
     )
     with ended_by_signals(), ExitStack() as stack, warnings_to_stderr():
-        verdicts = _judging(stack, out, tuple(models or ()), trust) if recognize else None
+        recordings = Recordings(mcap, rerun)
+        recordings.check()
+        recordings.check_beside(out)
+        verdicts: ViewVerdicts | None = None
+        if recognize or recordings:
+            verdicts = _judging(stack, out, tuple(models or ()), trust, recordings)
         collected = _collected(request, verdicts)
-        last = _last_verdict(verdicts, len(collected.taken)) if verdicts is not None else None
+        last = _last_verdict(verdicts, len(collected.taken)) if verdicts and recognize else None
+    if last is not None and collected.mapped is not None:
+        collected.mapped.draw(out, [Found(said, loops) for said, loops in last.outlines])
     _answer(collected, last, as_json=as_json)
     if collected.ended.fault is not None:
         for line in error_lines(collected.ended.fault):
@@ -197,15 +211,20 @@ def _last_place(folder: Path) -> str:
 
 
 def _judging(
-    stack: ExitStack, folder: Path, models: tuple[Path, ...], trusted: bool
+    stack: ExitStack,
+    folder: Path,
+    models: tuple[Path, ...],
+    trusted: bool,
+    recordings: "Recordings",
 ) -> "ViewVerdicts":
-    """The process that judges; unusable models are refused before the robot moves."""
+    """The process that judges and records; unusable models are refused before the robot moves."""
     from facetlog.pipeline import open_models
     from facetlog.view_verdicts import ViewVerdicts
 
     with open_models(models, trusted=trusted):
         pass
-    return stack.enter_context(ViewVerdicts(folder, models, trusted=trusted))
+    verdicts = ViewVerdicts(folder, models, trusted=trusted, recordings=recordings)
+    return stack.enter_context(verdicts)
 
 
 class _ProgressLines:
@@ -223,7 +242,9 @@ class _ProgressLines:
             f"{math.degrees(view.pan):+.1f}°, tilt {math.degrees(view.tilt):+.1f}°"
         )
         if self._verdicts is not None:
-            _report(self._verdicts.ready())
+            # The robot stands: where judging takes longer than driving it waits, so that what is
+            # said is never more than one view behind.
+            _report(self._verdicts.last())
             if done >= LEAST_VIEWS:
                 self._verdicts.ask(done)
 

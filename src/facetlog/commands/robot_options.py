@@ -29,8 +29,10 @@ __all__ = [
     "HeadPort",
     "HeadUnheard",
     "Latency",
+    "Mcap",
     "Model",
     "Noiseless",
+    "Rerun",
     "RobotAddress",
     "Speed",
     "Start",
@@ -48,7 +50,7 @@ HEAD_PORTS = ("aux1", "aux2", "aux3")
 # The head that obeys though its cable cannot carry its answers.
 UNHEARD_HEAD = "canon-vc-c4"
 DEFAULT_SPEED, LARGEST_SPEED = 0.2, 0.5
-# Besides that of Ctrl-C. SIGSTOP and SIGKILL cannot be caught: the robot's watchdog is left.
+# Besides that of Ctrl-C. SIGSTOP and SIGKILL cannot be caught: the line's owner stops the robot.
 ENDING = (SIGTERM, SIGHUP, SIGTSTP)
 
 RobotAddress = Annotated[
@@ -107,6 +109,18 @@ Model = Annotated[
 ]
 Baud = Annotated[
     int | None, typer.Option("--baud", metavar="N", help="Of a serial line; else it is found.")
+]
+
+
+Mcap = Annotated[
+    Path | None,
+    typer.Option("--mcap", metavar="FILE", help="Record for ROS 2 tools: a file .mcap."),
+]
+Rerun = Annotated[
+    str | None,
+    typer.Option(
+        "--rerun", metavar="WHERE", help="Record for Rerun: live, a file .rrd, or a viewer's URL."
+    ),
 ]
 
 

@@ -10,6 +10,7 @@ from facetlog.errors import DeviceTimeout
 from facetlog.perception.types import FloatArray, Image
 from facetlog.robot.camera.freshness import Frame
 from facetlog.robot.head.head import HeadLimits, HeadState
+from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 
 SONY = HeadLimits(
@@ -37,6 +38,7 @@ class FakeState:
     stalled: tuple[bool, bool] = (False, False)
     front_bumpers: tuple[bool, ...] = (False,) * 5
     rear_bumpers: tuple[bool, ...] = (False,) * 5
+    sonars: tuple[SonarRange, ...] = ()
 
 
 class FakeRobot:

@@ -21,7 +21,7 @@ from facetlog.pipeline import recognize_views, views_from
 from facetlog.robot.collecting.record import read_record
 from facetlog.robot.pose2 import Pose2
 from facetlog.robot.simulator.station import Station
-from facetlog.robot.simulator.world_file import read_world
+from facetlog.robot.simulator.world_file import SolidSetup, read_world
 from tests.patience import allowed
 
 pytestmark = pytest.mark.slow
@@ -31,12 +31,20 @@ first,0.25,0.36,0.7239,-19,-113
 second,0.45,0.39,0.7239,0,-113
 third,0.67,0.35,0.7239,13,-113
 """
+# The way there is straight, from the world's origin.
+FAR = """image,x,y,z,pan_deg,tilt_deg
+a,1.8,0.3,0.7239,46,-113
+b,1.9,0.6,0.7239,58,-113
+"""
 PLACES = ((0.25, 0.36), (0.45, 0.39), (0.67, 0.35))
 
 
 @contextmanager
-def simulated(*, pty: bool = False, seed: int = 0) -> Iterator[Station]:
+def simulated(
+    *, pty: bool = False, seed: int = 0, besides: tuple[SolidSetup, ...] = ()
+) -> Iterator[Station]:
     setup = replace(read_world(None), seed=seed)
+    setup = replace(setup, scene=replace(setup.scene, solid=besides))
     local = "127.0.0.1:0"
     with Station(setup, listen=local, pty=pty, camera=local) as station:
         thread = threading.Thread(target=station.serve)
@@ -128,6 +136,23 @@ def test_a_frozen_camera_ends_it_and_the_rest_is_taken_later(
         assert main([*argv, "--resume", "--start", start]) == 0
     _, taken = read_record(out)
     assert [view.name for view in taken] == ["first.png", "second.png", "third.png"]
+
+
+def test_what_stands_in_the_way_is_seen_before_it_is_touched(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tour = tmp_path / "tour.csv"
+    tour.write_text(FAR, encoding="utf-8")
+    block = SolidSetup("box", size=(0.3, 0.3, 0.4), at=(1.0, 0.17))
+    with simulated(besides=(block,)) as station:
+        addresses = station.addresses
+        argv = ["collect", addresses.robot, "--tour", str(tour), "-o", str(tmp_path / "views")]
+        options = ["--unit", "m", "--camera", addresses.camera, "--speed", "0.5"]
+        assert main([*argv, *options]) == 3
+        state = _state(station)
+    assert "something is close ahead of the robot" in capsys.readouterr().err
+    assert not state["touching"]
+    assert 0.3 < state["truth"]["x"] < 0.85 - 0.25
 
 
 def test_a_camera_of_another_size_is_noticed_before_the_robot_moves(

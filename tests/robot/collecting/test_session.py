@@ -365,7 +365,7 @@ def test_the_map_shows_every_pose_and_the_circle(tmp_path: Path) -> None:
     image = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
     assert image is not None
     assert max(image.shape[:2]) == 1200
-    # The circle of 0.4 m on a picture of at least 4 pixels for a centimetre.
-    circle = (image == (200, 200, 245)).all(axis=2).sum()
-    assert circle > 0.5 * math.pi * (0.4 * 300) ** 2
+    # The circle of 0.4 m, 3 pixels wide, on a picture of at least 3 pixels for a centimetre.
+    circle = (image == (150, 150, 240)).all(axis=2).sum()
+    assert circle > 0.5 * 2 * math.pi * 0.4 * 300 * 2
     assert (image == (190, 120, 20)).all(axis=2).sum() > 500

@@ -176,6 +176,21 @@ def test_damaged_bytes_and_frozen_lines_cost_the_pose_nothing(rate: float) -> No
     assert {p.cause for p in run.control.problems} <= {Cause.QUIET, Cause.LEASE}
 
 
+def test_a_watchdog_of_half_a_second_is_kept_awake_while_the_robot_drives_and_stands() -> None:
+    setup = WorldSetup(
+        scene=SceneSetup(world="empty"),
+        robot=RobotSetup(model="p3dx", odometry="perfect", config={"watchdog_ms": 500}),
+        head=HeadSetup(kind="none"),
+    )
+    run = Run(setup)
+    for speed in (0.2, 0.0, 0.2):
+        for _ in range(30):
+            run.run(0.1, speed)
+            assert not run.port.simulation.state(run.port.now).unattended
+    assert {p.cause for p in run.control.problems} <= {Cause.LEASE}
+    assert run.state.pose.x > 1.0
+
+
 def test_a_power_cycle_ends_the_session() -> None:
     run = Run(world(ErrorSetup()))
     run.run(2.0, 0.2, 0.0)

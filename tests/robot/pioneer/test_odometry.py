@@ -99,12 +99,36 @@ def standing_reports(odometry: Odometry, poses: list[Pose2]) -> list[str | None]
     return [odometry.update(report(P3DX, pose, 0.0), i / 10) for i, pose in enumerate(poses)]
 
 
-def test_odometry_that_was_set_anew_is_followed_and_said() -> None:
-    odometry, there = Odometry(P3DX), Pose2(0.6, 0, 0)
-    said = standing_reports(odometry, [Pose2(), Pose2(), there, there, there])
+@pytest.mark.parametrize(
+    "there", [Pose2(0.6, 0, 0), Pose2(-0.3, 0.4, 2.0), Pose2(0, 0, -1.5), Pose2(0.9, -0.7, 3.0)]
+)
+def test_odometry_that_was_set_anew_leaves_a_standing_robot_where_it_is(there: Pose2) -> None:
+    """As by another client's SETO: no wheel made that way, and the robot's own frame is another."""
+    odometry, stood = Odometry(P3DX), Pose2(0.05, 0, 0.3)
+    said = standing_reports(odometry, [Pose2(), stood, there, there, there])
     assert [text is None for text in said] == [True, True, True, False, True]
-    assert "jumped by 0.60 m" in str(said[3])
-    assert odometry.pose.x == pytest.approx(0.6, abs=0.001)
+    off = stood.between(there)
+    assert f"jumped by {math.hypot(off.x, off.y):.2f} m" in str(said[3])
+    sure = odometry.covariance
+    for i in range(1, 6):  # it drives on along its own heading
+        odometry.update(report(P3DX, there.compose(Pose2(0.02 * i, 0, 0)), 0.2), (4 + i) / 10)
+    expected = stood.compose(Pose2(0.1, 0, 0))
+    assert (odometry.pose.x, odometry.pose.y) == pytest.approx((expected.x, expected.y), abs=0.002)
+    assert odometry.pose.heading == pytest.approx(0.3, abs=0.002)
+    assert math.sqrt(sure[0, 0]) < 0.01
+
+
+def test_a_robot_that_drove_when_its_odometry_was_set_anew_is_less_certain_by_its_way() -> None:
+    odometry = Odometry(P3DX)
+    for i in range(10):
+        odometry.update(report(P3DX, Pose2(0.05 * i, 0, 0), 0.5), i / 10)
+    before = odometry.covariance
+    for i in range(3):
+        odometry.update(report(P3DX, Pose2(-0.9 + 0.05 * i, 0.5, 0), 0.5), 1.0 + i / 10)
+    grown = np.sqrt(np.diag(odometry.covariance - before)[:2])
+    assert (grown >= 0.05 - 1e-9).all()
+    # One step of 5 cm is not known; the one after it is.
+    assert odometry.pose.x == pytest.approx(0.05 * 9 + 0.05 * 2, abs=0.002)
 
 
 @pytest.mark.parametrize(

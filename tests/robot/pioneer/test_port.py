@@ -164,7 +164,7 @@ def test_a_baud_rate_for_tcp_is_refused() -> None:
 
 def test_the_default_port_is_the_one_of_simulators(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[tuple[str, int]] = []
-    monkeypatch.setattr(ports, "TcpPort", lambda host, number: asked.append((host, number)))
+    monkeypatch.setattr(ports, "TcpPort", lambda host, number, _: asked.append((host, number)))
     open_port("tcp:robot")
     open_port("tcp:[::1]:8102")
     assert asked == [("robot", 8101), ("::1", 8102)]

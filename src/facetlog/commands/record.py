@@ -1,0 +1,36 @@
+"""`facetlog record`: a collection that is there as a recording for other programs."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from facetlog.commands.robot_options import Mcap, Rerun
+from facetlog.commands.shared import YES, Models, Trust, command
+from facetlog.errors import InputError
+
+__all__ = ["record_command"]
+
+
+@command
+def record_command(
+    folder: Annotated[
+        Path, typer.Argument(metavar="DIR", help="What `facetlog collect` has left there.")
+    ],
+    mcap: Mcap = None,
+    rerun: Rerun = None,
+    models: Models = None,
+    trust: Trust = False,
+) -> int:
+    """Records a collection for other programs: pictures, odometry, faces and verdicts."""
+    from facetlog.pipeline import open_models
+    from facetlog.recordings.recorders import Recordings, record_collection
+
+    recordings = Recordings(mcap, rerun)
+    if not recordings:
+        raise InputError("nothing is to be written: give --mcap FILE, --rerun WHERE, or both")
+    recordings.check()
+    with open_models(tuple(models or ()), trusted=trust) as base:
+        views = record_collection(folder, recordings, base)
+    typer.echo(f"{views} views recorded")
+    return YES

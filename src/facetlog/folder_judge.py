@@ -1,0 +1,88 @@
+"""What the views of a growing folder show, one after the other, and its recordings meanwhile."""
+
+from dataclasses import replace
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from facetlog.perception.step_clock import StepClock
+
+if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Recognition
+    from facetlog.kb.knowledge_base import KnowledgeBase
+    from facetlog.perception.online.online_scene import OnlineScene
+    from facetlog.pipeline import Recognised
+    from facetlog.recordings.moments import Recorder
+
+__all__ = ["FolderJudge"]
+
+POSES_FILE = "transforms.json"
+
+
+class FolderJudge:
+    """Knows what the views read so far show; each goes to the `recorder` as it is read."""
+
+    def __init__(
+        self, folder: Path, base: "KnowledgeBase", recorder: "Recorder | None" = None
+    ) -> None:
+        from facetlog.perception.reading.follow_views import FollowedViews
+
+        self._folder, self._base, self._recorder = folder, base, recorder
+        self._source = FollowedViews(folder / POSES_FILE, timeout=0.0)
+        self._online: OnlineScene | None = None
+        self._read = 0
+        self._recorded_until = 0.0
+        self._problems: list[str] = []
+
+    def problems(self) -> tuple[str, ...]:
+        """What is wrong with views that were read since this was last asked."""
+        problems, self._problems = tuple(self._problems), []
+        return problems
+
+    def so_far(self, views: int) -> "Recognition | None":
+        """What the first views show, read one after the other, None if that is too little."""
+        from facetlog.perception.online.online_scene import OnlineScene
+        from facetlog.stream import judged
+
+        waiting = ""
+        for view in islice(self._source, max(views - self._read, 0)):
+            if self._online is None:
+                self._online = OnlineScene(
+                    name=self._source.name,
+                    up=self._source.up,
+                    metric=self._source.metric,
+                    error_kind=self._source.error_kind,
+                )
+            if waiting:
+                self._record(waiting, None)
+            if problem := self._online.add(view).problem:
+                self._problems.append(problem)
+            self._read += 1
+            waiting = view.name
+        found = None if self._online is None else judged(self._base, self._online)[1]
+        if waiting:
+            self._record(waiting, found)
+        return found
+
+    def at_once(self, views: int) -> "Recognised":
+        """The same with the poses corrected by the pictures, from all of them together, and how."""
+        from facetlog.pipeline import recognize_views, views_from
+
+        clock = StepClock()
+        path = self._folder / POSES_FILE
+        found = views_from(path, unit=None, progress=None, clock=clock)
+        first = replace(found, views=found.views[:views])
+        return recognize_views(first, base=self._base, clock=clock)
+
+    def _record(self, name: str, found: "Recognition | None") -> None:
+        """Records a view with what is known after it."""
+        if self._recorder is None or self._online is None:
+            return
+        from facetlog.recordings.moments import read_moment
+
+        since, scene = self._recorded_until, self._online.scene
+        moment = read_moment(self._folder, name, since, scene, found)
+        if moment is None:
+            return
+        self._recorded_until = moment.taken.time
+        self._recorder.add(moment)

@@ -1,0 +1,350 @@
+"""A collection as an MCAP file of ROS 2 messages, for Foxglove, RViz and `ros2 bag`.
+
+Metres, radians, seconds; axes as REP 103 has them, frames as REP 105: `map` is the world of the
+tour, `odom` where the robot stood when the driver connected, `base_link` the robot (x ahead, y
+left), `camera_optical_frame` the camera (x right, y down, z along the view). Message times are the
+moments at which a state was reported.
+
+| topic | type | when |
+| --- | --- | --- |
+| /tf | tf2_msgs/TFMessage | map → odom → base_link with every report, → camera with every view |
+| /odom | nav_msgs/Odometry | with every report while the robot drives |
+| /joint_states | sensor_msgs/JointState | head_pan (left is positive), head_tilt (up is positive) |
+| /camera/camera_info | sensor_msgs/CameraInfo | with every view |
+| /camera/image/compressed | sensor_msgs/CompressedImage | PNG |
+| /camera/pose | geometry_msgs/PoseWithCovarianceStamped | the camera in map |
+| /facetlog/faces, /facetlog/verdicts | visualization_msgs/MarkerArray | with every view |
+"""
+
+import math
+import shutil
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from facetlog.errors import InputError, missing_extra
+from facetlog.perception.scene import Evidence
+from facetlog.perception.types import FloatArray
+from facetlog.recordings.moments import Moment
+from facetlog.recordings.on_scene import face_loops, verdict_places
+from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.pose2 import Pose2
+
+try:
+    from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+    from rosbags.typesys import Stores, get_typestore
+except ModuleNotFoundError as exc:
+    raise missing_extra("an MCAP recording", "rosbags", "mcap") from exc
+
+__all__ = ["SUFFIX", "McapRecording", "checked_mcap"]
+
+SUFFIX = ".mcap"
+MAP, ODOM, BASE, CAMERA = "map", "odom", "base_link", "camera_optical_frame"
+TOPICS = {
+    "/tf": "tf2_msgs/msg/TFMessage",
+    "/odom": "nav_msgs/msg/Odometry",
+    "/joint_states": "sensor_msgs/msg/JointState",
+    "/camera/camera_info": "sensor_msgs/msg/CameraInfo",
+    "/camera/image/compressed": "sensor_msgs/msg/CompressedImage",
+    "/camera/pose": "geometry_msgs/msg/PoseWithCovarianceStamped",
+    "/facetlog/faces": "visualization_msgs/msg/MarkerArray",
+    "/facetlog/verdicts": "visualization_msgs/msg/MarkerArray",
+}
+JOINTS = ["head_pan", "head_tilt"]
+# Coefficients in the order of each distortion model of ROS.
+LENSES = {
+    "PINHOLE": ("plumb_bob", ("k1", "k2", "p1", "p2", "k3")),
+    "OPENCV": ("plumb_bob", ("k1", "k2", "p1", "p2", "k3")),
+    "OPENCV_FISHEYE": ("equidistant", ("k1", "k2", "k3", "k4")),
+}
+LINE_WIDTH, TEXT_HEIGHT = 0.004, 0.06  # metres
+MEASURED, IMPLIED, INK = (0.1, 0.45, 0.8, 1.0), (0.6, 0.6, 0.6, 1.0), (0.1, 0.1, 0.1, 1.0)
+NANO = 1_000_000_000
+# Of visualization_msgs/Marker.
+LINE_STRIP, TEXT_VIEW_FACING, ADD, DELETE_ALL = 4, 9, 0, 3
+
+
+def checked_mcap(path: Path) -> Path:
+    """What `--mcap` gives; InputError for another kind of file."""
+    if path.suffix != SUFFIX or path.is_dir():
+        raise InputError(f"--mcap {path}: give a file whose name ends in {SUFFIX}")
+    return path
+
+
+class McapRecording:
+    """See `Recorder`. The file is there, whole, once it is closed; an older one is replaced.
+
+    Without a view there is none, and an older one stays.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path = checked_mcap(path)
+        # rosbags writes a folder with a description beside the file, which alone is a recording.
+        self._folder = path.with_name(f".{path.name}.part")
+        self._store = get_typestore(Stores.ROS2_HUMBLE)
+        self._last: tuple[float, Pose2] | None = None
+        self._views = 0
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            shutil.rmtree(self._folder, ignore_errors=True)
+            self._writer = Writer(self._folder, version=9, storage_plugin=StoragePlugin.MCAP)
+            self._writer.open()
+        except (OSError, WriterError) as exc:
+            raise InputError(f"{path}: cannot be written ({exc})") from exc
+        self._topics = {
+            topic: self._writer.add_connection(topic, kind, typestore=self._store)
+            for topic, kind in TOPICS.items()
+        }
+
+    def add(self, moment: Moment) -> None:
+        """See `Recorder`."""
+        try:
+            self._add_way(moment)
+            self._add_view(moment)
+            self._views += 1
+        except OSError as exc:
+            raise InputError(f"{self._path}: cannot be written ({exc})") from exc
+
+    def close(self) -> None:
+        """See `Recorder`."""
+        try:
+            self._writer.close()
+            written = self._folder / f"{self._folder.name}{SUFFIX}"
+            if self._views:
+                written.replace(self._path)
+        except OSError as exc:
+            raise InputError(f"{self._path}: cannot be written ({exc})") from exc
+        finally:
+            shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _add_way(self, moment: Moment) -> None:
+        before = moment.way[:1] if self._last is None else (self._last,)
+        for (before_at, before_place), (at, place) in pairwise((*before, *moment.way)):
+            here = moment.start.between(place)
+            self._write("/tf", at, transforms=self._robot_frames(at, moment.start, here))
+            seconds, step = at - before_at, before_place.between(place)
+            speed = (step.x / seconds, step.heading / seconds) if seconds > 0 else (0.0, 0.0)
+            self._write(
+                "/odom",
+                at,
+                header=self._header(at, ODOM),
+                child_frame_id=BASE,
+                pose=self._make(
+                    "geometry_msgs/msg/PoseWithCovariance",
+                    pose=self._pose(*_of_robot(here)),
+                    covariance=np.zeros(36),
+                ),
+                twist=self._make(
+                    "geometry_msgs/msg/TwistWithCovariance",
+                    twist=self._make(
+                        "geometry_msgs/msg/Twist",
+                        linear=self._vector(speed[0], 0.0, 0.0),
+                        angular=self._vector(0.0, 0.0, speed[1]),
+                    ),
+                    covariance=np.zeros(36),
+                ),
+            )
+
+        self._last = moment.way[-1] if moment.way else self._last
+
+    def _add_view(self, moment: Moment) -> None:
+        view, at = moment.taken, moment.taken.time
+        centre, turn = view.pose.centre, Rotation.from_matrix(view.pose.rotation)
+        map_from_robot = Rotation.from_euler("z", view.robot.heading)
+        off = map_from_robot.inv().apply(centre - np.array([view.robot.x, view.robot.y, 0.0]))
+        frames = self._robot_frames(at, moment.start, view.odometry)
+        frames.append(self._transform(at, BASE, CAMERA, off, map_from_robot.inv() * turn))
+        self._write("/tf", at, transforms=frames)
+        self._write(
+            "/joint_states",
+            at,
+            header=self._header(at, BASE),
+            name=JOINTS,
+            position=np.array([view.pan, view.tilt]),
+            velocity=np.zeros(0),
+            effort=np.zeros(0),
+        )
+        self._write("/camera/camera_info", at, **self._camera_info(at, moment.optics))
+        self._write(
+            "/camera/image/compressed",
+            at,
+            header=self._header(at, CAMERA),
+            format="png",
+            data=np.frombuffer(moment.picture, dtype=np.uint8),
+        )
+        self._write(
+            "/camera/pose",
+            at,
+            header=self._header(at, MAP),
+            pose=self._make(
+                "geometry_msgs/msg/PoseWithCovariance",
+                pose=self._pose(centre, turn),
+                covariance=np.ascontiguousarray(view.covariance, dtype=np.float64).ravel(),
+            ),
+        )
+        self._write("/facetlog/faces", at, markers=self._faces(moment))
+        if moment.recognition is not None:
+            self._write("/facetlog/verdicts", at, markers=self._verdicts(moment))
+
+    def _faces(self, moment: Moment) -> list[Any]:
+        at, markers = moment.taken.time, [self._cleared(moment.taken.time)]
+        if moment.scene is None:
+            return markers
+        for number, (face, loop) in enumerate(face_loops(moment.scene)):
+            points = [self._make("geometry_msgs/msg/Point", **_xyz(p)) for p in (*loop, loop[0])]
+            colour = MEASURED if face.evidence is Evidence.MEASURED else IMPLIED
+            markers.append(
+                self._marker(at, "faces", number, LINE_STRIP, colour, LINE_WIDTH, points=points)
+            )
+        return markers
+
+    def _verdicts(self, moment: Moment) -> list[Any]:
+        at, markers = moment.taken.time, [self._cleared(moment.taken.time)]
+        if moment.scene is None or moment.recognition is None:
+            return markers
+        for number, (said, place) in enumerate(verdict_places(moment.scene, moment.recognition)):
+            kind, size = TEXT_VIEW_FACING, TEXT_HEIGHT
+            markers.append(
+                self._marker(at, "verdicts", number, kind, INK, size, text=said, place=place)
+            )
+        return markers
+
+    def _camera_info(self, at: float, optics: Optics) -> dict[str, Any]:
+        camera = optics.camera
+        model, names = LENSES[optics.model]
+        k = camera.matrix
+        return {
+            "header": self._header(at, CAMERA),
+            "height": camera.height,
+            "width": camera.width,
+            "distortion_model": model,
+            "d": np.array([optics.coefficient(name) for name in names]),
+            "k": k.ravel(),
+            "r": np.eye(3).ravel(),
+            "p": np.column_stack([k, np.zeros(3)]).ravel(),
+            "binning_x": 0,
+            "binning_y": 0,
+            "roi": self._make(
+                "sensor_msgs/msg/RegionOfInterest",
+                x_offset=0,
+                y_offset=0,
+                height=0,
+                width=0,
+                do_rectify=False,
+            ),
+        }
+
+    def _robot_frames(self, at: float, start: Pose2, here: Pose2) -> list[Any]:
+        return [
+            self._transform(at, MAP, ODOM, *_of_robot(start)),
+            self._transform(at, ODOM, BASE, *_of_robot(here)),
+        ]
+
+    def _transform(
+        self, at: float, parent: str, child: str, place: FloatArray, turn: Rotation
+    ) -> Any:
+        return self._make(
+            "geometry_msgs/msg/TransformStamped",
+            header=self._header(at, parent),
+            child_frame_id=child,
+            transform=self._make(
+                "geometry_msgs/msg/Transform",
+                translation=self._vector(*place),
+                rotation=self._quaternion(turn),
+            ),
+        )
+
+    def _marker(
+        self,
+        at: float,
+        group: str,
+        number: int,
+        kind: int,
+        colour: tuple[float, float, float, float],
+        size: float,
+        *,
+        points: "list[Any] | None" = None,
+        text: str = "",
+        place: FloatArray | None = None,
+        delete_all: bool = False,
+    ) -> Any:
+        nowhere = np.zeros(3) if place is None else place
+        r, g, b, a = colour
+        return self._make(
+            "visualization_msgs/msg/Marker",
+            header=self._header(at, MAP),
+            ns=group,
+            id=number,
+            type=kind,
+            action=DELETE_ALL if delete_all else ADD,
+            pose=self._pose(nowhere, Rotation.identity()),
+            scale=self._vector(size, size, size),
+            color=self._make("std_msgs/msg/ColorRGBA", r=r, g=g, b=b, a=a),
+            lifetime=self._make("builtin_interfaces/msg/Duration", sec=0, nanosec=0),
+            frame_locked=False,
+            points=points or [],
+            colors=[],
+            texture_resource="",
+            texture=self._make(
+                "sensor_msgs/msg/CompressedImage",
+                header=self._header(at, ""),
+                format="",
+                data=np.zeros(0, dtype=np.uint8),
+            ),
+            uv_coordinates=[],
+            text=text,
+            mesh_resource="",
+            mesh_file=self._make(
+                "visualization_msgs/msg/MeshFile", filename="", data=np.zeros(0, dtype=np.uint8)
+            ),
+            mesh_use_embedded_materials=False,
+        )
+
+    def _cleared(self, at: float) -> Any:
+        """What removes the markers of the view before."""
+        return self._marker(at, "", 0, 0, INK, 0.0, delete_all=True)
+
+    def _pose(self, place: FloatArray, turn: Rotation) -> Any:
+        return self._make(
+            "geometry_msgs/msg/Pose",
+            position=self._make("geometry_msgs/msg/Point", **_xyz(place)),
+            orientation=self._quaternion(turn),
+        )
+
+    def _quaternion(self, turn: Rotation) -> Any:
+        x, y, z, w = turn.as_quat(canonical=True).tolist()
+        return self._make("geometry_msgs/msg/Quaternion", x=x, y=y, z=z, w=w)
+
+    def _vector(self, x: float, y: float, z: float) -> Any:
+        return self._make("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=float(z))
+
+    def _header(self, at: float, frame: str) -> Any:
+        seconds, nanoseconds = divmod(_nanoseconds(at), NANO)
+        stamp = self._make("builtin_interfaces/msg/Time", sec=seconds, nanosec=nanoseconds)
+        return self._make("std_msgs/msg/Header", stamp=stamp, frame_id=frame)
+
+    def _make(self, kind: str, **fields: Any) -> Any:
+        return self._store.types[kind](**fields)
+
+    def _write(self, topic: str, at: float, **fields: Any) -> None:
+        kind = TOPICS[topic]
+        data = self._store.serialize_cdr(self._make(kind, **fields), kind)
+        self._writer.write(self._topics[topic], _nanoseconds(at), data)
+
+
+def _nanoseconds(at: float) -> int:
+    seconds = math.floor(at)
+    return seconds * NANO + round((at - seconds) * NANO)
+
+
+def _of_robot(pose: Pose2) -> tuple[FloatArray, Rotation]:
+    heading = Rotation.from_euler("z", math.remainder(pose.heading, 2 * math.pi))
+    return np.array([pose.x, pose.y, 0.0]), heading
+
+
+def _xyz(point: FloatArray) -> dict[str, float]:
+    x, y, z = map(float, point)
+    return {"x": x, "y": y, "z": z}

@@ -1,0 +1,116 @@
+"""What a collection's folder holds, view by view, with what was known after each of them."""
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from facetlog.errors import InputError
+from facetlog.perception.types import Camera
+from facetlog.regular_file import read_regular_text
+from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.collecting.record import (
+    HALF_PIXEL,
+    TRANSFORMS_FILE,
+    WAY_FILE,
+    Taken,
+    read_record,
+    read_robot_tum,
+)
+from facetlog.robot.pose2 import Pose2
+
+if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Recognition
+    from facetlog.perception.scene import Scene
+
+__all__ = ["Moment", "Recorder", "read_moment", "recorded_optics"]
+
+COEFFICIENTS = ("k1", "k2", "p1", "p2", "k3", "k4")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Moment:
+    """A view and what is new with it.
+
+    `picture` is its file as it is. `start` is the pose of odometry's origin in the world, `way` the
+    robot's poses in the world with their times (seconds since 1970) since the view before. `scene`
+    is what is known after the view, None if that is too little; `recognition` what the models say,
+    None where nobody asked.
+    """
+
+    taken: Taken
+    picture: bytes
+    optics: Optics
+    start: Pose2
+    way: tuple[tuple[float, Pose2], ...]
+    scene: "Scene | None" = None
+    recognition: "Recognition | None" = None
+
+
+class Recorder(Protocol):
+    """Writes a recording. InputError where it cannot be written."""
+
+    def add(self, moment: Moment) -> None:
+        """The next view."""
+
+    def close(self) -> None:
+        """Ends the recording; it is whole then."""
+
+
+def read_moment(
+    folder: Path,
+    name: str,
+    since: float,
+    scene: "Scene | None" = None,
+    recognition: "Recognition | None" = None,
+) -> Moment | None:
+    """The moment of the view of a name, None if the folder has none; its way begins after `since`.
+
+    InputError if the folder is no collection's or cannot be read.
+    """
+    _, views = read_record(folder)
+    taken = next((view for view in views if view.name == name), None)
+    if taken is None:
+        return None
+    path = folder / WAY_FILE
+    way = read_robot_tum(path) if path.is_file() else []
+    try:
+        picture = (folder / name).read_bytes()
+    except OSError as exc:
+        raise InputError(f"{folder / name}: cannot be read ({exc.strerror})") from exc
+    return Moment(
+        taken,
+        picture,
+        recorded_optics(folder),
+        taken.robot.compose(taken.odometry.inverse()),
+        tuple((at, place) for at, place in way if since < at <= taken.time),
+        scene,
+        recognition,
+    )
+
+
+def recorded_optics(folder: Path) -> Optics:
+    """The camera of a collection's transforms.json; InputError if it holds none."""
+    path = folder / TRANSFORMS_FILE
+    try:
+        content: Mapping[str, object] = json.loads(read_regular_text(path))
+        numbers = {key: float(str(value)) for key, value in content.items() if _number(value)}
+        camera = Camera(
+            int(numbers["w"]),
+            int(numbers["h"]),
+            numbers["fl_x"],
+            numbers["fl_y"],
+            numbers["cx"] - HALF_PIXEL,
+            numbers["cy"] - HALF_PIXEL,
+        )
+        coefficients = tuple((key, numbers[key]) for key in COEFFICIENTS if key in numbers)
+        model = str(content["camera_model"]) if coefficients else "PINHOLE"
+    except (OSError, ValueError, KeyError, AttributeError) as exc:
+        raise InputError(f"{path}: holds no camera of a collection ({exc!r})") from exc
+    return Optics(camera, model, coefficients)
+
+
+def _number(value: object) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)

@@ -1,0 +1,43 @@
+"""Where things of a scene are drawn in a recording."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from facetlog.perception.types import FloatArray
+
+if TYPE_CHECKING:
+    from facetlog.kb.explaining.verdict import Recognition
+    from facetlog.perception.scene import Face, Scene
+
+__all__ = ["face_loops", "outlined", "verdict_places"]
+
+
+def face_loops(scene: "Scene") -> "Iterator[tuple[Face, FloatArray]]":
+    """Each face of a scene with the points (n, 3) of its outline."""
+    points = scene.points
+    for face in scene.faces:
+        yield face, points[list(face.outline)]
+
+
+def outlined(
+    scene: "Scene", recognition: "Recognition"
+) -> tuple[tuple[str, tuple[FloatArray, ...]], ...]:
+    """What holds, in a line each, and the outlines (n, 3) of the faces that play parts in it.
+
+    Of a verdict without such faces those of all faces.
+    """
+    loops = {f"f{i}": loop for i, (_, loop) in enumerate(face_loops(scene), start=1)}
+    found = []
+    for verdict in recognition.best:
+        named = {f: loops[f] for part in verdict.parts for f in part.faces if f in loops}
+        if corners := tuple((named or loops).values()):
+            found.append((verdict.summary, corners))
+    return tuple(found)
+
+
+def verdict_places(scene: "Scene", recognition: "Recognition") -> Iterator[tuple[str, FloatArray]]:
+    """What holds, in a line each, and the middle (3,) of its faces' corners."""
+    for said, loops in outlined(scene, recognition):
+        yield said, np.concatenate(loops).mean(axis=0)

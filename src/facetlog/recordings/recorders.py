@@ -1,0 +1,93 @@
+"""The recordings that are asked for, and a collection's folder put into them."""
+
+from contextlib import ExitStack, closing
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from facetlog.errors import InputError
+from facetlog.recordings.moments import Moment, Recorder
+
+if TYPE_CHECKING:
+    from facetlog.kb.knowledge_base import KnowledgeBase
+
+__all__ = ["Recorders", "Recordings", "record_collection"]
+
+
+@dataclass(frozen=True, slots=True)
+class Recordings:
+    """Where to record: an MCAP file, and a file of Rerun's, a viewer's address or `live`."""
+
+    mcap: Path | None = None
+    rerun: str | None = None
+
+    def __bool__(self) -> bool:
+        return self.mcap is not None or self.rerun is not None
+
+    def check(self) -> None:
+        """InputError where a package is missing or a name is none, before any work."""
+        if self.mcap is not None:
+            from facetlog.recordings.mcap_recording import checked_mcap
+
+            checked_mcap(self.mcap)
+        if self.rerun is not None:
+            from facetlog.recordings.rerun_recording import rerun_target
+
+            rerun_target(self.rerun)
+
+    def check_beside(self, folder: Path) -> None:
+        """InputError where a recording would be among the views of a folder."""
+        files = (self.mcap, None if self.rerun is None else Path(self.rerun))
+        for file in files:
+            if file is not None and folder.resolve() in file.resolve().parents:
+                raise InputError(f"{file} is in the folder of the views: put it beside {folder}")
+
+    def open(self, name: str) -> "Recorders":
+        """The recordings, begun; `name` is what is recorded. InputError as of `check`."""
+        recorders: list[Recorder] = []
+        with ExitStack() as begun:
+            if self.rerun is not None:
+                from facetlog.recordings.rerun_recording import RerunRecording
+
+                recorders.append(RerunRecording(self.rerun, name))
+                begun.callback(recorders[-1].close)
+            if self.mcap is not None:
+                from facetlog.recordings.mcap_recording import McapRecording
+
+                recorders.append(McapRecording(self.mcap))
+            begun.pop_all()
+        return Recorders(tuple(recorders))
+
+
+@dataclass(frozen=True, slots=True)
+class Recorders:
+    """Several recordings as one; see `Recorder`."""
+
+    each: tuple[Recorder, ...] = ()
+
+    def add(self, moment: Moment) -> None:
+        """See `Recorder`."""
+        for recorder in self.each:
+            recorder.add(moment)
+
+    def close(self) -> None:
+        """See `Recorder`; one that cannot be ended keeps none of the others from it."""
+        with ExitStack() as stack:
+            for recorder in self.each:
+                stack.callback(recorder.close)
+
+
+def record_collection(folder: Path, recordings: Recordings, base: "KnowledgeBase") -> int:
+    """Records a collection's folder as it would have been while it grew; how many views it has.
+
+    InputError if the folder holds no collection.
+    """
+    from facetlog.folder_judge import FolderJudge
+    from facetlog.robot.collecting.record import read_record
+
+    _, views = read_record(folder)
+    with closing(recordings.open(folder.resolve().name)) as recorders:
+        judge = FolderJudge(folder, base, recorders)
+        for count in range(1, len(views) + 1):
+            judge.so_far(count)
+    return len(views)
