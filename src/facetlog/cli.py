@@ -42,7 +42,7 @@ from facetlog.pipeline import (
     write_scene_file,
 )
 from facetlog.stream import Goal, Stop
-from facetlog.terminal import note, set_quiet, show_times, showing_progress, warn
+from facetlog.terminal import error, note, set_loudness, show_times, showing_progress, warn
 
 if TYPE_CHECKING:
     from facetlog.perception.reading.read_views import ViewSet
@@ -131,15 +131,25 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _shared(
-    version: Annotated[
+    version: Annotated[  # noqa: ARG001 - its callback ends the program
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
     quiet: Annotated[
-        bool,
-        typer.Option("-q", "--quiet", callback=set_quiet, help="No notes, progress and times."),
+        bool, typer.Option("-q", "--quiet", help="No notes, progress and times.")
     ] = False,
+    verbose: Annotated[
+        int,
+        typer.Option(
+            "-v", "--verbose", count=True, help="Each step with its time; twice: more of it."
+        ),
+    ] = 0,
 ) -> None:
     """What all commands share."""
+    try:
+        set_loudness(quiet=quiet, verbose=verbose)
+    except InputError as exc:
+        error(str(exc))
+        raise typer.Exit(exc.exit_code) from exc
 
 
 @app.command("recognize")

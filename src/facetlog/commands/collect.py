@@ -30,7 +30,6 @@ from facetlog.commands.robot_options import (
     numbers_in,
     optics_of,
     parsed_start,
-    warnings_to_stderr,
 )
 from facetlog.commands.robot_words import COLLECT_AGAIN, worded, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
@@ -137,7 +136,7 @@ def collect_command(
         model=model,
         baud=baud,
     )
-    with ended_by_signals(), ExitStack() as stack, warnings_to_stderr():
+    with ended_by_signals(), ExitStack() as stack:
         verdicts = _judging(stack, out, tuple(models or ()), trust) if recognize else None
         collected = _collected(request, verdicts)
         last = _last_verdict(verdicts, len(collected.taken)) if verdicts is not None else None
