@@ -25,7 +25,7 @@ from facetlog.commands.scene.app import scene_app
 from facetlog.commands.shared import NO, YES, AsJson, Full, Models, Raw, Trust, command
 from facetlog.commands.simulate import simulate_command
 from facetlog.errors import InputError
-from facetlog.output_folder import check_replaceable
+from facetlog.output_folder import check_replaceable, kept_cameras
 from facetlog.perception.length_units import stated_length
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import (
@@ -66,7 +66,7 @@ Views = Annotated[
     Path,
     typer.Argument(
         metavar="VIEWS",
-        help="Folder of pictures with transforms.json, a COLMAP model, …; or such a file.",
+        help="Folder of pictures, with transforms.json, a COLMAP model, … or alone; or a file.",
     ),
 ]
 Out = Annotated[
@@ -221,6 +221,7 @@ def recognize_command(
             unit=unit,
             up=up,
             square=stated_length(square, "--square"),
+            keep=kept_cameras(out),
             trusted=trust,
             keep_poses=keep_poses,
         ),
@@ -260,6 +261,7 @@ def reconstruct_command(
             unit=unit,
             up=up,
             square=stated_length(square, "--square"),
+            keep=kept_cameras(out.with_suffix("")),
             trusted=trust,
             keep_poses=keep_poses,
             progress=progress,

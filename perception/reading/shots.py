@@ -1,12 +1,13 @@
 """The pictures in a folder: files, and frames of videos spread evenly over each."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES, read_picture
+from facetlog.perception.reading.exif import quarter_turns
+from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES, read_picture, turned
 from facetlog.perception.reading.video_file import COUNTED, VideoFrame, VideoFrames, frame_count
 from facetlog.perception.types import Image
 
@@ -18,10 +19,12 @@ FRAMES = 30
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """A picture: its file, and which frame where that is a video."""
+    """A picture: its file, and which frame where that is a video; by how many quarter turns to the
+    right it is read."""
 
     path: Path
     frame: VideoFrame | None = None
+    turns: int = 0
 
     @property
     def name(self) -> str:
@@ -34,8 +37,14 @@ class Shot:
         return str(self.path if self.frame is None else self.frame)
 
     def read(self, videos: VideoFrames) -> Image:
-        """As stored, grey, (H, W); InputError if it cannot be had."""
-        return read_picture(self.path) if self.frame is None else videos.read(self.frame)
+        """The picture, grey, (H, W); InputError if it cannot be had."""
+        image = read_picture(self.path) if self.frame is None else videos.read(self.frame)
+        return turned(image, self.turns)
+
+    @property
+    def upright(self) -> "Shot":
+        """The same as its EXIF says that it is shown."""
+        return self if self.frame is not None else replace(self, turns=quarter_turns(self.path))
 
 
 def has_shots(folder: Path) -> bool:
