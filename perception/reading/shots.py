@@ -7,6 +7,7 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.exif import quarter_turns
+from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES, read_picture, turned
 from facetlog.perception.reading.video_file import COUNTED, VideoFrame, VideoFrames, frame_count
 from facetlog.perception.types import Image
@@ -40,6 +41,11 @@ class Shot:
         """The picture, grey, (H, W); InputError if it cannot be had."""
         image = read_picture(self.path) if self.frame is None else videos.read(self.frame)
         return turned(image, self.turns)
+
+    def unreadable(self, fault: InputError) -> LeftOut:
+        """The picture as one that is left out for a fault, whose message may name it or not."""
+        line = str(fault) if self.place in str(fault) else f"picture {self.place}: {fault}"
+        return LeftOut(self.name, line, self.place)
 
     @property
     def upright(self) -> "Shot":

@@ -128,8 +128,7 @@ def _seen(shots: Sequence[Shot]) -> tuple[list[MatPicture], list[LeftOut]]:
             image = shot.read(videos)
             found = sighting(image)
         except InputError as exc:
-            line = str(exc) if shot.place in str(exc) else f"picture {shot.place}: {exc}"
-            left_out.append(LeftOut(shot.name, line, shot.place))
+            left_out.append(shot.unreadable(exc))
             continue
         if found is None:
             left_out.append(_left_out(shot, HIDDEN))

@@ -3,11 +3,9 @@
 import hashlib
 import importlib.metadata
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
+import shutil
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from pydantic import TypeAdapter, ValidationError
 
@@ -18,7 +16,7 @@ from facetlog.perception.reading.shots import Shot
 from facetlog.perception.whole_file import write_whole
 from facetlog.regular_file import read_regular_text
 
-__all__ = ["KeptModel", "check_keep", "made_from", "model_folder"]
+__all__ = ["KeptModel", "check_keep", "keep_model", "kept_outcome", "made_from"]
 
 RECORD = "facetlog.json"
 SCHEMA = "facetlog-cameras/1"
@@ -50,10 +48,23 @@ def kept_outcome(folder: Path, key: str) -> Outcome | None:
     return record.outcome if record is not None and record.made_from == key else None
 
 
-def keep_outcome(folder: Path, key: str, outcome: Outcome) -> None:
-    """Writes the record; last, so that it stands for a model that is whole."""
-    record = TypeAdapter(KeptModel).dump_json(KeptModel(key, outcome), indent=1)
-    write_whole(folder / RECORD, record + b"\n")
+def keep_model(folder: Path, model: Path, key: str, outcome: Outcome) -> None:
+    """Puts the files of a model into the folder, in place of an older one, and the record beside.
+
+    InputError where that cannot be written. What is left of an attempt that was ended stays ours,
+    and is of no use.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        _write_record(folder, KeptModel("", outcome))
+        for path in folder.iterdir():
+            if path.name != RECORD:
+                path.unlink()
+        for path in model.iterdir():
+            shutil.copyfile(path, folder / path.name)
+    except OSError as exc:
+        raise InputError(f"{folder} cannot be written: {exc.strerror or exc}") from exc
+    _write_record(folder, KeptModel(key, outcome))
 
 
 def check_keep(folder: Path) -> None:
@@ -71,20 +82,8 @@ def check_keep(folder: Path) -> None:
         )
 
 
-@contextmanager
-def model_folder(keep: Path | None) -> Iterator[Path]:
-    """The folder for a model: the one that is kept, or one that goes away."""
-    if keep is None:
-        with TemporaryDirectory(prefix="facetlog-cameras-") as folder:
-            yield Path(folder)
-        return
-    try:
-        keep.mkdir(parents=True, exist_ok=True)
-        for path in keep.iterdir():
-            path.unlink()
-    except OSError as exc:
-        raise InputError(f"{keep} cannot be written: {exc.strerror or exc}") from exc
-    yield keep
+def _write_record(folder: Path, record: KeptModel) -> None:
+    write_whole(folder / RECORD, TypeAdapter(KeptModel).dump_json(record, indent=1) + b"\n")
 
 
 def _record(folder: Path) -> KeptModel | None:

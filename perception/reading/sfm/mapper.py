@@ -1,7 +1,7 @@
 """COLMAP's structure from motion, as a program of its own: mapping.py starts it and reads on.
 
-A request comes in by standard input, progress and the outcome go out by standard output, as lines
-of JSON. What is wrong inside COLMAP ends a process, its calls cannot be interrupted, and its
+The request is a file that is named to it, progress and the outcome go out by standard output, as
+lines of JSON. What is wrong inside COLMAP ends a process, its calls cannot be interrupted, and its
 libraries go with OpenCV's only if they are loaded after them: nothing of that may happen to a
 program that merely uses this one.
 """
@@ -73,6 +73,7 @@ def mapped(request: Request, report: Report) -> Outcome:
     groups = _placed(path, len(numbers), request, report)
     if not groups:
         return Outcome(features, unreadable, pairs)
+    placed = tuple(_names_in(group, names) for group in groups)
     largest = groups[0]
     for image in largest.images.values():
         image.name = names[int(image.name)]
@@ -81,7 +82,7 @@ def mapped(request: Request, report: Report) -> Outcome:
         features,
         unreadable,
         pairs,
-        tuple(_names_in(group, names) for group in groups),
+        placed,
         largest.compute_mean_reprojection_error(),
     )
 
@@ -103,8 +104,7 @@ def _with_features(
         try:
             image = shot.read(videos)
         except InputError as exc:
-            line = str(exc) if shot.place in str(exc) else f"picture {shot.place}: {exc}"
-            unreadable.append(LeftOut(shot.name, line, shot.place))
+            unreadable.append(shot.unreadable(exc))
             continue
         height, width = image.shape
         camera, rig = cameras.of(shot, width, height)
@@ -177,14 +177,12 @@ def _placed(
 
 
 def _names_in(group: pycolmap.Reconstruction, names: list[str]) -> tuple[str, ...]:
-    known = set(names)
-    there = (group.image(number).name for number in group.reg_image_ids())
-    return tuple(sorted(name if name in known else names[int(name)] for name in there))
+    return tuple(sorted(names[int(group.image(k).name)] for k in group.reg_image_ids()))
 
 
 def main() -> None:
-    """Answers the one request on standard input."""
-    request = TypeAdapter(Request).validate_json(sys.stdin.read())
+    """Answers the request in the file that is named."""
+    request = TypeAdapter(Request).validate_json(Path(sys.argv[1]).read_bytes())
     # What COLMAP prints is no part of the answer.
     out = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)

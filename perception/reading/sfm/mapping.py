@@ -44,9 +44,11 @@ def map_pictures(
         tempfile.TemporaryFile("w+", encoding="utf-8", errors="replace") as errors,
     ):
         request = Request(shots, Path(work), model, len(os.sched_getaffinity(0)), settings)
+        asked = Path(work) / "request.json"
+        asked.write_bytes(TypeAdapter(Request).dump_json(request))
         with subprocess.Popen(
-            PROGRAM,
-            stdin=subprocess.PIPE,
+            (*PROGRAM, str(asked)),
+            stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=errors,
             # A Ctrl-C of the terminal is for us.
@@ -55,7 +57,7 @@ def map_pictures(
             text=True,
         ) as process:
             try:
-                outcome = _answer(process, request, progress)
+                outcome = _answer(process, progress)
             except BaseException:
                 process.kill()
                 raise
@@ -70,19 +72,10 @@ def map_pictures(
     return outcome
 
 
-def _answer(
-    process: "subprocess.Popen[str]", request: Request, progress: Progress | None
-) -> Outcome | None:
+def _answer(process: "subprocess.Popen[str]", progress: Progress | None) -> Outcome | None:
     """What the process answers; None if it ends without an answer."""
-    if process.stdin is None or process.stdout is None:
-        raise AssertionError("the process was started with pipes")
-    try:
-        process.stdin.write(TypeAdapter(Request).dump_json(request).decode())
-        process.stdin.close()
-    except BrokenPipeError:  # it ended before it read anything
-        return None
     outcome = None
-    for line in process.stdout:
+    for line in process.stdout or ():
         said = json.loads(line)
         if "outcome" in said:
             outcome = TypeAdapter(Outcome).validate_python(said["outcome"])

@@ -7,6 +7,7 @@ began with.
 import logging
 from dataclasses import replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.pose_files.colmap_poses import read_colmap_poses
@@ -14,10 +15,9 @@ from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 from facetlog.perception.reading.sfm.kept_model import (
     check_keep,
-    keep_outcome,
+    keep_model,
     kept_outcome,
     made_from,
-    model_folder,
 )
 from facetlog.perception.reading.sfm.mapping import map_pictures
 from facetlog.perception.reading.sfm.outcome import LEAST_PICTURES, Outcome, left_out, why_nothing
@@ -66,7 +66,8 @@ def read_by_motion(folder: Path, options: PoseOptions) -> PosesFile:
 def _mapped(
     folder: Path, shots: tuple[Shot, ...], options: PoseOptions, key: str = ""
 ) -> PosesFile:
-    with model_folder(options.keep) as model:
+    with TemporaryDirectory(prefix="facetlog-cameras-") as name:
+        model = Path(name)
         outcome = map_pictures(shots, model, SETTINGS, options.progress)
         _LOG.debug("features of each picture: %s", dict(outcome.features))
         _LOG.info(
@@ -78,8 +79,8 @@ def _mapped(
         if not outcome.groups:
             raise NothingPlacedError(why_nothing(outcome))
         if options.keep is not None:
-            keep_outcome(model, key, outcome)
-            _LOG.info("cameras are kept in %s", model)
+            keep_model(options.keep, model, key, outcome)
+            _LOG.info("cameras are kept in %s", options.keep)
         return _read(model, folder, shots, outcome)
 
 

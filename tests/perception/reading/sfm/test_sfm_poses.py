@@ -112,6 +112,7 @@ def test_plain_pictures_have_too_little_texture(tmp_path: Path) -> None:
             progress=lambda step, *_: steps.append(step),
         )
     assert list(dict.fromkeys(steps)) == ["find features", "match pictures"]
+    assert not (tmp_path / "kept").exists()
 
 
 def similar(found: ViewSet, poses: tuple[Pose, ...]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
