@@ -4,12 +4,14 @@ It works on any thread, and on several at once. Whatever crosses to Prolog is a 
 checked text: no text of a user is ever put into a goal.
 """
 
+import logging
 import sys
 import threading
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
+from time import perf_counter
 from types import MappingProxyType
 
 from facetlog.errors import EngineError, QueryError
@@ -68,6 +70,8 @@ BUILTIN_MODELS = (
     "step_stool",
 )
 
+_LOG = logging.getLogger(__name__)
+
 _bases = count(1)
 
 
@@ -87,6 +91,7 @@ class KnowledgeBase(Closing):
         memory_mb: int = 1024,
         crisp: bool = False,
     ) -> None:
+        began = perf_counter()
         self.limits = limits or Limits()
         self.calibration = Calibration() if crisp else shipped_calibration()
         self._name = f"base{next(_bases)}"
@@ -104,6 +109,9 @@ class KnowledgeBase(Closing):
             self._request("be_crisp", term_text(Atom(self._name)), state=self._name)
         for name in BUILTIN_MODELS:
             self._rules.load_builtin(house("rules") / f"{name}.pl")
+        _LOG.info(
+            "load %d built-in models took %.3f s", len(BUILTIN_MODELS), perf_counter() - began
+        )
 
     def close(self) -> None:
         """Forgets all scenes and rules; what is still being asked is forgotten afterwards."""
@@ -162,7 +170,7 @@ class KnowledgeBase(Closing):
         that `facts` leaves out, once they are asked for. Raises EngineError, and leaves nothing
         behind, if a fact is not one of docs/facts.md.
         """
-        module = scene_module()
+        began, module = perf_counter(), scene_module()
         self._request("new_scene", term_text(Atom(module)), state=module)
         # An isolated process writes no files, and may have to load again when ours are gone.
         key = None if self.isolated else cache_key
@@ -190,6 +198,7 @@ class KnowledgeBase(Closing):
             raise
         if old is not None:
             self._forget(old)
+        _LOG.info("load scene %s took %.3f s", name, perf_counter() - began)
         return scene
 
     def drop_scene(self, name: str) -> None:

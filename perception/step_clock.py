@@ -1,6 +1,7 @@
 """The time each step of a run took: wall clock and CPU.
 
-A clock is handed down the pipeline and every step is timed where it happens:
+Each step is logged as well: that it begins (debug), and how long it took (info). A clock is handed
+down the pipeline and every step is timed where it happens:
 
 >>> clock = StepClock()
 >>> with clock.step("edges"):
@@ -9,12 +10,15 @@ A clock is handed down the pipeline and every step is timed where it happens:
 ['edges']
 """
 
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter, process_time
 
 __all__ = ["StepClock", "StepTime"]
+
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +48,13 @@ class StepClock:
         """Times the body of the `with` statement, also when it ends by an exception."""
         self._times.setdefault(name, StepTime(name, 0.0, 0.0, 0))  # in the order of their start
         self._inner.append((0.0, 0.0))
+        _LOG.debug("%s begins", name)
         wall, cpu = perf_counter(), process_time()
         try:
             yield
         finally:
             wall, cpu = perf_counter() - wall, process_time() - cpu
+            _LOG.info("%s took %.3f s", name, wall)
             inner_wall, inner_cpu = self._inner.pop()
             if self._inner:
                 outer_wall, outer_cpu = self._inner[-1]

@@ -1,6 +1,8 @@
 """The way to Prolog, in this process or in one of its own, and what its replies say."""
 
+import logging
 from collections.abc import Iterator
+from time import perf_counter
 from typing import Protocol
 
 from facetlog.errors import EngineError, QueryError, RuleSyntaxError
@@ -9,6 +11,8 @@ from facetlog.kb.engine.python_predicates import raised
 from facetlog.kb.engine.terms import Failure, Term, decode_reply
 
 __all__ = ["LOAD_SECONDS", "Door", "Replies", "ask", "checked"]
+
+_LOG = logging.getLogger(__name__)
 
 LOAD_SECONDS = 600.0
 """Wall time for one chunk of facts or one file of rules: the reader has limits of its own."""
@@ -50,7 +54,11 @@ def ask(
     state: str | None = None,
 ) -> Term:
     """The result of a request that has one reply; raises what the reply reports."""
-    return checked(door.reply(operation, text, seconds=seconds, state=state))[0]
+    began = perf_counter()
+    try:
+        return checked(door.reply(operation, text, seconds=seconds, state=state))[0]
+    finally:
+        _LOG.debug("Prolog: %s took %.3f s", operation, perf_counter() - began)
 
 
 def checked(reply: Reply, question: str | None = None) -> tuple[Term, Reply]:

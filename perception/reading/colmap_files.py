@@ -55,6 +55,7 @@ MODELS = (
 )
 PARAMETERS = {name: tuple(parameters.split()) for name, parameters in MODELS}
 LEAST_CAMERA_BYTES, LEAST_PICTURE_BYTES, FEATURE_BYTES = 24, 73, 24
+COUNT_BYTES = 8  # with which a binary file begins
 EXPORT = "the COLMAP model is truncated or damaged; export it again"
 
 
@@ -125,8 +126,12 @@ def _file_of(model: Path, *names: str) -> Path | None:
 
 def _picture_count(path: Path) -> int:
     """How many pictures the model has of which this is a file; 0 where that cannot be read."""
+    images = path.with_name(f"images{path.suffix}")
     try:
-        return len(colmap_pictures(path.with_name(f"images{path.suffix}")))
+        if images.suffix == ".bin":
+            with open_regular(images) as file:
+                return int.from_bytes(file.read(COUNT_BYTES), "little")
+        return len(colmap_pictures(images))
     except (InputError, OSError):  # who reads it says what is wrong
         return 0
 

@@ -12,6 +12,7 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.own_folder import check_own_folder
 from facetlog.perception.reading.picture_of_view import picture_as_stored, picture_of_view
+from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.poses_file import PosedPicture, PosesFile
 from facetlog.perception.reading.pose_files.register import poses_path, read_poses
 from facetlog.perception.reading.video_file import VideoFrame, VideoFrames
@@ -50,7 +51,8 @@ class FollowedViews:
         self.error_kind = PoseErrorKind.ODOMETRY
         self.ended = ""
         self._trusted, self._source = trusted, path
-        self._unit, self._timeout, self._clock, self._wait = unit, timeout, clock, wait
+        self._options = PoseOptions(unit)
+        self._timeout, self._clock, self._wait = timeout, clock, wait
         self._file: PosesFile | None = None
         self._stamp: tuple[int, int] | None = None
         self._fault: InputError | None = None
@@ -100,14 +102,14 @@ class FollowedViews:
             source = self._source = poses_path(self.path)
             if source.is_dir():
                 raise InputError(
-                    f"{self.path} has no file of poses yet; of pictures of a mat all are needed "
-                    "at once: leave out --follow"
+                    f"{self.path} has no file of poses yet; of pictures alone all are needed at "
+                    "once: leave out --follow"
                 )
             about = source.stat()
             stamp = (about.st_mtime_ns, about.st_size)
             if stamp == self._stamp and self._fault is None:
                 return
-            self._file, self._stamp, self._fault = read_poses(source, self._unit), stamp, None
+            self._file, self._stamp, self._fault = read_poses(source, self._options), stamp, None
             self.up, self.metric = self._file.up, self._file.metric
             self.error_kind = self._file.error_kind
         except InputError as exc:

@@ -18,7 +18,7 @@ from facetlog.errors import InputError, missing_extra
 from facetlog.perception.types import Image
 from facetlog.regular_file import read_regular
 
-__all__ = ["LEAST_SIDE_PX", "PICTURE_SUFFIXES", "read_picture"]
+__all__ = ["LEAST_SIDE_PX", "PICTURE_SUFFIXES", "read_picture", "turned"]
 
 PICTURE_SUFFIXES = (".jpg", ".jpeg", ".png", ".tif", ".tiff", ".webp", ".bmp", ".heic", ".heif")
 """By which pictures in folders are known; one that is named is read whatever it is called."""
@@ -64,6 +64,15 @@ def read_picture(path: Path) -> Image:
     image = _eight_bits(decoded, path)
     image.setflags(write=False)
     return image
+
+
+def turned(image: Image, turns: int) -> Image:
+    """A picture (H, W) by so many quarter turns to the right.
+
+    >>> turned(np.array([[1, 2]], np.uint8), 1).tolist()
+    [[1], [2]]
+    """
+    return np.ascontiguousarray(np.rot90(image, -turns)) if turns else image
 
 
 def _eight_bits(decoded: cv2.typing.MatLike, path: Path) -> Image:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.reading.lens import Lens
-from facetlog.perception.reading.picture_file import read_picture
+from facetlog.perception.reading.picture_file import read_picture, turned
 from facetlog.perception.reading.pose_files.poses_file import PosedPicture
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import Image, StoredPicture, View
@@ -35,7 +35,7 @@ def picture_of_view(picture: PosedPicture, image: Image, lens: Lens) -> View:
     size = max(round(share * width), 1), max(round(share * height), 1)
     reduced = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     if picture.frame is None:
-        read = partial(_read, picture.path, lens)
+        read = partial(_read, picture.path, picture.turns, lens)
     else:
         read = partial(_unpacked, cv2.imencode(".png", image)[1], lens)
     stored = StoredPicture(lens.pinhole, read)
@@ -46,11 +46,12 @@ def picture_of_view(picture: PosedPicture, image: Image, lens: Lens) -> View:
 
 def picture_as_stored(picture: PosedPicture, videos: VideoFrames) -> Image:
     """The picture of a file or video, (H, W); InputError if it cannot be had."""
-    return read_picture(picture.path) if picture.frame is None else videos.read(picture.frame)
+    image = read_picture(picture.path) if picture.frame is None else videos.read(picture.frame)
+    return turned(image, picture.turns)
 
 
-def _read(path: Path, lens: Lens) -> Image:
-    return lens.undistort(read_picture(path))
+def _read(path: Path, turns: int, lens: Lens) -> Image:
+    return lens.undistort(turned(read_picture(path), turns))
 
 
 def _unpacked(png: NDArray[np.uint8], lens: Lens) -> Image:

@@ -1,5 +1,6 @@
 """Reads a folder of pictures with known cameras and poses as views."""
 
+import logging
 import os
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -13,12 +14,15 @@ from facetlog.perception.reading.left_out import LeftOut, lines_of
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.own_folder import check_own_folder
 from facetlog.perception.reading.picture_of_view import picture_as_stored, picture_of_view
+from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture
 from facetlog.perception.reading.pose_files.register import kind_of, poses_path, read_poses
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import FloatArray, PoseErrorKind, PoseErrors, View
 
 __all__ = ["ViewSet", "read_views", "stated_errors"]
+
+_LOG = logging.getLogger(__name__)
 
 LEAST_VIEWS = 2
 # Two camera centres are one place where they differ by less than this share of their largest
@@ -66,6 +70,8 @@ def read_views(
     *,
     unit: str | None = None,
     square: float | None = None,
+    axis: bool = False,
+    keep: Path | None = None,
     trusted: bool = False,
     progress: Callable[[str, int, int], None] | None = None,
 ) -> ViewSet:
@@ -83,10 +89,14 @@ def read_views(
     square
         The side of a square of the mat that the pictures show, in metres, if it was printed at
         another scale.
+    axis
+        Whether an axis of the poses' world was stated to be up.
+    keep
+        A folder for poses that take minutes to find.
     trusted
         Whether the file may name pictures outside of its folder (own_folder.py).
     progress
-        Called with ("pictures", done, all) after each picture.
+        Called with ("pictures", done, all) after each picture, and likewise with other steps.
 
     Raises
     ------
@@ -98,7 +108,8 @@ def read_views(
         A camera or pose is missing or invalid, or all views were taken from one place.
     """
     source = poses_path(Path(path))
-    file = read_poses(source, unit, square)
+    _LOG.debug("%s is read as %s", source, kind_of(source, Path(path)))
+    file = read_poses(source, PoseOptions(unit, square, axis, keep, progress))
     if file.faults:
         raise file.faults[0]
     _check_names(file.pictures, source)

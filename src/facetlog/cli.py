@@ -26,7 +26,7 @@ from facetlog.commands.scene.app import scene_app
 from facetlog.commands.shared import NO, YES, AsJson, Full, Models, Raw, Trust, command
 from facetlog.commands.simulate import simulate_command
 from facetlog.errors import InputError
-from facetlog.output_folder import check_replaceable
+from facetlog.output_folder import check_replaceable, kept_cameras
 from facetlog.perception.length_units import stated_length
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import (
@@ -43,7 +43,7 @@ from facetlog.pipeline import (
     write_scene_file,
 )
 from facetlog.stream import Goal, Stop
-from facetlog.terminal import note, set_quiet, show_times, showing_progress, warn
+from facetlog.terminal import error, note, set_loudness, show_times, showing_progress, warn
 
 if TYPE_CHECKING:
     from facetlog.perception.reading.read_views import ViewSet
@@ -67,7 +67,7 @@ Views = Annotated[
     Path,
     typer.Argument(
         metavar="VIEWS",
-        help="Folder of pictures with transforms.json, a COLMAP model, …; or such a file.",
+        help="Folder of pictures, with transforms.json, a COLMAP model, … or alone; or a file.",
     ),
 ]
 Out = Annotated[
@@ -132,15 +132,25 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _shared(
-    version: Annotated[
+    version: Annotated[  # noqa: ARG001 - its callback ends the program
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Show the version.")
     ] = False,
     quiet: Annotated[
-        bool,
-        typer.Option("-q", "--quiet", callback=set_quiet, help="No notes, progress and times."),
+        bool, typer.Option("-q", "--quiet", help="No notes, progress and times.")
     ] = False,
+    verbose: Annotated[
+        int,
+        typer.Option(
+            "-v", "--verbose", count=True, help="Each step with its time; twice: more of it."
+        ),
+    ] = 0,
 ) -> None:
     """What all commands share."""
+    try:
+        set_loudness(quiet=quiet, verbose=verbose)
+    except InputError as exc:
+        error(str(exc))
+        raise typer.Exit(exc.exit_code) from exc
 
 
 @app.command("recognize")
@@ -212,6 +222,7 @@ def recognize_command(
             unit=unit,
             up=up,
             square=stated_length(square, "--square"),
+            keep=kept_cameras(out),
             trusted=trust,
             keep_poses=keep_poses,
         ),
@@ -251,6 +262,7 @@ def reconstruct_command(
             unit=unit,
             up=up,
             square=stated_length(square, "--square"),
+            keep=kept_cameras(out.with_suffix("")),
             trusted=trust,
             keep_poses=keep_poses,
             progress=progress,

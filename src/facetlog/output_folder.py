@@ -11,11 +11,23 @@ from pathlib import Path
 from facetlog.errors import InputError
 from facetlog.regular_file import read_regular_text
 
-__all__ = ["RUN_FILE", "check_replaceable", "output_folder"]
+__all__ = ["RUN_FILE", "check_replaceable", "kept_cameras", "output_folder"]
 
 # Written last into each folder of results: who wrote it, and which files are its own.
 RUN_FILE = "run.json"
 RUN_SCHEMA = "facetlog-run/1"
+
+
+def kept_cameras(out: Path | None) -> Path | None:
+    """Where the cameras of pictures without poses are kept: beside a folder or file of results.
+
+    >>> kept_cameras(Path("/out/photos")).as_posix()
+    '/out/photos-cameras'
+    """
+    if out is None:
+        return None
+    folder = out.absolute()
+    return folder.parent / f"{folder.name}-cameras"
 
 
 def check_replaceable(folder: Path, option: str = "-o") -> None:

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from facetlog.perception.facts.known_length import KnownLength
     from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.scene import Scene
-    from facetlog.perception.types import View
+    from facetlog.perception.types import FloatArray, View
 
 __all__ = [
     "DEMO_WORLD",
@@ -42,6 +42,9 @@ __all__ = [
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 """Called with the step's name, how much of it is done, and of how much."""
+
+Up: TypeAlias = "str | FloatArray | None"
+"""Upwards, as `with_stated_up` takes it."""
 
 FlatFact: TypeAlias = tuple[str | int | float, ...]
 """A functor and its arguments."""
@@ -95,8 +98,9 @@ def views_from(
     path: Path,
     *,
     unit: str | None,
-    up: str | None = None,
+    up: Up = None,
     square: float | None = None,
+    keep: Path | None = None,
     trusted: bool = False,
     keep_poses: bool = False,
     progress: Progress | None,
@@ -105,14 +109,23 @@ def views_from(
     """The views of a folder or poses file; perception/reading/read_views.py says what it may hold.
 
     Poses that were counted up, with their covariances, are corrected by the pictures, unless they
-    are to be kept. `up` is a word of `with_stated_up`; `square` is the side of a mat's squares, in
-    metres, if it was printed at another scale.
+    are to be kept. `up` is as in `with_stated_up`; `square` is the side of a mat's squares, in
+    metres, if it was printed at another scale; `keep` is a folder for cameras that structure from
+    motion finds.
     """
     from facetlog.perception.reading.read_views import read_views
 
-    check_up(up)
+    axis = _is_axis(up)
     with clock.step("read pictures"):
-        view_set = read_views(path, unit=unit, square=square, trusted=trusted, progress=progress)
+        view_set = read_views(
+            path,
+            unit=unit,
+            square=square,
+            axis=axis,
+            keep=keep,
+            trusted=trusted,
+            progress=progress,
+        )
     view_set = with_stated_up(view_set, up)
     if keep_poses or view_set.pose_errors is None:
         return view_set
@@ -122,27 +135,30 @@ def views_from(
         return with_refined_poses(view_set, progress)
 
 
-def check_up(word: str | None) -> None:
+def check_up(up: Up) -> None:
     """Raises InputError for a word that says nothing of up: to be called before any long work."""
+    _is_axis(up)
+
+
+def _is_axis(up: Up) -> bool:
+    """Whether up is stated by the axes of the poses' world."""
     from facetlog.perception.shapes.shape_options import up_from
 
-    if word is not None:
-        up_from(word)
+    return up is not None and (not isinstance(up, str) or up_from(up) is not None)
 
 
-def with_stated_up(view_set: "ViewSet", word: str | None) -> "ViewSet":
-    """The views with the up that a word says: an axis, as "-y"; as the file says, or else that of
-    the ground (`auto`, None); or unknown (`none`). InputError for another word.
+def with_stated_up(view_set: "ViewSet", up: Up) -> "ViewSet":
+    """The views with the up that is stated: a unit vector (3,), or by a word an axis, as "-y"; as
+    the file says, or else that of the ground (`auto`, None); or unknown (`none`). InputError for
+    another word.
     """
     import numpy as np
 
     from facetlog.perception.shapes.shape_options import NOT_GIVEN, up_from
 
-    if word is None:
-        return view_set
-    if word == NOT_GIVEN:
+    if isinstance(up, str) and up == NOT_GIVEN:
         return replace(view_set, up=None, find_up=False)
-    axis = up_from(word)
+    axis = up_from(up) if isinstance(up, str) else up
     return view_set if axis is None else replace(view_set, up=np.array(axis))
 
 

@@ -1,5 +1,6 @@
-"""What goes to stderr: progress on a terminal, warnings, and the table of times."""
+"""What goes to stderr: progress on a terminal, warnings, what is logged, and the table of times."""
 
+import logging
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -7,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from facetlog.errors import FacetlogError, RuleSyntaxError
+from facetlog.errors import FacetlogError, InputError, RuleSyntaxError
 from facetlog.perception.step_clock import StepClock, StepTime
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ __all__ = [
     "note",
     "one_line",
     "printable",
-    "set_quiet",
+    "set_loudness",
     "short_line",
     "shortened",
     "show_times",
@@ -39,9 +40,32 @@ class _Stderr:
     quiet = False
 
 
-def set_quiet(quiet: bool) -> None:
-    """Says whether notes, progress and times are left out from now on."""
+class _Lines(logging.Handler):
+    """What is logged as lines in the form of all others: warnings, and what else is asked for."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        message = record.getMessage()
+        if record.levelno >= logging.WARNING:
+            warn(message)
+        else:
+            note(f"[{record.relativeCreated / 1000:.3f} s] {message}")
+
+
+_LINES = _Lines()
+LEVELS = (logging.NOTSET, logging.INFO, logging.DEBUG)
+"""Of facetlog's loggers, by how often --verbose is given; the first leaves it to Python, which
+shows warnings."""
+
+
+def set_loudness(*, quiet: bool, verbose: int) -> None:
+    """Says what goes to stderr from now on: with `quiet` no notes, progress and times; with
+    `verbose` also each step with its time, from 2 what helps to find a fault."""
+    if quiet and verbose:
+        raise InputError("--quiet and --verbose exclude each other: give one")
     _Stderr.quiet = quiet
+    logger = logging.getLogger("facetlog")
+    logger.addHandler(_LINES)
+    logger.setLevel(LEVELS[min(verbose, len(LEVELS) - 1)])
 
 
 def printable(text: str) -> str:

@@ -11,9 +11,12 @@ import trimesh
 
 import facetlog
 from facetlog.errors import EngineError, InputError, QueryError
+from facetlog.perception.reading.read_views import ViewSet
+from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.surfaces.mesh_export import write_mesh
 from facetlog.perception.surfaces.scene_file import write_scene
+from tests.perception.reading.mat.mat_photos import photos, write_photos
 from tests.rendered import tour
 
 NOTHING = """
@@ -91,6 +94,29 @@ def test_up_and_unit_are_those_of_the_command_line_or_a_vector(tmp_path: Path) -
             facetlog.read_scene(path, up=up)
     with pytest.raises(InputError, match="use one of m, "):
         facetlog.read_scene(path, unit="foot")
+
+
+def test_a_square_is_that_of_the_command_line_and_of_a_mat_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    block = build("cuboid", {})
+    write_scene(block, tmp_path / "block.json")
+    with pytest.raises(InputError, match=r"square is for pictures of a mat, and .*block\.json"):
+        facetlog.recognize(tmp_path / "block.json", square="17.6mm")
+    with pytest.raises(InputError, match=r"square '17\.6': give a length above 0 with its unit"):
+        facetlog.recognize(tmp_path, square="17.6")
+    read: list[ViewSet] = []
+
+    def reconstructed(views: ViewSet, **_: object) -> Scene:
+        read.append(views)
+        return block
+
+    monkeypatch.setattr("facetlog.pipeline.reconstruct_views", reconstructed)
+    folder = write_photos(tmp_path / "photos", photos(2))
+    for square in ("36mm", "1.8 cm"):
+        facetlog.recognize(folder, square=square)
+    far, near = (np.array([view.pose.centre for view in found.views]) for found in read)
+    assert far == pytest.approx(2.0 * near, rel=1e-3)
 
 
 def test_options_count_for_scenes_and_their_files(tmp_path: Path) -> None:

@@ -1,7 +1,9 @@
 """The command line: exit codes, one-line errors, and what goes to which stream."""
 
 import json
+import logging
 import os
+import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -15,7 +17,7 @@ from facetlog import __version__
 from facetlog.cli import main
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
-from facetlog.perception.surfaces.scene_file import read_scene
+from facetlog.perception.surfaces.scene_file import read_scene, write_scene
 from facetlog.perception.types import Camera, Pose, View
 
 
@@ -243,3 +245,45 @@ def test_quiet_leaves_results_and_warnings(
     said = capsys.readouterr().err
     assert "transforms.json, 3 pictures" in said
     assert "whole run" in said
+
+
+def test_verbose_shows_steps_with_their_times_of_all_commands_alike(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = tmp_path / "scene.json"
+    write_scene(cuboid(0.3, 0.2, 0.1), scene)
+    for call in (["query", str(scene), "is_a(T, box)"], ["why", str(scene), "box"]):
+        assert main(["--verbose", *call]) == 0
+        said = capsys.readouterr().err
+        line = r"^facetlog: \[\d+\.\d{3} s\] %s took \d+\.\d{3} s"
+        for step in ("load 17 built-in models", "load scene cuboid", call[0]):
+            assert re.search(line % step, said, re.MULTILINE), said
+        assert "Prolog:" not in said
+    assert main(["-vv", "model", "check", str(scene.with_name("absent.model"))]) == 2
+    assert re.search(r"\] facetlog \S+, Python 3", capsys.readouterr().err)
+    assert main(["-vv", "query", str(scene), "is_a(T, box)"]) == 0
+    assert "Prolog: load_builtin took" in capsys.readouterr().err
+    assert main(["query", str(scene), "is_a(T, box)"]) == 0
+    assert "took" not in capsys.readouterr().err
+
+
+def test_quiet_and_verbose_exclude_each_other(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["-q", "-v", "doctor"]) == 2
+    assert "--quiet and --verbose exclude each other" in capsys.readouterr().err
+
+
+def test_warnings_that_are_logged_have_the_form_of_all_others(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["--quiet", "model", "check", "rules/box.model"]) == 0
+    logging.getLogger("facetlog.robot.pioneer.link").warning("late: %d ms", 300)
+    assert capsys.readouterr().err == "facetlog: warning: late: 300 ms\n"
+
+
+def test_in_a_program_nothing_is_shown_unless_it_says_so() -> None:
+    code = (
+        "import facetlog, logging; facetlog.read_scene;"
+        "logging.getLogger('facetlog.kb').warning('odd')"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (run.stdout, run.stderr) == ("", "")

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from facetlog.perception.reading.exif import USUAL_FOCAL
 from facetlog.perception.types import FloatArray, Pose
 
 __all__ = ["Corners", "FittedCamera", "FittedPose", "MatFit", "fitted"]
@@ -29,8 +30,6 @@ CENTRE_SD = 0.02
 LENS_SD = (0.3, 0.3, 0.003, 0.003, 0.3)
 # Of the log of the focal length, where EXIF has it and where it has not.
 FOCAL_SD, UNKNOWN_FOCAL_SD = 0.1, 0.5
-USUAL_FOCAL = 0.8
-"""In diagonals: what phones have, from 13 to 77 mm on small film."""
 ROLLING_SD = 5e-4
 """Radians about each axis from first row to last: a hand's 1 to 2 degrees a second, over the 15 to
 30 ms in which phones read their rows."""

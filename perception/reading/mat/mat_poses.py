@@ -7,20 +7,19 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.exif import TakenWith, taken_with
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Distortion
-from facetlog.perception.reading.mat.exif import TakenWith, taken_with
 from facetlog.perception.reading.mat.fit import Corners, FittedCamera, FittedPose, fitted
 from facetlog.perception.reading.mat.mats import Mat
-from facetlog.perception.reading.mat.shots import Shot, has_shots, shots_in
 from facetlog.perception.reading.mat.sightings import Sighting, sighting
 from facetlog.perception.reading.picture_of_view import KEPT_DIAGONAL_PX
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader
 from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture, PosesFile
+from facetlog.perception.reading.shots import Shot, shots_in
 from facetlog.perception.reading.video_file import VideoFrames
 from facetlog.perception.types import PoseErrorKind
 
-__all__ = ["MAT", "MatPicture", "PlacedPicture", "mat_pictures", "read_mat"]
+__all__ = ["MatPicture", "NoMatError", "PlacedPicture", "mat_pictures", "read_mat"]
 
 MOST_BLUR_PX = 2.0
 """Standard deviation, in pictures at the size at which edges are found in them: lines nearer than
@@ -29,6 +28,17 @@ MISFIT = 4.0
 """Of a picture whose residuals are so many times the median of all pictures the corners do not
 fit: the camera moved, or the mat."""
 HIDDEN = "shows too little of the mat: all is hidden, too far, too blurred, or outside"
+
+
+class NoMatError(InputError):
+    """No picture shows a mat: `what` says just that, the message the way out, too."""
+
+    def __init__(self, folder: Path, what: str) -> None:
+        super().__init__(
+            f"{folder}: {what}: print one (facetlog mat -o mat.pdf) and stand the thing on it, or "
+            "add a file of poses (docs/pictures.md)"
+        )
+        self.what = what
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,18 +76,15 @@ def mat_pictures(
     """The mat, the pictures that show it with cameras and poses, and those that are left out.
 
     `square` is the side of a square as printed, in metres, where it is not as it should be.
-    InputError where no picture shows a mat, or they show two.
+    NoMatError where no picture shows a mat, InputError where they show two.
     """
     shots = shots_in(folder)
     if not shots:
         raise InputError(f"{folder} holds no pictures: add 12 to 30 of a thing on a printed mat")
     seen, left_out = _seen(shots)
     if not seen:
-        why = f": {left_out[0].line}" if left_out and len(left_out) == len(shots) == 1 else ""
-        raise InputError(
-            f"{folder}: no mat is seen in {_of(len(shots))}{why}: print one (facetlog mat -o "
-            "mat.pdf) and stand the thing on it, or add a file of poses (docs/pictures.md)"
-        )
+        why = f" ({left_out[0].line})" if left_out and len(left_out) == len(shots) == 1 else ""
+        raise NoMatError(folder, f"no mat is seen in {_of(len(shots))}{why}")
     mats = {picture.seen.mat: picture.shot.name for picture in seen}
     if len(mats) > 1:
         named = " and ".join(f"{mat.paper} in {name}" for mat, name in mats.items())
@@ -94,16 +101,11 @@ def mat_pictures(
     return mat, found, tuple(left_out)
 
 
-def read_mat(folder: Path, unit: str | None, square: float | None = None) -> PosesFile:
+def read_mat(folder: Path, square: float | None = None) -> PosesFile:
     """Cameras and poses of the pictures in a folder by the mat that they show; metres, up is +z.
 
-    InputError where no picture shows a mat, or they show two; `unit` must be None.
+    NoMatError where no picture shows a mat, InputError where they show two.
     """
-    if unit is not None:
-        raise InputError(
-            "--unit is for poses of an unknown unit; of a mat give the side of a square as "
-            "printed, if the bar was off: --square 17.6mm"
-        )
     mat, found, left_out = mat_pictures(folder, square)
     off = float(np.median([each.placed.noise_px for each in found]))
     return PosesFile(
@@ -117,20 +119,6 @@ def read_mat(folder: Path, unit: str | None, square: float | None = None) -> Pos
     )
 
 
-def _find(folder: Path) -> Path | None:
-    return folder if has_shots(folder) else None
-
-
-MAT = PoseReader(
-    kind="printed mat",
-    needs="pictures of a thing on a printed mat (facetlog mat -o mat.pdf)",
-    find=_find,
-    takes=Path.is_dir,
-    read=read_mat,
-    alone=True,
-)
-
-
 def _seen(shots: Sequence[Shot]) -> tuple[list[MatPicture], list[LeftOut]]:
     seen: list[MatPicture] = []
     left_out: list[LeftOut] = []
@@ -140,8 +128,7 @@ def _seen(shots: Sequence[Shot]) -> tuple[list[MatPicture], list[LeftOut]]:
             image = shot.read(videos)
             found = sighting(image)
         except InputError as exc:
-            line = str(exc) if shot.place in str(exc) else f"picture {shot.place}: {exc}"
-            left_out.append(LeftOut(shot.name, line, shot.place))
+            left_out.append(shot.unreadable(exc))
             continue
         if found is None:
             left_out.append(_left_out(shot, HIDDEN))

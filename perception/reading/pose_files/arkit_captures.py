@@ -22,7 +22,7 @@ import numpy as np
 from facetlog.errors import InputError
 from facetlog.perception.reading.pose_files.json_file import read_json, taken
 from facetlog.perception.reading.pose_files.pose_checks import finite, posed, rotation_of
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     PosedPicture,
@@ -148,12 +148,12 @@ POLYCAM = PoseReader(
     needs=f"Polycam's {KEYFRAMES} folder",
     find=_find_polycam,
     takes=lambda path: path.suffix == ".json" and path.parent.name in PAIRS,
-    read=read_polycam,
+    read=by_unit(read_polycam),
 )
 RECORD3D = PoseReader(
     kind="Record3D capture",
     needs=f"Record3D's {METADATA} with {RGB[0]}",
     find=_find_record3d,
     takes=lambda path: path.name == METADATA,
-    read=read_record3d,
+    read=by_unit(read_record3d),
 )

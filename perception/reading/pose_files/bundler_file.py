@@ -16,7 +16,7 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.pose_files.pose_checks import finite, posed
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
     PosedPicture,
@@ -134,5 +134,5 @@ BUNDLER = PoseReader(
     needs=f"Bundler's {BUNDLE} with {LIST}",
     find=_find,
     takes=lambda path: path.suffix == ".out",
-    read=read_bundler,
+    read=by_unit(read_bundler),
 )

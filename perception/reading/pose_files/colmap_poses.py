@@ -18,7 +18,7 @@ from facetlog.perception.reading.colmap_files import (
     colmap_pictures,
 )
 from facetlog.perception.reading.pose_files.pose_checks import is_file, posed, rotation_of
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     Intrinsics,
@@ -142,6 +142,6 @@ COLMAP = PoseReader(
     needs="a COLMAP model (cameras and images, .bin or .txt, there or in sparse/)",
     find=find_colmap_poses,
     takes=lambda path: path.name in ("images.bin", "images.txt"),
-    read=read_colmap_poses,
+    read=by_unit(read_colmap_poses),
     choice=choice_of_model,
 )

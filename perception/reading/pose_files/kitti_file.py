@@ -15,7 +15,7 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.pose_files.pose_checks import posed
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, first_of
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit, first_of
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     Intrinsics,
@@ -113,5 +113,5 @@ KITTI = PoseReader(
     needs=f"KITTI's {POSES} and {CALIBRATION} with {FOLDERS[0]}",
     find=first_of(POSES, CALIBRATION),
     takes=lambda path: path.name == POSES,
-    read=read_kitti,
+    read=by_unit(read_kitti),
 )

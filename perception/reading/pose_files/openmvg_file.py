@@ -19,7 +19,7 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.pose_files.json_file import read_json, taken
 from facetlog.perception.reading.pose_files.pose_checks import EXPORT, finite, is_file, posed
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, first_of
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit, first_of
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     Intrinsics,
@@ -174,5 +174,5 @@ OPENMVG = PoseReader(
     needs=f"OpenMVG's {SFM_DATA}",
     find=first_of(SFM_DATA),
     takes=lambda path: path.name == SFM_DATA,
-    read=read_openmvg,
+    read=by_unit(read_openmvg),
 )

@@ -20,7 +20,7 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.pan_tilt import pan_tilt_pose
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     FieldNames,
     Intrinsics,
@@ -159,5 +159,5 @@ PAN_TILT = PoseReader(
     needs=f"{POSES_FILE} ({','.join(COLUMNS)}) with {CAMERA_FILE}",
     find=_find,
     takes=lambda path: path.suffix.lower() == ".csv",
-    read=read_pan_tilt,
+    read=by_unit(read_pan_tilt),
 )

@@ -145,7 +145,8 @@ class Intrinsics:
 @dataclass(frozen=True, slots=True)
 class PosedPicture:
     """One picture of a poses file: the name it has there, its file, camera and pose; `frame` where
-    that is a video.
+    that is a video. Camera and pose are those of the picture after so many quarter `turns` to the
+    right: none, but where the poses were found in pictures that were read so.
 
     `covariance` (6, 6), if the file has it: of the camera's place (world units) and of a rotation
     vector in the world frame (radians).
@@ -157,6 +158,7 @@ class PosedPicture:
     pose: Pose
     covariance: FloatArray | None = field(default=None, compare=False)
     frame: VideoFrame | None = None
+    turns: int = 0
 
 
 @dataclass(frozen=True, eq=False, slots=True)

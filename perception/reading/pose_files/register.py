@@ -6,7 +6,7 @@ A new kind is a module here with a PoseReader, and a name in READERS.
 from pathlib import Path
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.mat.mat_poses import MAT, read_mat
+from facetlog.perception.reading.pictures_alone import PICTURES
 from facetlog.perception.reading.pose_files.arkit_captures import POLYCAM, RECORD3D
 from facetlog.perception.reading.pose_files.bundler_file import BUNDLER
 from facetlog.perception.reading.pose_files.colmap_poses import COLMAP, has_pictures
@@ -14,7 +14,7 @@ from facetlog.perception.reading.pose_files.json_file import read_json
 from facetlog.perception.reading.pose_files.kitti_file import KITTI
 from facetlog.perception.reading.pose_files.openmvg_file import OPENMVG
 from facetlog.perception.reading.pose_files.pan_tilt_file import PAN_TILT
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.pose_reader import PoseOptions, PoseReader
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 from facetlog.perception.reading.pose_files.transforms_file import (
     BLENDER,
@@ -30,7 +30,7 @@ __all__ = ["READERS", "find_poses", "has_poses", "kind_of", "poses_path", "read_
 # A file is read by the first that takes it.
 READERS: tuple[PoseReader, ...] = (
     *(BLENDER, OPENMVG, POLYCAM, RECORD3D, TRANSFORMS, COLMAP),
-    *(BUNDLER, VISUALSFM, TUM, KITTI, PAN_TILT, MAT),
+    *(BUNDLER, VISUALSFM, TUM, KITTI, PAN_TILT, PICTURES),
 )
 VIDEO_KINDS = (*COUNTED, ".mkv", ".webm", ".ts", ".mjpg")
 # Names that a message lists of what a folder holds.
@@ -68,7 +68,7 @@ def has_poses(path: Path) -> bool:
     """
     if path.is_dir():
         return _has_poses(path)
-    reader = next((reader for reader in READERS if reader.takes(path)), None)
+    reader = _reader_of(path)
     if reader is not TRANSFORMS:
         return reader is not None
     try:
@@ -82,18 +82,11 @@ def _has_poses(folder: Path) -> bool:
     return any(reader is not COLMAP or has_pictures(path) for reader, path in _found(folder))
 
 
-def read_poses(path: Path, unit: str | None, square: float | None = None) -> PosesFile:
-    """The contents of a poses file, read by the kind that its name shows.
-
-    `square` is the side of a printed mat's squares, in metres, where it is not as it should be.
-    """
-    reader = next((reader for reader in READERS if reader.takes(path)), None)
-    if square is not None:
-        if reader is not MAT:
-            raise InputError(f"--square is for pictures of a mat, and {path} has poses: omit it")
-        return read_mat(path, unit, square)
+def read_poses(path: Path, options: PoseOptions) -> PosesFile:
+    """The contents of a poses file, read by the kind that its name shows."""
+    reader = _reader_of(path)
     if reader is not None:
-        return reader.read(path, unit)
+        return reader.read(path, options)
     video = (
         f'; of a video a {TRANSFORMS_FILE} with "video": "{path.name}" and a pose for each frame'
         if path.suffix.lower() in VIDEO_KINDS
@@ -105,11 +98,15 @@ def read_poses(path: Path, unit: str | None, square: float | None = None) -> Pos
 def kind_of(path: Path, given: Path) -> str:
     """The kind of a poses file, for people, and which of several in the folder that was given it
     is; empty for what is none."""
-    reader = next((reader for reader in READERS if reader.takes(path)), None)
+    reader = _reader_of(path)
     if reader is None:
         return ""
     choice = reader.choice(given) if given.is_dir() else ""
     return f"{reader.kind} {choice}" if choice else reader.kind
+
+
+def _reader_of(path: Path) -> PoseReader | None:
+    return next((reader for reader in READERS if reader.takes(path)), None)
 
 
 def _found(folder: Path) -> list[tuple[PoseReader, Path]]:

@@ -24,7 +24,7 @@ import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.pose_files.json_file import read_json
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     COEFFICIENTS,
     FieldNames,
@@ -224,7 +224,7 @@ TRANSFORMS = PoseReader(
     needs=TRANSFORMS_FILE,
     find=partial(_find, TRANSFORMS_FILE),
     takes=lambda path: path.suffix.lower() == ".json",
-    read=read_transforms,
+    read=by_unit(read_transforms),
     made_from=("COLMAP model",),  # by nerfstudio's tools; and `facetlog collect` writes both
 )
 BLENDER = PoseReader(
@@ -232,5 +232,5 @@ BLENDER = PoseReader(
     needs=TRAIN_FILE,
     find=partial(_find, TRAIN_FILE),
     takes=lambda path: path.name == TRAIN_FILE,
-    read=read_transforms,
+    read=by_unit(read_transforms),
 )

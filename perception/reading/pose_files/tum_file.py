@@ -20,7 +20,7 @@ from facetlog.errors import InputError
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.pose_files.pan_tilt_file import CAMERA_FILE, read_camera
 from facetlog.perception.reading.pose_files.pose_checks import posed, rotation_of
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader, first_of
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit, first_of
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
     PosedPicture,
@@ -110,5 +110,5 @@ TUM = PoseReader(
     needs=f"{TRAJECTORY} and {PICTURES} with {CAMERA_FILE}",
     find=first_of(TRAJECTORY, PICTURES),
     takes=lambda path: path.name == TRAJECTORY,
-    read=read_tum,
+    read=by_unit(read_tum),
 )

@@ -18,7 +18,7 @@ import numpy as np
 from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.pose_files.pose_checks import EXPORT, finite, posed, rotation_of
-from facetlog.perception.reading.pose_files.pose_reader import PoseReader
+from facetlog.perception.reading.pose_files.pose_reader import PoseReader, by_unit
 from facetlog.perception.reading.pose_files.poses_file import (
     Intrinsics,
     PosedPicture,
@@ -140,5 +140,5 @@ VISUALSFM = PoseReader(
     needs=f"one {SUFFIX} file of VisualSFM",
     find=_find,
     takes=lambda path: path.suffix == SUFFIX,
-    read=read_visualsfm,
+    read=by_unit(read_visualsfm),
 )

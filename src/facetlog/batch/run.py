@@ -1,6 +1,7 @@
 """A run: scenes to workers, rows into the journal, and out in the order given."""
 
 import json
+import logging
 import tempfile
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -20,6 +21,8 @@ from facetlog.errors import InputError
 from facetlog.regular_file import check_regular
 
 __all__ = ["Finished", "Plan", "Progress", "Workers", "check_output", "classified"]
+
+_LOG = logging.getLogger(__name__)
 
 Progress = Callable[[int, int, int], None]
 """Called with how many rows there are, of how many, and how many of them have errors."""
@@ -122,6 +125,7 @@ def classified(
                 journal.append(answer.task.item.path, answer.line)
                 done += 1
                 failed += answer.failed
+                _LOG.info("%s is done, %d of %d", answer.task.item.path, done, len(plan.items))
                 if progress is not None:
                     progress(done, len(plan.items), failed)
         finally:

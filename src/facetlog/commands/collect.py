@@ -32,7 +32,6 @@ from facetlog.commands.robot_options import (
     numbers_in,
     optics_of,
     parsed_start,
-    warnings_to_stderr,
 )
 from facetlog.commands.robot_words import COLLECT_AGAIN, worded, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, Models, Trust, command
@@ -144,7 +143,7 @@ def collect_command(
         model=model,
         baud=baud,
     )
-    with ended_by_signals(), ExitStack() as stack, warnings_to_stderr():
+    with ended_by_signals(), ExitStack() as stack:
         recordings = Recordings(mcap, rerun)
         recordings.check()
         recordings.check_beside(out)

@@ -27,7 +27,6 @@ from facetlog.commands.robot_options import (
     checked_speed,
     ended_by_signals,
     optics_of,
-    warnings_to_stderr,
 )
 from facetlog.commands.robot_words import MOUNT_AGAIN, wording_errors
 from facetlog.commands.shared import NO, YES, AsJson, command
@@ -160,7 +159,6 @@ def _sightings(
         ended_by_signals(),
         wording_errors(MOUNT_AGAIN),
         ExitStack() as stack,
-        warnings_to_stderr(),
     ):
         robot = stack.enter_context(
             Pioneer.connect(

@@ -1,6 +1,5 @@
 """Shared by the commands with a robot: options, the camera, and warnings on stderr."""
 
-import logging
 import math
 import signal
 import threading
@@ -14,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from facetlog.errors import InputError
-from facetlog.terminal import warn
 
 if TYPE_CHECKING:
     from facetlog.robot.collecting.optics import Optics
@@ -42,7 +40,6 @@ __all__ = [
     "numbers_in",
     "optics_of",
     "parsed_start",
-    "warnings_to_stderr",
 ]
 
 CAMERA_TOML = "camera.toml"
@@ -176,13 +173,6 @@ def numbers_in(text: str, option: str, form: str, *counts: int) -> tuple[float, 
     return values
 
 
-class _AsWarnings(logging.Handler):
-    """Lines on stderr for what the robot's driver and its head's log."""
-
-    def emit(self, record: logging.LogRecord) -> None:
-        warn(record.getMessage())
-
-
 @contextmanager
 def ended_by_signals() -> Iterator[None]:
     """SIGTERM, SIGHUP and SIGTSTP end the body as Ctrl-C does: the robot is stopped first.
@@ -203,14 +193,3 @@ def ended_by_signals() -> Iterator[None]:
 
 def _interrupt(_number: int, _frame: FrameType | None) -> None:
     raise KeyboardInterrupt
-
-
-@contextmanager
-def warnings_to_stderr() -> Iterator[None]:
-    """Warnings of the robot's room as lines on stderr, in the form of this program's own."""
-    logger, handler = logging.getLogger("facetlog.robot"), _AsWarnings(logging.WARNING)
-    logger.addHandler(handler)
-    try:
-        yield
-    finally:
-        logger.removeHandler(handler)

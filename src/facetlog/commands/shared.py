@@ -1,15 +1,19 @@
 """What all commands share: exit codes, one line for an error, and the options that several have."""
 
 import errno
+import logging
 import os
+import platform
 import sys
 from collections.abc import Callable
 from functools import wraps
 from pathlib import Path
+from time import perf_counter
 from typing import Annotated, ParamSpec
 
 import typer
 
+from facetlog import __version__
 from facetlog.__main__ import INTERRUPTED
 from facetlog.errors import FacetlogError, InputError
 from facetlog.terminal import error, error_lines, note
@@ -20,6 +24,8 @@ YES, NO, BROKEN_PIPE = 0, 1, 141  # the last: 128 + the signal's number
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 P = ParamSpec("P")
+
+_LOG = logging.getLogger(__name__)
 
 Models = Annotated[
     list[Path] | None,
@@ -47,6 +53,8 @@ def command(body: Callable[P, int]) -> Callable[P, None]:
 
     @wraps(body)
     def ending(*args: P.args, **kwargs: P.kwargs) -> None:
+        began = perf_counter()
+        _LOG.debug("facetlog %s, Python %s", __version__, platform.python_version())
         try:
             code = body(*args, **kwargs)
             if not sys.stdout.closed:  # as the language server leaves it
@@ -73,6 +81,8 @@ def command(body: Callable[P, int]) -> Callable[P, None]:
             _write_no_more()
             error(f"the output cannot be written: {exc.strerror}: make room")
             code = InputError.exit_code
+        name = body.__name__.removesuffix("_command").replace("_", "-")
+        _LOG.info("%s took %.3f s, exit code %d", name, perf_counter() - began, code)
         raise typer.Exit(code)
 
     del ending.__annotations__["return"]

@@ -1,7 +1,7 @@
 """Recognise, classify and ask in one call each."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias, cast
 
@@ -12,6 +12,7 @@ from facetlog.perception.step_clock import StepClock
 if TYPE_CHECKING:
     import pandas as pd
 
+    from facetlog.perception.facts.known_length import KnownLength
     from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.scene import Scene
     from facetlog.perception.types import FloatArray, View
@@ -35,23 +36,37 @@ def recognize(
     up: Up = None,
     unit: str | None = None,
     scale: str | None = None,
+    square: str | None = None,
+    cameras: str | Path | None = None,
     trust: bool = False,
     raw: bool = False,
 ) -> Result:
     """What is there: the scene, and what all models say of each thing in it.
 
-    `up` and `unit` (m, cm, mm, in, ft) say what a file does not, `scale` as in read_scene. Models
-    that are not to be trusted are evaluated in a process of their own; `raw` verdicts have no
-    confidence. Raises InputError for a source, RuleSyntaxError for a model that cannot be used,
-    EngineError without SWI-Prolog.
+    `up` and `unit` (m, cm, mm, in, ft) say what a file does not, `scale` as in read_scene. Of
+    pictures on a printed mat `square` is the side of a square, as "17.6mm", if its bar was off.
+    Cameras of pictures without poses and mat, which take minutes to find, are kept in the folder
+    `cameras`. Models that are not to be trusted are evaluated in a process of their own; `raw`
+    verdicts have no confidence. Raises InputError for a source, RuleSyntaxError for a model that
+    cannot be used, EngineError without SWI-Prolog.
     """
     from facetlog.kb.recognize import judged_scene
+    from facetlog.perception.facts.known_length import KnownLength
+    from facetlog.perception.length_units import stated_length
     from facetlog.pipeline import load_scene, open_models
 
     paths = model_paths(models)
+    known = None if scale is None else KnownLength.parse(scale)
+    stated = _Stated(
+        up,
+        unit,
+        trust,
+        stated_length(square, "square"),
+        None if cameras is None else Path(cameras),
+    )
     # Before any long work: a model that cannot be used would lose it.
     with open_models(paths, trusted=trust, raw=raw) as base:
-        scene = _in_scale(_scene_of(source, up, unit, trust=trust), scale)
+        scene = _in_scale(_scene_of(source, stated), known)
         load_scene(base, scene)
         return Result(scene, judged_scene(base, scene.name), paths, trust, raw)
 
@@ -65,11 +80,10 @@ def read_scene(
     known where the unit is not, as "v3 v7 = 25 cm", "e5 = 25 ± 0.1 cm" or "height = 74 cm". Raises
     InputError for a file that cannot be read.
     """
-    from facetlog.perception.shapes.read_shape import ShapeOptions, read_stated
+    from facetlog.perception.facts.known_length import KnownLength
 
-    up = _stated(up)
-    scene = read_stated(Path(path), ShapeOptions(_up(up), up is None, _unit(unit)))
-    return _in_scale(scene, scale)
+    known = None if scale is None else KnownLength.parse(scale)
+    return _in_scale(_read_scene(Path(path), up, unit), known)
 
 
 def classify(
@@ -128,7 +142,7 @@ def ask(
 
     frame = _data_frame()
     with open_models(model_paths(models), trusted=trust) as base:
-        for scene in _named_apart(_scenes(scenes, up, unit, trust=trust)):
+        for scene in _named_apart(_scenes(scenes, _Stated(up, unit, trust))):
             load_scene(base, scene)
         with base.query(goal, most=most) as answers:
             columns = {
@@ -177,46 +191,60 @@ def _unit(unit: str | None) -> str | None:
     return None if unit is None else unit_from(unit)
 
 
-def _scene_of(source: Source, up: Up, unit: str | None, *, trust: bool) -> "Scene":
+@dataclass(frozen=True, slots=True)
+class _Stated:
+    """What a caller states of a source, as the arguments of `recognize`; `square` in metres."""
+
+    up: Up
+    unit: str | None
+    trust: bool
+    square: float | None = None
+    cameras: Path | None = None
+
+
+def _scene_of(source: Source, stated: _Stated) -> "Scene":
     from facetlog.perception.reading.pose_files.register import has_poses
     from facetlog.perception.scene import Scene
-    from facetlog.perception.shapes.read_shape import ShapeOptions, stated
+    from facetlog.perception.shapes.read_shape import ShapeOptions
+    from facetlog.perception.shapes.read_shape import stated as as_stated
 
-    up = _stated(up)
+    up, unit = _stated(stated.up), _unit(stated.unit)
     if isinstance(source, Scene):
-        return stated(source, ShapeOptions(_up(up), up is None, _unit(unit)))
+        return as_stated(source, ShapeOptions(_up(up), up is None, unit))
     if not isinstance(source, str | Path):
-        return _reconstructed(_view_set(source), up)
+        return _reconstructed(_view_set(source, up))
     path = Path(source)
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
     if has_poses(path):
-        return _reconstructed(_read_views(path, _unit(unit), trust=trust), up)
-    return read_scene(path, up=up, unit=unit)
+        return _reconstructed(_read_views(path, stated))
+    if stated.square is not None:
+        raise InputError(f"square is for pictures of a mat, and {path} holds none: omit it")
+    return _read_scene(path, up, unit)
 
 
-def _in_scale(scene: "Scene", scale: str | None) -> "Scene":
-    from facetlog.perception.facts.known_length import KnownLength, with_known_length
+def _read_scene(path: Path, up: Up, unit: str | None) -> "Scene":
+    from facetlog.perception.shapes.read_shape import ShapeOptions, read_stated
 
-    return scene if scale is None else with_known_length(scene, KnownLength.parse(scale))[0]
+    up = _stated(up)
+    return read_stated(path, ShapeOptions(_up(up), up is None, _unit(unit)))
+
+
+def _in_scale(scene: "Scene", known: "KnownLength | None") -> "Scene":
+    from facetlog.perception.facts.known_length import with_known_length
+
+    return scene if known is None else with_known_length(scene, known)[0]
 
 
 def _scenes(
-    scenes: "Source | Result | Sequence[str | Path | Scene | Result]",
-    up: Up,
-    unit: str | None,
-    *,
-    trust: bool,
+    scenes: "Source | Result | Sequence[str | Path | Scene | Result]", stated: _Stated
 ) -> "list[Scene]":
     from facetlog.perception.types import View
 
     # Several views are one source.
     one = not isinstance(scenes, list | tuple) or any(isinstance(each, View) for each in scenes)
     several = cast("Sequence[Source | Result]", [scenes] if one else scenes)
-    return [
-        each.scene if isinstance(each, Result) else _scene_of(each, up, unit, trust=trust)
-        for each in several
-    ]
+    return [each.scene if isinstance(each, Result) else _scene_of(each, stated) for each in several]
 
 
 def _named_apart(scenes: "Iterable[Scene]") -> "Iterable[Scene]":
@@ -231,30 +259,39 @@ def _named_apart(scenes: "Iterable[Scene]") -> "Iterable[Scene]":
         yield scene if name == scene.name else replace(scene, name=name)
 
 
-def _unit_vector(up: Up) -> "FloatArray | None":
+def _of_views(up: Up) -> "str | FloatArray | None":
+    """Upwards as the pipeline takes it."""
     import numpy as np
 
+    if up is None or isinstance(up, str):
+        return up
     vector = _up(up)
     return None if vector is None else np.array(vector)
 
 
-def _read_views(path: Path, unit: str | None, *, trust: bool) -> "ViewSet":
+def _read_views(path: Path, stated: _Stated) -> "ViewSet":
     from facetlog.pipeline import views_from
 
-    return views_from(path, unit=unit, trusted=trust, progress=None, clock=StepClock())
+    return views_from(
+        path,
+        unit=_unit(stated.unit),
+        up=_of_views(_stated(stated.up)),
+        square=stated.square,
+        keep=stated.cameras,
+        trusted=stated.trust,
+        progress=None,
+        clock=StepClock(),
+    )
 
 
-def _view_set(views: "Iterable[View]") -> "ViewSet":
+def _view_set(views: "Iterable[View]", up: Up) -> "ViewSet":
     from facetlog.perception.reading.read_views import ViewSet
+    from facetlog.pipeline import with_stated_up
 
-    return ViewSet("views", tuple(views))
+    return with_stated_up(ViewSet("views", tuple(views)), _of_views(up))
 
 
-def _reconstructed(view_set: "ViewSet", up: Up) -> "Scene":
-    from facetlog.pipeline import reconstruct_views, with_stated_up
+def _reconstructed(view_set: "ViewSet") -> "Scene":
+    from facetlog.pipeline import reconstruct_views
 
-    if up is None or isinstance(up, str):
-        view_set = with_stated_up(view_set, up)
-    else:
-        view_set = replace(view_set, up=_unit_vector(up))
     return reconstruct_views(view_set, clock=StepClock())

@@ -195,7 +195,8 @@ def test_the_interpreter_ends_cleanly(doing: str) -> None:
 
 def test_a_forked_process_is_told_to_spawn() -> None:
     run = python(
-        "import os\n"
+        "import os, warnings\n"
+        "warnings.simplefilter('ignore')\n"  # Python says from 3.12 on that it may not go well
         "from facetlog.errors import EngineError\n"
         "from facetlog.kb.knowledge_base import KnowledgeBase\n"
         "base = KnowledgeBase()\n"

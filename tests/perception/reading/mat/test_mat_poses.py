@@ -117,8 +117,8 @@ def test_a_poses_file_goes_before_the_mat(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("pictures", "line"),
     [
-        ([GREY, GREY], r"no mat is seen in any of 2 pictures: print one \(facetlog mat"),
-        ([GREY], r"no mat is seen in the only picture: picture .*00.png shows too little"),
+        ([GREY, GREY], r"a: no mat is seen in any of 2 pictures: print one \(facetlog mat"),
+        ([GREY], r"no mat is seen in the only picture \(picture .*00.png shows too little"),
         ([photo(A4, around(6)[0])], "1 usable view: give at least 2, from different places"),
         (
             [photo(A4, around(6)[0]), photo(A3, around(6, 0.45)[1])],
@@ -127,8 +127,9 @@ def test_a_poses_file_goes_before_the_mat(tmp_path: Path) -> None:
     ],
 )
 def test_what_cannot_be_read_is_said_in_one_line(
-    pictures: list[np.ndarray], line: str, tmp_path: Path
+    pictures: list[np.ndarray], line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr("facetlog.perception.reading.pictures_alone.can_map", lambda: False)
     with pytest.raises(InputError, match=line) as caught:
         read_views(write_photos(tmp_path / "a", pictures))
     assert "\n" not in str(caught.value)

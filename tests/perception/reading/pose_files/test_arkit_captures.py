@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InputError
+from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.register import read_poses
 from facetlog.perception.reading.read_views import read_views
 from tests.perception.reading.pose_files.same_views import same_views
@@ -72,7 +73,7 @@ def test_record3ds_poses_are_those_of_transforms_json(tmp_path: Path) -> None:
 def test_intrinsics_of_each_picture_go_before_those_of_all(tmp_path: Path) -> None:
     each = [[60.0 + k, 61.0, 20.5, 10.5] for k in range(3)]
     write_record3d(tmp_path, {"perFrameIntrinsicCoeffs": each})
-    last = read_poses(tmp_path / "metadata.json", None).pictures[2].intrinsics
+    last = read_poses(tmp_path / "metadata.json", PoseOptions()).pictures[2].intrinsics
     assert (last.focal, last.centre) == ((62.0, 61.0), (20.0, 10.0))
 
 

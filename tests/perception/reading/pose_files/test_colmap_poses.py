@@ -11,6 +11,7 @@ from facetlog.errors import CalibrationError, InputError
 from facetlog.perception.reading.follow_views import FollowedViews
 from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.own_folder import OutsideError
+from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.register import has_poses, read_poses
 from facetlog.perception.reading.read_views import read_views
 from tests.perception.reading.pose_files.same_views import same_views
@@ -148,7 +149,7 @@ def test_every_camera_model_is_read_in_the_order_of_its_parameters(
     lens: dict[str, Any],
 ) -> None:
     write(tmp_path, colmap_rows(), (name, number, parameters))
-    (picture, *_) = read_poses(next(tmp_path.glob("images.*")), None).pictures
+    (picture, *_) = read_poses(next(tmp_path.glob("images.*")), PoseOptions()).pictures
     found = picture.intrinsics.lens(WIDTH, HEIGHT)
     fy = 50 if name.startswith(("SIMPLE", "RADIAL")) else 51
     camera = found.camera

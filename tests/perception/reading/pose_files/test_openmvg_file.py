@@ -8,6 +8,7 @@ import pytest
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.lens import Distortion
+from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.register import read_poses
 from facetlog.perception.reading.read_views import read_views
 from tests.perception.reading.pose_files.same_views import same_views
@@ -93,7 +94,7 @@ def test_kinds_of_cameras_are_known_by_name_and_then_by_number(
 ) -> None:
     first, same = _intrinsic(7, _named(kind, 2), more), _intrinsic(0, {"polymorphic_id": 2}, more)
     folder = write_openmvg(tmp_path, _document([_intrinsic(5, _named("pinhole"), {}), first, same]))
-    (picture, *_) = read_poses(folder / "sfm_data.json", None).pictures
+    (picture, *_) = read_poses(folder / "sfm_data.json", PoseOptions()).pictures
     found = picture.intrinsics
     assert found.distortion is Distortion(distortion)
     assert (found.radial, found.tangential) == (radial, tangential)

@@ -7,6 +7,7 @@ import pytest
 
 from facetlog.errors import InputError
 from facetlog.perception.reading.lens import Distortion
+from facetlog.perception.reading.pose_files.pose_reader import PoseOptions
 from facetlog.perception.reading.pose_files.register import read_poses
 from facetlog.perception.reading.read_views import read_views
 from tests.perception.reading.pose_files.same_views import same_views
@@ -48,7 +49,7 @@ def test_the_largest_model_gives_the_views_of_transforms_json(tmp_path: Path) ->
 
 def test_a_calibration_in_the_first_line_and_a_distortion_are_of_each_lens(tmp_path: Path) -> None:
     text = NVM.replace("NVM_V3 ", "NVM_V3 FixedK 60 25 61 17").replace("2 0 0 0 0", "2 0 0 -0.05 0")
-    *_, last = read_poses(write_visualsfm(tmp_path, text) / "model.nvm", None).pictures
+    *_, last = read_poses(write_visualsfm(tmp_path, text) / "model.nvm", PoseOptions()).pictures
     lens = last.intrinsics.lens(WIDTH, HEIGHT)
     np.testing.assert_array_equal(lens.camera.matrix, [[60, 0, 24.5], [0, 61, 16.5], [0, 0, 1]])
     assert (lens.distortion, lens.projection) == (Distortion.INVERSE, (-0.05,))

@@ -1,12 +1,14 @@
 """The pictures in a folder: files, and frames of videos spread evenly over each."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from facetlog.errors import InputError
-from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES, read_picture
+from facetlog.perception.reading.exif import quarter_turns
+from facetlog.perception.reading.left_out import LeftOut
+from facetlog.perception.reading.picture_file import PICTURE_SUFFIXES, read_picture, turned
 from facetlog.perception.reading.video_file import COUNTED, VideoFrame, VideoFrames, frame_count
 from facetlog.perception.types import Image
 
@@ -18,10 +20,12 @@ FRAMES = 30
 
 @dataclass(frozen=True, slots=True)
 class Shot:
-    """A picture: its file, and which frame where that is a video."""
+    """A picture: its file, and which frame where that is a video; by how many quarter turns to the
+    right it is read."""
 
     path: Path
     frame: VideoFrame | None = None
+    turns: int = 0
 
     @property
     def name(self) -> str:
@@ -34,8 +38,19 @@ class Shot:
         return str(self.path if self.frame is None else self.frame)
 
     def read(self, videos: VideoFrames) -> Image:
-        """As stored, grey, (H, W); InputError if it cannot be had."""
-        return read_picture(self.path) if self.frame is None else videos.read(self.frame)
+        """The picture, grey, (H, W); InputError if it cannot be had."""
+        image = read_picture(self.path) if self.frame is None else videos.read(self.frame)
+        return turned(image, self.turns)
+
+    def unreadable(self, fault: InputError) -> LeftOut:
+        """The picture as one that is left out for a fault, whose message may name it or not."""
+        line = str(fault) if self.place in str(fault) else f"picture {self.place}: {fault}"
+        return LeftOut(self.name, line, self.place)
+
+    @property
+    def upright(self) -> "Shot":
+        """The same as its EXIF says that it is shown."""
+        return self if self.frame is not None else replace(self, turns=quarter_turns(self.path))
 
 
 def has_shots(folder: Path) -> bool:

@@ -1,4 +1,4 @@
-"""What a picture's EXIF says of the lens that took it."""
+"""What a picture's EXIF says: the lens that took it, and which way round it is shown."""
 
 from contextlib import suppress
 from dataclasses import dataclass
@@ -7,10 +7,16 @@ from pathlib import Path
 import numpy as np
 from PIL import ExifTags, Image, UnidentifiedImageError
 
-__all__ = ["TakenWith", "taken_with"]
+__all__ = ["USUAL_FOCAL", "TakenWith", "quarter_turns", "taken_with"]
 
 SMALL_FILM_MM = float(np.hypot(36.0, 24.0))
 """The diagonal to which focal lengths "in 35 mm film" refer."""
+USUAL_FOCAL = 0.8
+"""In diagonals: what phones have, from 13 to 77 mm on small film."""
+
+
+TURNS = {3: 2, 6: 1, 8: 3}
+"""Quarter turns by EXIF's number of an orientation; cameras write none that is mirrored."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +42,22 @@ class TakenWith:
 
 def taken_with(path: Path) -> TakenWith:
     """What the EXIF of a picture says; nothing where there is none, or it cannot be read."""
+    exif = _exif(path)
+    more = exif.get_ifd(ExifTags.IFD.Exif)
+    names = (exif.get(tag) for tag in (ExifTags.Base.Make, ExifTags.Base.Model))
+    return TakenWith(
+        " ".join(str(name).strip() for name in names if name),
+        _length(more.get(ExifTags.Base.FocalLength)),
+        _length(more.get(ExifTags.Base.FocalLengthIn35mmFilm)),
+    )
+
+
+def quarter_turns(path: Path) -> int:
+    """By how many quarter turns to the right the EXIF of a picture says that it is shown."""
+    return TURNS.get(_exif(path).get(ExifTags.Base.Orientation, 1), 0)
+
+
+def _exif(path: Path) -> Image.Exif:
     with suppress(ImportError):  # then EXIF of HEIC is not read, and neither is the picture
         from pillow_heif import register_heif_opener
 
@@ -43,15 +65,10 @@ def taken_with(path: Path) -> TakenWith:
     try:
         with Image.open(path) as picture:
             exif = picture.getexif()
-            more = exif.get_ifd(ExifTags.IFD.Exif)
+            exif.get_ifd(ExifTags.IFD.Exif)  # which reads on in the file
+            return exif
     except (OSError, ValueError, SyntaxError, UnidentifiedImageError):
-        return TakenWith()
-    names = (exif.get(tag) for tag in (ExifTags.Base.Make, ExifTags.Base.Model))
-    return TakenWith(
-        " ".join(str(name).strip() for name in names if name),
-        _length(more.get(ExifTags.Base.FocalLength)),
-        _length(more.get(ExifTags.Base.FocalLengthIn35mmFilm)),
-    )
+        return Image.Exif()
 
 
 def _length(value: object) -> float | None:

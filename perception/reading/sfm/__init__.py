@@ -1,0 +1,1 @@
+"""Structure from motion: cameras and poses of pictures by what they have in common."""
