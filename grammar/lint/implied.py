@@ -85,7 +85,7 @@ def _fault(implied: FlatModel, by: FlatModel, main: s.File, mutual: bool) -> Fau
         return None
     if mutual:
         message = f"`{implied.name}` asks for no more and no less than `{by.name}`"
-        hint = "leave one of them out, or say what tells them apart"
+        hint = "leave one of them out, or add what distinguishes them"
     else:
         message = f"every `{by.name}` is a `{implied.name}`: all that this asks for follows"
         if at is by:

@@ -12,7 +12,7 @@ from facetlog.perception.types import FloatArray
 __all__ = ["COLOURS", "SIDES", "ShownPiece", "ShownPieces", "box_corners"]
 
 COLOURS = {Kind.BOARD: (214, 147, 66), Kind.BAR: (64, 130, 201), Kind.BLOCK: (105, 165, 88)}
-"""Red, green, blue of each kind; told apart by people who do not see red or green, too."""
+"""Red, green, blue of each kind; distinguished by people who do not see red or green, too."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -62,7 +62,7 @@ END = np.dtype("<f4")
 
 
 class SceneFileError(InputError):
-    """The file is no `facetlog-scene/1`: the message tells the first of its `faults`."""
+    """The file is no `facetlog-scene/1`: the message names the first of its `faults`."""
 
     def __init__(self, source: str, faults: tuple[SceneFault, ...]) -> None:
         more = f" (and {len(faults) - 1} more)" if len(faults) > 1 else ""

@@ -105,9 +105,7 @@ Crisp = Annotated[
 ]
 KeepPoses = Annotated[
     bool,
-    typer.Option(
-        "--keep-poses", help="Do not correct poses of which the file tells how far they may be off."
-    ),
+    typer.Option("--keep-poses", help="Do not correct poses of which the file states the errors."),
 ]
 WithFrontEnd = Annotated[
     FrontEnd,

@@ -54,7 +54,7 @@ class EngineError(FacetlogError):
 
 
 class DeviceError(FacetlogError):
-    """A robot, its camera head or its camera cannot be reached, or does not do what it is told."""
+    """A robot, its camera head or its camera cannot be reached, or does not obey a command."""
 
     exit_code = 3
 

@@ -189,7 +189,7 @@ def simulated_views(
         in_inches = views_of(made, poses, tour_camera(), seed=seed)
         if progress is not None:
             progress("pictures", len(poses), len(poses))
-    # Furniture is rendered at the size of the block; lengths are told as those of the real thing.
+    # Furniture is rendered at the size of the block; its lengths are those of the real thing.
     metres = INCH * made.model_scale
     views: tuple[View, ...] = tuple(
         View(v.name, v.image, v.camera, Pose(v.pose.rotation, v.pose.centre * metres))

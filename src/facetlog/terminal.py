@@ -126,7 +126,7 @@ def error(message: str) -> None:
 
 
 def warn(message: str) -> None:
-    """Writes one line about something that was left out or is doubtful."""
+    """Writes one line about something that was left out or may be wrong."""
     typer.echo(f"facetlog: warning: {short_line(message)}", err=True)
 
 

@@ -76,9 +76,7 @@ class RowRecord(_Record):
     things: NonNegativeInt | None
     seconds: Annotated[FiniteFloat, Field(ge=0.0)] = Field(description="to read and to judge it")
     error: str | None = Field(description="why there are no verdicts, in one line")
-    warnings: tuple[str, ...] = Field(
-        default=(), description="what is doubtful about the scene, as its reader says it"
-    )
+    warnings: tuple[str, ...] = Field(default=(), description="warnings of the scene's reader")
     up: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None = Field(
         description="unit vector upwards in the scene's frame, if known"
     )

@@ -162,7 +162,7 @@ def classify_command(
     from facetlog.batch.settings import Settings
 
     if report is not None and labels is None:
-        raise InputError("--report tells what went wrong: give --labels as well")
+        raise InputError("--report shows what went wrong: give --labels as well")
     if labels is None and (classes or count_as):
         raise InputError("--classes and --count-as say what is right: give --labels as well")
     if profile and dask is not None:
@@ -268,7 +268,7 @@ def _workers(
 
 @contextmanager
 def _classified(plan: "Plan", crew: "Workers") -> Iterator["Finished"]:
-    """The finished run, shown while it runs; what is there is told if it is stopped."""
+    """The finished run, shown while it runs; what is there is reported if it is stopped."""
     from facetlog.batch.display import showing_rate
     from facetlog.batch.run import classified
 
@@ -318,7 +318,7 @@ def _confusion(
 
 
 def _write_table(done: "Finished", plan: "Plan", outcome: "Outcome", *, as_json: bool) -> None:
-    """Writes the rows to their file, or tells them on stdout where there is nothing else to say."""
+    """Writes the rows to their file, or prints them on stdout where nothing else is printed."""
     from facetlog.batch.output import write_rows
 
     rows = outcome.noting(done.rows())

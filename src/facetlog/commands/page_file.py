@@ -1,4 +1,4 @@
-"""The option --html: what was asked of a scene, as a page that needs no other file."""
+"""The option --html: the answer about a scene, as a page that needs no other file."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

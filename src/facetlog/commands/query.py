@@ -1,4 +1,4 @@
-"""`facetlog query`: goals asked of scenes, one from the command line, or many, or at a prompt."""
+"""`facetlog query`: goals evaluated in scenes: one given, many, or at a prompt."""
 
 import sys
 from typing import Annotated

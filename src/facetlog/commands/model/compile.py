@@ -47,7 +47,7 @@ def compile_command(
 ) -> int:
     """Translates a model file into Prolog.
 
-    Exit code 0: done, 1: the file has faults, which are told; trees are shown as far as they go.
+    Exit code 0: done, 1: the file has faults, which are listed; trees are shown as far as they go.
     """
     paths = model_files([file])
     if len(paths) != 1:

@@ -24,7 +24,7 @@ __all__ = ["examples_command"]
 
 
 class Output(StrEnum):
-    """How results are told."""
+    """How results are reported."""
 
     TEXT = "text"
     JSON = "json"

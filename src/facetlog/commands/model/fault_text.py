@@ -25,7 +25,7 @@ def plain(line: str) -> str:
 
 
 def distinct(faults: Iterable[Fault]) -> tuple[Fault, ...]:
-    """The faults without those told before: a file that several use has them once."""
+    """The faults without those reported before: a file that several use has them once."""
     found = {(f.source.name, f.span, f.code, f.message): f for f in faults}
     return tuple(found.values())
 

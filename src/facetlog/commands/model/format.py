@@ -59,8 +59,8 @@ def _formatted(path: Path, *, check: bool, diff: bool) -> int:
     source = Source(str(path), before)
     faults = parse(source).faults
     if faults:
-        told = f"{counted(len(faults), 'fault')}, the first at {faults[0].place}"
-        note(f"{path} is left as it is: it has {told}: {faults[0].message}")
+        said = f"{counted(len(faults), 'fault')}, the first at {faults[0].place}"
+        note(f"{path} is left as it is: it has {said}: {faults[0].message}")
         if is_stdin(path) and not (check or diff):
             typer.echo(before, nl=False)
         return NO

@@ -46,7 +46,7 @@ def watched(run: Callable[[], Ran], named: Callable[[], Iterable[Path]], *, watc
     """The exit code of one run; with `watch` it runs again at every change until Ctrl-C.
 
     `named` says which files the arguments name now: new ones in a folder count as a change. An
-    error of a run is told, and the next change awaited.
+    error of a run is reported, and the next change awaited.
     """
     if not watch:
         return run().code
