@@ -2,10 +2,12 @@
 
 import os
 
+import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from facetlog import __main__, cli
-from facetlog.one_thread import ONE_THREAD
+from facetlog.one_thread import ONE_THREAD, on_one_thread
 
 
 def test_the_command_line_takes_one_thread_where_the_user_says_nothing(
@@ -22,3 +24,16 @@ def test_the_command_line_takes_one_thread_where_the_user_says_nothing(
         **dict.fromkeys(ONE_THREAD, "1"),
         "OMP_NUM_THREADS": "3",
     }
+
+
+def blas_threads() -> set[int]:
+    assert np.linalg.inv(np.eye(2)).any()  # loaded
+    return {info["num_threads"] for info in threadpool_info() if info["user_api"] == "blas"}
+
+
+def test_a_python_program_has_its_own_number_of_threads_again_afterwards() -> None:
+    with threadpool_limits(2, user_api="blas"):
+        before = blas_threads()
+        with on_one_thread():
+            assert blas_threads() == {1}
+        assert blas_threads() == before

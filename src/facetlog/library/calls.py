@@ -292,6 +292,8 @@ def _view_set(views: "Iterable[View]", up: Up) -> "ViewSet":
 
 
 def _reconstructed(view_set: "ViewSet") -> "Scene":
+    from facetlog.one_thread import on_one_thread
     from facetlog.pipeline import reconstruct_views
 
-    return reconstruct_views(view_set, clock=StepClock())
+    with on_one_thread():
+        return reconstruct_views(view_set, clock=StepClock())
