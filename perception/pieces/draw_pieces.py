@@ -14,6 +14,7 @@ from facetlog.perception.space.space import Space, State
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.surfaces.drawing.legend import with_legend
 from facetlog.perception.surfaces.drawing.lettering import Colour, ColourImage, Lettering
+from facetlog.perception.surfaces.drawing.upright import upright
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["draw_pieces"]
@@ -27,12 +28,16 @@ MOST_HAZE = 0.5
 WHITE: Colour = (255, 255, 255)
 
 
-def draw_pieces(view: View, shown: ShownPieces, title: str) -> ColourImage:
+def draw_pieces(
+    view: View, shown: ShownPieces, title: str, up: FloatArray | None = None
+) -> ColourImage:
     """The view in colour with the pieces' boxes drawn in, (H + legend, W, 3) uint8, BGR.
 
     Boards, bars and blocks have a colour each, and their names; of what is implied only, stripes.
-    Space that no view looked into lies over it as a haze. The `title` stands below.
+    Space that no view looked into lies over it as a haze. The `title` stands below. Where `up` (3,)
+    is known, a picture that lies on its side is turned.
     """
+    view, _ = upright(view, up)
     scale = max(view.image.shape) / REFERENCE_PX
     grey = np.rint(view.image * DARKENED).astype(np.uint8)
     image: ColourImage = np.asarray(cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR), dtype=np.uint8)

@@ -156,7 +156,7 @@ def _write_pictures(
         faces.append(_small(image))
         if pieces:
             title = f"{found.scene.name}, {view.name}: {many(len(pieces.pieces), 'piece')}"
-            solids.append(_small(draw_pieces(view, pieces, title)))
+            solids.append(_small(draw_pieces(view, pieces, title, found.scene.up)))
         if progress is not None:
             progress("draw pictures", number, len(views))
     _write_sheet(made / SHEET_FILE, faces)

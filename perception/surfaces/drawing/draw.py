@@ -19,6 +19,7 @@ from facetlog.perception.surfaces.drawing.lettering import (
     ColourImage,
     Lettering,
 )
+from facetlog.perception.surfaces.drawing.upright import turned_pixel, upright
 from facetlog.perception.types import FloatArray, View
 
 __all__ = ["contact_sheet", "draw_scene"]
@@ -56,13 +57,17 @@ def draw_scene(
     Faces that turn to the camera are tinted and named (f1 is the first), with the part they play
     if `parts` maps their name to one; measured edges are solid, implied ones dashed, hidden ones
     left out. A cross is an observed vertex, an ellipse the projected estimate at 2 sd. Below: the
-    names of scene and view, counts, and the verdict.
+    names of scene and view, counts, and the verdict. A picture that lies on its side is turned.
     """
+    observed = _observed(view, scene)
+    view, turns = upright(taken := view, scene.up)
     scale = max(view.image.shape) / REFERENCE_PX
     image: ColourImage = np.asarray(cv2.cvtColor(view.image, cv2.COLOR_GRAY2BGR), dtype=np.uint8)
     surface = hidden_surface(view, scene)
     _tint(image, scene, surface)
     _draw_edges(image, view, scene, surface, scale)
+    for uv in observed:
+        _cross(image, turned_pixel(uv, taken, turns), scale)
     shown = _draw_vertices(image, view, scene, surface, scale)
     lettering = Lettering(image)
     _name_faces(lettering, scene, surface, parts or {}, scale)
@@ -174,14 +179,10 @@ def _line(image: ColourImage, start: FloatArray, end: FloatArray, scale: float) 
 def _draw_vertices(
     image: ColourImage, view: View, scene: Scene, surface: HiddenSurface, scale: float
 ) -> list[tuple[str, FloatArray]]:
-    """Draws ellipses and crosses; returns name and pixel of each vertex that is to be seen."""
-    index = scene.views.index(view.name) if view.name in scene.views else -1
+    """Draws ellipses; returns name and pixel of each vertex that is to be seen."""
     shown: list[tuple[str, FloatArray]] = []
     used = {i for pair in _edges_toward(view, scene) for i in pair}
     for number, vertex in enumerate(scene.vertices):
-        for observation in vertex.observations:
-            if observation.view == index:
-                _cross(image, observation.resized(1.0 / view.enlargement).uv, scale)
         projected = _projected(view, vertex)
         if number not in used or projected is None:
             continue
@@ -190,6 +191,17 @@ def _draw_vertices(
             _ellipse(image, uv, cov, scale)
             shown.append((f"v{number + 1}", uv))
     return shown
+
+
+def _observed(view: View, scene: Scene) -> list[FloatArray]:
+    """The pixels (2,) at which the view shows vertices."""
+    index = scene.views.index(view.name) if view.name in scene.views else -1
+    return [
+        observation.resized(1.0 / view.enlargement).uv
+        for vertex in scene.vertices
+        for observation in vertex.observations
+        if observation.view == index
+    ]
 
 
 def _projected(view: View, vertex: Vertex) -> tuple[FloatArray, FloatArray, float] | None:

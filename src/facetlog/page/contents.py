@@ -17,6 +17,7 @@ from facetlog.kb.explaining.verdict_text import parts_text, size_texts
 from facetlog.page.model_view import model_view
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
+from facetlog.perception.surfaces.drawing.upright import upright
 from facetlog.pipeline import Recognised
 
 if TYPE_CHECKING:
@@ -190,7 +191,8 @@ def _names(line: str) -> Iterator[str]:
 
 
 def _pictures(scene: "Scene", views: "Sequence[View]") -> Iterator[dict[str, Any]]:
-    for view in views:
+    for taken in views:
+        view, _ = upright(taken, scene.up)
         height, width = view.image.shape
         shrink = min(1.0, PICTURE_PX / max(height, width))
         size = max(1, round(width * shrink)), max(1, round(height * shrink))

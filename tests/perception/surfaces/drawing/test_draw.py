@@ -2,6 +2,7 @@
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -64,6 +65,18 @@ def _green(image: ColourImage) -> int:
 def test_faces_behind_others_are_hidden() -> None:
     surface = hidden_surface(_view((4.0, 3.0, 2.5)), _scene(UNIT_CUBE))
     assert set(np.unique(surface.face)) == {-1, 1, 3, 4}  # top, x = 1 and y = 1
+
+
+def test_a_picture_on_its_side_is_drawn_upright() -> None:
+    scene = replace(_scene(UNIT_CUBE), up=np.array([0.0, 0.0, 1.0]))
+    view = _view((4.0, 3.0, 2.5))
+    right, down, forward = view.pose.rotation.T
+    lying = replace(view, pose=Pose(np.column_stack([down, -right, forward]), view.pose.centre))
+    as_held, upright = draw_scene(replace(view, name="a"), scene), draw_scene(lying, scene)
+    assert upright.shape[1] == view.image.shape[0]
+    assert as_held.shape[1] == view.image.shape[1]
+    # The cube's edges are as long, but where the narrower picture cuts them.
+    assert _green(upright) == pytest.approx(_green(as_held), rel=0.1)
 
 
 def test_depth_is_measured_along_the_optical_axis() -> None:
