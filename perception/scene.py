@@ -229,7 +229,7 @@ class SeenLattice:
         return tuple(found)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Scene:
     """Everything that was reconstructed: what the facts are made of.
 
@@ -258,6 +258,17 @@ class Scene:
     sights: tuple[SightLines, ...] = ()
     cameras: tuple[Camera, ...] = ()
     lattices: tuple[SeenLattice, ...] = ()
+
+    def __repr__(self) -> str:
+        # All numbers of a scene would fill a notebook.
+        there = {
+            "views": self.views,
+            "faces": self.faces,
+            "edges": self.edges,
+            "vertices": self.vertices,
+        }
+        counts = ", ".join(f"{len(those)} {called}" for called, those in there.items())
+        return f"<Scene {self.name!r}: {counts}>"
 
     def __post_init__(self) -> None:
         if self.up is not None:

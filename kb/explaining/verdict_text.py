@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "WIDTH",
+    "mark",
     "miss_lines",
     "parts_text",
     "size_texts",
@@ -246,7 +247,7 @@ def _by_change(verdict: "Verdict", state: State) -> "list[Condition]":
 
 def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
     """What the condition asks and the reason for its state, as far as there is room."""
-    head = f"  {LAPSED if _is_lapsed(line) else MARKS[line.proof.state]} {line.label}"
+    head = f"  {mark(line)} {line.label}"
     asks = "" if line.said == line.label else f": {line.said}"
     sure = line.proof.low >= CERTAIN or line.proof.state is not State.HOLDS
     degree = "" if sure else f" ({line.proof.low:.0%})"
@@ -254,6 +255,11 @@ def _condition(line: "Condition", texts: tuple[str, ...]) -> str:
     whole = [f"{head}{asks}{degree} – {text}" for text in texts] or [f"{head}{asks}{degree}"]
     short = [f"{head}{degree} – {text}" for text in texts]
     return _fitting((f"{whole[0]}{place}", *whole, *short, f"{head}{degree}"))
+
+
+def mark(line: "Condition") -> str:
+    """`+` before what holds, `-` fails, `?` is open; `~` before what is expected and not so."""
+    return LAPSED if _is_lapsed(line) else MARKS[line.proof.state]
 
 
 def _is_lapsed(line: "Condition") -> bool:

@@ -32,10 +32,12 @@ fault(error(existence_error(Kind, What), _), "rules", Message, []) :-
 fault(error(existence_error(model, Model), _), "rules", Message, []) :-
     !,
     format(string(Message), "a rule asks for the model ~w, which is not loaded", [Model]).
-fault(error(existence_error(Kind, Name), _), "question", Message, [0, 0]) :-
+fault(error(existence_error(Kind, Name), Context), "question", Message, [0, 0]) :-
     nothing_of(Kind, Format),
     !,
-    format(string(Message), Format, [Name]).
+    format(string(Nothing), Format, [Name]),
+    what_is_there(Context, There),
+    string_concat(Nothing, There, Message).
 fault(error(python_error(Key, Message), _), "python", Message, [Key]) :- !.
 fault(inference_limit_exceeded, "limit", "the limit of inferences was reached", []) :- !.
 fault(error(resource_error(What), _), "limit", Message, []) :-
@@ -59,6 +61,16 @@ nothing_of(thing, "the scene has no thing ~w").
 nothing_of(part, "the scene has no face or edge ~w").
 nothing_of(role, "the model has no part ~w").
 nothing_of(name, "the scene has neither a name nor a fact ~w").
+
+%   What there is instead, as near_miss.pl says it.
+what_is_there(Context, There) :-
+    nonvar(Context),
+    Context = there(Names),
+    Names \== [],
+    !,
+    atomic_list_concat(Names, ', ', Text),
+    string_concat(": it has ", Text, There).
+what_is_there(_, "").
 
 interrupt_message(time_limit, "the time limit was reached").
 interrupt_message(stopped, "the question was stopped").

@@ -23,7 +23,9 @@ MARGIN_MM = 7.0
 
 
 def write_mat(mat: Mat, path: Path) -> None:
-    """Writes the mat as a PDF of one page; InputError if that cannot be."""
+    """Writes the mat as a PDF of one page; InputError if that cannot be, or no .pdf is named."""
+    if path.suffix.lower() != ".pdf":
+        raise InputError(f"{path}: a mat is a PDF, to be printed in its true size: -o mat.pdf")
     try:
         from matplotlib import rc_context
     except ImportError as exc:

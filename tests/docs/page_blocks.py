@@ -6,7 +6,7 @@ A block says by the words behind its three backquotes what it is:
   lines that are there only until the commands that follow have been run;
 - `model` alone are lines of a model that has the parts of the comment before the block,
   `<!-- with: face top -->`;
-- `prolog FILE` is a file, `python` is run;
+- `prolog FILE` is a file, `python` is run; `python slow` takes long, or needs what took long;
 - `console` are commands after `$`, each with what it prints; `console slow` takes long.
 
 In an output a line of `…` stands for any lines, and `…` in a line for any text.

@@ -55,6 +55,8 @@ class Session:
                 # Words alone are tried by the models that use them.
                 problem = _loaded(block.file) if "\nmodel(" in block.text else ""
                 return (Outcome(block.line, block.file, problem),)
+            case "python" if "slow" in block.info and not self.slow:
+                return ()
             case "python":
                 exec(compile(block.text, f"line {block.line}", "exec"), {})  # noqa: S102
                 return (Outcome(block.line, "python"),)

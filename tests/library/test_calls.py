@@ -5,6 +5,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 import trimesh
@@ -45,6 +46,20 @@ def test_a_scene_is_recognised_with_reasons(table: facetlog.Result) -> None:
     assert "no chair" in str(not_chair)
     assert table.to_dict()["schema"] == "facetlog-verdicts/2"
     assert why.to_dict()[0]["model"] == "table"
+
+
+def test_a_folder_that_the_command_wrote_is_its_scene(tmp_path: Path) -> None:
+    write_scene(build("table", {}), tmp_path / "scene.json")
+    for name in ("contact-sheet.png", "pieces-sheet.png"):
+        assert cv2.imwrite(str(tmp_path / name), np.zeros((8, 8), dtype=np.uint8))
+    assert len(facetlog.read_scene(tmp_path).faces) == len(build("table", {}).faces)
+    assert [v.model for v in facetlog.recognize(tmp_path).best] == ["table"]
+
+
+def test_a_scene_is_shown_in_a_line(table: facetlog.Result) -> None:
+    counts = f"{len(table.scene.faces)} faces, {len(table.scene.edges)} edges"
+    assert counts in repr(table.scene)
+    assert len(repr(table.scene)) < 100
 
 
 def test_a_notebook_shows_the_verdicts_and_the_scene_to_turn(table: facetlog.Result) -> None:

@@ -165,13 +165,20 @@ def test_a_scene_without_faces_has_a_page_too() -> None:
     assert "<figure" not in found
 
 
+SOFTWARE_3D = ("--use-gl=swiftshader", "--enable-unsafe-swiftshader")
+
+
 def _in_browser(
-    text: str, folder: Path, until: str, scheme: Literal["light", "dark"] = "light"
+    text: str,
+    folder: Path,
+    until: str,
+    scheme: Literal["light", "dark"] = "light",
+    graphics: tuple[str, ...] = SOFTWARE_3D,
 ) -> str:
     """What a browser has made of a page, as its text, when JavaScript says that it is so far."""
     path = folder / "page.html"
     path.write_text(text, encoding="utf-8")
-    options = ["--no-sandbox", "--use-gl=swiftshader", "--enable-unsafe-swiftshader"]
+    options = ["--no-sandbox", *graphics]
     with sync_playwright() as tools:
         browser = tools.chromium.launch(executable_path=BROWSER, args=options)
         shown = browser.new_page(color_scheme=scheme)
@@ -230,6 +237,23 @@ def test_a_click_lights_up_faces_in_pictures_and_in_three_dimensions(
     assert 'class="face on"' in shown
     assert re.search(r"<dialog[^>]* open", shown)
     assert "Lit: f" in shown
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+def test_a_browser_that_has_no_webgl_is_told_so(text: str, tmp_path: Path) -> None:
+    until = "document.querySelector('#without-3d')"
+    shown = _in_browser(text, tmp_path, until, graphics=("--disable-3d-apis",))
+    assert "<iframe" not in shown
+    assert "it has no WebGL" in shown
+
+
+def test_what_is_expected_in_vain_is_marked_as_on_the_command_line() -> None:
+    small = _run(build("chair", {"width": 0.13, "depth": 0.13, "seat": 0.13, "height": 0.27}))
+    (chair,) = contents(_subject(small))["best"]
+    marks = {c["label"]: c["mark"] for c in chair["conditions"]}
+    assert marks["usual"] == "~"
+    assert {mark for label, mark in marks.items() if label != "usual"} == {"+"}
 
 
 def test_what_is_open_is_said_as_such() -> None:

@@ -52,6 +52,7 @@ def test_words_and_bar_lie_on_the_page_and_below_the_board(mat: Mat) -> None:
         (["-o", "mat.pdf", "--paper", "A5"], "no mat for paper 'A5': use one of A4, A3, Letter"),
         ([], "give one, as -o mat.pdf"),
         (["-o", "no/mat.pdf"], "cannot be written"),
+        (["-o", "mat.png"], "mat.png: a mat is a PDF"),
     ],
 )
 def test_what_cannot_be_written_is_said_in_one_line(

@@ -19,7 +19,8 @@ the asker names them.
 :- use_module(facetlog_kb(search)).
 :- use_module(facetlog(vocabulary)).
 
-:- meta_predicate must_exist(0, +, +).
+:- meta_predicate must_exist(0, +, +),
+                  must_exist(0, +, +, 1).
 
 %!  why(+Module, +Model, +Things, +Given, -Verdict) is det.
 %
@@ -80,8 +81,8 @@ nearest(Count, Aim, Queue0, Misses) :-
 %   The things that can be meant.
 meant_things(Module, Model, Things, Given, Meant) :-
     once(Module:model(Model, _, Roles)),
-    forall(member(Role-_, Given), must_exist(memberchk(Role, Roles), role, Role)),
-    forall(member(_-Part, Given), must_exist(known_part(Part), part, Part)),
+    forall(member(Role-_, Given), must_exist(memberchk(Role, Roles), role, Role, =(Roles))),
+    forall(member(_-Part, Given), must_exist(known_part(Part), part, Part, known_parts)),
     (   Things == all
     ->  findall(Thing, things_of(Given, Thing), Bag),
         sort(Bag, Meant)
@@ -94,6 +95,25 @@ must_exist(Goal, Kind, Name) :-
     ->  true
     ;   existence_error(Kind, Name)
     ).
+
+%   The error says in its context what there is.
+must_exist(Goal, Kind, Name, Names) :-
+    (   call(Goal)
+    ->  true
+    ;   call(Names, There),
+        throw(error(existence_error(Kind, Name), there(There)))
+    ).
+
+known_parts(Parts) :-
+    findall(Face, fact(face(Face)), Faces),
+    findall(Edge, fact(edge(Edge, _, _)), Edges),
+    convlist(span, [Faces, Edges], Parts).
+
+%   Names that count up, in short; fails where there are none.
+span([Only], Only) :- !.
+span([First|Rest], Span) :-
+    last(Rest, Last),
+    format(atom(Span), "~w to ~w", [First, Last]).
 
 known_part(unseen) :- !.
 known_part(Part) :- fact(face(Part)), !.

@@ -47,7 +47,10 @@ def poses_path(path: Path) -> Path:
     except (OSError, ValueError) as exc:
         raise InputError(f"{str(path)!r} cannot be read: {exc}") from exc
     kind = "is neither a folder nor a file" if path.exists() else "does not exist"
-    raise InputError(f"{path} {kind}: give a folder of pictures with their poses: {_needs()}")
+    raise InputError(
+        f"{path} {kind}: give a folder of pictures, or of pictures with their poses "
+        "(docs/pictures.md lists the forms)"
+    )
 
 
 def find_poses(folder: Path) -> Path:
@@ -130,4 +133,5 @@ def _holds(folder: Path) -> str:
 
 
 def _needs() -> str:
-    return ", or ".join(reader.needs for reader in READERS)
+    others = (reader for reader in READERS if reader is not PICTURES)
+    return ", or ".join(reader.needs for reader in (PICTURES, *others))

@@ -46,7 +46,10 @@ def read_cloud(path: Path, limits: CloudLimits = DEFAULT_LIMITS) -> Cloud:
         if path.is_dir():
             model = find_colmap_model(path)
             if model is None:
-                raise InputError(f"{path}: has no points3D.bin or points3D.txt of a COLMAP model")
+                raise InputError(
+                    f"{path}: has no points3D.bin or points3D.txt of a COLMAP model; "
+                    "of pictures facetlog recognize makes a scene"
+                )
             return read_colmap(model, limits.points)
         kind = path.suffix.lower()
         if path.name in ("points3D.bin", "points3D.txt"):

@@ -74,7 +74,8 @@ def recognize(
 def read_scene(
     path: str | Path, *, up: Up = None, unit: str | None = None, scale: str | None = None
 ) -> "Scene":
-    """The scene in a file: one of facetlog's, a mesh, a cloud, or the folder of a COLMAP model.
+    """The scene in a file: one of facetlog's, a mesh, a cloud, or the folder of a COLMAP model or
+    one that `-o` wrote.
 
     Without `up` it is what the file says, or is found from a floor. `scale` is a length that is
     known where the unit is not, as "v3 v7 = 25 cm", "e5 = 25 ± 0.1 cm" or "height = 74 cm". Raises
@@ -216,7 +217,7 @@ def _scene_of(source: Source, stated: _Stated) -> "Scene":
     path = Path(source)
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder")
-    if has_poses(path):
+    if _written_scene(path) is None and has_poses(path):
         return _reconstructed(_read_views(path, stated))
     if stated.square is not None:
         raise InputError(f"square is for pictures of a mat, and {path} holds none: omit it")
@@ -227,7 +228,16 @@ def _read_scene(path: Path, up: Up, unit: str | None) -> "Scene":
     from facetlog.perception.shapes.read_shape import ShapeOptions, read_stated
 
     up = _stated(up)
-    return read_stated(path, ShapeOptions(_up(up), up is None, _unit(unit)))
+    inside = _written_scene(path)
+    return read_stated(inside or path, ShapeOptions(_up(up), up is None, _unit(unit)))
+
+
+def _written_scene(path: Path) -> Path | None:
+    """The scene file in a folder that `-o` wrote; the pictures there only show what was found."""
+    from facetlog.query_shell.scene_files import SCENE_FILE
+
+    inside = path / SCENE_FILE
+    return inside if inside.is_file() else None
 
 
 def _in_scale(scene: "Scene", known: "KnownLength | None") -> "Scene":

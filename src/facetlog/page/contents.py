@@ -11,9 +11,9 @@ import numpy as np
 
 from facetlog import __version__
 from facetlog.counted import many
-from facetlog.kb.explaining.proof import MARKS, State
+from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.trace import Step, steps
-from facetlog.kb.explaining.verdict_text import parts_text, size_texts
+from facetlog.kb.explaining.verdict_text import mark, parts_text, size_texts
 from facetlog.page.model_view import model_view
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
@@ -156,7 +156,7 @@ def _condition(condition: "Condition", unit: str | None) -> dict[str, Any]:
     proof = condition.proof
     return {
         "state": STANDS[proof.state],
-        "mark": MARKS[proof.state],
+        "mark": mark(condition),
         "label": condition.label,
         "said": condition.said,
         "degree": f"{proof.low:.0%}",

@@ -53,6 +53,11 @@
     const hit = ray.intersectObjects(meshes().filter((one) => one.visible && kind(one) !== "unseen"));
     parent.postMessage({ picked: hit.length ? hit[0].object.name : "" }, "*");
   }, true);
+  const canvas = document.createElement("canvas");
+  if (!canvas.getContext("webgl2") && !canvas.getContext("webgl")) {
+    parent.postMessage({ blank: true }, "*");
+    return;
+  }
   const wait = setInterval(() => {
     if (typeof controls === "undefined" || !controls || !meshes().length) return;
     clearInterval(wait);

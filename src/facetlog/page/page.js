@@ -6,7 +6,7 @@
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const TURNS = { left: [[0, 1, 0], -0.3], right: [[0, 1, 0], 0.3], up: [[1, 0, 0], -0.3], down: [[1, 0, 0], 0.3] };
 
-  function tell(what) { if (model) model.contentWindow.postMessage(what, "*"); }
+  function tell(what) { if (model && model.contentWindow) model.contentWindow.postMessage(what, "*"); }
   function shown() { return [...document.querySelectorAll(".kind:checked")].map((box) => box.value); }
   function dress() { tell({ shown: shown(), ground: dark.matches ? 0x1f2428 : 0xffffff }); }
 
@@ -20,9 +20,19 @@
     if (clear) clear.hidden = !names.length;
   }
 
+  function without3D() {
+    const why = document.createElement("p");
+    why.id = "without-3d";
+    why.textContent = "This browser shows nothing in 3-D, for it has no WebGL or that is turned off."
+      + " Faces light up in the pictures all the same.";
+    model.replaceWith(why);
+    document.querySelectorAll(".kind, [data-turn]").forEach((one) => { one.disabled = true; });
+  }
+
   addEventListener("message", (event) => {
     if (!model || event.source !== model.contentWindow) return;
     if (event.data.ready) dress();
+    if (event.data.blank) without3D();
     if (event.data.picked !== undefined) light(event.data.picked ? [event.data.picked] : []);
   });
   dark.addEventListener("change", dress);

@@ -390,7 +390,7 @@ def test_folders_without_or_with_two_kinds_of_poses_are_refused(tmp_path: Path) 
     with pytest.raises(InputError, match="does not exist"):
         read_views(tmp_path / "absent")
     (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match="has no poses"):
+    with pytest.raises(InputError, match="has no poses, it is empty: add pictures of a thing on"):
         read_views(tmp_path / "empty")
     write_transforms(write_tour(tmp_path / "both"))
     with pytest.raises(InputError, match="has both"):

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Annotated
 
 import typer
 
@@ -12,9 +13,11 @@ __all__ = ["check_command"]
 
 SCHEMA = "facetlog-mat-check/1"
 
+Photos = Annotated[Path, typer.Argument(metavar="PHOTOS", help="Folder of the pictures.")]
+
 
 @command
-def check_command(photos: Path, as_json: AsJson = False) -> int:
+def check_command(photos: Photos, as_json: AsJson = False) -> int:
     """Says whether pictures of a thing on a mat suffice, and what to add.
 
     Exit code 0: they suffice, 1: some are missing.

@@ -123,7 +123,7 @@ class Summary:
             yield f"seen  in {many(len(scene.views), 'view')}"
         sign = " (m)" if scene.metric else ""
         if things:
-            heads = ("object", "faces", *(f"{n}{sign}" for n in ("length", "width", "height")))
+            heads = ("object", "faces", *(f"{n}{sign}" for n in ("longest", "middle", "shortest")))
             yield ""
             yield from _table((*heads, "curved", "whole"), [_thing_row(thing) for thing in things])
         if faces:

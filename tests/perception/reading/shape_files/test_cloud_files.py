@@ -244,7 +244,7 @@ def test_missing_and_too_large_files_are_refused(tmp_path: Path, points: FloatAr
     path.write_bytes(ply(points, "ascii"))
     with pytest.raises(InputError, match="more than 100; thin"):
         read_cloud(path, CloudLimits(size_bytes=100))
-    with pytest.raises(InputError, match=r"no points3D\.bin"):
+    with pytest.raises(InputError, match=r"no points3D\.bin.*; of pictures facetlog recognize"):
         read_cloud(tmp_path)
 
 
