@@ -44,7 +44,7 @@ from facetlog.robot.rendering.worlds import BLOCK_CENTRE, INCH, make_world
 from facetlog.robot.tour import tour_camera
 from facetlog.view_verdicts import ViewVerdict
 
-__all__ = ["NAME", "main", "measure"]
+__all__ = ["NAME", "Trial", "main", "measure", "report", "trials_of"]
 
 NAME = "accuracy_explore"
 SEEDS = 5
@@ -76,7 +76,13 @@ class Trial:
 def measure(settings: Settings) -> Report:
     """All worlds over the seeds, by each way."""
     seeds = settings.seeds(SEEDS)
-    trials = [trial for name in WORLDS for seed in seeds for trial in _trials(name, seed)]
+    return report(
+        [trial for name in WORLDS for seed in seeds for trial in trials_of(name, seed)], seeds
+    )
+
+
+def report(trials: Sequence[Trial], seeds: range) -> Report:
+    """The tables of some trials, of all worlds over these seeds."""
     return Report(
         NAME,
         (
@@ -179,7 +185,8 @@ def _judge(drive: _Drive) -> Judge:
     return judge
 
 
-def _trials(name: str, seed: int) -> list[Trial]:
+def trials_of(name: str, seed: int) -> list[Trial]:
+    """One run by each way."""
     explored = _Drive(name, seed)
     explorer = Explorer(_judge(explored), most=MOST)
     while isinstance(found := explorer.next_stop(explored.around, tuple(explored.taken)), Chosen):

@@ -168,6 +168,7 @@ class ChosenStops:
             for line in found.said:
                 self._listener.note(line)
             if isinstance(found, Finished):
+                # Said with the result, when the robot has stopped.
                 self.reason = found.reason
                 return
             yield found.stop

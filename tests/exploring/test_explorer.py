@@ -15,7 +15,7 @@ from facetlog.exploring.needs import Interest, Needs
 from facetlog.perception.types import Image
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.mount import DEFAULT_MOUNT
-from facetlog.robot.collecting.next_stop import Around, ChosenStops
+from facetlog.robot.collecting.next_stop import Around, ChosenStops, Finished
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Reach
 from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_log, read_record
@@ -217,7 +217,8 @@ def test_a_target_that_no_view_reaches_ends_it_at_once(tmp_path: Path) -> None:
     closed = Circle(1.5, 0.0, 5.0)
     wide = replace(exploration.around, reach=replace(REACH, closed=(closed,)))
     found = Explorer(_judge(_open), most=24).next_stop(wide, ())
-    assert "no view of the target can be reached" in found.said[-1]
+    assert isinstance(found, Finished)
+    assert "no view of the target can be reached" in found.reason
 
 
 def test_the_rings_are_written_and_read_back(tmp_path: Path) -> None:

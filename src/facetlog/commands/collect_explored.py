@@ -87,7 +87,7 @@ def dry_run(folder: Path, explorer: "Explorer", *, as_json: bool) -> int:
 
     Exit code 1 if none does. InputError for another folder.
     """
-    from facetlog.robot.collecting.next_stop import Around, Chosen
+    from facetlog.robot.collecting.next_stop import Around, Chosen, Finished
     from facetlog.robot.collecting.record import LOG_FILE, read_log, read_record
 
     if not (folder / LOG_FILE).is_file():
@@ -102,8 +102,9 @@ def dry_run(folder: Path, explorer: "Explorer", *, as_json: bool) -> int:
     found = explorer.next_stop(around, taken)
     if as_json:
         typer.echo(json.dumps(found.line, indent=1))
-    else:
-        for line in found.said[:-1]:
-            note(line)
-        typer.echo(found.said[-1])
+        return YES if isinstance(found, Chosen) else NO
+    last = f"no further view: {found.reason}" if isinstance(found, Finished) else found.said[-1]
+    for line in found.said[:-1] if isinstance(found, Chosen) else found.said:
+        note(line)
+    typer.echo(last)
     return YES if isinstance(found, Chosen) else NO

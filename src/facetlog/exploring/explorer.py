@@ -106,7 +106,7 @@ class Explorer:
             "reason": reason,
             "undecided": [] if self._before is None else _open_json(self._before),
         }
-        return Finished(reason, line, (*said, f"no further view: {reason}"))
+        return Finished(reason, line, said)
 
 
 def _nothing_left(needs: Needs, candidates: Sequence[Candidate]) -> str:
