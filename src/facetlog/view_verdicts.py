@@ -226,6 +226,8 @@ def _explore(views: int, interest: "Interest", goal: "Goal | None") -> ViewVerdi
 
     judge = _judges[0]
     try:
+        if any(recorders.each for recorders in _recorders):
+            judge.so_far(views)  # recordings are of the recursion
         whole = judge.at_once(views)
         recognition = whole.recognition
         needs = needs_of(whole.scene, recognition, interest)
