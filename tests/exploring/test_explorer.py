@@ -140,6 +140,15 @@ def test_it_ends_after_the_first_views_where_nothing_is_undecided(tmp_path: Path
     assert exploration.stops.reason == "nothing is undecided that was asked"
 
 
+def test_a_goal_that_what_is_measured_rules_out_ends_it_too(tmp_path: Path) -> None:
+    judge = _judge(lambda views: ViewVerdict(views, ("t1 is a box",), needs=DECIDED))
+    explorer = Explorer(judge, goal=GOAL, most=24)
+    exploration = Exploration(tmp_path, explorer)
+    assert exploration.run().taken == 3
+    assert not explorer.reached
+    assert exploration.stops.reason.startswith("table does not hold to 90%, and nothing is open")
+
+
 def test_it_ends_where_no_view_shows_anything_new(tmp_path: Path) -> None:
     exploration = Exploration(tmp_path, Explorer(_judge(_open), most=40))
     ended = exploration.run()

@@ -68,7 +68,7 @@ class Explorer:
         cov = taken[-1].covariance
         choice = choose(candidates, needs, around.reach.camera, places, cov)
         if choice is None:
-            return self._finished(_nothing_left(needs, candidates), said)
+            return self._finished(self._nothing_left(needs, candidates), said)
         line = {
             **_line(choice.candidate, len(taken)),
             "undecided": _open_json(needs),
@@ -100,6 +100,21 @@ class Explorer:
             return now
         return f"{now}; before this view {self._before.mass:.2f}"
 
+    def _nothing_left(self, needs: Needs, candidates: Sequence[Candidate]) -> str:
+        if not needs.open and self._goal is not None:
+            return (
+                f"{self._goal.model} does not hold to {self._goal.degree:.0%}, and nothing is open "
+                "or so poorly measured that a view may change that"
+            )
+        if not needs.open:
+            return "nothing is undecided that was asked"
+        if not candidates:
+            return "no view of the target can be reached from here"
+        return (
+            f"none of {len(candidates)} views is likely to change what is undecided, which is "
+            f"{undecided(needs)}: too little that is new shows from them"
+        )
+
     def _finished(self, reason: str, said: tuple[str, ...]) -> Finished:
         line = {
             "result": EXPLORED,
@@ -107,17 +122,6 @@ class Explorer:
             "undecided": [] if self._before is None else _open_json(self._before),
         }
         return Finished(reason, line, said)
-
-
-def _nothing_left(needs: Needs, candidates: Sequence[Candidate]) -> str:
-    if not needs.open:
-        return "nothing is undecided that was asked"
-    if not candidates:
-        return "no view of the target can be reached from here"
-    return (
-        f"none of {len(candidates)} views is likely to change what is undecided, which is "
-        f"{undecided(needs)}: too little that is new shows from them"
-    )
 
 
 def _words(choice: Choice) -> tuple[str, ...]:

@@ -1,7 +1,7 @@
 """What is undecided after some views, and what of things was not seen or is poorly known.
 
-Probabilities that verdicts turn are made from their degrees: of a verdict that is open its degree
-lies anywhere between two bounds, of one that holds the rest is by what was measured.
+A verdict that is open turns as probably as its degree's bounds are apart; one that was measured as
+probably as an error of measurement turns it.
 """
 
 import math
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.special import ndtr
 
 from facetlog.perception.scene import Evidence, Scene
 from facetlog.perception.space.open_lines import UnseenSpace
@@ -110,12 +111,26 @@ def _open(verdicts: "Sequence[Verdict]", wanted: Sequence[str]) -> Iterator[Open
         if verdict.is_unseen:
             unseen = verdict.degree_at_most - verdict.degree
         else:
-            measured = min(verdict.degree, 1.0 - verdict.degree)
+            measured = _doubt(verdict)
             if verdict.thing not in fits:
                 # No model fits what was seen of it, which may be half a thing: each may be it.
                 unseen = 1.0 / len(models)
         if unseen + measured >= LEAST_TURNED:
             yield Open(verdict.thing, verdict.model, unseen, measured)
+
+
+def _doubt(verdict: "Verdict") -> float:
+    """The probability that the true values are beyond the nearest limit that turns the verdict.
+
+    A degree is less than 1 also where a tolerance is soft, or where something that is expected is
+    not there: no view changes that.
+    """
+    from facetlog.kb.explaining.margins import turned
+
+    if min(verdict.degree, 1.0 - verdict.degree) < LEAST_TURNED:
+        return 0.0
+    changes = (margin.sds for margin in turned(verdict))
+    return max((float(ndtr(-sds)) for sds in changes if sds is not None), default=0.0)
 
 
 def _things(scene: Scene, interest: Interest) -> Iterator[SeenThing]:
