@@ -29,6 +29,7 @@ NAMES = (
     "accuracy_junctions",
     "accuracy_estimation",
     "accuracy_online",
+    "accuracy_explore",
     "accuracy_recursion",
     "accuracy_lines",
     "accuracy_planes",

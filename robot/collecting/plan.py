@@ -27,7 +27,7 @@ from facetlog.robot.collecting.tour_file import Tour, TourView
 from facetlog.robot.head.head import HeadLimits
 from facetlog.robot.pose2 import Pose2, wrapped
 
-__all__ = ["Plan", "Reach", "Skipped", "Stop", "plan_stops", "shows"]
+__all__ = ["Plan", "Reach", "Skipped", "Stop", "plan_stops", "shows", "stop_for"]
 
 # Kept free at both ends of the pan: by how much the robot's heading may be off where it stops.
 PAN_MARGIN = math.radians(6.0)
@@ -119,7 +119,7 @@ def plan_stops(
     indices = list(range(len(tour.views)) if order is None else order)
     for place, index in enumerate(indices):
         following = [_place(tour.views[i]) for i in indices[place + 1 : place + 2]]
-        found = _stop(index + 1, tour.views[index], target, here, following, reach)
+        found = stop_for(index + 1, tour.views[index], target, here, following, reach)
         if isinstance(found, Stop):
             stops.append(found)
             here = found.robot
@@ -141,7 +141,7 @@ def _point_of(view: TourView, target: FloatArray | None) -> FloatArray:
     return np.asarray(view.pose.centre + view.direction * (along if along > 0 else WITHOUT_TARGET))
 
 
-def _stop(
+def stop_for(
     number: int,
     view: TourView,
     target: FloatArray | None,
@@ -149,25 +149,31 @@ def _stop(
     following: Sequence[Point],
     reach: Reach,
 ) -> Stop | Skipped:
+    """The stop for a view with the least turning between `here` and the `following` place."""
     point = _point_of(view, target)
     if math.hypot(*(point - view.pose.centre)[:2]) < math.hypot(*view.pose.centre[:2]) * 1e-9:
         return Skipped(number, view.name, "it looks straight up or down, which no heading gives")
     bearings = _bearings(here, _place(view), following, reach)
-    found: list[tuple[float, Stop]] = []
-    reasons: list[str] = []
-    for heading in _headings(view, point, bearings, reach):
+    headings = _headings(view, point, bearings, reach)
+    found = False
+    for heading in sorted(headings, key=lambda each: _turning(each, bearings)):
         stop = _standing(number, view, point, target, heading, reach)
         if isinstance(stop, str):
-            reasons.append(stop)
             continue
-        turns = [abs(wrapped(heading - bearings[0]))] if bearings[0] is not None else []
-        if bearings[1] is not None:
-            turns.append(abs(wrapped(bearings[1] - heading)))
-        found.append((sum(turns), stop))
-    for _, stop in sorted(found, key=lambda each: each[0]):
+        found = True
         if shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), reach.closed) is not None:
             return stop
-    return Skipped(number, view.name, NO_ROUTE if found else reasons[0])
+    first = _standing(number, view, point, target, headings[0], reach)
+    return Skipped(number, view.name, NO_ROUTE if found or not isinstance(first, str) else first)
+
+
+def _turning(heading: float, bearings: tuple[float | None, float | None]) -> float:
+    """How far a robot with this heading turns on arriving and on leaving."""
+    arriving, leaving = bearings
+    turns = [abs(wrapped(heading - arriving))] if arriving is not None else []
+    if leaving is not None:
+        turns.append(abs(wrapped(leaving - heading)))
+    return sum(turns)
 
 
 def _bearings(

@@ -56,6 +56,7 @@ def route_length(route: Route) -> float:
     return sum(math.dist(a, b) for a, b in pairwise(route))
 
 
+@lru_cache(maxsize=256)  # a plan asks for the same ones again when it compares headings
 def shortest_route(start: Point, end: Point, circles: tuple[Circle, ...]) -> Route | None:
     """The shortest route from start to end that enters no circle, both ends included.
 

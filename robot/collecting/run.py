@@ -23,9 +23,10 @@ from facetlog.robot.collecting.driven_way import DrivenWay
 from facetlog.robot.collecting.line_faults import with_line
 from facetlog.robot.collecting.map_picture import Floor, Mapped
 from facetlog.robot.collecting.mount import Mount
+from facetlog.robot.collecting.next_stop import Around, Chooser, ChosenStops, reach_of_mount
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.order import short_order
-from facetlog.robot.collecting.plan import Plan, Reach, plan_stops
+from facetlog.robot.collecting.plan import Plan, Reach, Stop, plan_stops
 from facetlog.robot.collecting.record import (
     LOG_FILE,
     Record,
@@ -33,6 +34,7 @@ from facetlog.robot.collecting.record import (
     read_log,
     read_record,
 )
+from facetlog.robot.collecting.ring_views import bearing
 from facetlog.robot.collecting.route import Circle, Point, distance_to
 from facetlog.robot.collecting.session import (
     SHOT_TIMEOUT,
@@ -103,11 +105,16 @@ class Request:
     resume: bool = False
     model: str | None = None
     baud: int | None = None
+    chooser: Chooser | None = None
+    """Of what is explored: the tour has a target and no views."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Collected:
-    """The result of a request: plan, end, all views there are, metres driven, and the map."""
+    """The result of a request: plan, end, all views there are, metres driven, and the map.
+
+    `reason` is why no further view was chosen, where views were chosen.
+    """
 
     plan: Plan
     ended: Ended
@@ -115,6 +122,7 @@ class Collected:
     way: float
     seconds: float
     mapped: Mapped | None = None
+    reason: str = ""
 
     def to_json(self) -> Mapping[str, object]:
         """As `--json` prints it."""
@@ -125,6 +133,7 @@ class Collected:
             "remarks": list(self.plan.remarks),
             "way": self.way,
             "seconds": self.seconds,
+            **({"reason": self.reason} if self.reason else {}),
         }
 
 
@@ -177,11 +186,12 @@ def run_collection(request: Request, listener: Listener) -> Collected:
             listener.warn(line)
         for each in plan.skipped:
             listener.warn(f"{each.name} is left out: {each.reason}")
-        about = _about(request, robot.names.name, seen.camera)
+        pace = Pace(robot.limits.speed, robot.limits.turning)
+        around = None if request.chooser is None else _around(request, reach, pace)
+        about = _about(request, robot.names.name, seen.camera, around)
         record = Record(request.folder, seen.optics, about, earlier, lines)
         epoch = time.time() - time.monotonic()
         way = DrivenWay(request.folder, epoch, listener, resume=request.resume)
-        pace = Pace(robot.limits.speed, robot.limits.turning)
         base = MobileBase(
             robot,
             request.start,
@@ -201,11 +211,14 @@ def run_collection(request: Request, listener: Listener) -> Collected:
             lambda fault: with_line(fault, robot.problems, time.monotonic()),
         )
         inner = tuple(circle.grown(-radius) for circle in forbidden)
+        stops: ChosenStops | tuple[Stop, ...] = plan.stops
+        if request.chooser is not None and around is not None:
+            stops = ChosenStops(request.chooser, around, base, record, way)
         try:
-            with end_recorded(rig, len(plan.stops), record, way):
-                if plan.stops:
+            with end_recorded(rig, len(stops), record, way):
+                if len(stops):
                     robot.enable_motors()
-                ended = collect(rig, plan.stops, record, way, skipped=plan.skipped)
+                ended = collect(rig, stops, record, way, skipped=plan.skipped)
             robot.stop()
         except BaseException:
             # The first fault is reported, not a map that cannot be written after it.
@@ -216,7 +229,8 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         mapped.draw(request.folder)
     places = np.array([(place.x, place.y) for place in way.driven]).reshape(-1, 2)
     driven = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
-    return Collected(plan, ended, record.taken, driven, time.monotonic() - began, mapped)
+    reason = stops.reason if isinstance(stops, ChosenStops) else ""
+    return Collected(plan, ended, record.taken, driven, time.monotonic() - began, mapped, reason)
 
 
 def _warn_of_odometry(listener: Listener, problem: Problem) -> None:
@@ -338,11 +352,10 @@ def _for_the_middle(
 
 def _room(tour: Tour, target: FloatArray, mount: Mount, radius: float) -> float:
     """The radius that the innermost view leaves, whichever way the robot stands there."""
-    reach = math.hypot(mount.x, mount.y) + math.hypot(
-        mount.pinhole_ahead, mount.pinhole_left, mount.pinhole_up
-    )
+    if not tour.views:
+        raise InputError("--explore needs --keep-out RADIUS: how near the robot may come")
     nearest = min(float(np.hypot(*(view.pose.centre - target)[:2])) for view in tour.views)
-    room = nearest - reach - radius - ROOM - CLEARANCE
+    room = nearest - reach_of_mount(mount) - radius - ROOM - CLEARANCE
     if room <= 0:
         raise InputError(
             f"the tour comes within {nearest:.2f} m of what it looks at, which leaves no room for "
@@ -365,8 +378,28 @@ def _planned(
     return plan_stops(request.tour, request.start, reach, order=order)
 
 
-def _about(request: Request, robot: str, camera: str) -> Mapping[str, object]:
+def _around(request: Request, reach: Reach, pace: Pace) -> Around:
+    """The rings round the target; `reach` has its keep-out circle. InputError if none holds it."""
+    target = request.tour.target
+    if target is None:
+        raise InputError("--explore needs what is looked at: give --target X,Y,Z")
+    place = float(target[0]), float(target[1])
+    holding = [c for c in reach.closed if c.distance(place) < c.radius]
+    if not holding:
+        raise InputError("no --keep-out circle holds the --target: give --keep-out RADIUS")
+    # Whichever way the robot stands, its middle stays outside of the circles.
+    radius = (
+        max(c.distance(place) + c.radius for c in holding) + reach_of_mount(request.mount) + ROOM
+    )
+    first = bearing(target, (request.start.x, request.start.y))
+    return Around(target, radius, first, reach, pace, request.start)
+
+
+def _about(
+    request: Request, robot: str, camera: str, around: Around | None
+) -> Mapping[str, object]:
     start = request.start
+    explored = {} if around is None else {"explore": around.to_json()}
     return {
         "tour": request.tour.name,
         "robot": robot,
@@ -375,6 +408,7 @@ def _about(request: Request, robot: str, camera: str) -> Mapping[str, object]:
         "head": request.head,
         "start": [start.x, start.y, math.degrees(start.heading)],
         "began": time.time(),
+        **explored,
     }
 
 

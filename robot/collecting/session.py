@@ -25,7 +25,17 @@ from facetlog.robot.collecting.route import shortest_route
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["SHOT_TIMEOUT", "Ended", "Listener", "Rig", "collect", "end_recorded"]
+__all__ = [
+    "HEAD_SETTLE",
+    "SETTLE",
+    "SHOT_TIMEOUT",
+    "Ended",
+    "Listener",
+    "Rig",
+    "Stops",
+    "collect",
+    "end_recorded",
+]
 
 # Seconds that the robot must have stood before a picture: a mast of 0.7 m swings at some 3 to 5
 # times a second and is still after a few swings.
@@ -48,6 +58,16 @@ class Listener(Protocol):
 
     def note(self, message: str) -> None:
         """An assumption that was made."""
+
+
+class Stops(Protocol):
+    """Stops, each of which may be chosen only when the views before it are written."""
+
+    def __iter__(self) -> Iterator[Stop]:
+        """The stops in their order."""
+
+    def __len__(self) -> int:
+        """How many there are at most."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -86,7 +106,7 @@ def _ending(taken: int, wanted: int, fault: str | None) -> dict[str, object]:
 
 def collect(
     rig: Rig,
-    stops: tuple[Stop, ...],
+    stops: Stops,
     record: Record,
     listener: Listener,
     *,

@@ -56,10 +56,14 @@ class TourView:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Tour:
-    """Views in the order in which they are wanted; `name` is what messages call it."""
+    """Views in the order in which they are wanted; `name` is what messages call it.
+
+    `aim` (3,) is what is looked at, None if the views themselves say it.
+    """
 
     name: str
     views: tuple[TourView, ...]
+    aim: FloatArray | None = None
 
     @property
     def target(self) -> FloatArray | None:
@@ -68,6 +72,8 @@ class Tour:
         Nor is there one if most views look away from where their lines meet, as all round a room.
         Least squares: Σ (I - d dᵀ) p = Σ (I - d dᵀ) c over the views' directions d and centres c.
         """
+        if self.aim is not None:
+            return self.aim
         blocks = [np.eye(3) - np.outer(v.direction, v.direction) for v in self.views]
         total = np.sum(blocks, axis=0)
         if not blocks or np.linalg.eigvalsh(total)[0] < LEAST_CONDITION * len(blocks):

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait
 from pathlib import Path
@@ -26,7 +26,10 @@ from facetlog.perception.types import FloatArray
 from facetlog.recordings.recorders import Recorders, Recordings
 
 if TYPE_CHECKING:
+    from facetlog.exploring.needs import Interest, Needs
     from facetlog.folder_judge import FolderJudge
+    from facetlog.kb.explaining.verdict import Recognition
+    from facetlog.stream import Goal
 
 __all__ = ["ViewVerdict", "ViewVerdicts"]
 
@@ -46,6 +49,8 @@ class ViewVerdict:
     nothing there; `problems` name views that were read since the verdict before and not used, or
     contradict others. `document` is all of it as `recognize --json` prints it; `fault` is why there
     is none. `outlines` are what holds, each with those of its faces (n, 3), of the last verdict.
+    `needs` are what is undecided, where that was asked and something is known; `reached` is whether
+    the goal is.
     """
 
     views: int
@@ -56,6 +61,8 @@ class ViewVerdict:
     document: Mapping[str, object] | None = None
     fault: str = ""
     outlines: tuple[tuple[str, tuple[FloatArray, ...]], ...] = field(default=(), compare=False)
+    needs: "Needs | None" = field(default=None, compare=False)
+    reached: bool = False
 
     @property
     def line(self) -> str:
@@ -127,6 +134,15 @@ class ViewVerdicts:
             # Said by the answer to an earlier question.
             return
 
+    def explored(
+        self, views: int, interest: "Interest", *, goal: "Goal | None" = None
+    ) -> ViewVerdict:
+        """The verdict on the first `views` views with what is undecided; waits for it."""
+        try:
+            return _answer(self._pool.submit(_explore, views, interest, goal))
+        except BrokenProcessPool:
+            return _DIED
+
     def ready(self) -> list[ViewVerdict]:
         """The verdicts that have come since it was last called; does not wait."""
         done: list[Future[ViewVerdict]] = []
@@ -146,7 +162,10 @@ def _answer(future: Future[ViewVerdict]) -> ViewVerdict:
     try:
         return future.result()
     except (BrokenProcessPool, CancelledError):
-        return ViewVerdict(0, fault="the process that judges views has died: no more verdicts")
+        return _DIED
+
+
+_DIED = ViewVerdict(0, fault="the process that judges views has died: no more verdicts")
 
 
 def _open(folder: Path, models: tuple[Path, ...], trusted: bool, recordings: Recordings) -> None:
@@ -192,9 +211,39 @@ def _judge(views: int, finally_: bool) -> ViewVerdict:
     except FacetlogError as exc:
         return ViewVerdict(views, fault=str(exc))
     if recognition is None:
-        return ViewVerdict(
-            views, fault="too little was seen to say what is there", problems=_problems(judge)
-        )
+        return _too_little(judge, views)
+    outlines = () if whole is None else outlined(whole.scene, recognition)
+    return replace(_said(judge, views, recognition), outlines=outlines)
+
+
+def _explore(views: int, interest: "Interest", goal: "Goal | None") -> ViewVerdict:
+    """In the worker: the verdict on the first views, and what is undecided.
+
+    Of all of them at once: of so few that takes no longer than one at a time, and poses that were
+    counted up are corrected.
+    """
+    from facetlog.exploring.needs import needs_of
+
+    judge = _judges[0]
+    try:
+        if any(recorders.each for recorders in _recorders):
+            judge.so_far(views)  # recordings are of the recursion
+        whole = judge.at_once(views)
+        recognition = whole.recognition
+        needs = needs_of(whole.scene, recognition, interest)
+    except FacetlogError as exc:
+        return ViewVerdict(views, fault=str(exc))
+    reached = goal is not None and goal.reached(recognition)
+    return replace(_said(judge, views, recognition), needs=needs, reached=reached)
+
+
+def _too_little(judge: "FolderJudge", views: int) -> ViewVerdict:
+    return ViewVerdict(
+        views, fault="too little was seen to say what is there", problems=_problems(judge)
+    )
+
+
+def _said(judge: "FolderJudge", views: int, recognition: "Recognition") -> ViewVerdict:
     # Of several things a model may be open for one and excluded for another: then it is open.
     open_for = {v.model: None for v in recognition.verdicts if v.state is State.UNKNOWN}
     asked = {verdict.model: None for verdict in recognition.verdicts}
@@ -206,7 +255,6 @@ def _judge(views: int, finally_: bool) -> ViewVerdict:
         unknown,
         _problems(judge),
         recognition.to_json(),
-        outlines=() if whole is None else outlined(whole.scene, recognition),
     )
 
 

@@ -21,6 +21,7 @@ from facetlog.robot.pose2 import Pose2
 from facetlog.view_verdicts import ViewVerdict, ViewVerdicts
 
 HEADER = "image,x,y,z,pan_deg,tilt_deg\n"
+EXPLORE = ("--explore", "--target", "1,2,0", "--keep-out", "0.5")
 CAMERA = "width = 640\nheight = 480\nfx = 500\nfy = 500\ncx = 319.5\ncy = 239.5\n"
 
 
@@ -50,6 +51,19 @@ def _refusal(capsys: pytest.CaptureFixture[str]) -> str:
         (["--tour", "paper", "--camera-file", "none.toml"], "none.toml is missing"),
         (["--tour", "paper", "--unit", "yd"], "unknown unit 'yd'"),
         (["--tour", "paper", "--mcap", "a.bag"], "--mcap a.bag: give a file whose name ends in"),
+        ([], "give --tour CSV, or --explore --target X,Y,Z --keep-out RADIUS"),
+        (["--tour", "paper", "--until", "table >= 90%"], "--until goes with --explore"),
+        (["--tour", "paper", "--target", "1,2,0"], "--target goes with --explore"),
+        (["--tour", "paper", "--dry-run"], "--dry-run goes with --explore"),
+        (["--explore", "--tour", "paper"], "--explore chooses the views itself: leave out --tour"),
+        (["--explore", "--target", "1,2,0"], "--explore needs --keep-out RADIUS"),
+        (["--explore", "--keep-out", "0.5"], "--explore needs --target X,Y,Z"),
+        ([*EXPLORE, "--target", "1,2"], "--target '1,2': give X,Y,Z (metres)"),
+        ([*EXPLORE, "--until", "table"], "--until 'table': give a model and a degree"),
+        ([*EXPLORE, "--until", "tabel >= 90%"], "--until: there is no model 'tabel'"),
+        ([*EXPLORE, "--max-views", "2"], "--max-views 2: a face needs 3 views or more"),
+        ([*EXPLORE, "--dry-run"], "holds no collection: --dry-run goes on from one"),
+        ([*EXPLORE, "--order", "short"], "--order is of a tour: leave it out with --explore"),
     ],
 )
 def test_options_that_cannot_be_are_refused(

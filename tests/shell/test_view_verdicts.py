@@ -7,13 +7,16 @@ import sys
 import time
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from facetlog.exploring.needs import Interest
 from facetlog.perception.types import Pose, View
 from facetlog.robot.recording import Format, write_views
 from facetlog.robot.rendering.views import views_of
-from facetlog.robot.rendering.worlds import INCH, make_world
+from facetlog.robot.rendering.worlds import BLOCK_CENTRE, INCH, make_world
 from facetlog.robot.tour import tour_camera, tour_poses
+from facetlog.stream import Goal
 from facetlog.view_verdicts import ViewVerdicts
 
 pytestmark = pytest.mark.slow
@@ -43,6 +46,21 @@ def test_each_question_is_about_the_views_of_its_time(tmp_path: Path) -> None:
     assert all_.best[0].startswith("t1 is a box (")
     assert "no: " in all_.line
     assert all_.document is not None
+
+
+def test_what_is_undecided_of_a_target_comes_with_the_verdict(tmp_path: Path) -> None:
+    target = np.array([*BLOCK_CENTRE, 3.0]) * INCH
+    far = Interest(target + 5.0, 1.0)
+    with ViewVerdicts(_folder(tmp_path, 8)) as verdicts:
+        found = verdicts.explored(8, Interest(target, 1.0), goal=Goal("box", 0.2))
+        missed = verdicts.explored(8, far)
+    assert found.reached
+    assert found.needs is not None
+    assert [thing.name for thing in found.needs.things] == ["t1"]
+    assert not missed.reached
+    # No thing stands there: what is there is open.
+    assert missed.needs is not None
+    assert [each.model for each in missed.needs.open] == [""]
 
 
 def test_of_questions_that_wait_only_the_newest_is_answered(tmp_path: Path) -> None:

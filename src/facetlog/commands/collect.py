@@ -10,6 +10,18 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from facetlog.commands.collect_explored import (
+    DEFAULT_MOST,
+    DryRun,
+    Explore,
+    MostViews,
+    Target,
+    Until,
+    checked_goal,
+    explorer_of,
+    target_tour,
+)
+from facetlog.commands.collect_explored import dry_run as say_next
 from facetlog.commands.robot_options import (
     DEFAULT_SPEED,
     Baud,
@@ -39,11 +51,13 @@ from facetlog.errors import DeviceError, InputError
 from facetlog.terminal import error, error_lines, note, warn
 
 if TYPE_CHECKING:
+    from facetlog.exploring.explorer import Explorer
     from facetlog.recordings.recorders import Recordings
     from facetlog.robot.collecting.record import Taken
     from facetlog.robot.collecting.route import Circle
     from facetlog.robot.collecting.run import Collected, Request
     from facetlog.robot.collecting.tour_file import Tour
+    from facetlog.stream import Goal
     from facetlog.view_verdicts import ViewVerdict, ViewVerdicts
 
 __all__ = ["collect_command"]
@@ -57,10 +71,16 @@ LEAST_VIEWS = 2
 @command
 def collect_command(
     robot: RobotAddress,
-    tour: Annotated[
-        str, typer.Option("--tour", metavar="CSV", help="Camera poses; `paper`: the built-in one.")
-    ],
     out: Annotated[Path, typer.Option("-o", "--out", metavar="DIR", help="Folder for the views.")],
+    tour: Annotated[
+        str | None,
+        typer.Option("--tour", metavar="CSV", help="Camera poses; `paper`: the built-in one."),
+    ] = None,
+    explore: Explore = False,
+    target: Target = None,
+    until: Until = None,
+    max_views: MostViews = DEFAULT_MOST,
+    dry_run: DryRun = False,
     camera: CameraUrl = None,
     head: Head = "sony-evi-d30",
     head_port: HeadPort = "aux1",
@@ -102,9 +122,9 @@ def collect_command(
     baud: Baud = None,
     as_json: AsJson = False,
 ) -> int:
-    """Drives a tour and takes its views. Exit code 0: all taken, 1: some left out, 3: a device.
+    """Drives a tour, or explores, and takes views. Exit code 0: all, 1: some left out, 3: a device.
 
-    With --recognize also 1 if no model matches.
+    With --recognize or --explore also 1 if no model matches, or --until is not reached.
     """
     from facetlog.perception.reading.pose_files.poses_file import metres_per
     from facetlog.recordings.recorders import Recordings
@@ -114,18 +134,25 @@ def collect_command(
 
     if order not in ORDERS:
         raise InputError(f"--order {order!r:.40}: use one of {', '.join(ORDERS)}")
+    goal = _checked_explore(explore, tour, target, until, max_views, keep_out, dry_run)
+    if explore and order != "given":
+        raise InputError("--order is of a tour: leave it out with --explore")
     checked_speed(speed)
     checked_head(head, head_port, unheard=head_unheard)
+    if explore and dry_run:
+        with ended_by_signals(), ExitStack() as stack, warnings_to_stderr():
+            verdicts = _judging(stack, out, tuple(models or ()), trust, Recordings(), goal)
+            return say_next(out, explorer_of(verdicts, goal, max_views), as_json=as_json)
     if resume and start is None:
         raise InputError(
             "--resume: odometry restarts, so give by --start X,Y,HEADING_DEG where the robot "
             f"stands now{_last_place(out)}"
         )
-    optics, of_file = optics_of(camera_file, None if tour == "paper" else Path(tour))
+    optics, of_file = optics_of(camera_file, None if tour in (None, "paper") else Path(tour))
     scale = metres_per(unit, "--unit") if unit is not None else of_file
     request = Request(
         robot,
-        _tour(tour, scale),
+        target_tour(target) if tour is None else _tour(tour, scale),
         out,
         camera,
         optics,
@@ -147,11 +174,15 @@ def collect_command(
         recordings = Recordings(mcap, rerun)
         recordings.check()
         recordings.check_beside(out)
-        verdicts: ViewVerdicts | None = None
-        if recognize or recordings:
-            verdicts = _judging(stack, out, tuple(models or ()), trust, recordings)
-        collected = _collected(request, verdicts)
-        last = _last_verdict(verdicts, len(collected.taken)) if verdicts and recognize else None
+        judging: ViewVerdicts | None = None
+        explorer: Explorer | None = None
+        if recognize or recordings or explore:
+            judging = _judging(stack, out, tuple(models or ()), trust, recordings, goal)
+        if judging and explore:
+            explorer = explorer_of(judging, goal, max_views)
+        collected = _collected(replace(request, chooser=explorer), judging)
+        said = judging if recognize or explore else None
+        last = _last_verdict(said, len(collected.taken)) if said else None
     if last is not None and collected.mapped is not None:
         collected.mapped.draw(out, [Found(said, loops) for said, loops in last.outlines])
     _answer(collected, last, as_json=as_json)
@@ -160,7 +191,33 @@ def collect_command(
             error(line)
         return collected.ended.fault.exit_code
     complete = not collected.plan.skipped and (last is None or bool(last.best))
+    if explorer is not None and goal is not None:
+        complete = explorer.reached
     return YES if complete else NO
+
+
+def _checked_explore(
+    explore: bool,
+    tour: str | None,
+    target: str | None,
+    until: str | None,
+    most: int,
+    keep_out: list[str] | None,
+    dry: bool,
+) -> "Goal | None":
+    """The goal, if there is one; InputError for options that do not go together."""
+    if not explore:
+        if tour is None:
+            raise InputError("give --tour CSV, or --explore --target X,Y,Z --keep-out RADIUS")
+        alone = {"--target": target, "--until": until, "--dry-run": dry or None}
+        for name in (name for name, value in alone.items() if value is not None):
+            raise InputError(f"{name} goes with --explore")
+        return None
+    if tour is not None:
+        raise InputError("--explore chooses the views itself: leave out --tour")
+    if not dry and not keep_out:
+        raise InputError("--explore needs --keep-out RADIUS: how near the robot may come (metres)")
+    return checked_goal(until, most)
 
 
 def _keep_out(given: list[str] | None) -> "float | tuple[Circle, ...] | None":
@@ -215,13 +272,15 @@ def _judging(
     models: tuple[Path, ...],
     trusted: bool,
     recordings: "Recordings",
+    goal: "Goal | None" = None,
 ) -> "ViewVerdicts":
     """The process that judges and records; unusable models are refused before the robot moves."""
     from facetlog.pipeline import open_models
     from facetlog.view_verdicts import ViewVerdicts
 
-    with open_models(models, trusted=trusted):
-        pass
+    with open_models(models, trusted=trusted) as base:
+        if goal is not None and goal.model not in base.models:
+            raise InputError(f"--until: there is no model {goal.model!r}: give it by --models")
     verdicts = ViewVerdicts(folder, models, trusted=trusted, recordings=recordings)
     return stack.enter_context(verdicts)
 
@@ -263,7 +322,9 @@ def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collecte
     from facetlog.robot.collecting.run import run_collection
 
     with wording_errors(COLLECT_AGAIN):
-        collected = run_collection(request, _ProgressLines(verdicts))
+        # Who explores says himself what each view brought.
+        asked = verdicts if request.chooser is None else None
+        collected = run_collection(request, _ProgressLines(asked))
     fault = collected.ended.fault
     if not isinstance(fault, DeviceError):
         return collected
@@ -290,9 +351,9 @@ def _answer(collected: "Collected", last: "ViewVerdict | None", *, as_json: bool
         return
     there, wanted = len(collected.taken), len(collected.plan.stops) + len(collected.plan.skipped)
     earlier = there - collected.ended.taken
-    typer.echo(
-        f"{there} of {earlier + wanted} views, {collected.way:.1f} m driven in "
-        f"{collected.seconds:.0f} s"
-    )
+    views = f"{there} of {earlier + wanted} views" if not collected.reason else f"{there} views"
+    typer.echo(f"{views}, {collected.way:.1f} m driven in {collected.seconds:.0f} s")
+    if collected.reason:
+        typer.echo(f"no further view: {collected.reason}")
     if last is not None:
         typer.echo(last.line)

@@ -1,0 +1,181 @@
+"""Stops that are chosen one after the other, by what the views so far show.
+
+Who chooses knows verdicts, of which the robot knows nothing: it is given where the robot stands and
+what can be taken from there, and says which view is next, or why none is.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from facetlog.errors import InputError
+from facetlog.perception.types import Camera, FloatArray
+from facetlog.robot.collecting.drive import MobileBase
+from facetlog.robot.collecting.mount import Mount
+from facetlog.robot.collecting.plan import Reach, Stop
+from facetlog.robot.collecting.record import Record, Taken
+from facetlog.robot.collecting.ring_views import Candidate, ring_candidates
+from facetlog.robot.collecting.route import Circle
+from facetlog.robot.collecting.session import Listener
+from facetlog.robot.collecting.steering import Pace
+from facetlog.robot.head.head import HeadLimits
+from facetlog.robot.pose2 import Pose2
+
+__all__ = [
+    "CHOSEN",
+    "EXPLORED",
+    "Around",
+    "Chooser",
+    "Chosen",
+    "ChosenStops",
+    "Finished",
+    "reach_of_mount",
+]
+
+CHOSEN, EXPLORED = "chosen", "explored"
+"""What a line of collect.jsonl about a choice has as its `result`, and one about the last."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Around:
+    """The rings round a target (3,), for a robot that stands at `here`: see `ring_candidates`."""
+
+    target: FloatArray
+    radius: float
+    first: float
+    reach: Reach
+    pace: Pace
+    here: Pose2
+
+    def candidates(self, number: int) -> tuple[Candidate, ...]:
+        """The views that can be taken from here, as view `number`."""
+        return ring_candidates(
+            self.target, self.radius, self.first, number, self.here, self.reach, self.pace
+        )
+
+    def to_json(self) -> Mapping[str, object]:
+        """As in the first line of collect.jsonl; metres, radians."""
+        limits, mount, camera = self.reach.limits, self.reach.mount, self.reach.camera
+        return {
+            "target": self.target.tolist(),
+            "radius": self.radius,
+            "first": self.first,
+            "closed": [[c.x, c.y, c.radius] for c in self.reach.closed],
+            "pace": [self.pace.speed, self.pace.turning],
+            "here": [self.here.x, self.here.y, self.here.heading],
+            "mount": [list(mount.values), list(mount.sds)],
+            "camera": [
+                *(camera.width, camera.height, camera.fx),
+                *(camera.fy, camera.cx, camera.cy),
+            ],
+            "head": [
+                [limits.pan_min, limits.pan_max],
+                [limits.tilt_min, limits.tilt_max],
+                [limits.pan_step, limits.tilt_step],
+                limits.zoom_max,
+            ],
+        }
+
+    @classmethod
+    def from_json(cls, about: object) -> "Around":
+        """What `to_json` gave; InputError if it is something else."""
+        try:
+            if not isinstance(about, dict):
+                raise TypeError("it is no object")
+            values, sds = (tuple(map(float, each)) for each in about["mount"])
+            pan, tilt, step, zoom = about["head"]
+            limits = HeadLimits(pan[0], pan[1], tilt[0], tilt[1], step[0], step[1], zoom)
+            mount = Mount(sds=sds).with_values(values)
+            closed = tuple(Circle(*map(float, each)) for each in about["closed"])
+            width, height, fx, fy, cx, cy = about["camera"]
+            camera = Camera(width, height, fx, fy, cx, cy)
+            reach = Reach(mount, limits, camera, closed)
+            return cls(
+                np.array(about["target"], dtype=np.float64).reshape(3),
+                float(about["radius"]),
+                float(about["first"]),
+                reach,
+                Pace(*map(float, about["pace"])),
+                Pose2(*map(float, about["here"])),
+            )
+        except (KeyError, TypeError, ValueError) as exc:
+            raise InputError(
+                "collect.jsonl does not say how its target was explored: give a folder that was "
+                "collected by --explore"
+            ) from exc
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Chosen:
+    """The next stop; `line` goes to collect.jsonl, `said` to who listens."""
+
+    stop: Stop
+    line: Mapping[str, object]
+    said: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Finished:
+    """Why there is no next stop; else as `Chosen`."""
+
+    reason: str
+    line: Mapping[str, object]
+    said: tuple[str, ...]
+
+
+class Chooser(Protocol):
+    """Chooses the next view."""
+
+    @property
+    def most(self) -> int:
+        """The most views of the whole collection."""
+
+    def next_stop(self, around: Around, taken: tuple[Taken, ...]) -> Chosen | Finished:
+        """The next stop after the views `taken`, or why there is none."""
+
+
+class ChosenStops:
+    """The stops that a chooser chooses, each when it is asked for; `reason` is why they ended.
+
+    They are at most as many as the chooser takes beside those that are in the record already.
+    """
+
+    def __init__(
+        self,
+        chooser: Chooser,
+        around: Around,
+        base: MobileBase,
+        record: Record,
+        listener: Listener,
+    ) -> None:
+        self._chooser, self._around, self._base = chooser, around, base
+        self._record, self._listener = record, listener
+        self._most = max(chooser.most - len(record.taken), 0)
+        self.reason = ""
+
+    def __len__(self) -> int:
+        return self._most
+
+    def __iter__(self) -> Iterator[Stop]:
+        while True:
+            here = self._base.place(self._base.state)
+            around = replace(self._around, here=here)
+            found = self._chooser.next_stop(around, self._record.taken)
+            self._record.note(found.line)
+            for line in found.said:
+                self._listener.note(line)
+            if isinstance(found, Finished):
+                # Said with the result, when the robot has stopped.
+                self.reason = found.reason
+                return
+            yield found.stop
+
+
+def reach_of_mount(mount: Mount) -> float:
+    """How far from the robot's middle the pinhole may be, metres on the floor or more."""
+    return math.hypot(mount.x, mount.y) + math.hypot(
+        mount.pinhole_ahead, mount.pinhole_left, mount.pinhole_up
+    )
