@@ -140,7 +140,7 @@ def collect_command(
     checked_speed(speed)
     checked_head(head, head_port, unheard=head_unheard)
     if explore and dry_run:
-        with ended_by_signals(), ExitStack() as stack, warnings_to_stderr():
+        with ended_by_signals(), ExitStack() as stack:
             verdicts = _judging(stack, out, tuple(models or ()), trust, Recordings(), goal)
             return say_next(out, explorer_of(verdicts, goal, max_views), as_json=as_json)
     if resume and start is None:
