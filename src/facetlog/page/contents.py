@@ -7,16 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import cv2
-import numpy as np
 
 from facetlog import __version__
 from facetlog.counted import many
 from facetlog.kb.explaining.proof import State
 from facetlog.kb.explaining.trace import Step, steps
 from facetlog.kb.explaining.verdict_text import mark, parts_text, size_texts
-from facetlog.page.model_view import model_view
-from facetlog.perception.surfaces.drawing.frustum import Frustum
-from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
+from facetlog.page.model_view import loose_edges, model_view
+from facetlog.page.seen_outlines import seen_outlines
+from facetlog.page.uncertainty import drawn_larger_by
 from facetlog.perception.surfaces.drawing.upright import upright
 from facetlog.pipeline import Recognised
 
@@ -30,7 +29,6 @@ __all__ = ["Answers", "Subject", "contents"]
 
 PICTURE_PX = 720  # the longer side of a picture in the page
 JPEG_QUALITY = 72
-LEAST_SEEN_PX = 12  # of the buffer: less of a face is a sliver
 # Names of faces, edges, vertices and pieces, and runs of them as f2–f8.
 _NAMES = re.compile(r"\b([a-z])(\d+)(?:–\1(\d+))?\b")
 _NAMED = "fevp"
@@ -128,9 +126,13 @@ def _kinds(
 ) -> list[tuple[str, str, bool]]:
     """What can be shown in 3-D: the letter of its nodes, what it is called, and whether it is."""
     unseen = any(space.unseen > 0.0 for space in pieces.spaces)
+    larger = drawn_larger_by(scene)
+    drawn = f", × {larger}" if larger and larger > 1 else ""
     there = (
         ("f", "faces", True, bool(scene.faces)),
+        ("e", "edges without a face", True, any(True for _ in loose_edges(scene))),
         ("p", "pieces", False, bool(pieces)),
+        ("v", f"uncertainty of vertices (2 sd{drawn})", False, larger is not None),
         ("unseen", "what nobody saw", False, unseen and bool(pieces)),
         ("view", "cameras", False, bool(views)),
     )
@@ -203,22 +205,5 @@ def _pictures(scene: "Scene", views: "Sequence[View]") -> Iterator[dict[str, Any
             "width": size[0],
             "height": size[1],
             "data": base64.b64encode(data.tobytes()).decode("ascii"),
-            "faces": list(_outlines(scene, view, shrink)),
+            "outlines": list(seen_outlines(view, scene, shrink)),
         }
-
-
-def _outlines(scene: "Scene", view: "View", shrink: float) -> Iterator[dict[str, str]]:
-    """The faces that the view shows: their names, and their outlines as SVG has them."""
-    surface = hidden_surface(view, scene)
-    frustum = Frustum(view.camera, view.pose)
-    seen = np.bincount(surface.face[surface.face >= 0].ravel(), minlength=len(scene.faces))
-    for number, face in enumerate(scene.faces):
-        if seen[number] < LEAST_SEEN_PX:
-            continue
-        rings = [frustum.polygon(scene.points[list(r)]) for r in (face.outline, *face.holes)]
-        path = " ".join(
-            "M" + " L".join(f"{u:.1f},{v:.1f}" for u, v in (ring + 0.5) * shrink) + " Z"
-            for ring in rings
-            if len(ring)
-        )
-        yield {"name": f"f{number + 1}", "path": path}
