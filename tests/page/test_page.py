@@ -4,10 +4,11 @@ import base64
 import json
 import re
 import shutil
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -17,14 +18,18 @@ from playwright.sync_api import sync_playwright
 from scipy.spatial.transform import Rotation
 
 from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.unseen import Unseen
 from facetlog.kb.recognize import judged_scene
 from facetlog.page.contents import Answers, Subject, contents
+from facetlog.page.missing import Look, add_arrows
 from facetlog.page.uncertainty import add_ellipsoids
 from facetlog.page.write import page
 from facetlog.perception.facts.piece_facts import shown_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPieces
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.scene import Scene, Vertex
+from facetlog.perception.space.space import Space
+from facetlog.perception.space.space import State as SpaceState
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import Camera, FloatArray, Pose, View
 from facetlog.pipeline import Recognised, facts_of, load_scene, open_models
@@ -181,6 +186,69 @@ def test_an_ellipsoid_is_two_standard_deviations_along_each_of_its_axes() -> Non
     assert np.abs(turn.T @ matrix[:3, :3] / half_axes).round(6).tolist() == np.eye(3).tolist()
     flat, _ = graph.graph["v2"]
     assert np.linalg.norm(flat[:3, :3], axis=0).min() > 0.0  # a viewer cannot turn a sheet
+
+
+def test_what_was_not_seen_is_lit_where_it_would_be(table: Recognised) -> None:
+    found = table.recognition.verdicts
+    box = next(v for v in found if v.model == "box")
+    said = (
+        Unseen("no view looks at it from above", "look at it from there", (0.0, 0.0, 1.0)),
+        Unseen("there is space that nobody looked into", "look there", (1.0, 0.0, 0.0), space=True),
+        Unseen("too few views"),
+    )
+    subject = Subject(table.scene, _unseen_round(table.scene), others=(replace(box, unseen=said),))
+    shown = contents(subject)
+    (verdict,) = shown["others"]
+    lines = [(line["text"], line["names"]) for line in verdict["unseen"]]
+    assert lines == [
+        ("unseen: no view looks at it from above; look at it from there", "look1"),
+        ("unseen: there is space that nobody looked into; look there", "unseen1 look2"),
+        ("unseen: too few views", ""),
+    ]
+    assert {"look1", "look2", "unseen1"} <= _nodes(shown["model_view"])
+
+
+def _unseen_round(scene: Scene) -> ShownPieces:
+    """As if nobody had seen anything of the space round the one thing of a scene."""
+    (space,) = shown_pieces(scene).spaces
+    cells = np.full_like(space.cells, SpaceState.UNSEEN)
+    return ShownPieces((), (Space(space.lattice, cells, closed=False),), ("t1",))
+
+
+def test_an_arrow_points_at_the_thing_from_where_to_look(table: Recognised) -> None:
+    graph = trimesh.Scene()
+    towards = (0.0, -0.6, 0.8)
+    look = Look("look1", "t1", towards)
+    add_arrows(graph, table.scene, ShownPieces((), ()), (look,))
+    (arrow,) = graph.geometry.values()
+    points = table.scene.points @ towards
+    assert (arrow.vertices @ towards).min() > points.max()
+    along = arrow.vertices @ towards
+    tip, end = (arrow.vertices[np.isclose(along, at)] for at in (along.min(), along.max()))
+    assert np.ptp(tip, axis=0).max() < 1e-9 < np.ptp(end, axis=0).max()
+
+
+def test_an_open_step_that_names_nothing_is_about_the_space_that_nobody_saw() -> None:
+    half = build("cuboid", {})
+    one_face = replace(half, faces=half.faces[:1], edges=(), bodies=())
+    shown = contents(Subject.of_run(_run(one_face), _unseen_round(half)))
+
+    def leaves(tree: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+        for step in tree:
+            yield step
+            yield from leaves(step["steps"])
+
+    open_ones = [
+        step
+        for verdict in shown["others"]
+        for condition in verdict["conditions"]
+        if condition["state"] == "open"
+        for step in leaves(condition["steps"])
+        if step["text"].startswith("?") and not re.search(r"\b[fevp]\d", step["text"])
+    ]
+    assert "unseen1" in _nodes(shown["model_view"])
+    assert "unseen1" in {step["names"] for step in open_ones}
+    assert {step["names"] for step in open_ones} <= {"unseen1", ""}  # "": up was not given
 
 
 def _nodes(model_view: str) -> set[str]:

@@ -10,9 +10,10 @@ import cv2
 
 from facetlog import __version__
 from facetlog.counted import many
-from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.proof import MARKS, State
 from facetlog.kb.explaining.trace import Step, steps
 from facetlog.kb.explaining.verdict_text import mark, parts_text, size_texts
+from facetlog.page.missing import Missing
 from facetlog.page.model_view import loose_edges, model_view
 from facetlog.page.seen_outlines import seen_outlines
 from facetlog.page.uncertainty import drawn_larger_by
@@ -88,15 +89,16 @@ class Subject:
 def contents(subject: Subject) -> dict[str, Any]:
     """All that the template (page.html.jinja) names."""
     scene = subject.scene
+    missing = Missing.of((*subject.best, *subject.others), subject.pieces)
     return {
         "version": __version__,
         "name": scene.name,
         "answer": subject.title,
         "seen": _seen(scene),
-        "best": [_verdict(v) for v in subject.best],
-        "others": [_verdict(v) for v in subject.others],
+        "best": [_verdict(v, missing) for v in subject.best],
+        "others": [_verdict(v, missing) for v in subject.others],
         "answers": None if subject.answers is None else _answers(subject.answers),
-        "model_view": model_view(scene, subject.pieces, subject.views),
+        "model_view": model_view(scene, subject.pieces, subject.views, missing.looks),
         "kinds": _kinds(scene, subject.pieces, subject.views),
         "pictures": list(_pictures(scene, subject.views)),
         "warnings": subject.warnings,
@@ -139,7 +141,7 @@ def _kinds(
     return [(letter, called, on) for letter, called, on, is_there in there if is_there]
 
 
-def _verdict(verdict: "Verdict") -> dict[str, Any]:
+def _verdict(verdict: "Verdict", missing: Missing) -> dict[str, Any]:
     parts, sizes = parts_text(verdict), size_texts(verdict)
     faces = " ".join(face for part in verdict.parts for face in part.faces)
     return {
@@ -149,13 +151,24 @@ def _verdict(verdict: "Verdict") -> dict[str, Any]:
             *([{"text": f"parts: {parts}", "names": faces}] if verdict.parts else ()),
             *([_marked(f"sizes: {', '.join(sizes)}")] if sizes else ()),
         ],
-        "conditions": [_condition(c, verdict.length_unit) for c in verdict.conditions],
-        "unseen": [line for each in verdict.unseen for line in each.lines([])],
+        "conditions": [_condition(c, verdict, missing) for c in verdict.conditions],
+        "unseen": list(_unseen(verdict, missing)),
     }
 
 
-def _condition(condition: "Condition", unit: str | None) -> dict[str, Any]:
+def _unseen(verdict: "Verdict", missing: Missing) -> Iterator[dict[str, Any]]:
+    """Why parts may have been missed: what is said of a place or a direction lights it up."""
+    roles = verdict.unseen_roles
+    for found in verdict.unseen:
+        said = "; ".join(line.strip() for line in found.lines(roles))
+        yield _marked(said, tuple(missing.names(verdict.thing, found)))
+        roles = ()
+
+
+def _condition(condition: "Condition", verdict: "Verdict", missing: Missing) -> dict[str, Any]:
     proof = condition.proof
+    space = missing.spaces.get(verdict.thing)
+    open_space = (space,) if space and condition.may_be_settled else ()
     return {
         "state": STANDS[proof.state],
         "mark": mark(condition),
@@ -163,26 +176,28 @@ def _condition(condition: "Condition", unit: str | None) -> dict[str, Any]:
         "said": condition.said,
         "degree": f"{proof.low:.0%}",
         "origin": condition.origin,
-        "steps": _tree(steps(proof, unit)),
+        "steps": _tree(steps(proof, verdict.length_unit), open_space),
     }
 
 
-def _tree(found: Iterable[Step]) -> list[dict[str, Any]]:
-    """Steps with those that they rest on."""
+def _tree(found: Iterable[Step], open_space: Sequence[str]) -> list[dict[str, Any]]:
+    """Steps with those that they rest on; open ones that name nothing are about `open_space`."""
     top: list[dict[str, Any]] = []
     open_ones: list[tuple[int, list[dict[str, Any]]]] = [(-1, top)]
     for depth, text in found:
         while open_ones[-1][0] >= depth:
             open_ones.pop()
         step = {**_marked(text), "steps": []}
+        if not step["names"] and text.startswith(MARKS[State.UNKNOWN]):
+            step["names"] = " ".join(open_space)
         open_ones[-1][1].append(step)
         open_ones.append((depth, step["steps"]))
     return top
 
 
-def _marked(line: str) -> dict[str, Any]:
-    """A text and the names that it has, to be lit up."""
-    return {"text": line, "names": " ".join(dict.fromkeys(_names(line)))}
+def _marked(line: str, places: Sequence[str] = ()) -> dict[str, Any]:
+    """A text, and what is to be lit up: places that it is about, and the names that it has."""
+    return {"text": line, "names": " ".join(dict.fromkeys((*places, *_names(line))))}
 
 
 def _names(line: str) -> Iterator[str]:

@@ -4,7 +4,10 @@
   const NAMED = ["f", "p", "e", "view"];  // others have their names when lit
   // What is nearer than this share of the distance hides a name; a piece's faces lie about it.
   const BEFORE = { p: 0.97 }, ANY = 0.998;
-  const THIN = ["e", "v"];  // so little of it is seen that it has to glow
+  // Is not there, but lit round what is: that stays as it is.
+  const ABOUT = ["unseen", "look"], LOOK = "look from here";
+  const GLOWS = ["e", "v", "unseen"];  // thin as it is
+  const HAZE = 4;  // times as dense as it is else
   let lit = [], shown = ["f"], some = false;
   const meshes = () => {
     const found = [];
@@ -14,7 +17,7 @@
   const kind = (one) => one.name.replace(/\d+$/, "");
   function show() {
     const all = meshes();
-    some = all.some((one) => lit.includes(one.name));  // edges of faces have no mesh
+    some = all.some((one) => lit.includes(one.name) && !ABOUT.includes(kind(one)));  // a face's edges have none
     for (const one of all) {
       if (!one.userData.own) {
         one.material = one.material.clone();
@@ -25,12 +28,17 @@
       }
       const on = lit.includes(one.name);
       const soft = kind(one) === "unseen" || kind(one) === "p";
-      const faint = some && !on;
+      const faint = some && !on && !ABOUT.includes(kind(one));
       one.visible = shown.includes(kind(one)) || on;
       one.material.transparent = soft || faint;
-      one.material.opacity = faint ? FAINT : 1;
+      one.material.opacity = faint ? FAINT : on && kind(one) === "unseen" ? HAZE : 1;
       one.material.depthWrite = !(faint || kind(one) === "unseen");
-      one.material.emissive.setHex(!on ? 0x000000 : THIN.includes(kind(one)) ? 0xd9730d : 0x553300);
+      one.material.emissive.setHex(!on ? 0x000000 : GLOWS.includes(kind(one)) ? 0xd9730d : 0x553300);
+      if (kind(one) === "look") {  // seen through what it is behind
+        one.material.depthTest = false;
+        one.material.transparent = true;
+        one.renderOrder = 1;
+      }
       one.material.needsUpdate = true;
     }
     render();
@@ -52,7 +60,7 @@
     if (!tags.has(one.name)) {
       const made = document.createElement("span");
       made.className = "name";
-      made.textContent = one.name;
+      made.textContent = kind(one) === "look" ? LOOK : one.name;
       document.body.append(made);
       tags.set(one.name, { made, width: made.offsetWidth, height: made.offsetHeight });
     }
@@ -66,7 +74,7 @@
     const hiding = there.filter((one) =>
       ["f", "p"].includes(kind(one)) && (!some || lit.includes(one.name)));
     const taken = [];
-    there.filter((one) => some ? lit.includes(one.name) : NAMED.includes(kind(one)))
+    there.filter((one) => lit.includes(one.name) || !some && NAMED.includes(kind(one)))
       .filter((one) => kind(one) !== "unseen")
       .map((one) => {
         const { at } = one.userData;
@@ -75,7 +83,8 @@
         one.localToWorld(place);
         return { one, place, away: place.distanceTo(camera.position) };
       })
-      .sort((one, other) => one.away - other.away)
+      .sort((one, other) => lit.includes(other.one.name) - lit.includes(one.one.name)
+        || one.away - other.away)
       .forEach(({ one, place, away }) => {
         const seen = place.clone().project(camera);
         if (Math.max(Math.abs(seen.x), Math.abs(seen.y), Math.abs(seen.z)) > 1) return;
@@ -83,7 +92,7 @@
         const hits = new THREE.Raycaster(camera.position, towards).intersectObjects(hiding, false);
         const own = hits.find((hit) => hit.object === one);
         const least = (BEFORE[kind(one)] || ANY) * (own ? own.distance : away);
-        if (hits.length && hits[0].distance < least) return;
+        if (kind(one) !== "look" && hits.length && hits[0].distance < least) return;
         const { made, width, height } = tag(one);
         const left = (1 + seen.x) / 2 * innerWidth - width / 2;
         const top = (1 - seen.y) / 2 * innerHeight - height / 2;

@@ -13,6 +13,7 @@ import trimesh
 from numpy.typing import NDArray
 
 from facetlog.page.inner_point import inner_point
+from facetlog.page.missing import Look, add_arrows
 from facetlog.page.uncertainty import add_ellipsoids
 from facetlog.perception.pieces.piece_meshes import add_pieces
 from facetlog.perception.pieces.shown_pieces import ShownPieces
@@ -28,17 +29,19 @@ CAMERA_SHARE = 0.06
 CAMERA_COLOUR = (90, 110, 130, 255)
 # Edges that bound no face are tubes so thick, of the scene's diagonal.
 TUBE_SHARE = 0.004
-TUBE_COLOUR = (120, 100, 190, 255)
+TUBE_COLOUR = (165, 140, 240, 255)
 TUBE_SIDES = 8
 # The base's corners 1 to 4 run round, the pinhole is corner 0.
 _SIDES = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [1, 3, 2], [1, 4, 3]])
 
 
-def model_view(scene: Scene, pieces: ShownPieces, views: Sequence[View]) -> str:
+def model_view(
+    scene: Scene, pieces: ShownPieces, views: Sequence[View], looks: Sequence[Look] = ()
+) -> str:
     """A page of its own; "" without a face.
 
     Its nodes are f1, … and p1, …; e1, … of the edges that bound no face; v1, … of the vertices
-    as ellipsoids; unseen1, … and view1, ….
+    as ellipsoids; unseen1, … and view1, …; look1, … of where to look from.
     """
     graph = trimesh.Scene()
     if not add_faces(graph, scene):
@@ -52,6 +55,7 @@ def model_view(scene: Scene, pieces: ShownPieces, views: Sequence[View]) -> str:
     add_ellipsoids(graph, scene)
     for number, view in enumerate(views, start=1):
         graph.add_geometry(_camera(view, CAMERA_SHARE * size), node_name=f"view{number}")
+    add_arrows(graph, scene, pieces, looks)
     script = files(__package__).joinpath("model_view.js").read_text(encoding="utf-8")
     return viewer_page(graph, scene.up, look_at=scene.points, script=script)
 

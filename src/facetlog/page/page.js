@@ -16,7 +16,9 @@
     document.querySelectorAll("svg [data-name]").forEach((one) =>
       one.classList.toggle("on", names.includes(one.dataset.name)));
     tell({ lit: names });
-    if (about) about.textContent = names.length ? `Lit: ${names.join(", ")}` : "Nothing is lit.";
+    const said = [...new Set(names.map((name) =>
+      name.startsWith("look") ? "where to look from" : name.startsWith("unseen") ? "what nobody saw" : name))];
+    if (about) about.textContent = said.length ? `Lit: ${said.join(", ")}` : "Nothing is lit.";
     if (clear) clear.hidden = !names.length;
   }
 
