@@ -371,7 +371,7 @@ def test_a_click_lights_up_faces_in_pictures_and_in_three_dimensions(
 
 @pytest.mark.slow
 @pytest.mark.skipif(BROWSER is None, reason="needs chromium")
-def test_names_stand_at_what_is_shown_and_is_not_hidden(
+def test_names_and_ellipsoids_are_there_for_what_is_shown_and_is_not_hidden(
     table: Recognised, text: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "page.html"
@@ -402,6 +402,12 @@ def test_names_stand_at_what_is_shown_and_is_not_hidden(
         shown.click(".line")
         lit = (shown.get_attribute(".line", "data-names") or "").split()
         assert names_when("names.some((name) => name[0] === 'f')") <= {*lit}
+        is_sure = "() => scene.getObjectByName('v1').visible"
+        assert not view.evaluate(is_sure)
+        shown.check(".kind[value=v]")
+        view.wait_for_function(is_sure, timeout=1000 * PATIENCE)
+        view.evaluate("() => parent.postMessage({ picked: 'v1' }, '*')")  # as a click on it does
+        names_when("names.join() === 'v1'")
         browser.close()
 
 

@@ -8,6 +8,7 @@
   const ABOUT = ["unseen", "look"], LOOK = "look from here";
   const GLOWS = ["e", "v", "unseen"];  // thin as it is
   const HAZE = 4;  // times as dense as it is else
+  const MOST = 300;  // names, the nearest: more have no room, and a ray for each takes time
   let lit = [], shown = ["f"], some = false;
   const meshes = () => {
     const found = [];
@@ -85,6 +86,7 @@
       })
       .sort((one, other) => lit.includes(other.one.name) - lit.includes(one.one.name)
         || one.away - other.away)
+      .slice(0, MOST)
       .forEach(({ one, place, away }) => {
         const seen = place.clone().project(camera);
         if (Math.max(Math.abs(seen.x), Math.abs(seen.y), Math.abs(seen.z)) > 1) return;
