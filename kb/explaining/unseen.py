@@ -40,12 +40,14 @@ class Unseen:
 
     `look` says that in the scene's words, empty where it is not known; `direction` is a unit vector
     from the thing, `place` is in the scene's frame and unit, each None where it is not known.
+    `space` says that it is the space round the thing that nobody looked into.
     """
 
     why: str
     look: str = ""
     direction: Point | None = None
     place: Point | None = None
+    space: bool = False
 
     def lines(self, roles: Sequence[str] = ()) -> Iterator[str]:
         """It as text, `roles` being the parts that were not seen."""
@@ -119,16 +121,17 @@ def _unseen_space(sight: Sight, about: Looked, said: Sequence[Unseen]) -> Iterat
     most = f"{100 * share:.0f} % of it would show from there"
     if not about.seers:
         side = axis_words(np.array(towards))
-        yield Unseen(why, f"look at it from the side towards {side}: {most}", towards)
+        yield Unseen(why, f"look at it from the side towards {side}: {most}", towards, space=True)
         return
     way = about.way(np.array(towards))
     steps = about.steps()
     seen_from = steps / np.linalg.norm(steps, axis=1)[:, None]
     if any(_is_near(_point(step), towards) for step in seen_from):
         why = f"what lies behind {about.name}, from {way.side}, has nothing that could be measured"
-        yield Unseen(why, f"put something with a pattern there, and look at it {way.go}: {most}")
+        go = f"put something with a pattern there, and look at it {way.go}: {most}"
+        yield Unseen(why, go, space=True)
     else:
-        yield Unseen(why, f"look at it {way.go}: {most}", towards, way.at)
+        yield Unseen(why, f"look at it {way.go}: {most}", towards, way.at, space=True)
 
 
 def _is_near(direction: Point, other: Point) -> bool:

@@ -72,6 +72,15 @@ class Condition:
         known = ": ".join(filter(None, (self.place, line)))
         return f" [{known}]" if known else ""
 
+    @property
+    def may_be_settled(self) -> bool:
+        """Whether it is open, and another look might settle it."""
+        if self.proof.state is not State.UNKNOWN:
+            return False
+        found = reason(self.proof)
+        step = None if found is None else found.step.detail
+        return not (isinstance(step, Note) and step.cause in LOOKING_SETTLES_NOT)
+
     def to_json(
         self, length_unit: str | None, *, full: bool = False, measured: bool = True
     ) -> dict[str, Any]:
@@ -139,7 +148,12 @@ class Verdict:
         if self.state is State.HOLDS:
             return False
         of_none = self.state is State.UNKNOWN and not self.conditions
-        return of_none or any(map(_may_be_settled, self.conditions))
+        return of_none or any(c.may_be_settled for c in self.conditions)
+
+    @property
+    def unseen_roles(self) -> tuple[str, ...]:
+        """The parts that were not seen; a group of nothing is none."""
+        return tuple(part.role for part in self.parts if not part.faces and not part.is_group)
 
     def conditions_that(self, state: State) -> tuple[Condition, ...]:
         """The conditions of this state, in the order of the file."""
@@ -196,15 +210,6 @@ class Verdict:
             ],
             **({"unseen": [found.to_json() for found in self.unseen]} if self.unseen else {}),
         }
-
-
-def _may_be_settled(condition: Condition) -> bool:
-    """Whether a condition is open, and another look might settle it."""
-    if condition.proof.state is not State.UNKNOWN:
-        return False
-    found = reason(condition.proof)
-    step = None if found is None else found.step.detail
-    return not (isinstance(step, Note) and step.cause in LOOKING_SETTLES_NOT)
 
 
 @dataclass(frozen=True, slots=True)

@@ -217,11 +217,11 @@ def _open_because(line: "Condition", cause: str) -> bool:
 
 def _unseen(verdict: "Verdict") -> Iterator[str]:
     """Why parts may have been missed, and from where they could be seen."""
-    roles = [part.role for part in verdict.parts if not part.faces and not part.is_group]
+    roles = verdict.unseen_roles
     for found in verdict.unseen:
         for line in found.lines(roles):
             yield from _wrapped(f"  {line}")
-        roles = []
+        roles = ()
 
 
 def _wrapped(line: str) -> list[str]:

@@ -64,6 +64,7 @@ def shown_pieces(scene: Scene) -> ShownPieces:
             for name, piece in zip(each.names, each.pieces.pieces, strict=True)
         ),
         tuple(each.filled.space for each in found),
+        tuple(each.thing for each in found),
     )
 
 

@@ -31,10 +31,14 @@ class ShownPiece:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class ShownPieces:
-    """All pieces of a scene, and the spaces of its things, of which some may be unseen."""
+    """All pieces of a scene, and the spaces of its things, of which some may be unseen.
+
+    `things` are the names of these things in facts (t1, t2, …).
+    """
 
     pieces: tuple[ShownPiece, ...]
     spaces: tuple[Space, ...]
+    things: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
         return bool(self.pieces)

@@ -1,25 +1,35 @@
 """The page of a run shows all that was found, by itself, whatever names say."""
 
 import base64
+import json
 import re
 import shutil
+from collections.abc import Iterator
 from dataclasses import replace
 from importlib.resources import files
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import cv2
 import numpy as np
 import pytest
+import trimesh
 from playwright.sync_api import sync_playwright
+from scipy.spatial.transform import Rotation
 
 from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.unseen import Unseen
 from facetlog.kb.recognize import judged_scene
 from facetlog.page.contents import Answers, Subject, contents
+from facetlog.page.missing import Look, add_arrows
+from facetlog.page.uncertainty import add_ellipsoids
 from facetlog.page.write import page
 from facetlog.perception.facts.piece_facts import shown_pieces
+from facetlog.perception.pieces.shown_pieces import ShownPieces
 from facetlog.perception.reading.read_views import ViewSet
-from facetlog.perception.scene import Scene
+from facetlog.perception.scene import Scene, Vertex
+from facetlog.perception.space.space import Space
+from facetlog.perception.space.space import State as SpaceState
 from facetlog.perception.surfaces.exact_solids.builders import build
 from facetlog.perception.types import Camera, FloatArray, Pose, View
 from facetlog.pipeline import Recognised, facts_of, load_scene, open_models
@@ -103,14 +113,17 @@ def test_pictures_have_the_faces_that_they_show_and_no_others(table: Recognised)
     decoded = cv2.imdecode(data, cv2.IMREAD_GRAYSCALE)
     assert decoded is not None
     assert decoded.shape == (first["height"], first["width"])
-    names = {face["name"] for face in first["faces"]}
+    names = {outline.name for outline in first["outlines"]}
     assert 3 <= len(names) < len(table.scene.faces)
-    for face in first["faces"]:
-        points: FloatArray = np.array(
-            [xy.split(",") for xy in re.findall(r"[\d.-]+,[\d.-]+", face["path"])], dtype=float
-        )
+    for outline in first["outlines"]:
+        points = _corners(outline.path)
         assert ((points > 0) & (points < (first["width"], first["height"]))).all()
-    assert names != {face["name"] for face in second["faces"]}
+    assert names != {outline.name for outline in second["outlines"]}
+
+
+def _corners(path: str) -> FloatArray:
+    found = [xy.split(",") for xy in re.findall(r"[\d.-]+,[\d.-]+", path)]
+    return np.array(found, dtype=np.float64)
 
 
 def test_the_page_needs_no_other_file_and_no_network(text: str) -> None:
@@ -121,11 +134,128 @@ def test_the_page_needs_no_other_file_and_no_network(text: str) -> None:
 
 def test_three_dimensions_hold_faces_pieces_and_cameras(table: Recognised) -> None:
     shown = contents(_subject(table))
-    assert [letter for letter, _, _ in shown["kinds"]] == ["f", "p", "view"]
-    (data,) = re.findall(r'base64_data="([A-Za-z0-9+/=]+)"', shown["model_view"])
+    assert [letter for letter, _, _ in shown["kinds"]] == ["f", "p", "v", "view"]
+    assert {"f1", "p1", "v1", "view1", "view2"} <= _nodes(shown["model_view"])
+
+
+def test_edges_that_bound_no_face_can_be_lit_up_everywhere(table: Recognised) -> None:
+    whole = table.scene
+    legless = replace(whole, faces=whole.faces[:2], bodies=())
+    rings = [edge for face in legless.faces for edge in face.outline]
+    loose = [k for k, e in enumerate(whole.edges, 1) if not {e.start, e.end} & {*rings}]
+    assert loose
+    shown = contents(replace(_subject(table), scene=legless, pieces=ShownPieces((), ())))
+    assert ("e", "edges without a face", True) in shown["kinds"]
+    assert {f"e{k}" for k in loose} <= _nodes(shown["model_view"])
+    drawn = {outline.name for outline in shown["pictures"][0]["outlines"]}
+    assert drawn & {f"e{k}" for k in loose}
+    assert not [n for n in _nodes(contents(_subject(table))["model_view"]) if n.startswith("e")]
+
+
+def test_how_much_larger_ellipsoids_are_than_vertices_are_sure_is_said(table: Recognised) -> None:
+    def with_sd(sd: float) -> Scene:
+        cov = sd**2 * np.eye(3)
+        return replace(
+            table.scene, vertices=tuple(replace(v, cov=cov) for v in table.scene.vertices)
+        )
+
+    def said(scene: Scene) -> list[str]:
+        kinds = contents(Subject(scene, ShownPieces((), ())))["kinds"]
+        return [called for letter, called, _ in kinds if letter == "v"]
+
+    assert said(with_sd(0.1)) == ["uncertainty of vertices (2 sd)"]
+    assert said(with_sd(0.001)) == ["uncertainty of vertices (2 sd, × 10)"]
+    assert said(with_sd(0.0)) == []
+
+
+def test_an_ellipsoid_is_two_standard_deviations_along_each_of_its_axes() -> None:
+    turn = Rotation.from_euler("xyz", [0.3, -0.8, 1.1]).as_matrix()
+    sds = np.array([0.1, 0.2, 0.4])
+    vertices = (
+        Vertex(np.array([0.0, 0.0, 0.0]), turn @ np.diag(sds**2) @ turn.T),
+        Vertex(np.array([3.0, 4.0, 0.0]), np.diag([0.01, 0.0, 0.0])),
+        Vertex(np.array([1.0, 0.0, 0.0]), np.full((3, 3), np.inf)),
+    )
+    graph = trimesh.Scene()
+    add_ellipsoids(graph, Scene("sure", vertices=vertices))
+    assert set(graph.graph.nodes_geometry) == {"v1", "v2"}
+    matrix, _ = graph.graph["v1"]
+    assert np.linalg.det(matrix) > 0.0
+    half_axes = np.linalg.norm(matrix[:3, :3], axis=0)
+    assert half_axes == pytest.approx(2.0 * sds)
+    assert np.abs(turn.T @ matrix[:3, :3] / half_axes).round(6).tolist() == np.eye(3).tolist()
+    flat, _ = graph.graph["v2"]
+    assert np.linalg.norm(flat[:3, :3], axis=0).min() > 0.0  # a viewer cannot turn a sheet
+
+
+def test_what_was_not_seen_is_lit_where_it_would_be(table: Recognised) -> None:
+    found = table.recognition.verdicts
+    box = next(v for v in found if v.model == "box")
+    said = (
+        Unseen("no view looks at it from above", "look at it from there", (0.0, 0.0, 1.0)),
+        Unseen("there is space that nobody looked into", "look there", (1.0, 0.0, 0.0), space=True),
+        Unseen("too few views"),
+    )
+    subject = Subject(table.scene, _unseen_round(table.scene), others=(replace(box, unseen=said),))
+    shown = contents(subject)
+    (verdict,) = shown["others"]
+    lines = [(line["text"], line["names"]) for line in verdict["unseen"]]
+    assert lines == [
+        ("unseen: no view looks at it from above; look at it from there", "look1"),
+        ("unseen: there is space that nobody looked into; look there", "unseen1 look2"),
+        ("unseen: too few views", ""),
+    ]
+    assert {"look1", "look2", "unseen1"} <= _nodes(shown["model_view"])
+
+
+def _unseen_round(scene: Scene) -> ShownPieces:
+    """As if nobody had seen anything of the space round the one thing of a scene."""
+    (space,) = shown_pieces(scene).spaces
+    cells = np.full_like(space.cells, SpaceState.UNSEEN)
+    return ShownPieces((), (Space(space.lattice, cells, closed=False),), ("t1",))
+
+
+def test_an_arrow_points_at_the_thing_from_where_to_look(table: Recognised) -> None:
+    graph = trimesh.Scene()
+    towards = (0.0, -0.6, 0.8)
+    look = Look("look1", "t1", towards)
+    add_arrows(graph, table.scene, ShownPieces((), ()), (look,))
+    (arrow,) = graph.geometry.values()
+    points = table.scene.points @ towards
+    assert (arrow.vertices @ towards).min() > points.max()
+    along = arrow.vertices @ towards
+    tip, end = (arrow.vertices[np.isclose(along, at)] for at in (along.min(), along.max()))
+    assert np.ptp(tip, axis=0).max() < 1e-9 < np.ptp(end, axis=0).max()
+
+
+def test_an_open_step_that_names_nothing_is_about_the_space_that_nobody_saw() -> None:
+    half = build("cuboid", {})
+    one_face = replace(half, faces=half.faces[:1], edges=(), bodies=())
+    shown = contents(Subject.of_run(_run(one_face), _unseen_round(half)))
+
+    def leaves(tree: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+        for step in tree:
+            yield step
+            yield from leaves(step["steps"])
+
+    open_ones = [
+        step
+        for verdict in shown["others"]
+        for condition in verdict["conditions"]
+        if condition["state"] == "open"
+        for step in leaves(condition["steps"])
+        if step["text"].startswith("?") and not re.search(r"\b[fevp]\d", step["text"])
+    ]
+    assert "unseen1" in _nodes(shown["model_view"])
+    assert "unseen1" in {step["names"] for step in open_ones}
+    assert {step["names"] for step in open_ones} <= {"unseen1", ""}  # "": up was not given
+
+
+def _nodes(model_view: str) -> set[str]:
+    (data,) = re.findall(r'base64_data="([A-Za-z0-9+/=]+)"', model_view)
     glb = base64.b64decode(data)
-    for name in ("f1", "p1", "view1", "view2"):
-        assert f'"{name}"'.encode() in glb
+    size = int.from_bytes(glb[12:16], "little")
+    return {node.get("name", "") for node in json.loads(glb[20 : 20 + size])["nodes"]}
 
 
 def test_answers_are_a_table_whose_names_light_up(table: Recognised) -> None:
@@ -237,6 +367,48 @@ def test_a_click_lights_up_faces_in_pictures_and_in_three_dimensions(
     assert 'class="face on"' in shown
     assert re.search(r"<dialog[^>]* open", shown)
     assert "Lit: f" in shown
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(BROWSER is None, reason="needs chromium")
+def test_names_and_ellipsoids_are_there_for_what_is_shown_and_is_not_hidden(
+    table: Recognised, text: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(text, encoding="utf-8")
+    with sync_playwright() as tools:
+        browser = tools.chromium.launch(
+            executable_path=BROWSER, args=["--no-sandbox", *SOFTWARE_3D]
+        )
+        shown = browser.new_page()
+        shown.goto(path.as_uri(), timeout=1000 * PATIENCE)
+        view = shown.frames[1]
+
+        def names_when(condition: str) -> set[str]:
+            some = (
+                "() => { const names = [...document.querySelectorAll('.name')].filter((one) =>"
+                " one.style.visibility === 'visible').map((one) => one.textContent);"
+                f" return ({condition}) && names; }}"
+            )
+            found = view.wait_for_function(some, timeout=1000 * PATIENCE)
+            return set(found.json_value())
+
+        faces = names_when("names.length > 0")
+        assert {name[0] for name in faces} == {"f"}
+        assert len(faces) < len(table.scene.faces)  # the others are behind these
+        shown.uncheck(".kind[value=f]")
+        shown.check(".kind[value=p]")
+        names_when("names.includes('p1') && !names.some((name) => name[0] === 'f')")
+        shown.click(".line")
+        lit = (shown.get_attribute(".line", "data-names") or "").split()
+        assert names_when("names.some((name) => name[0] === 'f')") <= {*lit}
+        is_sure = "() => scene.getObjectByName('v1').visible"
+        assert not view.evaluate(is_sure)
+        shown.check(".kind[value=v]")
+        view.wait_for_function(is_sure, timeout=1000 * PATIENCE)
+        view.evaluate("() => parent.postMessage({ picked: 'v1' }, '*')")  # as a click on it does
+        names_when("names.join() === 'v1'")
+        browser.close()
 
 
 @pytest.mark.slow

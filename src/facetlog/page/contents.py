@@ -7,16 +7,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import cv2
-import numpy as np
 
 from facetlog import __version__
 from facetlog.counted import many
-from facetlog.kb.explaining.proof import State
+from facetlog.kb.explaining.proof import MARKS, State
 from facetlog.kb.explaining.trace import Step, steps
 from facetlog.kb.explaining.verdict_text import mark, parts_text, size_texts
-from facetlog.page.model_view import model_view
-from facetlog.perception.surfaces.drawing.frustum import Frustum
-from facetlog.perception.surfaces.drawing.hidden_surface import hidden_surface
+from facetlog.page.missing import Missing
+from facetlog.page.model_view import loose_edges, model_view
+from facetlog.page.seen_outlines import seen_outlines
+from facetlog.page.uncertainty import drawn_larger_by
 from facetlog.perception.surfaces.drawing.upright import upright
 from facetlog.pipeline import Recognised
 
@@ -30,7 +30,6 @@ __all__ = ["Answers", "Subject", "contents"]
 
 PICTURE_PX = 720  # the longer side of a picture in the page
 JPEG_QUALITY = 72
-LEAST_SEEN_PX = 12  # of the buffer: less of a face is a sliver
 # Names of faces, edges, vertices and pieces, and runs of them as f2–f8.
 _NAMES = re.compile(r"\b([a-z])(\d+)(?:–\1(\d+))?\b")
 _NAMED = "fevp"
@@ -90,15 +89,16 @@ class Subject:
 def contents(subject: Subject) -> dict[str, Any]:
     """All that the template (page.html.jinja) names."""
     scene = subject.scene
+    missing = Missing.of((*subject.best, *subject.others), subject.pieces)
     return {
         "version": __version__,
         "name": scene.name,
         "answer": subject.title,
         "seen": _seen(scene),
-        "best": [_verdict(v) for v in subject.best],
-        "others": [_verdict(v) for v in subject.others],
+        "best": [_verdict(v, missing) for v in subject.best],
+        "others": [_verdict(v, missing) for v in subject.others],
         "answers": None if subject.answers is None else _answers(subject.answers),
-        "model_view": model_view(scene, subject.pieces, subject.views),
+        "model_view": model_view(scene, subject.pieces, subject.views, missing.looks),
         "kinds": _kinds(scene, subject.pieces, subject.views),
         "pictures": list(_pictures(scene, subject.views)),
         "warnings": subject.warnings,
@@ -128,16 +128,20 @@ def _kinds(
 ) -> list[tuple[str, str, bool]]:
     """What can be shown in 3-D: the letter of its nodes, what it is called, and whether it is."""
     unseen = any(space.unseen > 0.0 for space in pieces.spaces)
+    larger = drawn_larger_by(scene)
+    drawn = f", × {larger}" if larger and larger > 1 else ""
     there = (
         ("f", "faces", True, bool(scene.faces)),
+        ("e", "edges without a face", True, any(True for _ in loose_edges(scene))),
         ("p", "pieces", False, bool(pieces)),
+        ("v", f"uncertainty of vertices (2 sd{drawn})", False, larger is not None),
         ("unseen", "what nobody saw", False, unseen and bool(pieces)),
         ("view", "cameras", False, bool(views)),
     )
     return [(letter, called, on) for letter, called, on, is_there in there if is_there]
 
 
-def _verdict(verdict: "Verdict") -> dict[str, Any]:
+def _verdict(verdict: "Verdict", missing: Missing) -> dict[str, Any]:
     parts, sizes = parts_text(verdict), size_texts(verdict)
     faces = " ".join(face for part in verdict.parts for face in part.faces)
     return {
@@ -147,13 +151,24 @@ def _verdict(verdict: "Verdict") -> dict[str, Any]:
             *([{"text": f"parts: {parts}", "names": faces}] if verdict.parts else ()),
             *([_marked(f"sizes: {', '.join(sizes)}")] if sizes else ()),
         ],
-        "conditions": [_condition(c, verdict.length_unit) for c in verdict.conditions],
-        "unseen": [line for each in verdict.unseen for line in each.lines([])],
+        "conditions": [_condition(c, verdict, missing) for c in verdict.conditions],
+        "unseen": list(_unseen(verdict, missing)),
     }
 
 
-def _condition(condition: "Condition", unit: str | None) -> dict[str, Any]:
+def _unseen(verdict: "Verdict", missing: Missing) -> Iterator[dict[str, Any]]:
+    """Why parts may have been missed: what is said of a place or a direction lights it up."""
+    roles = verdict.unseen_roles
+    for found in verdict.unseen:
+        said = "; ".join(line.strip() for line in found.lines(roles))
+        yield _marked(said, tuple(missing.names(verdict.thing, found)))
+        roles = ()
+
+
+def _condition(condition: "Condition", verdict: "Verdict", missing: Missing) -> dict[str, Any]:
     proof = condition.proof
+    space = missing.spaces.get(verdict.thing)
+    open_space = (space,) if space and condition.may_be_settled else ()
     return {
         "state": STANDS[proof.state],
         "mark": mark(condition),
@@ -161,26 +176,28 @@ def _condition(condition: "Condition", unit: str | None) -> dict[str, Any]:
         "said": condition.said,
         "degree": f"{proof.low:.0%}",
         "origin": condition.origin,
-        "steps": _tree(steps(proof, unit)),
+        "steps": _tree(steps(proof, verdict.length_unit), open_space),
     }
 
 
-def _tree(found: Iterable[Step]) -> list[dict[str, Any]]:
-    """Steps with those that they rest on."""
+def _tree(found: Iterable[Step], open_space: Sequence[str]) -> list[dict[str, Any]]:
+    """Steps with those that they rest on; open ones that name nothing are about `open_space`."""
     top: list[dict[str, Any]] = []
     open_ones: list[tuple[int, list[dict[str, Any]]]] = [(-1, top)]
     for depth, text in found:
         while open_ones[-1][0] >= depth:
             open_ones.pop()
         step = {**_marked(text), "steps": []}
+        if not step["names"] and text.startswith(MARKS[State.UNKNOWN]):
+            step["names"] = " ".join(open_space)
         open_ones[-1][1].append(step)
         open_ones.append((depth, step["steps"]))
     return top
 
 
-def _marked(line: str) -> dict[str, Any]:
-    """A text and the names that it has, to be lit up."""
-    return {"text": line, "names": " ".join(dict.fromkeys(_names(line)))}
+def _marked(line: str, places: Sequence[str] = ()) -> dict[str, Any]:
+    """A text, and what is to be lit up: places that it is about, and the names that it has."""
+    return {"text": line, "names": " ".join(dict.fromkeys((*places, *_names(line))))}
 
 
 def _names(line: str) -> Iterator[str]:
@@ -203,22 +220,5 @@ def _pictures(scene: "Scene", views: "Sequence[View]") -> Iterator[dict[str, Any
             "width": size[0],
             "height": size[1],
             "data": base64.b64encode(data.tobytes()).decode("ascii"),
-            "faces": list(_outlines(scene, view, shrink)),
+            "outlines": list(seen_outlines(view, scene, shrink)),
         }
-
-
-def _outlines(scene: "Scene", view: "View", shrink: float) -> Iterator[dict[str, str]]:
-    """The faces that the view shows: their names, and their outlines as SVG has them."""
-    surface = hidden_surface(view, scene)
-    frustum = Frustum(view.camera, view.pose)
-    seen = np.bincount(surface.face[surface.face >= 0].ravel(), minlength=len(scene.faces))
-    for number, face in enumerate(scene.faces):
-        if seen[number] < LEAST_SEEN_PX:
-            continue
-        rings = [frustum.polygon(scene.points[list(r)]) for r in (face.outline, *face.holes)]
-        path = " ".join(
-            "M" + " L".join(f"{u:.1f},{v:.1f}" for u, v in (ring + 0.5) * shrink) + " Z"
-            for ring in rings
-            if len(ring)
-        )
-        yield {"name": f"f{number + 1}", "path": path}

@@ -13,10 +13,12 @@
   function light(names, line) {
     document.querySelectorAll(".line.on").forEach((one) => one.classList.remove("on"));
     if (line) line.classList.add("on");
-    document.querySelectorAll("path.face").forEach((face) =>
-      face.classList.toggle("on", names.includes(face.dataset.name)));
+    document.querySelectorAll("svg [data-name]").forEach((one) =>
+      one.classList.toggle("on", names.includes(one.dataset.name)));
     tell({ lit: names });
-    if (about) about.textContent = names.length ? `Lit: ${names.join(", ")}` : "Nothing is lit.";
+    const said = [...new Set(names.map((name) =>
+      name.startsWith("look") ? "where to look from" : name.startsWith("unseen") ? "what nobody saw" : name))];
+    if (about) about.textContent = said.length ? `Lit: ${said.join(", ")}` : "Nothing is lit.";
     if (clear) clear.hidden = !names.length;
   }
 
@@ -49,8 +51,8 @@
   document.querySelectorAll(".picture").forEach((button) => button.addEventListener("click", () => {
     const place = large.querySelector("div");
     place.replaceChildren(button.querySelector("svg").cloneNode(true));
-    place.querySelectorAll("path.face").forEach((face) =>
-      face.addEventListener("click", () => light([face.dataset.name])));
+    place.querySelectorAll("path").forEach((one) =>
+      one.addEventListener("click", () => light([one.dataset.name])));
     large.setAttribute("aria-label", button.querySelector("svg").getAttribute("aria-label"));
     large.showModal();
   }));
