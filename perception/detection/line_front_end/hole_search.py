@@ -141,7 +141,8 @@ class HoleFinder:
         views = np.nonzero(shown)[0]
         cells = self._look(corners, plane, views, taken, FINE_PX)
         grid, left = cells.grid, _largest(cells.outline)
-        openings = [opening for _, opening in self._openings(cells, plane, views)]
+        rings = (grid.cells(ring) + 0.5 for ring in self._rings(cells, plane, views))
+        openings = [shapely.Polygon(ring).buffer(0) for ring in rings]
 
         def score(part: shapely.Polygon) -> float:
             ring = grid.points(shapely.get_coordinates(part.exterior)[:-1])
@@ -199,13 +200,6 @@ class HoleFinder:
             for rough in rough_polygons(ring, MAX_SIDES if corners is None else len(corners)):
                 about = grid.points(rough)
                 yield self._sides.onto_edges(views, about, plane.normal, self._pixel)
-
-    def _openings(
-        self, cells: _Cells, plane: PlaneHypothesis, views: NDArray[np.intp]
-    ) -> Iterator[tuple[FloatArray, shapely.Geometry]]:
-        # The rings, and each as a polygon in cells.
-        for ring in self._rings(cells, plane, views):
-            yield ring, shapely.Polygon(cells.grid.cells(ring) + 0.5).buffer(0)
 
     def _score(
         self,
