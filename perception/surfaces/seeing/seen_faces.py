@@ -15,7 +15,7 @@ from facetlog.perception.types import FloatArray
 __all__ = ["Surface", "surfaces_of"]
 
 # Points of all lattices together: on a thing of six equal sides they are 1/37 of a side apart, as
-# far as the cells of its space about are, so that views that see a face pass nearly all before it.
+# far as the cells of its space about are, so that views that see a face pass most cells before it.
 MOST_POINTS = 8_000
 # The lattice of a face that is small beside the others has about so many points.
 LEAST_POINTS = 60
