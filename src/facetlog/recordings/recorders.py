@@ -3,9 +3,10 @@
 from contextlib import ExitStack, closing
 from dataclasses import dataclass
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING
 
-from facetlog.errors import InputError
+from facetlog.errors import InputError, missing_extra
 from facetlog.recordings.moments import Moment, Recorder
 
 if TYPE_CHECKING:
@@ -31,9 +32,7 @@ class Recordings:
 
             checked_mcap(self.mcap)
         if self.rerun is not None:
-            from facetlog.recordings.rerun_recording import rerun_target
-
-            rerun_target(self.rerun)
+            _rerun_recording().rerun_target(self.rerun)
 
     def check_beside(self, folder: Path) -> None:
         """InputError where a recording would be among the views of a folder."""
@@ -47,9 +46,7 @@ class Recordings:
         recorders: list[Recorder] = []
         with ExitStack() as begun:
             if self.rerun is not None:
-                from facetlog.recordings.rerun_recording import RerunRecording
-
-                recorders.append(RerunRecording(self.rerun, name))
+                recorders.append(_rerun_recording().RerunRecording(self.rerun, name))
                 begun.callback(recorders[-1].close)
             if self.mcap is not None:
                 from facetlog.recordings.mcap_recording import McapRecording
@@ -91,3 +88,12 @@ def record_collection(folder: Path, recordings: Recordings, base: "KnowledgeBase
         for count in range(1, len(views) + 1):
             judge.so_far(count)
     return len(views)
+
+
+def _rerun_recording() -> ModuleType:
+    """The module that needs Rerun, imported by whoever records with it; InputError without it."""
+    try:
+        from facetlog.recordings import rerun_recording
+    except ModuleNotFoundError as exc:
+        raise missing_extra("a Rerun recording", "rerun-sdk", "rerun") from exc
+    return rerun_recording

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 import numpy as np
+import rerun as rr
 from scipy.spatial.transform import Rotation
 
-from facetlog.errors import InputError, missing_extra
+from facetlog.errors import InputError
 from facetlog.perception.scene import Evidence
 from facetlog.perception.types import FloatArray
 from facetlog.recordings.moments import Moment
@@ -20,11 +21,6 @@ from facetlog.recordings.on_scene import face_loops, verdict_places
 
 if TYPE_CHECKING:
     from facetlog.perception.scene import Scene
-
-try:
-    import rerun as rr
-except ModuleNotFoundError as exc:
-    raise missing_extra("a Rerun recording", "rerun-sdk", "rerun") from exc
 
 __all__ = ["LIVE", "SUFFIX", "RerunRecording", "rerun_target"]
 
