@@ -18,8 +18,9 @@ CLEARED = 1.0
 HOLE = 4.0
 # Pieces with less than this share of the largest one's area are scatter.
 PIECE_SHARE = 0.05
-# Corners are put on a grid this fine, in spacings: without one the overlay of two areas can fail
-# where sides all but touch (GEOS rounds onto the grid soundly).
+# Points and corners are put on a grid this fine, in spacings. Without one the overlay of two areas
+# can fail where sides all but touch (GEOS rounds onto the grid soundly), and the corners that it
+# leaves on a side would come from the last digits of the points, which differ by processor.
 GRID = 1e-6
 
 
@@ -35,6 +36,11 @@ def covered_area(
         kept = np.random.default_rng(0).permutation(len(flat))[:MOST_POINTS]
         flat, spacing = flat[kept], spacing[kept] * np.sqrt(len(flat) / MOST_POINTS)
     typical = float(np.median(spacing))
+    if not typical > 0.0:
+        return (), typical
+    # of a power of two all multiples are exact
+    step = float(np.exp2(np.floor(np.log2(GRID * typical))))
+    flat, typical = np.rint(flat / step) * step, float(np.rint(typical / step)) * step
     try:
         triangles = Delaunay(flat).simplices
     except (QhullError, ValueError):

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from facetlog.perception.shapes.clouds.neighbourhoods import Neighbourhoods
+from facetlog.perception.ties import descending
 from facetlog.perception.types import FloatArray
 
 __all__ = ["CURVED", "WARP", "grown_regions"]
@@ -79,13 +80,21 @@ class _Sheet(NamedTuple):
     gate: float
 
     @classmethod
-    def through(cls, middles: FloatArray, noise: float) -> "_Sheet":
-        """The plane of middles (n, 3) by least squares."""
+    def through(cls, near: Neighbourhoods, rows: NDArray[np.intp]) -> "_Sheet":
+        """The plane of the middles of nodes (n,) by least squares.
+
+        Middles that are all but one, as of a few points far from all others, whose neighbourhoods
+        are the same, span none: it is turned as their normals are.
+        """
+        middles, normals = near.middles[rows], near.normals[rows]
         centre = middles.mean(axis=0)
         local = middles - centre
         variances, axes = np.linalg.eigh(local.T @ local / len(local))
         width = float(np.sqrt(12.0 * max(variances[1], 0.0)))
-        return cls(centre, axes[:, 0], max(MIDDLE_GATE * noise, WARP * width))
+        normal = axes[:, 0]
+        if width < near.noise:
+            normal = np.linalg.eigh(normals.T @ normals)[1][:, 2]
+        return cls(centre, normal, max(MIDDLE_GATE * near.noise, WARP * width))
 
     def height(self, middles: FloatArray) -> FloatArray:
         """Distances (n,) of middles (n, 3), of either sign."""
@@ -107,7 +116,7 @@ class _Growth:
         cosines = np.abs(np.einsum("ijk,ik->ij", near.normals[near.links], near.normals))
         seeds = np.flatnonzero((cosines >= SAME_WAY).mean(axis=1) >= SEED_AGREEMENT)
         fresh = np.ones(len(near.nodes), dtype=bool)
-        for seed in seeds[np.argsort(-cosines[seeds].mean(axis=1), kind="stable")].tolist():
+        for seed in seeds[descending(cosines[seeds].mean(axis=1))].tolist():
             if self.labels[seed] >= 0 or not fresh[seed]:
                 continue
             region = self._grown(seed)
@@ -142,11 +151,11 @@ class _Growth:
                 inside[frontier] = True
                 members = np.concatenate([members, frontier])
                 if len(members) >= max(REFIT * fitted, LEAST_NODES):
-                    sheet = _Sheet.through(near.middles[members], near.noise)
+                    sheet = _Sheet.through(near, members)
                     fitted = len(members)
             if len(members) < LEAST_NODES:
                 break
-            sheet = _Sheet.through(near.middles[members], near.noise)
+            sheet = _Sheet.through(near, members)
             stays = self._fits(members, sheet)
             inside[members[~stays]] = False
             members = members[stays]
@@ -167,19 +176,19 @@ def _merged(near: Neighbourhoods, labels: NDArray[np.intp]) -> NDArray[np.intp]:
     """Labels in which regions that touch and have one plane, within its warp, are one."""
     labels = labels.copy()
     groups = {k: np.flatnonzero(labels == k) for k in np.unique(labels[labels >= 0]).tolist()}
-    sheets = {k: _Sheet.through(near.middles[rows], near.noise) for k, rows in groups.items()}
+    sheets = {k: _Sheet.through(near, rows) for k, rows in groups.items()}
     while True:
         pairs = _touching(near, labels).tolist()
-        pairs.sort(key=lambda pair: -abs(float(sheets[pair[0]].normal @ sheets[pair[1]].normal)))
+        cosines = np.array([abs(sheets[one].normal @ sheets[two].normal) for one, two in pairs])
         changed: set[int] = set()
-        for one, two in pairs:
-            cosine = abs(float(sheets[one].normal @ sheets[two].normal))
+        for place in descending(cosines).tolist():
+            (one, two), cosine = pairs[place], float(cosines[place])
             if cosine < SCRAP_WAY:
                 break
             if one in changed or two in changed:
                 continue
             rows = np.concatenate([groups[one], groups[two]])
-            sheet = _Sheet.through(near.middles[rows], near.noise)
+            sheet = _Sheet.through(near, rows)
             height = np.abs(sheet.height(near.middles[rows]))
             sizes = sorted((len(groups[one]), len(groups[two])))
             if sizes[0] <= SCRAP_SHARE * sizes[1]:
@@ -271,7 +280,7 @@ def _spread_curves(
             rows = np.flatnonzero(labels == label)
             if len(rows) > curved.sum() or _width(near.places[rows]) > widest:
                 continue
-            normal = _Sheet.through(near.middles[rows], near.noise).normal
+            normal = _Sheet.through(near, rows).normal
             beyond = near.links[rows].ravel()
             # what is of no region says nothing: on a curve regions of one normal leave gaps
             beyond = beyond[(labels[beyond] != label) & (labels[beyond] != -1)]
