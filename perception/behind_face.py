@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from facetlog.perception.flat_faces import plane_axes
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MIN_DEPTH_SHARE", "RIM_SHARE", "lies_inside", "stands_behind"]
+__all__ = ["MIN_DEPTH_SHARE", "RIM_SHARE", "hangs_behind", "lies_inside", "stands_behind"]
 
 # The outline is widened by this share of the face's size: legs stand at the rim.
 RIM_SHARE = 0.08
@@ -35,6 +35,16 @@ def stands_behind(
     reaches = depth.max(axis=1) > MIN_DEPTH_SHARE * size
     result: NDArray[np.bool_] = begins & reaches & _is_behind(depth, within, size)
     return result
+
+
+def hangs_behind(sides: FloatArray, corners: FloatArray, normal: FloatArray) -> bool:
+    """Whether a face with these sides (n, 2, 3) begins at another from behind, within its outline.
+
+    `corners` and `normal` are the other's; what begins no deeper than what lies on it begins there.
+    """
+    depth, within, size = _seen_along(sides, corners, normal)
+    begins = depth.min() < MIN_DEPTH_SHARE * size < depth.max()
+    return bool(begins and _is_behind(depth, within, size).all())
 
 
 def lies_inside(segments: FloatArray, corners: FloatArray, normal: FloatArray) -> NDArray[np.bool_]:

@@ -4,7 +4,7 @@ Faces that meet in a convex or flat edge are of one body (a core); a core withou
 a sheet. Then cores join where they touch, unless one merely stands on a face of the other:
 
 - What touches a face from behind (a leg under a table top) or in its plane belongs to it; so does
-  a loose edge that begins a little behind it: of a thick top pictures show the upper side only. Nor
+  what begins a little behind it: of a thick top pictures show the upper side only. Nor
   is what rises from the rim of an upward face in loose edges, as a back of bars, another thing.
 - What stands before a *sheet* that reaches on beyond the contact is not part of it: the sheet is
   a support, such as a floor. Two sheets that share a side join: a room's corner is a thing.
@@ -20,8 +20,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from facetlog.perception.behind_face import stands_behind
+from facetlog.perception.behind_face import hangs_behind, stands_behind
 from facetlog.perception.risen_lines import rise_from_rim
 from facetlog.perception.row_products import dots
 from facetlog.perception.row_table import Indices, row_starts
@@ -98,6 +99,27 @@ def _beside_faces(parts: Parts, cores: Cores, ups: FloatArray) -> Iterator[tuple
                 yield min(core, other), max(core, other)
 
 
+def _under_faces(
+    parts: Parts, cores: Cores, pictured: NDArray[np.bool_]
+) -> Iterator[tuple[int, int]]:
+    """Pairs of cores: a face that stands behind another within its outline, and begins as near to
+    its plane as what lies on it. `pictured` (s,) are scenes of pictures.
+    """
+    table = parts.table
+    normals = table.planes.normals
+    usable = pictured[table.scene] & (table.areas > 0.0)
+    sides = table.points[table.sides.ends]
+    for face in np.flatnonzero(usable).tolist():
+        square = np.abs(normals @ normals[face]) < LEVEL_ENOUGH
+        others = usable & square & (table.scene == table.scene[face])
+        others &= cores.of[: len(table)] != cores.of[face]
+        for other in np.flatnonzero(others).tolist():
+            outline = table.points[table.outlines[face, table.there[face]]]
+            if hangs_behind(sides[table.sides.face == other], outline, normals[face]):
+                one, two = int(cores.of[face]), int(cores.of[other])
+                yield min(one, two), max(one, two)
+
+
 def _stands_apart(parts: Parts, cores: Cores, core: int, face: int, how: Stance) -> bool:
     """Whether a core in front of a face only stands there: see the module's rules."""
     table, rise = parts.table, float(parts.rise[face])
@@ -148,6 +170,7 @@ def find_things(
     parts = Parts.of(table, rise, ends[loose])
     cores = Cores.among(parts, contacts)
     met = set(_beside_faces(parts, cores, ups))
+    met |= set(_under_faces(parts, cores, np.array([bool(scene.views) for scene in scenes])))
     apart: set[tuple[int, int]] = set()
     for (core, face), stance in stances(parts, cores, contacts).items():
         other = int(cores.of[face])

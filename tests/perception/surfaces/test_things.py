@@ -180,3 +180,19 @@ def test_loose_edges_that_reach_no_face_belong_to_nothing() -> None:
         "stray", (), (*block.vertices, *far), (*block.edges, Edge(n, n + 1)), block.faces, block.up
     )
     assert sizes(scene) == [6]
+
+
+def pictured_table(gap: float) -> Scene:
+    """A top seen from above, and one end that begins so far below it, as pictures show them."""
+    top = [(-0.7, -0.3, 0.72), (0.7, -0.3, 0.72), (0.7, 0.3, 0.72), (-0.7, 0.3, 0.72)]
+    high = 0.72 - gap
+    end = [(0.65, -0.25, 0.0), (0.65, 0.25, 0.0), (0.65, 0.25, high), (0.65, -0.25, high)]
+    scene = polyhedron([*top, *end], [(0, 1, 2, 3), (4, 5, 6, 7)])
+    return replace(scene, views=("view1", "view2"))
+
+
+@pytest.mark.parametrize(("gap", "parts"), [(0.03, [2]), (0.2, [1, 1])])
+def test_what_begins_a_boards_thickness_below_a_top_is_part_of_it(
+    gap: float, parts: list[int]
+) -> None:
+    assert sizes(pictured_table(gap)) == parts

@@ -16,8 +16,10 @@ __all__ = ["MAX_BLOCKED", "alike", "blocked", "lies_within", "overlap", "touch"]
 MAX_OVERLAP = 0.15
 # Two outlines of one plane are alike from this intersection over union on.
 ALIKE = 0.85
-# Two planes are the same within this angle and the distance that the caller gives.
+# Two planes are the same within this angle and the distance that the caller gives; each is known to
+# this share of that distance.
 SAME_PLANE_COSINE = np.cos(np.radians(10.0))
+KNOWN_TO = 0.25
 # Share of the sight lines to what was seen that a face may block.
 MAX_BLOCKED = 0.25
 
@@ -29,11 +31,15 @@ def overlap(
     other_normal: FloatArray,
     near: float,
 ) -> bool:
-    """Whether a polygon (k, 3) covers part of another (l, 3) whose plane is not farther off."""
-    if abs(normal @ other_normal) < SAME_PLANE_COSINE:
+    """Whether a polygon (k, 3) covers part of another (l, 3) whose plane is not farther off.
+
+    Two that face away from each other are the sides of a board: neither lies before the other.
+    """
+    cosine = float(normal @ other_normal)
+    if abs(cosine) < SAME_PLANE_COSINE:
         return False
-    apart = np.abs((corners - others.mean(axis=0)) @ other_normal)
-    if apart.min() > near:
+    before = (corners - others.mean(axis=0)) @ other_normal
+    if np.abs(before).min() > near or (cosine < 0 and before.mean() < KNOWN_TO * near):
         return False
     a, b = _in_plane(corners, other_normal), _in_plane(others, other_normal)
     return bool(a.intersection(b).area > MAX_OVERLAP * min(a.area, b.area))

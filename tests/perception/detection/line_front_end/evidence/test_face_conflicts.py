@@ -48,3 +48,12 @@ def test_an_outline_with_a_notch_is_like_the_one_without_and_half_of_it_is_not()
     notched = np.insert(SQUARE, 1, [[4.0, 0, 0], [5.0, 2, 0], [6.0, 0, 0]], axis=0)
     assert alike(notched, SQUARE, UP)
     assert not alike(SQUARE * [0.5, 1, 1], SQUARE, UP)
+
+
+@pytest.mark.parametrize(("above", "both"), [(-0.9, True), (0.0, True), (0.9, False)])
+def test_two_sides_of_a_board_are_faces_and_neither_is_before_the_other(
+    above: float, both: bool
+) -> None:
+    lower = SQUARE[::-1] + above * UP
+    assert overlap(lower, -UP, SQUARE, UP, 1.0) is not both
+    assert overlap(SQUARE, UP, lower, -UP, 1.0) is not both
