@@ -54,14 +54,14 @@ CHANCE_DRAWS = 1000
 
 @dataclass(frozen=True, slots=True)
 class Judged:
-    """What the models said of the main things of some scenes, and the contents of the models.
+    """What the models said of the main things of some scenes, and the models' judging keys.
 
     Where people would not agree whether a thing is of a model's kind, there is no sample.
     """
 
     scenes: int
     samples: tuple[Sample, ...]
-    contents: tuple[tuple[str, str], ...]
+    judging_keys: tuple[tuple[str, str], ...]
 
 
 def judged(scenes: Iterable[LabelledScene]) -> Judged:
@@ -81,7 +81,7 @@ def judged(scenes: Iterable[LabelledScene]) -> Judged:
                             verdict.model, scene.kind, scene.source, verdict.state, low, high, true
                         )
                     )
-        return Judged(count, tuple(samples), tuple(judge.contents.items()))
+        return Judged(count, tuple(samples), tuple(judge.judging_keys.items()))
 
 
 def measure(settings: Settings) -> Report:
@@ -101,9 +101,9 @@ def _scenes(settings: Settings) -> Iterator[LabelledScene]:
 
 def report(settings: Settings, found: Judged) -> Report:
     """How far degrees and confidences are off."""
-    samples, contents = found.samples, dict(found.contents)
-    said = held_out(samples, contents)
-    same = fit(samples, contents) == shipped_calibration()
+    samples, keys = found.samples, dict(found.judging_keys)
+    said = held_out(samples, keys)
+    same = fit(samples, keys) == shipped_calibration()
     every = range(len(samples))
     held = [i for i in every if samples[i].state is State.HOLDS]
     kinds = [kind for kind in InputKind if any(s.kind is kind for s in samples)]
@@ -113,7 +113,7 @@ def report(settings: Settings, found: Judged) -> Report:
     groups += [
         (f"{kind.value}, that hold", [i for i in held if samples[i].kind is kind]) for kind in kinds
     ]
-    groups += [(model, [i for i in every if samples[i].model == model]) for model in contents]
+    groups += [(model, [i for i in every if samples[i].model == model]) for model in keys]
     raw = [s.score for s in samples]
     truths = [s.truth for s in samples]
     return Report(
@@ -255,7 +255,7 @@ def draw(path: Path, found: Judged) -> None:
     samples = found.samples
     forecasts = (
         ("degree", [s.score for s in samples], "#b04a3a"),
-        ("confidence", held_out(samples, dict(found.contents)), "#2a6f97"),
+        ("confidence", held_out(samples, dict(found.judging_keys)), "#2a6f97"),
     )
     every = range(len(samples))
     panels = (
@@ -293,7 +293,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     settings = Settings(given.seeds, given.first_seed)
     found = judged(_scenes(settings))
     if given.fit:
-        write(fit(found.samples, dict(found.contents)), house("kb") / SHIPPED)
+        write(fit(found.samples, dict(found.judging_keys)), house("kb") / SHIPPED)
     if given.picture:
         draw(Path(given.picture), found)
     data = report(settings, found).to_json()

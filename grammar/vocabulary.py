@@ -112,6 +112,7 @@ _UP = "up is not known"
 _CUT = "the outline was not wholly seen"
 _SPACE = f"{_UP}, or it hangs on space that nobody saw"
 _LEVEL = f"{_SPACE}, or it leans more than 30 degrees from level"
+_BACK = f"{_LEVEL}, or no side is closed more than the one opposite"
 _RISE = f"{_LEVEL}, or nothing rises above it"
 _SCALE = "it is compared with metres and the scale is not known"
 
@@ -262,9 +263,14 @@ _WORDS = (
     _measure("closed_in_front", Gives.RATIO, LEVEL, high=1.0, unknown=_LEVEL,
              meaning="the same of the opposite side"),
     _measure("side_behind", Gives.LENGTH, LEVEL, yields=True,
-             unknown=f"{_LEVEL}, or no side is closed more than the one opposite",
+             unknown=_BACK,
              meaning="the length of the side that `closed_behind` is of: a sofa's back stands "
                      "along the longer extent of its seat, a bed's head along the shorter"),
+    _measure("front_width", Gives.LENGTH, FACE, yields=True, unknown=_BACK,
+             meaning="the side of the least rectangle round it that lies along its front, opposite "
+                     "the side that `closed_behind` is of: how broad a seat is"),
+    _measure("front_depth", Gives.LENGTH, FACE, yields=True, unknown=_BACK,
+             meaning="the other side of that rectangle: how deep a seat is"),
     _measure("shelves_below", Gives.COUNT, LEVEL, unknown=_LEVEL, yields=True,
              meaning="how many shelves lie beneath its level: heights at which at least half of "
                      "its plan faces up"),

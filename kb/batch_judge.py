@@ -135,9 +135,9 @@ class BatchJudge(Closing):
         return tuple(self._base.models)
 
     @property
-    def contents(self) -> Mapping[str, str]:
-        """The content key of each model's text, as calibrations go by."""
-        return {model: rules.content for model, rules in self._base.models.items()}
+    def judging_keys(self) -> Mapping[str, str]:
+        """The `judging_key` of each model, as calibrations go by."""
+        return {model: rules.judging for model, rules in self._base.models.items()}
 
     @property
     def needed(self) -> frozenset[tuple[str, int]]:
@@ -208,7 +208,7 @@ class BatchJudge(Closing):
             )
             confidence = self._base.calibration.confidence(
                 model,
-                self._base.models[model].content,
+                self._base.models[model].judging,
                 kinds.get(thing, InputKind.PICTURES),
                 State(state),
                 float(low),

@@ -32,6 +32,7 @@ __all__ = [
     "InputKind",
     "Maps",
     "content_key",
+    "judging_key",
     "shipped_calibration",
 ]
 
@@ -84,14 +85,14 @@ class Maps:
     """The maps of verdicts of one state on one kind of input: of each model that was counted, and
     the one of all others.
 
-    `models` has by name the `content_key` of the text that was counted, and its map.
+    `models` has by name the `judging_key` of the text that was counted, and its map.
     """
 
     pooled: Curve
     models: Mapping[str, tuple[str, Curve]] = field(default_factory=lambda: MappingProxyType({}))
 
     def curve(self, model: str, content: str) -> Curve:
-        """The map of a model with this content key: its own, if it was counted, else the pooled."""
+        """The map of a model with this `judging_key`: its own if counted, else the pooled."""
         counted, own = self.models.get(model, ("", self.pooled))
         return own if content and counted == content else self.pooled
 
@@ -164,6 +165,9 @@ def _curve(data: Mapping[str, Any]) -> Curve:
 
 _COMMENT = re.compile(r"^%.*\n", re.MULTILINE)
 _PLACE = re.compile(r"'[^'\n]*:\d+'")
+# From its head to the full stop that ends a line.
+_SIZE = re.compile(r"^size\(.*?\.[ \t]*(?:%[^\n]*)?$\n?", re.MULTILINE | re.DOTALL)
+_EMPTY_LINES = re.compile(r"\n\s*\n")
 
 
 def content_key(text: str) -> str:
@@ -173,6 +177,15 @@ def content_key(text: str) -> str:
     """
     clauses = _PLACE.sub("", _COMMENT.sub("", text))
     return hashlib.sha256(clauses.encode()).hexdigest()[:KEY_DIGITS]
+
+
+def judging_key(text: str) -> str:
+    """The `content_key` of what a model judges by; calibrations go by it.
+
+    Sizes, which a verdict reports, judge nothing: what names them otherwise is as often right.
+    """
+    judging = _COMMENT.sub("", _SIZE.sub("", text))
+    return content_key(_EMPTY_LINES.sub("\n", judging).strip())
 
 
 @cache

@@ -311,7 +311,7 @@ class KnowledgeBase(Closing):
 
     def _calibrated(self, verdict: Verdict, scene: str) -> Verdict:
         kind = self._scene(scene).kind_of(verdict.thing)
-        return self.calibration.applied(verdict, self._model(verdict.model).content, kind)
+        return self.calibration.applied(verdict, self._model(verdict.model).judging, kind)
 
     def _with_unseen(self, verdicts: Sequence[Verdict], scene: str) -> tuple[Verdict, ...]:
         """The verdicts, where something was not seen with why, and from where it could be."""

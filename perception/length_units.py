@@ -1,34 +1,45 @@
-"""Units of length, as options, labels and poses files name them."""
+"""Lengths with their unit, as options, labels and poses files state them."""
 
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 
 from facetlog.errors import InputError
 
-__all__ = ["METRES_PER", "stated_length"]
+__all__ = ["METRES_PER", "Length", "stated_length"]
 
 METRES_PER: Mapping[str, float] = MappingProxyType(
     {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 )
-_LENGTH = re.compile(r"\s*([0-9.]+)\s*([a-z]+)\s*")
+_NUMBER = r"(\d+(?:\.\d*)?|\.\d+)"
+_LENGTH = re.compile(rf"\s*{_NUMBER}\s*(?:(?:±|\+/?-)\s*{_NUMBER})?\s*([a-z]+)\s*")
+# Metres are kept to a picometre: 17.6 mm is 0.0176 m, and not a bit beside it.
+_DIGITS = 12
 
 
-def stated_length(text: str | None, option: str) -> float | None:
-    """The metres in a number with its unit; None for None, InputError for another text.
+@dataclass(frozen=True, slots=True)
+class Length:
+    """A length in metres, and its standard deviation where that was stated."""
+
+    metres: float
+    sd: float | None = None
+
+
+def stated_length(text: str, option: str) -> Length:
+    """The length that a text states with its unit; InputError for another, which names the option.
 
     >>> stated_length("17.6mm", "--square")
-    0.0176
+    Length(metres=0.0176, sd=None)
+    >>> stated_length("25 ± 0.5 cm", "--scale")
+    Length(metres=0.25, sd=0.005)
     """
-    if text is None:
-        return None
     match = _LENGTH.fullmatch(text)
-    try:
-        length = float(match[1]) * METRES_PER[match[2]] if match else 0.0
-    except (KeyError, ValueError):
-        length = 0.0
-    if not (math.isfinite(length) and length > 0):
+    unit = METRES_PER.get(match[3], 0.0) if match else 0.0
+    length = float(match[1]) * unit if match else 0.0
+    if match is None or not (math.isfinite(length) and length > 0):
         units = ", ".join(METRES_PER)
         raise InputError(f"{option} {text!r:.40}: give a length above 0 with its unit ({units})")
-    return round(length, 12)
+    sd = None if match[2] is None else round(float(match[2]) * unit, _DIGITS)
+    return Length(round(length, _DIGITS), sd)

@@ -152,12 +152,14 @@ class PoseErrors:
     """How far poses may be off, as whoever measured them states it.
 
     `poses` (V) are those that were measured, `covariances` (V, 6, 6) of each camera's place (world
-    units) and of a rotation vector (radians), both in the world's axes.
+    units) and of a rotation vector (radians), both in the world's axes. `scale_sd` is the relative
+    standard deviation of the world's unit: an error that all poses, and all lengths, have alike.
     """
 
     poses: tuple[Pose, ...]
     covariances: FloatArray
     kind: PoseErrorKind = PoseErrorKind.ODOMETRY
+    scale_sd: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "covariances", frozen(self.covariances, len(self.poses), 6, 6))
@@ -165,7 +167,7 @@ class PoseErrors:
     def of(self, chosen: Sequence[int]) -> "PoseErrors":
         """Those of the chosen poses (indices)."""
         poses = tuple(self.poses[k] for k in chosen)
-        return PoseErrors(poses, self.covariances[list(chosen)], self.kind)
+        return PoseErrors(poses, self.covariances[list(chosen)], self.kind, self.scale_sd)
 
 
 @dataclass(frozen=True, slots=True)

@@ -122,9 +122,9 @@ group(chair, Thing, [Seat, Back], leg, Members) :-
     findall(Leg, ( member(Leg, Leg_members), holds('chair.leg'(Leg, Seat)) ), Members).
 
 % chair.model:37
-size(chair, _, [Seat, _], width, width(Seat)).
+size(chair, _, [Seat, _], width, front_width(Seat)).
 % chair.model:38
-size(chair, _, [Seat, _], depth, length(Seat)).
+size(chair, _, [Seat, _], depth, front_depth(Seat)).
 % chair.model:39
 size(chair, _, [Seat, _], seat_height, elevation(Seat)).
 % chair.model:40

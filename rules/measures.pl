@@ -60,6 +60,8 @@ measure(enclosed(F), V, Sd, ratio)      :- fact(enclosed(F, V, Sd)).
 measure(closed_behind(F), V, Sd, ratio) :- fact(closed_behind(F, V, Sd)).
 measure(closed_in_front(F), V, Sd, ratio) :- fact(closed_in_front(F, V, Sd)).
 measure(side_behind(F), V, Sd, length)  :- fact(side_behind(F, V, Sd)).
+measure(front_width(F), V, Sd, length)  :- fact(front_width(F, V, Sd)).
+measure(front_depth(F), V, Sd, length)  :- fact(front_depth(F, V, Sd)).
 measure(rise_side(F), V, Sd, ratio)     :- fact(rise_side(F, V, Sd)).
 measure(rise_off_middle(F), V, Sd, ratio) :- fact(rise_off_middle(F, V, Sd)).
 measure(rise_span(F), V, Sd, ratio)     :- fact(rise_span(F, V, Sd)).
@@ -165,6 +167,8 @@ measure_of_space(enclosed).
 measure_of_space(closed_behind).
 measure_of_space(closed_in_front).
 measure_of_space(side_behind).
+measure_of_space(front_width).
+measure_of_space(front_depth).
 measure_of_space(rise_side).
 measure_of_space(rise_off_middle).
 measure_of_space(rise_span).

@@ -101,8 +101,8 @@ group(stool, Thing, [Seat], panel, Members) :-
     findall(Panel, ( member(Panel, Panel_members), holds('stool.panel'(Panel, Seat)) ), Members).
 
 % stool.model:27
-size(stool, _, [Seat], width, width(Seat)).
+size(stool, _, [Seat], length, length(Seat)).
 % stool.model:28
-size(stool, _, [Seat], depth, length(Seat)).
+size(stool, _, [Seat], width, width(Seat)).
 % stool.model:29
 size(stool, _, [Seat], height, elevation(Seat)).

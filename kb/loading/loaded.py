@@ -16,8 +16,9 @@ class RuleFile:
     """A loaded file of rules: its Prolog module and the models that it defines.
 
     `warnings` are what looks like a slip of the pen, each with file, line and column. `content` is
-    the digest of its text that calibrations go by. `files` are all that a user's file was made
-    from, itself first. `on_demand`: it may ask for facts that are made on demand.
+    the digest of its text, `judging` of what its models judge by, as calibrations have it. `files`
+    are all that a user's file was made from, itself first. `on_demand`: it may ask for facts that
+    are made on demand.
     """
 
     path: Path
@@ -26,6 +27,7 @@ class RuleFile:
     trusted: bool = False
     warnings: tuple[str, ...] = ()
     content: str = ""
+    judging: str = ""
     files: tuple[Path, ...] = ()
     on_demand: bool = False
 
@@ -50,15 +52,13 @@ class LoadedScene:
         return self.surfaces.get(thing, InputKind.PICTURES)
 
 
-def decode_rule_file(
-    term: Term, path: Path, *, trusted: bool, content: str, files: tuple[Path, ...]
-) -> RuleFile:
-    """The file that Prolog has loaded; `content` is the key of its text, `files` what it is from.
+def decode_rule_file(term: Term, path: Path, *, trusted: bool, files: tuple[Path, ...]) -> RuleFile:
+    """The file that Prolog has loaded, without digests; `files` is what it is from.
 
     Raises EngineError if the reply is something else.
     """
     match term:
         case Struct("loaded", (Atom(module), tuple(models), tuple(warnings))):
             names, said = tuple(map(str, models)), tuple(map(str, warnings))
-            return RuleFile(path, module, names, trusted, said, content, files)
+            return RuleFile(path, module, names, trusted, said, files=files)
     raise EngineError(f"{path}: no rules were loaded")

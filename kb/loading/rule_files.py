@@ -10,7 +10,7 @@ from threading import RLock
 from types import MappingProxyType
 
 from facetlog.errors import RuleSyntaxError
-from facetlog.kb.calibration import content_key
+from facetlog.kb.calibration import content_key, judging_key
 from facetlog.kb.engine.door import Door, ask
 from facetlog.kb.engine.terms import Atom, Struct, Term, term_text
 from facetlog.kb.loading.loaded import RuleFile, decode_rule_file
@@ -111,11 +111,13 @@ class RuleFiles:
             if not source.is_compiled:
                 raise
             raise RuleSyntaxError(_reported(str(error), source)) from None
-        key = content_key(source.text)
-        rules_file = decode_rule_file(
-            loaded, source.path, trusted=trusted, content=key, files=source.files
+        rules_file = decode_rule_file(loaded, source.path, trusted=trusted, files=source.files)
+        return replace(
+            rules_file,
+            content=content_key(source.text),
+            judging=judging_key(source.text),
+            on_demand=asks_on_demand(source.text),
         )
-        return replace(rules_file, on_demand=asks_on_demand(source.text))
 
     def _name_models(self, rules: RuleFile, *, state: str) -> None:
         models = tuple(map(Atom, rules.models))

@@ -35,6 +35,8 @@ _NO_UP = "up is not known"
 _UPRIGHT = "up is not known, or a face stands within 10° of upright (its plan is a line)"
 
 _NO_LEVEL = _NO_UP + ", or the face leans more than 30° from level"
+_NO_BACK = _NO_LEVEL + ", or no side is closed more than the one opposite"
+_NO_FRONT = _NO_BACK + ", or unseen space could be a back at another side"
 _NO_RISE = _NO_LEVEL + ", or nothing rises above it"
 _NO_CAMERA = "no camera of the view is known, as of meshes and clouds"
 
@@ -383,7 +385,20 @@ FACT_SCHEMA: tuple[FactKind, ...] = (
         "side_behind +F:face L:length Sd:length",
         _MAYBE,
         "length of the side that `closed_behind` is of",
-        _NO_LEVEL + ", or no side is closed more than the one opposite",
+        _NO_BACK,
+    ),
+    _kind(
+        "front_width +F:face L:length Sd:length",
+        _MAYBE,
+        "side of the least rectangle round its outline that lies along the front of its level: the "
+        "side opposite that which `closed_behind` is of",
+        _NO_FRONT,
+    ),
+    _kind(
+        "front_depth +F:face L:length Sd:length",
+        _MAYBE,
+        "the other side of that rectangle",
+        _NO_FRONT,
     ),
     _kind(
         "rise_side +F:face R:number Sd:number",

@@ -1,14 +1,13 @@
 """A length that someone knows, of a scene whose unit is unknown: it makes metres of all lengths."""
 
 import math
-import re
 from dataclasses import dataclass
 
 import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.facts.scene_memo import SceneMemo
-from facetlog.perception.length_units import METRES_PER
+from facetlog.perception.length_units import stated_length
 from facetlog.perception.row_table import Indices
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.scaled_scene import in_metres
@@ -16,8 +15,6 @@ from facetlog.perception.types import FloatArray
 
 __all__ = ["KnownLength", "Scale", "with_known_length"]
 
-NUMBER = r"(\d+(?:\.\d*)?|\.\d+)"
-FORM = re.compile(rf"(.+?)\s*=\s*{NUMBER}\s*(?:(?:±|\+/?-)\s*{NUMBER})?\s*([a-z]+)")
 EXAMPLES = '"v3 v7 = 25 cm", "e5 = 25 ± 0.1 cm", "height = 74 cm" or "height t2 = 74 cm"'
 
 
@@ -33,22 +30,17 @@ class KnownLength:
     sd: float = 0.0
 
     @classmethod
-    def parse(cls, text: str) -> "KnownLength":
-        """The length that a text states; InputError for another text.
+    def parse(cls, text: str, option: str = "--scale") -> "KnownLength":
+        """The length that a text states; InputError for another, which names the option.
 
         >>> KnownLength.parse("v3 v7 = 25 ± 0.5 cm")
         KnownLength(of=('v3', 'v7'), metres=0.25, sd=0.005)
         """
-        match = FORM.fullmatch(text.strip())
-        if match is None:
-            raise InputError(f"scale {text!r:.60}: give a known length as {EXAMPLES}")
-        words, value, sd, unit = match.groups()
-        if unit not in METRES_PER:
-            raise InputError(f"scale {text!r:.60}: use one of the units {', '.join(METRES_PER)}")
-        metres = float(value) * METRES_PER[unit]
-        if not metres > 0:
-            raise InputError(f"scale {text!r:.60}: give a length above 0")
-        return cls(tuple(words.split()), metres, float(sd or 0.0) * METRES_PER[unit])
+        words, equals, value = text.partition("=")
+        if not (words.strip() and equals):
+            raise InputError(f"{option} {text!r:.60}: give a known length as {EXAMPLES}")
+        length = stated_length(value, f"{option} {words.strip()!r:.40} =")
+        return cls(tuple(words.split()), length.metres, length.sd or 0.0)
 
 
 @dataclass(frozen=True, slots=True)

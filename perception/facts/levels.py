@@ -49,6 +49,8 @@ class Level:
     - `behind`: how much of the length of one of its sides has something high above it, of the side
       where that exceeds the opposite one's most; `in_front` the same of the opposite one.
     - `side_behind`: the length of that side; None where no side is closed more than its opposite.
+    - `along_front`: the axis of the space, 0 or 1, along which that side and the opposite one lie;
+      None where unseen space could make it the other.
     - `side`: how far from its middle what rises high above it stands (1 at the rim), towards the
       side where it is farthest; `off_middle` the same along that side; `span`: how much of the
       side's length it takes. None where nothing rises; what is unseen does not.
@@ -68,6 +70,7 @@ class Level:
     behind: Bounded
     in_front: Bounded
     side_behind: Bounded | None = None
+    along_front: int | None = None
     side: Bounded | None = None
     off_middle: Bounded | None = None
     span: Bounded | None = None
@@ -207,6 +210,7 @@ class _Beneath:
     behind: Estimate
     in_front: Estimate
     side_behind: Estimate | None
+    along_front: int | None
 
     @classmethod
     def of(cls, grid: Grid, plan: _Plan, slab: Slab) -> "_Beneath":
@@ -217,6 +221,7 @@ class _Beneath:
         across, through = sorted(_see_through(grid, plan, below))
         sides = closed_sides(plan, slab.tall(grid))
         back = closed_at_back(sides)
+        has_back = sides[back] > sides[back ^ 1]
         extents = _extents(plan)[1]
         rim = ROUNDING / float(np.sqrt(max(extents)))
         # the first two sides lie at the ends of the first axis
@@ -239,9 +244,8 @@ class _Beneath:
             Estimate(float(around @ sides / around.sum()), rim),
             Estimate(sides[back], rim),
             Estimate(sides[back ^ 1], rim),
-            Estimate(float(around[back]) * grid.cell, rounding)
-            if sides[back] > sides[back ^ 1]
-            else None,
+            Estimate(float(around[back]) * grid.cell, rounding) if has_back else None,
+            1 - back // 2 if has_back else None,
         )
 
 
@@ -300,6 +304,7 @@ def level_at(space: Space, height: float) -> Level | None:
         behind=Bounded.between(one.behind, other.behind),
         in_front=Bounded.between(one.in_front, other.in_front),
         side_behind=_of_both(one.side_behind, other.side_behind),
+        along_front=one.along_front if one.along_front == other.along_front else None,
         side=rise[0],
         off_middle=rise[1],
         span=rise[2],

@@ -67,12 +67,16 @@ class Estimates:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FaceSizes:
-    """Areas without holes, sides of the least rectangles round outlines, and areas over theirs."""
+    """Areas without holes, sides of the least rectangles round outlines, and areas over theirs.
+
+    `ways` (f, 2, 3) are the directions of lengths and widths, unit vectors in the world.
+    """
 
     areas: Estimates
     lengths: Estimates
     widths: Estimates
     fills: Estimates
+    ways: FloatArray
 
 
 def face_sizes(table: FaceTable) -> FaceSizes:
@@ -83,7 +87,7 @@ def face_sizes(table: FaceTable) -> FaceSizes:
     outer = np.arange(place.shape[1]) < table.sizes[:, None]
     direction, _, _ = least_rectangles(table.flat, table.there, table.convex)
     across = direction[:, ::-1] * [-1.0, 1.0]
-    extents, slopes = [], []
+    extents, slopes, ways = [], [], []
     for way in (direction, across):
         extent, weights = _extents(table, way)
         slope = np.zeros((len(members.vertex), 3))
@@ -91,6 +95,7 @@ def face_sizes(table: FaceTable) -> FaceSizes:
         slope[place[outer]] = (weights[:, :, None] * in_space[:, None])[table.there]
         extents.append(extent)
         slopes.append(slope)
+        ways.append(in_space)
     first, second = (
         Estimates.of(extent, _variances(slope, own, members.counts))
         for extent, slope in zip(extents, slopes, strict=True)
@@ -113,8 +118,10 @@ def face_sizes(table: FaceTable) -> FaceSizes:
         Estimates(np.where(turned, b.values, a.values), np.where(turned, b.sds, a.sds))
         for a, b in ((first, second), (second, first))
     )
+    both = np.stack(ways, axis=1)
+    both = np.where(turned[:, None, None], both[:, ::-1], both)
     areas = Estimates.of(table.areas, _variances(members.area_slope, own, members.counts))
-    return FaceSizes(areas, length, width, Estimates.of(np.minimum(fill, 1.0), spread))
+    return FaceSizes(areas, length, width, Estimates.of(np.minimum(fill, 1.0), spread), both)
 
 
 def _extents(table: FaceTable, way: FloatArray) -> tuple[FloatArray, FloatArray]:

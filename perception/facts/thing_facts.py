@@ -21,6 +21,7 @@ __all__ = [
     "box_facts",
     "clear_facts",
     "elevation_facts",
+    "front_facts",
     "gap_facts",
     "overlap_facts",
     "protrusion_facts",
@@ -35,6 +36,9 @@ __all__ = [
 
 # On the ground is what ends within this share of its thing's height from the lowest point.
 GROUND = 0.03
+# A face lies along the front of its level where its nearer side is turned from that by less than
+# half of what would make the other side the nearer one: cos 22.5°.
+ALONG = float(np.cos(np.pi / 8.0))
 
 
 def thing_facts(s: SceneMemo, rows: BlockFacts) -> None:
@@ -222,6 +226,28 @@ def space_facts(s: SceneMemo, rows: BlockFacts) -> None:
             measures += [(name, s.face_names[face], each) for name, each in level.measures()]
         for functor, of, each in measures:
             _add_bounded(rows, s.things[index].scene, functor, of, each)
+
+
+def front_facts(s: SceneMemo, rows: BlockFacts) -> None:
+    """How broad and how deep faces are, of whose levels it is known where the front is."""
+    if not len(s.table):
+        return
+    sizes = s.face_sizes
+    for index, filled in s.filled.items():
+        for face, level in filled.levels.items():
+            if level.along_front is None:
+                continue
+            near = np.abs(sizes.ways[face] @ filled.space.axes[level.along_front])
+            across = int(np.argmax(near))
+            if near[across] < ALONG:
+                continue
+            both = (sizes.lengths, sizes.widths)
+            for functor, of in (
+                ("front_width", both[across]),
+                ("front_depth", both[1 - across]),
+            ):
+                row = (s.face_names[face], float(of.values[face]), float(of.sds[face]))
+                rows.add_rows(functor, s.things[index].scene, [row])
 
 
 def unseen_facts(s: SceneMemo, rows: BlockFacts) -> None:

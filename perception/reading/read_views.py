@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import CalibrationError, InputError
+from facetlog.perception.length_units import Length
 from facetlog.perception.reading.left_out import LeftOut, lines_of
 from facetlog.perception.reading.lens import Lens
 from facetlog.perception.reading.own_folder import check_own_folder
@@ -69,7 +70,7 @@ def read_views(
     path: str | Path,
     *,
     unit: str | None = None,
-    square: float | None = None,
+    square: Length | None = None,
     axis: bool = False,
     keep: Path | None = None,
     trusted: bool = False,
@@ -87,8 +88,7 @@ def read_views(
     unit
         "m", "cm", "mm", "in" or "ft": the unit of a file that does not give its own.
     square
-        The side of a square of the mat that the pictures show, in metres, if it was printed at
-        another scale.
+        The side of a square of the mat that the pictures show, if it was printed at another scale.
     axis
         Whether an axis of the poses' world was stated to be up.
     keep
@@ -145,7 +145,7 @@ def read_views(
         raise InputError(_too_few(source, len(views), (*file.left_out, *left_out)))
     _check_places(views, source)
     name = file.folder.resolve().name or "views"  # "/" has no name
-    errors = stated_errors(views, file.error_kind)
+    errors = stated_errors(views, file.error_kind, file.scale_sd)
     said = lines_of((*file.left_out, *left_out))
     return ViewSet(
         name,
@@ -160,12 +160,14 @@ def read_views(
     )
 
 
-def stated_errors(views: Sequence[View], kind: PoseErrorKind) -> PoseErrors | None:
+def stated_errors(
+    views: Sequence[View], kind: PoseErrorKind, scale_sd: float = 0.0
+) -> PoseErrors | None:
     """The errors of the views' poses, where they are stated of each."""
     stated = [view.pose_cov for view in views if view.pose_cov is not None]
     if not views or len(stated) < len(views):
         return None
-    return PoseErrors(tuple(v.pose for v in views), np.array(stated), kind)
+    return PoseErrors(tuple(v.pose for v in views), np.array(stated), kind, scale_sd)
 
 
 def _check_names(pictures: Sequence[PosedPicture], source: Path) -> None:

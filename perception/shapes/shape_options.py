@@ -67,8 +67,9 @@ class ShapeOptions:
     sensor: tuple[float, float, float] | None = None
 
 
-def up_from(word: str) -> tuple[float, float, float] | None:
-    """The unit vector that a word names; None for `auto` and `none`. InputError for another.
+def up_from(word: str, option: str = "--up") -> tuple[float, float, float] | None:
+    """The unit vector that a word names; None for `auto` and `none`. InputError for another, which
+    names the option.
 
     >>> up_from("-z")
     (0.0, 0.0, -1.0)
@@ -77,16 +78,17 @@ def up_from(word: str) -> tuple[float, float, float] | None:
         return None
     if word not in UP_AXES:
         known = ", ".join((*UP_AXES, FROM_THE_FLOOR, NOT_GIVEN))
-        raise InputError(f"up {word!r:.40}: use one of {known}")
+        raise InputError(f"{option} {word!r:.40}: use one of {known}")
     return UP_AXES[word]
 
 
-def unit_from(word: str) -> str | None:
+def unit_from(word: str, option: str = "--unit") -> str | None:
     """The unit that a word names; None for `none`. InputError for another."""
     if word == NOT_GIVEN:
         return None
     if word not in METRES_PER:
-        raise InputError(f"unit {word!r:.40}: use one of {', '.join((*METRES_PER, NOT_GIVEN))}")
+        known = ", ".join((*METRES_PER, NOT_GIVEN))
+        raise InputError(f"{option} {word!r:.40}: use one of {known}")
     return word
 
 
@@ -103,7 +105,7 @@ def sensor_from(word: str) -> tuple[float, float, float] | None:
     except ValueError:
         x = y = z = math.nan
     if not all(math.isfinite(number) for number in (x, y, z)):
-        raise InputError(f"sensor {word!r:.40}: give three numbers x,y,z, or {NOT_GIVEN}")
+        raise InputError(f"--sensor {word!r:.40}: give three numbers x,y,z, or {NOT_GIVEN}")
     return x, y, z
 
 

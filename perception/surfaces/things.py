@@ -99,25 +99,26 @@ def _beside_faces(parts: Parts, cores: Cores, ups: FloatArray) -> Iterator[tuple
                 yield min(core, other), max(core, other)
 
 
-def _under_faces(
+def _under_tops(
     parts: Parts, cores: Cores, pictured: NDArray[np.bool_]
 ) -> Iterator[tuple[int, int]]:
-    """Pairs of cores: a face that stands behind another within its outline, and begins as near to
-    its plane as what lies on it. `pictured` (s,) are scenes of pictures.
+    """Pairs of cores: an upward face, and an upright one that stands beneath it within its outline
+    and begins as near to its plane as what lies on it. What has a top of its own is another thing.
+
+    `pictured` (s,) are scenes of pictures.
     """
-    table = parts.table
-    normals = table.planes.normals
+    table, of = parts.table, cores.of[: len(parts.table)]
     usable = pictured[table.scene] & (table.areas > 0.0)
+    tops = usable & (parts.rise > LEVEL_ENOUGH)
+    topped = np.isin(of, of[tops])
     sides = table.points[table.sides.ends]
-    for face in np.flatnonzero(usable).tolist():
-        square = np.abs(normals @ normals[face]) < LEVEL_ENOUGH
-        others = usable & square & (table.scene == table.scene[face])
-        others &= cores.of[: len(table)] != cores.of[face]
-        for other in np.flatnonzero(others).tolist():
-            outline = table.points[table.outlines[face, table.there[face]]]
-            if hangs_behind(sides[table.sides.face == other], outline, normals[face]):
-                one, two = int(cores.of[face]), int(cores.of[other])
-                yield min(one, two), max(one, two)
+    for top in np.flatnonzero(tops).tolist():
+        outline = table.points[table.outlines[top, table.there[top]]]
+        uprights = usable & ~topped & (np.abs(parts.rise) < LEVEL_ENOUGH)
+        for side in np.flatnonzero(uprights & (table.scene == table.scene[top])).tolist():
+            own = sides[table.sides.face == side]
+            if hangs_behind(own, outline, table.planes.normals[top]):
+                yield min(int(of[top]), int(of[side])), max(int(of[top]), int(of[side]))
 
 
 def _stands_apart(parts: Parts, cores: Cores, core: int, face: int, how: Stance) -> bool:
@@ -170,7 +171,7 @@ def find_things(
     parts = Parts.of(table, rise, ends[loose])
     cores = Cores.among(parts, contacts)
     met = set(_beside_faces(parts, cores, ups))
-    met |= set(_under_faces(parts, cores, np.array([bool(scene.views) for scene in scenes])))
+    met |= set(_under_tops(parts, cores, np.array([bool(scene.views) for scene in scenes])))
     apart: set[tuple[int, int]] = set()
     for (core, face), stance in stances(parts, cores, contacts).items():
         other = int(cores.of[face])

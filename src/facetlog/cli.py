@@ -35,6 +35,7 @@ from facetlog.pipeline import (
     Method,
     Progress,
     Recognised,
+    in_known_scale,
     open_models,
     recognize_views,
     reconstruct_views,
@@ -46,6 +47,7 @@ from facetlog.stream import Goal, Stop
 from facetlog.terminal import error, note, set_loudness, show_times, showing_progress, warn
 
 if TYPE_CHECKING:
+    from facetlog.perception.facts.known_length import Scale
     from facetlog.perception.reading.read_views import ViewSet
 
 __all__ = ["app", "main"]
@@ -97,7 +99,7 @@ Square = Annotated[
     typer.Option(
         "--square",
         metavar="LENGTH",
-        help="Side of a square of the mat as printed, if its bar was off: 17.6mm.",
+        help='Side of a square of the mat as printed, if its bar was off: "17.6 ± 0.02 mm".',
     ),
 ]
 Crisp = Annotated[
@@ -219,7 +221,7 @@ def recognize_command(
             views,
             unit=unit,
             up=up,
-            square=stated_length(square, "--square"),
+            square=None if square is None else stated_length(square, "--square"),
             keep=kept_cameras(out),
             trusted=trust,
             keep_poses=keep_poses,
@@ -259,7 +261,7 @@ def reconstruct_command(
             views,
             unit=unit,
             up=up,
-            square=stated_length(square, "--square"),
+            square=None if square is None else stated_length(square, "--square"),
             keep=kept_cameras(out.with_suffix("")),
             trusted=trust,
             keep_poses=keep_poses,
@@ -267,8 +269,9 @@ def reconstruct_command(
             clock=clock,
         )
         scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
+        scene, known = in_known_scale(scene, method)
     write_scene_file(scene, out)
-    _describe(view_set)
+    _describe(view_set, known)
     for line in (*view_set.problems, *scene.warnings):
         warn(line)
     show_times(clock)
@@ -372,15 +375,17 @@ def _write(out: Path | None, found: Recognised, progress: Progress | None, *, fu
         write_report(out, found, full=full, progress=progress)
 
 
-def _describe(view_set: "ViewSet") -> None:
+def _describe(view_set: "ViewSet", scale: "Scale | None") -> None:
     if view_set.description:
         note(view_set.description)
+    if scale is not None:
+        note(f"by the known length {scale}")
 
 
 def _answer(found: Recognised, *, as_json: bool, full: bool) -> int:
     from facetlog.report import verdicts_json, verdicts_text
 
-    _describe(found.view_set)
+    _describe(found.view_set, found.scale)
     for line in (*found.view_set.problems, *found.scene.warnings):
         warn(line)
     show_times(found.clock)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from facetlog.errors import InputError, missing_extra
-from facetlog.perception.reading.mat.mats import DICTIONARY, Mat
+from facetlog.perception.reading.mat.mats import BAR_MM, DICTIONARY, Mat
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 __all__ = ["mat_figure", "write_mat"]
 
 MM_PER_INCH = 25.4
-BAR_MM = 100.0
 TICK_MM = 2.0
 WORDS_PT, LINE_PT = 7.5, 0.6
 # Printers leave the outermost 4 to 6 mm of a sheet white.

@@ -18,7 +18,8 @@ from facetlog.perception.step_clock import StepClock
 if TYPE_CHECKING:
     from facetlog.kb.explaining.verdict import Recognition
     from facetlog.kb.knowledge_base import KnowledgeBase
-    from facetlog.perception.facts.known_length import KnownLength
+    from facetlog.perception.facts.known_length import KnownLength, Scale
+    from facetlog.perception.length_units import Length
     from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.scene import Scene
     from facetlog.perception.types import FloatArray, View
@@ -30,6 +31,7 @@ __all__ = [
     "Recognised",
     "check_up",
     "facts_of",
+    "in_known_scale",
     "load_scene",
     "open_models",
     "recognize_views",
@@ -74,13 +76,14 @@ DEFAULT_METHOD = Method()
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Recognised:
-    """Everything that a run found, from the views to the verdicts."""
+    """Everything that a run found, from the views to the verdicts; `scale` by a known length."""
 
     view_set: "ViewSet"
     scene: "Scene"
     facts: tuple[FlatFact, ...]
     recognition: "Recognition"
     clock: StepClock = field(default_factory=StepClock)
+    scale: "Scale | None" = None
 
     @property
     def placed_views(self) -> "tuple[View, ...]":
@@ -99,7 +102,7 @@ def views_from(
     *,
     unit: str | None,
     up: Up = None,
-    square: float | None = None,
+    square: "Length | None" = None,
     keep: Path | None = None,
     trusted: bool = False,
     keep_poses: bool = False,
@@ -109,9 +112,9 @@ def views_from(
     """The views of a folder or poses file; perception/reading/read_views.py says what it may hold.
 
     Poses that were counted up, with their covariances, are corrected by the pictures, unless they
-    are to be kept. `up` is as in `with_stated_up`; `square` is the side of a mat's squares, in
-    metres, if it was printed at another scale; `keep` is a folder for cameras that structure from
-    motion finds.
+    are to be kept. `up` is as in `with_stated_up`; `square` is the side of a mat's squares if
+    it was printed at another scale; `keep` is a folder for cameras that structure from motion
+    finds.
     """
     from facetlog.perception.reading.read_views import read_views
 
@@ -227,14 +230,12 @@ def reconstruct_views(
     progress: Progress | None = None,
     clock: StepClock,
 ) -> "Scene":
-    """The scene that the views show; InconsistentViewsError if their poses contradict them.
-
-    With the scale of the method it is in metres, and a warning says which scale that is.
+    """The scene that the views show, in their unit; InconsistentViewsError if their poses
+    contradict them.
     """
-    from facetlog.perception.facts.known_length import with_known_length
     from facetlog.perception.surfaces.reconstruct import reconstruct
 
-    scene = reconstruct(
+    return reconstruct(
         view_set.views,
         name=view_set.name,
         up=view_set.up,
@@ -246,10 +247,15 @@ def reconstruct_views(
         progress=progress,
         clock=clock,
     )
-    if method.scale is None:
-        return scene
-    scaled, scale = with_known_length(scene, method.scale)
-    return replace(scaled, warnings=(*scaled.warnings, f"{scale}, by the known length"))
+
+
+def in_known_scale(scene: "Scene", method: Method) -> "tuple[Scene, Scale | None]":
+    """The scene in metres by the known length of the method, and which scale that is; as it is
+    without one.
+    """
+    from facetlog.perception.facts.known_length import with_known_length
+
+    return (scene, None) if method.scale is None else with_known_length(scene, method.scale)
 
 
 def write_scene_file(scene: "Scene", path: Path) -> None:
@@ -271,6 +277,7 @@ def recognize_views(
     from facetlog.kb.recognize import judged_scene
 
     scene = reconstruct_views(view_set, method=method, progress=progress, clock=clock)
+    scene, scale = in_known_scale(scene, method)
     with clock.step("facts"):
         facts = facts_of(scene)
     with clock.step("verdicts"), ExitStack() as stack:
@@ -280,7 +287,7 @@ def recognize_views(
             recognition = judged_scene(models, scene.name)
         finally:
             models.drop_scene(scene.name)
-    return Recognised(view_set, scene, facts, recognition, clock)
+    return Recognised(view_set, scene, facts, recognition, clock, scale)
 
 
 def facts_of(scene: "Scene") -> tuple[FlatFact, ...]:

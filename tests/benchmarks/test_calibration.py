@@ -181,7 +181,7 @@ def test_a_fault_is_kept_and_gives_no_thing(
 
 
 def test_every_model_is_asked_of_every_thing_but_where_people_differ(found: Judged) -> None:
-    models = {model for model, _ in found.contents}
+    models = {model for model, _ in found.judging_keys}
     worlds = ("boxes", "cabinet", "tables", "bench")
     open_ones = sum(world in worlds and model in models for world, model in OPEN)
     assert len(found.samples) == 4 * len(models) - open_ones
@@ -226,7 +226,7 @@ def test_chance_alone_makes_an_error_that_falls_with_the_number_of_verdicts() ->
 
 
 def test_what_is_written_is_the_calibration(found: Judged, tmp_path: Path) -> None:
-    calibration = fit(found.samples, dict(found.contents))
+    calibration = fit(found.samples, dict(found.judging_keys))
     write(calibration, tmp_path / "c.json")
     kept = json.loads((tmp_path / "c.json").read_text(encoding="utf-8"))
     assert Calibration.from_json(kept) == calibration

@@ -281,5 +281,11 @@ def test_words_of_pieces_and_openings_yield_and_so_do_three_of_levels() -> None:
     yields = {word.name for word in VOCABULARY.values() if word.yields}
     own = {w.name for w in VOCABULARY.values() if w.arguments[0] in (PIECE, OPENING)}
     own |= {w.name for w in VOCABULARY.values() if w.arguments[0] == IN_SPACE}
-    assert yields == own | {"enclosed", "side_behind", "shelves_below"}
+    assert yields == own | {
+        "enclosed",
+        "front_depth",
+        "front_width",
+        "shelves_below",
+        "side_behind",
+    }
     assert VOCABULARY["thickness"].gives is Gives.LENGTH

@@ -17,6 +17,7 @@ from facetlog.kb.calibration import (
     InputKind,
     Maps,
     content_key,
+    judging_key,
     shipped_calibration,
 )
 from facetlog.kb.calibration_fit import (
@@ -328,7 +329,7 @@ def test_fitting_makes_the_error_small_on_samples_that_were_not_fitted() -> None
 def calibrated(base: KnowledgeBase, model: str) -> Calibration:
     """Says 0.8 of this model as it stands and 0.3 of all others, of whatever degree in pictures;
     of things that were scanned 0.6."""
-    own = {model: (base.models[model].content, Curve(10, ((0.5, 0.8),)))}
+    own = {model: (base.models[model].judging, Curve(10, ((0.5, 0.8),)))}
     maps = {
         PICTURES: Maps(Curve(10, ((0.5, 0.3),)), own),
         SCANNED: Maps(Curve(10, ((0.5, 0.6),))),
@@ -422,7 +423,7 @@ def test_the_shipped_calibration_is_of_the_built_in_models_as_they_are() -> None
     shipped = shipped_calibration()
     assert set(shipped.maps) == set(product(InputKind, State))
     with KnowledgeBase() as base:
-        contents = {model: rules.content for model, rules in base.models.items()}
+        contents = {model: rules.judging for model, rules in base.models.items()}
     for kind in InputKind:
         assert sum(shipped.maps[kind, state].pooled.samples for state in State) >= 100
     for maps in shipped.maps.values():
@@ -436,3 +437,25 @@ def test_comments_and_places_do_not_make_another_text() -> None:
     key = content_key("model(box).\nwritten(box, 'box.model:3').\n")
     assert content_key("% Made.\nmodel(box).\nwritten(box, 'box.model:4').\n") == key
     assert content_key("model(box, 1).\nwritten(box, 'box.model:3').\n") != key
+
+
+BOXES = "model(box).\n\nexample(box, 'one. two', 1).\n"
+SIZES = (
+    "% box.model:7\nsize(box, _, [A], length, length(A)).\n"
+    "% box.model:8\nsize(box, _, [A], Name, Measure) :-\n"
+    "    longest_first([0.5*length(A), width(A)], Sorted),\n    nth1(1, Sorted, Measure).\n"
+)
+
+
+@pytest.mark.parametrize("sizes", [SIZES, "\n" + SIZES, SIZES.replace("length", "width")])
+def test_sizes_that_a_verdict_reports_do_not_make_another_model(sizes: str) -> None:
+    assert judging_key(BOXES + sizes) == judging_key(BOXES)
+    assert judging_key(sizes + BOXES) == judging_key(BOXES)
+    assert content_key(BOXES + sizes) != content_key(BOXES)
+
+
+def test_what_judges_beside_a_size_makes_another_model() -> None:
+    key = judging_key(BOXES + SIZES)
+    assert judging_key(BOXES + SIZES + "condition(box, 1).\n") != key
+    assert judging_key(BOXES + "resize(box).\n" + SIZES) != key
+    assert judging_key(BOXES.replace("1)", "2)") + SIZES) != key

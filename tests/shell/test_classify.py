@@ -105,7 +105,7 @@ def test_a_path_that_vanished_is_a_row(folder: Path) -> None:
         (["in", "-o", "old.csv"], "old.csv exists: give --overwrite, or --resume"),
         (["in", "-o", "half.csv"], "half.csv.partial is of a run that was stopped: give --resume"),
         (["in", "--models", "absent"], "absent does not exist"),
-        (["in", "--up", "w"], "up 'w': use one of"),
+        (["in", "--up", "w"], "--up 'w': use one of"),
         (["in", "--unit", "mile"], "unit 'mile': use one of"),
         (["in", "--workers", "0"], "0 workers"),
         (["in", "--timeout", "0"], "a time limit of 0 s"),

@@ -169,7 +169,7 @@ def test_up_may_be_stated_and_what_was_read_is_described(
     assert json.loads(out.read_text())["up"] == [0.0, -1.0, 0.0]
     for command in (["recognize"], ["recognize", "--follow"], ["reconstruct", "-o", str(out)]):
         assert main([*command, str(folder), "--up", "w"]) == 2
-        assert "up 'w': use one of x, y, z" in _refusal(capsys)
+        assert "--up 'w': use one of x, y, z" in _refusal(capsys)
 
 
 def test_pictures_that_are_all_black_are_refused_by_name(
@@ -210,7 +210,9 @@ def test_a_known_length_gives_a_reconstruction_its_unit(
     folder, out = _views(tmp_path / "views"), tmp_path / "scene.json"
     code = main(["reconstruct", str(folder), "-o", str(out), "--scale", "height = 2 ± 0.01 m"])
     assert code == 0
-    assert "the scene's unit is" in capsys.readouterr().err
+    err = capsys.readouterr().err
+    assert "facetlog: by the known length the scene's unit is" in err
+    assert "warning" not in err
     assert np.ptp(read_scene(out).points[:, 2]) == pytest.approx(2.0)
     assert main(["recognize", str(folder), "--scale", "2 m"]) == 2
     assert main(["recognize", str(folder), "--follow", "--scale", "height = 2 m"]) == 2

@@ -225,7 +225,7 @@ def test_facts_are_written_as_prolog(run: Run) -> None:
     [
         (["show", "absent.ply"], "absent.ply: cannot be read"),
         (["show", "block.doc"], "block.doc: .doc: files that can be read are"),
-        (["show", "block.stl", "--up", "w"], "up 'w': use one of"),
+        (["show", "block.stl", "--up", "w"], "--up 'w': use one of"),
         (["show", "block.stl", "--unit", "mile"], "unit 'mile': use one of"),
         (["show", "block.stl", "--sensor", "1,2"], "sensor '1,2': give three numbers x,y,z"),
         (["show", "block.stl", "-o", "block.jpg"], "what can be written is .png"),

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from facetlog.errors import InputError
+from facetlog.perception.length_units import Length
 from facetlog.perception.reading.exif import TakenWith, taken_with
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Distortion
 from facetlog.perception.reading.mat.fit import Corners, FittedCamera, FittedPose, fitted
-from facetlog.perception.reading.mat.mats import Mat
+from facetlog.perception.reading.mat.mats import BAR_MM, Mat
 from facetlog.perception.reading.mat.sightings import Sighting, sighting
 from facetlog.perception.reading.picture_of_view import KEPT_DIAGONAL_PX
 from facetlog.perception.reading.pose_files.poses_file import Intrinsics, PosedPicture, PosesFile
@@ -27,6 +28,8 @@ some twice that to each other, as those of a thin leg, are no longer two."""
 MISFIT = 4.0
 """Of a picture whose residuals are so many times the median of all pictures the corners do not
 fit: the camera moved, or the mat."""
+RULER_SD_MM = 0.5 / 3**0.5
+"""Of a length read off a ruler to the nearest millimetre: half of one to either side, all alike."""
 HIDDEN = "shows too little of the mat: all is hidden, too far, too blurred, or outside"
 
 
@@ -101,12 +104,17 @@ def mat_pictures(
     return mat, found, tuple(left_out)
 
 
-def read_mat(folder: Path, square: float | None = None) -> PosesFile:
+def read_mat(folder: Path, square: Length | None = None) -> PosesFile:
     """Cameras and poses of the pictures in a folder by the mat that they show; metres, up is +z.
 
-    NoMatError where no picture shows a mat, InputError where they show two.
+    `square` is the side of a square as printed, where it is not as it should be. Without a standard
+    deviation the print's scale is known as well as its bar, or as much of the board, tells by a
+    ruler. NoMatError where no picture shows a mat, InputError where they show two.
     """
-    mat, found, left_out = mat_pictures(folder, square)
+    mat, found, left_out = mat_pictures(folder, None if square is None else square.metres)
+    scale_sd = RULER_SD_MM / BAR_MM
+    if square is not None and square.sd is not None:
+        scale_sd = square.sd / square.metres
     off = float(np.median([each.placed.noise_px for each in found]))
     return PosesFile(
         folder,
@@ -116,6 +124,7 @@ def read_mat(folder: Path, square: float | None = None) -> PosesFile:
         error_kind=PoseErrorKind.INDEPENDENT,
         left_out=left_out,
         kind=f"{mat.name} (its corners fit to {off:.2g} px)",
+        scale_sd=scale_sd,
     )
 
 

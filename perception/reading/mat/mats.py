@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from facetlog.perception.types import FloatArray
 
-__all__ = ["DICTIONARY", "MATS", "Mat", "dictionary", "mat_named", "mat_of_marker"]
+__all__ = ["BAR_MM", "DICTIONARY", "MATS", "Mat", "dictionary", "mat_named", "mat_of_marker"]
 
 DICTIONARY = "DICT_4X4_250"
+BAR_MM = 100.0
+"""The bar that is printed beside the board, for a ruler to check the printer by."""
 MODULES = 6
 """Modules along a side of a marker: four of its code, and one of black on either side."""
 

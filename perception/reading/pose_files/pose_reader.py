@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from facetlog.errors import InputError
+from facetlog.perception.length_units import Length
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 
 __all__ = ["PoseOptions", "PoseReader", "by_unit", "first_of"]
@@ -15,13 +16,13 @@ class PoseOptions:
     """What a user states of poses, and what may be used to find them.
 
     `unit` is that of a file that does not give its own, `square` the side of a printed mat's
-    squares, in metres, where it is not as it should be; `axis` says that an axis of the poses'
+    squares where it is not as it should be; `axis` says that an axis of the poses'
     world was stated to be up. Poses that take long to find are kept in the folder `keep`.
     `progress` is called with the name of a step, how much of it is done, and of how much.
     """
 
     unit: str | None = None
-    square: float | None = None
+    square: Length | None = None
     axis: bool = False
     keep: Path | None = None
     progress: Callable[[str, int, int], None] | None = None

@@ -168,7 +168,8 @@ class PosesFile:
     `folder` is the one that the pictures must be within (own_folder.py); it names the set of views.
     `error_kind` says how the pose errors are correlated whose covariances the pictures have.
     `faults` are of the pictures with an invalid camera or pose, `left_out` those for which none was
-    found. `kind` says more of it than its reader does, for people; else it is empty.
+    found. `kind` says more of it than its reader does, for people; else it is empty. `scale_sd` is
+    the relative standard deviation of its unit (as in `PoseErrors`).
     """
 
     folder: Path
@@ -179,6 +180,7 @@ class PosesFile:
     faults: tuple[InputError, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
     kind: str = ""
+    scale_sd: float = 0.0
 
 
 def posed_pictures(

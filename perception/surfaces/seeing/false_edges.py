@@ -1,15 +1,17 @@
 """Which loose edges are no edges of anything, and which are no bar's, by the ground beside them.
 
 Lines of a floor that agree by chance make edges in the air. Of a true one some solid hides the
-ground along it, though it shows to either side: the ground shows through the others. Of a bar that
-stands on the ground, as a leg, some view shows it to both sides at once. Of a solid's own edge, of
-which a side was not found, none does, for that side hides it.
+ground along it, though it shows to either side: the ground shows through the others. Nobody sees
+an edge beneath ground that shows all round. Of a bar that stands on the ground, as a leg, some view
+shows it to both sides at once. Of a solid's own edge, of which a side was not found, none does, for
+that side hides it.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import shapely
 
 from facetlog.perception.row_table import Bools
 from facetlog.perception.scene import Scene, SeenLattice
@@ -30,12 +32,14 @@ FEWEST = 20
 # Where views show the ground to one side of a bar, this share of them at least show it to the other
 # side, too: of legs in own worlds and pictures 3 % and more, of the sides of boxes mostly none.
 BOTH_SIDES = 0.01
+# An edge lies beneath the ground where it does by so many standard deviations.
+BENEATH_SDS = 3.0
 # Edges on the ground stand if they rise by more than this share of their length: sin 30°.
 RISING = 0.5
 
 
 def without_false_edges(scene: Scene) -> Scene:
-    """The scene without loose edges through which the ground shows, and those of solids."""
+    """The scene without loose edges that the ground refutes, and those of solids."""
     sides = {
         frozenset((a, b))
         for face in scene.faces
@@ -44,13 +48,35 @@ def without_false_edges(scene: Scene) -> Scene:
     }
     loose = [n for n, e in enumerate(scene.edges) if frozenset((e.start, e.end)) not in sides]
     ends = np.array([(scene.edges[n].start, scene.edges[n].end) for n in loose], dtype=np.intp)
-    beside = GroundBeside.of(scene.points[ends.reshape(-1, 2)], scene.seen_ground)
+    segments = scene.points[ends.reshape(-1, 2)]
+    beside = GroundBeside.of(segments, scene.seen_ground)
     gone = beside.through | beside.of_solids
+    if len(loose):
+        covs = np.array([vertex.cov for vertex in scene.vertices])[ends]
+        for lattice in scene.seen_ground:
+            gone |= _beneath(segments, covs, lattice)
     if not gone.any():
         return scene
     wrong = {loose[n] for n in np.flatnonzero(gone).tolist()}
     edges = tuple(edge for n, edge in enumerate(scene.edges) if n not in wrong)
     return without_unused(scene, edges)
+
+
+def _beneath(segments: FloatArray, covs: FloatArray, lattice: SeenLattice) -> Bools:
+    """Which segments (n, 2, 3), ends known to `covs` (n, 2, 3, 3), lie beneath ground all round.
+
+    That is, below the hull of what shows of it, from where it shows. It is as exact as its pitch.
+    """
+    pitch = float(np.linalg.norm(lattice.steps[0]))
+    normal = np.cross(*lattice.steps) / pitch**2
+    if float(np.mean((lattice.origins - lattice.corner) @ normal)) < 0.0:
+        normal = -normal
+    off = segments - lattice.corner
+    sds = np.sqrt(np.maximum(np.einsum("i,neij,j->ne", normal, covs, normal), 0.0))
+    low = (off @ normal < -np.maximum(BENEATH_SDS * sds, pitch)).all(axis=1)
+    round_it = shapely.MultiPoint(np.argwhere(lattice.shown.any(axis=0))).convex_hull
+    places = shapely.points(off @ lattice.steps.T / pitch**2)
+    return np.asarray(low & shapely.intersects(round_it, places).all(axis=1))
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from facetlog.perception.facts.known_length import KnownLength
+    from facetlog.perception.length_units import Length
     from facetlog.perception.reading.read_views import ViewSet
     from facetlog.perception.scene import Scene
     from facetlog.perception.types import FloatArray, View
@@ -44,7 +45,8 @@ def recognize(
     """What is there: the scene, and what all models say of each thing in it.
 
     `up` and `unit` (m, cm, mm, in, ft) say what a file does not, `scale` as in read_scene. Of
-    pictures on a printed mat `square` is the side of a square, as "17.6mm", if its bar was off.
+    pictures on a printed mat `square` is the side of a square, as "17.6 ± 0.02 mm", if its bar was
+    off.
     Cameras of pictures without poses and mat, which take minutes to find, are kept in the folder
     `cameras`. Models that are not to be trusted are evaluated in a process of their own; `raw`
     verdicts have no confidence. Raises InputError for a source, RuleSyntaxError for a model that
@@ -56,12 +58,12 @@ def recognize(
     from facetlog.pipeline import load_scene, open_models
 
     paths = model_paths(models)
-    known = None if scale is None else KnownLength.parse(scale)
+    known = None if scale is None else KnownLength.parse(scale, "scale")
     stated = _Stated(
         up,
         unit,
         trust,
-        stated_length(square, "square"),
+        None if square is None else stated_length(square, "square"),
         None if cameras is None else Path(cameras),
     )
     # Before any long work: a model that cannot be used would lose it.
@@ -83,7 +85,7 @@ def read_scene(
     """
     from facetlog.perception.facts.known_length import KnownLength
 
-    known = None if scale is None else KnownLength.parse(scale)
+    known = None if scale is None else KnownLength.parse(scale, "scale")
     return _in_scale(_read_scene(Path(path), up, unit), known)
 
 
@@ -170,7 +172,7 @@ def _up(up: Up) -> "tuple[float, float, float] | None":
     from facetlog.perception.shapes.shape_options import up_from
 
     if up is None or isinstance(up, str):
-        return None if up is None else up_from(up)
+        return None if up is None else up_from(up, "up")
     vector = np.asarray(up, dtype=np.float64)
     length = float(np.linalg.norm(vector))
     if vector.shape != (3,) or not 0.0 < length < np.inf:
@@ -189,17 +191,17 @@ def _stated(up: Up) -> Up:
 def _unit(unit: str | None) -> str | None:
     from facetlog.perception.shapes.shape_options import unit_from
 
-    return None if unit is None else unit_from(unit)
+    return None if unit is None else unit_from(unit, "unit")
 
 
 @dataclass(frozen=True, slots=True)
 class _Stated:
-    """What a caller states of a source, as the arguments of `recognize`; `square` in metres."""
+    """What a caller states of a source, as the arguments of `recognize`."""
 
     up: Up
     unit: str | None
     trust: bool
-    square: float | None = None
+    square: "Length | None" = None
     cameras: Path | None = None
 
 
@@ -210,6 +212,7 @@ def _scene_of(source: Source, stated: _Stated) -> "Scene":
     from facetlog.perception.shapes.read_shape import stated as as_stated
 
     up, unit = _stated(stated.up), _unit(stated.unit)
+    _up(up)  # a word that is none is refused before any long work
     if isinstance(source, Scene):
         return as_stated(source, ShapeOptions(_up(up), up is None, unit))
     if not isinstance(source, str | Path):

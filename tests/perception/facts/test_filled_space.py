@@ -69,6 +69,23 @@ def test_a_back_rises_at_the_rim_of_a_seat_along_all_of_one_side() -> None:
     assert values(CHAIR, "room_above")[seat] > 0.3
 
 
+@pytest.mark.parametrize(("width", "depth"), [(0.40, 0.48), (0.48, 0.40), (0.45, 0.45)])
+@pytest.mark.parametrize("radians", [0.0, 0.4, 2.0])
+def test_a_seat_is_as_broad_as_its_front_whichever_side_is_longer(
+    width: float, depth: float, radians: float
+) -> None:
+    chair = turned(whole(build("chair", {"width": width, "depth": depth})), radians)
+    assert values(chair, "front_width")["f2"] == pytest.approx(width)
+    # what lies in front of the back
+    assert values(chair, "front_depth")["f2"] == pytest.approx(depth, abs=0.04)
+    assert "front_width" not in {fact.functor for fact in scene_facts(replace(chair, up=None))}
+
+
+def test_what_has_no_back_has_no_front() -> None:
+    for functor in ("front_width", "front_depth"):
+        assert not values(TABLE, functor)
+
+
 def test_a_cabinet_is_solid_and_a_tray_is_not() -> None:
     assert values(whole(build("cabinet", {})), "solidity")["t1"] > 0.9
     assert values(whole(build("tray", {})), "solidity")["t1"] < 0.5

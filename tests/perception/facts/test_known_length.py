@@ -43,7 +43,7 @@ def test_lengths_are_read(text: str, metres: float, sd: float) -> None:
     "text", ["", "v1 v2 25 cm", "v1 v2 = cm", "v1 = 2 yd", "e1 = 0 cm", "=1 m"]
 )
 def test_other_texts_are_refused(text: str) -> None:
-    with pytest.raises(InputError, match="scale "):
+    with pytest.raises(InputError, match="--scale "):
         KnownLength.parse(text)
 
 

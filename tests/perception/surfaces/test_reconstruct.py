@@ -9,11 +9,20 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InconsistentViewsError, InputError
+from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.reading.lens import Distortion, Lens
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
 from facetlog.perception.surfaces.reconstruct import UP_OF_GROUND, reconstruct
-from facetlog.perception.types import Camera, FloatArray, Pose, StoredPicture, View
+from facetlog.perception.types import (
+    Camera,
+    FloatArray,
+    Pose,
+    PoseErrorKind,
+    PoseErrors,
+    StoredPicture,
+    View,
+)
 from facetlog.robot.rendering.views import Similarity, random_similarity, shuffled, views_of
 from facetlog.robot.rendering.world import World
 from facetlog.robot.rendering.worlds import make_world
@@ -106,6 +115,26 @@ def test_the_stated_deviations_are_of_the_errors_size(front_end: str) -> None:
     squares = [e @ np.linalg.solve(v.cov, e) for e, v in zip(off, scene.vertices, strict=True)]
     # Three degrees of freedom and eight vertices: loose bounds.
     assert 0.3 < np.median(squares) < 9.0
+
+
+@pytest.mark.parametrize("metric", [True, False])
+def test_an_error_of_the_unit_is_in_the_deviation_of_every_length(metric: bool) -> None:
+    off, scale_sd = 1.015, 0.01
+    views = tuple(
+        replace(v, pose=replace(v.pose, centre=off * v.pose.centre)) for v in tour("block")
+    )
+    nothing = np.zeros((len(views), 6, 6))
+    stated = PoseErrors(tuple(v.pose for v in views), nothing, PoseErrorKind.INDEPENDENT, scale_sd)
+    scene = reconstruct(views, name="block", up=UP, metric=metric, errors=stated)
+    lengths = [row[1:] for row in fact_rows(scene, {"edge_length"})["edge_length"]]
+    sides = {float(np.linalg.norm(a - b)) for a in TRUE for b in TRUE}
+    for length, sd in lengths:
+        true = min(sides, key=lambda side, found=length: abs(off * side - found))
+        if metric:
+            assert sd >= 0.95 * scale_sd * length
+            assert abs(length - true) < 3.0 * sd
+        else:  # of an unknown unit nothing is off
+            assert sd < 0.3 * scale_sd * length
 
 
 @pytest.mark.parametrize("front_end", FRONT_ENDS)

@@ -29,8 +29,8 @@ def mat_command(
 
 @command
 def _written(out: Path | None, paper: str) -> int:
-    from facetlog.mat_sheet import BAR_MM, write_mat
-    from facetlog.perception.reading.mat.mats import MATS, mat_named
+    from facetlog.mat_sheet import write_mat
+    from facetlog.perception.reading.mat.mats import BAR_MM, MATS, mat_named
     from facetlog.terminal import note
 
     mat = mat_named(paper)

@@ -6,9 +6,18 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import chi2
 
+from facetlog.perception.estimation.bundle_adjustment.adjusted_points import adjusted_points
+from facetlog.perception.estimation.bundle_adjustment.normal_equations import Tracks
 from facetlog.perception.reading.mat.fit import Corners, FittedPose, MatFit, fitted
 from facetlog.perception.reading.mat.mats import MATS
-from facetlog.perception.types import FloatArray, Pose
+from facetlog.perception.types import (
+    Camera,
+    FloatArray,
+    Pose,
+    PoseErrorKind,
+    PoseErrors,
+    View,
+)
 from facetlog.robot.tour import looking_at, ring_poses
 
 SIZE, FOCAL = (1280, 960), 1050.0
@@ -16,6 +25,9 @@ LENS = np.array([0.08, -0.15, 4e-4, -5e-4, 0.05])
 NOISE_PX = 0.2
 EACH = 40
 (MAT, *_) = MATS
+# A block in the middle of the mat: corners, and which of them an edge joins.
+BLOCK = np.array([[x, y, z] for x in (-0.04, 0.04) for y in (-0.03, 0.03) for z in (0.0, 0.07)])
+EDGES = [(a, b) for a in range(8) for b in range(a) if ((BLOCK[a] != BLOCK[b]).sum() == 1)]
 
 
 def corners(
@@ -100,3 +112,50 @@ def test_corners_that_were_mistaken_are_no_inliers() -> None:
     assert np.mean([pose.inliers.mean() for pose in fit.poses]) > 0.9
     assert squared(fit.poses[1], poses[1]) < chi2.ppf(1 - 1e-4, 6)
     assert fit.poses[1].noise_px == pytest.approx(NOISE_PX, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("count", "heights"), [(12, (0.2, 0.35)), (6, (0.2, 0.35)), (8, (0.35,))], ids=str
+)
+def test_lengths_above_the_mat_are_as_sure_as_they_say(
+    count: int, heights: tuple[float, ...]
+) -> None:
+    off = np.concatenate([squared_lengths(seed, count, heights) for seed in range(4)])
+    assert off.mean() < 1.3
+    assert off.max() < chi2.ppf(1 - 1e-4, 1)
+
+
+def squared_lengths(seed: int, count: int, heights: tuple[float, ...]) -> FloatArray:
+    """Normalised squared errors (12,) of a block's edges, found with the cameras of the mat."""
+    rng = np.random.default_rng([seed, 2])
+    poses = ring_poses((0, 0, 0), 0.3, heights, count, jitter=0.1, rng=rng)
+    fit, centre = fit_of(seed, poses)
+    true = np.array([[FOCAL, 0, centre[0]], [0, FOCAL, centre[1]], [0, 0, 1]])
+    camera, placed = fit.cameras[0], [found.pose for found in fit.poses]
+    f, (cx, cy) = camera.focal, camera.centre.tolist()
+    straight = Camera(*SIZE, f, f, cx, cy)
+    seen = [
+        cv2.undistortPoints(
+            project((BLOCK - pose.centre) @ pose.rotation, true)[:, None]
+            + rng.normal(0.0, NOISE_PX, (8, 1, 2)),
+            straight.matrix,
+            camera.lens,
+            P=straight.matrix,
+        )
+        for pose in poses
+    ]
+    uv = np.concatenate(seen, axis=1)
+    noise = np.tile(NOISE_PX**2 * np.eye(2), (8, count, 1, 1))
+    tracks = Tracks(uv, noise, np.ones((8, count), dtype=np.bool_), np.ones(count))
+    image = np.zeros(SIZE[::-1], dtype=np.uint8)
+    views = [View("", image, straight, pose) for pose in placed]
+    covs = np.array([found.cov for found in fit.poses])
+    stated = PoseErrors(tuple(placed), covs, PoseErrorKind.INDEPENDENT)
+    found = adjusted_points(tracks, views, stated)
+    one, two = np.array(EDGES).T
+    span = found.points[one] - found.points[two]
+    length = np.linalg.norm(span, axis=1)
+    along = span / length[:, None]
+    variance = np.einsum("ni,nij,nj->n", along, found.covs[one] + found.covs[two], along)
+    true_length = np.linalg.norm(BLOCK[one] - BLOCK[two], axis=1)
+    return np.asarray((length - true_length) ** 2 / variance)

@@ -8,6 +8,7 @@ import pytest
 from PIL import Image as Pillow
 
 from facetlog.errors import InputError
+from facetlog.perception.length_units import Length
 from facetlog.perception.reading.follow_views import FollowedViews
 from facetlog.perception.reading.read_views import read_views
 from facetlog.perception.types import PoseErrorKind
@@ -44,8 +45,22 @@ def test_pictures_of_a_mat_have_cameras_and_poses_in_metres(tmp_path: Path) -> N
 def test_a_print_of_another_scale_is_put_right_by_its_square(tmp_path: Path) -> None:
     folder = write_photos(tmp_path / "a", photos())
     usual = read_views(folder).views[2].pose.centre
-    found = read_views(folder, square=0.9 * A4.square_mm / 1000)
+    found = read_views(folder, square=Length(0.9 * A4.square_mm / 1000))
     assert found.views[2].pose.centre == pytest.approx(0.9 * usual, rel=1e-6)
+
+
+def test_a_print_is_as_sure_as_a_ruler_tells_or_as_is_stated(tmp_path: Path) -> None:
+    folder = write_photos(tmp_path / "a", photos())
+    half_a_millimetre = 0.005 / np.sqrt(3.0)
+    for square, relative in (
+        (None, half_a_millimetre),
+        (Length(0.018), half_a_millimetre),
+        (Length(0.018, 0.00009), 0.005),
+    ):
+        errors = read_views(folder, square=square).pose_errors
+        assert errors is not None
+        assert errors.scale_sd == pytest.approx(relative)
+        assert errors.of([0, 2]).scale_sd == errors.scale_sd
 
 
 def test_pictures_without_mat_blurred_or_broken_are_named_and_left_out(tmp_path: Path) -> None:
@@ -111,7 +126,7 @@ def test_a_poses_file_goes_before_the_mat(tmp_path: Path) -> None:
     found = read_views(folder)
     assert found.description.startswith("nerfstudio's transforms.json, 3 pictures")
     with pytest.raises(InputError, match="--square is for pictures of a mat"):
-        read_views(folder, square=0.018)
+        read_views(folder, square=Length(0.018))
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,11 @@
 """Edges in the air are no edges where views see the ground through them; a leg hides it. A solid's
-own edge hides it to one side.
+own edge hides it to one side. None is seen beneath the ground.
 """
 
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from facetlog.perception.scene import Edge, Scene, SeenLattice, Vertex
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
@@ -78,3 +79,28 @@ def test_a_scene_loses_loose_edges_with_their_vertices_and_no_sides() -> None:
     assert len(found.vertices) == count + 2
     assert found.edges[:-1] == block.edges
     np.testing.assert_allclose(found.points[[found.edges[-1].start, found.edges[-1].end]], LEG)
+
+
+@pytest.mark.parametrize(
+    ("high", "aside", "sd", "kept"),
+    [
+        (-0.05, 0.0, 1e-3, False),
+        (-0.05, 0.0, 0.02, True),  # it may lie on the ground
+        (-0.5 * PITCH, 0.0, 1e-4, True),
+        (-0.05, 4.0, 1e-3, True),  # the ground ends before, as a table's top
+    ],
+)
+def test_no_edge_is_seen_beneath_ground_that_shows_all_round(
+    high: float, aside: float, sd: float, kept: bool
+) -> None:
+    ends = np.array([[aside, 0.0, high], [aside, 0.2, high]])
+    block = cuboid(0.2, 0.2, 0.4)
+    count = len(block.vertices)
+    scene = replace(
+        block,
+        views=("a", "b", "c"),
+        vertices=(*block.vertices, *(Vertex(p, sd**2 * np.eye(3)) for p in ends)),
+        edges=(*block.edges, Edge(count, count + 1)),
+        lattices=(lattice(LEG),),
+    )
+    assert len(without_false_edges(scene).edges) == len(block.edges) + kept
