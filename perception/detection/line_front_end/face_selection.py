@@ -26,6 +26,7 @@ from facetlog.perception.detection.line_front_end.candidates import (
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     MAX_BLOCKED,
     alike,
+    back_to_back,
     blocked,
     lies_within,
     overlap,
@@ -391,11 +392,12 @@ class _Selection:
                 self._propose_moved(corners, outwards, plane)
 
     def _contradicts(self, candidate: Candidate, face: SelectedFace) -> bool:
-        # They overlap in one plane, where holes are no surface either; or the candidate hides the
-        # face from views that show it.
+        # They overlap in one plane, where holes are no surface either, and are not a board's two
+        # sides; or the candidate hides the face from views that show it.
         corners, normal = candidate.corners, candidate.normal
-        near = SAME_PLANE_PX * self._pixel
-        if overlap(corners, normal, face.corners, face.normal, near):
+        near, known = SAME_PLANE_PX * self._pixel, ON_PLANE_PX * self._pixel
+        two = corners, normal, face.corners, face.normal
+        if overlap(*two, near) and not back_to_back(*two, known):
             return True
         centres, free = self._photos.centres[face.shown], FREE_PX * self._pixel
         hides = blocked(corners, normal, face.seen, centres, free)

@@ -10,16 +10,14 @@ from numpy.typing import NDArray
 from facetlog.perception.detection.line_front_end.planes.plane_hypotheses import plane_basis
 from facetlog.perception.types import FloatArray
 
-__all__ = ["MAX_BLOCKED", "alike", "blocked", "lies_within", "overlap", "touch"]
+__all__ = ["MAX_BLOCKED", "alike", "back_to_back", "blocked", "lies_within", "overlap", "touch"]
 
 # Overlap of two coplanar faces, as a share of the smaller.
 MAX_OVERLAP = 0.15
 # Two outlines of one plane are alike from this intersection over union on.
 ALIKE = 0.85
-# Two planes are the same within this angle and the distance that the caller gives; each is known to
-# this share of that distance.
+# Two planes are the same within this angle and the distance that the caller gives.
 SAME_PLANE_COSINE = np.cos(np.radians(10.0))
-KNOWN_TO = 0.25
 # Share of the sight lines to what was seen that a face may block.
 MAX_BLOCKED = 0.25
 
@@ -31,18 +29,29 @@ def overlap(
     other_normal: FloatArray,
     near: float,
 ) -> bool:
-    """Whether a polygon (k, 3) covers part of another (l, 3) whose plane is not farther off.
-
-    Two that face away from each other are the sides of a board: neither lies before the other.
-    """
-    cosine = float(normal @ other_normal)
-    if abs(cosine) < SAME_PLANE_COSINE:
+    """Whether a polygon (k, 3) covers part of another (l, 3) whose plane is not farther off."""
+    if abs(normal @ other_normal) < SAME_PLANE_COSINE:
         return False
-    before = (corners - others.mean(axis=0)) @ other_normal
-    if np.abs(before).min() > near or (cosine < 0 and before.mean() < KNOWN_TO * near):
+    apart = np.abs((corners - others.mean(axis=0)) @ other_normal)
+    if apart.min() > near:
         return False
     a, b = _in_plane(corners, other_normal), _in_plane(others, other_normal)
     return bool(a.intersection(b).area > MAX_OVERLAP * min(a.area, b.area))
+
+
+def back_to_back(
+    corners: FloatArray,
+    normal: FloatArray,
+    others: FloatArray,
+    other_normal: FloatArray,
+    known: float,
+) -> bool:
+    """Whether two polygons (k, 3), (l, 3) of one plane may be the sides of a board.
+
+    They face away from each other, and neither lies before the other; planes are `known` so well.
+    """
+    before = (corners - others.mean(axis=0)) @ other_normal
+    return bool(normal @ other_normal < 0 and before.mean() < known)
 
 
 def alike(one: FloatArray, other: FloatArray, normal: FloatArray) -> bool:

@@ -5,6 +5,7 @@ import pytest
 
 from facetlog.perception.detection.line_front_end.evidence.face_conflicts import (
     alike,
+    back_to_back,
     blocked,
     overlap,
 )
@@ -51,9 +52,9 @@ def test_an_outline_with_a_notch_is_like_the_one_without_and_half_of_it_is_not()
 
 
 @pytest.mark.parametrize(("above", "both"), [(-0.9, True), (0.0, True), (0.9, False)])
-def test_two_sides_of_a_board_are_faces_and_neither_is_before_the_other(
-    above: float, both: bool
-) -> None:
+def test_of_the_two_sides_of_a_board_neither_is_before_the_other(above: float, both: bool) -> None:
     lower = SQUARE[::-1] + above * UP
-    assert overlap(lower, -UP, SQUARE, UP, 1.0) is not both
-    assert overlap(SQUARE, UP, lower, -UP, 1.0) is not both
+    assert overlap(lower, -UP, SQUARE, UP, 1.0)
+    assert back_to_back(lower, -UP, SQUARE, UP, 0.3) is both
+    assert back_to_back(SQUARE, UP, lower, -UP, 0.3) is both
+    assert not back_to_back(lower[::-1], UP, SQUARE, UP, 0.3)
