@@ -306,14 +306,14 @@ class KnowledgeBase(Closing):
         QueryError for a model, a role, a thing or a face that there is not.
         """
         verdict = self._verdict("why", scene, self._about(model, thing, parts))
-        (verdict,) = self._with_unseen((verdict,), scene)
+        (verdict,) = self.with_unseen((verdict,), scene)
         return verdict if parts else self._calibrated(verdict, scene)
 
     def _calibrated(self, verdict: Verdict, scene: str) -> Verdict:
         kind = self._scene(scene).kind_of(verdict.thing)
         return self.calibration.applied(verdict, self._model(verdict.model).judging, kind)
 
-    def _with_unseen(self, verdicts: Sequence[Verdict], scene: str) -> tuple[Verdict, ...]:
+    def with_unseen(self, verdicts: Sequence[Verdict], scene: str) -> tuple[Verdict, ...]:
         """The verdicts, where something was not seen with why, and from where it could be."""
         unit = self._scene(scene).length_unit
         missed = {
@@ -347,7 +347,7 @@ class KnowledgeBase(Closing):
         about = (*self._about(model, thing, parts), int(count))
         found = self._explained("why_not", scene, about)
         verdicts = decode_verdicts(found, length_unit=self._scene(scene).length_unit)
-        return self._with_unseen(verdicts, scene)
+        return self.with_unseen(verdicts, scene)
 
     def origin(self, scene: str, about: str) -> Origin:
         """Where a face, edge, vertex, thing, view or fact comes from, down to views and pixels.

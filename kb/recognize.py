@@ -92,11 +92,11 @@ def judge_scene(
 
 
 def judged_scene(base: KnowledgeBase, name: str) -> Recognition:
-    """The same of a scene that is loaded, and stays so."""
+    """The same of a scene that is loaded, and stays so; where something was not seen with why."""
     with base.query("thing(T)", scenes=(name,)) as answers:
         things = tuple(str(thing) for (thing,) in answers if isinstance(thing, Atom))
-    verdicts = (base.judge(name, model, thing) for thing in things for model in base.models)
-    return Recognition(name, tuple(verdicts))
+    verdicts = [base.judge(name, model, thing) for thing in things for model in base.models]
+    return Recognition(name, base.with_unseen(verdicts, name))
 
 
 def recognize(

@@ -240,7 +240,8 @@ class Scene:
     the views as they were adjusted to what all of them show, and `cameras` what these took their
     pictures with; both are empty where no picture shows the scene. `lenses` say by what the views
     were corrected, empty where lenses are as stated; a scene file does not keep them. `sights`
-    and `lattices` say which space is known to be free.
+    and `lattices` say which space is known to be free. `scale_sd` is the relative standard
+    deviation of metres: an error of all lengths alike, which is in no covariance.
     """
 
     name: str
@@ -258,6 +259,7 @@ class Scene:
     sights: tuple[SightLines, ...] = ()
     cameras: tuple[Camera, ...] = ()
     lattices: tuple[SeenLattice, ...] = ()
+    scale_sd: float = 0.0
 
     def __repr__(self) -> str:
         # All numbers of a scene would fill a notebook.

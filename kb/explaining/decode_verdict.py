@@ -141,12 +141,13 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
             words = relation_words(test, truth, cause)
             return Note("fact", truth, words, cause_words(cause, test))
         case (
-            Struct("at_least_of" | "at_least_in" | "at_most_of" as bound, (int(count), _)),
+            Struct("at_least_of" | "at_least_in" | "at_most_of" as bound, (int(count), groups)),
             Struct("counted", (int(holding), int(undecided), member)),
         ):
             deciding = "" if member == Atom("none") else readable(member)
             at_least, is_all = bound != "at_most_of", state is State.FAILS
-            tally = Tally(at_least, count, holding, undecided, deciding, is_all)
+            grouped = isinstance(groups, tuple) and any(map(_is_several, groups))
+            tally = Tally(at_least, count, holding, undecided, deciding, is_all, grouped)
             return Note("counted", tally.brief(), tally.words())
         case Struct("is_a", (thing, Atom(model))), Struct("judged", (Atom(cause),)):
             words = model_words(readable(thing), model, state)
@@ -156,6 +157,11 @@ def _detail(test: Term, detail: Term, state: State) -> Comparison | Note:
         case _, Atom(name):
             return Note(name)
     raise _unreadable(detail)
+
+
+def _is_several(group: Term) -> bool:
+    """Whether several members of a group count as one."""
+    return isinstance(group, tuple) and len(group) > 1
 
 
 def _measured_limits(limits: Sequence[Term]) -> tuple[str, ...]:

@@ -19,7 +19,7 @@ class Tally:
     """How many groups are wanted (at least or at most `count`), how many hold and how many may.
 
     `deciding` is the member of a group that decides, or empty; `is_all` says that there are no more
-    groups than these.
+    groups than these, `grouped` that some have several members, which do not stand apart.
     """
 
     at_least: bool
@@ -28,6 +28,7 @@ class Tally:
     undecided: int
     deciding: str
     is_all: bool = False
+    grouped: bool = False
 
     def brief(self) -> str:
         """The numbers alone.
@@ -45,11 +46,14 @@ class Tally:
         '2 were found, at least 3 are wanted, but there may be more; f7 comes next'
         >>> Tally(False, 1, 2, 0, "f9").words()
         '2 were found, at most 1 is wanted; f9 is one too many'
+        >>> Tally(True, 3, 4, 0, "f7", grouped=True).words()
+        '4 that stand apart were found, at least 3 are wanted; f7 decides'
         """
         bound = "at least" if self.at_least else "at most"
         more = f", {self.undecided} more may be" if self._is_open_above() else ""
         wanted = f"{bound} {self.count} {'is' if self.count == 1 else 'are'} wanted"
-        found = {0: "none was", 1: "1 was"}.get(self.holding, f"{self.holding} were")
+        apart = " that stand apart" if self.grouped else ""
+        found = {0: "none was", 1: "1 was"}.get(self.holding, f"{self.holding}{apart} were")
         return f"{found} found{more}, {wanted}{self._end()}"
 
     def _is_open_above(self) -> bool:

@@ -13,6 +13,7 @@ from facetlog.perception.facts import drawing_facts, part_facts, piece_facts, th
 from facetlog.perception.facts.fact_schema import FACT_SCHEMA, ON_DEMAND, Fact, Value
 from facetlog.perception.facts.named_rows import BlockFacts, FactColumns, FactRows, rows_from
 from facetlog.perception.facts.piece_kinds import PIECE_KINDS
+from facetlog.perception.facts.scale_error import with_scale_error
 from facetlog.perception.facts.scene_memo import SceneMemo
 from facetlog.perception.scene import Scene
 
@@ -112,7 +113,10 @@ def fact_columns(
         for maker, made in _MAKERS:
             if not wanted.keys().isdisjoint(made):
                 maker(memo, facts)
-        found.update((place, facts.of_scene(nth)) for nth, place in enumerate(places))
+        found.update(
+            (place, with_scale_error(facts.of_scene(nth), scenes[place].scale_sd))
+            for nth, place in enumerate(places)
+        )
     return [found[i] for i in range(len(scenes))]
 
 

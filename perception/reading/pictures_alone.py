@@ -8,7 +8,7 @@ from facetlog.perception.reading.mat.mat_poses import NoMatError, read_mat
 from facetlog.perception.reading.pose_files.pose_reader import PoseOptions, PoseReader
 from facetlog.perception.reading.pose_files.poses_file import PosesFile
 from facetlog.perception.reading.sfm.mapping import can_map
-from facetlog.perception.reading.sfm.sfm_poses import NothingPlacedError, read_by_motion
+from facetlog.perception.reading.sfm.sfm_poses import NothingPlacedError, are_kept, read_by_motion
 from facetlog.perception.reading.shots import has_shots
 
 __all__ = ["PICTURES", "read_pictures"]
@@ -27,6 +27,8 @@ def read_pictures(folder: Path, options: PoseOptions) -> PosesFile:
             "metres (if its bar was off, give the side of a square: --square 17.6mm), and without "
             'one a known length does: --scale "height = 74 cm"'
         )
+    if options.square is None and are_kept(folder, options):
+        return read_by_motion(folder, options)  # no mat was seen when these were made
     try:
         return read_mat(folder, options.square)
     except NoMatError as exc:

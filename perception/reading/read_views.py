@@ -36,12 +36,12 @@ SAME_PLACE = 1e-9
 class ViewSet:
     """The views of one set, its name, and what is known of its world frame.
 
-    `problems` has one line for each kind of fault for which pictures were left out; `left_out` is
-    their number. `up` is a unit vector or None, `metric` says that lengths are metres. `source` is
-    the poses file, None for views without one. `pose_errors` are stated where the file has the
-    covariance of each pose; they keep the file's poses even if those of the views are corrected.
-    `kind` is that of the poses file, for people; empty without one. Without `find_up` an up that is
-    not known is not looked for either.
+    `problems` has one line for each kind of fault for which pictures were left out (`left_out` is
+    their number), and what the poses lack. `up` is a unit vector or None, `metric` says that
+    lengths are metres. `source` is the poses file, None for views without one. `pose_errors` are
+    stated where the file has the covariance of each pose; they keep the file's poses even if those
+    of the views are corrected. `kind` is that of the poses file, for people; empty without one.
+    Without `find_up` an up that is not known is not looked for either.
     """
 
     name: str
@@ -146,7 +146,7 @@ def read_views(
     _check_places(views, source)
     name = file.folder.resolve().name or "views"  # "/" has no name
     errors = stated_errors(views, file.error_kind, file.scale_sd)
-    said = lines_of((*file.left_out, *left_out))
+    said = (*lines_of((*file.left_out, *left_out)), *file.notes)
     return ViewSet(
         name,
         tuple(views),

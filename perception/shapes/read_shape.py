@@ -111,7 +111,8 @@ def read_shape(path: Path, options: ShapeOptions) -> Scene:
 
         if path.suffix.lower() in PICTURE_SUFFIXES:
             raise InputError(
-                f"{path} is a picture: facetlog recognize takes a folder of them, with their poses"
+                f"{path} is a picture: facetlog recognize takes a folder of them, on a printed mat "
+                "(facetlog mat), of what has texture, or with their poses"
             )
         kinds = ", ".join(SUFFIXES)
         raise InputError(

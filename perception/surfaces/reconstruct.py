@@ -20,7 +20,6 @@ from facetlog.perception.estimation.pose_refinement.view_alignment import aligne
 from facetlog.perception.estimation.texture_triangulation import triangulated
 from facetlog.perception.scene import Scene
 from facetlog.perception.step_clock import StepClock
-from facetlog.perception.surfaces.scaled_scene import in_metres
 from facetlog.perception.surfaces.scene_of_faces import SceneOfFaces, scene_of_faces
 from facetlog.perception.surfaces.view_directions import looking_apart, one_direction
 from facetlog.perception.types import Camera, FloatArray, LensError, PoseErrors, View
@@ -61,8 +60,8 @@ def reconstruct(
     `front_end` is "lines" for things in general, or "paper" for one bright block on a darker
     ground. `sd_limit`, in the unit of the poses, ends the filter of a vertex once its largest
     standard deviation is below. `up` and `metric` are what is known of the world frame, `errors`
-    are those that are stated of the views' poses; that of a metric world's unit is in all lengths'
-    standard deviations. Pictures that show nothing are named and left
+    are those that are stated of the views' poses; that of a metric world's unit is the scene's
+    `scale_sd`. Pictures that show nothing are named and left
     out; InputError where too few are left. Observations are in pixels of the pictures as stored,
     freed of lens distortion. Lenses that the pictures show to be other than stated are corrected by
     what they show, with a warning. Where `up` is not known it is that of the ground, if there is
@@ -86,8 +85,8 @@ def reconstruct(
         causes = (*of_pictures, *one_direction(usable), *looking_apart(usable))
         raise InconsistentViewsError("; ".join((*causes, str(exc)))) from exc
     scene = found.complete(scene, method.clock)
-    if metric and errors is not None and errors.scale_sd > 0.0:
-        scene = in_metres(scene, 1.0, errors.scale_sd)
+    if metric and errors is not None:
+        scene = replace(scene, scale_sd=errors.scale_sd)
     of_up = (UP_OF_GROUND,) if up is None and scene.up is not None else ()
     return replace(scene, warnings=(*of_pictures, *of_up, *scene.warnings))
 

@@ -178,6 +178,7 @@ def scene_to_json(scene: Scene) -> str:
             }
             for seen in scene.lattices
         ],
+        **({"scale_sd": scene.scale_sd} if scene.scale_sd > 0.0 else {}),
     }
     return json.dumps(content, allow_nan=False, ensure_ascii=False) + "\n"
 
@@ -407,6 +408,7 @@ def _scene(record: SceneRecord, source: str) -> Scene:
         sights=tuple(_sight_lines(s, i, source) for i, s in enumerate(record.sights)),
         cameras=tuple(camera for camera, _ in posed),
         lattices=tuple(_lattices(record.lattices, source)),
+        scale_sd=record.scale_sd,
     )
 
 

@@ -209,6 +209,12 @@ class SceneRecord(_Record):
         default=(), description="one for each view, or none"
     )
     lattices: tuple[SeenLatticeRecord, ...] = ()
+    scale_sd: FiniteFloat = Field(
+        default=0.0,
+        ge=0.0,
+        lt=1.0,
+        description="relative standard deviation of metres, which is in no covariance",
+    )
 
 
 def scene_schema() -> str:

@@ -11,7 +11,13 @@ from pathlib import Path
 from facetlog.errors import InputError
 from facetlog.regular_file import read_regular_text
 
-__all__ = ["RUN_FILE", "check_replaceable", "kept_cameras", "output_folder"]
+__all__ = [
+    "RUN_FILE",
+    "check_replaceable",
+    "kept_cameras",
+    "output_folder",
+    "written_files",
+]
 
 # Written last into each folder of results: who wrote it, and which files are its own.
 RUN_FILE = "run.json"
@@ -47,7 +53,7 @@ def check_replaceable(folder: Path, option: str = "-o") -> None:
         present = {p.relative_to(folder).as_posix() for p in folder.rglob("*") if not p.is_dir()}
     except (OSError, ValueError) as exc:
         raise InputError(f"{str(folder)!r} cannot be used: {exc}") from exc
-    foreign = sorted(present - _own_files(folder))
+    foreign = sorted(present - written_files(folder))
     if foreign:
         raise InputError(
             f"{folder} holds {foreign[0]}, which facetlog did not write: "
@@ -55,7 +61,8 @@ def check_replaceable(folder: Path, option: str = "-o") -> None:
         )
 
 
-def _own_files(folder: Path) -> set[str]:
+def written_files(folder: Path) -> set[str]:
+    """The files of a folder that an earlier run wrote into it; none of another folder."""
     try:
         run = json.loads(read_regular_text(folder / RUN_FILE))
     except (OSError, ValueError):

@@ -119,6 +119,7 @@ def views_from(
     from facetlog.perception.reading.read_views import read_views
 
     axis = _is_axis(up)
+    _check_not_written(path)
     with clock.step("read pictures"):
         view_set = read_views(
             path,
@@ -136,6 +137,20 @@ def views_from(
 
     with clock.step("poses"):
         return with_refined_poses(view_set, progress)
+
+
+def _check_not_written(path: Path) -> None:
+    """Raises InputError for a folder of results: its pictures only show what was found."""
+    from facetlog.output_folder import written_files
+    from facetlog.perception.reading.pose_files.register import only_pictures
+    from facetlog.query_shell.scene_files import SCENE_FILE
+
+    if SCENE_FILE in written_files(path) and only_pictures(path):
+        raise InputError(
+            f"{path} is what a run wrote (-o), and its pictures show what was found: ask its scene "
+            f"(facetlog why {path / SCENE_FILE} MODEL, facetlog query {path / SCENE_FILE}), or "
+            "recognize the folder of the pictures it was made from"
+        )
 
 
 def check_up(up: Up) -> None:

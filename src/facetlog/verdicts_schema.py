@@ -125,8 +125,25 @@ class ConditionRecord(_Record):
     proof: ProofRecord | None = None
 
 
+class UnseenRecord(_Record):
+    """Why something of the thing may have been missed, and from where it could be seen.
+
+    `look` says that in words; `direction` is a unit vector from the thing, `place` is in the
+    scene's frame and unit. `space` is there, and true, of space that nobody looked into.
+    """
+
+    why: str
+    look: str = ""
+    direction: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None = None
+    place: tuple[FiniteFloat, FiniteFloat, FiniteFloat] | None = None
+    space: bool = False
+
+
 class VerdictRecord(_Record):
-    """What one model says of one thing; without the thing if there was none to ask about."""
+    """What one model says of one thing; without the thing if there was none to ask about.
+
+    `unseen` is there where another look might settle a condition that is open.
+    """
 
     model: str
     thing: str | None
@@ -143,6 +160,7 @@ class VerdictRecord(_Record):
     also: NonNegativeInt
     shortfalls: tuple[MissRecord, ...]
     conditions: tuple[ConditionRecord, ...]
+    unseen: tuple[UnseenRecord, ...] = ()
 
 
 class VerdictsRecord(_Record):

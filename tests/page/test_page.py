@@ -25,7 +25,8 @@ from facetlog.page.missing import Look, add_arrows
 from facetlog.page.uncertainty import add_ellipsoids
 from facetlog.page.write import page
 from facetlog.perception.facts.piece_facts import shown_pieces
-from facetlog.perception.pieces.shown_pieces import ShownPieces
+from facetlog.perception.pieces.pieces import Kind
+from facetlog.perception.pieces.shown_pieces import COLOURS, ShownPieces
 from facetlog.perception.reading.read_views import ViewSet
 from facetlog.perception.scene import Scene, Vertex
 from facetlog.perception.space.space import Space
@@ -150,6 +151,38 @@ def test_edges_that_bound_no_face_can_be_lit_up_everywhere(table: Recognised) ->
     drawn = {outline.name for outline in shown["pictures"][0]["outlines"]}
     assert drawn & {f"e{k}" for k in loose}
     assert not [n for n in _nodes(contents(_subject(table))["model_view"]) if n.startswith("e")]
+
+
+def test_pieces_and_rims_of_faces_that_a_line_names_light_up_everywhere(
+    table: Recognised,
+) -> None:
+    answers = Answers("edge(E)", ("E",), (("e1–e4",),))
+    shown = contents(replace(_subject(table), answers=answers, best=(), others=()))
+    assert {"p1", "e1", "e4"} <= _nodes(shown["model_view"])
+    assert "e5" not in _nodes(shown["model_view"])
+    drawn = [{o.name: o.kind for o in picture["outlines"]} for picture in shown["pictures"]]
+    for picture in drawn:
+        assert picture["p1"] == "piece board"
+        assert all(picture.get(f"e{k}", "rim") == "rim" for k in range(1, 5))
+    assert {f"e{k}" for k in range(1, 5)} <= {name for picture in drawn for name in picture}
+    (top,) = (o for o in shown["pictures"][0]["outlines"] if o.name == "p1")
+    across = np.ptp(_corners(top.path), axis=0)
+    whole = np.ptp(np.concatenate([_corners(o.path) for o in shown["pictures"][0]["outlines"]]), 0)
+    assert (across <= whole).all()
+    text = page(replace(_subject(table), answers=answers))
+    assert '<path class="piece board" data-name="p1"' in text
+    colours = (COLOURS[kind] for kind in Kind)
+    assert all(f"rgb({red} {green} {blue})" in text for red, green, blue in colours)
+
+
+def test_a_run_says_of_what_is_open_why_and_from_where_to_look() -> None:
+    half = build("cuboid", {})
+    one_face = replace(half, faces=half.faces[:1], edges=(), bodies=())
+    shown = contents(_subject(_run(one_face)))
+    said = [line["text"] for verdict in shown["others"] for line in verdict["unseen"]]
+    assert said
+    assert all(line.startswith("unseen: ") for line in said)
+    assert any(verdict["unseen"] == [] for verdict in shown["others"])
 
 
 def test_how_much_larger_ellipsoids_are_than_vertices_are_sure_is_said(table: Recognised) -> None:

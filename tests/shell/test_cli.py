@@ -4,6 +4,7 @@ import json
 import logging
 import os
 import re
+import shutil
 import subprocess
 import sys
 from dataclasses import replace
@@ -170,6 +171,21 @@ def test_up_may_be_stated_and_what_was_read_is_described(
     for command in (["recognize"], ["recognize", "--follow"], ["reconstruct", "-o", str(out)]):
         assert main([*command, str(folder), "--up", "w"]) == 2
         assert "--up 'w': use one of x, y, z" in _refusal(capsys)
+
+
+def test_a_folder_of_results_is_named_with_what_asks_its_scene(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, out = _views(tmp_path / "views"), tmp_path / "out"
+    assert main(["recognize", str(folder), "-o", str(out)]) == 1
+    capsys.readouterr()
+    assert main(["recognize", str(out)]) == 2
+    said = _refusal(capsys)
+    assert f"facetlog why {out / 'scene.json'} MODEL" in said
+    assert "mat" not in said
+    # With poses they are pictures as any.
+    shutil.copytree(folder, out, dirs_exist_ok=True)
+    assert main(["recognize", str(out)]) == 1
 
 
 def test_pictures_that_are_all_black_are_refused_by_name(

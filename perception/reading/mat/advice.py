@@ -1,11 +1,14 @@
 """Whether pictures of a thing on a mat suffice, and what to add: in words to act on."""
 
 from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from facetlog.perception.reading.mat.mat_poses import PlacedPicture
 from facetlog.perception.types import FloatArray
+
+if TYPE_CHECKING:
+    from facetlog.perception.reading.mat.mat_poses import PlacedPicture
 
 __all__ = ["advice"]
 
@@ -34,12 +37,12 @@ SIDES = (
 )
 
 
-def advice(pictures: Sequence[PlacedPicture]) -> tuple[str, ...]:
+def advice(pictures: "Sequence[PlacedPicture]") -> tuple[str, ...]:
     """What to add to pictures of a mat, a line each; nothing where they suffice."""
     return tuple(_all_advice(pictures))
 
 
-def _all_advice(pictures: Sequence[PlacedPicture]) -> Iterator[str]:
+def _all_advice(pictures: "Sequence[PlacedPicture]") -> Iterator[str]:
     missing = ENOUGH_PICTURES - len(pictures)
     if missing > 0:
         yield (
@@ -71,7 +74,7 @@ def _unseen_sides(places: FloatArray) -> Iterator[str]:
                 yield SIDES[round(middle / 45.0) % len(SIDES)]
 
 
-def _of_each(pictures: Sequence[PlacedPicture]) -> Iterator[str]:
+def _of_each(pictures: "Sequence[PlacedPicture]") -> Iterator[str]:
     far = [p for p in pictures if p.picture.seen.square_px < LEAST_SQUARE_PX]
     if 2 * len(far) > len(pictures):
         yield f"too far: in {len(far)} pictures the mat is small; go nearer, or take larger ones"
@@ -83,6 +86,6 @@ def _of_each(pictures: Sequence[PlacedPicture]) -> Iterator[str]:
         )
 
 
-def _share_seen(picture: PlacedPicture) -> float:
+def _share_seen(picture: "PlacedPicture") -> float:
     mat = picture.picture.seen.mat
     return len(picture.picture.seen.numbers) / ((mat.columns - 1) * (mat.rows - 1))

@@ -11,6 +11,7 @@ from facetlog.perception.length_units import Length
 from facetlog.perception.reading.exif import TakenWith, taken_with
 from facetlog.perception.reading.left_out import LeftOut
 from facetlog.perception.reading.lens import Distortion
+from facetlog.perception.reading.mat.advice import advice
 from facetlog.perception.reading.mat.fit import Corners, FittedCamera, FittedPose, fitted
 from facetlog.perception.reading.mat.mats import BAR_MM, Mat
 from facetlog.perception.reading.mat.sightings import Sighting, sighting
@@ -115,6 +116,7 @@ def read_mat(folder: Path, square: Length | None = None) -> PosesFile:
     scale_sd = RULER_SD_MM / BAR_MM
     if square is not None and square.sd is not None:
         scale_sd = square.sd / square.metres
+    wanted = advice(found)
     off = float(np.median([each.placed.noise_px for each in found]))
     return PosesFile(
         folder,
@@ -125,6 +127,7 @@ def read_mat(folder: Path, square: Length | None = None) -> PosesFile:
         left_out=left_out,
         kind=f"{mat.name} (its corners fit to {off:.2g} px)",
         scale_sd=scale_sd,
+        notes=() if not wanted else (f"{wanted[0]} (facetlog mat check {folder} says more)",),
     )
 
 

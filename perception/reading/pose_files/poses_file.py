@@ -169,7 +169,8 @@ class PosesFile:
     `error_kind` says how the pose errors are correlated whose covariances the pictures have.
     `faults` are of the pictures with an invalid camera or pose, `left_out` those for which none was
     found. `kind` says more of it than its reader does, for people; else it is empty. `scale_sd` is
-    the relative standard deviation of its unit (as in `PoseErrors`).
+    the relative standard deviation of its unit (as in `PoseErrors`). `notes` say, for people,
+    what would make the poses better.
     """
 
     folder: Path
@@ -181,6 +182,7 @@ class PosesFile:
     left_out: tuple[LeftOut, ...] = ()
     kind: str = ""
     scale_sd: float = 0.0
+    notes: tuple[str, ...] = ()
 
 
 def posed_pictures(

@@ -25,7 +25,15 @@ from facetlog.perception.reading.pose_files.tum_file import TUM
 from facetlog.perception.reading.pose_files.visualsfm_file import VISUALSFM
 from facetlog.perception.reading.video_file import COUNTED
 
-__all__ = ["READERS", "find_poses", "has_poses", "kind_of", "poses_path", "read_poses"]
+__all__ = [
+    "READERS",
+    "find_poses",
+    "has_poses",
+    "kind_of",
+    "only_pictures",
+    "poses_path",
+    "read_poses",
+]
 
 # A file is read by the first that takes it.
 READERS: tuple[PoseReader, ...] = (
@@ -79,6 +87,11 @@ def has_poses(path: Path) -> bool:
     except InputError:  # who reads it as a scene says what is wrong
         return False
     return isinstance(document, dict) and "frames" in document
+
+
+def only_pictures(path: Path) -> bool:
+    """Whether a path is a folder of pictures, or of nothing that can be read, without poses."""
+    return path.is_dir() and all(reader.alone for reader, _ in _found(path))
 
 
 def _has_poses(folder: Path) -> bool:

@@ -19,12 +19,12 @@ from facetlog.perception.reading.sfm.kept_model import (
     kept_outcome,
     made_from,
 )
-from facetlog.perception.reading.sfm.mapping import map_pictures
+from facetlog.perception.reading.sfm.mapping import can_map, map_pictures
 from facetlog.perception.reading.sfm.outcome import LEAST_PICTURES, Outcome, left_out, why_nothing
 from facetlog.perception.reading.sfm.request import Settings
 from facetlog.perception.reading.shots import Shot, shots_in
 
-__all__ = ["NothingPlacedError", "read_by_motion"]
+__all__ = ["NothingPlacedError", "are_kept", "read_by_motion"]
 
 SETTINGS = Settings()
 
@@ -33,6 +33,14 @@ _LOG = logging.getLogger(__name__)
 
 class NothingPlacedError(InputError):
     """No pictures could be placed together; the message says why, and the way out."""
+
+
+def are_kept(folder: Path, options: PoseOptions) -> bool:
+    """Whether `options.keep` has the cameras of just these pictures."""
+    if options.keep is None or not options.keep.is_dir() or not can_map():
+        return False
+    key = made_from(tuple(shot.upright for shot in shots_in(folder)), SETTINGS)
+    return kept_outcome(options.keep, key) is not None
 
 
 def read_by_motion(folder: Path, options: PoseOptions) -> PosesFile:

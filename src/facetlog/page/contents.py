@@ -90,17 +90,20 @@ def contents(subject: Subject) -> dict[str, Any]:
     """All that the template (page.html.jinja) names."""
     scene = subject.scene
     missing = Missing.of((*subject.best, *subject.others), subject.pieces)
+    best, others = ([_verdict(v, missing) for v in some] for some in (subject.best, subject.others))
+    answers = None if subject.answers is None else _answers(subject.answers)
+    named = frozenset(_lit_by((best, others, answers)))
     return {
         "version": __version__,
         "name": scene.name,
         "answer": subject.title,
         "seen": _seen(scene),
-        "best": [_verdict(v, missing) for v in subject.best],
-        "others": [_verdict(v, missing) for v in subject.others],
-        "answers": None if subject.answers is None else _answers(subject.answers),
-        "model_view": model_view(scene, subject.pieces, subject.views, missing.looks),
+        "best": best,
+        "others": others,
+        "answers": answers,
+        "model_view": model_view(scene, subject.pieces, subject.views, missing.looks, named),
         "kinds": _kinds(scene, subject.pieces, subject.views),
-        "pictures": list(_pictures(scene, subject.views)),
+        "pictures": list(_pictures(subject, named)),
         "warnings": subject.warnings,
         "times": [(name, f"{seconds:.1f}") for name, seconds in subject.times],
     }
@@ -207,8 +210,19 @@ def _names(line: str) -> Iterator[str]:
             yield from (f"{letter}{number}" for number in range(int(first), end + 1))
 
 
-def _pictures(scene: "Scene", views: "Sequence[View]") -> Iterator[dict[str, Any]]:
-    for taken in views:
+def _lit_by(shown: Any) -> Iterator[str]:
+    """All names that lines of the page light up."""
+    if isinstance(shown, dict):
+        yield from str(shown.get("names", "")).split()
+        shown = tuple(shown.values())
+    if isinstance(shown, list | tuple):
+        for each in shown:
+            yield from _lit_by(each)
+
+
+def _pictures(subject: Subject, named: frozenset[str]) -> Iterator[dict[str, Any]]:
+    scene = subject.scene
+    for taken in subject.views:
         view, _ = upright(taken, scene.up)
         height, width = view.image.shape
         shrink = min(1.0, PICTURE_PX / max(height, width))
@@ -220,5 +234,5 @@ def _pictures(scene: "Scene", views: "Sequence[View]") -> Iterator[dict[str, Any
             "width": size[0],
             "height": size[1],
             "data": base64.b64encode(data.tobytes()).decode("ascii"),
-            "outlines": list(seen_outlines(view, scene, shrink)),
+            "outlines": list(seen_outlines(view, scene, shrink, subject.pieces, named)),
         }

@@ -7,6 +7,7 @@
   // Is not there, but lit round what is: that stays as it is.
   const ABOUT = ["unseen", "look"], LOOK = "look from here";
   const GLOWS = ["e", "v", "unseen"];  // thin as it is
+  // A face shows its rim itself: `userData.rim` is there once it is lit.
   const HAZE = 4;  // times as dense as it is else
   const MOST = 300;  // names, the nearest: more have no room, and a ray for each takes time
   let lit = [], shown = ["f"], some = false;
@@ -18,7 +19,7 @@
   const kind = (one) => one.name.replace(/\d+$/, "");
   function show() {
     const all = meshes();
-    some = all.some((one) => lit.includes(one.name) && !ABOUT.includes(kind(one)));  // a face's edges have none
+    some = all.some((one) => lit.includes(one.name) && !ABOUT.includes(kind(one)));
     for (const one of all) {
       if (!one.userData.own) {
         one.material = one.material.clone();
@@ -30,7 +31,7 @@
       const on = lit.includes(one.name);
       const soft = kind(one) === "unseen" || kind(one) === "p";
       const faint = some && !on && !ABOUT.includes(kind(one));
-      one.visible = shown.includes(kind(one)) || on;
+      one.visible = on || shown.includes(kind(one)) && !one.userData.rim;
       one.material.transparent = soft || faint;
       one.material.opacity = faint ? FAINT : on && kind(one) === "unseen" ? HAZE : 1;
       one.material.depthWrite = !(faint || kind(one) === "unseen");

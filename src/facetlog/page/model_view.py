@@ -5,7 +5,7 @@ from the page which nodes to show and which to light up, writes their names wher
 says which one was clicked.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from importlib.resources import files
 
 import numpy as np
@@ -36,12 +36,17 @@ _SIDES = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1], [1, 3, 2], [1, 4,
 
 
 def model_view(
-    scene: Scene, pieces: ShownPieces, views: Sequence[View], looks: Sequence[Look] = ()
+    scene: Scene,
+    pieces: ShownPieces,
+    views: Sequence[View],
+    looks: Sequence[Look] = (),
+    named: Collection[str] = (),
 ) -> str:
     """A page of its own; "" without a face.
 
-    Its nodes are f1, … and p1, …; e1, … of the edges that bound no face; v1, … of the vertices
-    as ellipsoids; unseen1, … and view1, …; look1, … of where to look from.
+    Its nodes are f1, … and p1, …; e1, … of the edges that bound no face, and of the `named` ones
+    that do as `rim`; v1, … of the vertices as ellipsoids; unseen1, … and view1, …; look1, … of
+    where to look from.
     """
     graph = trimesh.Scene()
     if not add_faces(graph, scene):
@@ -49,9 +54,13 @@ def model_view(
     size = float(np.linalg.norm(np.ptp(scene.points, axis=0)))
     _say_where_names_stand(graph, scene)
     add_pieces(graph, pieces)
-    for index in loose_edges(scene):
-        ends = scene.points[[scene.edges[index].start, scene.edges[index].end]]
-        graph.add_geometry(_tube(ends, TUBE_SHARE * size), node_name=f"e{index + 1}")
+    loose = frozenset(loose_edges(scene))
+    for index, edge in enumerate(scene.edges):
+        name, ends = f"e{index + 1}", scene.points[[edge.start, edge.end]]
+        if index in loose or (name in named and np.ptp(ends, axis=0).any()):
+            tube = _tube(ends, TUBE_SHARE * size)
+            tube.metadata["rim"] = index not in loose
+            graph.add_geometry(tube, node_name=name)
     add_ellipsoids(graph, scene)
     for number, view in enumerate(views, start=1):
         graph.add_geometry(_camera(view, CAMERA_SHARE * size), node_name=f"view{number}")

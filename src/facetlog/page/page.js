@@ -8,7 +8,10 @@
 
   function tell(what) { if (model && model.contentWindow) model.contentWindow.postMessage(what, "*"); }
   function shown() { return [...document.querySelectorAll(".kind:checked")].map((box) => box.value); }
-  function dress() { tell({ shown: shown(), ground: dark.matches ? 0x1f2428 : 0xffffff }); }
+  function dress() {
+    document.body.classList.toggle("pieces", shown().includes("p"));
+    tell({ shown: shown(), ground: dark.matches ? 0x1f2428 : 0xffffff });
+  }
 
   function light(names, line) {
     document.querySelectorAll(".line.on").forEach((one) => one.classList.remove("on"));

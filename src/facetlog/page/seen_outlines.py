@@ -1,6 +1,6 @@
-"""The faces and loose edges of a scene as a view shows them: without what is hidden."""
+"""The faces and edges of a scene as a view shows them, without what is hidden, and its pieces."""
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,8 @@ from shapely.geometry.base import BaseGeometry
 
 from facetlog.page.inner_point import inner_point
 from facetlog.page.model_view import loose_edges
+from facetlog.perception.pieces.pieces import Piece
+from facetlog.perception.pieces.shown_pieces import SIDES, ShownPieces, box_corners
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.drawing.frustum import Frustum
 from facetlog.perception.surfaces.drawing.hidden_surface import (
@@ -21,6 +23,7 @@ from facetlog.perception.types import FloatArray, View
 
 __all__ = ["SeenOutline", "seen_outlines"]
 
+NO_PIECES = ShownPieces((), ())
 LEAST_PX = 12.0  # area of a face, in pixels as shown: less is a sliver
 LEAST_LENGTH_PX = 4.0  # likewise of an edge
 # A name is written where it has room for half its height on all sides.
@@ -29,8 +32,13 @@ NAME_ROOM_PX = 6.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SeenOutline:
-    """What a view shows of a face or an edge: an SVG path, and the name's place, if it has room."""
+    """What a view shows of something: an SVG path, and the name's place, if it has room.
 
+    Its `kind` is face, edge, rim (an edge that bounds a face), or piece
+    and its kind.
+    """
+
+    kind: str
     name: str
     path: str
     at: tuple[float, float] | None
@@ -40,6 +48,7 @@ class SeenOutline:
 class _Drawn:
     # A face's polygon or an edge's line in pixels. `nearness` (3,): 1 / depth at pixel (u, v) is
     # its product with (u, v, 1), for of what is flat or straight that is linear in a picture.
+    kind: str
     name: str
     shape: BaseGeometry
     nearness: FloatArray
@@ -50,21 +59,37 @@ class _Drawn:
         return bool(pixel @ self.nearness > (1.0 + DEPTH_TOLERANCE) * (pixel @ other.nearness))
 
 
-def seen_outlines(view: View, scene: Scene, shrink: float) -> Iterator[SeenOutline]:
+def seen_outlines(
+    view: View,
+    scene: Scene,
+    shrink: float,
+    pieces: ShownPieces = NO_PIECES,
+    named: Collection[str] = (),
+) -> Iterator[SeenOutline]:
     """The faces that turn to the camera and the edges that bound none, as far as they are seen.
 
-    Pixels are those of a picture `shrink` times as large.
+    Of edges that do those that are `named`; pieces by the outline of their boxes, whatever is
+    before them. Pixels are those of a picture `shrink` times as large.
     """
     faces = list(_faces(view, scene))
     tree = shapely.STRtree([face.shape for face in faces])
     border = shapely.box(-0.5, -0.5, view.camera.width - 0.5, view.camera.height - 0.5)
-    for drawn in (*(face for face in faces if face.is_shown), *_edges(view, scene)):
+    loose = frozenset(loose_edges(scene))
+    rims = (k for k in range(len(scene.edges)) if k not in loose and f"e{k + 1}" in named)
+    edges = (*_edges(view, scene, "edge", sorted(loose)), *_edges(view, scene, "rim", rims))
+    for drawn in (*(face for face in faces if face.is_shown), *edges):
         seen = shapely.intersection(drawn.shape, border)
         for index in tree.query(drawn.shape, predicate="intersects"):
             if faces[index] is not drawn:
                 seen = shapely.difference(seen, _hidden_by(faces[index], drawn))
-        shown = affine_transform(seen, (shrink, 0.0, 0.0, shrink, shrink / 2, shrink / 2))
-        yield from _outline(drawn.name, shown)
+        yield from _outline(drawn.kind, drawn.name, _as_shown(seen, shrink))
+    for piece in pieces.pieces:
+        box = shapely.intersection(_box(view, piece.piece), border)
+        yield from _outline(f"piece {piece.piece.kind}", piece.name, _as_shown(box, shrink))
+
+
+def _as_shown(shape: BaseGeometry, shrink: float) -> BaseGeometry:
+    return affine_transform(shape, (shrink, 0.0, 0.0, shrink, shrink / 2, shrink / 2))
 
 
 def _hidden_by(other: _Drawn, drawn: _Drawn) -> BaseGeometry:
@@ -76,7 +101,7 @@ def _hidden_by(other: _Drawn, drawn: _Drawn) -> BaseGeometry:
     return shapely.union_all(hidden)
 
 
-def _outline(name: str, shown: BaseGeometry) -> Iterator[SeenOutline]:
+def _outline(kind: str, name: str, shown: BaseGeometry) -> Iterator[SeenOutline]:
     parts = [
         part
         for part in shapely.get_parts(shown)
@@ -89,11 +114,11 @@ def _outline(name: str, shown: BaseGeometry) -> Iterator[SeenOutline]:
     largest = max(parts, key=lambda part: (part.area, part.length))
     if largest.geom_type == "LineString":
         at = _xy(largest.interpolate(0.5, normalized=True))
-        yield SeenOutline(name, path, (float(at[0]), float(at[1])))
+        yield SeenOutline(kind, name, path, (float(at[0]), float(at[1])))
         return
     inner = inner_point(largest)
     roomy = largest.boundary.distance(shapely.Point(inner)) >= NAME_ROOM_PX
-    yield SeenOutline(name, path, (float(inner[0]), float(inner[1])) if roomy else None)
+    yield SeenOutline(kind, name, path, (float(inner[0]), float(inner[1])) if roomy else None)
 
 
 def _path(part: BaseGeometry) -> str:
@@ -119,7 +144,9 @@ def _faces(view: View, scene: Scene) -> Iterator[_Drawn]:
             shape = shapely.difference(shape, shapely.make_valid(shapely.Polygon(hole)))
         # A ray c + z R (x, y, 1) meets n · p + d = 0 at 1 / z = -n · R (x, y, 1) / (n · c + d).
         of_ray = -(view.pose.rotation.T @ face.plane.normal) / above
-        yield _Drawn(f"f{number + 1}", shape, _of_pixel(view, of_ray), faces_camera(face, view))
+        yield _Drawn(
+            "face", f"f{number + 1}", shape, _of_pixel(view, of_ray), faces_camera(face, view)
+        )
 
 
 def _of_pixel(view: View, of_ray: FloatArray) -> FloatArray:
@@ -129,9 +156,9 @@ def _of_pixel(view: View, of_ray: FloatArray) -> FloatArray:
     return np.array([u, v, one - u * camera.cx - v * camera.cy])
 
 
-def _edges(view: View, scene: Scene) -> Iterator[_Drawn]:
+def _edges(view: View, scene: Scene, kind: str, indices: Iterable[int]) -> Iterator[_Drawn]:
     frustum = Frustum(view.camera, view.pose)
-    for index in loose_edges(scene):
+    for index in indices:
         edge = scene.edges[index]
         ends = frustum.segment(scene.points[edge.start], scene.points[edge.end])
         if ends is None:
@@ -143,7 +170,16 @@ def _edges(view: View, scene: Scene) -> Iterator[_Drawn]:
         start, end = 1.0 / ends[:, 2]
         slope = (end - start) * run / (run @ run)
         nearness = np.array([*slope, start - slope @ pixels[0]])
-        yield _Drawn(f"e{index + 1}", shapely.LineString(pixels), nearness, True)
+        yield _Drawn(kind, f"e{index + 1}", shapely.LineString(pixels), nearness, True)
+
+
+def _box(view: View, piece: Piece) -> BaseGeometry:
+    """The outline of a piece's box, as far as it is before the camera."""
+    frustum, corners = Frustum(view.camera, view.pose), box_corners(piece)
+    edges = [(a, b) for side in SIDES for a, b in zip(side, (*side[1:], side[0]), strict=True)]
+    ends = [frustum.segment(corners[a], corners[b]) for a, b in edges if a < b]
+    pixels = [frustum.pixels(each) for each in ends if each is not None]
+    return shapely.MultiPoint(np.concatenate([np.zeros((0, 2)), *pixels])).convex_hull
 
 
 def _xy(point: BaseGeometry) -> FloatArray:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from facetlog.errors import InputError
+from facetlog.perception.facts.all_facts import fact_rows
 from facetlog.perception.facts.known_length import KnownLength, with_known_length
 from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.builders import build
@@ -77,25 +78,19 @@ def test_the_scale_is_as_sure_as_both_lengths(table: Scene) -> None:
     assert about.sd / about.metres == pytest.approx(np.hypot(measured, 0.05))
 
 
-def test_a_length_across_the_centre_is_as_unsure_as_the_scale() -> None:
-    block = replace(build("cuboid", {}), metric=False)
-    points = block.points - block.points.mean(axis=0)
-    block = replace(
-        block,
-        vertices=tuple(
-            replace(v, point=p, cov=np.zeros((3, 3)))
-            for v, p in zip(block.vertices, points, strict=True)
-        ),
-        faces=(),
-        bodies=(),
+def test_all_lengths_are_as_unsure_as_the_scale_and_areas_twice(table: Scene) -> None:
+    exact, unsure = (
+        fact_rows(with_known_length(table, KnownLength.parse(text))[0])
+        for text in ("height = 75 cm", "height = 75 ± 30 cm")
     )
-    far = int(np.argmin(points @ points[0]))  # the corner opposite to the first
-    known = KnownLength.parse(f"v1 v{far + 1} = 100 ± 3 cm")
-    scene, _ = with_known_length(block, known)
-    along = scene.points[far] - scene.points[0]
-    along /= np.linalg.norm(along)
-    variance = sum(along @ scene.vertices[k].cov @ along for k in (0, far))
-    assert np.sqrt(variance) == pytest.approx(0.03)
+    for functor, power in (("edge_length", 1), ("elevation", 1), ("top_of", 1), ("area", 2)):
+        for before, after in zip(exact[functor], unsure[functor], strict=True):
+            value, sd = map(float, after[-2:])
+            assert before[:-1] == after[:-1]
+            both = np.hypot(float(before[-1]), power * 0.4 * value)
+            assert sd == pytest.approx(both, rel=1e-3)
+    for functor in ("angle", "share", "fill", "plane", "point_cov"):
+        assert exact[functor] == unsure[functor]
 
 
 @pytest.mark.parametrize(

@@ -71,10 +71,12 @@ def test_pictures_without_mat_blurred_or_broken_are_named_and_left_out(tmp_path:
     found = read_views(folder)
     assert len(found.views) == 6
     assert found.description.endswith("6 pictures")
-    hidden, broken = found.problems
+    hidden, broken, few = found.problems
     assert "06.png shows too little of the mat" in hidden
     assert "and so is 07.png" in hidden
     assert "08.jpg is not a picture" in broken
+    assert few.startswith("too few: 6 can be used, take 6 more")
+    assert few.endswith(f"(facetlog mat check {folder} says more)")
 
 
 def test_a_close_picture_that_is_blurred_says_so(tmp_path: Path) -> None:
@@ -82,7 +84,7 @@ def test_a_close_picture_that_is_blurred_says_so(tmp_path: Path) -> None:
     sharp = [photo(A4, pose, camera) for pose in around(2, 0.16)]
     blurred = cv2.GaussianBlur(photo(A4, around(3, 0.16)[1], camera), (0, 0), 5.5)
     found = read_views(write_photos(tmp_path / "a", [*sharp, blurred]))
-    (line,) = found.problems
+    line, _ = found.problems
     assert "02.png is blurred" in line
 
 

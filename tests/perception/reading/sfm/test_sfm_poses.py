@@ -150,6 +150,8 @@ def test_a_box_on_a_newspaper_is_a_box(tmp_path: Path, monkeypatch: pytest.Monke
     assert found.views[0].camera.fx == pytest.approx(CAMERA.fx, rel=0.02)
 
     monkeypatch.setattr(mapping, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
+    # What is kept needs no look for a mat either.
+    monkeypatch.delattr("facetlog.perception.reading.pictures_alone.read_mat")
     result = facetlog.recognize(folder, cameras=kept, scale="height = 10 cm")
     assert "t1 is a box (" in str(result)
     assert result.scene.metric
@@ -161,6 +163,8 @@ def test_a_box_on_a_newspaper_is_a_box(tmp_path: Path, monkeypatch: pytest.Monke
     assert longest == pytest.approx(np.linalg.norm(BOX), rel=0.08)
     assert "--up (an axis, or none)" in " ".join(result.scene.warnings)
 
+    monkeypatch.undo()
+    monkeypatch.setattr(mapping, "PROGRAM", (sys.executable, "-c", "raise SystemExit(9)"))
     taken(folder, poses[:1], first=12)  # other pictures: what is kept is of no use
     with pytest.raises(EngineError, match="ended with code 9"):
         read_views(folder, keep=kept)
