@@ -74,6 +74,8 @@ AUX_PORTS = {"aux1": 1, "aux2": 2, "aux3": 3}
 # Room between the robot on the innermost view and the default keep-out circle: twice the distance
 # by which driving may miss the planned place.
 ROOM = 0.05
+# A robot that goes on for no more than this when its line is cut is not worth a word, m.
+COASTS = 0.2
 # Routes are planned this far outside of the keep-out circles: pursuit cuts corners by a centimetre.
 CLEARANCE = 0.03
 
@@ -168,6 +170,8 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         robot.switch_sonars(sees)
         if not sees:
             listener.note("the robot's sonars are off: what stands in its way is not seen")
+        if (coasts := _coasts_far(robot, request.speed)) is not None:
+            listener.note(coasts)
         head = open_robot_head(
             stack, robot, request.head, request.head_port, unheard=request.head_unheard
         )
@@ -213,12 +217,14 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         stops: ChosenStops | tuple[Stop, ...] = plan.stops
         if request.chooser is not None and around is not None:
-            stops = ChosenStops(request.chooser, around, base, record, way)
+            wide = radius + CLEARANCE
+            stops = ChosenStops(request.chooser, around, base, record, way, wide=wide)
         try:
             with end_recorded(rig, len(stops), record, way):
                 if len(stops):
                     robot.enable_motors()
-                ended = collect(rig, stops, record, way, skipped=plan.skipped)
+                guide = stops if isinstance(stops, ChosenStops) else None
+                ended = collect(rig, stops, record, way, skipped=plan.skipped, guide=guide)
             robot.stop()
         except BaseException:
             # The first fault is reported, not a map that cannot be written after it.
@@ -237,6 +243,21 @@ def _warn_of_odometry(listener: Listener, problem: Problem) -> None:
     """Poses from now on are less certain, which their covariances say too."""
     if problem.cause is Cause.ODOMETRY:
         listener.warn(str(problem))
+
+
+def _coasts_far(robot: Pioneer, speed: float) -> str | None:
+    """What to say of a robot that goes on for long where its line is cut; None if it does not.
+
+    No command of a client sets the time: it is a parameter of the robot's FLASH.
+    """
+    configuration = robot.configuration
+    watchdog_ms = None if configuration is None else configuration.watchdog_ms
+    if not watchdog_ms or speed * watchdog_ms / 1e3 <= COASTS:
+        return None
+    return (
+        f"the robot's own watchdog is {watchdog_ms / 1e3:g} s: were its line cut while it drives, "
+        f"it would go on for {speed * watchdog_ms / 1e3:.1f} m before it brakes"
+    )
 
 
 def _sees_ahead(robot: Pioneer) -> bool:

@@ -182,7 +182,7 @@ def collect_command(
             explorer = explorer_of(judging, goal, max_views)
         collected = _collected(replace(request, chooser=explorer), judging)
         said = judging if recognize or explore else None
-        last = _last_verdict(said, len(collected.taken)) if said else None
+        last = _last_verdict(said, len(collected.taken), degrees=explore) if said else None
     if last is not None and collected.mapped is not None:
         collected.mapped.draw(out, [Found(said, loops) for said, loops in last.outlines])
     _answer(collected, last, as_json=as_json)
@@ -331,12 +331,12 @@ def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collecte
     return replace(collected, ended=replace(collected.ended, fault=worded(fault, COLLECT_AGAIN)))
 
 
-def _last_verdict(verdicts: "ViewVerdicts", views: int) -> "ViewVerdict | None":
+def _last_verdict(verdicts: "ViewVerdicts", views: int, *, degrees: bool) -> "ViewVerdict | None":
     """The verdict on all views, once it is there; those before it are printed."""
     _report(verdicts.ready())
     if views < LEAST_VIEWS:
         return None
-    verdicts.ask(views, finally_=True)
+    verdicts.ask(views, finally_=True, degrees=degrees)
     come = verdicts.last()
     _report(come[:-1])
     return come[-1] if come else None

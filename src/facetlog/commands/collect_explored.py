@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -79,7 +78,7 @@ def explorer_of(verdicts: "ViewVerdicts", goal: "Goal | None", most: int) -> "Ex
     """Who chooses, with the verdicts of the process that judges."""
     from facetlog.exploring.explorer import Explorer
 
-    return Explorer(partial(verdicts.explored, goal=goal), goal=goal, most=most)
+    return Explorer(verdicts.explored, goal=goal, most=most)
 
 
 def dry_run(folder: Path, explorer: "Explorer", *, as_json: bool) -> int:
