@@ -26,10 +26,22 @@ from facetlog.kb.knowledge_base import KnowledgeBase
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.perception.step_clock import StepClock
 from facetlog.pipeline import open_models, recognize_views
-from facetlog.robot.collecting.next_stop import Chosen
+from facetlog.robot.collecting.next_stop import Chosen, Finished
 from facetlog.view_verdicts import ViewVerdict
 
-__all__ = ["NAME", "WAYS", "WORLDS", "Trial", "main", "measure", "report", "trials_of"]
+__all__ = [
+    "NAME",
+    "WAYS",
+    "WORLDS",
+    "Trial",
+    "explored",
+    "lead_of",
+    "main",
+    "measure",
+    "random_views",
+    "report",
+    "trials_of",
+]
 
 NAME = "accuracy_explore"
 SEEDS = 5
@@ -112,25 +124,27 @@ def _row(way: str, trials: Sequence[Trial]) -> dict[str, Cell]:
 
 def trials_of(name: str, seed: int) -> list[Trial]:
     """One run by each way."""
-    explored = _explored(name, seed)
+    drive = ExploredWorld(name, seed)
+    explored(drive)
     return [
-        _judged(explored, "explore"),
-        _judged(_random(name, seed, len(explored.views)), "random"),
-        *(_judged(_ring(name, seed, count), f"ring {count}") for count in (8, 24)),
+        _trial(drive, "explore"),
+        _trial(random_views(name, seed, len(drive.views)), "random"),
+        *(_trial(_ring(name, seed, count), f"ring {count}") for count in (8, 24)),
     ]
 
 
-def _explored(name: str, seed: int) -> ExploredWorld:
-    drive = ExploredWorld(name, seed)
+def explored(drive: ExploredWorld) -> Finished:
+    """Lets a robot explore without a goal; why it ended."""
     explorer = Explorer(_judge(drive), most=MOST)
     while isinstance(found := explorer.next_stop(drive.around, tuple(drive.taken)), Chosen):
         wanted = found.stop.robot
         candidates = drive.around.candidates(len(drive.taken) + 1)
         drive.take(next(each for each in candidates if each.stop.robot == wanted))
-    return drive
+    return found
 
 
-def _random(name: str, seed: int, count: int) -> ExploredWorld:
+def random_views(name: str, seed: int, count: int) -> ExploredWorld:
+    """So many views by chance, of which the first are those that exploring begins with."""
     drive, rng = ExploredWorld(name, seed), np.random.default_rng(seed)
     while len(drive.views) < count:
         around = drive.around
@@ -164,22 +178,19 @@ def _judge(drive: ExploredWorld) -> Judge:
     return judge
 
 
-def _judged(drive: ExploredWorld, way: str) -> Trial:
-    """What all views at once come to."""
+def lead_of(drive: ExploredWorld) -> str:
+    """The name that stands first of the thing at the target, by all views; empty if none does."""
     around = drive.around
     places = np.array([view.pose.centre for view in drive.views])
     interest = Interest(around.target, around.radius, places)
     needs = _judge(drive)(len(drive.views), interest).needs
-    name = "" if needs is None or needs.lead is None else needs.lead.model
-    return Trial(
-        drive.name,
-        drive.seed,
-        way,
-        len(drive.views),
-        drive.robot.driven,
-        drive.nearest,
-        name,
-    )
+    return "" if needs is None or needs.lead is None else needs.lead.model
+
+
+def _trial(drive: ExploredWorld, way: str) -> Trial:
+    """What all views at once come to."""
+    count, name = len(drive.views), lead_of(drive)
+    return Trial(drive.name, drive.seed, way, count, drive.robot.driven, drive.nearest, name)
 
 
 @cache

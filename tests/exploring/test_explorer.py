@@ -95,6 +95,9 @@ def test_without_a_goal_it_ends_when_hardly_any_other_name_may_come_first(tmp_pa
     judge = judged(lambda views: ViewVerdict(views, needs=led(0.6, wrong=0.2 / (views - 2))))
     exploration = Exploration(tmp_path, Explorer(judge, most=24))
     assert exploration.run().taken == 6
+    assert exploration.stops.reason == (
+        "table leads, to 60%; another name may stand first by what was not seen (5%)"
+    )
 
 
 def test_it_ends_where_no_view_shows_anything_new(tmp_path: Path) -> None:

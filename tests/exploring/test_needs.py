@@ -133,6 +133,16 @@ def test_what_is_asked_of_a_model_is_also_what_may_topple_the_name_before_it() -
     assert {each.model for each in found.open} == {"box", "table"}
 
 
+def test_once_a_name_leads_an_open_one_counts_as_far_as_it_is_likely() -> None:
+    table = _verdict("table", State.HOLDS, 0.9, 0.9, confidence=0.7)
+    chair = _verdict("chair", State.UNKNOWN, 0.0, 1.0, confidence=0.2)
+    door = _verdict("door", State.UNKNOWN, 0.0, 1.0, confidence=0.001)
+    found = {each.model: each for each in _needs(table, chair, door).of_rivals().open}
+    assert set(found) == {"chair"}
+    assert found["chair"].unseen == 0.2
+    assert _needs(table, chair, door).mass == 2.0
+
+
 def test_things_that_stand_elsewhere_leave_all_of_the_target_open() -> None:
     far = replace(HERE, target=MIDDLE + np.array([5.0, 0.0, 0.0]))
     found = _open(_verdict("box", State.HOLDS, 1.0, 1.0), interest=far)

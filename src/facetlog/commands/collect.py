@@ -288,14 +288,15 @@ def _judging(
 class _ProgressLines:
     """Lines on stderr: each view, and each verdict as it comes."""
 
-    def __init__(self, verdicts: "ViewVerdicts | None") -> None:
-        self._verdicts = verdicts
+    def __init__(self, verdicts: "ViewVerdicts | None", *, explores: bool = False) -> None:
+        self._verdicts, self._explores = verdicts, explores
         self._began = time.monotonic()
 
     def view_taken(self, done: int, total: int, view: "Taken") -> None:
         seconds = time.monotonic() - self._began
+        most = "at most " if self._explores else ""
         note(
-            f"view {done} of {total} ({seconds:.0f} s): {view.name} from "
+            f"view {done} of {most}{total} ({seconds:.0f} s): {view.name} from "
             f"{view.pose.centre[0]:.2f}, {view.pose.centre[1]:.2f} m, pan "
             f"{math.degrees(view.pan):+.1f}°, tilt {math.degrees(view.tilt):+.1f}°"
         )
@@ -323,8 +324,9 @@ def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collecte
 
     with wording_errors(COLLECT_AGAIN):
         # Who explores says himself what each view brought.
-        asked = verdicts if request.chooser is None else None
-        collected = run_collection(request, _ProgressLines(asked))
+        explores = request.chooser is not None
+        asked = None if explores else verdicts
+        collected = run_collection(request, _ProgressLines(asked, explores=explores))
     fault = collected.ended.fault
     if not isinstance(fault, DeviceError):
         return collected

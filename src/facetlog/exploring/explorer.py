@@ -68,6 +68,8 @@ class Explorer:
         self.reached = self._is_reached(needs)
         if self._goal is not None and not self.reached:
             needs = needs.asked_of(self._goal.model)
+        elif needs.lead is not None:
+            needs = needs.of_rivals()
         said = () if again else (f"of {verdict.views} views: {verdict.line}", *self._brought(needs))
         self._before = needs
         if self._is_settled(needs):
@@ -118,9 +120,12 @@ class Explorer:
         return self.reached and self._goal.met_by(1.0 - needs.overtaken)
 
     def _holds(self, needs: Needs) -> str:
-        """To which degree the goal's model holds, and which was wanted."""
+        """To which degree the goal's model holds, and which was wanted; without a goal that of the
+        name that leads.
+        """
         if self._goal is None:
-            return ""
+            lead = needs.lead
+            return f"{lead.model} leads, to {lead.degrees[lead.model]:.0%}; " if lead else ""
         degree = _degree(needs, self._goal)
         wanted = f"{self._goal.degree:.0%} wanted"
         return f"{self._goal.model} holds to {degree:.0%}, {wanted}; "

@@ -6,7 +6,7 @@ was taken to be as what was seen: a box is full behind the sides that show.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
@@ -133,6 +133,14 @@ class Needs:
         lead = None if self.lead is None else (self.lead.thing, self.lead.model)
         found = [e for e in self.open if e.model in {model, ""} or (e.thing, e.model) == lead]
         return Needs(tuple(found), self.things, self.lead)
+
+    def of_rivals(self) -> "Needs":
+        """What may topple the name that leads: one that is open counts as far as it is likely to
+        take its place, not as far as it is undecided.
+        """
+        found = (replace(e, unseen=min(e.unseen, e.likely)) for e in self.open)
+        left = tuple(each for each in found if each.mass >= LEAST_TURNED)
+        return Needs(left, self.things, self.lead)
 
     @property
     def overtaken(self) -> float:
