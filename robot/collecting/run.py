@@ -20,7 +20,7 @@ from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.driven_way import DrivenWay
-from facetlog.robot.collecting.line_faults import with_line
+from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
 from facetlog.robot.collecting.map_picture import Floor, Mapped
 from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.next_stop import Around, Chooser, ChosenStops, reach_of_mount
@@ -74,8 +74,6 @@ AUX_PORTS = {"aux1": 1, "aux2": 2, "aux3": 3}
 # Room between the robot on the innermost view and the default keep-out circle: twice the distance
 # by which driving may miss the planned place.
 ROOM = 0.05
-# A robot that goes on for no more than this when its line is cut is not worth a word, m.
-COASTS = 0.2
 # Routes are planned this far outside of the keep-out circles: pursuit cuts corners by a centimetre.
 CLEARANCE = 0.03
 
@@ -170,7 +168,7 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         robot.switch_sonars(sees)
         if not sees:
             listener.note("the robot's sonars are off: what stands in its way is not seen")
-        if (coasts := _coasts_far(robot, request.speed)) is not None:
+        if coasts := coasts_when_cut(robot.configuration, request.speed):
             listener.note(coasts)
         head = open_robot_head(
             stack, robot, request.head, request.head_port, unheard=request.head_unheard
@@ -243,21 +241,6 @@ def _warn_of_odometry(listener: Listener, problem: Problem) -> None:
     """Poses from now on are less certain, which their covariances say too."""
     if problem.cause is Cause.ODOMETRY:
         listener.warn(str(problem))
-
-
-def _coasts_far(robot: Pioneer, speed: float) -> str | None:
-    """What to say of a robot that goes on for long where its line is cut; None if it does not.
-
-    No command of a client sets the time: it is a parameter of the robot's FLASH.
-    """
-    configuration = robot.configuration
-    watchdog_ms = None if configuration is None else configuration.watchdog_ms
-    if not watchdog_ms or speed * watchdog_ms / 1e3 <= COASTS:
-        return None
-    return (
-        f"the robot's own watchdog is {watchdog_ms / 1e3:g} s: were its line cut while it drives, "
-        f"it would go on for {speed * watchdog_ms / 1e3:.1f} m before it brakes"
-    )
 
 
 def _sees_ahead(robot: Pioneer) -> bool:
