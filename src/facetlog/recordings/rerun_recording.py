@@ -112,17 +112,18 @@ class RerunRecording:
         self._stream.log("view", rr.TextLog(f"{view.name} {'; '.join(view.notes)}".strip()))
 
     def _log_candidates(self, moment: Moment) -> None:
-        """Balls where views could be taken, as large as what each promised a second."""
-        found = moment.candidates
-        self._stream.log(
-            "world/candidates",
-            rr.Points3D(
+        """Balls where views could be taken, as large as what each promised a second; that which was
+        says what.
+        """
+        for entity, is_chosen, colour in (("candidates", False, IMPLIED), ("chosen", True, WAY)):
+            found = [each for each in moment.candidates if each.is_chosen is is_chosen]
+            balls = rr.Points3D(
                 np.array([each.place for each in found]).reshape(-1, 3),
                 radii=[each.radius for each in found],
-                colors=[WAY if each.is_chosen else IMPLIED for each in found],
-                labels=[each.words if each.is_chosen else "" for each in found],
-            ),
-        )
+                colors=[colour],
+                labels=[each.words for each in found] if is_chosen else None,
+            )
+            self._stream.log(f"world/{entity}", balls)
 
     def _log_scene(self, scene: "Scene") -> None:
         covs = np.array([vertex.cov for vertex in scene.vertices]).reshape(-1, 3, 3)
