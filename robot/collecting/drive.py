@@ -11,7 +11,7 @@ from typing import Protocol
 
 from facetlog.errors import DeviceError, DeviceTimeout
 from facetlog.perception.types import FloatArray
-from facetlog.robot.collecting.route import Circle, Route, distance_to, route_length
+from facetlog.robot.collecting.route import Circle, Point, Route, distance_to, route_length
 from facetlog.robot.collecting.steering import (
     SLOWEST,
     Motion,
@@ -24,7 +24,7 @@ from facetlog.robot.collecting.way_ahead import Body, free_ahead, safe_speed
 from facetlog.robot.pioneer.state import SonarRange
 from facetlog.robot.pose2 import Pose2
 
-__all__ = ["MobileBase", "Robot", "RobotView"]
+__all__ = ["MobileBase", "Robot", "RobotView", "WayBlockedError"]
 
 # Seconds without a report after which driving ends: the driver has stopped the robot long before,
 # and after 2 s it says itself that the link is lost, and what to do; after 10 s if what comes is
@@ -47,6 +47,12 @@ STANDING_REPORTS = 3
 STANDING_TIMEOUT = 10.0
 # Metres that odometry may say the robot is inside a circle before that ends the drive.
 INTRUSION = 0.02
+
+
+class WayBlockedError(DeviceError):
+    """Something stands close ahead of a robot that stands; `at` is where, (x, y) in the world."""
+
+    at: Point | None = None
 
 
 class RobotView(Protocol):
@@ -206,11 +212,7 @@ class MobileBase:
                 elif blocked_since is None:
                     blocked_since = state.at
                 elif state.at - blocked_since > WAITS_FOR_ITS_WAY:
-                    raise DeviceError(
-                        f"something is close ahead of the robot {_at(self.place(state))}, by its"
-                        " sonars: clear its way, or give it a --keep-out circle, then go on with"
-                        " --resume"
-                    )
+                    raise self._way_blocked(state)
                 watch.check(state, motion)
                 self._command(motion)
                 state = self._next(state)
@@ -220,6 +222,19 @@ class MobileBase:
                 self._robot.stop()
             raise
         self._robot.stop()
+
+    def _way_blocked(self, state: RobotView) -> WayBlockedError:
+        here = self.place(state)
+        fault = WayBlockedError(
+            f"something is close ahead of the robot {_at(here)}, by its sonars: clear its way, or"
+            " give it a --keep-out circle, then go on with --resume"
+        )
+        if self._body is not None:
+            ahead = self._body.radius + free_ahead(state.sonars, self._body, state.at, 0.0)
+            if math.isfinite(ahead):
+                there = here.compose(Pose2(ahead, 0.0))
+                fault.at = there.x, there.y
+        return fault
 
     def _within_sight(self, state: RobotView, motion: Motion) -> tuple[Motion, bool]:
         """The same curve, no faster than the way ahead is free, and whether it is not at all."""

@@ -1,15 +1,18 @@
-"""Whether a bad line to the robot may have caused a fault that looks like another one."""
+"""Whether a bad line to the robot may be behind a fault, and what a line that is cut would mean."""
 
 from collections.abc import Iterable
 
 from facetlog.errors import DeviceError
+from facetlog.robot.pioneer.configuration import Configuration
 from facetlog.robot.pioneer.problems import Cause, Problem
 
-__all__ = ["with_line"]
+__all__ = ["coasts_when_cut", "with_line"]
 
 # The line is suspect if reports ceased this often within so many seconds before a fault: once may
 # be a machine that was busy for a moment.
 BACK, OFTEN = 30.0, 2
+# A robot that goes on for no more than this when its line is cut is not worth a word, m.
+COASTS = 0.2
 
 
 def with_line(fault: DeviceError, problems: Iterable[Problem], now: float) -> DeviceError:
@@ -25,4 +28,23 @@ def with_line(fault: DeviceError, problems: Iterable[Problem], now: float) -> De
         f"{fault} - but first: {silences} times in {BACK:.0f} s no whole report of the robot came "
         "for half a second, so its line is damaged or this machine too busy; check cable and baud "
         "rate"
+    )
+
+
+def coasts_when_cut(configuration: Configuration | None, speed: float) -> str:
+    """What to say of a robot at a speed (m/s) that goes on for long where its line is cut; empty
+    where it does not, or does not report it.
+
+    No command of a client sets the time: it is a parameter in the robot's FLASH.
+
+    >>> coasts_when_cut(None, 0.5)
+    ''
+    """
+    watchdog_ms = 0 if configuration is None else configuration.watchdog_ms or 0
+    coasts = speed * watchdog_ms / 1e3
+    if coasts <= COASTS:
+        return ""
+    return (
+        f"the robot's own watchdog is {watchdog_ms / 1e3:g} s: were its line cut while it drives, "
+        f"it would go on for {coasts:.1f} m before it brakes"
     )

@@ -13,11 +13,11 @@ import numpy as np
 
 from facetlog.errors import InputError
 from facetlog.perception.types import Camera, FloatArray
-from facetlog.robot.collecting.drive import MobileBase
+from facetlog.robot.collecting.drive import MobileBase, WayBlockedError
 from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.plan import Reach, Stop
 from facetlog.robot.collecting.record import Record, Taken
-from facetlog.robot.collecting.ring_views import Candidate, ring_candidates
+from facetlog.robot.collecting.ring_views import PLACES, Candidate, ring_candidates
 from facetlog.robot.collecting.route import Circle
 from facetlog.robot.collecting.session import Listener
 from facetlog.robot.collecting.steering import Pace
@@ -32,11 +32,16 @@ __all__ = [
     "Chosen",
     "ChosenStops",
     "Finished",
+    "place_sd",
     "reach_of_mount",
 ]
 
 CHOSEN, EXPLORED = "chosen", "explored"
 """What a line of collect.jsonl about a choice has as its `result`, and one about the last."""
+
+
+OUTSIDE = 0.01
+"""Metres that a robot which found its way blocked stands outside of what it then keeps out of."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -55,6 +60,12 @@ class Around:
         return ring_candidates(
             self.target, self.radius, self.first, number, self.here, self.reach, self.pace
         )
+
+    def kept_off(self, margin: float) -> "Around":
+        """The same with rings and keep-out circles larger by a margin, m."""
+        closed = tuple(circle.grown(margin) for circle in self.reach.closed)
+        reach = replace(self.reach, closed=closed)
+        return replace(self, radius=self.radius + margin, reach=reach)
 
     def to_json(self) -> Mapping[str, object]:
         """As in the first line of collect.jsonl; metres, radians."""
@@ -140,7 +151,9 @@ class Chooser(Protocol):
 class ChosenStops:
     """The stops that a chooser chooses, each when it is asked for; `reason` is why they ended.
 
-    They are at most as many as the chooser takes beside those that are in the record already.
+    They are at most as many as the chooser takes beside those that are in the record already. They
+    and their ways keep off by one standard deviation more of where the robot stands. `wide` is the
+    radius of the circle for the robot's middle about what blocks its way, m.
     """
 
     def __init__(
@@ -150,19 +163,43 @@ class ChosenStops:
         base: MobileBase,
         record: Record,
         listener: Listener,
+        *,
+        wide: float = 0.0,
     ) -> None:
         self._chooser, self._around, self._base = chooser, around, base
+        self._wide, self._detours = wide, 0
         self._record, self._listener = record, listener
         self._most = max(chooser.most - len(record.taken), 0)
+        self.closed = around.reach.closed
+        """What the way to the last stop keeps out of."""
         self.reason = ""
 
     def __len__(self) -> int:
         return self._most
 
+    def avoid(self, fault: WayBlockedError) -> Circle | None:
+        """The circle about what blocks the way, of which later stops and their ways keep out.
+
+        None where it is not known, or when the robot has found its way blocked all round.
+        """
+        if fault.at is None or self._detours == PLACES:
+            return None
+        self._detours += 1
+        here = self._base.place(self._base.state)
+        # It stands outside, by as much as a route's end may be off.
+        radius = min(self._wide, math.dist((here.x, here.y), fault.at) - OUTSIDE)
+        circle = Circle(*fault.at, max(radius, 0.0))
+        reach = self._around.reach
+        closed = (*reach.closed, circle)
+        self._around = replace(self._around, reach=replace(reach, closed=closed))
+        return circle
+
     def __iter__(self) -> Iterator[Stop]:
         while True:
             here = self._base.place(self._base.state)
-            around = replace(self._around, here=here)
+            margin = place_sd(self._base.state.covariance)
+            around = replace(self._around.kept_off(margin), here=here)
+            self.closed = around.reach.closed
             found = self._chooser.next_stop(around, self._record.taken)
             self._record.note(found.line)
             for line in found.said:
@@ -172,6 +209,13 @@ class ChosenStops:
                 self.reason = found.reason
                 return
             yield found.stop
+
+
+def place_sd(covariance: FloatArray) -> float:
+    """The standard deviation of a place (x, y) in the direction in which it is largest, m, of its
+    covariance (2 or more, 2 or more).
+    """
+    return math.sqrt(max(float(np.linalg.eigvalsh(covariance[:2, :2])[-1]), 0.0))
 
 
 def reach_of_mount(mount: Mount) -> float:

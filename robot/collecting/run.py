@@ -20,7 +20,7 @@ from facetlog.robot.byte_line import ByteLine, PortLine
 from facetlog.robot.camera.source import FileSource, FrameSource, open_camera
 from facetlog.robot.collecting.drive import MobileBase
 from facetlog.robot.collecting.driven_way import DrivenWay
-from facetlog.robot.collecting.line_faults import with_line
+from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
 from facetlog.robot.collecting.map_picture import Floor, Mapped
 from facetlog.robot.collecting.mount import Mount
 from facetlog.robot.collecting.next_stop import Around, Chooser, ChosenStops, reach_of_mount
@@ -168,6 +168,8 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         robot.switch_sonars(sees)
         if not sees:
             listener.note("the robot's sonars are off: what stands in its way is not seen")
+        if coasts := coasts_when_cut(robot.configuration, request.speed):
+            listener.note(coasts)
         head = open_robot_head(
             stack, robot, request.head, request.head_port, unheard=request.head_unheard
         )
@@ -213,12 +215,14 @@ def run_collection(request: Request, listener: Listener) -> Collected:
         inner = tuple(circle.grown(-radius) for circle in forbidden)
         stops: ChosenStops | tuple[Stop, ...] = plan.stops
         if request.chooser is not None and around is not None:
-            stops = ChosenStops(request.chooser, around, base, record, way)
+            wide = radius + CLEARANCE
+            stops = ChosenStops(request.chooser, around, base, record, way, wide=wide)
         try:
             with end_recorded(rig, len(stops), record, way):
                 if len(stops):
                     robot.enable_motors()
-                ended = collect(rig, stops, record, way, skipped=plan.skipped)
+                guide = stops if isinstance(stops, ChosenStops) else None
+                ended = collect(rig, stops, record, way, skipped=plan.skipped, guide=guide)
             robot.stop()
         except BaseException:
             # The first fault is reported, not a map that cannot be written after it.

@@ -16,12 +16,12 @@ from facetlog.errors import DeviceError, FacetlogError
 from facetlog.perception.types import FloatArray, Image
 from facetlog.robot.camera.checks import Quality, faults_of, quality_of
 from facetlog.robot.camera.source import FrameSource
-from facetlog.robot.collecting.drive import MobileBase, RobotView
+from facetlog.robot.collecting.drive import MobileBase, RobotView, WayBlockedError
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose, gaze_at, pose_covariance
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Reach, Skipped, Stop
 from facetlog.robot.collecting.record import Record, Taken
-from facetlog.robot.collecting.route import shortest_route
+from facetlog.robot.collecting.route import Circle, shortest_route
 from facetlog.robot.head.head import PanTiltHead
 from facetlog.robot.pose2 import Pose2
 
@@ -30,11 +30,13 @@ __all__ = [
     "SETTLE",
     "SHOT_TIMEOUT",
     "Ended",
+    "Guide",
     "Listener",
     "Rig",
     "Stops",
     "collect",
     "end_recorded",
+    "pose_covariance_at",
 ]
 
 # Seconds that the robot must have stood before a picture: a mast of 0.7 m swings at some 3 to 5
@@ -68,6 +70,17 @@ class Stops(Protocol):
 
     def __len__(self) -> int:
         """How many there are at most."""
+
+
+class Guide(Protocol):
+    """Knows what the way to a stop keeps out of, and what to do where it is blocked."""
+
+    @property
+    def closed(self) -> tuple[Circle, ...]:
+        """The circles for the robot's middle on the way to the last stop that was given."""
+
+    def avoid(self, fault: WayBlockedError) -> Circle | None:
+        """What is kept out of from now on; None if it cannot go on."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -111,9 +124,11 @@ def collect(
     listener: Listener,
     *,
     skipped: tuple[Skipped, ...] = (),
+    guide: Guide | None = None,
 ) -> Ended:
     """Takes the views of all stops; a fault of a device ends it early, and is in the result.
 
+    With a `guide` a way that is blocked does not: it goes on to the stop that comes next then.
     InputError if the folder cannot be written any more.
     """
     for each in skipped:
@@ -126,7 +141,19 @@ def collect(
     ended = Ended(0, len(stops))
     for stop in stops:
         try:
-            view, image = _take(rig, stop, qualities)
+            closed = rig.reach.closed if guide is None else guide.closed
+            view, image = _take(rig, stop, closed, qualities)
+        except WayBlockedError as exc:
+            circle = None if guide is None else guide.avoid(exc)
+            if circle is None:
+                ended = replace(ended, fault=rig.explained(exc))
+                break
+            record.note(_blocked(stop, circle))
+            listener.warn(
+                f"the way to {stop.view.name} is blocked at x {circle.x:.2f} m, y {circle.y:.2f} m"
+                " by the sonars: it keeps out of there from now on, and goes on to another view"
+            )
+            continue
         except DeviceError as exc:
             ended = replace(ended, fault=rig.explained(exc))
             break
@@ -141,6 +168,16 @@ def collect(
     else:
         _end_early(rig, record, listener, ended.to_json(), total)
     return ended
+
+
+def _blocked(stop: Stop, circle: Circle) -> Mapping[str, object]:
+    closed = [circle.x, circle.y, circle.radius]
+    return {
+        "view": stop.number,
+        "image": stop.view.name,
+        "result": "blocked",
+        "closed": closed,
+    }
 
 
 @contextmanager
@@ -183,9 +220,11 @@ def _end_early(
         )
 
 
-def _take(rig: Rig, stop: Stop, others: list[Quality]) -> tuple[Taken, Image]:
+def _take(
+    rig: Rig, stop: Stop, closed: tuple[Circle, ...], others: list[Quality]
+) -> tuple[Taken, Image]:
     here = rig.base.place(rig.base.state)
-    route = shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), rig.reach.closed)
+    route = shortest_route((here.x, here.y), (stop.robot.x, stop.robot.y), closed)
     if route is None:
         raise DeviceError(
             f"no route leads to view {stop.number} that keeps out of all keep-out circles: "
@@ -259,9 +298,16 @@ def _covariance(rig: Rig, state: RobotView, robot: Pose2, gaze: Gaze) -> FloatAr
     """Covariance of the camera's pose in the world; odometry's is in the frame of the start."""
     c, s = math.cos(rig.start.heading), math.sin(rig.start.heading)
     turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-    odometry = turn @ state.covariance @ turn.T
-    limits = rig.reach.limits
+    return pose_covariance_at(robot, turn @ state.covariance @ turn.T, rig.reach, gaze)
+
+
+def pose_covariance_at(robot: Pose2, odometry: FloatArray, reach: Reach, gaze: Gaze) -> FloatArray:
+    """Covariance (6, 6) of the camera's pose with the errors of a head's steps and play.
+
+    `odometry` (3, 3) is that of the robot's x, y, heading in the world.
+    """
+    limits = reach.limits
     step = max(limits.pan_step, limits.tilt_step)
     # A reading rounded to steps is off evenly within one: variance step² / 12.
     head_sd = math.sqrt(HEAD_PLAY_SD**2 + step**2 / 12)
-    return pose_covariance(robot, odometry, rig.reach.mount, gaze, head_sd)
+    return pose_covariance(robot, odometry, reach.mount, gaze, head_sd)

@@ -11,7 +11,6 @@ Messages between the two processes are packets of a socket whose first byte is t
 """
 
 import contextlib
-import math
 import os
 import select
 import signal
@@ -23,6 +22,7 @@ from enum import IntEnum
 
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError, InputError
 from facetlog.robot.pioneer.dead_man import DeadMan
+from facetlog.robot.pioneer.last_will import LastWill
 from facetlog.robot.pioneer.port import SerialPort, TcpPort, open_port
 
 __all__ = ["ERRORS", "LARGEST", "LEASE_END", "RATE", "Ask", "Say", "main"]
@@ -33,10 +33,6 @@ LEASE_END, RATE = struct.Struct("<d"), struct.Struct("<I")
 LOOK_EVERY = 0.1
 """Seconds: how late it is noticed that the program is gone where a fork of it still has its end of
 the socket."""
-OPEN_AGAIN_TIMEOUT = 0.5
-"""Seconds for each attempt to open a broken line again."""
-PARTING_PAUSE = 0.05
-"""Seconds between the commands that end a session: P2OS takes one in each half cycle."""
 
 
 class Ask(IntEnum):
@@ -102,7 +98,9 @@ class _LineOwner:
                 self._closed = True  # nothing is left to be done on it
             self._fail(error)
         if not self._closed:
-            self._leave()
+            will = LastWill(self._address, self._baud, self._port)
+            will.carry_out(self._dead_man, self._parting)
+            self._port = will.port
         if self._port is not None:
             self._port.close()
 
@@ -155,29 +153,6 @@ class _LineOwner:
                     # Where the lease has run out, what the driver sent to part was dropped.
                     self._closed = not self._dead_man.expired(now)
                     return False
-
-    def _leave(self) -> None:
-        """Stops the robot, if it is not known to stand, and ends its session."""
-        self._dead_man.expire(time.monotonic())
-        while not math.isinf(due := self._dead_man.due):
-            time.sleep(max(0.0, due - time.monotonic()))
-            self._write(self._dead_man.advance(time.monotonic()))
-        for command in self._parting:
-            self._write(command)
-            time.sleep(PARTING_PAUSE)
-
-    def _write(self, data: bytes) -> None:
-        """Writes to the line, opened again first if it is broken; the next attempt may succeed."""
-        try:
-            if self._port is None:
-                self._port = open_port(self._address, self._baud, OPEN_AGAIN_TIMEOUT)
-            while self._port.read(0.0):
-                pass  # nobody wants it, and a full buffer would hold up what is written
-            self._port.write(data)
-        except FacetlogError:
-            if self._port is not None:
-                self._port.close()
-                self._port = None
 
     def _say(self, kind: Say, content: bytes = b"") -> None:
         """Tells the driver; what a suspended one has no room for is lost: it would be old."""

@@ -1,7 +1,7 @@
 """A port whose line is owned by a process of its own (`line_owner.py`), which outlives this one.
 
 The robot is then stopped within its lease whatever becomes of this process: killed, suspended, out
-of memory, or computing without a pause.
+of memory, or computing without a pause. Where the other one is killed, this one stops the robot.
 """
 
 import contextlib
@@ -16,7 +16,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from facetlog.errors import DeviceError, DeviceTimeout, FacetlogError
-from facetlog.robot.pioneer.dead_man import STOPPING
+from facetlog.robot.pioneer.dead_man import STOPPING, DeadMan
+from facetlog.robot.pioneer.last_will import LastWill
 from facetlog.robot.pioneer.line_owner import ERRORS, LARGEST, LEASE_END, RATE, Ask, Say
 
 __all__ = ["LineProcess"]
@@ -39,6 +40,9 @@ class LineProcess:
     def __init__(self, address: str, baud: int | None = None) -> None:
         self.address, self.has_baud = address, False
         self._fault: FacetlogError | None = None
+        self._baud = baud
+        # What the owner would do, were it still there.
+        self._dead_man, self._parting = DeadMan(), list[bytes]()
         self._read: deque[bytes] = deque()
         self._socket, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         with theirs:
@@ -82,24 +86,29 @@ class LineProcess:
 
         What is written after that time is dropped, until there is a later one.
         """
+        self._dead_man.hold(until, stop, time.monotonic())
         self._ask(Ask.HOLD, LEASE_END.pack(until) + stop)
 
     def release(self) -> None:
         """The robot stands: nothing needs to be written to stop it."""
+        self._dead_man.release()
         self._ask(Ask.RELEASE)
 
     def part(self, commands: Sequence[bytes]) -> None:
         """Sets what ends the robot's session if this process is gone, in the order of sending."""
         for command in commands:
+            self._parting.append(command)
             self._ask(Ask.PART, command)
 
     def set_baud(self, baud: int) -> None:
         """See `Port`."""
+        self._baud = baud if self.has_baud else None
         self._ask(Ask.SET_BAUD, RATE.pack(baud))
         self._done(BAUD_TIMEOUT)
 
     def close(self) -> None:
         """See `Port`."""
+        self._dead_man.release()
         with contextlib.suppress(OSError):
             self._socket.send(bytes([Ask.CLOSE]), socket.MSG_DONTWAIT)
         with contextlib.suppress(OSError):
@@ -154,10 +163,29 @@ class LineProcess:
         return kind, content
 
     def _gone(self) -> DeviceError:
-        return DeviceError(
-            f"{self.address}: the process that owns the line has ended: the robot's own watchdog"
-            " stops it; connect again"
+        """The owner was killed: what it would have done for a robot that moves is done from here.
+
+        Its last lease counts as run out, as it does where this process is gone.
+        """
+        if self._fault is not None or not self._dead_man.holds:
+            return DeviceError(f"{self._ended}; connect again")
+        # Others that ask meanwhile are refused at once.
+        self._fault = DeviceError(f"{self._ended}, and the robot is being stopped; connect again")
+        will = LastWill(self.address, self._baud)
+        took = will.carry_out(self._dead_man, self._parting)
+        if will.port is not None:
+            will.port.close()
+        stopped = (
+            "the robot was stopped over the line opened again"
+            if took
+            else "its line cannot be opened to stop the robot, whose own watchdog does"
         )
+        self._fault = DeviceError(f"{self._ended}: {stopped}; connect again")
+        return self._fault
+
+    @property
+    def _ended(self) -> str:
+        return f"{self.address}: the process that owns the line has ended"
 
 
 def _environment() -> dict[str, str]:

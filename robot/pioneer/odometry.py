@@ -5,12 +5,6 @@ in wide use dropped every change beyond 100 mm, and with it the path of each rep
 report that no motion explains waits for the next one, which shows whether it was damaged (the
 checksum misses some double faults) or the robot's odometry was set anew. Then the pose stays where
 it was, and is less certain by as much as the robot may have moved meanwhile.
-
-Most errors of odometry are systematic: the wheels are larger than assumed, or of unequal size, the
-track is wider. Such errors do not average out, so they are carried as unknown constants of the
-robot with their influence on the pose (a Jacobian), beside noise that grows with the distance
-(Borenstein and Feng, "Measurement and correction of systematic odometry errors in mobile robots",
-1996, for the distinction; the equations are first-order propagation).
 """
 
 import math
@@ -19,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from facetlog.perception.types import FloatArray
+from facetlog.robot.pioneer.odometry_covariance import OdometryCovariance, OdometryErrors
 from facetlog.robot.pioneer.parameters import Parameters
 from facetlog.robot.pioneer.server_information import ServerInformation
 from facetlog.robot.pose2 import Pose2, wrapped
@@ -59,36 +54,12 @@ class _Step:
         return math.hypot(self.x, self.y)
 
 
-@dataclass(frozen=True, slots=True)
-class OdometryErrors:
-    """Standard deviations of the errors of a robot's odometry.
-
-    The first three are of constants of one robot. Their defaults are those of a robot that was
-    calibrated by its maker and not by its user: 1 % of the way, 2 % of turning, and a drift whose
-    double makes 30 cm in 5 m, the worst that users report of such robots.
-    """
-
-    way: float = 0.01
-    """Share of the distance."""
-    turning: float = 0.02
-    """Share of the angle turned."""
-    drift: float = 0.012
-    """Radians turned unseen in each metre: half of 2 × 0.3 m / (5 m)²."""
-    way_noise: float = 0.003
-    """Metres after one metre, growing with the root of the distance (assumed: floor, slip)."""
-    turning_noise: float = 0.01
-    """Radians after one radian turned, growing with the root of it (assumed)."""
-    drift_noise: float = 0.009
-    """Radians after one metre, growing with the root of the distance: 2 mm of slip of each wheel in
-    a metre (assumed), 0.36 m apart."""
-
-
 class Odometry:
     """Pose and covariance in the frame in which the robot stood at its first report."""
 
     def __init__(self, parameters: Parameters, errors: OdometryErrors | None = None) -> None:
         self._parameters = parameters
-        self._errors = errors or OdometryErrors()
+        self._sure = OdometryCovariance(errors)
         self._modulus = 1 << parameters.position_bits
         self._last: _Reading | None = None
         self._suspect: _Reading | None = None
@@ -97,20 +68,14 @@ class Odometry:
         """Radians from the frame of the robot's own odometry to that of `pose`."""
         self.pose = Pose2()
         """Now."""
-        self._noise: FloatArray = np.zeros((3, 3))
-        self._influence: FloatArray = np.zeros((3, 3))
-        """Derivatives (3, 3) of x, y and heading by the errors of distance, turning and drift."""
 
     @property
     def covariance(self) -> FloatArray:
         """(3, 3), of x, y (m²) and heading (rad²); not writeable."""
-        e = self._errors
-        constants = np.diag([e.way**2, e.turning**2, e.drift**2])
-        # P = J C Jᵀ + N, and two readings rounded to whole units.
-        total: FloatArray = self._influence @ constants @ self._influence.T + self._noise
+        # That of the way, and of two readings rounded to whole units.
         unit = self._parameters.distance
+        total = self._sure.covariance
         total += np.diag([unit**2 / 6, unit**2 / 6, self._parameters.angle**2 / 6])
-        total = (total + total.T) / 2
         total.flags.writeable = False
         return total
 
@@ -170,7 +135,7 @@ class Odometry:
         seconds = max(0.0, now.at - before.at)
         way = max(before.speed, now.speed) * seconds
         turned = max(before.turning, now.turning) * seconds
-        self._noise = self._noise + np.diag([way**2, way**2, turned**2])
+        self._sure.lose(way, turned)
 
     def _gap(self, before: _Reading, now: _Reading) -> str | None:
         seconds = now.at - before.at
@@ -193,25 +158,9 @@ class Odometry:
         turn, turned = self._turn, step.turned
         c, s = math.cos(turn), math.sin(turn)
         dx, dy = c * step.x - s * step.y, s * step.x + c * step.y
-        way = math.hypot(dx, dy)
-        # Of the small motion that its errors act on: along the mean heading, forward or backward.
-        middle = self.pose.heading + turned / 2
-        ahead = dx * math.cos(middle) + dy * math.sin(middle)
-        self.pose = Pose2(self.pose.x + dx, self.pose.y + dy, wrapped(self.pose.heading + turned))
-        # F = ∂(pose after) / ∂(pose before): a heading that is off swings the step round.
-        F = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
-        # ∂(pose after) / ∂(way, turning, drift); a turn during the step swings half of it.
-        swing = np.array([-dy / 2, dx / 2, 1.0])
-        G = np.column_stack([[dx, dy, 0.0], swing * turned, swing * ahead])
-        self._influence = F @ self._influence + G
-        e = self._errors
-        along = np.array([math.cos(middle), math.sin(middle), 0.0])
-        heading_noise = e.turning_noise**2 * abs(turned) + e.drift_noise**2 * way
-        self._noise = (
-            F @ self._noise @ F.T
-            + e.way_noise**2 * way * np.outer(along, along)
-            + heading_noise * np.outer(swing, swing)
-        )
+        before = self.pose
+        self.pose = Pose2(before.x + dx, before.y + dy, wrapped(before.heading + turned))
+        self._sure.move(before, self.pose)
 
 
 def _is_motion(step: _Step, before: _Reading) -> bool:

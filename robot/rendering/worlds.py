@@ -26,7 +26,16 @@ from facetlog.robot.rendering.texture import Pattern, Texture
 from facetlog.robot.rendering.varied import VARIED, shrunk
 from facetlog.robot.rendering.world import Floor, Solid, World
 
-__all__ = ["BLOCK_CENTRE", "BLOCK_SIZE", "INCH", "WORLDS", "Maker", "make_world", "world_of"]
+__all__ = [
+    "BLOCK_CENTRE",
+    "BLOCK_SIZE",
+    "INCH",
+    "WORLDS",
+    "Maker",
+    "make_world",
+    "with_clutter",
+    "world_of",
+]
 
 INCH = 0.0254  # metres
 # Where the pans of the paper's tour (figure 8) cross, and the block of its section 6, inches.
@@ -149,7 +158,17 @@ def _scrap(rng: np.random.Generator) -> Solid:
             return cylinder(length, height, albedo=albedo)
 
 
-def _clutter_block(rng: np.random.Generator) -> tuple[Solid, ...]:
+def with_clutter(maker: Maker) -> Maker:
+    """What a maker makes, with small dark things beside it."""
+
+    def beside(rng: np.random.Generator) -> tuple[tuple[Solid, ...], float]:
+        made, model_scale = maker(rng)
+        return (*made, *_clutter(rng)), model_scale
+
+    return beside
+
+
+def _clutter(rng: np.random.Generator) -> tuple[Solid, ...]:
     clutter = []
     first = rng.uniform(0, 2 * np.pi)
     for i in range(CLUTTER_COUNT):
@@ -158,7 +177,7 @@ def _clutter_block(rng: np.random.Generator) -> tuple[Solid, ...]:
         angle = first + 2 * np.pi * i / CLUTTER_COUNT
         x, y = distance * np.cos(angle), distance * np.sin(angle)
         clutter.append(placed(solid, float(x), float(y), yaw=float(rng.uniform(0, np.pi))))
-    return (*_block(rng), *clutter)
+    return tuple(clutter)
 
 
 _FIXED: Mapping[str, Callable[[np.random.Generator], tuple[Solid, ...]]] = {
@@ -171,12 +190,12 @@ _FIXED: Mapping[str, Callable[[np.random.Generator], tuple[Solid, ...]]] = {
     "table": _table,
     "chair": _chair,
     "printed_block": _printed_block,
-    "clutter_block": _clutter_block,
 }
 
 WORLDS: Mapping[str, Maker] = MappingProxyType(
     {
         **{name: _as_it_is(make) for name, make in _FIXED.items()},
+        "clutter_block": with_clutter(_as_it_is(_block)),
         **{name: _as_model(draw) for name, draw in VARIED.items()},
     }
 )

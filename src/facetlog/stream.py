@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["Goal", "Stop", "StreamStep", "judged", "recognise_stream", "steps"]
 
 Facts: TypeAlias = tuple[tuple[str | int | float, ...], ...]
+SHOWN = 2
+"""Digits of a degree that are shown: it is written in whole per cents."""
 GOAL = re.compile(r"\s*([a-z]\w*)\s*>=\s*(\d+(?:\.\d+)?)\s*%\s*")
 
 
@@ -41,9 +43,17 @@ class Goal:
             raise InputError(f'--until {text!r}: give a model and a degree, as "table >= 90%"')
         return cls(match[1], float(match[2]) / 100.0)
 
+    def met_by(self, degree: float) -> bool:
+        """Whether a degree is as high, in whole per cents, as it is shown.
+
+        >>> Goal("table", 0.9).met_by(0.896), Goal("table", 0.9).met_by(0.894)
+        (True, False)
+        """
+        return round(degree, SHOWN) >= self.degree
+
     def reached(self, recognition: "Recognition") -> bool:
         """Whether something is of this model to the degree."""
-        return any(v.model == self.model and v.degree >= self.degree for v in recognition.best)
+        return any(v.model == self.model and self.met_by(v.degree) for v in recognition.best)
 
 
 @dataclass(frozen=True, slots=True)

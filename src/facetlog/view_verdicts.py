@@ -29,7 +29,6 @@ if TYPE_CHECKING:
     from facetlog.exploring.needs import Interest, Needs
     from facetlog.folder_judge import FolderJudge
     from facetlog.kb.explaining.verdict import Recognition
-    from facetlog.stream import Goal
 
 __all__ = ["ViewVerdict", "ViewVerdicts"]
 
@@ -49,8 +48,7 @@ class ViewVerdict:
     nothing there; `problems` name views that were read since the verdict before and not used, or
     contradict others. `document` is all of it as `recognize --json` prints it; `fault` is why there
     is none. `outlines` are what holds, each with those of its faces (n, 3), of the last verdict.
-    `needs` are what is undecided, where that was asked and something is known; `reached` is whether
-    the goal is.
+    `needs` are what is undecided, where that was asked and something is known.
     """
 
     views: int
@@ -62,7 +60,6 @@ class ViewVerdict:
     fault: str = ""
     outlines: tuple[tuple[str, tuple[FloatArray, ...]], ...] = field(default=(), compare=False)
     needs: "Needs | None" = field(default=None, compare=False)
-    reached: bool = False
 
     @property
     def line(self) -> str:
@@ -122,24 +119,25 @@ class ViewVerdicts:
         finally:
             self._pool.shutdown(wait=True, cancel_futures=True)
 
-    def ask(self, views: int, *, finally_: bool = False) -> None:
-        """Asks for a verdict on the first `views` views of the folder.
+    def ask(self, views: int, *, finally_: bool = False, degrees: bool = False) -> None:
+        """Asks for a verdict on the first `views` views of the folder; with `degrees` in place of
+        confidences.
 
         Only at the end are poses corrected by the pictures, which takes longer than to drive on.
         """
         self._asked = [future for future in self._asked if not future.cancel()]
         try:
-            self._asked.append(self._pool.submit(_judge, views, finally_))
+            self._asked.append(self._pool.submit(_judge, views, finally_, degrees))
         except BrokenProcessPool:
             # Said by the answer to an earlier question.
             return
 
-    def explored(
-        self, views: int, interest: "Interest", *, goal: "Goal | None" = None
-    ) -> ViewVerdict:
-        """The verdict on the first `views` views with what is undecided; waits for it."""
+    def explored(self, views: int, interest: "Interest") -> ViewVerdict:
+        """The verdict on the first `views` views with what is undecided, by degrees, which grow
+        with what was seen; waits for it.
+        """
         try:
-            return _answer(self._pool.submit(_explore, views, interest, goal))
+            return _answer(self._pool.submit(_explore, views, interest))
         except BrokenProcessPool:
             return _DIED
 
@@ -200,7 +198,7 @@ def _end_recordings() -> None:
         recorder.close()
 
 
-def _judge(views: int, finally_: bool) -> ViewVerdict:
+def _judge(views: int, finally_: bool, degrees: bool) -> ViewVerdict:
     """In the worker: the verdict on the first views of the folder."""
     from facetlog.recordings.on_scene import outlined
 
@@ -212,11 +210,12 @@ def _judge(views: int, finally_: bool) -> ViewVerdict:
         return ViewVerdict(views, fault=str(exc))
     if recognition is None:
         return _too_little(judge, views)
-    outlines = () if whole is None else outlined(whole.scene, recognition)
-    return replace(_said(judge, views, recognition), outlines=outlines)
+    shown = _graded(recognition) if degrees else recognition
+    outlines = () if whole is None else outlined(whole.scene, shown)
+    return replace(_said(judge, views, recognition, degrees=degrees), outlines=outlines)
 
 
-def _explore(views: int, interest: "Interest", goal: "Goal | None") -> ViewVerdict:
+def _explore(views: int, interest: "Interest") -> ViewVerdict:
     """In the worker: the verdict on the first views, and what is undecided.
 
     Of all of them at once: of so few that takes no longer than one at a time, and poses that were
@@ -233,8 +232,7 @@ def _explore(views: int, interest: "Interest", goal: "Goal | None") -> ViewVerdi
         needs = needs_of(whole.scene, recognition, interest)
     except FacetlogError as exc:
         return ViewVerdict(views, fault=str(exc))
-    reached = goal is not None and goal.reached(recognition)
-    return replace(_said(judge, views, recognition), needs=needs, reached=reached)
+    return replace(_said(judge, views, recognition, degrees=True), needs=needs)
 
 
 def _too_little(judge: "FolderJudge", views: int) -> ViewVerdict:
@@ -243,14 +241,26 @@ def _too_little(judge: "FolderJudge", views: int) -> ViewVerdict:
     )
 
 
-def _said(judge: "FolderJudge", views: int, recognition: "Recognition") -> ViewVerdict:
+def _graded(recognition: "Recognition") -> "Recognition":
+    """The same with degrees in place of confidences."""
+    verdicts = tuple(replace(each, confidence=None) for each in recognition.verdicts)
+    return replace(recognition, verdicts=verdicts)
+
+
+def _said(
+    judge: "FolderJudge", views: int, recognition: "Recognition", *, degrees: bool = False
+) -> ViewVerdict:
+    # In the order of the confidences all the same.
+    best = recognition.best
+    if degrees:
+        best = tuple(replace(verdict, confidence=None) for verdict in best)
     # Of several things a model may be open for one and excluded for another: then it is open.
     open_for = {v.model: None for v in recognition.verdicts if v.state is State.UNKNOWN}
     asked = {verdict.model: None for verdict in recognition.verdicts}
     unknown = tuple(model for model in open_for if model not in recognition.models)
     return ViewVerdict(
         views,
-        tuple(verdict.summary for verdict in recognition.best),
+        tuple(verdict.summary for verdict in best),
         tuple(m for m in asked if m not in recognition.models and m not in open_for),
         unknown,
         _problems(judge),

@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from facetlog.exploring.choice import beginning, choose
-from facetlog.exploring.needs import Needs, Open, SeenThing
+from facetlog.exploring.needs import Lack, Needs, Open, SeenThing
 from facetlog.exploring.promise import Promises
+from facetlog.exploring.sides import Sides
 from facetlog.perception.space.grid import Lattice
 from facetlog.perception.space.open_lines import UnseenSpace
 from facetlog.perception.space.space import Space, State
@@ -65,7 +66,9 @@ def _thing(target: FloatArray, angle: float = 0.0) -> SeenThing:
 
 
 def _needs(around: Around, angle: float = 0.0, measured: float = 0.1) -> Needs:
-    return Needs((Open("t1", "table", 0.8, measured),), (_thing(around.target, angle),))
+    both = frozenset({Lack.SIDES, Lack.SPACE})
+    opened = Open("t1", "table", 0.8, measured, lack=both)
+    return Needs((opened,), (_thing(around.target, angle),))
 
 
 def test_every_candidate_keeps_out_of_the_circle_and_looks_at_the_target() -> None:
@@ -158,11 +161,39 @@ def test_from_far_away_as_much_shows_as_along_the_axis(axis: int, sense: int) ->
     assert share == pytest.approx(unseen.space.would_show(axis, sense), abs=1e-6)
 
 
+def test_what_only_space_settles_is_looked_for_where_space_shows() -> None:
+    around = _around()
+    thing = _thing(around.target)
+    assert thing.space is not None
+    before = around.target - np.array([2.0, 0.0, 0.0])
+    candidates = around.candidates(1)
+    for_space = Open("t1", "table", 1.0, lack=frozenset({Lack.SPACE}))
+    chosen = choose(candidates, Needs((for_space,), (thing,)), CAMERA, [before])
+    assert chosen is not None
+    assert thing.space.shown_from(chosen.candidate.pose.centre).any()
+    assert chosen.promise.mass == pytest.approx(chosen.promise.space)
+    # From behind the wall nothing of it shows, however many sides do.
+    blind = [c for c in candidates if not thing.space.shown_from(c.pose.centre).any()]
+    assert choose(blind, Needs((for_space,), (thing,)), CAMERA, [before]) is None
+
+
+def test_space_that_as_many_looks_as_a_face_needs_did_not_measure_promises_no_more() -> None:
+    around = _around()
+    thing = _thing(around.target)
+    behind = [around.target + np.array([2.0, y, 0.5]) for y in (-2.0, 0.0, 2.0)]
+    needs = Needs((Open("t1", "table", 1.0, lack=frozenset({Lack.SPACE})),), (thing,))
+    pose = around.candidates(1)[0].pose
+    before = Promises(needs, CAMERA, behind[:2]).of(replace(pose, centre=behind[2])).space
+    again = replace(pose, centre=around.target + np.array([0.1, 0.0, 2.0]))
+    assert before > 0.1
+    assert Promises(needs, CAMERA, behind).of(again).space < before
+
+
 def test_nothing_undecided_makes_no_view_worth_taking() -> None:
     around = _around()
     decided = Needs((), (_thing(around.target),))
     assert choose(around.candidates(1), decided, CAMERA, []) is None
-    sure = Needs((Open("t1", "table", 0.0, 0.0),), (_thing(around.target),))
+    sure = Needs((Open("t1", "table"),), (_thing(around.target),))
     assert choose(around.candidates(1), sure, CAMERA, []) is None
 
 
@@ -174,6 +205,23 @@ def test_a_poorly_known_pose_promises_less_about_corners() -> None:
     sure = promises.of(candidate.pose, np.zeros((6, 6))).corners
     unsure = promises.of(candidate.pose, 1e-2 * np.eye(6)).corners
     assert 0.0 < unsure < sure < 1.0
+
+
+def test_a_view_that_promises_less_than_is_asked_of_it_is_not_taken() -> None:
+    around = _around()
+    chosen = choose(around.candidates(1), _needs(around), CAMERA, [])
+    assert chosen is not None
+    most = max(mass for _, mass in chosen.among)
+    assert choose(around.candidates(1), _needs(around), CAMERA, [], least=0.9 * most) is not None
+    assert choose(around.candidates(1), _needs(around), CAMERA, [], least=1.1 * most) is None
+
+
+def test_a_face_towards_the_floor_is_lacked_by_nobody() -> None:
+    ring = [each.pose.centre for each in _around().candidates(1)[:PLACES]]
+    down = np.array([[0.0, 0.0, -1.0], [0.1, 0.0, -0.99]])
+    assert Sides(_around().target, down, np.array(ring)).lack == 0.0
+    aslant = np.array([[0.8, 0.0, -0.6]])
+    assert Sides(_around().target, aslant, np.array(ring[:2])).lack > 0.0
 
 
 def test_once_three_views_looked_at_each_side_none_lacks() -> None:

@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 import threading
 from pathlib import Path
 
@@ -39,15 +40,18 @@ def test_a_block_is_explored_and_the_next_choice_is_told_without_a_robot(
             thread.join()
     told = capsys.readouterr()
     assert code == 0, told.err
-    assert "no further view: box holds to 20% at least" in told.out
-    assert "is a box" in told.out
+    reason = re.search(r"no further view: (box holds to (\d+)%, 20% wanted; .*)", told.out)
+    assert reason is not None
+    # One figure all the way: in the lines, in the reason and at the end.
+    assert f"t1 is a box ({reason[2]}%)" in told.out
+    assert f"t1 is a box ({reason[2]}%)" in told.err
     _, taken = read_record(out)
     assert 3 <= len(taken) <= 5
     for view in taken:
         assert math.dist((view.robot.x, view.robot.y), TARGET[:2]) > KEEP_OUT
     assert (out / "map.png").is_file()
     explored = next(line for line in read_log(out) if line.get("result") == "explored")
-    assert explored["reason"] == "box holds to 20% at least"
+    assert explored["reason"] == reason[1]
 
     # No robot answers there: none is asked. Of a block it is sure that it is no chair.
     argv = ["collect", "tcp:127.0.0.1:1", *options, "--dry-run", "--json"]

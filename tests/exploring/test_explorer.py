@@ -2,109 +2,34 @@
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from facetlog.errors import DeviceError, EngineError, InputError
 from facetlog.exploring.explorer import Explorer
-from facetlog.exploring.needs import Interest, Needs
-from facetlog.perception.types import Image
-from facetlog.robot.collecting.drive import MobileBase
-from facetlog.robot.collecting.mount import DEFAULT_MOUNT
-from facetlog.robot.collecting.next_stop import Around, ChosenStops, Finished
-from facetlog.robot.collecting.optics import Optics
-from facetlog.robot.collecting.plan import Reach
-from facetlog.robot.collecting.record import LOG_FILE, Record, Taken, read_log, read_record
-from facetlog.robot.collecting.ring_views import bearing
+from facetlog.exploring.needs import Interest
+from facetlog.robot.collecting.next_stop import Around, Finished
+from facetlog.robot.collecting.record import read_record
 from facetlog.robot.collecting.route import Circle
-from facetlog.robot.collecting.session import Ended, Rig, collect, end_recorded
-from facetlog.robot.collecting.steering import Pace
-from facetlog.robot.head.head import HeadState
-from facetlog.robot.pose2 import Pose2
-from facetlog.robot.tour import tour_camera
 from facetlog.stream import Goal
 from facetlog.view_verdicts import ViewVerdict
-from tests.robot.collecting.fakes import SONY, FakeCamera, FakeHead, FakeRobot, FakeState
+from tests.exploring.explorations import (
+    DECIDED,
+    FORBIDDEN,
+    REACH,
+    START,
+    TARGET,
+    Exploration,
+    all_open,
+    judged,
+    led,
+    log_of,
+)
+from tests.robot.collecting.fakes import FakeRobot, FakeState
 
-TARGET = np.array([1.5, 0.0, 0.08])
-FORBIDDEN = (Circle(1.5, 0.0, 0.75),)
-OPTICS = Optics(tour_camera())
-REACH = Reach(DEFAULT_MOUNT, SONY, OPTICS.camera, (FORBIDDEN[0].grown(0.03),))
-START = Pose2(0.1, 0.2, 0.3)
-CHEQUER = np.kron(np.indices((12, 16)).sum(axis=0) % 2, np.ones((40, 40))) * 160 + 40
 GOAL = Goal("table", 0.9)
-OPEN = Needs.of_nothing(TARGET)
-DECIDED = Needs((), OPEN.things)
-
-
-def _picture(robot: Pose2, head: HeadState) -> Image:
-    shift = round(100 * (robot.x + robot.y + head.pan)) % 40
-    return np.roll(CHEQUER, shift, axis=1).astype(np.uint8)
-
-
-class Heard:
-    def __init__(self) -> None:
-        self.lines: list[str] = []
-
-    def view_taken(self, done: int, total: int, view: Taken) -> None:
-        assert 1 <= done <= total
-        self.lines.append(view.name)
-
-    def warn(self, message: str) -> None:
-        self.lines.append(message)
-
-    def note(self, message: str) -> None:
-        self.lines.append(message)
-
-
-class Exploration:
-    """A robot before a target, and all that belongs to it; `resume` goes on in the folder."""
-
-    def __init__(
-        self,
-        folder: Path,
-        explorer: Explorer,
-        robot: FakeRobot | None = None,
-        *,
-        start: Pose2 = START,
-        resume: bool = False,
-    ) -> None:
-        self.robot = robot or FakeRobot(start)
-        head = FakeHead(self.robot)
-        camera = FakeCamera(self.robot, head, _picture)
-        self.base = MobileBase(
-            self.robot, start, pace=Pace(), closed=FORBIDDEN, moved=lambda _, __: None
-        )
-        self.rig = Rig(self.base, head, camera, OPTICS, REACH, start, 1.7e9)
-        first = bearing(TARGET, (start.x, start.y))
-        self.around = Around(TARGET, 0.83, first, REACH, Pace(), start)
-        taken = read_record(folder)[1] if resume else ()
-        lines = read_log(folder) if resume else ()
-        about = {"tour": "explore", "explore": self.around.to_json()}
-        self.record = Record(folder, OPTICS, about, taken, lines)
-        self.heard = Heard()
-        self.stops = ChosenStops(explorer, self.around, self.base, self.record, self.heard)
-
-    def run(self) -> Ended:
-        with end_recorded(self.rig, len(self.stops), self.record, self.heard):
-            return collect(self.rig, self.stops, self.record, self.heard)
-
-
-def _judge(answer: Callable[[int], ViewVerdict]) -> Callable[[int, Interest], ViewVerdict]:
-    return lambda views, _: answer(views)
-
-
-def _open(views: int) -> ViewVerdict:
-    return ViewVerdict(views, needs=OPEN)
-
-
-def _log(folder: Path) -> list[dict[str, object]]:
-    lines = (folder / LOG_FILE).read_text(encoding="utf-8").splitlines()
-    return [json.loads(line) for line in lines]
 
 
 def test_it_explores_until_the_goal_is_reached_and_says_why_each_view(tmp_path: Path) -> None:
@@ -112,18 +37,20 @@ def test_it_explores_until_the_goal_is_reached_and_says_why_each_view(tmp_path: 
 
     def judge(views: int, interest: Interest) -> ViewVerdict:
         asked.append(interest)
-        return ViewVerdict(views, ("t1 is a table",), needs=OPEN, reached=views >= 5)
+        return ViewVerdict(views, ("t1 is a table",), needs=led(0.95 if views >= 5 else 0.7))
 
     explorer = Explorer(judge, goal=GOAL, most=24)
     exploration = Exploration(tmp_path, explorer)
     ended = exploration.run()
     assert (ended.taken, ended.fault) == (5, None)
     assert explorer.reached
-    assert exploration.stops.reason == "table holds to 90% at least"
-    assert [interest.models for interest in asked] == [("table",)] * 3
-    results = [line["result"] for line in _log(tmp_path)[1:]]
+    assert exploration.stops.reason == (
+        "table holds to 95%, 90% wanted; another name may stand first by what was not seen (0%)"
+    )
+    assert [len(interest.places) for interest in asked] == [3, 4, 5]
+    results = [line["result"] for line in log_of(tmp_path)[1:]]
     assert results == ["chosen", "taken"] * 5 + ["explored", "ended"]
-    chosen = [line for line in _log(tmp_path) if line.get("result") == "chosen"]
+    chosen = [line for line in log_of(tmp_path) if line.get("result") == "chosen"]
     assert all(line["why"] for line in chosen)
     assert chosen[3]["undecided"]
     said = exploration.heard.lines
@@ -134,23 +61,47 @@ def test_it_explores_until_the_goal_is_reached_and_says_why_each_view(tmp_path: 
 
 
 def test_it_ends_after_the_first_views_where_nothing_is_undecided(tmp_path: Path) -> None:
-    judge = _judge(lambda views: ViewVerdict(views, ("t1 is a box",), needs=DECIDED))
+    judge = judged(lambda views: ViewVerdict(views, ("t1 is a box",), needs=DECIDED))
     exploration = Exploration(tmp_path, Explorer(judge, most=24))
     assert exploration.run().taken == 3
     assert exploration.stops.reason == "nothing is undecided that was asked"
 
 
 def test_a_goal_that_what_is_measured_rules_out_ends_it_too(tmp_path: Path) -> None:
-    judge = _judge(lambda views: ViewVerdict(views, ("t1 is a box",), needs=DECIDED))
+    judge = judged(lambda views: ViewVerdict(views, ("t1 is a box",), needs=DECIDED))
     explorer = Explorer(judge, goal=GOAL, most=24)
     exploration = Exploration(tmp_path, explorer)
     assert exploration.run().taken == 3
     assert not explorer.reached
-    assert exploration.stops.reason.startswith("table does not hold to 90%, and nothing is open")
+    assert exploration.stops.reason == (
+        "table holds to 0%, 90% wanted; nothing is undecided that was asked"
+    )
+
+
+def test_a_goal_that_is_reached_does_not_end_it_while_another_name_may_overtake(
+    tmp_path: Path,
+) -> None:
+    judge = judged(lambda views: ViewVerdict(views, needs=led(0.95, wrong=0.2 / (views - 2))))
+    explorer = Explorer(judge, goal=GOAL, most=24)
+    exploration = Exploration(tmp_path, explorer)
+    assert exploration.run().taken == 4
+    assert explorer.reached
+    assert "another name may stand first by what was not seen (10%)" in exploration.stops.reason
+    said = exploration.heard.lines
+    assert any("table holds to 95%, 90% wanted; another name" in line for line in said)
+
+
+def test_without_a_goal_it_ends_when_hardly_any_other_name_may_come_first(tmp_path: Path) -> None:
+    judge = judged(lambda views: ViewVerdict(views, needs=led(0.6, wrong=0.2 / (views - 2))))
+    exploration = Exploration(tmp_path, Explorer(judge, most=24))
+    assert exploration.run().taken == 6
+    assert exploration.stops.reason == (
+        "table leads, to 60%; another name may stand first by what was not seen (5%)"
+    )
 
 
 def test_it_ends_where_no_view_shows_anything_new(tmp_path: Path) -> None:
-    exploration = Exploration(tmp_path, Explorer(_judge(_open), most=40))
+    exploration = Exploration(tmp_path, Explorer(judged(all_open), most=40))
     ended = exploration.run()
     assert 6 <= ended.taken <= 16
     assert "is likely to change what is undecided, which is what is there" in (
@@ -159,7 +110,7 @@ def test_it_ends_where_no_view_shows_anything_new(tmp_path: Path) -> None:
 
 
 def test_it_takes_no_more_views_than_it_may(tmp_path: Path) -> None:
-    exploration = Exploration(tmp_path, Explorer(_judge(_open), most=4))
+    exploration = Exploration(tmp_path, Explorer(judged(all_open), most=4))
     assert exploration.run().taken == 4
     assert exploration.stops.reason == "there are 4 views, as many as --max-views allows"
 
@@ -170,7 +121,7 @@ def test_views_that_contradict_one_another_are_followed_by_others(tmp_path: Path
             return ViewVerdict(views, fault="view002.png contradicts the others")
         return ViewVerdict(views, needs=DECIDED)
 
-    exploration = Exploration(tmp_path, Explorer(_judge(judge), most=24))
+    exploration = Exploration(tmp_path, Explorer(judged(judge), most=24))
     assert exploration.run().taken == 4
     assert "of 3 views: view002.png contradicts the others" in exploration.heard.lines
 
@@ -179,18 +130,18 @@ def test_an_interrupted_exploration_goes_on_where_the_robot_stands(tmp_path: Pat
     def interrupted(views: int) -> ViewVerdict:
         if views == 4:
             raise KeyboardInterrupt
-        return _open(views)
+        return all_open(views)
 
-    first = Exploration(tmp_path, Explorer(_judge(interrupted), most=6))
+    first = Exploration(tmp_path, Explorer(judged(interrupted), most=6))
     with pytest.raises(KeyboardInterrupt):
         first.run()
     assert first.robot.stops > 0
-    last = _log(tmp_path)[-1]
+    last = log_of(tmp_path)[-1]
     assert (last["fault"], last["taken"]) == ("interrupted", 4)
     assert "go on with --resume --start" in first.heard.lines[-1]
 
     here = first.robot.true
-    second = Exploration(tmp_path, Explorer(_judge(_open), most=6), start=here, resume=True)
+    second = Exploration(tmp_path, Explorer(judged(all_open), most=6), start=here, resume=True)
     assert second.run().taken == 2
     _, taken = read_record(tmp_path)
     assert [view.name for view in taken] == [f"view{n:03d}.png" for n in range(1, 7)]
@@ -203,16 +154,16 @@ def test_a_robot_that_is_stopped_on_the_way_keeps_what_there_is(tmp_path: Path) 
         return replace(state, front_bumpers=(False, False, state.at > 125.0, False, False))
 
     robot.faults.append(pressed)
-    exploration = Exploration(tmp_path, Explorer(_judge(_open), most=24), robot)
+    exploration = Exploration(tmp_path, Explorer(judged(all_open), most=24), robot)
     ended = exploration.run()
     assert isinstance(ended.fault, DeviceError)
     assert 0 < ended.taken < 24
     assert len(read_record(tmp_path)[1]) == ended.taken
-    assert _log(tmp_path)[-1]["fault"] == str(ended.fault)
+    assert log_of(tmp_path)[-1]["fault"] == str(ended.fault)
 
 
 def test_without_a_judge_it_ends_and_can_be_resumed(tmp_path: Path) -> None:
-    dead = _judge(lambda _: ViewVerdict(0, fault="the process that judges views has died"))
+    dead = judged(lambda _: ViewVerdict(0, fault="the process that judges views has died"))
     exploration = Exploration(tmp_path, Explorer(dead, most=24))
     with pytest.raises(EngineError, match="has died"):
         exploration.run()
@@ -221,17 +172,17 @@ def test_without_a_judge_it_ends_and_can_be_resumed(tmp_path: Path) -> None:
 
 
 def test_a_target_that_no_view_reaches_ends_it_at_once(tmp_path: Path) -> None:
-    exploration = Exploration(tmp_path, Explorer(_judge(_open), most=24))
+    exploration = Exploration(tmp_path, Explorer(judged(all_open), most=24))
     # Whatever ring: all of it is closed.
     closed = Circle(1.5, 0.0, 5.0)
     wide = replace(exploration.around, reach=replace(REACH, closed=(closed,)))
-    found = Explorer(_judge(_open), most=24).next_stop(wide, ())
+    found = Explorer(judged(all_open), most=24).next_stop(wide, ())
     assert isinstance(found, Finished)
     assert "no view of the target can be reached" in found.reason
 
 
 def test_the_rings_are_written_and_read_back(tmp_path: Path) -> None:
-    exploration = Exploration(tmp_path, Explorer(_judge(_open), most=24))
+    exploration = Exploration(tmp_path, Explorer(judged(all_open), most=24))
     around = Around.from_json(json.loads(json.dumps(exploration.around.to_json())))
     for found, wanted in zip(around.candidates(1), exploration.around.candidates(1), strict=True):
         assert found.stop.robot == wanted.stop.robot

@@ -1,35 +1,56 @@
-"""What is open after some views: by what was not seen, and by what is poorly measured."""
+"""What is open after some views: by what was not seen, taken for granted, or poorly measured."""
+
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from facetlog.exploring.needs import Interest, needs_of
-from facetlog.kb.explaining.proof import Comparison, Proof, State, Within
+from facetlog.exploring.needs import Interest, Lack, Lead, Needs, Open, needs_of
+from facetlog.kb.explaining.proof import Comparison, Note, Proof, Shortfall, Side, State, Within
 from facetlog.kb.explaining.verdict import Condition, Recognition, Verdict
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
+from facetlog.perception.types import FloatArray
 
 BOX = cuboid(0.3, 0.2, 0.1)
-HERE = Interest(BOX.points.mean(axis=0), 1.0)
+MIDDLE = BOX.points.mean(axis=0)
+NOWHERE: FloatArray = np.zeros((0, 3))
+ALL_ROUND = MIDDLE + np.array(
+    [[2 * math.cos(k), 2 * math.sin(k), 1.0] for k in np.radians(np.arange(0, 360, 15))]
+)
+HERE = Interest(MIDDLE, 1.0, ALL_ROUND)
+BEFORE = replace(HERE, places=ALL_ROUND[:3])
 
 
-def _verdict(model: str, state: State, low: float, high: float, sds: float = 0.0) -> Verdict:
+def _verdict(
+    model: str,
+    state: State,
+    low: float,
+    high: float,
+    sds: float = 0.0,
+    confidence: float | None = None,
+) -> Verdict:
     """A verdict that rests on a length, so many standard deviations within its limit."""
-    if not sds:
-        return Verdict(model, "t1", state, low, high, (), (), ())
-    within = Within("at_least", (0.5,))
-    length = Comparison("height(t1)", 0.5 + 0.01 * sds, 0.01, "length", within)
-    condition = Condition("height", "", Proof(State.HOLDS, low, high, "", length))
-    return Verdict(model, "t1", state, low, high, (), (), (condition,))
+    conditions: tuple[Condition, ...] = ()
+    if sds:
+        within = Within("at_least", (0.5,))
+        length = Comparison("height(t1)", 0.5 + 0.01 * sds, 0.01, "length", within)
+        conditions = (Condition("height", "", Proof(State.HOLDS, low, high, "", length)),)
+    return Verdict(model, "t1", state, low, high, (), (), conditions, confidence=confidence)
 
 
-def _open(*verdicts: Verdict, interest: Interest = HERE) -> dict[str, tuple[float, float]]:
-    needs = needs_of(BOX, Recognition("box", verdicts), interest)
-    return {each.model: (each.unseen, each.measured) for each in needs.open}
+def _needs(*verdicts: Verdict, interest: Interest = HERE) -> Needs:
+    return needs_of(BOX, Recognition("box", verdicts), interest)
+
+
+def _open(*verdicts: Verdict, interest: Interest = HERE) -> dict[str, Open]:
+    return {each.model: each for each in _needs(*verdicts, interest=interest).open}
 
 
 def test_what_holds_may_turn_by_an_error_of_measurement() -> None:
     near = _open(_verdict("box", State.HOLDS, 0.84, 0.84, sds=1.0))
-    assert near == {"box": (0.0, pytest.approx(0.1587, abs=1e-4))}
+    assert near["box"].measured == pytest.approx(0.1587, abs=1e-4)
+    assert near["box"].assumed == 0.0
     assert _open(_verdict("box", State.HOLDS, 1.0, 1.0, sds=5.0)) == {}
 
 
@@ -38,34 +59,104 @@ def test_what_holds_to_a_degree_by_a_soft_tolerance_is_decided() -> None:
 
 
 def test_what_is_open_may_turn_within_its_bounds() -> None:
-    assert _open(_verdict("box", State.UNKNOWN, 0.1, 0.9)) == {"box": (pytest.approx(0.8), 0.0)}
+    found = _open(_verdict("box", State.UNKNOWN, 0.1, 0.9))["box"]
+    assert found.unseen == pytest.approx(0.8)
+    assert found.lack == {Lack.SIDES}
+
+
+def test_a_name_may_be_wrong_as_far_as_its_sides_were_not_looked_at() -> None:
+    box = _verdict("box", State.HOLDS, 0.75, 0.75, confidence=0.75)
+    desk = _verdict("desk", State.FAILS, 0.0, 0.0)
+    found = _open(box, desk, interest=BEFORE)
+    # Three looks from one side show half of what looks sideways, and what looks up.
+    assert 0.25 * 0.3 < found["box"].assumed < 0.25 * 0.7
+    assert found["desk"].assumed == pytest.approx(found["box"].assumed / 2)
+    assert _open(box, desk) == {}
 
 
 def test_of_a_thing_that_nothing_fits_each_model_is_as_likely() -> None:
     fails = [_verdict(model, State.FAILS, 0.0, 0.0) for model in ("box", "chair")]
-    assert _open(*fails) == {"box": (0.5, 0.0), "chair": (0.5, 0.0)}
-    holds = _verdict("table", State.HOLDS, 1.0, 1.0)
-    assert _open(*fails, holds) == {}
+    found = _open(*fails, interest=replace(HERE, places=NOWHERE))
+    assert found["box"].assumed == found["chair"].assumed == pytest.approx(0.5)
+    assert _open(*fails) == {}
 
 
-def test_what_is_of_no_interest_is_not_open_but_may_be_what_a_thing_is() -> None:
-    chairs = Interest(HERE.target, HERE.radius, ("chair",))
-    chair = _verdict("chair", State.FAILS, 0.0, 0.0)
-    box = _verdict("box", State.HOLDS, 0.75, 0.75)
-    assert _open(chair, box, interest=chairs) == {}
-    assert _open(chair, _verdict("box", State.FAILS, 0.0, 0.0), interest=chairs) == {
-        "chair": (0.5, 0.0)
+def _unknown(label: str, detail: Comparison | Note) -> Condition:
+    return Condition(label, "", Proof(State.UNKNOWN, 0.0, 1.0, label, detail))
+
+
+def test_what_an_open_condition_lacks_follows_from_its_reason() -> None:
+    within = Within("at_least", (0.5,))
+    on_space = Comparison("free_below(f1)", 0.1, 0.0, "ratio", within, unseen=(0.1, 0.9))
+    too_vague = Comparison("height(t1)", 0.5, 0.3, "length", within)
+    so_far = replace(too_vague, kind="count", shortfall=Shortfall(1.0, 0.0, Side.BELOW))
+    conditions = {
+        Lack.SPACE: _unknown("room", on_space),
+        Lack.CORNERS: _unknown("high", too_vague),
+        Lack.SIDES: _unknown("legs", so_far),
     }
+    for lack, condition in conditions.items():
+        verdict = replace(_verdict("table", State.UNKNOWN, 0.0, 1.0), conditions=(condition,))
+        assert _open(verdict)["table"].lack == {lack}
+    part = _unknown("left", Note("missing", cause="a face that it needs was not seen"))
+    both = (part, conditions[Lack.SPACE])
+    verdict = replace(_verdict("table", State.UNKNOWN, 0.0, 1.0), conditions=both)
+    assert _open(verdict)["table"].lack == {Lack.SIDES, Lack.SPACE}
+
+
+def test_another_name_overtakes_by_what_was_not_seen_but_not_a_special_case_of_the_leading() -> (
+    None
+):
+    table = _verdict("table", State.HOLDS, 0.9, 0.9, confidence=0.7)
+    desk = replace(
+        _verdict("desk", State.UNKNOWN, 0.0, 1.0, confidence=0.1), specialises=("table",)
+    )
+    chair = _verdict("chair", State.UNKNOWN, 0.0, 1.0, confidence=0.2)
+    assert _needs(table, desk, chair).overtaken == pytest.approx(0.2)
+    unseen = _needs(table, desk, chair, interest=BEFORE)
+    assert 0.2 + 0.3 * 0.3 < unseen.overtaken < 0.2 + 0.3 * 0.7
+    assert _needs(chair).overtaken == 1.0
+    assert _needs(table).overtaken == 0.0
+
+
+def test_a_special_case_that_leads_is_what_it_is_a_case_of_too() -> None:
+    lead = Lead("t1", "desk", {"desk": 0.8, "table": 0.9, "box": 0.4}, ("table",))
+    assert (lead.degree_of("desk"), lead.degree_of("table")) == (0.8, 0.9)
+    # It holds, but is not what the thing is said to be.
+    assert lead.degree_of("box") == 0.0
+
+
+def test_what_is_asked_of_a_model_is_also_what_may_topple_the_name_before_it() -> None:
+    box = _verdict("box", State.HOLDS, 0.75, 0.75, confidence=0.75)
+    others = [_verdict(model, State.FAILS, 0.0, 0.0) for model in ("table", "chair")]
+    found = _needs(box, *others, interest=BEFORE).asked_of("table")
+    assert {each.model for each in found.open} == {"box", "table"}
+
+
+def test_once_a_name_leads_an_open_one_counts_as_far_as_it_is_likely() -> None:
+    table = _verdict("table", State.HOLDS, 0.9, 0.9, confidence=0.7)
+    chair = _verdict("chair", State.UNKNOWN, 0.0, 1.0, confidence=0.2)
+    door = _verdict("door", State.UNKNOWN, 0.0, 1.0, confidence=0.001)
+    found = {each.model: each for each in _needs(table, chair, door).of_rivals().open}
+    assert set(found) == {"chair"}
+    assert found["chair"].unseen == 0.2
+    assert _needs(table, chair, door).mass == 2.0
 
 
 def test_things_that_stand_elsewhere_leave_all_of_the_target_open() -> None:
-    far = Interest(HERE.target + np.array([5.0, 0.0, 0.0]), 1.0)
-    assert _open(_verdict("box", State.HOLDS, 1.0, 1.0), interest=far) == {"": (1.0, 0.0)}
+    far = replace(HERE, target=MIDDLE + np.array([5.0, 0.0, 0.0]))
+    found = _open(_verdict("box", State.HOLDS, 1.0, 1.0), interest=far)
+    assert found[""].unseen == 1.0
+
+
+def test_the_thing_at_the_target_is_asked_of_and_not_what_stands_beside_it() -> None:
+    beside = replace(_verdict("chair", State.UNKNOWN, 0.0, 1.0), thing="t2")
+    box = _verdict("box", State.HOLDS, 0.84, 0.84, sds=1.0)
+    assert set(_open(box, beside)) == {"box"}
 
 
 def test_the_corners_of_a_thing_come_with_what_their_faces_face() -> None:
-    needs = needs_of(BOX, Recognition("box", (_verdict("box", State.HOLDS, 0.84, 0.84),)), HERE)
-    (thing,) = needs.things
+    (thing,) = _needs(_verdict("box", State.HOLDS, 0.84, 0.84)).things
     assert thing.corners.shape == (8, 3)
     # Three faces meet at each corner of a box.
     np.testing.assert_allclose(np.linalg.norm(thing.facing, axis=2), np.ones((8, 3)))

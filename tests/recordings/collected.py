@@ -14,6 +14,7 @@ from facetlog.perception.scene import Scene
 from facetlog.perception.surfaces.exact_solids.polyhedra import cuboid
 from facetlog.perception.types import Camera, Image
 from facetlog.pipeline import open_models
+from facetlog.recordings.candidate_views import candidate_views
 from facetlog.recordings.moments import Moment
 from facetlog.robot.camera.checks import Quality
 from facetlog.robot.collecting.kinematics import Gaze, camera_pose
@@ -26,6 +27,16 @@ BEGAN = 1_700_000_000.125
 START = Pose2(0.4, -0.2, math.radians(30.0))
 OPTICS = Optics(Camera(64, 48, 50.0, 51.0, 31.0, 23.5), "OPENCV", (("k1", -0.1), ("p2", 0.002)))
 SPEED = 0.2
+# Three views could have been the second; the one that promised half as much a second was nearer.
+CHOICE = {
+    "result": "chosen",
+    "image": "view2.png",
+    "candidates": [
+        [1.0, 0.0, 0.7, 0.4, 8.0, 1],
+        [0.0, 1.0, 0.7, 0.2, 8.0, 0],
+        [0.0, -1.0, 0.7, 0.0, 5.0, 0],
+    ],
+}
 
 
 @dataclass(frozen=True)
@@ -60,6 +71,7 @@ class Collection:
                 second.way,
                 self.scene,
                 self.recognition,
+                candidate_views([CHOICE], second.taken.name),
             ),
         ]
 
@@ -67,6 +79,8 @@ class Collection:
         """As `facetlog collect` leaves it."""
         record = Record(folder, OPTICS, {"tour": "two", "start": [0.4, -0.2, 30.0]})
         for view, image in zip(self.taken, self.images, strict=True):
+            if view.name == CHOICE["image"]:
+                record.note(CHOICE)
             record.add(view, image)
         (folder / WAY_FILE).write_text(robot_tum(self.way), encoding="utf-8")
 

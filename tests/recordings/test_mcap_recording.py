@@ -2,6 +2,7 @@
 
 import math
 from collections import defaultdict
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,8 @@ from facetlog.pipeline import open_models
 from facetlog.recordings.mcap_recording import McapRecording
 from facetlog.recordings.moments import recorded_optics
 from facetlog.recordings.recorders import Recorders, Recordings, record_collection
+from facetlog.robot.pioneer.odometry_covariance import OdometryErrors
+from facetlog.robot.pose2 import Pose2
 from tests.recordings.collected import BEGAN, OPTICS, SPEED, START, Collection, collection
 
 ANSWERS = dict[str, list[tuple[int, Any]]]
@@ -112,6 +115,68 @@ def test_odometry_is_in_metres_and_seconds_from_where_the_robot_was_connected(
     assert math.atan2(start[1, 0], start[0, 0]) == pytest.approx(START.heading)
 
 
+def test_odometry_has_the_covariance_that_the_robots_slip_makes(heard: ANSWERS) -> None:
+    found = [np.array(m.pose.covariance).reshape(6, 6) for _, m in heard["/odom"]]
+    assert not found[0].any()
+    # Straight ahead 1 % of the way and 3 mm in the root of a metre; a floor holds z and tilts fast.
+    for way in (0.5, 1.2):
+        cov = found[round(way / SPEED / 0.1)]
+        errors = OdometryErrors()
+        assert cov[0, 0] == pytest.approx((errors.way * way) ** 2 + errors.way_noise**2 * way)
+        heading = (errors.drift * way) ** 2 + errors.drift_noise**2 * way
+        assert cov[5, 5] == pytest.approx(heading)
+        assert not cov[2:5].any()
+        assert np.linalg.eigvalsh(cov[np.ix_((0, 1, 5), (0, 1, 5))]).min() > 0
+    sizes = [np.trace(each) for each in found]
+    assert sizes == sorted(sizes)
+
+
+def test_each_run_of_a_collection_begins_with_sure_odometry(
+    collected: Collection, tmp_path: Path
+) -> None:
+    path = tmp_path / "two.mcap"
+    recording = McapRecording(path)
+    first, second = collected.moments()
+    recording.add(first)
+    elsewhere = replace(second, start=START.compose(Pose2(0.3, 0.1, 0.2)))
+    recording.add(elsewhere)
+    recording.close()
+    found = messages(path)["/odom"]
+    sizes = [float(np.trace(np.array(m.pose.covariance).reshape(6, 6))) for _, m in found]
+    starts = [size for size in sizes if size == 0.0]
+    assert len(starts) == 2
+
+
+def test_what_a_killed_recording_left_is_removed_at_the_next_start(
+    collected: Collection, tmp_path: Path
+) -> None:
+    path = tmp_path / "views.mcap"
+    left = tmp_path / ".views.mcap.part"
+    left.mkdir()
+    (left / ".views.mcap.part.mcap").write_bytes(b"half of a message")
+    recording = McapRecording(path)
+    for moment in collected.moments():
+        recording.add(moment)
+    recording.close()
+    assert [each.name for each in tmp_path.iterdir()] == ["views.mcap"]
+    assert len(messages(path)["/camera/pose"]) == 2
+
+
+def test_candidates_are_balls_of_which_the_chosen_one_says_what_it_promised(
+    heard: ANSWERS, collected: Collection
+) -> None:
+    ((at, message),) = heard["/facetlog/candidates"]
+    assert at == nanoseconds(collected.taken[1].time)
+    balls = [each for each in message.markers if each.ns == "candidates"]
+    assert [each.type for each in balls] == [2, 2, 2]
+    assert [each.pose.position.x for each in balls] == [1.0, 0.0, 0.0]
+    best, half, none = (each.scale.x for each in balls)
+    assert (best / half) ** 2 == pytest.approx(2.0)
+    assert 0 < none < half
+    ((words,),) = [[each.text for each in message.markers if each.ns == "why"]]
+    assert words == "may turn 0.40 verdicts, in 8 s"
+
+
 def test_pictures_come_with_their_camera_and_the_heads_angles(
     heard: ANSWERS, collected: Collection
 ) -> None:
@@ -176,6 +241,9 @@ def test_the_folder_gives_the_same_recording_afterwards(
     for topic in ("/joint_states", "/camera/camera_info", "/camera/image/compressed"):
         assert [at for at, _ in again[topic]] == [at for at, _ in heard[topic]]
     assert len(again["/odom"]) == len(heard["/odom"])
+    for (_, one), (_, other) in zip(again["/odom"], heard["/odom"], strict=True):
+        assert list(one.pose.covariance) == pytest.approx(list(other.pose.covariance), abs=1e-7)
+    assert [at for at, _ in again["/facetlog/candidates"]] == [nanoseconds(collected.taken[1].time)]
     last, before = (frames_at(each, collected.taken[-1].time) for each in (again, heard))
     for pair, transform in before.items():
         assert last[pair] == pytest.approx(transform, abs=1e-9)

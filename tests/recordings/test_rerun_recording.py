@@ -54,6 +54,9 @@ def test_views_corners_faces_and_verdicts_are_in_the_file(
     assert np.array(corners) == pytest.approx(collected.scene.points, abs=1e-6)
     (strips,) = values("world/faces", "LineStrips3D:strips")
     assert len(strips) == len(collected.scene.faces)  # type: ignore[arg-type]
+    ((*_, candidates),) = [values("world/candidates", "Points3D:positions")]
+    assert np.array(candidates)[:, 1] == pytest.approx([1.0, -1.0])
+    assert "may turn 0.40 verdicts, in 8 s" in str(values("world/chosen", "Points3D:labels"))
     said = str(values("verdict", "TextDocument:text"))
     assert "is a box" in said
     assert len([v for v in values("world/robot", "Transform3D:translation") if v]) == 61

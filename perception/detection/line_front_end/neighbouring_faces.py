@@ -100,10 +100,10 @@ def _proposals(
                 for other in others:
                     arm = _shared(other, at, beyond, near)
                     if arm is not None:
-                        yield _proposal(start, end, arm, arm, faces, near)
+                        yield from _proposal(start, end, arm, arm, faces, near)
             drop = _drop(start, end, ground)
             if drop is not None:
-                yield _proposal(start, end, *drop, faces, near)
+                yield from _proposal(start, end, *drop, faces, near)
 
 
 def _shared(
@@ -140,15 +140,18 @@ def _proposal(
     from_end: FloatArray,
     faces: Sequence[SelectedFace],
     near: float,
-) -> _Proposal:
+) -> Iterator[_Proposal]:
     # A face turns clockwise about what lies beyond its own sides: there the thing bulges.
     ring = np.array([end, start, start + from_start, end + from_end])
     normal = vector_area(ring)
+    size = np.linalg.norm(normal)
+    if not size:
+        return  # a next side that runs on along this one, or back, spans nothing
     known = [
         any(_shared(f.corners, a, b, near) is not None for f in faces)
         for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True)
     ]
-    return _Proposal(ring, normal / np.linalg.norm(normal), np.array(known))
+    yield _Proposal(ring, normal / size, np.array(known))
 
 
 def _is_free(

@@ -182,7 +182,7 @@ def collect_command(
             explorer = explorer_of(judging, goal, max_views)
         collected = _collected(replace(request, chooser=explorer), judging)
         said = judging if recognize or explore else None
-        last = _last_verdict(said, len(collected.taken)) if said else None
+        last = _last_verdict(said, len(collected.taken), degrees=explore) if said else None
     if last is not None and collected.mapped is not None:
         collected.mapped.draw(out, [Found(said, loops) for said, loops in last.outlines])
     _answer(collected, last, as_json=as_json)
@@ -288,14 +288,15 @@ def _judging(
 class _ProgressLines:
     """Lines on stderr: each view, and each verdict as it comes."""
 
-    def __init__(self, verdicts: "ViewVerdicts | None") -> None:
-        self._verdicts = verdicts
+    def __init__(self, verdicts: "ViewVerdicts | None", *, explores: bool = False) -> None:
+        self._verdicts, self._explores = verdicts, explores
         self._began = time.monotonic()
 
     def view_taken(self, done: int, total: int, view: "Taken") -> None:
         seconds = time.monotonic() - self._began
+        most = "at most " if self._explores else ""
         note(
-            f"view {done} of {total} ({seconds:.0f} s): {view.name} from "
+            f"view {done} of {most}{total} ({seconds:.0f} s): {view.name} from "
             f"{view.pose.centre[0]:.2f}, {view.pose.centre[1]:.2f} m, pan "
             f"{math.degrees(view.pan):+.1f}°, tilt {math.degrees(view.tilt):+.1f}°"
         )
@@ -323,20 +324,21 @@ def _collected(request: "Request", verdicts: "ViewVerdicts | None") -> "Collecte
 
     with wording_errors(COLLECT_AGAIN):
         # Who explores says himself what each view brought.
-        asked = verdicts if request.chooser is None else None
-        collected = run_collection(request, _ProgressLines(asked))
+        explores = request.chooser is not None
+        asked = None if explores else verdicts
+        collected = run_collection(request, _ProgressLines(asked, explores=explores))
     fault = collected.ended.fault
     if not isinstance(fault, DeviceError):
         return collected
     return replace(collected, ended=replace(collected.ended, fault=worded(fault, COLLECT_AGAIN)))
 
 
-def _last_verdict(verdicts: "ViewVerdicts", views: int) -> "ViewVerdict | None":
+def _last_verdict(verdicts: "ViewVerdicts", views: int, *, degrees: bool) -> "ViewVerdict | None":
     """The verdict on all views, once it is there; those before it are printed."""
     _report(verdicts.ready())
     if views < LEAST_VIEWS:
         return None
-    verdicts.ask(views, finally_=True)
+    verdicts.ask(views, finally_=True, degrees=degrees)
     come = verdicts.last()
     _report(come[:-1])
     return come[-1] if come else None

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -79,7 +78,7 @@ def explorer_of(verdicts: "ViewVerdicts", goal: "Goal | None", most: int) -> "Ex
     """Who chooses, with the verdicts of the process that judges."""
     from facetlog.exploring.explorer import Explorer
 
-    return Explorer(partial(verdicts.explored, goal=goal), goal=goal, most=most)
+    return Explorer(verdicts.explored, goal=goal, most=most)
 
 
 def dry_run(folder: Path, explorer: "Explorer", *, as_json: bool) -> int:
@@ -87,7 +86,7 @@ def dry_run(folder: Path, explorer: "Explorer", *, as_json: bool) -> int:
 
     Exit code 1 if none does. InputError for another folder.
     """
-    from facetlog.robot.collecting.next_stop import Around, Chosen, Finished
+    from facetlog.robot.collecting.next_stop import Around, Chosen, Finished, place_sd
     from facetlog.robot.collecting.record import LOG_FILE, read_log, read_record
 
     if not (folder / LOG_FILE).is_file():
@@ -98,7 +97,8 @@ def dry_run(folder: Path, explorer: "Explorer", *, as_json: bool) -> int:
     around = Around.from_json(about)
     _, taken = read_record(folder)
     if taken:
-        around = replace(around, here=max(taken, key=lambda view: view.time).robot)
+        newest = max(taken, key=lambda view: view.time)
+        around = replace(around.kept_off(place_sd(newest.covariance)), here=newest.robot)
     found = explorer.next_stop(around, taken)
     if as_json:
         typer.echo(json.dumps(found.line, indent=1))

@@ -21,12 +21,14 @@ NEARLY = 0.75
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Choice:
-    """The view that was chosen of `among` candidates, what it promises and what was undecided."""
+    """The view that was chosen, what it promises, what was undecided, and what each of the
+    candidates `among` which it was chosen promised.
+    """
 
     candidate: Candidate
     promise: Promise
     needs: Needs
-    among: int
+    among: tuple[tuple[Candidate, float], ...]
 
     @property
     def undecided(self) -> str:
@@ -57,21 +59,24 @@ def choose(
     camera: Camera,
     places: Sequence[FloatArray],
     pose_cov: FloatArray | None = None,
+    *,
+    least: float = LEAST_TURNED,
 ) -> Choice | None:
     """The view with the largest promise per second after views from `places`; of equal ones the
-    first. None if none may turn anything.
+    first. None if none may turn `least` of a verdict.
 
     `pose_cov` (6, 6) is that of the last view's pose: the next one's is hardly better.
     """
     promises = Promises(needs, camera, places)
+    found = [(each, promises.of(each.pose, pose_cov)) for each in candidates]
+    among = tuple((each, promise.mass) for each, promise in found)
     best: tuple[float, Choice] | None = None
-    for candidate in candidates:
-        promise = promises.of(candidate.pose, pose_cov)
-        if promise.mass < LEAST_TURNED:
+    for candidate, promise in found:
+        if promise.mass < least:
             continue
         rate = promise.mass / candidate.seconds
         if best is None or rate > best[0] * (1 + 10.0**-DIGITS):
-            best = rate, Choice(candidate, promise, needs, len(candidates))
+            best = rate, Choice(candidate, promise, needs, among)
     return None if best is None else best[1]
 
 

@@ -1,25 +1,28 @@
-"""What is undecided after some views, and what of things was not seen or is poorly known.
+"""What is undecided of the thing at a target, and what of it was not seen or is poorly known.
 
-A verdict that is open turns as probably as its degree's bounds are apart; one that was measured as
-probably as an error of measurement turns it.
+A verdict turns by what was not seen, by an error of measurement, or because what nobody looked at
+was taken to be as what was seen: a box is full behind the sides that show.
 """
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
+import shapely
 from scipy.special import ndtr
 
+from facetlog.exploring.sides import Sides
 from facetlog.perception.scene import Evidence, Scene
 from facetlog.perception.space.open_lines import UnseenSpace
 from facetlog.perception.types import FloatArray
 
 if TYPE_CHECKING:
-    from facetlog.kb.explaining.verdict import Recognition, Verdict
+    from facetlog.kb.explaining.verdict import Condition, Recognition, Verdict
 
-__all__ = ["LEAST_TURNED", "Interest", "Needs", "Open", "SeenThing", "needs_of"]
+__all__ = ["LEAST_TURNED", "Interest", "Lack", "Lead", "Needs", "Open", "SeenThing", "needs_of"]
 
 LEAST_TURNED = 0.005
 """A verdict that may turn with less probability is decided: degrees are said in whole per cents."""
@@ -27,30 +30,66 @@ LEAST_TURNED = 0.005
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Interest:
-    """What is asked: things within `radius` (m) of `target` (3,), and which `models`, all if ()."""
+    """What is asked of: the thing that stands at `target` (3,), or nearest to it within `radius`
+    (m), after looks from `places` (v, 3).
+    """
 
     target: FloatArray
     radius: float
-    models: tuple[str, ...] = ()
+    places: FloatArray
+
+
+class Lack(Enum):
+    """What would settle a condition that is open: views of sides, looks into space, or corners that
+    are better known.
+    """
+
+    SIDES = "sides"
+    SPACE = "space"
+    CORNERS = "corners"
 
 
 @dataclass(frozen=True, slots=True)
 class Open:
-    """A verdict that may turn: by what was not seen with the probability `unseen`, by what is
-    poorly measured with `measured` (at most 1/2: else it would be the other verdict).
+    """A verdict that may turn: with the probability `unseen` once what its open conditions `lack`
+    is seen, with `assumed` because sides that nobody looked at are not as they were taken to be,
+    with `measured` by an error of measurement (at most 1/2: else it would be the other verdict).
 
-    The model is empty where no thing was found to ask of.
+    `likely` is how probably it is the thing's name though it does not hold, `general` are the
+    models of which it is a special case. The model is empty where no thing was found to ask of.
     """
 
     thing: str
     model: str
-    unseen: float
-    measured: float
+    unseen: float = 0.0
+    measured: float = 0.0
+    assumed: float = 0.0
+    lack: frozenset[Lack] = frozenset({Lack.SIDES})
+    likely: float = 0.0
+    general: tuple[str, ...] = ()
 
     @property
     def mass(self) -> float:
-        """The probability that it turns, by either."""
-        return self.unseen + self.measured
+        """The probability that it turns, by any of them."""
+        return min(self.unseen + self.measured + self.assumed, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Lead:
+    """The name that stands first of a thing, and the degrees of all that hold of it by model.
+
+    `general` are the models of which the first is a special case.
+    """
+
+    thing: str
+    model: str
+    degrees: Mapping[str, float]
+    general: tuple[str, ...] = ()
+
+    def degree_of(self, model: str) -> float:
+        """To which degree the thing is that, 0 where it is something else first."""
+        leads = model == self.model or model in self.general
+        return self.degrees.get(model, 0.0) if leads else 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -71,52 +110,114 @@ class SeenThing:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Needs:
-    """What is open, of which things."""
+    """What is open, of which things, and which name leads, if one does."""
 
     open: tuple[Open, ...]
     things: tuple[SeenThing, ...]
+    lead: Lead | None = None
 
     @classmethod
     def of_nothing(cls, target: FloatArray) -> "Needs":
         """Where no thing was found yet, all of the target is open."""
         none = np.zeros((0, 3))
         thing = SeenThing("", target, none, np.zeros((0, 3, 3)), np.zeros((0, 1, 3)), none, None)
-        return cls((Open("", "", 1.0, 0.0),), (thing,))
+        return cls((Open("", "", 1.0),), (thing,))
 
     @property
     def mass(self) -> float:
         """How many verdicts may turn, as the sum of their probabilities."""
         return sum(each.mass for each in self.open)
 
+    def asked_of(self, model: str) -> "Needs":
+        """What may make a model's verdict another: its own, and that of the name that leads."""
+        lead = None if self.lead is None else (self.lead.thing, self.lead.model)
+        found = [e for e in self.open if e.model in {model, ""} or (e.thing, e.model) == lead]
+        return Needs(tuple(found), self.things, self.lead)
+
+    def of_rivals(self) -> "Needs":
+        """What may topple the name that leads: one that is open counts as far as it is likely to
+        take its place, not as far as it is undecided.
+        """
+        found = (replace(e, unseen=min(e.unseen, e.likely)) for e in self.open)
+        left = tuple(each for each in found if each.mass >= LEAST_TURNED)
+        return Needs(left, self.things, self.lead)
+
+    @property
+    def overtaken(self) -> float:
+        """How probably another name would lead, were all seen that was not, 0..1."""
+        if self.lead is None:
+            return 1.0
+        lead, chance = self.lead, 0.0
+        for each in self.open:
+            if each.thing != lead.thing:
+                continue
+            if each.model == lead.model:
+                chance += each.assumed
+            elif lead.model not in each.general:
+                chance += each.likely
+        return min(chance, 1.0)
+
 
 def needs_of(scene: Scene, found: "Recognition", interest: Interest) -> Needs:
-    """What is open of the things within the radius round the target."""
+    """What is open of the thing at the target."""
     things = tuple(_things(scene, interest))
     names = {thing.name for thing in things}
     asked = [v for v in found.verdicts if v.thing in names]
     if not asked:
         return Needs.of_nothing(interest.target)
-    return Needs(tuple(_open(asked, interest.models)), things)
+    best = next((v for v in found.best if v.thing in names), None)
+    lead = None
+    if best is not None:
+        degrees = {v.model: v.degree for v in found.best if v.thing == best.thing}
+        lead = Lead(best.thing, best.model, degrees, best.specialises)
+    lacks = {t.name: Sides(t.middle, t.normals, interest.places).lack for t in things}
+    return Needs(tuple(_open(asked, lacks)), things, lead)
 
 
-def _open(verdicts: "Sequence[Verdict]", wanted: Sequence[str]) -> Iterator[Open]:
+def _open(verdicts: "Sequence[Verdict]", lacks: dict[str, float]) -> Iterator[Open]:
     from facetlog.kb.explaining.proof import State
 
-    fits = {verdict.thing for verdict in verdicts if verdict.state is State.HOLDS}
     models = {verdict.model for verdict in verdicts}
+    sure: dict[str, float] = {}
     for verdict in verdicts:
-        if wanted and verdict.model not in wanted:
-            continue
-        unseen = measured = 0.0
-        if verdict.is_unseen:
-            unseen = verdict.degree_at_most - verdict.degree
+        if verdict.state is State.HOLDS:
+            sure[verdict.thing] = max(verdict.sure, sure.get(verdict.thing, 0.0))
+    for verdict in verdicts:
+        # Were the name wrong, what was not looked at would show it, and any other may be right.
+        wrong = (1.0 - sure.get(verdict.thing, 0.0)) * lacks[verdict.thing]
+        if verdict.state is State.HOLDS:
+            wrong = (1.0 - verdict.sure) * lacks[verdict.thing]
+            opened = Open(verdict.thing, verdict.model, 0.0, _doubt(verdict), wrong)
+        elif verdict.state is State.UNKNOWN and verdict.is_unseen:
+            width = verdict.degree_at_most - verdict.degree
+            lack = frozenset(map(_lack, (c for c in verdict.conditions if c.may_be_settled)))
+            lack = lack or frozenset({Lack.SIDES})
+            opened = Open(
+                verdict.thing,
+                verdict.model,
+                width,
+                lack=lack,
+                likely=verdict.sure,
+                general=verdict.specialises,
+            )
         else:
-            measured = _doubt(verdict)
-            if verdict.thing not in fits:
-                # No model fits what was seen of it, which may be half a thing: each may be it.
-                unseen = 1.0 / len(models)
-        if unseen + measured >= LEAST_TURNED:
-            yield Open(verdict.thing, verdict.model, unseen, measured)
+            opened = Open(verdict.thing, verdict.model, 0.0, _doubt(verdict), wrong / len(models))
+        if opened.mass >= LEAST_TURNED:
+            yield opened
+
+
+def _lack(condition: "Condition") -> Lack:
+    """What the step that leaves a condition open says that it lacks."""
+    from facetlog.kb.explaining.proof import Comparison
+    from facetlog.kb.explaining.reasons import reason
+
+    found = reason(condition.proof)
+    step = None if found is None else found.step.detail
+    if not isinstance(step, Comparison):
+        return Lack.SIDES  # a face that was not seen, or of which there may be more
+    if step.unseen is not None:
+        return Lack.SPACE
+    return Lack.CORNERS if step.shortfall is None else Lack.SIDES
 
 
 def _doubt(verdict: "Verdict") -> float:
@@ -138,15 +239,21 @@ def _things(scene: Scene, interest: Interest) -> Iterator[SeenThing]:
 
     memo = SceneMemo.of(scene)
     names = memo.thing_names
+    at = shapely.Point(interest.target[:2])
+    away = {
+        index: shapely.MultiPoint(scene.points[memo.members[index]][:, :2]).convex_hull.distance(at)
+        for index in range(len(memo.things))
+        if len(memo.members[index])
+    }
+    nearest = min(away.values(), default=math.inf)
     for index, (thing, name) in enumerate(zip(memo.things, names, strict=True)):
+        # All that it stands in, as parts of one thing that do not touch; else the nearest.
+        if away.get(index, math.inf) > min(nearest, interest.radius):
+            continue
         faces = [scene.faces[i] for i in thing.faces]
         corners = sorted({k for face in faces for k in face.outline})
         members = scene.points[memo.members[index]]
-        if not len(members):
-            continue
         middle = (members.min(axis=0) + members.max(axis=0)) / 2
-        if math.dist(middle[:2], interest.target[:2]) > interest.radius:
-            continue
         of_corner = [[f.plane.normal for f in faces if k in f.outline] for k in corners]
         facing = np.zeros((len(corners), max(map(len, of_corner), default=1), 3))
         for row, normals in zip(facing, of_corner, strict=True):

@@ -1,6 +1,7 @@
 """What a view promises: the probability mass of verdicts that it may turn. No picture is needed.
 
-A verdict that is open for what was not seen may turn by as much of that as would show. One that is
+A verdict that is open for what was not seen may turn by as much of what its conditions lack as
+would show: any of them may refute it, all together make it hold. One that is
 unsure for what was measured turns if the new estimate crosses its limit, of which the chance is
 known before the picture: a mean that is z deviations from its limit, and whose deviation the
 picture shrinks by the factor r, moves by N(0, 1 - r²) of these deviations (preposterior analysis,
@@ -15,8 +16,9 @@ from functools import cached_property
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from facetlog.exploring.needs import Needs, SeenThing
-from facetlog.kb.explaining.unseen import GRAZING_DEG, NEAR_DEG
+from facetlog.exploring.needs import Lack, Needs, SeenThing
+from facetlog.exploring.sides import GRAZING, Sides, units
+from facetlog.kb.explaining.unseen import NEAR_DEG
 from facetlog.perception.estimation.point_recursion import updated_by_view
 from facetlog.perception.estimation.pose_noise import pixel_covs
 from facetlog.perception.fewest_views import FEWEST_VIEWS
@@ -24,9 +26,6 @@ from facetlog.perception.types import Camera, FloatArray, Pose, View
 
 __all__ = ["Promise", "Promises"]
 
-# A thing may have a face on each of so many sides in plan, and one upwards: two neighbours are 30
-# degrees apart, less than what one look sees of sides.
-SIDES = 12
 # How well a corner is found in a picture, px: half a pixel, as two edges that are right to a third.
 CORNER_SD_PX = 0.5
 
@@ -68,7 +67,7 @@ class Promises:
     def __init__(self, needs: Needs, camera: Camera, places: Sequence[FloatArray]) -> None:
         self._camera = camera
         self._of_thing = {
-            thing.name: _Lack(thing, np.array(places).reshape(-1, 3)) for thing in needs.things
+            thing.name: _Seen(thing, np.array(places).reshape(-1, 3)) for thing in needs.things
         }
         self._open = needs.open
 
@@ -77,14 +76,17 @@ class Promises:
         shares: dict[str, tuple[float, float, float]] = {}
         masses: dict[str, float] = {}
         for each in self._open:
-            lack = self._of_thing[each.thing]
+            seen = self._of_thing[each.thing]
             if each.thing not in shares:
-                surer = lack.surer(self._camera, pose, pose_cov)
-                shares[each.thing] = (*lack.shown(pose.centre), surer)
+                surer = seen.surer(self._camera, pose, pose_cov)
+                shares[each.thing] = (*seen.shown(pose.centre), surer)
             sides, space, corners = shares[each.thing]
-            # Which of the two would settle a condition is not known.
-            unseen = (sides + space) / 2 if lack.has_space else sides
-            gained = each.unseen * unseen + _crossing(each.measured, corners)
+            share = {Lack.SIDES: sides, Lack.SPACE: space, Lack.CORNERS: corners}
+            of_lack = [share[lack] for lack in each.lack]
+            # It fails by any condition and holds by all: which it comes to is not known.
+            unseen = (min(of_lack) + max(of_lack)) / 2
+            gained = each.unseen * unseen + each.assumed * sides
+            gained += _crossing(each.measured, corners)
             masses[each.thing] = masses.get(each.thing, 0.0) + gained
         if not masses:
             return Promise(0.0)
@@ -105,36 +107,29 @@ def _crossing(doubt: float, shrunk: float) -> float:
     return float(ndtr(ndtri(doubt) / math.sqrt(1.0 - (1.0 - shrunk) ** 2)))
 
 
-class _Lack:
-    """What of a thing lacks views that were taken from `places` (v, 3)."""
+class _Seen:
+    """A thing after views that were taken from `places` (v, 3), and what another would add."""
 
     def __init__(self, thing: SeenThing, places: FloatArray) -> None:
         self._thing, self._places = thing, places
-        steps = places - thing.middle
-        self._towards = steps / np.maximum(np.linalg.norm(steps, axis=1), 1e-12)[:, None]
-
-    @property
-    def has_space(self) -> bool:
-        return self._thing.space is not None
+        self._sides = Sides(thing.middle, thing.normals, places)
 
     def new(self, place: FloatArray) -> float:
         """How new a look from a place is beside those before, 0..1."""
-        towards = _units(place - self._thing.middle)
-        return float(_new(towards[None, None], self._towards[None])[0])
+        towards = units(place - self._thing.middle)
+        return float(_new(towards[None, None], self._sides.towards[None])[0])
 
     def shown(self, place: FloatArray) -> tuple[float, float]:
         """The shares of missing sides and of unseen space that a view from there would show."""
-        towards, new = _units(place - self._thing.middle), self.new(place)
-        lacking = self._lacking
-        before = (self._sides @ towards > _GRAZING) & (lacking > 0)
-        total = float(lacking.sum())
-        sides = new * float(before.sum()) / FEWEST_VIEWS / total if total else 0.0
+        sides = self.new(place) * self._sides.shown_from(place)
         space = 0.0
         unseen = self._thing.space
         if unseen is not None:
             shown = unseen.shown_from(place)
+            # What as many looks as a face needs laid open, and none could measure, stays unseen.
+            shown &= self._seen_towards.any(axis=2).sum(axis=1) < FEWEST_VIEWS
             at = unseen.points[shown]
-            weights = _new(_units(place - at)[:, None], self._seen_towards[shown])
+            weights = _new(units(place - at)[:, None], self._seen_towards[shown])
             space = float(weights.sum()) / len(unseen.points)
         return sides, space
 
@@ -146,8 +141,8 @@ class _Lack:
         thing = self._thing
         if not len(thing.corners):
             return 0.0
-        to_place = _units(pose.centre - thing.corners)
-        before = (np.einsum("nmi,ni->nm", thing.facing, to_place) > _GRAZING).any(axis=1)
+        to_place = units(pose.centre - thing.corners)
+        before = (np.einsum("nmi,ni->nm", thing.facing, to_place) > GRAZING).any(axis=1)
         image = np.zeros((camera.height, camera.width), np.uint8)
         view = View("", image, camera, pose, pose_cov=pose_cov)
         h = np.column_stack([thing.corners, np.ones(len(thing.corners))]) @ view.projection.T
@@ -165,21 +160,6 @@ class _Lack:
         return self.new(pose.centre) * shrunk
 
     @cached_property
-    def _sides(self) -> FloatArray:
-        """Directions (s, 3) that faces of the thing may face: the first view's bearing is one."""
-        first = self._towards[0] if len(self._towards) else np.array([1.0, 0.0, 0.0])
-        angles = math.atan2(first[1], first[0]) + math.tau / SIDES * np.arange(SIDES)
-        level = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(SIDES)])
-        return np.concatenate([level, [[0.0, 0.0, 1.0]], self._thing.normals])
-
-    @cached_property
-    def _lacking(self) -> FloatArray:
-        """How much of the views that a face needs each side lacks (s,), 0..1."""
-        looks = (self._sides @ self._towards.T > _GRAZING).sum(axis=1)
-        lacking: FloatArray = np.maximum(FEWEST_VIEWS - looks, 0) / FEWEST_VIEWS
-        return lacking
-
-    @cached_property
     def _seen_towards(self) -> FloatArray:
         """Directions (n, v, 3) from unseen points to the places that they lay open to before; rows
         of zeros for others. What was measured from none of these is not from beside them.
@@ -190,17 +170,11 @@ class _Lack:
         found = np.zeros((len(unseen.points), len(self._places), 3))
         for i, place in enumerate(self._places):
             shown = unseen.shown_from(place)
-            found[shown, i] = _units(place - unseen.points[shown])
+            found[shown, i] = units(place - unseen.points[shown])
         return found
 
 
-_GRAZING = math.cos(math.radians(GRAZING_DEG))
 _NEAR = math.cos(math.radians(NEAR_DEG))
-
-
-def _units(steps: FloatArray) -> FloatArray:
-    units: FloatArray = steps / np.maximum(np.linalg.norm(steps, axis=-1, keepdims=True), 1e-12)
-    return units
 
 
 def _new(towards: FloatArray, before: FloatArray) -> FloatArray:

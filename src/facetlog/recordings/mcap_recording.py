@@ -14,6 +14,7 @@ moments at which a state was reported.
 | /camera/image/compressed | sensor_msgs/CompressedImage | PNG |
 | /camera/pose | geometry_msgs/PoseWithCovarianceStamped | the camera in map |
 | /facetlog/faces, /facetlog/verdicts | visualization_msgs/MarkerArray | with every view |
+| /facetlog/candidates | visualization_msgs/MarkerArray | with a view that was chosen of several |
 """
 
 import math
@@ -31,6 +32,7 @@ from facetlog.perception.types import FloatArray
 from facetlog.recordings.moments import Moment
 from facetlog.recordings.on_scene import face_loops, verdict_places
 from facetlog.robot.collecting.optics import Optics
+from facetlog.robot.pioneer.odometry_covariance import OdometryCovariance
 from facetlog.robot.pose2 import Pose2
 
 try:
@@ -52,6 +54,7 @@ TOPICS = {
     "/camera/pose": "geometry_msgs/msg/PoseWithCovarianceStamped",
     "/facetlog/faces": "visualization_msgs/msg/MarkerArray",
     "/facetlog/verdicts": "visualization_msgs/msg/MarkerArray",
+    "/facetlog/candidates": "visualization_msgs/msg/MarkerArray",
 }
 JOINTS = ["head_pan", "head_tilt"]
 # Coefficients in the order of each distortion model of ROS.
@@ -62,9 +65,13 @@ LENSES = {
 }
 LINE_WIDTH, TEXT_HEIGHT = 0.004, 0.06  # metres
 MEASURED, IMPLIED, INK = (0.1, 0.45, 0.8, 1.0), (0.6, 0.6, 0.6, 1.0), (0.1, 0.1, 0.1, 1.0)
+CHOSEN = (0.85, 0.5, 0.1, 1.0)
 NANO = 1_000_000_000
+ON_FLOOR = (0, 1, 5)
+# Poses that are read from a file are off by less, m and rad.
+ROUNDING = 1e-6
 # Of visualization_msgs/Marker.
-LINE_STRIP, TEXT_VIEW_FACING, ADD, DELETE_ALL = 4, 9, 0, 3
+SPHERE, LINE_STRIP, TEXT_VIEW_FACING, ADD, DELETE_ALL = 2, 4, 9, 0, 3
 
 
 def checked_mcap(path: Path) -> Path:
@@ -86,6 +93,8 @@ class McapRecording:
         self._folder = path.with_name(f".{path.name}.part")
         self._store = get_typestore(Stores.ROS2_HUMBLE)
         self._last: tuple[float, Pose2] | None = None
+        self._start: Pose2 | None = None
+        self._sure = OdometryCovariance()
         self._views = 0
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -121,10 +130,15 @@ class McapRecording:
             shutil.rmtree(self._folder, ignore_errors=True)
 
     def _add_way(self, moment: Moment) -> None:
+        if self._start is None or not _is_same(self._start, moment.start):
+            # Odometry begins anew with each run; the way of the one before ended somewhere else.
+            self._start, self._last = moment.start, None
+            self._sure = OdometryCovariance()
         before = moment.way[:1] if self._last is None else (self._last,)
         for (before_at, before_place), (at, place) in pairwise((*before, *moment.way)):
             here = moment.start.between(place)
             self._write("/tf", at, transforms=self._robot_frames(at, moment.start, here))
+            self._sure.move(moment.start.between(before_place), here)
             seconds, step = at - before_at, before_place.between(place)
             speed = (step.x / seconds, step.heading / seconds) if seconds > 0 else (0.0, 0.0)
             self._write(
@@ -135,7 +149,7 @@ class McapRecording:
                 pose=self._make(
                     "geometry_msgs/msg/PoseWithCovariance",
                     pose=self._pose(*_of_robot(here)),
-                    covariance=np.zeros(36),
+                    covariance=_on_floor(self._sure.covariance),
                 ),
                 twist=self._make(
                     "geometry_msgs/msg/TwistWithCovariance",
@@ -186,6 +200,8 @@ class McapRecording:
             ),
         )
         self._write("/facetlog/faces", at, markers=self._faces(moment))
+        if moment.candidates:
+            self._write("/facetlog/candidates", at, markers=self._candidates(moment))
         if moment.recognition is not None:
             self._write("/facetlog/verdicts", at, markers=self._verdicts(moment))
 
@@ -210,6 +226,22 @@ class McapRecording:
             markers.append(
                 self._marker(at, "verdicts", number, kind, INK, size, text=said, place=place)
             )
+        return markers
+
+    def _candidates(self, moment: Moment) -> list[Any]:
+        """A ball where each view would be taken, the larger the more it promised a second."""
+        at, markers = moment.taken.time, [self._cleared(moment.taken.time)]
+        for number, each in enumerate(moment.candidates):
+            colour, size = CHOSEN if each.is_chosen else IMPLIED, 2 * each.radius
+            markers.append(
+                self._marker(at, "candidates", number, SPHERE, colour, size, place=each.place)
+            )
+            if each.is_chosen:
+                above = each.place + np.array([0.0, 0.0, 2 * TEXT_HEIGHT])
+                words, kind = each.words, TEXT_VIEW_FACING
+                markers.append(
+                    self._marker(at, "why", number, kind, INK, TEXT_HEIGHT, text=words, place=above)
+                )
         return markers
 
     def _camera_info(self, at: float, optics: Optics) -> dict[str, Any]:
@@ -343,6 +375,21 @@ def _nanoseconds(at: float) -> int:
 def _of_robot(pose: Pose2) -> tuple[FloatArray, Rotation]:
     heading = Rotation.from_euler("z", math.remainder(pose.heading, 2 * math.pi))
     return np.array([pose.x, pose.y, 0.0]), heading
+
+
+def _is_same(one: Pose2, other: Pose2) -> bool:
+    """Whether two poses differ by no more than the digits of a file."""
+    off = one.between(other)
+    return max(abs(off.x), abs(off.y), abs(off.heading)) < ROUNDING
+
+
+def _on_floor(covariance: FloatArray) -> FloatArray:
+    """That of x, y, heading (3, 3) as ROS has it: (36,) of x, y, z and turns about them, where what
+    the floor holds fast has none.
+    """
+    whole = np.zeros((6, 6))
+    whole[np.ix_(ON_FLOOR, ON_FLOOR)] = covariance
+    return whole.ravel()
 
 
 def _xyz(point: FloatArray) -> dict[str, float]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from facetlog.errors import InputError
 from facetlog.perception.types import Camera
+from facetlog.recordings.candidate_views import CandidateView, candidate_views
 from facetlog.regular_file import read_regular_text
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.record import (
@@ -16,6 +17,7 @@ from facetlog.robot.collecting.record import (
     TRANSFORMS_FILE,
     WAY_FILE,
     Taken,
+    read_log,
     read_record,
     read_robot_tum,
 )
@@ -37,7 +39,7 @@ class Moment:
     `picture` is its file as it is. `start` is the pose of odometry's origin in the world, `way` the
     robot's poses in the world with their times (seconds since 1970) since the view before. `scene`
     is what is known after the view, None if that is too little; `recognition` what the models say,
-    None where nobody asked.
+    None where nobody asked. `candidates` are the views among which it was chosen, where one was.
     """
 
     taken: Taken
@@ -47,6 +49,7 @@ class Moment:
     way: tuple[tuple[float, Pose2], ...]
     scene: "Scene | None" = None
     recognition: "Recognition | None" = None
+    candidates: "tuple[CandidateView, ...]" = ()
 
 
 class Recorder(Protocol):
@@ -88,6 +91,7 @@ def read_moment(
         tuple((at, place) for at, place in way if since < at <= taken.time),
         scene,
         recognition,
+        candidate_views(read_log(folder), name),
     )
 
 

@@ -61,7 +61,9 @@ class RerunRecording:
                 Path(target).parent.mkdir(parents=True, exist_ok=True)
                 self._stream.save(target)
         except (OSError, RuntimeError, ValueError) as exc:
-            raise InputError(f"--rerun {target}: cannot be recorded ({exc})") from exc
+            # Of a viewer that is missing it says pages: the first sentence is enough.
+            why = " ".join(str(exc).split()).partition(". ")[0]
+            raise InputError(f"--rerun {target}: cannot be recorded ({why})") from exc
         self._stream.send_recording_name(name)
         self._stream.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
         self._stream.log("verdict", rr.TextDocument("nothing yet"), static=False)
@@ -78,6 +80,7 @@ class RerunRecording:
             way = rr.LineStrips3D([self._way], colors=[WAY], radii=[LINE_WIDTH])
             self._stream.log("world/way", way)
         self._log_camera(moment)
+        self._log_candidates(moment)
         if moment.scene is not None:
             self._log_scene(moment.scene)
         if moment.recognition is not None:
@@ -107,6 +110,20 @@ class RerunRecording:
         picture = rr.EncodedImage(contents=moment.picture, media_type="image/png")
         self._stream.log("world/camera/picture", picture)
         self._stream.log("view", rr.TextLog(f"{view.name} {'; '.join(view.notes)}".strip()))
+
+    def _log_candidates(self, moment: Moment) -> None:
+        """Balls where views could be taken, as large as what each promised a second; that which was
+        says what.
+        """
+        for entity, is_chosen, colour in (("candidates", False, IMPLIED), ("chosen", True, WAY)):
+            found = [each for each in moment.candidates if each.is_chosen is is_chosen]
+            balls = rr.Points3D(
+                np.array([each.place for each in found]).reshape(-1, 3),
+                radii=[each.radius for each in found],
+                colors=[colour],
+                labels=[each.words for each in found] if is_chosen else None,
+            )
+            self._stream.log(f"world/{entity}", balls)
 
     def _log_scene(self, scene: "Scene") -> None:
         covs = np.array([vertex.cov for vertex in scene.vertices]).reshape(-1, 3, 3)

@@ -1,10 +1,14 @@
 """When a fault is laid to the line."""
 
+from dataclasses import replace
+
 import pytest
 
 from facetlog.errors import DeviceError, DeviceTimeout
-from facetlog.robot.collecting.line_faults import with_line
+from facetlog.robot.collecting.line_faults import coasts_when_cut, with_line
+from facetlog.robot.pioneer.parameters import parameters_of
 from facetlog.robot.pioneer.problems import Cause, Problem
+from facetlog.robot.simulator.generations import default_configuration
 
 FAULT = DeviceTimeout("the camera head does not answer: check that it has power")
 
@@ -34,3 +38,11 @@ def test_a_fault_after_many_silences_is_laid_to_the_line() -> None:
 def test_a_fault_with_another_reason_is_reported_unchanged(problems: list[Problem]) -> None:
     fault = DeviceError("the wheels are stalled")
     assert with_line(fault, problems, 100.0) is fault
+
+
+def test_how_far_a_robot_goes_on_when_its_line_is_cut_is_said_if_it_is_far() -> None:
+    usual = default_configuration(parameters_of("p3dx"), "robot")
+    assert "for 0.4 m before it brakes" in coasts_when_cut(usual, 0.2)
+    assert coasts_when_cut(replace(usual, watchdog_ms=500), 0.4) == ""
+    assert coasts_when_cut(replace(usual, watchdog_ms=None), 0.5) == ""
+    assert coasts_when_cut(None, 0.5) == ""

@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 import termios
+import threading
 import time
 import tty
 from collections.abc import Iterator
@@ -258,6 +259,36 @@ def test_an_owner_that_is_killed_is_said(robot: Robot, line: LineProcess) -> Non
     assert "has ended" in str(raised(line))
     with pytest.raises(DeviceError, match="has ended"):
         line.write(b"<go>")
+
+
+def test_where_the_owner_is_killed_its_driver_stops_the_robot(
+    robot: Robot, line: LineProcess
+) -> None:
+    line.part([OFF, BYE])
+    line.hold(time.monotonic() + PATIENCE, STOP)
+    line.write(b"<go>")
+    robot.hears(b"<go>")
+    os.kill(line.process, signal.SIGKILL)
+    said: list[DeviceError] = []
+    driver = threading.Thread(target=lambda: said.append(raised(line)))
+    driver.start()
+    robot.accept()
+    heard = robot.hears(OFF + BYE).removesuffix(OFF + BYE)
+    assert heard == STOP * heard.count(STOP) != b""
+    driver.join(PATIENCE)
+    assert "the robot was stopped over the line opened again" in str(said[0])
+    assert "the robot was stopped" in str(raised(line))
+
+
+def test_where_the_line_is_gone_with_its_owner_it_is_said_that_the_watchdog_stops_the_robot(
+    robot: Robot, line: LineProcess
+) -> None:
+    line.hold(time.monotonic() + PATIENCE, STOP)
+    line.write(b"<go>")
+    robot.hears(b"<go>")
+    robot.close()
+    os.kill(line.process, signal.SIGKILL)
+    assert "whose own watchdog does" in str(raised(line))
 
 
 def write_for_ever(line: LineProcess) -> None:

@@ -104,6 +104,24 @@ def test_what_three_views_could_compare_is_left_to_them() -> None:
     assert proposed(rig, [top, front]) == ()
 
 
+def test_two_faces_that_go_on_in_one_plane_span_nothing_between_their_rims() -> None:
+    rig = block_rig()
+    halves = [
+        np.array([[0.0, 0.0, 1.0], [x, 0.0, 1.0], [x, 2.0, 1.0], [0.0, 2.0, 1.0]])
+        for x in (2.0, -3.0)
+    ]
+    weight = np.ones(len(rig.views))
+    shown = np.ones(len(rig.views), dtype=np.bool_)
+    faces = tuple(
+        SelectedFace(half, UP, shown, 1.0, inner_points(half, UP), np.full(4, 0.01))
+        for half in (halves[0], halves[1][::-1])
+    )
+    photos = PhotometricViews(rig.views, GreyLevels(rig.views, rig.maps), weight)
+    judge = SideJudge(rig.views, rig.maps, weight)
+    proposals = neighbouring_faces(faces, photos, judge, rig.untaken, None, rig.pixel)
+    assert all(np.isfinite(each.normal).all() for each in proposals)
+
+
 def test_three_sides_imply_the_fourth_that_is_hidden() -> None:
     rig = block_rig()
     top, (front, side, back, other) = sides_of(rig)
