@@ -8,8 +8,7 @@ import pytest
 
 from facetlog.cli import main
 from facetlog.errors import InputError
-from facetlog.mapping.visit import LOOKS_AT, check_aligned, read_visit
-from facetlog.robot.collecting.record import LOG_FILE
+from facetlog.mapping.visit import check_aligned, read_visit
 from facetlog.robot.rendering.worlds import INCH
 from tests.mapping.rooms import write_visit
 
@@ -83,15 +82,3 @@ def test_too_few_views_are_said_and_make_an_empty_map(
     out, err = capsys.readouterr()
     assert out.startswith("0 things from 2 views of 1 visit; floor free 0.0 m²")
     assert "too few views to find a face in" in err
-
-
-def test_views_are_grouped_by_what_they_were_chosen_to_look_at(tmp_path: Path) -> None:
-    write_visit(tmp_path / "a", 0.0, count=3)
-    path = tmp_path / "a" / LOG_FILE
-    chosen = [
-        {"result": "chosen", "image": f"view{k:03d}.png", LOOKS_AT: of}
-        for k, of in ((0, 2), (1, 1), (2, 2), (9, 1))
-    ]
-    text = path.read_text(encoding="utf-8") + "".join(json.dumps(line) + "\n" for line in chosen)
-    path.write_text(text, encoding="utf-8")
-    assert read_visit(tmp_path / "a").groups == (("view001.png",), ("view000.png", "view002.png"))

@@ -1,8 +1,4 @@
-"""A collection's folder as the map takes it: its runs, its way, and its views in groups.
-
-Views that were chosen to look at one thing after the other (`collect --explore --area`) are judged
-thing by thing: the views of another thing show hardly anything of this one, and take as long.
-"""
+"""A collection's folder as the map takes it: its runs, its way, and its views in groups."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -12,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from facetlog.errors import InputError
 from facetlog.mapping.sonar_beams import Driven, driven
+from facetlog.mapping.view_groups import view_groups
 from facetlog.perception.fewest_views import FEWEST_VIEWS
 from facetlog.robot.collecting.record import (
     TRANSFORMS_FILE,
@@ -26,12 +23,10 @@ from facetlog.robot.pose2 import Pose2
 if TYPE_CHECKING:
     from facetlog.perception.reading.read_views import ViewSet
 
-__all__ = ["LOOKS_AT", "START_STATED", "Visit", "check_aligned", "grouped_views", "read_visit"]
+__all__ = ["START_STATED", "Visit", "check_aligned", "grouped_views", "read_visit"]
 
 START_STATED = "start_stated"
 """Of a run's first line in collect.jsonl: whether the user said where the robot stood."""
-LOOKS_AT = "looks_at"
-"""Of a line about a chosen view: the number of what it looks at in the area."""
 
 
 NOT_LOGGED = Driven()
@@ -41,8 +36,7 @@ NOT_LOGGED = Driven()
 class Visit:
     """One collection: its folder, its views as they were taken, and the way between them.
 
-    `stated` says whether the user said where the robot stood in the world; `groups` are the names
-    of views that look at one thing, () where they were not chosen so.
+    `stated` says whether the user said where the robot stood in the world.
     """
 
     folder: Path
@@ -50,7 +44,6 @@ class Visit:
     way: tuple[Pose2, ...]
     stated: bool
     driven: Driven = NOT_LOGGED
-    groups: tuple[tuple[str, ...], ...] = ()
 
     @property
     def name(self) -> str:
@@ -71,7 +64,6 @@ def read_visit(folder: Path) -> Visit:
         way or tuple(view.robot for view in taken),
         _is_stated(runs[0]) if runs else False,
         driven(folder, tuple(_start(run, folder) for run in runs)),
-        _groups(lines, taken),
     )
 
 
@@ -92,18 +84,6 @@ def _is_stated(run: Mapping[str, object]) -> bool:
     return run.get("start") not in ([0.0, 0.0, 0.0], [0, 0, 0])
 
 
-def _groups(
-    lines: Sequence[Mapping[str, object]], taken: Sequence[Taken]
-) -> tuple[tuple[str, ...], ...]:
-    there = {view.name for view in taken}
-    groups: dict[int, list[str]] = {}
-    for line in lines:
-        number, name = line.get(LOOKS_AT), str(line.get("image"))
-        if isinstance(number, int) and name in there:
-            groups.setdefault(number, []).append(name)
-    return tuple(tuple(dict.fromkeys(names)) for _, names in sorted(groups.items()))
-
-
 def check_aligned(visits: Sequence[Visit]) -> None:
     """InputError where the worlds of several visits are not known to be one.
 
@@ -122,18 +102,16 @@ def check_aligned(visits: Sequence[Visit]) -> None:
 
 
 def grouped_views(visit: Visit) -> "tuple[ViewSet, ...]":
-    """The views of each group with their poses corrected by the pictures, in the order in which
-    they were taken; all of them where there are no groups. InputError if they cannot be read.
+    """The views that look at one place each (view_groups.py), with their poses corrected by the
+    pictures, in the order in which they were taken. InputError if they cannot be read.
     """
     from facetlog.perception.estimation.pose_refinement.refine_poses import with_refined_poses
     from facetlog.perception.reading.read_views import read_views
 
     found = read_views(visit.folder / TRANSFORMS_FILE)
-    names = [view.name for view in found.views]
-    groups = visit.groups or (tuple(names),)
+    groups = view_groups([view.pose for view in found.views])
     sets = []
-    for number, group in enumerate(groups, start=1):
-        chosen = [k for k, name in enumerate(names) if name in group]
+    for number, chosen in enumerate(groups, start=1):
         if len(chosen) < FEWEST_VIEWS:
             continue
         errors = found.pose_errors
