@@ -33,7 +33,7 @@ from facetlog.robot.collecting.mount import DEFAULT_MOUNT, PARAMETERS
 from facetlog.robot.collecting.optics import Optics
 from facetlog.robot.collecting.plan import Reach, Stop, stop_for
 from facetlog.robot.collecting.record import WAY_FILE, Record, Taken, robot_tum
-from facetlog.robot.collecting.route import Circle, route_length, shortest_route
+from facetlog.robot.collecting.route import Circle, Route, route_length, shortest_route
 from facetlog.robot.collecting.tour_file import TourView
 from facetlog.robot.head.sony_models import EVI_D30
 from facetlog.robot.pose2 import Pose2
@@ -134,7 +134,7 @@ def _row(room: str, outcomes: Sequence[Outcome]) -> dict[str, Cell]:
         "named": f"{sum(each.named for each in outcomes)} of {things}",
         "views": sum(each.views for each in outcomes),
         "metres": round(sum(each.metres for each in outcomes), 1),
-        "nearest, m": round(min(each.nearest for each in outcomes), 2),
+        "nearest, m": round(float(min(each.nearest for each in outcomes)), 2),
         "wrongly free": f"{np.mean([each.wrongly_free for each in outcomes]):.1%}",
     }
 
@@ -152,6 +152,7 @@ class _Drive:
         mount = DEFAULT_MOUNT.with_values(tuple(values.values()))
         self._reach = Reach(mount, EVI_D30.limits, tour_camera(), closed)
         self.poses: list[Pose] = []
+        self.routes: list[Route] = []
         self.metres = 0.0
         self.nearest = math.inf
 
@@ -184,6 +185,7 @@ class _Drive:
         for thing in self._room.things:
             self.nearest = min(self.nearest, shapely.distance(way, thing.plan) - RADIUS)
         self.metres += route_length(route)
+        self.routes.append(route)
         self._here = there
         self.poses.append(camera_pose(there, self._reach.mount, stop.gaze))
 
@@ -207,7 +209,12 @@ class _Drive:
             at, sharp = 1e9 + 10.0 * number, Quality(1.0, 1.0, 0.0)
             taken = Taken(number, view.name, view.pose, cov, robot, robot, 0, 0, 0, at, sharp)
             record.add(taken, view.image)
-            way.append((at, robot))
+            # Its way as odometry has it: off by as much as where it ends.
+            off = view.pose.centre - self.poses[number - 1].centre
+            way += [
+                (at - 1.0, Pose2(px + float(off[0]), py + float(off[1]), robot.heading))
+                for px, py in self.routes[number - 1]
+            ]
         (folder / WAY_FILE).write_text(robot_tum(way), encoding="utf-8")
 
 

@@ -91,13 +91,13 @@ class PlacedThing:
 
     @property
     def lengths(self) -> tuple[Length, Length, Length]:
-        """Length, width and height."""
+        """Length and width of the rectangle, and height over the floor."""
         sds = np.sqrt(np.diag(self.box.cov)[3:]).tolist()
         length, width = (
             Length(float(value), float(sd))
             for value, sd in zip(self.box.values[3:], sds, strict=True)
         )
-        return length, width, Length(self.high.value - min(self.low, 0.0), self.high.sd)
+        return length, width, self.high
 
 
 def placed_things(
